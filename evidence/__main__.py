@@ -50,7 +50,7 @@ def main():
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("question", nargs="?", choices=list(QUESTIONS), metavar="QUESTION", help="the one to answer")
-    parser.add_argument("folder", nargs="?", type=pathlib.Path, help="what stability, bench and run read [default: target/study/QUESTION]")
+    parser.add_argument("folder", nargs="?", type=pathlib.Path, help="what stability, bench and run read [default: target/fabric/QUESTION]")
     effort = parser.add_mutually_exclusive_group()
     effort.add_argument("--quick", action="store_const", const="quick", dest="effort", help="fewer points and runs; without a question all are answered")
     effort.add_argument("--smoke", action="store_const", const="smoke", dest="effort", help="the least that runs every line: a check, not a result")

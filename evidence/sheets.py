@@ -1,4 +1,4 @@
-"""Sheets that `fabric` has kept (study/src/picture.rs has the format): pictures, and files for ParaView."""
+"""Sheets that `fabric` has kept (runner/src/picture.rs has the format): pictures, and files for ParaView."""
 
 import base64
 

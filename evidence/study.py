@@ -53,7 +53,7 @@ class Study:
     in which `fabric` has written numbers, for questions that read them."""
 
     def __init__(self, name, effort=FULL, out=TOP / "target/evidence", docs=None, on=None, source=None):
-        self.source = source or TOP / "target/study" / name
+        self.source = source or TOP / "target/fabric" / name
         self.name, self.effort, self.out, self.folder, self.docs, self.on = name, effort, out, out / name, docs, on
         self.folder.mkdir(parents=True, exist_ok=True)
         self.scenes = {}

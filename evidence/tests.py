@@ -312,7 +312,7 @@ class Strips(unittest.TestCase):
 
 
 class Sheets(unittest.TestCase):
-    """Two plies of 3 x 2 nodes as study/src/picture.rs keeps them: of the second the first segment along x has failed, the last along y
+    """Two plies of 3 x 2 nodes as runner/src/picture.rs keeps them: of the second the first segment along x has failed, the last along y
     is half."""
 
     def setUp(self):

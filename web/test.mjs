@@ -10,7 +10,7 @@ import { pathToFileURL } from "node:url";
 import { build } from "esbuild";
 import { drawn, goTo, says, start } from "./browser.mjs";
 
-const [program, folder, study] = process.argv.slice(2);
+const [program, folder, runner] = process.argv.slice(2);
 const file = join(folder, "index.html");
 const address = pathToFileURL(file).href;
 const shots = join(folder, "shots");
@@ -256,7 +256,7 @@ const tests = {
     const scene = join(folder, "scenes", "shared.toml");
     await download.saveAs(scene);
     const native = join(folder, "native", "shared");
-    execFileSync(study, ["run", scene, "--out", native], { stdio: "ignore" });
+    execFileSync(runner, ["run", scene, "--out", native], { stdio: "ignore" });
     assert.equal(await text(other, "value-digest"), JSON.parse(readFileSync(join(native, "summary.json"), "utf8")).digest);
     // The history too: the same numbers, printed in another way.
     const [table] = await Promise.all([other.waitForEvent("download"), other.click("#csv")]);

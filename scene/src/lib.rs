@@ -661,7 +661,7 @@ mod tests {
 
     #[test]
     fn the_scenes_of_the_study_are_sound() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../study/scenes");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../runner/scenes");
         let mut count = 0;
         for entry in std::fs::read_dir(folder).unwrap() {
             let scene = read(&entry.unwrap().path()).unwrap();

@@ -175,7 +175,7 @@ pub struct BenchOptions {
 /// ns per node-step, parts and peers.
 pub fn bench(options: &BenchOptions) -> Outcome {
     let options: Vec<&str> = options.options.iter().map(String::as_str).collect();
-    study(&[&["bench"], &options[..]].concat())
+    runner(&[&["bench"], &options[..]].concat())
 }
 
 /// Runs the steps in order, stops at the first that fails, or if the word is given, and prints what each took: time, and that of
@@ -208,14 +208,14 @@ fn processor_seconds() -> f64 {
 fn fmu() -> Outcome {
     crate::fmu::run(&crate::fmu::Options { check: true, ..Default::default() })?;
     crate::fmu::run(&crate::fmu::Options { targets: crate::platforms::Targets::All, ..Default::default() })?;
-    let (file, name) = ("study/scenes/tilted_disc_sector.toml", "TiltedDiscSector");
+    let (file, name) = ("runner/scenes/tilted_disc_sector.toml", "TiltedDiscSector");
     crate::fmu::run(&crate::fmu::Options {
         scene: Some(top().join(file)),
         name: Some(name.into()),
         ..Default::default()
     })?;
     let (out, cases) = (target().join("smoke/stability").to_string_lossy().into_owned(), fmu_cases());
-    study(&["stability", "--smoke", "--out", &out, "--fmu-cases", &cases])?;
+    runner(&["stability", "--smoke", "--out", &out, "--fmu-cases", &cases])?;
     report("stability", &out)?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py"])
 }
@@ -227,8 +227,8 @@ fn fmu_cases() -> String {
 
 /// The whole stability study, its rows through both FMUs, and its table and map as they are committed.
 fn stability() -> Outcome {
-    let out = target().join("study/stability");
-    study(&["stability", "--out", &out.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
+    let out = target().join("fabric/stability");
+    runner(&["stability", "--out", &out.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py", "test_stability"])?;
     report("stability", &out.to_string_lossy())?;
     let command = "fabric stability; python -m evidence stability --docs docs";
@@ -270,12 +270,12 @@ fn studies() -> Outcome {
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     command(&python, &["-m", "evidence", "--smoke", "--out", &folder("evidence"), "--docs", &folder("evidence/docs")])?;
     // Stability has run for the FMUs.
-    study(&["bench", "--smoke", "--out", &folder("bench")])?;
+    runner(&["bench", "--smoke", "--out", &folder("bench")])?;
     report("bench", &folder("bench"))?;
     // The first steps of a stack, which has a picture of its own.
-    study(&[
+    runner(&[
         "run",
-        "study/scenes/pack_of_62_plies.toml",
+        "runner/scenes/pack_of_62_plies.toml",
         "--steps",
         "64",
         "--until",
@@ -285,7 +285,7 @@ fn studies() -> Outcome {
     ])?;
     report("run", &folder("run of plies"))?;
     let sheets = ["--sample", "512", "--movie", "--vtk"];
-    study(&[&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;
+    runner(&[&["run", "runner/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;
     report("run", &folder("run"))
 }
 
@@ -297,7 +297,7 @@ fn report(name: &str, folder: &str) -> Outcome {
     command(python()?, if name == "run" { &arguments[..4] } else { &arguments })
 }
 
-fn study(arguments: &[&str]) -> Outcome {
+fn runner(arguments: &[&str]) -> Outcome {
     let program = ["run", "--quiet", "--release", "--package", "fabric", "--"];
     cargo(&[&program[..], arguments].concat())
 }

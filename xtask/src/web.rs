@@ -21,7 +21,7 @@ pub struct Options {
 pub fn run(options: &Options) -> Outcome {
     let out = build()?;
     if options.test {
-        node("test.mjs", &[browser()?, &out.to_string_lossy(), &study()])?;
+        node("test.mjs", &[browser()?, &out.to_string_lossy(), &runner()])?;
     }
     if options.pictures {
         let images = top().join("docs/images");
@@ -34,8 +34,8 @@ pub fn run(options: &Options) -> Outcome {
 /// The README's movie: until the fragment is through.
 fn movie(path: &Path) -> Outcome {
     let folder = target().join("movie");
-    let (scene, out) = ("study/scenes/turbine_disc_sector.toml", folder.to_string_lossy());
-    command(study(), &["run", scene, "--movie", "--steps", "17000", "--until", "none", "--out", &out])?;
+    let (scene, out) = ("runner/scenes/turbine_disc_sector.toml", folder.to_string_lossy());
+    command(runner(), &["run", scene, "--movie", "--steps", "17000", "--until", "none", "--out", &out])?;
     command(python()?, &["-m", "evidence", "run", &out])?;
     let copied = std::fs::copy(folder.join("movie.gif"), path);
     copied.map(|_| ()).map_err(|error| format!("{}: {error}", path.display()))
@@ -61,7 +61,7 @@ fn tools() -> Outcome {
 }
 
 /// The program that runs scenes with the library of this machine.
-fn study() -> String {
+fn runner() -> String {
     target().join("release/fabric").to_string_lossy().into_owned()
 }
 
@@ -74,7 +74,7 @@ fn build() -> Result<PathBuf, String> {
     cargo(&["build", "--quiet", "--release", "--package", "fabric"])?;
     packages()?;
     in_web("node", &["node_modules/typescript/bin/tsc"])?;
-    node("build.mjs", &[&kernel.to_string_lossy(), &study(), &out.to_string_lossy()])?;
+    node("build.mjs", &[&kernel.to_string_lossy(), &runner(), &out.to_string_lossy()])?;
     Ok(out)
 }
 

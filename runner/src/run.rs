@@ -20,10 +20,10 @@ use std::process::ExitCode;
                         outcome came; 1 after a failure; 2 for what is refused."
 )]
 pub struct Options {
-    /// The scene, see study/scenes.
+    /// The scene, see runner/scenes.
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Folder for history.csv, summary.json, summary.txt and the last sheet [default: target/study/SCENE].
+    /// Folder for history.csv, summary.json, summary.txt and the last sheet [default: target/fabric/SCENE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Outcomes that end the run; `none`: it goes on for its steps.
@@ -186,7 +186,7 @@ fn try_to_make(out: &Path) -> Result<()> {
 pub fn run(options: &Options) -> Result<ExitCode> {
     let scene = fabric_scene::read(&options.scene)?;
     let name = name_of(&options.scene);
-    let out = options.out.clone().unwrap_or_else(|| Path::new("target/study").join(&name));
+    let out = options.out.clone().unwrap_or_else(|| Path::new("target/fabric").join(&name));
     let mut buffers = Buffers::of(&scene).map_err(|error| with_its_memory(&scene, error))?;
     let mut sim = buffers.sim(&scene)?;
     try_to_make(&out)?;

@@ -173,8 +173,10 @@ fn build(revision: &str) -> Result<PathBuf> {
         git(&["worktree", "add", "--detach", "--force", &place, commit])?;
     }
     let built = folder.join("build");
-    // Until version 0.1.0 package and program had another name.
-    let manifest = std::fs::read_to_string(checkout.join("study/Cargo.toml"))?;
+    // Until version 0.1.0 folder, package and program had other names.
+    let manifest = ["runner", "study"].map(|folder| std::fs::read_to_string(checkout.join(folder).join("Cargo.toml")));
+    let [now, before] = manifest;
+    let manifest = now.or(before)?;
     let name = manifest.lines().find_map(|line| line.strip_prefix("name = ")).unwrap_or_default().trim_matches('"');
     let mut cargo = Command::new("cargo");
     cargo.current_dir(&checkout).args(["build", "--release", "--package", name, "--target-dir"]).arg(&built);

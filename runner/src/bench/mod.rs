@@ -42,7 +42,7 @@ pub struct Options {
     #[arg(long)]
     smoke: bool,
     /// Folder for bench.json.
-    #[arg(long, value_name = "DIR", default_value = "target/study/bench")]
+    #[arg(long, value_name = "DIR", default_value = "target/fabric/bench")]
     out: PathBuf,
     /// Only the groups whose name contains this ("sweep 350", "run", "fmu", ...; `--only list` prints them).
     #[arg(long, value_name = "NAME", default_value = "")]

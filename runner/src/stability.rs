@@ -36,7 +36,7 @@ pub struct Options {
     #[arg(long, value_name = "THEME")]
     theme: Option<String>,
     /// Folder for stability.csv and map.csv.
-    #[arg(long, value_name = "DIR", default_value = "target/study/stability")]
+    #[arg(long, value_name = "DIR", default_value = "target/fabric/stability")]
     out: PathBuf,
     /// Also write the rows that an FMU can run, with what must come out, to this file.
     #[arg(long, value_name = "FILE")]

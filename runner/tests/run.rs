@@ -31,9 +31,9 @@ fn the_exit_status_says_how_a_run_has_ended() {
     ] {
         let (folder, mut command) = scene("status", "shot.toml", parameters);
         assert_eq!(command.args(arguments).status().unwrap().code(), Some(status), "{arguments:?} {parameters}");
-        let summary = fs::read_to_string(folder.join("target/study/shot/summary.json")).unwrap_or_default();
+        let summary = fs::read_to_string(folder.join("target/fabric/shot/summary.json")).unwrap_or_default();
         assert!(ended_by.is_empty() || summary.contains(&format!("\"ended_by\": \"{ended_by}\"")), "{summary}");
-        assert_eq!(folder.join("target/study/shot").exists(), status != 2);
+        assert_eq!(folder.join("target/fabric/shot").exists(), status != 2);
     }
 }
 
@@ -45,7 +45,7 @@ fn a_run_that_is_stopped_leaves_no_empty_folder() {
     assert!(run.try_wait().unwrap().is_none(), "it runs");
     assert!(Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap().success());
     assert_eq!(run.wait().unwrap().code(), None, "the signal has ended it");
-    assert!(!folder.join("target/study/shot").exists());
+    assert!(!folder.join("target/fabric/shot").exists());
 }
 
 /// Named after its file, a folder could be the one above.
@@ -55,8 +55,8 @@ fn results_stay_in_their_folder_whatever_the_scene_is_called() {
         let (folder, mut command) = scene("names", file, "");
         assert!(command.args(["--steps", "64", "--until", "none"]).status().unwrap().success());
         let made: Vec<_> =
-            fs::read_dir(folder.join("target/study")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+            fs::read_dir(folder.join("target/fabric")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         assert_eq!(made, [name], "{file}");
-        assert!(folder.join("target/study").join(name).join("summary.json").exists());
+        assert!(folder.join("target/fabric").join(name).join("summary.json").exists());
     }
 }
