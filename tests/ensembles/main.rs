@@ -16,7 +16,7 @@
 
 use clap::Parser;
 use fabric::{AttachmentKind, Latch, Outcome, Symmetry};
-use fabric_tests::{Buffers, sphere_on_3in};
+use fabric_tests::{sim_of, sphere_on_3in};
 use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use std::process::ExitCode;
@@ -107,8 +107,7 @@ fn run(row: &Row, k: u64) -> Run {
     }
     let mirrored = row.yarn == Mirrored;
     scene.symmetry = Symmetry { mirror_x: mirrored, mirror_y: mirrored };
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let mut end = Outcome::Arrested | Outcome::Exited;
     if mirrored {
         // Torn off evenly, the sheet drapes about the sphere and stays there: the run ends with its detachment.

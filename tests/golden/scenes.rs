@@ -1,9 +1,43 @@
 //! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn and drive.
 
+#[allow(missing_docs)] // Each is the digest of the scene it is named after.
+#[path = "pins.rs"]
+pub mod pins;
+
+use crate::set_off;
 use fabric::{
     AttachmentKind, Draw, Drive, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
-    StepAfterFailure, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
+    StepAfterFailure, StrengthDraw, Symmetry, TimeStep, Weft,
 };
+
+/// Name, scene, steps, whether segments have failed by then, and the pinned digest.
+pub type Row = (&'static str, fn() -> Scene, u64, bool, u64);
+
+/// Scenes that are stepped plainly. The presets come first.
+#[rustfmt::skip]
+pub const SCENES: &[Row] = &[
+    ("sheet_3in_sphere", Scene::sheet_3in_sphere, 4500, true, pins::SHEET_3IN_SPHERE),
+    ("sheet_10in_cylinder", Scene::sheet_10in_cylinder, 600, false, pins::SHEET_10IN_CYLINDER),
+    ("uniform_sphere before failure", uniform_sphere, 400, false, pins::UNIFORM_SPHERE_BEFORE_FAILURE),
+    ("uniform_sphere through failure", uniform_sphere, 3000, true, pins::UNIFORM_SPHERE_THROUGH_FAILURE),
+    ("sphere_on_softened_yarn", sphere_on_softened_yarn, 3000, true, pins::SPHERE_ON_SOFTENED_YARN),
+    ("sphere_on_drawn_strength", sphere_on_drawn_strength, 3000, true, pins::SPHERE_ON_DRAWN_STRENGTH),
+    ("sphere_on_yarn_that_depends_on_rate", sphere_on_yarn_that_depends_on_rate, 3000, true, pins::SPHERE_ON_YARN_THAT_DEPENDS_ON_RATE),
+    ("sphere_on_viscous_yarn", sphere_on_viscous_yarn, 3000, true, pins::SPHERE_ON_VISCOUS_YARN),
+    ("sphere_that_rubs", sphere_that_rubs, 3000, true, pins::SPHERE_THAT_RUBS),
+    ("sphere_through_turned_plies", sphere_through_turned_plies, 1200, true, pins::SPHERE_THROUGH_TURNED_PLIES),
+    ("cylinder_on_a_graded_sheet", cylinder_on_a_graded_sheet, 2500, true, pins::CYLINDER_ON_A_GRADED_SHEET),
+    ("taut_warp_and_crimped_weft", taut_warp_and_crimped_weft, 3000, true, pins::TAUT_WARP_AND_CRIMPED_WEFT),
+    ("uniform_sphere_in_halves", uniform_sphere_in_halves, 3000, true, pins::UNIFORM_SPHERE_IN_HALVES),
+    ("tumbling_cylinder_on_corners", tumbling_cylinder_on_corners, 2000, true, pins::TUMBLING_CYLINDER_ON_CORNERS),
+    ("free_plies_in_a_turned_frame", free_plies_in_a_turned_frame, 1500, true, pins::FREE_PLIES_IN_A_TURNED_FRAME),
+    ("damage_law_with_offset", damage_law_with_offset, 2000, true, pins::DAMAGE_LAW_WITH_OFFSET),
+    ("quarter_under_a_cylinder", quarter_under_a_cylinder, 2500, true, pins::QUARTER_UNDER_A_CYLINDER),
+    ("drawn_yarns_by_the_theta_rule", drawn_yarns_by_the_theta_rule, 1200, true, pins::DRAWN_YARNS_BY_THE_THETA_RULE),
+    ("tumbling_bullet", tumbling_bullet, 2000, true, pins::TUMBLING_BULLET),
+    ("box_on_a_corner", box_on_a_corner, 1500, true, pins::BOX_ON_A_CORNER),
+    ("disc_sector", disc_sector, 2000, true, pins::DISC_SECTOR),
+];
 
 /// 41 x 41, uniform yarn, four sides, the preset sphere at 100 m/s.
 pub fn uniform_sphere() -> Scene {
@@ -15,38 +49,34 @@ pub fn uniform_sphere() -> Scene {
 
 /// The same with a toe, on drawn yarn.
 pub fn sphere_on_softened_yarn() -> Scene {
+    Scene { slack_toe: 0.02, ..sphere_on_drawn_yarn() }
+}
+
+fn sphere_on_drawn_yarn() -> Scene {
     let mut scene = uniform_sphere();
     scene.yarn.stochastic = true;
-    scene.slack_toe = 0.02;
     scene
 }
 
 /// The same of drawn viscous yarn.
 pub fn sphere_on_viscous_yarn() -> Scene {
-    let mut scene = uniform_sphere();
+    let mut scene = sphere_on_drawn_yarn();
     let yarn = &mut scene.yarn;
-    yarn.stochastic = true;
     (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
     scene
 }
 
-/// Yarn with a dependence on the rate of strain like that of Kevlar 49, up to the rates of an impact.
-pub fn depend_on_rate(yarn: &mut Yarn) {
-    (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 1700.0);
-}
-
-/// The same of drawn yarn that depends on the rate of strain.
+/// The same of drawn yarn that depends on the rate of strain like Kevlar 49, up to the rates of an impact.
 pub fn sphere_on_yarn_that_depends_on_rate() -> Scene {
-    let mut scene = uniform_sphere();
-    scene.yarn.stochastic = true;
-    depend_on_rate(&mut scene.yarn);
+    let mut scene = sphere_on_drawn_yarn();
+    let yarn = &mut scene.yarn;
+    (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 1700.0);
     scene
 }
 
 /// The same on drawn yarn with friction, askew and spinning.
 pub fn sphere_that_rubs() -> Scene {
-    let mut scene = uniform_sphere();
-    scene.yarn.stochastic = true;
+    let mut scene = sphere_on_drawn_yarn();
     scene.contact.friction = 0.3;
     scene.projectile.velocity = [40.0, -20.0, 100.0];
     scene.projectile.angular_velocity = [3000.0, 0.0, -5000.0];
@@ -70,9 +100,7 @@ pub fn cylinder_on_a_graded_sheet() -> Scene {
 
 /// The uniform sphere with the step halved after the first failure.
 pub fn uniform_sphere_in_halves() -> Scene {
-    let mut scene = uniform_sphere();
-    scene.step_after_failure = StepAfterFailure::Half;
-    scene
+    Scene { step_after_failure: StepAfterFailure::Half, ..uniform_sphere() }
 }
 
 /// The same with strength drawn for every segment, in part alike along a yarn, from data at 50 mm; modulus drawn too.
@@ -179,27 +207,16 @@ pub fn drawn_yarns_by_the_theta_rule() -> Scene {
     scene
 }
 
-/// Every third segment damaged beforehand, the sheet stretched a little and turning.
-pub fn pre_damage_and_stretch(sim: &mut Sim<'_>) {
-    let nodes = sim.layout().nodes();
-    let mut stretches = vec![1.0; sim.layout().segments()];
-    for (number, stretch) in stretches.iter_mut().enumerate() {
-        if number.is_multiple_of(3) {
-            *stretch = 1.031 + 0.0003 * (number % 40) as f64;
-        }
-    }
+/// Every third segment damaged beforehand, the sheet of [`uniform_sphere`] stretched a little and turning, the sphere under a load.
+pub fn prepare_and_load(sim: &mut Sim<'_>) {
+    let damaged = |number: usize| if number.is_multiple_of(3) { 1.031 + 0.0003 * (number % 40) as f64 } else { 1.0 };
+    let stretches: Vec<f64> = (0..sim.layout().segments()).map(damaged).collect();
     sim.set_largest_stretch(&stretches).expect("accepted");
-    let mut x = vec![0.0; 3 * nodes];
-    sim.copy_positions(&mut x).expect("sound");
-    x.iter_mut().for_each(|x| *x *= 1.002);
-    let mut v = vec![0.0; 3 * nodes];
-    for k in 0..nodes {
-        let (i, j) = (k % 41, k / 41);
-        if (1..40).contains(&i) && (1..40).contains(&j) {
-            (v[3 * k], v[3 * k + 1]) = (-50.0 * x[3 * k + 1], 50.0 * x[3 * k]);
-        }
-    }
-    sim.set_motion(&x, &v).expect("accepted");
+    set_off(sim, |k, x| {
+        let (x, inside) = (x.map(|x| x * 1.002), [k % 41, k / 41].iter().all(|at| (1..40).contains(at)));
+        [x, if inside { [-50.0 * x[1], 50.0 * x[0], 0.0] } else { [0.0; 3] }]
+    });
+    sim.set_external_load([0.5, -0.25, 2000.0], [0.0; 3]).expect("accepted");
 }
 
 /// A hemispherical cylinder that strikes askew, its nose ahead, and tumbles through.

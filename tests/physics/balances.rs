@@ -16,8 +16,7 @@ fn a_free_sheet_keeps_momentum() {
     scene.yarn.stochastic = true;
     let (m, mass) = (scene.sheet.node_mass, scene.projectile.mass);
     let first = scale(scene.projectile.velocity, mass);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let mut worst: f64 = 0.0;
     for _ in 0..30 {
         sim.advance(100).unwrap();
@@ -38,8 +37,7 @@ fn a_free_sheet_keeps_momentum() {
 fn a_free_sheet_and_a_cylinder_keep_angular_momentum() {
     let mut scene = tilted_cylinder(31, 0.4, 60.0);
     scene.attachment.kind = AttachmentKind::Free;
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let first = angular_momentum(&sim);
     sim.advance(2000).unwrap();
     let given = length(sim.contact().unwrap().angular_impulse);
@@ -70,8 +68,7 @@ fn supports_take_what_projectile_and_sheet_lose() {
         scene.projectile.velocity[0] = 7.0;
         let (m, mass) = (scene.sheet.node_mass, scene.projectile.mass);
         let first = scale(scene.projectile.velocity, mass);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let mut worst: f64 = 0.0;
         for _ in 0..40 {
             sim.advance(100).unwrap();
@@ -112,8 +109,7 @@ pub(crate) fn half_step_momentum(sim: &mut Sim<'_>, m: f64) -> V3 {
 fn a_stretched_sheet_pulls_its_supports_with_the_yarn_force() {
     let mut scene = fabric_tests::without_projectile(small_sheet(9, 0.0));
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (11, 8);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let stretch = 1.01;
     let x: Vec<f64> = positions(&sim).iter().flatten().map(|x| stretch * x).collect();
     sim.set_motion(&x, &vec![0.0; x.len()]).unwrap();
@@ -138,8 +134,7 @@ pub(crate) fn work_energy_identity(scene: &Scene, steps: u64) -> f64 {
     let m = scene.sheet.node_mass;
     let mass = scene.projectile.mass;
     let fixed = fixed_nodes(scene);
-    let mut buffers = Buffers::of(scene);
-    let mut sim = buffers.sim(scene);
+    let mut sim = sim_of(scene);
     let dt = sim.step_limits().dt;
     sim.step().unwrap();
     let mut before = (positions(&sim), vec![[0.0; 3]; fixed.len()], sim.projectile().unwrap(), sim.contact().unwrap());

@@ -32,8 +32,7 @@ pub(crate) fn gap(scene: &Scene, body: &fabric::Motion, x: V3) -> f64 {
 pub(crate) fn checked_run(scene: &Scene, steps: u64) -> f64 {
     let m = scene.sheet.node_mass;
     let fixed = fixed_nodes(scene);
-    let mut buffers = Buffers::of(scene);
-    let mut sim = buffers.sim(scene);
+    let mut sim = sim_of(scene);
     let dt = sim.step_limits().dt;
     let h = scene.sheet.spacing;
     let mut v: Vec<V3> = vec![[0.0; 3]; fixed.len()];
@@ -108,8 +107,7 @@ fn nodes_that_ride_on_a_spinning_cylinder_leave_nothing_unsolved() {
         scene.yarn.stochastic = false;
         scene.projectile.velocity = [0.0, 0.0, 100.0];
         scene.projectile.angular_velocity = [0.0, 0.0, spin];
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance(2000).unwrap();
         assert_eq!(sim.counters().unconverged, 0, "{spin}");
         let sheet = 81.0 * scene.sheet.node_mass;

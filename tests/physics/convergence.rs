@@ -28,8 +28,7 @@ fn run(integrator: Integrator, v0: f64, time: u64, division: u64) -> End {
     let mut scene = without_projectile(small_sheet(21, 0.0));
     scene.integrator = integrator;
     scene.time_step = TimeStep::fraction(1.0 / division as f64);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let mut x = vec![0.0; 3 * 441];
     sim.copy_positions(&mut x).unwrap();
     let mut v = vec![0.0; 3 * 441];

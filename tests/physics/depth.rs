@@ -79,8 +79,7 @@ struct Found {
 /// A run in which the body goes on by 12 spacings, or until several solves have run out of sweeps: faces that bed on supports are not
 /// looked for here.
 fn run(scene: &Scene) -> Found {
-    let mut buffers = Buffers::of(scene);
-    let mut sim = buffers.sim(scene);
+    let mut sim = sim_of(scene);
     let (dt, reach) = (sim.step_limits().dt, Solid::of(&scene.projectile).reach());
     let steps = 12.0 * scene.sheet.spacing / (length(scene.projectile.velocity) * dt);
     let mut bent = 0.0;
@@ -147,8 +146,7 @@ fn falls(scenes: std::ops::Range<u64>) {
         if scene.check().is_err() {
             continue;
         }
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let (dt, kinetic) = (sim.step_limits().dt, sim.energy().unwrap().projectile_kinetic);
         let flat = matches!(scene.projectile.shape, Shape::Box | Shape::Polyhedron);
         let goes_straight = flat && scene.drive == Drive::Prescribed && scene.projectile.angular_velocity == [0.0; 3];

@@ -39,8 +39,7 @@ fn beside(front: &(Projectile, f64, f64), below: f64, beside: f64, velocity: [f6
 /// Work on the sheet, J, by a body in 30 steps of 0.4 dt_crit, or in as much time with another step.
 fn work(scene: &Scene, fraction: f64) -> f64 {
     let scene = Scene { time_step: TimeStep::fraction(fraction), ..*scene };
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance((30.0 * 0.4 / fraction) as u64).unwrap();
     assert!(sim.counters().worst_penetration < 1e-12 * scene.projectile.radius);
     sim.contact().unwrap().work
@@ -93,8 +92,7 @@ fn a_body_that_is_kept_from_flying_off_meets_the_node() {
         let a = 4e-3;
         scene.projectile = Projectile { shape: Shape::Box, size: [2.0 * a; 3], ..scene.projectile };
         (scene.projectile.position, scene.projectile.velocity) = ([0.0, 0.0, 0.1], [0.0, 100.0, 200.0]);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.set_largest_stretch(&[2.0; 12]).unwrap();
         let mut x = [[1.0, 0.0, 0.0]; 9];
         x[4] = [0.0, 5e-7 - a, 0.1 + a + 2e-6];
@@ -148,8 +146,7 @@ fn no_edge_lets_a_node_in() {
         let ahead =
             Solid::of(&body).support(&fabric::pose::into_body(&pose::normalised(orientation), &[0.0, 0.0, 1.0].into()));
         scene.projectile.position = [4e-3 * draw(10), 4e-3 * draw(11), -ahead - 1e-6];
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let mut deepest: f64 = 0.0;
         for _ in 0..400 {
             sim.step().unwrap();

@@ -186,8 +186,7 @@ fn a_cell_of_unlike_directions_turns_a_sphere() {
     }
     // The weft takes part: it is taut from z = l sqrt(-q_0) on.
     assert!(low > 1.1 * natural_lengths(&scene)[1] * (-q_at_rest(&scene, 1)).sqrt(), "{low}");
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let mut depth: f64 = 0.0;
     while sim.projectile().unwrap().velocity[2] > 0.0 {
         sim.step().unwrap();
@@ -206,8 +205,7 @@ fn the_ledger_of_a_cell_closes_with_second_order() {
         let mut scene = cell();
         (scene.sheet.crimp, scene.sheet.pre_strain) = ([0.0; 2], [0.003, 0.001]);
         scene.time_step = TimeStep::fraction(fraction);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance((1200.0 / fraction) as u64).unwrap();
         assert!(sim.energy().unwrap().strain > 1e-3 * scene.projectile.mass);
         sim.energy().unwrap().residual / (0.5 * scene.projectile.mass)
@@ -229,8 +227,7 @@ fn the_ledger_of_a_crimped_cell_closes_with_second_order() {
                 let mut scene = cell();
                 scene.projectile.velocity[2] = 1.0 + 0.01 * f64::from(k);
                 scene.time_step = TimeStep::fraction(fraction);
-                let mut buffers = Buffers::of(&scene);
-                let mut sim = buffers.sim(&scene);
+                let mut sim = sim_of(&scene);
                 sim.advance((1200.0 / fraction) as u64).unwrap();
                 (sim.energy().unwrap().residual / (0.5 * scene.projectile.mass)).abs()
             })
@@ -261,8 +258,7 @@ fn taut() -> Vec<Scene> {
 #[test]
 fn a_taut_sheet_rests() {
     for scene in taut() {
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let (x, first, steps) = (positions(&sim), sim.energy().unwrap(), 300);
         sim.advance(steps).unwrap();
         assert_eq!((positions(&sim), velocities(&sim)), (x, vec![[0.0; 3]; sim.layout().nodes()]));
@@ -302,8 +298,7 @@ fn rest(scene: &Scene) -> Vec<[f64; 3]> {
 
 /// Half a period of the mode whose shape is a half sine along every held length, in the component `axis`, s.
 fn half_period(scene: &Scene, axis: usize) -> f64 {
-    let mut buffers = Buffers::of(scene);
-    let mut sim = buffers.sim(scene);
+    let mut sim = sim_of(scene);
     let (x, half, fixed) = (positions(&sim), scene.half_size(), fixed_nodes(scene));
     let along_y = scene.attachment.kind == AttachmentKind::FourSides;
     let shape = |x: &[f64; 3]| {
@@ -388,8 +383,7 @@ fn forces_are_those_of_plain_formulas() {
         (scene.sheet.nodes_y, scene.yarn.stochastic) = (7, pre_strain == [0.0; 2]);
         scene.sheet.pre_strain = pre_strain;
         scene.sheet.crimp = pre_strain.map(|strain| if strain > 0.0 { 0.0 } else { 0.02 });
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let fixed = fixed_nodes(&scene);
         let mut x = positions(&sim);
         for (k, x) in x.iter_mut().enumerate() {
@@ -449,8 +443,7 @@ fn a_fabric_with_its_directions_exchanged_moves_alike() {
         // Mirrored at x = y: a turn about x becomes the opposite one about y.
         let [w, x, y, z] = body.orientation;
         body.orientation = [w, -y, -x, -z];
-        let (mut buffers, mut other_buffers) = (Buffers::of(&scene), Buffers::of(&other));
-        let (mut one, mut two) = (buffers.sim(&scene), other_buffers.sim(&other));
+        let (mut one, mut two) = (sim_of(&scene), sim_of(&other));
         close(one.step_limits().dt, two.step_limits().dt, 1e-14);
         let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
         for _ in 0..5 {
@@ -494,8 +487,7 @@ fn balances_close_through_failure() {
         scene.time_step = TimeStep::fraction(0.25);
         let first = 0.5 * scene.projectile.mass * scene.projectile.velocity[2].powi(2);
         let momentum = scene.projectile.mass * scene.projectile.velocity[2];
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         for _ in 0..6 {
             sim.advance(600).unwrap();
             let energy = sim.energy().unwrap();
@@ -564,8 +556,7 @@ fn a_weft_with_the_numbers_of_the_warp_changes_nothing() {
         scene.time_step = TimeStep::seconds(2e-8);
     }
     let run = |scene: &Scene| {
-        let mut buffers = Buffers::of(scene);
-        let mut sim = buffers.sim(scene);
+        let mut sim = sim_of(scene);
         sim.advance(1500).unwrap();
         assert!(sim.counters().failed_segments > 10);
         (positions(&sim), velocities(&sim), damage(&sim), sim.energy().unwrap())

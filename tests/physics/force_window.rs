@@ -21,8 +21,7 @@ fn impulse(sim: &Sim<'_>) -> f64 {
 fn a_run_shorter_than_the_window_has_its_mean_force() {
     for window in [1_000_000, 300] {
         let scene = scene(window);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         assert_eq!(sim.contact().unwrap().force_peak, 0.0, "no time has elapsed");
         for _ in 0..300 {
             sim.step().unwrap();

@@ -9,8 +9,7 @@ fn velocity_is_constant_to_the_bit_and_the_sheet_at_rest() {
     let mut scene = small_sheet(21, 0.0);
     scene.projectile.position = [1e-3, -2e-3, -0.02];
     scene.projectile.velocity = [30.0, -70.0, -110.0];
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.step_every_row();
     sim.advance(5000).unwrap();
     let motion = sim.projectile().unwrap();
@@ -37,8 +36,7 @@ fn a_projectile_under_gravity_falls_as_galileo_says() {
     scene.projectile.velocity = [3.0, 0.0, 0.0];
     let mass = scene.projectile.mass;
     let gravity = [0.0, 0.0, -5e4];
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.set_external_load(scale(gravity, mass), [0.0; 3]).unwrap();
     sim.advance(3000).unwrap();
     let (t, dt, motion) = (sim.time(), sim.step_limits().dt, sim.projectile().unwrap());
@@ -62,8 +60,7 @@ fn a_torque_spins_the_cylinder_up() {
     scene.projectile.position = [0.0, 0.0, -0.05];
     let axial = 0.5 * scene.projectile.mass * scene.projectile.radius * scene.projectile.radius;
     let torque = 2.0;
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.set_external_load([0.0; 3], [0.0, 0.0, torque]).unwrap();
     sim.advance(2000).unwrap();
     let expected = torque * sim.time() / axial;

@@ -50,8 +50,7 @@ fn a_sphere_on_one_held_node_slides_or_rolls_as_a_rigid_body_does() {
                 body.position = sub(rest_positions(&sheet)[0], scale(normal, radius));
                 body.velocity = add(scale(normal, w), scale(across, v));
                 body.angular_velocity = scale(axis, rate);
-                let mut buffers = Buffers::of(&scene);
-                let mut sim = buffers.sim(&scene);
+                let mut sim = sim_of(&scene);
                 let first = sim.energy().unwrap().projectile_kinetic;
                 sim.step().unwrap();
                 // The point of contact R n moves at w x R n = rate R (axis x n) = rate R across.
@@ -88,8 +87,7 @@ fn a_free_node_takes_mu_times_the_normal_impulse_or_goes_along() {
         let mut scene = rough(small_sheet(9, 0.0), mu);
         scene.projectile.velocity = [0.6 * v, -0.8 * v, 60.0];
         let (mass, radius, node) = (scene.projectile.mass, scene.projectile.radius, scene.sheet.node_mass);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let before = positions(&sim)[40];
         sim.step().unwrap();
         let normal = 60.0 / (1.0 / node + 1.0 / mass);
@@ -118,8 +116,7 @@ fn a_block_stops_where_coulomb_says() {
         let body = &mut scene.projectile;
         (body.shape, body.size, body.mass) = (Shape::Box, [8.0 * h, 8.0 * h, 2.0 * h], 1.0);
         (body.position, body.velocity) = ([0.0, 0.0, -h], [0.8 * speed, -0.6 * speed, 0.0]);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.set_external_load([0.0, 0.0, g], [0.0; 3]).unwrap();
         let (dt, time, way) = (sim.step_limits().dt, speed / (mu * g), 0.5 * speed * speed / (mu * g));
         sim.advance((0.5 * time / dt) as u64).unwrap();
@@ -169,8 +166,7 @@ fn rough_bodies_on_held_nodes_take_bounded_work() {
     body.angular_velocity =
         [18.49493818290126, -8.176871162230308, 23.659603130702063].map(|speed| speed / (h * 9.50017475488001));
     for (scene, force) in [(cylinder, pressed), (heavy, [0.0; 3])] {
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.set_external_load(force, [0.0; 3]).unwrap();
         let first = sim.energy().unwrap().projectile_kinetic;
         sim.advance(200).unwrap();
@@ -199,8 +195,7 @@ fn momentum_and_angular_momentum_are_kept() {
         scene.projectile.angular_velocity = [0.5 * spin, 0.3 * spin, spin];
         let inertia = moments(&scene);
         let mass = scene.projectile.mass;
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let mut x = positions(&sim);
         // Positions at t_n with velocities at t_{n-1/2}, of node and body alike.
         let mut sum = |sim: &fabric::Sim<'_>| {
@@ -244,8 +239,7 @@ fn impact(fraction: f64, speed: f64) -> Scene {
 #[test]
 fn the_balances_close_to_second_order() {
     let off = |fraction: f64| {
-        let mut buffers = Buffers::of(&impact(fraction, 50.0));
-        let mut sim = buffers.sim(&impact(fraction, 50.0));
+        let mut sim = sim_of(&impact(fraction, 50.0));
         let first = sim.energy().unwrap().projectile_kinetic;
         sim.advance((30e-6 / sim.step_limits().dt) as u64).unwrap();
         let energy = sim.energy().unwrap();
@@ -267,8 +261,7 @@ fn the_balances_of_a_perforation_close() {
     (held.drive, held.projectile.shape) = (Drive::Prescribed, Shape::Cylinder);
     held.projectile.position[2] = -0.7 * held.projectile.length;
     for scene in [plain, Scene { step_after_failure: StepAfterFailure::Half, ..plain }, viscous, held] {
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let first = sim.energy().unwrap().projectile_kinetic;
         sim.advance(2500).unwrap();
         let energy = sim.energy().unwrap();
@@ -289,8 +282,7 @@ fn mirror_planes_leave_friction_as_it_is() {
             let mut scene = rough(small_sheet(nodes, 25.0), mu);
             scene.projectile.angular_velocity = spin;
             let part = Scene { symmetry, ..scene };
-            let (mut buffers, mut part_buffers) = (Buffers::of(&scene), Buffers::of(&part));
-            let (mut whole, mut part) = (buffers.sim(&scene), part_buffers.sim(&part));
+            let (mut whole, mut part) = (sim_of(&scene), sim_of(&part));
             whole.advance(400).unwrap();
             part.advance(400).unwrap();
             let (a, b) = (part.energy().unwrap(), whole.energy().unwrap());

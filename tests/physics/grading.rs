@@ -23,8 +23,7 @@ fn state(sim: &Sim<'_>) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<f64>) {
 }
 
 fn state_after(scene: &Scene, steps: u64) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<f64>) {
-    let mut buffers = Buffers::of(scene);
-    let mut sim = buffers.sim(scene);
+    let mut sim = sim_of(scene);
     sim.advance(steps).unwrap();
     state(&sim)
 }
@@ -64,8 +63,7 @@ fn mass_and_section_are_those_of_the_fabric() {
         let mut part = graded(whole, half, largest, run);
         part.sheet.grading.centre = [centre, -0.5 * centre];
         let kinetic = |scene: &Scene| {
-            let mut buffers = Buffers::of(scene);
-            let mut sim = buffers.sim(scene);
+            let mut sim = sim_of(scene);
             let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
             sim.set_motion(&x, &[3.0, -4.0, 5.0].repeat(x.len() / 3)).unwrap();
             sim.energy().unwrap().fabric_kinetic
@@ -107,8 +105,7 @@ fn momentum_and_energy_balance() {
     let residual = |fraction: f64, scene: &Scene| {
         let mut scene = *scene;
         scene.time_step = fabric::TimeStep::fraction(fraction);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let mut worst: f64 = 0.0;
         while sim.time() < 30e-6 {
             sim.advance(10).unwrap();
@@ -129,8 +126,7 @@ fn momentum_and_energy_balance() {
     torn.sheet.grading.centre = [3e-3, -2e-3];
     torn.projectile.position = [3e-3, -2e-3, -6.35e-3];
     torn.projectile.velocity = [0.0, 0.0, 200.0];
-    let mut buffers = Buffers::of(&torn);
-    let mut sim = buffers.sim(&torn);
+    let mut sim = sim_of(&torn);
     sim.advance(6000).unwrap();
     let energy = sim.energy().unwrap();
     assert!(sim.counters().failed_segments > 50 && energy.dissipated > 0.1);
@@ -146,8 +142,7 @@ fn every_way_of_stepping_has_the_same_bits() {
     let mut scene = graded(struck(58), 11.0, 8, 2);
     (scene.sheet.nodes_y, scene.sheet.grading.centre) = (51, [2e-3, -4e-3]);
     scene.slack_toe = 0.02;
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance(1200).unwrap();
     let mut image = vec![0; sim.snapshot_bytes()];
     sim.save(&mut image).unwrap();
@@ -155,20 +150,17 @@ fn every_way_of_stepping_has_the_same_bits() {
     assert!(sim.counters().failed_segments > 20);
     let (digest, last) = (sim.digest(), state(&sim));
     for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.use_instructions(set).unwrap();
         sim.advance(2000).unwrap();
         assert_eq!(sim.digest(), digest, "{set:?}");
     }
-    let mut other = Buffers::of(&scene);
-    let mut sim = other.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.load(&image).unwrap();
     sim.advance(800).unwrap();
     assert!(sim.digest() == digest && state(&sim) == last);
     for of in [2, 3, 7] {
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let mut scratch = vec![fabric::CacheLine::ZERO; sim.layout().band_lines(of).unwrap()];
         let bands = sim.bands(&mut scratch, of, 0).unwrap();
         while bands.steps() < 2000 {
@@ -210,8 +202,7 @@ fn mirror_planes_halve_a_graded_sheet() {
         let scene = graded(small_sheet(nodes, 25.0), 10.0, 4, 2);
         for symmetry in [(true, false), (false, true), (true, true)] {
             let part = Scene { symmetry: Symmetry { mirror_x: symmetry.0, mirror_y: symmetry.1 }, ..scene };
-            let (mut buffers, mut part_buffers) = (Buffers::of(&scene), Buffers::of(&part));
-            let (mut whole, mut half) = (buffers.sim(&scene), part_buffers.sim(&part));
+            let (mut whole, mut half) = (sim_of(&scene), sim_of(&part));
             whole.advance(400).unwrap();
             half.advance(400).unwrap();
             let (nx, columns) = (whole.layout().nodes_x, half.layout().nodes_x);
@@ -322,8 +313,7 @@ fn a_graded_sheet_converges_to_the_fabric() {
     scene.yarn.critical_stretch = 1.05;
     let half = scene.half_size()[0];
     let centre = |scene: &Scene| {
-        let mut buffers = Buffers::of(scene);
-        let mut sim = buffers.sim(scene);
+        let mut sim = sim_of(scene);
         let rest = positions(&sim);
         let wave = |x: f64| (0.5 * std::f64::consts::PI * x / half).cos();
         let v: Vec<f64> = rest.iter().flat_map(|x| [0.0, 0.0, 2.0 * wave(x[0]) * wave(x[1])]).collect();
@@ -360,8 +350,7 @@ fn refusals_and_a_hit_beside_the_fine_part() {
     for (x, beside) in [(0.0, false), (4e-3, true), (0.018, true)] {
         let mut scene = scene;
         scene.projectile.position[0] = x;
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance(2000).unwrap();
         assert_eq!(sim.counters().beyond_fine > 0, beside, "{x}");
     }
@@ -380,8 +369,7 @@ fn the_step_limit_is_that_of_the_fabric() {
         scene.sheet.pre_strain = [0.02, 0.02];
         scene.time_step = fabric::TimeStep::fraction(0.5);
         (scene.drive, scene.projectile.shape) = (Drive::Prescribed, Shape::Sphere);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
         let mut v = vec![0.0; x.len()];
         let nx = sim.layout().nodes_x;

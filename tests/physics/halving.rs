@@ -52,8 +52,7 @@ fn the_switch_is_of_second_order() {
 fn bits_are_the_same_until_something_fails() {
     let scene = small_sheet(41, 100.0);
     let half = halved(scene);
-    let (mut a, mut b) = (Buffers::of(&scene), Buffers::of(&half));
-    let (mut whole, mut half) = (a.sim(&scene), b.sim(&half));
+    let (mut whole, mut half) = (sim_of(&scene), sim_of(&half));
     while whole.counters().failed_segments == 0 {
         assert!(positions(&whole) == positions(&half));
         whole.step().unwrap();
@@ -71,8 +70,7 @@ fn bits_are_the_same_until_something_fails() {
 #[test]
 fn balances_close_through_the_switch() {
     let residual = |scene: Scene| {
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.set_external_load([0.0, 3.0, 500.0], [0.0; 3]).unwrap();
         for _ in 0..20 {
             sim.advance(500).unwrap();
@@ -94,8 +92,7 @@ fn balances_close_through_the_switch() {
 #[test]
 fn snapshots_and_reset_know_the_switch() {
     let scene = halved(Scene { yarn: Scene::sheet_3in_sphere().yarn, ..small_sheet(31, speed(40.0, 8.4e-3)) });
-    let (mut a, mut b) = (Buffers::of(&scene), Buffers::of(&scene));
-    let (mut sim, mut other) = (a.sim(&scene), b.sim(&scene));
+    let (mut sim, mut other) = (sim_of(&scene), sim_of(&scene));
     let start = sim.digest();
     let image = |sim: &Sim<'_>| {
         let mut image = vec![0; sim.snapshot_bytes()];
@@ -125,8 +122,7 @@ fn snapshots_and_reset_know_the_switch() {
 fn a_path_is_followed_in_halves() {
     let mut scene = halved(small_sheet(31, 100.0));
     scene.drive = Drive::Prescribed;
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let end = |z: f64| Motion {
         position: [0.0, 0.0, z],
         velocity: [0.0, 0.0, 100.0],

@@ -5,8 +5,7 @@ use fabric_tests::{Buffers, sphere_on_3in};
 
 /// Residual over the kinetic energy at impact after `time` s.
 fn residual(scene: &Scene, time: f64) -> f64 {
-    let mut buffers = Buffers::of(scene);
-    let mut sim = buffers.sim(scene);
+    let mut sim = sim_of(scene);
     let first = sim.energy().unwrap().projectile_kinetic;
     let steps = (time / sim.step_limits().dt) as u64;
     sim.advance(steps).unwrap();

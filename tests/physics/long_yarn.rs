@@ -32,8 +32,7 @@ struct Measured {
 fn measure(speed: f64) -> Measured {
     let scene = chain(speed);
     let (h, nx) = (scene.sheet.spacing, scene.sheet.nodes_x as usize);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let mut stretches = vec![1.0; sim.layout().segments()];
     stretches[3 * (nx - 1)..].fill(2.0);
     sim.set_largest_stretch(&stretches).unwrap();

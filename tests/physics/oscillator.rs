@@ -14,8 +14,7 @@ fn stiffness(scene: &Scene) -> f64 {
 fn the_first_impact_is_plastic() {
     let scene = small_sheet(11, 100.0);
     let (m, mass) = (scene.sheet.node_mass, scene.projectile.mass);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.step().unwrap();
     let after = sim.projectile().unwrap().velocity[2];
     assert!((after - 100.0 * mass / (mass + m)).abs() < 1e-13);
@@ -60,8 +59,7 @@ fn the_quartic_oscillator() {
     let depth = ((mass + m) * speed * speed * h * h * h / stiffness(&scene)).powf(0.25);
     close(depth, 0.120808188e-3, 1e-8);
 
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let (reached, time) = turning_point(&mut sim);
     let z = reached + scene.projectile.radius;
     close(z, depth, 1e-7);
@@ -86,8 +84,7 @@ fn the_ledger_of_the_oscillator_closes_with_second_order() {
     let residual = |fraction: f64| {
         let mut scene = between_supports(small_sheet(3, 1.0), 1.0);
         scene.time_step = TimeStep::fraction(fraction);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         // The same time for every step: 80 us.
         sim.advance((1512.0 * 0.4 / fraction) as u64 * 5 / 2).unwrap();
         sim.energy().unwrap().residual / (0.5 * scene.projectile.mass)
@@ -111,8 +108,7 @@ fn energy(scene: &Scene, speed: f64) -> f64 {
 fn axial_pull(speed: f64) -> (f64, f64, f64) {
     let mut scene = without_projectile(small_sheet(3, 0.0));
     scene.time_step = TimeStep::fraction(5e-4);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let mut stretches = [2.0; 12];
     stretches[2] = 1.0;
     sim.set_largest_stretch(&stretches).unwrap();

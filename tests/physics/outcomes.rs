@@ -6,8 +6,7 @@ use fabric_tests::{Buffers, close, damage, positions, small_sheet, speed};
 
 /// The mask of outcomes after at most `steps` steps, and the status.
 fn outcome(scene: &Scene, steps: u64) -> (OutcomeSet, Status, f64) {
-    let mut memory = Buffers::of(scene);
-    let mut sim = memory.sim(scene);
+    let mut sim = sim_of(scene);
     sim.advance_until(Outcome::Arrested | Outcome::Exited | Outcome::Passed, steps).unwrap();
     let outcomes = sim.outcomes();
     for latch in outcomes.latched.iter().flatten() {
@@ -21,8 +20,7 @@ fn outcome(scene: &Scene, steps: u64) -> (OutcomeSet, Status, f64) {
 fn a_slow_sphere_is_arrested_and_pushed_back() {
     let scene = small_sheet(41, speed(0.5, 8.4e-3));
     assert_eq!(outcome(&scene, 50_000).0, Outcome::Arrested);
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance_until(Outcome::Arrested, 50_000).unwrap();
     let latch = sim.outcomes().latched[Outcome::Arrested as usize].unwrap();
     assert!(latch.step == sim.step_count() && (latch.work / 0.5 - 1.0).abs() < 1e-2, "{latch:?}");
@@ -42,8 +40,7 @@ fn a_fast_sphere_exits() {
 
 /// Runs until the body has exited, then goes on: the work of the fabric must already have had its final value, to 1 % or 1 mJ.
 fn exits_with_its_final_work(scene: &Scene, load: [f64; 3], steps: u64) -> f64 {
-    let mut memory = Buffers::of(scene);
-    let mut sim = memory.sim(scene);
+    let mut sim = sim_of(scene);
     sim.set_external_load(load, [0.0; 3]).unwrap();
     sim.advance_until(Outcome::Exited | Outcome::Passed, steps).unwrap();
     assert_eq!(
@@ -103,8 +100,7 @@ fn a_sphere_at_rest_that_a_load_pushes_through_is_not_arrested() {
 #[test]
 fn a_sphere_at_rest_that_a_load_pushes_in_vain_is_arrested() {
     let scene = small_sheet(41, 0.0);
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.set_external_load([0.0, 0.0, 20.0], [0.0; 3]).unwrap();
     sim.advance_until(Outcome::Arrested, 100_000).unwrap();
     assert_eq!(sim.outcomes().mask, Outcome::Arrested);
@@ -118,8 +114,7 @@ fn a_sphere_at_rest_that_a_load_pushes_in_vain_is_arrested() {
 fn a_sphere_that_a_load_brings_back_has_not_passed() {
     let mut scene = small_sheet(21, -0.01);
     scene.projectile.position[2] = -0.05;
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.set_external_load([0.0, 0.0, 50.0], [0.0; 3]).unwrap();
     while sim.outcomes().first_contact.is_none() && sim.step_count() < 400_000 {
         sim.advance(64).unwrap();
@@ -133,8 +128,7 @@ fn a_sphere_that_a_load_brings_back_has_not_passed() {
 fn a_sphere_before_a_thrown_sheet_has_not_passed() {
     let mut scene = small_sheet(41, 1.0);
     scene.projectile.position[2] = scene.projectile.radius + 1e-3;
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     let x = positions(&sim);
     let inner = |k: usize| (1..40).contains(&(k % 41)) && (1..40).contains(&(k / 41));
     let v: Vec<f64> = (0..x.len()).flat_map(|k| [0.0, 0.0, if inner(k) { 200.0 } else { 0.0 }]).collect();
@@ -154,8 +148,7 @@ fn a_prescribed_sphere_passes_when_it_has_got_past() {
     let after = |x: f64, z: f64| {
         let mut scene = scene;
         scene.projectile.position[0] = x;
-        let mut memory = Buffers::of(&scene);
-        let mut sim = memory.sim(&scene);
+        let mut sim = sim_of(&scene);
         let body = &scene.projectile;
         let end = Motion {
             position: [x, 0.0, z],
@@ -191,8 +184,7 @@ fn held_nodes(scene: &Scene, sim: &Sim<'_>) -> Vec<bool> {
 #[test]
 fn debris_is_no_deflection() {
     let scene = small_sheet(41, speed(80.0, 8.4e-3));
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance_until(Outcome::Exited, 50_000).unwrap();
     let held = held_nodes(&scene, &sim);
     let deepest = |held_only: bool| {
@@ -233,8 +225,7 @@ fn a_torn_off_corner_sheet_is_detached() {
     let mut scene = small_sheet(61, speed(80.0, 8.4e-3));
     scene.attachment.kind = AttachmentKind::FourCorners;
     (scene.attachment.disc_inset, scene.attachment.disc_radius) = (3.5e-3, 3.0e-3);
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     assert!(fixed_nodes(&scene).iter().filter(|&&fixed| fixed).count() > 4);
     let reaches = |sim: &Sim<'_>| {
         let held = held_nodes(&scene, sim);

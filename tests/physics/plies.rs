@@ -33,8 +33,7 @@ fn friction_on_plies_that_lie_on_each_other_is_solved() {
     for velocity in [15.0, 42.0] {
         let mut scene = stacked(small_sheet(31, velocity), 5, 0.0);
         scene.contact.friction = 0.2;
-        let mut memory = Buffers::of(&scene);
-        let mut sim = memory.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance(1000).unwrap();
         let (counters, energy) = (sim.counters(), sim.energy().unwrap());
         assert!(counters.contacts > 0 && energy.friction > 0.0, "{counters:?}");
@@ -61,8 +60,7 @@ fn far_apart(friction: f64) {
     let (stack, mut second) = (stacked(scene, 2, gap), scene);
     second.seed = scene.ply_seed(1);
     assert_ne!(second.seed, scene.seed);
-    let (mut a, mut b) = (Buffers::of(&stack), Buffers::of(&scene));
-    let (mut both, mut alone) = (a.sim(&stack), b.sim(&scene));
+    let (mut both, mut alone) = (sim_of(&stack), sim_of(&scene));
     both.advance(400).unwrap();
     alone.advance(400).unwrap();
     assert!(apart(&of_ply(&both, 0), &positions(&alone)) < 1e-9 * alone.fabric().unwrap().max_deflection);
@@ -81,8 +79,7 @@ fn far_apart(friction: f64) {
     stack.projectile.position[2] = gap - scene.projectile.radius;
     alone.sheet.position[2] = gap;
     alone.projectile.position = stack.projectile.position;
-    let (mut a, mut b) = (Buffers::of(&stack), Buffers::of(&alone));
-    let (mut both, mut alone) = (a.sim(&stack), b.sim(&alone));
+    let (mut both, mut alone) = (sim_of(&stack), sim_of(&alone));
     both.advance(300).unwrap();
     alone.advance(300).unwrap();
     let worst = apart(&of_ply(&both, 1), &positions(&alone));
@@ -99,8 +96,7 @@ fn a_projectile_goes_through_two_plies_as_through_two_shields() {
     scene.time_step = TimeStep::seconds(2e-8);
     let gap = 0.03;
     let run = |scene: &Scene| {
-        let mut buffers = Buffers::of(scene);
-        let mut sim = buffers.sim(scene);
+        let mut sim = sim_of(scene);
         sim.advance_until(Outcome::Exited, 20_000).unwrap();
         assert!(sim.outcomes().mask.has(Outcome::Exited), "{scene:?}");
         (sim.projectile().unwrap().velocity[2], sim.counters().failed_segments)
@@ -124,8 +120,7 @@ fn plies_on_each_other_move_as_the_lumped_sheet() {
     {
         let (stack, mut lumped) = (stacked(scene, plies, 0.0), scene);
         lumped.sheet.plies = plies;
-        let (mut a, mut b) = (Buffers::of(&stack), Buffers::of(&lumped));
-        let (mut apart, mut one) = (a.sim(&stack), b.sim(&lumped));
+        let (mut apart, mut one) = (sim_of(&stack), sim_of(&lumped));
         for _ in 0..6 {
             apart.advance(50).unwrap();
             one.advance(50).unwrap();
@@ -154,8 +149,7 @@ fn a_sphere_that_is_squeezed_out_meets_what_was_out_of_its_reach() {
     (body.position, body.velocity) = ([0.0, 0.0, centre], [0.0; 3]);
     scene.time_step = TimeStep::seconds(dt);
     let scene = stacked(scene, 2, 0.0);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     // Both plies are torn to pieces, so that nothing but contact moves their nodes. The middle ones are put about the sphere.
     sim.set_largest_stretch(&vec![10.0; sim.layout().segments()]).unwrap();
     let mut x = positions(&sim);
@@ -203,8 +197,7 @@ fn set_off(sim: &mut Sim<'_>, speeds: &[f64]) {
 fn a_falling_ply_takes_along_one_after_the_other() {
     let (gap, speed) = (1e-4, 30.0);
     let scene = free_plies(4, gap);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     set_off(&mut sim, &[speed, 0.0, 0.0, 0.0]);
     let (dt, nodes) = (sim.step_limits().dt, 81.0);
     let first = sim.energy().unwrap();
@@ -238,8 +231,7 @@ fn a_falling_ply_takes_along_one_after_the_other() {
 #[test]
 fn a_ply_that_falls_on_a_held_one_shares_its_speed() {
     let scene = stacked(without_projectile(small_sheet(41, 0.0)), 2, 0.0);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
     let nodes = 41 * 41;
     let inside = |k: usize| k < nodes && !([0, 40].contains(&(k % 41)) || k / 41 == 0 || k / 41 == 40);
@@ -265,8 +257,7 @@ fn balances_of_a_perforated_stack() {
 fn perforated(friction: f64) {
     let mut scene = stacked(small_sheet(31, 250.0), 5, 2.5e-4);
     (scene.yarn.stochastic, scene.track_support, scene.contact.friction) = (true, true, friction);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let (first, mut through) = (0.5 * scene.projectile.mass * 250.0 * 250.0, 0.0);
     for _ in 0..40 {
         sim.advance(20).unwrap();
@@ -292,8 +283,7 @@ fn the_balances_of_a_stack_close_to_second_order() {
         let residuals = [0.4, 0.2, 0.1].map(|fraction| {
             let mut scene = stacked(small_sheet(31, 40.0), 4, 1e-4);
             (scene.time_step, scene.contact.friction) = (TimeStep::fraction(fraction), friction);
-            let mut buffers = Buffers::of(&scene);
-            let mut sim = buffers.sim(&scene);
+            let mut sim = sim_of(&scene);
             let steps = (12e-6 / sim.step_limits().dt) as u64;
             sim.advance(steps).unwrap();
             assert_eq!(sim.counters().failed_segments, 0);
@@ -318,8 +308,7 @@ fn a_block_rubs_on_a_pile_as_on_one_ply() {
         let body = &mut scene.projectile;
         (body.shape, body.size, body.mass) = (Shape::Box, [8.0 * h, 8.0 * h, 8.0 * h], 10.0);
         (body.position, body.velocity) = ([0.0, 0.0, -4.0 * h], [0.6 * across, -0.8 * across, 10.0]);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.step().unwrap();
         let dt = sim.step_limits().dt;
         let (mut along, mut beside) = (0.0, 0.0);
@@ -391,8 +380,7 @@ fn meetings(coefficient: std::ops::Range<f64>, share: std::ops::Range<f64>) -> i
 
 /// Steps once and checks the balances, whether the solve has converged or not. What plies and what the body lost, of the energy before.
 fn meet(meeting: &Meeting) -> Result<[f64; 2], TestCaseError> {
-    let mut buffers = Buffers::of(&meeting.scene);
-    let mut sim = buffers.sim(&meeting.scene);
+    let mut sim = sim_of(&meeting.scene);
     sim.set_motion(&meeting.positions, &meeting.velocities).unwrap();
     let before = sim.energy().unwrap();
     let start = before.projectile_kinetic + before.fabric_kinetic;
@@ -485,8 +473,7 @@ fn a_turned_ply_has_its_warp_along_y() {
     stack.projectile.position[2] = gap - scene.projectile.radius;
     exchanged.sheet.position[2] = gap;
     exchanged.projectile.position = stack.projectile.position;
-    let (mut a, mut b) = (Buffers::of(&stack), Buffers::of(&exchanged));
-    let (mut both, mut alone) = (a.sim(&stack), b.sim(&exchanged));
+    let (mut both, mut alone) = (sim_of(&stack), sim_of(&exchanged));
     while alone.counters().failed_segments == 0 {
         both.advance(10).unwrap();
         alone.advance(10).unwrap();
@@ -501,15 +488,13 @@ fn a_turned_ply_has_its_warp_along_y() {
 fn sixty_plies_and_a_thousand_tiny_ones_run() {
     let mut scene = stacked(small_sheet(21, 200.0), 60, 2.5e-4);
     scene.yarn.stochastic = true;
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance(40).unwrap();
     assert!(sim.ply(0).unwrap().kinetic > 0.0 && sim.ply(59).unwrap().kinetic == 0.0, "the last rests");
     assert!(sim.energy().unwrap().residual.abs() < 1e-3 * 168.0);
     let mut tiny = stacked(small_sheet(2, 50.0), 1000, 0.0);
     tiny.attachment.kind = AttachmentKind::Free;
-    let mut buffers = Buffers::of(&tiny);
-    let mut sim = buffers.sim(&tiny);
+    let mut sim = sim_of(&tiny);
     sim.advance(100).unwrap();
     assert!(sim.contact().unwrap().work > 0.0);
 }
@@ -551,8 +536,7 @@ fn what_a_stack_cannot_be_is_refused_by_name() {
     let mut buffers = Buffers::of(&inside);
     let error = Sim::new(&inside, &mut buffers.lines).err().unwrap();
     assert_eq!((error.code, error.field), (Code::InitialOverlap, "projectile.position"));
-    let mut buffers = Buffers::of(&stack);
-    let mut sim = buffers.sim(&stack);
+    let mut sim = sim_of(&stack);
     let mut x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
     x[3 * 60 + 2] = 1.5e-4;
     let rest = vec![0.0; x.len()];
@@ -606,8 +590,7 @@ fn a_back_fabric_like_the_front_one_gives_the_same_bits() {
         // The stiffest and the strongest segment need not be of one fabric.
         let [limit, own] = [&one, &two].map(|scene| scene.step_limits().unwrap().dt_crit);
         assert!(own >= limit && own < 1.01 * limit, "{own} {limit}");
-        let (mut a, mut b) = (Buffers::of(&one), Buffers::of(&two));
-        let (mut one, mut two) = (a.sim(&one), b.sim(&two));
+        let (mut one, mut two) = (sim_of(&one), sim_of(&two));
         for _ in 0..8 {
             one.advance(100).unwrap();
             two.advance(100).unwrap();
@@ -633,8 +616,7 @@ fn a_ply_of_another_fabric_far_behind_is_a_shield_of_it() {
         stack.projectile.position[2] = gap - scene.projectile.radius;
         let mut alone = Scene { stack: scene.stack, ..stack.all_of_back() };
         (alone.seed, alone.sheet.position[2]) = (scene.ply_seed(1), gap);
-        let (mut a, mut b) = (Buffers::of(&stack), Buffers::of(&alone));
-        let (mut both, mut alone) = (a.sim(&stack), b.sim(&alone));
+        let (mut both, mut alone) = (sim_of(&stack), sim_of(&alone));
         while alone.counters().failed_segments == 0 {
             both.advance(10).unwrap();
             alone.advance(10).unwrap();
@@ -658,8 +640,7 @@ fn two_fabrics_are_two_shields_in_series() {
     scene.time_step = TimeStep::seconds(1.5e-8);
     let hybrid = with_back(stacked(scene, 2, 0.03), 1, another);
     let run = |scene: &Scene| {
-        let mut buffers = Buffers::of(scene);
-        let mut sim = buffers.sim(scene);
+        let mut sim = sim_of(scene);
         sim.advance_until(Outcome::Exited, 30_000).unwrap();
         assert!(sim.outcomes().mask.has(Outcome::Exited));
         sim.projectile().unwrap().velocity[2]
@@ -678,8 +659,7 @@ fn the_wave_in_each_ply_has_its_own_speed() {
     let mut scene = without_projectile(small_sheet(161, 0.0));
     scene.time_step = TimeStep::fraction(0.1);
     let stack = with_back(stacked(scene, 2, 0.01), 1, another);
-    let mut buffers = Buffers::of(&stack);
-    let mut sim = buffers.sim(&stack);
+    let mut sim = sim_of(&stack);
     // All columns to the left of the middle move away from the right ones at a speed that damages nothing.
     let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
     let v: Vec<f64> = (0..2 * 161 * 161)
@@ -718,8 +698,7 @@ fn the_wave_in_each_ply_has_its_own_speed() {
 fn plies_of_two_masses_share_their_momentum() {
     let (gap, speed) = (1e-4, 30.0);
     let scene = with_back(free_plies(3, gap), 1, |back| back.node_mass *= 3.0);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     set_off(&mut sim, &[speed, 0.0, 0.0]);
     let (dt, mass) = (sim.step_limits().dt, 81.0 * scene.sheet.node_mass);
     close(sim.energy().unwrap().fabric_kinetic, 0.5 * mass * speed * speed, 1e-12);
@@ -746,8 +725,7 @@ fn balances_of_a_hybrid_pack() {
     (scene.yarn.stochastic, scene.track_support) = (true, true);
     (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic, scene.yarn.viscosity_bending) = (0.06, 1.5, 0.06);
     (scene.back.modulus_sd, scene.back.crimp) = (1e9, [0.003, 0.001]);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let (first, mut worst) = (0.5 * scene.projectile.mass * 250.0 * 250.0, 0.0_f64);
     for _ in 0..40 {
         sim.advance(20).unwrap();
@@ -767,8 +745,7 @@ fn balances_of_a_hybrid_pack() {
 fn momentum_of_a_hybrid_pack_whose_step_is_halved() {
     let mut scene = with_back(stacked(small_sheet(31, 120.0), 3, 1e-4), 2, another);
     (scene.step_after_failure, scene.track_support) = (StepAfterFailure::Half, true);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     while sim.counters().failed_segments == 0 {
         sim.advance(10).unwrap();
     }

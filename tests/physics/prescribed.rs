@@ -6,8 +6,7 @@ use fabric_tests::{Buffers, close, positions, small_sheet, tilted_cylinder};
 
 /// The motion of a free run, step by step.
 fn recorded(scene: &Scene, steps: usize) -> (Vec<Motion>, Vec<[f64; 3]>, f64, [f64; 3]) {
-    let mut memory = Buffers::of(scene);
-    let mut sim = memory.sim(scene);
+    let mut sim = sim_of(scene);
     let mut motions = Vec::new();
     for _ in 0..steps {
         sim.step().unwrap();
@@ -24,8 +23,7 @@ fn replay(mut scene: Scene, tolerance: f64) {
     let steps = 400;
     let (motions, free, work, impulse) = recorded(&scene, steps);
     scene.drive = Drive::Prescribed;
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     for (n, end) in motions.iter().enumerate() {
         sim.follow(&Path { first: n as u64, steps: 1, end: *end }, 1).unwrap();
     }
@@ -75,8 +73,7 @@ fn a_path_is_the_cubic_through_its_ends() {
     let velocity = [10.0, 20.0, -30.0];
     scene.projectile.velocity = velocity;
     let acceleration = [1e6, -2e6, 3e5];
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     let dt = sim.step_limits().dt;
     let at = |t: f64| add(add(start, scale(velocity, t)), scale(acceleration, 0.5 * t * t));
     let end = 1000.0 * dt;

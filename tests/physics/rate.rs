@@ -56,8 +56,7 @@ fn pulled(rate: f64) -> (f64, f64) {
     scene.time_step = TimeStep { seconds: 0.02 / rate / 4000.0, ..scene.time_step };
     let dt = scene.time_step.seconds;
     let (mut modulus, mut strength): (Option<f64>, f64) = (None, 0.0);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     start(&mut sim, [0.0; 2], [rate, 0.0]);
     let mut before = velocities(&sim)[1][0];
     while sim.step_count() < 4000 {
@@ -128,8 +127,7 @@ fn a_held_segment_relaxes_as_the_formula_says() {
     scene.time_step = TimeStep { seconds: 1e-7, ..scene.time_step };
     let strain = 0.008;
     let e = 0.5 * ((1.0 + strain) * (1.0 + strain) - 1.0);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     start(&mut sim, [strain, 0.0], [0.0; 2]);
     let dt = sim.step_limits().dt;
     let volume = 2.0 * scene.sheet.yarn_area * scene.sheet.spacing * scene.yarn.modulus_mean;
@@ -164,8 +162,7 @@ fn a_cell_pulled_both_ways_is_the_sum_of_its_segments() {
     let mut scene = cell(1e4);
     scene.time_step = TimeStep { seconds: 1e-4 / 2000.0, ..scene.time_step };
     let rates = [100.0, 45.0];
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     start(&mut sim, [0.0; 2], rates);
     sim.advance(1600).unwrap();
     let t = sim.time();
@@ -197,8 +194,7 @@ fn a_cell_pulled_both_ways_is_the_sum_of_its_segments() {
 fn no_cycle_gains_energy() {
     let mut scene = cell(0.05);
     scene.time_step = TimeStep { seconds: 2e-6, ..scene.time_step };
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     start(&mut sim, [0.006, 0.009], [60.0, -40.0]);
     let first = sim.energy().unwrap();
     let first = first.fabric_kinetic + first.strain;
@@ -219,8 +215,7 @@ fn the_balances_of_a_cell_close_to_second_order() {
     let off = |seconds: f64| {
         let mut scene = cell(0.05);
         scene.time_step = TimeStep { seconds, ..scene.time_step };
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         start(&mut sim, [0.0; 2], [20.0, 20.0]);
         let (first, mut worst) = (sim.energy().unwrap().fabric_kinetic, 0.0);
         while sim.time() < 3e-4 {
@@ -249,8 +244,7 @@ fn the_balances_of_a_sheet_close_to_second_order() {
     let off = |fraction: f64| {
         let mut scene = impact(fraction);
         scene.projectile.velocity[2] = 60.0;
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let first = sim.energy().unwrap().projectile_kinetic;
         let mut worst = 0.0;
         while sim.time() < 20e-6 {
@@ -283,8 +277,7 @@ fn the_balances_of_a_perforation_close() {
     for (name, scene) in
         [("plain", plain), ("halved", halved), ("drawn", drawn), ("viscous", viscous), ("crimped", crimped)]
     {
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let first = sim.energy().unwrap().projectile_kinetic;
         let mut taken = 0.0;
         while sim.time() < 60e-6 {

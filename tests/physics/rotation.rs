@@ -88,8 +88,7 @@ fn a_free_cylinder_precesses_in_the_simulation() {
         let w = turn_back(m.orientation, m.angular_velocity);
         turn(m.orientation, [inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]])
     };
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let first = momentum(&sim.projectile().unwrap());
     sim.advance(10_000).unwrap();
     let motion = sim.projectile().unwrap();

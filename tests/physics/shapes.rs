@@ -56,8 +56,7 @@ fn a_free_sheet_and_any_body_keep_linear_and_angular_momentum() {
     for body in bodies() {
         let scene = oblique(body, AttachmentKind::Free);
         let (m, mass) = (scene.sheet.node_mass, scene.projectile.mass);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let linear = |sim: &fabric::Sim<'_>| {
             let own = scale(sim.projectile().unwrap().velocity, mass);
             velocities(sim).iter().fold(own, |sum, v| add(sum, scale(*v, m)))
@@ -83,8 +82,7 @@ fn supports_take_what_any_body_and_the_sheet_lose() {
         scene.yarn.stochastic = true;
         scene.projectile.velocity[2] = 250.0;
         let first = scale(scene.projectile.velocity, scene.projectile.mass);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         for _ in 0..15 {
             sim.advance(100).unwrap();
             let fabric = half_step_momentum(&mut sim, scene.sheet.node_mass);
@@ -115,8 +113,7 @@ fn no_node_enters_a_body_that_does_not_turn() {
         scene.drive = Drive::Prescribed;
         scene.projectile.angular_velocity = [0.0; 3];
         let size = Solid::of(&body).radius();
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let mut deepest: f64 = 0.0;
         for _ in 0..1200 {
             sim.step().unwrap();
@@ -164,8 +161,7 @@ fn a_flat_face_takes_the_nodes_before_it_along() {
     for body in [cuboid, half_spaces, square] {
         let position = [0.0, 0.0, -0.5 * size[2]];
         let scene = Scene { projectile: Projectile { position, velocity: [0.0, 0.0, 100.0], ..body }, ..base };
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.step().unwrap();
         assert_eq!(sim.counters().contacts, 81);
         let motion = sim.projectile().unwrap();
@@ -194,8 +190,7 @@ fn a_tilted_nose_on_one_node() {
     let to_nose = turn(q, [0.0, 0.0, nose(&scene)]);
     let r = add(to_nose, [0.0, 0.0, scene.projectile.radius]);
     scene.projectile.position = scale(r, -1.0);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.step().unwrap();
     assert_eq!(sim.counters().contacts, 1);
     let arm = turn_back(q, cross(r, [0.0, 0.0, 1.0]));
@@ -217,8 +212,7 @@ fn a_hemispherical_nose_strikes_as_a_sphere() {
     sphere.projectile.position[2] = -radius - 1e-7;
     bullet.projectile.position[2] = -nose(&bullet) - radius - 1e-7;
     let run = |scene: &Scene| {
-        let mut buffers = Buffers::of(scene);
-        let mut sim = buffers.sim(scene);
+        let mut sim = sim_of(scene);
         sim.advance(800).unwrap();
         assert!(sim.counters().failed_segments == 0 && sim.counters().most_candidates > 20);
         sim.projectile().unwrap().velocity[2]
@@ -231,8 +225,7 @@ fn a_hemispherical_nose_strikes_as_a_sphere() {
 fn the_disc_sector_preset_tears_the_sheet() {
     let mut scene = Scene::turbine_disc_sector();
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (121, 121);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance(7000).unwrap();
     let (energy, counters) = (sim.energy().unwrap(), sim.counters());
     assert!(energy.contact_work > 0.1 && counters.failed_segments > 0 && counters.unconverged == 0);

@@ -72,8 +72,7 @@ impl Slide {
     /// The same under a load, N, in the sheet's axes.
     fn pushed(&self, load: V3, way: f64, check: impl Fn(&Sim<'_>, &str), name: &str) {
         let scene = self.scene();
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let mut x = vec![[1e3 * spacing(), 0.0, 0.0]; sim.layout().nodes()];
         for (place, point) in x.iter_mut().zip(&self.points) {
             *place = self.placed(*point);
@@ -185,8 +184,7 @@ fn a_box_loses_what_the_rows_of_a_sheet_stop() {
         let (size, position) = ([20.0 * h, width * h, 8.0 * h], [-60.0 * h, row * h, -4.0 * h]);
         let size = size.map(|edge| edge.max(2.0 * h));
         scene.projectile = Projectile { shape: Shape::Box, size, mass: 0.01, velocity, position, ..scene.projectile };
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance((50.0 * h / (velocity[0] * sim.step_limits().dt)) as u64).unwrap();
         let (contact, along) = (sim.contact().unwrap(), sim.projectile().unwrap().velocity[0]);
         println!("{velocity:?}: {along} m/s, lost {} J", contact.loss);

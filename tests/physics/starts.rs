@@ -12,8 +12,7 @@ fn flat(values: &[[f64; 3]]) -> Vec<f64> {
 #[test]
 fn a_restart_from_positions_and_velocities_goes_on() {
     let scene = small_sheet(21, 60.0);
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance(200).unwrap();
     let mut later: Scene = scene;
     let motion = sim.projectile().unwrap();
@@ -22,8 +21,7 @@ fn a_restart_from_positions_and_velocities_goes_on() {
     later.projectile.position[2] -= 1.0;
     let shift = |x: &[[f64; 3]], by: f64| x.iter().map(|p| [p[0], p[1], p[2] + by]).collect::<Vec<_>>();
     let (x, v) = (shift(&positions(&sim), -1.0), velocities(&sim));
-    let mut other_memory = Buffers::of(&later);
-    let mut other = other_memory.sim(&later);
+    let mut other = sim_of(&later);
     other.set_motion(&flat(&x), &flat(&v)).unwrap();
     assert!(largest_distance(&positions(&other), &x) < 1e-15);
     assert!(largest_distance(&velocities(&other), &v) < 1e-12 * 60.0);
@@ -40,8 +38,7 @@ fn a_restart_from_positions_and_velocities_goes_on() {
 #[test]
 fn a_pre_stretched_sheet_holds_its_strain_energy() {
     let scene = without_projectile(small_sheet(15, 0.0));
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     let stretch: f64 = 1.02;
     let x: Vec<f64> = flat(&positions(&sim)).iter().map(|x| stretch * x).collect();
     sim.set_motion(&x, &vec![0.0; x.len()]).unwrap();
@@ -65,8 +62,7 @@ fn a_pre_damaged_sheet_is_softer() {
     let largest = 1.0325;
     let rate = 7.91 * 140.21 - 878.46;
     let alpha = (-rate * (largest - 1.03f64)).exp();
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.set_largest_stretch(&[largest; 12]).unwrap();
     for value in damage(&sim) {
         close(value, alpha, 1e-11);
@@ -92,8 +88,7 @@ fn a_pre_damaged_sheet_is_softer() {
 fn a_sheet_of_dead_yarns_is_debris() {
     let mut scene = small_sheet(15, 100.0);
     scene.attachment.kind = fabric::AttachmentKind::Free;
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     let segments = sim.layout().segments();
     sim.set_largest_stretch(&vec![1.2; segments]).unwrap();
     assert_eq!(sim.counters().failed_segments, segments as u64);

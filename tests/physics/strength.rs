@@ -98,8 +98,7 @@ fn drawn_sheet() -> Scene {
 #[test]
 fn balances_of_a_torn_sheet_close() {
     let scene = drawn_sheet();
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let first = sim.energy().unwrap().projectile_kinetic;
     sim.advance(2500).unwrap();
     assert!(sim.counters().failed_segments > 20);
@@ -114,8 +113,7 @@ fn balances_of_a_torn_sheet_close() {
 fn the_theta_rule_draws_the_same_strength() {
     let scene = drawn_sheet();
     let torn = |scene: &Scene| {
-        let mut buffers = Buffers::of(scene);
-        let mut sim = buffers.sim(scene);
+        let mut sim = sim_of(scene);
         let mut steps = 0;
         while damage(&sim).iter().all(|alpha| *alpha == 1.0) {
             sim.advance(4).unwrap();

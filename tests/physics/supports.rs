@@ -21,8 +21,7 @@ fn one_fixed_node_takes_the_normal_velocity() {
             let velocity = [3.0, -20.0, 99.5];
             let scene = Scene { integrator, ..sphere_at(&sheet, 0, normal, velocity) };
             let mass = scene.projectile.mass;
-            let mut buffers = Buffers::of(&scene);
-            let mut sim = buffers.sim(&scene);
+            let mut sim = sim_of(&scene);
             sim.step().unwrap();
             let into = dot(normal, velocity);
             let lost = 0.5 * mass * into * into;
@@ -54,8 +53,7 @@ fn work_on_supports_is_told_apart_from_work_on_the_fabric() {
     for (node, normal, on_supports) in [(12, [0.0, 0.0, 1.0], false), (2, [0.0, 0.6, 0.8], true)] {
         let scene = sphere_at(&sheet, node, normal, [0.0, 0.0, 50.0]);
         let (mass, m) = (scene.projectile.mass, scene.sheet.node_mass);
-        let (mut buffers, mut others) = (Buffers::of(&scene), Buffers::of(&scene));
-        let (mut sim, mut other) = (buffers.sim(&scene), others.sim(&scene));
+        let (mut sim, mut other) = (sim_of(&scene), sim_of(&scene));
         sim.step().unwrap();
         let into = 50.0 * normal[2];
         // With restitution zero a node at rest takes M m/(M + m) of V, the support all that goes into it.
@@ -82,8 +80,7 @@ struct Told {
 
 fn run(scene: &Scene, steps: u64) -> Told {
     let (mass, first) = (scene.projectile.mass, scene.projectile.velocity);
-    let mut buffers = Buffers::of(scene);
-    let mut sim = buffers.sim(scene);
+    let mut sim = sim_of(scene);
     let (mut energy, mut momentum): (f64, f64) = (0.0, 0.0);
     for _ in 0..steps / 100 {
         sim.advance(100).unwrap();
@@ -144,8 +141,7 @@ fn a_sphere_larger_than_the_sheet_is_stopped_by_its_supports() {
         Scene { symmetry: Symmetry { mirror_x: true, mirror_y: false }, ..base },
         Scene { symmetry: Symmetry { mirror_x: true, mirror_y: true }, ..base },
     ] {
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance(5000).unwrap();
         let (speed, counters) = (scene.projectile.velocity[2], sim.counters());
         let impulse = scene.projectile.mass * speed;
@@ -163,8 +159,7 @@ fn a_sphere_larger_than_the_sheet_is_stopped_by_its_supports() {
 fn a_prescribed_body_passes_through_supports_and_is_told() {
     let mut scene = small_sheet(15, 60.0);
     scene.drive = Drive::Prescribed;
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     // The supports at the middles of the sides are met at a depth of R - sqrt(R^2 - 49 h^2).
     let (radius, near) = (scene.projectile.radius, 7.0 * scene.sheet.spacing);
     let depth = |time: f64| radius - (near * near + (radius - 60.0 * time) * (radius - 60.0 * time)).sqrt();
@@ -196,8 +191,7 @@ fn supports_that_are_displaced_are_met_where_they_are() {
         let (half, h) = (scene.half_size()[0], scene.sheet.spacing);
         // Ten spacings beside the sheet, and supports that are drawn out to there.
         scene.projectile.position = [0.0, half + 10.0 * h, -scene.projectile.radius - 1e-6];
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let rest: Vec<V3> = positions(&sim);
         let moved = |z: f64| -> Vec<V3> {
             let top = rest.len() - 15;

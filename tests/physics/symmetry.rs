@@ -108,8 +108,7 @@ fn a_centred_hit_is_that_of_the_whole_sheet() {
                     scene.projectile.size = [9e-3, 7e-3, 0.0381];
                 }
                 let quarter = Scene { symmetry: QUARTER, ..scene };
-                let (mut buffers, mut part_buffers) = (Buffers::of(&scene), Buffers::of(&quarter));
-                let (mut whole, mut part) = (buffers.sim(&scene), part_buffers.sim(&quarter));
+                let (mut whole, mut part) = (sim_of(&scene), sim_of(&quarter));
                 let nodes = modelled_nodes(&scene, &part);
                 whole.advance(400).unwrap();
                 part.advance(400).unwrap();
@@ -140,8 +139,7 @@ fn half_a_sheet_under_a_tilted_cylinder() {
     scene.projectile.position[1] = 1e-3;
     scene.projectile.angular_velocity = [300.0, 0.0, 0.0];
     let half = Scene { symmetry: PLANES[0], ..scene };
-    let (mut buffers, mut part_buffers) = (Buffers::of(&scene), Buffers::of(&half));
-    let (mut whole, mut part) = (buffers.sim(&scene), part_buffers.sim(&half));
+    let (mut whole, mut part) = (sim_of(&scene), sim_of(&half));
     whole.advance(900).unwrap();
     part.advance(900).unwrap();
     let (a, b) = (part.projectile().unwrap(), whole.projectile().unwrap());
@@ -158,8 +156,7 @@ fn half_a_sheet_under_a_tilted_cylinder() {
 fn the_balances_of_a_quarter_close_through_failure() {
     let mut scene = small_sheet(41, 95.0);
     scene.symmetry = QUARTER;
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance(5000).unwrap();
     let energy = sim.energy().unwrap();
     let first = 0.5 * scene.projectile.mass * 95.0 * 95.0;
@@ -200,8 +197,7 @@ fn what_a_plane_would_change_is_refused() {
     }
     let mut scene = small_sheet(41, 20.0);
     scene.symmetry = QUARTER;
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     assert!(sim.set_external_load([0.0, 0.0, 3.0], [0.0; 3]).is_ok());
     let error = sim.set_external_load([1.0, 0.0, 0.0], [0.0; 3]).unwrap_err();
     assert_eq!((error.code, error.field), (Code::NotSymmetric, "external.force"));

@@ -16,8 +16,7 @@ fn by_theta(scene: Scene) -> Scene {
 fn an_impact_agrees_with_velocity_verlet() {
     let scene = small_sheet(41, speed(3.0, 8.4e-3));
     let theta = by_theta(scene);
-    let (mut buffers, mut theta_buffers) = (Buffers::of(&scene), Buffers::of(&theta));
-    let (mut verlet, mut theta) = (buffers.sim(&scene), theta_buffers.sim(&theta));
+    let (mut verlet, mut theta) = (sim_of(&scene), sim_of(&theta));
     let steps = (60e-6 / verlet.step_limits().dt) as u64;
     verlet.advance(steps).unwrap();
     theta.advance(steps).unwrap();
@@ -39,8 +38,7 @@ fn momentum_of_a_free_sheet_and_a_turning_cylinder_is_kept() {
     scene.attachment.kind = AttachmentKind::Free;
     scene.projectile.angular_velocity = [200.0, -300.0, 900.0];
     let (m, mass, inertia) = (scene.sheet.node_mass, scene.projectile.mass, moments(&scene));
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let sums = |sim: &Sim<'_>| -> (V3, V3) {
         let body = sim.projectile().unwrap();
         let w = turn_back(body.orientation, body.angular_velocity);
@@ -70,8 +68,7 @@ fn work_energy_identity_of_every_step() {
     scene.yarn.stochastic = true;
     scene.time_step = TimeStep::fraction(0.25);
     let (m, fixed) = (scene.sheet.node_mass, fixed_nodes(&scene));
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let dt = sim.step_limits().dt;
     let look = |sim: &Sim<'_>| {
         let x = positions(sim);
@@ -110,8 +107,7 @@ fn a_quarter_moves_as_the_whole_sheet() {
         scene.projectile.position = [0.0, 0.0, -1.0];
         let quarter = Scene { symmetry: Symmetry { mirror_x: true, mirror_y: true }, ..scene };
         let run = |scene: &Scene| {
-            let mut buffers = Buffers::of(scene);
-            let mut sim = buffers.sim(scene);
+            let mut sim = sim_of(scene);
             let x = positions(&sim);
             let half = scene.half_size()[0];
             let wave = |x: f64| if x.abs() < 0.99 * half { (1.5 * x / half).cos() } else { 0.0 };
@@ -138,8 +134,7 @@ fn without_convergence_the_state_is_kept() {
     let mut scene = by_theta(small_sheet(21, 100.0));
     scene.time_step = TimeStep::fraction(1.0);
     scene.step_check = StepCheck::None;
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let mut digest = sim.digest();
     let failure = loop {
         match sim.step() {
@@ -161,8 +156,7 @@ fn without_convergence_the_state_is_kept() {
 fn an_image_goes_on_with_the_same_bits() {
     let mut scene = by_theta(small_sheet(21, 110.0));
     scene.yarn.stochastic = true;
-    let (mut buffers, mut others) = (Buffers::of(&scene), Buffers::of(&scene));
-    let (mut sim, mut other) = (buffers.sim(&scene), others.sim(&scene));
+    let (mut sim, mut other) = (sim_of(&scene), sim_of(&scene));
     sim.advance(600).unwrap();
     let mut image = vec![0; sim.snapshot_bytes()];
     sim.save(&mut image).unwrap();
@@ -187,8 +181,7 @@ fn the_rotation_rule_is_an_option_of_either_integrator() {
         let mut scene = scene;
         scene.rotation_rule = rule;
         scene.time_step = TimeStep::fraction(0.4 / division);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance(1000 * division as u64).unwrap();
         sim.projectile().unwrap().angular_velocity
     };

@@ -49,8 +49,7 @@ fn forces_and_energies_are_those_of_the_formulas() {
     scene.yarn.stochastic = true;
     scene.sheet.plies = 2;
     let (m, fixed) = (scene.lumped_mass(), fixed_nodes(&scene));
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     let dt = sim.step_limits().dt;
     let at_rest = positions(&sim);
     let half = scene.half_size()[0];
@@ -128,8 +127,7 @@ fn forces_and_energies_are_those_of_the_formulas() {
 fn swing(width: f64, division: f64, stretch: f64, velocity: f64) -> (f64, f64, u64) {
     let mut scene = with_toe(without_projectile(small_sheet(3, 0.0)), width);
     scene.time_step = TimeStep::fraction(1.0 / division);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut sim = sim_of(&scene);
     // A yarn of the edge, between fixed nodes.
     fail(&mut sim, 0);
     let mut x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
@@ -180,8 +178,7 @@ fn balances_close_when_a_softened_yarn_breaks() {
 fn bits_are_the_same_where_nothing_has_been_slack() {
     let run = |toe: f64| {
         let scene = with_toe(without_projectile(small_sheet(21, 0.0)), toe);
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         fail(&mut sim, 0);
         let fixed = fixed_nodes(&scene);
         let (mut x, mut v) = (Vec::new(), Vec::new());
@@ -198,8 +195,7 @@ fn bits_are_the_same_where_nothing_has_been_slack() {
 
     let scene = small_sheet(41, 100.0);
     let soft = with_toe(scene, WIDTH);
-    let (mut a, mut b) = (Buffers::of(&scene), Buffers::of(&soft));
-    let (mut plain, mut soft) = (a.sim(&scene), b.sim(&soft));
+    let (mut plain, mut soft) = (sim_of(&scene), sim_of(&soft));
     while plain.counters().failed_segments == 0 {
         plain.step().unwrap();
         soft.step().unwrap();
@@ -239,8 +235,7 @@ fn a_quarter_without_contact_is_the_whole_sheet() {
 #[test]
 fn an_impact_creeps_less() {
     let residual = |scene: Scene| {
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance(10_000).unwrap();
         let momentum = scene.projectile.mass * scene.projectile.velocity[2];
         assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * momentum);
@@ -255,8 +250,7 @@ fn an_impact_creeps_less() {
 #[test]
 fn snapshots_and_reset_know_the_marks() {
     let scene = with_toe(Scene { yarn: Scene::sheet_3in_sphere().yarn, ..small_sheet(31, speed(40.0, 8.4e-3)) }, WIDTH);
-    let (mut a, mut b) = (Buffers::of(&scene), Buffers::of(&scene));
-    let (mut sim, mut other) = (a.sim(&scene), b.sim(&scene));
+    let (mut sim, mut other) = (sim_of(&scene), sim_of(&scene));
     let start = sim.digest();
     let mut images = Vec::new();
     for _ in 0..2 {

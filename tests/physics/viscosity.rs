@@ -51,8 +51,7 @@ fn the_viscous_force_is_that_of_the_formula() {
 /// One free node between four, displaced by little along `axis`. Its scheme is x_{n+1} - 2 x_n + x_{n-1} + Omega^2 x_n +
 /// K (x_n - x_{n-1}) = 0, so D_n = x_{n+1} x_{n-1} - x_n^2 falls by the factor 1 - K in every step, whatever Omega.
 fn decay(scene: &Scene, axis: usize) -> f64 {
-    let mut buffers = Buffers::of(scene);
-    let mut sim = buffers.sim(scene);
+    let mut sim = sim_of(scene);
     let mut x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
     x[3 * 4 + axis] += 1e-7 * scene.sheet.spacing;
     let rest = vec![0.0; x.len()];
@@ -116,8 +115,7 @@ fn slack_yarn_has_no_viscosity() {
     let mut scene = without_projectile(small_sheet(15, 0.0));
     scene.attachment.kind = AttachmentKind::Free;
     let run = |scene: &Scene| {
-        let mut buffers = Buffers::of(scene);
-        let mut sim = buffers.sim(scene);
+        let mut sim = sim_of(scene);
         let x: Vec<f64> = positions(&sim).iter().flat_map(|x| [0.97 * x[0], 0.96 * x[1], 0.0]).collect();
         let v: Vec<f64> = (0..x.len()).map(|k| 3.0 * (1.7 * k as f64).sin()).collect();
         sim.set_motion(&x, &v).unwrap();
@@ -142,8 +140,7 @@ fn viscosity_stops_the_energy_gain_of_crimped_sheets() {
     let residual = |scene: Scene| {
         let mut scene = Scene { time_step: TimeStep::fraction(0.4), ..scene };
         scene.sheet.crimp = [0.01; 2];
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance((0.6e-3 / sim.step_limits().dt) as u64).unwrap();
         assert_eq!(sim.counters().failed_segments, 0);
         sim.energy().unwrap().residual / (0.5 * scene.projectile.mass * scene.projectile.velocity[2].powi(2))
@@ -163,8 +160,7 @@ fn viscosity_takes_energy_and_leaves_momentum() {
         if kind == AttachmentKind::Free {
             scene.projectile.velocity[2] = 1200.0;
         }
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance(1500).unwrap();
         let (failed, taken) = (sim.counters().failed_segments, sim.energy().unwrap().viscous);
         assert!(failed > 10 && taken > 0.01 * sim.energy().unwrap().contact_work, "{failed} {taken}");
@@ -185,8 +181,7 @@ fn the_moment_alone_touches_angular_momentum_and_little() {
             scene.projectile.radius = 3e-3;
             scene.projectile.position = [6e-3, 4e-3, -3.1e-3];
         }
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let first = angular_momentum(&sim);
         sim.advance(3000).unwrap();
         let contact = sim.contact().unwrap();
@@ -214,8 +209,7 @@ fn the_balances_of_a_viscous_sheet_close_to_second_order() {
     let off = |fraction: f64| {
         let mut scene = impact(fraction);
         scene.projectile.velocity[2] = 60.0;
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let first = sim.energy().unwrap().projectile_kinetic;
         sim.advance((30e-6 / sim.step_limits().dt) as u64).unwrap();
         let energy = sim.energy().unwrap();
@@ -235,8 +229,7 @@ fn the_balances_of_a_viscous_sheet_close_to_second_order() {
 fn the_balances_of_a_viscous_perforation_close() {
     for step_after_failure in [StepAfterFailure::Keep, StepAfterFailure::Half] {
         let scene = Scene { step_after_failure, ..impact(0.4) };
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         let first = sim.energy().unwrap().projectile_kinetic;
         sim.advance(4000).unwrap();
         let energy = sim.energy().unwrap();

@@ -1,7 +1,7 @@
 //! The kernel takes no memory of its own: an allocator that counts sees nothing between set-up and the last image.
 
-use fabric::{Layout, Outcome, Scene, Sim};
-use fabric_tests::{Buffers, small_sheet, tilted_cylinder};
+use fabric::{CacheLine, Layout, Outcome, Scene, Sim};
+use fabric_tests::{memory_of, small_sheet, tilted_cylinder};
 use std::alloc::{GlobalAlloc, Layout as Block, System};
 use std::cell::Cell;
 
@@ -49,10 +49,10 @@ fn requests(work: impl FnOnce()) -> u64 {
 }
 
 /// Everything a host does in the life of a simulation.
-fn whole_life(scene: &Scene, buffers: &mut Buffers, image: &mut [u8], numbers: &mut [f64]) {
+fn whole_life(scene: &Scene, memory: &mut [CacheLine], image: &mut [u8], numbers: &mut [f64]) {
     scene.check().unwrap();
     let layout = Layout::of(scene).unwrap();
-    let mut sim = Sim::new(scene, &mut buffers.lines).unwrap();
+    let mut sim = Sim::new(scene, memory).unwrap();
     sim.advance(200).unwrap();
     sim.save(image).unwrap();
     sim.advance_until(Outcome::Exited, 600).unwrap();
@@ -83,10 +83,10 @@ fn nothing_is_allocated() {
     let scenes = [stochastic, implicit, tilted_cylinder(21, 0.4, 100.0)];
     let mut total = 0;
     for scene in &scenes {
-        let mut buffers = Buffers::of(scene);
+        let mut memory = memory_of(scene);
         let layout = Layout::of(scene).unwrap();
         let (mut image, mut numbers) = (vec![0; layout.snapshot_bytes()], vec![0.0; 3 * layout.nodes()]);
-        total += requests(|| whole_life(scene, &mut buffers, &mut image, &mut numbers));
+        total += requests(|| whole_life(scene, &mut memory, &mut image, &mut numbers));
         // A refusal makes a text, on the stack.
         let mut refused = *scene;
         refused.projectile.mass = f64::NAN;

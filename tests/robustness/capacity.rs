@@ -1,7 +1,7 @@
 //! Places for the nodes under the projectile: by default there is one for every node, so that no scene can run out of them.
 
-use fabric::{AttachmentKind, Draw, Faces, Failure, Scene, Shape, Symmetry};
-use fabric_tests::{Buffers, positions, small_sheet};
+use fabric::{AttachmentKind, Draw, Failure, Scene, Shape, Symmetry};
+use fabric_tests::{cuboid, image_of, positions, sim_of, small_sheet};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -21,9 +21,7 @@ fn small_body(nodes: [u32; 2], shape: Shape, size: f64, kind: AttachmentKind) ->
         (1.2 * scene.sheet.spacing, 1.1 * scene.sheet.spacing);
     let body = &mut scene.projectile;
     (body.shape, body.radius, body.length, body.size) = (shape, half, 2.0 * half, [2.0 * half; 3]);
-    let faces = [0, 1, 2].map(|k| [-1.0, 1.0].map(|sign| [0, 1, 2, 3].map(|l| if l == k { sign } else { 0.0 })));
-    let planes: Vec<[f64; 4]> = faces.as_flattened().iter().map(|face| [face[0], face[1], face[2], half]).collect();
-    (body.faces, body.moments) = (Faces::of(&planes), [1e-9; 3]);
+    (body.faces, body.moments) = (cuboid([half; 3]), [1e-9; 3]);
     // From the centre of mass of the body with one hemispherical end to its tip it is 1.15 radii.
     let tip = if shape == Shape::HemisphericalCylinder { 1.15 * half } else { half };
     body.position = [0.0, 0.0, -tip - scene.sheet.spacing / 3.0];
@@ -45,8 +43,7 @@ fn every_free_node_of_the_sheet_finds_a_place_under_the_body() {
         for (stochastic, draw, symmetry) in yarns() {
             let mut scene = small_body([25, 24], shape, 1.1, kind);
             (scene.yarn.stochastic, scene.yarn.draw, scene.symmetry) = (stochastic, draw, symmetry);
-            let mut buffers = Buffers::of(&scene);
-            let mut sim = buffers.sim(&scene);
+            let mut sim = sim_of(&scene);
             let mut points = positions(&sim);
             let mut free = 0;
             for (node, point) in points.iter_mut().enumerate() {
@@ -90,8 +87,7 @@ proptest! {
         (scene.yarn.stochastic, scene.yarn.draw, scene.symmetry) = (stochastic, draw, symmetry);
         (scene.projectile.velocity[2], scene.projectile.mass) = (speed, mass);
         prop_assume!(scene.check().is_ok());
-        let mut buffers = Buffers::of(&scene);
-        let mut sim = buffers.sim(&scene);
+        let mut sim = sim_of(&scene);
         prop_assert_ne!(sim.advance(6000), Err(Failure::ContactCapacity));
         prop_assert_eq!(sim.counters().candidate_capacity, sim.layout().nodes() as u64);
     }
@@ -102,11 +98,10 @@ proptest! {
 fn an_image_goes_on_with_more_room() {
     let little = Scene { contact_capacity: 120, ..small_sheet(31, 300.0) };
     let ample = Scene { contact_capacity: 0, ..little };
-    let (mut first, mut second, mut third) = (Buffers::of(&little), Buffers::of(&ample), Buffers::of(&ample));
-    let (mut short, mut cured, mut whole) = (first.sim(&little), second.sim(&ample), third.sim(&ample));
-    let mut image = vec![0; short.snapshot_bytes()];
+    let (mut short, mut cured, mut whole) = (sim_of(&little), sim_of(&ample), sim_of(&ample));
+    let mut image;
     let failure = loop {
-        short.save(&mut image).unwrap();
+        image = image_of(&short);
         if let Err(failure) = short.advance(20) {
             break failure;
         }
@@ -137,8 +132,7 @@ fn a_sheet_wrapped_about_a_cylinder_fits_in_the_number_of_the_docs() {
     scene.projectile.position = [0.0, 0.0, -radius - 2.0 * h];
     // 1.6 times 2 pi r (l + 2 r)/h^2 with a margin h all round.
     scene.contact_capacity = (1.6 * std::f64::consts::TAU * 7.0 * (22.0 + 14.0)) as u32;
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     let mut points = positions(&sim);
     // Away from the surface, but nearer than h.
     let away = 0.05 * h;

@@ -2,12 +2,11 @@
 
 use fabric::Solid;
 use fabric::{Outcome, Scene};
-use fabric_tests::{Buffers, close, small_sheet};
+use fabric_tests::{close, sim_of, small_sheet};
 
 /// Residual velocity, absorbed energy and contact loss when the projectile has left.
 fn shot(scene: &Scene) -> [f64; 3] {
-    let mut memory = Buffers::of(scene);
-    let mut sim = memory.sim(scene);
+    let mut sim = sim_of(scene);
     sim.advance_until(Outcome::Exited | Outcome::Arrested, 50_000).unwrap();
     assert!(sim.outcomes().mask.has(Outcome::Exited));
     assert!(sim.energy().unwrap().residual.abs() < 1e-2 * sim.contact().unwrap().work);
@@ -37,8 +36,7 @@ fn very_fast_projectiles_sweep_up_nodes() {
 fn a_very_light_projectile_rebounds() {
     let mut scene = small_sheet(41, 100.0);
     scene.projectile.mass = 1e-6;
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance_until(Outcome::Arrested, 20_000).unwrap();
     let end = sim.step_count() + 5000;
     sim.advance(end - sim.step_count()).unwrap();
@@ -53,8 +51,7 @@ fn a_projectile_as_light_as_a_node_never_gains_energy() {
     let mut scene = small_sheet(15, 100.0);
     scene.projectile.mass = scene.sheet.node_mass;
     let first = 0.5 * scene.projectile.mass * 1e4;
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     for _ in 0..200 {
         sim.advance(10).unwrap();
         assert!(sim.energy().unwrap().projectile_kinetic <= first);
@@ -79,8 +76,7 @@ fn the_fastest_accepted_projectile_runs() {
     let mut scene = small_sheet(9, 0.0);
     let fastest = scene.sheet.spacing / scene.step_limits().unwrap().dt;
     scene.projectile.velocity = [0.0, 0.0, 0.999 * fastest];
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance(2000).unwrap();
     assert!(sim.contact().unwrap().work > 0.0);
 }
@@ -95,8 +91,7 @@ fn the_smallest_sheets_run() {
                 let mut scene = small_sheet(2, 150.0);
                 (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nx, ny);
                 (scene.attachment.kind, scene.yarn.stochastic) = (kind, stochastic);
-                let mut memory = Buffers::of(&scene);
-                let mut sim = memory.sim(&scene);
+                let mut sim = sim_of(&scene);
                 sim.advance(2000).unwrap();
                 let residual = sim.momentum_residual().unwrap();
                 assert!(residual.iter().all(|r| r.abs() < 1e-12 * 8.4e-3 * 150.0));
@@ -110,8 +105,7 @@ fn the_smallest_sheets_run() {
 fn nothing_subnormal_ahead_of_a_wave() {
     let mut scene = small_sheet(101, 100.0);
     scene.yarn.stochastic = true;
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance(60).unwrap();
     let h = scene.sheet.spacing;
     let mut moved = vec![0.0; 3 * sim.layout().nodes()];

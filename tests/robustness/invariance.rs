@@ -1,10 +1,9 @@
 //! The bits of a run depend on the scene and the number of steps alone, not on how the calls are made. Nearly every scene here
 //! runs past its first failures, where any difference of rounding would grow.
 
-use crate::golden;
 use fabric::{CacheLine, Drive, InstructionSet, Integrator, Motion, Path, Scene, Sim, TimeStep};
 use fabric_tests::options::{self, Mix};
-use fabric_tests::{Buffers, damage, positions, small_sheet, tilted_cylinder, velocities};
+use fabric_tests::{damage, golden, image_of, memory_of, positions, sim_of, small_sheet, tilted_cylinder, velocities};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -36,8 +35,7 @@ struct End {
 /// How a mix ends that has been started and run in some way.
 fn run(mix: &Mix, way: impl Fn(&mut Sim<'_>)) -> End {
     let scene = mix.scene();
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     mix.start(&mut sim).unwrap();
     way(&mut sim);
     assert_eq!(sim.step_count(), STEPS);
@@ -47,8 +45,7 @@ fn run(mix: &Mix, way: impl Fn(&mut Sim<'_>)) -> End {
 
 /// Bits of positions and velocities, and the projectile, after a plain run. (A digest is also of what is not motion.)
 fn end_of(scene: &Scene) -> ([Vec<u64>; 2], Motion) {
-    let mut memory = Buffers::of(scene);
-    let mut sim = memory.sim(scene);
+    let mut sim = sim_of(scene);
     sim.advance(1000).unwrap();
     assert!(sim.counters().failed_segments > 0);
     let nodes = [positions(&sim), velocities(&sim)];
@@ -75,7 +72,7 @@ fn the_mixes_hold_every_pair_of_options() {
     let pairs = (options * options - sizes.map(|size| size * size).sum::<usize>()) / 2;
     let failed = mixes.iter().filter(|(_, end)| end.failed).count();
     println!(
-        "figure 7b: {options} options, {} of {pairs} pairs in {} scenes, {failed} past first failure; {} pairs are refused: {apart:?}",
+        "figure 7: {options} options, {} of {pairs} pairs in {} scenes, {failed} past first failure; {} pairs are refused: {apart:?}",
         covered.len(),
         mixes.len(),
         apart.len()
@@ -87,6 +84,10 @@ fn the_mixes_hold_every_pair_of_options() {
 
 #[test]
 fn any_split_of_the_steps_is_alike() {
+    same_bits(|_, sim| {
+        sim.step_every_row();
+        sim.advance(STEPS).unwrap();
+    });
     same_bits(|_, sim| (0..STEPS).for_each(|_| sim.step().unwrap()));
     same_bits(|_, sim| {
         let mut batch = 1;
@@ -121,11 +122,10 @@ fn bands_are_alike() {
 #[test]
 fn read_outs_change_nothing() {
     same_bits(|_, sim| {
-        let mut image = vec![0; sim.snapshot_bytes()];
         while sim.step_count() < STEPS {
             sim.advance(7.min(STEPS - sim.step_count())).unwrap();
             let _ = (sim.energy(), sim.fabric(), sim.support(), sim.contact(), sim.projectile(), sim.outcomes());
-            let _ = (sim.momentum_residual(), sim.counters(), sim.digest(), sim.save(&mut image));
+            let _ = (sim.momentum_residual(), sim.counters(), sim.digest(), image_of(sim));
             let _ = (positions(sim), velocities(sim), damage(sim));
         }
     });
@@ -188,13 +188,10 @@ fn saving_and_loading_in_the_middle_goes_on_alike() {
 
             // Into a fresh one in dirty memory, not started; saving again gives the same bytes.
             let scene = mix.scene();
-            let mut memory = Buffers::of(&scene);
-            memory.lines.fill(CacheLine([f64::NAN; 8]));
-            let mut other = memory.sim(&scene);
+            let mut memory = vec![CacheLine([f64::NAN; 8]); memory_of(&scene).len()];
+            let mut other = Sim::new(&scene, &mut memory).unwrap();
             other.load(&image).unwrap();
-            let mut again = vec![0; other.snapshot_bytes()];
-            other.save(&mut again).unwrap();
-            assert_eq!(again, image);
+            assert_eq!(image_of(&other), image);
             assert_eq!((other.digest(), other.counters().failed_segments), here);
             other.advance(STEPS - at).unwrap();
 
@@ -207,6 +204,27 @@ fn saving_and_loading_in_the_middle_goes_on_alike() {
             sim.load_kept(&image).unwrap();
             assert_eq!(sim.digest(), here.0);
             sim.advance(STEPS - at).unwrap();
+        });
+    }
+}
+
+/// In memory that is longer than needed and holds what other runs left there, and in turns with another simulation.
+#[test]
+fn other_memory_and_other_simulations_change_nothing() {
+    for dirt in [f64::NAN, f64::NEG_INFINITY, 1e300, f64::from_bits(u64::MAX)] {
+        same_bits(|mix, sim| {
+            let scene = mix.scene();
+            let need = memory_of(&scene).len();
+            let mut lines = vec![CacheLine([dirt; 8]); need + 100];
+            let mut other = Sim::new(&scene, &mut lines).unwrap();
+            mix.start(&mut other).unwrap();
+            while sim.step_count() < STEPS {
+                sim.advance(7.min(STEPS - sim.step_count())).unwrap();
+                other.advance(3).unwrap();
+            }
+            other.advance(STEPS - other.step_count()).unwrap();
+            assert_eq!(sim.digest(), other.digest(), "{:?}", mix.names());
+            assert!(lines[need..].iter().flat_map(|line| line.0).all(|x| x.to_bits() == dirt.to_bits()));
         });
     }
 }
@@ -227,8 +245,7 @@ fn any_split_of_a_path_is_alike() {
         };
         let path = Path { first: 0, steps: STEPS, end };
         let run = |special: &dyn Fn(&mut Sim<'_>)| {
-            let mut memory = Buffers::of(&scene);
-            let mut sim = memory.sim(&scene);
+            let mut sim = sim_of(&scene);
             special(&mut sim);
             assert_eq!(sim.step_count(), STEPS);
             assert!(sim.counters().failed_segments > 0);
@@ -242,232 +259,11 @@ fn any_split_of_a_path_is_alike() {
                 sim.follow(&path, 123).unwrap();
                 // Stepping goes along the path too.
                 sim.advance(77).unwrap();
-                let mut image = vec![0; sim.snapshot_bytes()];
-                sim.save(&mut image).unwrap();
+                let image = image_of(sim);
                 sim.reset();
                 sim.load(&image).unwrap();
                 sim.follow(&path, STEPS - 200).unwrap();
             })
         );
     }
-}
-
-// ---- The golden scenes -----------------------------------------------------------------------------------------------
-
-/// A golden scene as the golden tests run it; the largest for fewer steps.
-#[derive(Clone, Copy)]
-struct Golden {
-    name: &'static str,
-    scene: fn() -> Scene,
-    steps: u64,
-    /// What is done before the first step.
-    prepare: fn(&mut Sim<'_>),
-    /// Paths that a prescribed body follows.
-    paths: fn() -> Vec<Path>,
-}
-
-#[rustfmt::skip]
-fn golden_scenes() -> Vec<Golden> {
-    let plain = |name, scene, steps| Golden { name, scene, steps, prepare: |_| (), paths: Vec::new };
-    vec![
-        plain("sheet_3in_sphere", Scene::sheet_3in_sphere, 2000),
-        plain("sheet_10in_cylinder", Scene::sheet_10in_cylinder, 150),
-        plain("uniform_sphere", golden::uniform_sphere, 3000),
-        plain("sphere_on_softened_yarn", golden::sphere_on_softened_yarn, 3000),
-        plain("sphere_on_drawn_strength", golden::sphere_on_drawn_strength, 3000),
-        plain("taut_warp_and_crimped_weft", golden::taut_warp_and_crimped_weft, 3000),
-        plain("uniform_sphere_in_halves", golden::uniform_sphere_in_halves, 3000),
-        plain("tumbling_cylinder_on_corners", golden::tumbling_cylinder_on_corners, 2000),
-        plain("free_plies_in_a_turned_frame", golden::free_plies_in_a_turned_frame, 1500),
-        plain("damage_law_with_offset", golden::damage_law_with_offset, 2000),
-        plain("quarter_under_a_cylinder", golden::quarter_under_a_cylinder, 2500),
-        plain("drawn_yarns_by_the_theta_rule", golden::drawn_yarns_by_the_theta_rule, 1200),
-        plain("tumbling_bullet", golden::tumbling_bullet, 2000),
-        plain("box_on_a_corner", golden::box_on_a_corner, 1500),
-        plain("disc_sector", golden::disc_sector, 600),
-        Golden {
-            prepare: |sim| {
-                golden::pre_damage_and_stretch(sim);
-                sim.set_external_load([0.5, -0.25, 2000.0], [0.0; 3]).unwrap();
-            },
-            ..plain("loaded_sphere_on_a_prepared_sheet", golden::uniform_sphere, 1500)
-        },
-        Golden { paths: || golden::two_paths().to_vec(), ..plain("prescribed_cylinder_on_two_paths", golden::prescribed_cylinder, 1200) },
-    ]
-}
-
-impl Golden {
-    fn start<'a>(&self, memory: &'a mut [CacheLine]) -> Sim<'a> {
-        let mut sim = Sim::new(&(self.scene)(), memory).unwrap();
-        (self.prepare)(&mut sim);
-        sim
-    }
-
-    /// Steps until a count with `advance`, which takes so many steps, entering each path where it begins.
-    fn run(&self, sim: &mut Sim<'_>, until: u64, mut advance: impl FnMut(&mut Sim<'_>, u64)) {
-        let paths = (self.paths)();
-        while sim.step_count() < until {
-            let now = sim.step_count();
-            if let Some(path) = paths.iter().find(|path| path.first == now) {
-                sim.follow(path, 0).unwrap();
-            }
-            let next = paths.iter().map(|path| path.first).filter(|&first| first > now).fold(until, u64::min);
-            advance(sim, next - now);
-        }
-    }
-
-    fn finish(&self, sim: &mut Sim<'_>) {
-        self.run(sim, self.steps, |sim, steps| sim.advance(steps).unwrap());
-    }
-
-    fn digest_in(&self, memory: &mut [CacheLine]) -> u64 {
-        let mut sim = self.start(memory);
-        self.finish(&mut sim);
-        sim.digest()
-    }
-
-    /// The digest after a run that is special from its start on.
-    fn special(&self, run: impl Fn(&mut Sim<'_>)) -> u64 {
-        let mut memory = Buffers::of(&(self.scene)());
-        let mut sim = self.start(&mut memory.lines);
-        run(&mut sim);
-        assert_eq!(sim.step_count(), self.steps);
-        sim.digest()
-    }
-
-    fn dirty(&self, more: usize) -> Buffers {
-        let need = Buffers::of(&(self.scene)()).lines.len();
-        Buffers { lines: vec![CacheLine([f64::NAN; 8]); need + more] }
-    }
-
-    fn rows_at_rest_stepped(&self) -> u64 {
-        self.special(|sim| {
-            sim.step_every_row();
-            self.finish(sim);
-        })
-    }
-
-    fn in_many_calls(&self) -> u64 {
-        self.special(|sim| {
-            self.run(sim, self.steps / 2, |sim, steps| (0..steps).for_each(|_| sim.step().unwrap()));
-            let mut batch = 1;
-            self.run(sim, self.steps, |sim, steps| {
-                sim.advance(batch.min(steps)).unwrap();
-                batch = batch * 5 % 97;
-            });
-        })
-    }
-
-    fn saved_and_loaded(&self) -> u64 {
-        let mut memory = Buffers::of(&(self.scene)());
-        let mut sim = self.start(&mut memory.lines);
-        self.run(&mut sim, self.steps / 2 + 1, |sim, steps| sim.advance(steps).unwrap());
-        let mut image = vec![0; sim.snapshot_bytes()];
-        sim.save(&mut image).unwrap();
-        // Into a fresh one, which has not been prepared.
-        let mut other_memory = self.dirty(0);
-        let mut other = other_memory.sim(&(self.scene)());
-        other.load(&image).unwrap();
-        self.finish(&mut other);
-        other.digest()
-    }
-
-    fn in_dirty_memory(&self) -> u64 {
-        self.digest_in(&mut self.dirty(0).lines)
-    }
-
-    fn in_longer_memory(&self) -> u64 {
-        self.digest_in(&mut self.dirty(1000).lines)
-    }
-
-    /// The bits of the draws in another order, and of the run after it.
-    fn drawn_in_another_order(&self) -> u64 {
-        let scene = (self.scene)();
-        let count = scene.segments();
-        let draw = |number| scene.draw_segment(number).unwrap();
-        let in_order: Vec<_> = (0..count).map(draw).collect();
-        // A stride without a common factor with the count goes through all numbers.
-        let stride = (count / 3..).find(|&stride| stride % 2 == 1 && common(stride, count) == 1).unwrap();
-        for k in 0..count {
-            let number = k * stride % count;
-            assert_eq!(draw(number), in_order[number as usize], "segment {number}");
-        }
-        self.digest_in(&mut Buffers::of(&scene).lines)
-    }
-
-    /// In turns with another golden scene, a few steps each.
-    fn interleaved(&self, other: &Golden) -> u64 {
-        let (mut memory, mut other_memory) = (Buffers::of(&(self.scene)()), Buffers::of(&(other.scene)()));
-        let (mut sim, mut second) = (self.start(&mut memory.lines), other.start(&mut other_memory.lines));
-        while sim.step_count() < self.steps {
-            let until = self.steps.min(sim.step_count() + 7);
-            self.run(&mut sim, until, |sim, steps| sim.advance(steps).unwrap());
-            let until = other.steps.min(second.step_count() + 1);
-            other.run(&mut second, until, |sim, steps| sim.advance(steps).unwrap());
-        }
-        sim.digest()
-    }
-
-    fn in_bands(&self, of: u32) -> u64 {
-        self.special(|sim| {
-            self.run(sim, self.steps, |sim, steps| {
-                let mut scratch = vec![CacheLine([f64::NAN; 8]); sim.layout().band_lines(of).unwrap()];
-                let bands = sim.bands(&mut scratch, of, 0).unwrap();
-                while bands.steps() < steps {
-                    (0..of).rev().for_each(|band| _ = bands.pass(band).unwrap());
-                }
-            });
-        })
-    }
-}
-
-/// Greatest common factor.
-fn common(a: u64, b: u64) -> u64 {
-    if b == 0 { a } else { common(b, a % b) }
-}
-
-#[test]
-fn golden_scenes_are_invariant() {
-    let all = golden_scenes();
-    let of_scene = |(k, golden): (usize, &Golden)| {
-        let mut memory = Buffers::of(&(golden.scene)());
-        let mut sim = golden.start(&mut memory.lines);
-        golden.finish(&mut sim);
-        let (expected, failed) = (sim.digest(), sim.counters().failed_segments > 0);
-        let ways = [
-            ("rows at rest stepped", golden.rows_at_rest_stepped()),
-            ("many calls", golden.in_many_calls()),
-            ("saved and loaded", golden.saved_and_loaded()),
-            ("dirty memory", golden.in_dirty_memory()),
-            ("longer memory", golden.in_longer_memory()),
-            ("drawn in another order", golden.drawn_in_another_order()),
-            ("interleaved", golden.interleaved(&all[(k + 3) % all.len()])),
-        ];
-        let cut = (golden.scene)().integrator == Integrator::VERLET;
-        let bands = [1, 2, 3, 5].into_iter().filter(|_| cut).map(|of| ("bands", golden.in_bands(of)));
-        let alike = |ways: Vec<(&'static str, u64)>| {
-            let other: Vec<_> = ways.iter().filter(|(_, digest)| *digest != expected).map(|(way, _)| *way).collect();
-            (ways.len(), other)
-        };
-        (golden.name, failed, alike(ways.to_vec()), alike(bands.collect()))
-    };
-    let results: Vec<_> = all.par_iter().enumerate().map(of_scene).collect();
-    let count = |of: fn(&(usize, Vec<&'static str>)) -> usize| {
-        [
-            results.iter().map(|(_, _, ways, _)| of(ways)).sum::<usize>(),
-            results.iter().map(|(_, _, _, bands)| of(bands)).sum(),
-        ]
-    };
-    let (tried, other) = (count(|(tried, _)| *tried), count(|(_, other)| other.len()));
-    println!(
-        "figure 7: {} scenes, {} past first failure, {} of {} invariances; {} of {} in bands of 1, 2, 3, 5",
-        all.len(),
-        results.iter().filter(|(_, failed, _, _)| *failed).count(),
-        tried[0] - other[0],
-        tried[0],
-        tried[1] - other[1],
-        tried[1]
-    );
-    assert_eq!(other, [0, 0], "{results:?}");
-    assert_eq!(tried[0], 7 * all.len());
 }

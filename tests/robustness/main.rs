@@ -8,8 +8,6 @@ mod capacity;
 mod codes;
 mod extremes;
 mod failures;
-#[path = "../golden/scenes.rs"]
-mod golden;
 mod inputs;
 mod invariance;
 mod memory;

@@ -2,10 +2,9 @@
 //! its checksum made right: NaN, infinities, impossible histories and motion whose energy would not be finite are refused by
 //! load, so nothing of them is ever read out or stepped.
 
-use crate::golden;
 use crate::snapshots::forged;
 use fabric::{Code, Scene, Sim, StrengthDraw};
-use fabric_tests::{Buffers, between_supports, small_sheet};
+use fabric_tests::{between_supports, golden, image_of, sim_of, small_sheet};
 
 /// What is poisoned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,15 +68,13 @@ fn a_poisoned_state_is_refused() {
         ("stack", stack, 60),
         ("theta", theta, 60),
     ] {
-        let mut memory = Buffers::of(&scene);
-        let mut sim = memory.sim(&scene);
+        let mut sim = sim_of(&scene);
         sim.advance(steps).unwrap();
         while sim.counters().contacts == 0 {
             assert!(sim.step_count() < 2 * steps, "{name}");
             sim.step().unwrap();
         }
-        let mut image = vec![0; sim.snapshot_bytes()];
-        sim.save(&mut image).unwrap();
+        let image = image_of(&sim);
         let before = sim.digest();
         // First, last and middle node, and all others: some are fixed, some in contact, some have failed segments.
         for (node, entry, word) in entries(&sim, &image) {

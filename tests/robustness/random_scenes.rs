@@ -3,7 +3,7 @@
 use fabric::fields::FIELDS;
 use fabric::{CacheLine, Code, Drive, Layout, Motion, Path, Scene, Sim};
 use fabric_tests::options::{self, Mix};
-use fabric_tests::small_sheet;
+use fabric_tests::{image_of, sim_of, small_sheet};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
 use std::cell::RefCell;
@@ -79,8 +79,7 @@ fn refused_or_run(mix: &Mix, scene: &Scene) -> Result<bool, TestCaseError> {
         prop_assert!(x.iter().all(|x| x.is_finite()));
         sim.copy_velocities(&mut x).unwrap();
         sim.energy().unwrap();
-        let mut image = vec![0; sim.snapshot_bytes()];
-        sim.save(&mut image).unwrap();
+        let image = image_of(&sim);
         let digest = sim.digest();
         prop_assert!(sim.load(&image).is_ok(), "an image of a sound simulation loads");
         prop_assert_eq!(sim.digest(), digest);
@@ -111,8 +110,7 @@ proptest! {
     #[test]
     fn any_bytes_are_refused_as_an_image(bytes in prop::collection::vec(any::<u8>(), 0..3000)) {
         let scene = small_sheet(5, 50.0);
-        let mut memory = fabric_tests::Buffers::of(&scene);
-        let mut sim = memory.sim(&scene);
+        let mut sim = sim_of(&scene);
         let before = sim.digest();
         prop_assert!(sim.load(&bytes).is_err());
         prop_assert_eq!(sim.digest(), before);
@@ -130,8 +128,7 @@ proptest! {
     ) {
         let mut scene = fabric_tests::tilted_cylinder(9, 0.2, 40.0);
         scene.drive = Drive::Prescribed;
-        let mut memory = fabric_tests::Buffers::of(&scene);
-        let mut sim = memory.sim(&scene);
+        let mut sim = sim_of(&scene);
         let before = sim.digest();
         // Paths of some nanometres: such as the step limit lets through.
         let position = position.map(|x| x * 1e-9);

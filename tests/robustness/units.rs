@@ -1,10 +1,9 @@
 //! No result depends on the units of length, mass and time: a scene with all its numbers given in other units, powers of two times the
 //! old ones, ends with the same bits, and its outcomes come at the same steps.
 
-use crate::golden;
 use fabric::fields::FIELDS;
 use fabric::{AttachmentKind, Outcome, Scene};
-use fabric_tests::{Buffers, positions, small_sheet, speed, velocities};
+use fabric_tests::{golden, positions, sim_of, small_sheet, speed, velocities};
 use rayon::prelude::*;
 
 /// Powers of two for length, mass and time.
@@ -57,8 +56,7 @@ struct Results {
 
 fn results(scene: &Scene, units: [i32; 3], steps: u64) -> Results {
     let scene = in_units(scene, units);
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance(steps).unwrap();
     let energy = 1.0 / (factor(units, "kg.m2") * factor(units, "1/s") * factor(units, "1/s"));
     let (length, velocity) = (1.0 / factor(units, "m"), 1.0 / factor(units, "m/s"));
@@ -99,30 +97,15 @@ fn scenes() -> Vec<(&'static str, Scene, u64)> {
     torn.attachment.kind = AttachmentKind::FourCorners;
     (torn.attachment.disc_inset, torn.attachment.disc_radius) = (2e-3, 2e-3);
     (torn.projectile.radius, torn.projectile.position[2]) = (3e-3, -3e-3);
-    vec![
+    let by_outcome = [
         ("exits", small_sheet(31, speed(40.0, 8.4e-3)), 9000),
         ("is arrested", small_sheet(31, speed(0.2, 8.4e-3)), 20_000),
         ("passes", missed, 8000),
         ("tears the sheet off", torn, 6000),
         ("light and slow", light_and_slow(), 20_000),
-        ("softened yarn", golden::sphere_on_softened_yarn(), 3000),
-        ("viscous yarn", golden::sphere_on_viscous_yarn(), 3000),
-        ("yarn that depends on rate", golden::sphere_on_yarn_that_depends_on_rate(), 3000),
-        ("rubs", golden::sphere_that_rubs(), 3000),
-        ("graded", golden::cylinder_on_a_graded_sheet(), 2500),
-        ("in halves", golden::uniform_sphere_in_halves(), 3000),
-        ("drawn strength", golden::sphere_on_drawn_strength(), 3000),
-        ("turned plies", golden::sphere_through_turned_plies(), 1000),
-        ("tumbling cylinder", golden::tumbling_cylinder_on_corners(), 2000),
-        ("turned frame", golden::free_plies_in_a_turned_frame(), 1500),
-        ("taut and crimped", golden::taut_warp_and_crimped_weft(), 3000),
-        ("damage law with offset", golden::damage_law_with_offset(), 2000),
-        ("mirrored", golden::quarter_under_a_cylinder(), 1000),
-        ("theta rule", golden::drawn_yarns_by_the_theta_rule(), 600),
-        ("bullet", golden::tumbling_bullet(), 1500),
-        ("box", golden::box_on_a_corner(), 1500),
-        ("sector", golden::disc_sector(), 400),
-    ]
+    ];
+    let golden = golden::SCENES.iter().skip(2).map(|&(name, scene, steps, ..)| (name, scene(), steps));
+    by_outcome.into_iter().chain(golden).collect()
 }
 
 #[test]
@@ -158,8 +141,7 @@ fn no_result_depends_on_the_units() {
 #[test]
 fn a_light_and_slow_sphere_exits_with_its_final_work() {
     let scene = light_and_slow();
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
+    let mut sim = sim_of(&scene);
     sim.advance_until(Outcome::Exited, 1_000_000).unwrap();
     let work = sim.contact().unwrap().work;
     assert!(sim.outcomes().mask.has(Outcome::Exited));

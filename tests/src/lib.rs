@@ -1,35 +1,75 @@
 //! What the tests and the ensembles share: memory for a simulation, small scenes, and plain formulas to check against.
 #![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
 
-use fabric::{AttachmentKind, CacheLine, Layout, Scene, Sim};
+use fabric::{AttachmentKind, CacheLine, Faces, Layout, Motion, Scene, Sim};
 
+#[path = "../golden/scenes.rs"]
+pub mod golden;
 pub mod inputs;
 pub mod options;
 pub mod reference;
 
-/// Memory of one simulation.
-pub struct Buffers {
-    /// Its lines.
-    pub lines: Vec<CacheLine>,
+/// Just enough memory for a scene, filled with zeros.
+///
+/// # Panics
+/// If the scene is refused.
+pub fn memory_of(scene: &Scene) -> Vec<CacheLine> {
+    vec![CacheLine::ZERO; Layout::of(scene).expect("the scene is sound").lines()]
 }
 
-impl Buffers {
-    /// Just enough memory for a scene, filled with zeros.
-    ///
-    /// # Panics
-    /// If the scene is refused.
-    pub fn of(scene: &Scene) -> Buffers {
-        let layout = Layout::of(scene).expect("the scene is sound");
-        Buffers { lines: vec![CacheLine::ZERO; layout.lines()] }
-    }
+/// A simulation in memory of its own, which is never given back.
+///
+/// # Panics
+/// If the scene is refused.
+pub fn sim_of(scene: &Scene) -> Sim<'static> {
+    Sim::new(scene, memory_of(scene).leak()).expect("the scene is sound")
+}
 
-    /// A simulation of `scene` in this memory.
-    ///
-    /// # Panics
-    /// If the scene is refused.
-    pub fn sim(&mut self, scene: &Scene) -> Sim<'_> {
-        Sim::new(scene, &mut self.lines).expect("the scene is sound")
-    }
+/// The image of a simulation.
+///
+/// # Panics
+/// If the simulation has failed.
+pub fn image_of(sim: &Sim<'_>) -> Vec<u8> {
+    let mut image = vec![0; sim.snapshot_bytes()];
+    sim.save(&mut image).expect("sound");
+    image
+}
+
+/// Sets a new simulation off: `motion` gives position, m, and velocity, m/s, of the node of a number that rests at a place.
+///
+/// # Panics
+/// If the kernel refuses the motion.
+pub fn set_off(sim: &mut Sim<'_>, motion: impl Fn(usize, [f64; 3]) -> [[f64; 3]; 2]) {
+    let given: Vec<_> = positions(sim).into_iter().enumerate().map(|(k, x)| motion(k, x)).collect();
+    let [x, v] = [0, 1].map(|part| given.iter().flat_map(|node| node[part]).collect::<Vec<f64>>());
+    sim.set_motion(&x, &v).expect("accepted");
+}
+
+/// A body that is nowhere else than at the origin, at rest.
+pub const AT_REST: Motion =
+    Motion { position: [0.0; 3], velocity: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity: [0.0; 3] };
+
+/// The faces of a cuboid with these half edges, m.
+pub fn cuboid([a, b, c]: [f64; 3]) -> Faces {
+    Faces::of(&[
+        [1.0, 0.0, 0.0, a],
+        [-1.0, 0.0, 0.0, a],
+        [0.0, 1.0, 0.0, b],
+        [0.0, -1.0, 0.0, b],
+        [0.0, 0.0, 1.0, c],
+        [0.0, 0.0, -1.0, c],
+    ])
+}
+
+/// The faces of a tetrahedron about a sphere of this radius, m.
+pub fn tetrahedron(radius: f64) -> Faces {
+    let n = 3f64.sqrt().recip();
+    Faces::of(&[[n, n, n, radius], [n, -n, -n, radius], [-n, n, -n, radius], [-n, -n, n, radius]])
+}
+
+/// Numbers from 0 to 1 without visible order.
+pub fn number(k: u64) -> f64 {
+    (fabric::internals::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// Velocity, m/s, of a body of this mass, kg, with this kinetic energy, J: V = sqrt(2 KE/M).

@@ -1,6 +1,6 @@
 //! Scenes of many options each, so that every pair of options that goes together is in one of them.
 
-use crate::{Buffers, small_sheet};
+use crate::small_sheet;
 use fabric::internals::random::splitmix64;
 use fabric::{
     AttachmentKind, Draw, Drive, Error, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
@@ -180,8 +180,8 @@ impl Mix {
     fn goes(&self) -> bool {
         let scene = self.scene();
         let Ok(layout) = fabric::Layout::of(&scene) else { return false };
-        let mut memory = Buffers { lines: vec![fabric::CacheLine::ZERO; layout.lines()] };
-        Sim::new(&scene, &mut memory.lines).is_ok_and(|mut sim| self.start(&mut sim).is_ok())
+        let mut memory = vec![fabric::CacheLine::ZERO; layout.lines()];
+        Sim::new(&scene, &mut memory).is_ok_and(|mut sim| self.start(&mut sim).is_ok())
     }
 
     fn with(&self, option: [usize; 2]) -> Option<Mix> {
