@@ -1,11 +1,16 @@
 //! Momentum and energy balances, from read-outs and plain formulas rather than from the kernel's own ledger.
 
-use fabric::{AttachmentKind, Scene, Sim};
+use crate::fabrics::hit;
+use fabric::StepAfterFailure::{Half, Keep};
+use fabric::{AttachmentKind, Drive, Energy, Grading, Scene, Shape, Sim, StrengthDraw, Symmetry, TimeStep};
 use fabric_tests::reference::{
     V3, add, cross, dot, fixed_nodes, forces, length, moments, projectile_energy, rest_positions, scale, sub, turn,
     turn_back,
 };
-use fabric_tests::{Buffers, close, damage, positions, small_sheet, speed, sphere_on_3in, tilted_cylinder, velocities};
+use fabric_tests::{
+    as_proposed, close, damage, halved, positions, rated, rough, set_off, sim_of, small_sheet, speed, sphere_on_3in,
+    tilted_cylinder, velocities, viscous,
+};
 
 /// A free sheet, N = 41, 40 J: no force from outside, so the momentum of projectile and sheet together is constant. Nodal
 /// velocities at t_n and at t_{n-1/2} have the same sum because the yarns' forces cancel pairwise.
@@ -111,8 +116,7 @@ fn a_stretched_sheet_pulls_its_supports_with_the_yarn_force() {
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (11, 8);
     let mut sim = sim_of(&scene);
     let stretch = 1.01;
-    let x: Vec<f64> = positions(&sim).iter().flatten().map(|x| stretch * x).collect();
-    sim.set_motion(&x, &vec![0.0; x.len()]).unwrap();
+    set_off(&mut sim, |_, x| [scale(x, stretch), [0.0; 3]]);
     sim.advance(500).unwrap();
     let force = scene.sheet.yarn_area * stretch * scene.yarn.modulus_mean * 0.5 * (stretch * stretch - 1.0);
     let [left, right, bottom, top] = sim.support().unwrap().attachments;
@@ -192,4 +196,120 @@ fn work_energy_identity_of_every_step_with_a_turning_cylinder() {
     let worst = work_energy_identity(&scene, 700);
     println!("figure 16b: turning cylinder: {worst:.1e}");
     assert!(worst < 1e-12, "{worst:e}");
+}
+
+/// The sphere on a sheet of 41 x 41 at `speed`, m/s, that also rubs and spins if the coefficient is not 0.
+fn impact(speed: f64, friction: f64) -> Scene {
+    let mut scene = rough(small_sheet(41, speed), friction);
+    if friction > 0.0 {
+        scene.projectile.velocity = [0.5 * speed, -0.2 * speed, speed];
+        scene.projectile.angular_velocity = [2000.0, 1000.0, -3000.0];
+    }
+    scene
+}
+
+/// A part of the energy, J.
+type Part = fn(&Energy) -> f64;
+
+/// What the balances do not close by before the first failure falls with the square of the step, whatever takes part.
+#[test]
+fn the_balances_of_an_impact_close_to_second_order() {
+    let cases: [(&str, Scene, f64, f64, Part, f64); 3] = [
+        ("friction", impact(50.0, 0.4), 30e-6, 1e-4, |energy| energy.friction, 1e-3),
+        ("viscous", as_proposed(impact(60.0, 0.0)), 30e-6, 1e-3, |energy| energy.viscous, 1e-4),
+        ("rate", rated(impact(60.0, 0.0), 1700.0), 20e-6, 1e-5, |energy| energy.viscous, 1e-4),
+    ];
+    for (name, scene, time, limit, part, share) in cases {
+        let off = |fraction: f64| {
+            let scene = Scene { time_step: TimeStep::fraction(fraction), ..scene };
+            let mut sim = sim_of(&scene);
+            let first = sim.energy().unwrap().projectile_kinetic;
+            sim.advance((time / sim.step_limits().dt) as u64).unwrap();
+            let energy = sim.energy().unwrap();
+            assert!(sim.counters().failed_segments == 0 && part(&energy) > share * first, "{name}: {energy:?}");
+            energy.residual.abs() / first
+        };
+        let residuals = [0.4, 0.2, 0.1].map(off);
+        println!("{name}: residual over KE0 at 0.4, 0.2, 0.1 dt_crit: {residuals:?}");
+        assert!(residuals[0] < limit, "{name}: {residuals:?}");
+        assert!(residuals[1] < 0.4 * residuals[0] && residuals[2] < 0.4 * residuals[1], "{name}: {residuals:?}");
+    }
+}
+
+/// A sheet that is struck through, the steps of it, more segments than so many fail, and a part of the energy is more than a share.
+type Torn = (&'static str, Scene, u64, u64, Part, f64);
+
+fn torn() -> Vec<Torn> {
+    let (plain, rubs, rate) = (impact(120.0, 0.0), impact(120.0, 0.4), rated(impact(120.0, 0.0), 1700.0));
+    let with_fraction = |scene: Scene, fraction| Scene { time_step: TimeStep::fraction(fraction), ..scene };
+    let mut drawn = rate;
+    (drawn.yarn.stochastic, drawn.yarn.strength_draw) = (true, StrengthDraw::Weibull);
+    let mut crimped = with_fraction(rate, 0.2);
+    crimped.sheet.crimp = [0.003, 0.001];
+    let mut prescribed = rubs;
+    (prescribed.drive, prescribed.projectile.shape) = (Drive::Prescribed, Shape::Cylinder);
+    prescribed.projectile.position[2] = -0.7 * prescribed.projectile.length;
+    let mut weak = small_sheet(41, 80.0);
+    let yarn = &mut weak.yarn;
+    (yarn.strength_draw, yarn.weibull_shape, yarn.weibull_gauge_length) = (StrengthDraw::Weibull, 10.0, 0.01);
+    let mut free = as_proposed(small_sheet(41, 1200.0));
+    (free.attachment.kind, free.yarn.stochastic) = (AttachmentKind::Free, true);
+    // Drawn yarn held by its sides, hit beside the middle.
+    let mut graded = small_sheet(61, 200.0);
+    graded.yarn.stochastic = true;
+    graded.attachment.kind = AttachmentKind::TwoSides;
+    let half_width = [10.0 * graded.sheet.spacing; 2];
+    graded.sheet.grading = Grading { largest: 4, run: 2, centre: [3e-3, -2e-3], half_width };
+    graded.projectile.position = [3e-3, -2e-3, -6.35e-3];
+    let quarter = Symmetry { mirror_x: true, mirror_y: true };
+    let [friction, taken, dissipated]: [Part; 3] = [|e| e.friction, |e| e.viscous, |e| e.dissipated];
+    let mut cases = vec![
+        ("friction", rubs, 2500, 30, friction, 1e-2),
+        ("friction, halved", halved(rubs), 2500, 30, friction, 1e-2),
+        ("friction, viscous", viscous(rubs, [0.06, 0.0, 0.06]), 2500, 30, friction, 1e-2),
+        ("friction, prescribed", prescribed, 2500, 30, friction, 1e-2),
+        ("rate", rate, 2800, 20, taken, 1e-3),
+        ("rate, halved", halved(rate), 2800, 20, taken, 1e-3),
+        ("rate, drawn", drawn, 2800, 20, taken, 1e-3),
+        ("rate, viscous", viscous(rate, [0.06, 0.0, 0.06]), 2800, 20, taken, 1e-3),
+        ("rate, crimped", crimped, 5600, 20, taken, 1e-3),
+        ("viscous", as_proposed(plain), 4000, 50, taken, 1e-3),
+        ("viscous, halved", halved(as_proposed(plain)), 4000, 50, taken, 1e-3),
+        ("viscous, free", free, 1500, 10, taken, 1e-5),
+        ("drawn strength", weak, 2500, 20, dissipated, 1e-2),
+        ("quarter", Scene { symmetry: quarter, ..small_sheet(41, 95.0) }, 5000, 50, dissipated, 1e-3),
+        ("graded", graded, 6000, 50, dissipated, 5e-4),
+    ];
+    for ((name, scene), (after, toe)) in hit().into_iter().zip([(Keep, 0.0), (Half, 0.0), (Keep, 0.02), (Keep, 0.0)]) {
+        let mut scene = with_fraction(Scene { step_after_failure: after, slack_toe: toe, ..scene }, 0.25);
+        let sphere = scene.projectile.shape == Shape::Sphere;
+        scene.projectile.velocity[2] = if sphere { speed(60.0, scene.projectile.mass) } else { 120.0 };
+        cases.push((name, scene, 3600, 10, dissipated, 1e-3));
+    }
+    cases
+}
+
+/// Through failure energy closes to a percent and momentum to rounding; what is taken never comes back.
+#[test]
+fn the_balances_of_a_perforation_close() {
+    for (name, scene, steps, failed, part, share) in torn() {
+        let mut sim = sim_of(&scene);
+        let first = sim.energy().unwrap().projectile_kinetic;
+        let (momentum, mut taken) = (scene.projectile.mass * length(scene.projectile.velocity), 0.0);
+        for _ in 0..20 {
+            sim.advance(steps / 20).unwrap();
+            let energy = sim.energy().unwrap();
+            assert!(energy.viscous >= taken, "{name}");
+            taken = energy.viscous;
+        }
+        let (energy, counters) = (sim.energy().unwrap(), sim.counters());
+        let off = length(sim.momentum_residual().unwrap()) / momentum;
+        println!("figure 17: {name}, through failure: {off:.1e}; residual {:.5} of KE0", energy.residual / first);
+        assert!(counters.failed_segments > failed && part(&energy) > share * first, "{name}: {counters:?} {energy:?}");
+        assert!(energy.residual.abs() < 0.01 * first && off < 1e-12, "{name}: {:e} {off:e}", energy.residual / first);
+        if scene.drive == Drive::Free && scene.contact.friction == 0.0 {
+            close(energy.projectile_kinetic + energy.contact_work, first, 1e-12);
+        }
+        assert_eq!((counters.unconverged, counters.beyond_fine), (0, 0), "{name}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use fabric::{AttachmentKind, Scene, Shape};
 use fabric_tests::reference::{V3, add, dot, fixed_nodes, forces, length, nose, rest_positions, scale, sub, turn_back};
-use fabric_tests::{Buffers, close, damage, positions, small_sheet, tilted_cylinder};
+use fabric_tests::{close, damage, positions, sim_of, small_sheet, tilted_cylinder};
 
 /// Outward distance of a point from the projectile's surface, m: each shape as the intersection of slabs, tubes and balls
 /// (exact near the surface of one of them, too small beyond edges and rims, exact in sign everywhere).

@@ -3,7 +3,7 @@
 
 use fabric::{Integrator, TimeStep};
 use fabric_tests::reference::{V3, largest_distance};
-use fabric_tests::{Buffers, close, damage, positions, small_sheet, without_projectile};
+use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, without_projectile};
 
 struct End {
     positions: Vec<V3>,
@@ -17,11 +17,8 @@ struct End {
 }
 
 const VERLET: Integrator = Integrator::VERLET;
-
-/// The theta rule with theta = 1/2.
-fn theta() -> Integrator {
-    Integrator::THETA
-}
+/// With theta = 1/2.
+const THETA: Integrator = Integrator::THETA;
 
 /// The sheet after `time` units of dt_crit, with steps of dt_crit/`division`.
 fn run(integrator: Integrator, v0: f64, time: u64, division: u64) -> End {
@@ -29,17 +26,12 @@ fn run(integrator: Integrator, v0: f64, time: u64, division: u64) -> End {
     scene.integrator = integrator;
     scene.time_step = TimeStep::fraction(1.0 / division as f64);
     let mut sim = sim_of(&scene);
-    let mut x = vec![0.0; 3 * 441];
-    sim.copy_positions(&mut x).unwrap();
-    let mut v = vec![0.0; 3 * 441];
     let half = scene.half_size()[0];
-    for (x, v) in x.as_chunks::<3>().0.iter().zip(v.as_chunks_mut::<3>().0) {
-        let wave = |x: f64| (std::f64::consts::FRAC_PI_2 * x / half).cos();
-        if x[0].abs() < half && x[1].abs() < half {
-            v[2] = v0 * wave(x[0]) * wave(x[1]);
-        }
-    }
-    sim.set_motion(&x, &v).unwrap();
+    let wave = |x: f64| (std::f64::consts::FRAC_PI_2 * x / half).cos();
+    set_off(&mut sim, |_, x| {
+        let inside = x[0].abs() < half && x[1].abs() < half;
+        [x, [0.0, 0.0, if inside { v0 * wave(x[0]) * wave(x[1]) } else { 0.0 }]]
+    });
     let first = sim.energy().unwrap().fabric_kinetic;
     sim.advance(time * division).unwrap();
     let energy = sim.energy().unwrap();
@@ -77,11 +69,11 @@ fn positions_converge_with_second_order_without_damage() {
 /// The same with the theta rule: twice Verlet's error, with no more iterations a step than the reference needed.
 #[test]
 fn the_theta_rule_converges_with_second_order_without_damage() {
-    let errors = errors(theta(), 150.0, 80);
+    let errors = errors(THETA, 150.0, 80);
     assert_second_order("theta = 1/2", errors);
     close(errors[0], 4.009e-9, 0.05);
     for (division, iterations) in [(2, 5.0), (4, 4.0), (8, 3.7), (16, 3.0)] {
-        let found = run(theta(), 150.0, 80, division).iterations;
+        let found = run(THETA, 150.0, 80, division).iterations;
         assert!(found <= iterations, "{division}: {found}");
     }
 }
@@ -89,7 +81,7 @@ fn the_theta_rule_converges_with_second_order_without_damage() {
 /// Theta = 1, backward Euler, is of first order.
 #[test]
 fn backward_euler_converges_with_first_order() {
-    let errors = errors(Integrator { theta: 1.0, ..Integrator::THETA }, 150.0, 80);
+    let errors = errors(Integrator { theta: 1.0, ..THETA }, 150.0, 80);
     let order = (errors[1] / errors[2]).log2();
     let finest = (errors[2] / errors[3]).log2();
     println!("figure 18: theta = 1: 1 stated, {order:.3}, {finest:.3} as dt is halved");
@@ -100,7 +92,7 @@ fn backward_euler_converges_with_first_order() {
 /// v0 = 1300 m/s, 1.3 us: first damage, no failure.
 #[test]
 fn positions_converge_with_second_order_through_first_damage() {
-    for (what, integrator, error) in [("velocity Verlet", VERLET, 3.116e-8), ("theta = 1/2", theta(), 6.243e-8)] {
+    for (what, integrator, error) in [("velocity Verlet", VERLET, 3.116e-8), ("theta = 1/2", THETA, 6.243e-8)] {
         let errors = errors(integrator, 1300.0, 24);
         let end = run(integrator, 1300.0, 24, 16);
         assert!(end.failed == 0 && end.damaged > 0, "{} {}", end.failed, end.damaged);
@@ -112,7 +104,7 @@ fn positions_converge_with_second_order_through_first_damage() {
 /// The ledger closes with second order.
 #[test]
 fn the_ledger_closes_with_second_order() {
-    for (what, integrator) in [("velocity Verlet", VERLET), ("theta = 1/2", theta())] {
+    for (what, integrator) in [("velocity Verlet", VERLET), ("theta = 1/2", THETA)] {
         let residuals = [2, 4, 8].map(|division| run(integrator, 150.0, 80, division).residual);
         let order = (residuals[1] / residuals[2]).log2();
         println!(
@@ -133,7 +125,7 @@ fn the_ledger_closes_with_second_order() {
 #[test]
 fn failures_and_dissipation_agree_and_the_ledger_closes_through_them() {
     for (integrator, division, closure) in
-        [(VERLET, 8, 5e-4), (VERLET, 16, 1e-4), (VERLET, 128, 1e-5), (theta(), 16, 1e-3), (theta(), 64, 1e-4)]
+        [(VERLET, 8, 5e-4), (VERLET, 16, 1e-4), (VERLET, 128, 1e-5), (THETA, 16, 1e-3), (THETA, 64, 1e-4)]
     {
         let end = run(integrator, 1300.0, 40, division);
         assert!((190..=230).contains(&end.failed), "{}", end.failed);

@@ -2,20 +2,19 @@
 //!
 //! FABRIC_SHOTS=4000 cargo test -p fabric-tests --test physics -- --ignored --nocapture worst_gain
 
-use fabric::internals::random::splitmix64;
 use fabric::{AttachmentKind, Scene, Shape};
-use fabric_tests::{Buffers, small_sheet};
+use fabric_tests::{number, small_sheet};
 use rayon::prelude::*;
 
 /// Steps of a shot that ends without a failure.
 const STEPS: u64 = 30_000;
 
-/// A shot of this number.
-fn shot(number: u64) -> Scene {
-    let mut draws = 1000 * number;
+/// The k-th shot.
+fn shot(k: u64) -> Scene {
+    let mut draws = 1000 * k;
     let mut draw = |least: f64, greatest: f64| {
         draws += 1;
-        least + (greatest - least) * (splitmix64(draws) >> 11) as f64 / (1_u64 << 53) as f64
+        least + (greatest - least) * number(draws)
     };
     let mut scene = small_sheet(0, 0.0);
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (draw(21.0, 46.0) as u32, draw(21.0, 46.0) as u32);
@@ -42,8 +41,8 @@ fn shot(number: u64) -> Scene {
 /// The largest energy gained before the first failure, in parts of the impact energy. None for a scene that is refused.
 fn gain(number: u64) -> Option<(f64, u64)> {
     let scene = shot(number);
-    let mut memory = Buffers { lines: vec![fabric::CacheLine::ZERO; fabric::Layout::of(&scene).ok()?.lines()] };
-    let mut sim = fabric::Sim::new(&scene, &mut memory.lines).ok()?;
+    let mut memory = vec![fabric::CacheLine::ZERO; fabric::Layout::of(&scene).ok()?.lines()];
+    let mut sim = fabric::Sim::new(&scene, &mut memory).ok()?;
     let first = sim.energy().ok()?.projectile_kinetic;
     let mut most = 0.0_f64;
     while sim.step_count() < STEPS {

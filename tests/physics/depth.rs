@@ -1,16 +1,9 @@
 //! How deep nodes get into a body without friction: a search over random scenes.
 
 use fabric::internals::shape::Solid;
-use fabric::{
-    AttachmentKind, Drive, Faces, Grading, Projectile, Scene, Shape, StepAfterFailure, TimeStep, pose, prism,
-};
+use fabric::{AttachmentKind, Drive, Grading, Projectile, Scene, Shape, StepAfterFailure, TimeStep, pose, prism};
 use fabric_tests::reference::{V3, add, dot, length, scale, sub};
-use fabric_tests::{Buffers, small_sheet};
-
-/// Numbers from 0 to 1 without visible order.
-fn number(k: u64) -> f64 {
-    (fabric::internals::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64
-}
+use fabric_tests::{number, sim_of, small_sheet, tetrahedron};
 
 /// A body of any shape, size, mass, attitude, velocity and spin just before a sheet that is held in any way.
 fn drawn(k: u64) -> Scene {
@@ -22,15 +15,13 @@ fn drawn(k: u64) -> Scene {
     let base = Projectile { mass: log(0, 1e-5, 3e-2), ..scene.projectile };
     let size = [log(1, 2.01, 14.0) * h, log(2, 2.01, 14.0) * h, log(3, 2.01, 14.0) * h];
     let radius = log(4, 1.01, 8.0) * h;
-    let n = 3f64.sqrt().recip();
-    let tetrahedron = [[n, n, n], [n, -n, -n], [-n, n, -n], [-n, -n, n]].map(|[x, y, z]| [x, y, z, radius]);
     let body = match k % 5 {
         0 => Projectile { shape: Shape::Box, size, ..base },
         1 => Projectile { shape: Shape::Cylinder, radius, length: size[2], ..base },
         2 => Projectile { shape: Shape::HemisphericalCylinder, radius, length: size[2].max(radius), ..base },
         3 => {
             let moments = [1.2 * base.mass * radius * radius; 3];
-            Projectile { shape: Shape::Polyhedron, faces: Faces::of(&tetrahedron), moments, ..base }
+            Projectile { shape: Shape::Polyhedron, faces: tetrahedron(radius), moments, ..base }
         }
         _ => prism::disc_sector(2.0 * h, 9.0 * h, 1.1, size[2], base.mass).unwrap().projectile,
     };

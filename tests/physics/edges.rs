@@ -1,17 +1,17 @@
 //! Edges of the body: nodes that it gets past within a step feel nothing, and nodes that it meets are caught none the less.
 
 use crate::contact::gap;
+use crate::shapes::ahead;
 use fabric::Solid;
-use fabric::{AttachmentKind, ContactLaw, Drive, Faces, Integrator, Projectile, Scene, Shape, TimeStep, pose, prism};
-use fabric_tests::{Buffers, positions, small_sheet};
+use fabric::{AttachmentKind, ContactLaw, Drive, Integrator, Projectile, Scene, Shape, TimeStep, pose, prism};
+use fabric_tests::{cuboid_faces, number, positions, sim_of, small_sheet, tetrahedron};
 
 /// Bodies with a flat front across z, and how far they reach along y and along z from the centre of mass, m.
 fn fronts() -> [(Projectile, f64, f64); 4] {
     let base = small_sheet(41, 0.0).projectile;
     let (a, c, r) = (8e-3, 5e-3, 6.35e-3);
     let cuboid = Projectile { shape: Shape::Box, size: [0.05, 2.0 * a, 2.0 * c], ..base };
-    let faces = [[1.0, 0.0, 0.0, 0.025], [-1.0, 0.0, 0.0, 0.025], [0.0, 1.0, 0.0, a], [0.0, -1.0, 0.0, a]];
-    let faces = Faces::of(&[&faces[..], &[[0.0, 0.0, 1.0, c], [0.0, 0.0, -1.0, c]]].concat());
+    let faces = cuboid_faces([0.025, a, c]);
     let half_spaces = Projectile { shape: Shape::Polyhedron, faces, moments: [1e-6; 3], ..cuboid };
     let cylinder = Projectile { shape: Shape::Cylinder, radius: r, length: 2.0 * c, ..base };
     // The flat end ahead: turned by half a turn about x.
@@ -107,28 +107,21 @@ fn a_body_that_is_kept_from_flying_off_meets_the_node() {
     }
 }
 
-/// Numbers from -1 to 1 without visible order.
-fn number(k: u64) -> f64 {
-    2.0 * (fabric::internals::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
-}
-
 /// Bodies of every shape with edges, flush and askew, slow and fast across the sheet: none is entered if it does not turn,
 /// and by no more than turning allows if it does.
 #[test]
 fn no_edge_lets_a_node_in() {
     let base = Projectile { mass: 2e-3, ..small_sheet(25, 0.0).projectile };
-    let tetrahedron = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]
-        .map(|[x, y, z]: [f64; 3]| [x / 3f64.sqrt(), y / 3f64.sqrt(), z / 3f64.sqrt(), 2e-3]);
     let bodies = [
         Projectile { shape: Shape::Box, size: [6e-3, 5e-3, 4e-3], ..base },
         Projectile { shape: Shape::Cylinder, radius: 3e-3, length: 5e-3, ..base },
         Projectile { shape: Shape::HemisphericalCylinder, radius: 2.5e-3, length: 7e-3, ..base },
-        Projectile { shape: Shape::Polyhedron, faces: Faces::of(&tetrahedron), moments: [4.8e-9; 3], ..base },
+        Projectile { shape: Shape::Polyhedron, faces: tetrahedron(2e-3), moments: [4.8e-9; 3], ..base },
         prism::disc_sector(2e-3, 8e-3, 1.1, 3e-3, 2e-3).unwrap().projectile,
     ];
     let (mut touched, mut turning): (u64, f64) = (0, 0.0);
     for k in 0..60 {
-        let draw = |m: u64| number(100 * k + m);
+        let draw = |m: u64| 2.0 * number(100 * k + m) - 1.0;
         let body = bodies[k as usize % bodies.len()];
         let mut scene = small_sheet(25, 0.0);
         scene.attachment.kind = [AttachmentKind::Free, AttachmentKind::TwoSides][k as usize % 2];
@@ -143,9 +136,7 @@ fn no_edge_lets_a_node_in() {
             angular_velocity: [rate * draw(7), rate * draw(8), rate * draw(9)],
             ..body
         };
-        let ahead =
-            Solid::of(&body).support(&fabric::pose::into_body(&pose::normalised(orientation), &[0.0, 0.0, 1.0].into()));
-        scene.projectile.position = [4e-3 * draw(10), 4e-3 * draw(11), -ahead - 1e-6];
+        scene.projectile.position = [4e-3 * draw(10), 4e-3 * draw(11), -ahead(&scene.projectile) - 1e-6];
         let mut sim = sim_of(&scene);
         let mut deepest: f64 = 0.0;
         for _ in 0..400 {

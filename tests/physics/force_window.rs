@@ -1,7 +1,7 @@
 //! The peak force: the largest mean over windows of `force_window`, and before the first is full the mean over the time elapsed.
 
 use fabric::{Scene, Sim};
-use fabric_tests::{Buffers, close, small_sheet};
+use fabric_tests::{close, sim_of, small_sheet};
 
 /// A sheet of 21 x 21 hit at 100 m/s, with so long a window, in steps.
 fn scene(steps: u64) -> Scene {
@@ -35,8 +35,7 @@ fn a_run_shorter_than_the_window_has_its_mean_force() {
 #[test]
 fn after_the_first_window_the_largest_of_their_means_counts() {
     let scene = scene(50);
-    let [mut read, mut quiet] = [Buffers::of(&scene), Buffers::of(&scene)];
-    let (mut sim, mut unread) = (read.sim(&scene), quiet.sim(&scene));
+    let (mut sim, mut unread) = (sim_of(&scene), sim_of(&scene));
     let (mut peak, mut before, mut means) = (0.0_f64, [0.0; 3], Vec::new());
     for step in 1..=2000 {
         sim.step().unwrap();

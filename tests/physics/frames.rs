@@ -2,7 +2,7 @@
 
 use fabric::{Scene, Sim};
 use fabric_tests::reference::{V3, add, largest_distance, length, sub, turn};
-use fabric_tests::{Buffers, positions, small_sheet, tilted_cylinder, velocities};
+use fabric_tests::{positions, sim_of, small_sheet, tilted_cylinder, velocities};
 
 const STEPS: u64 = 400;
 
@@ -25,8 +25,8 @@ fn moved(scene: &Scene, place: V3, q: [f64; 4]) -> Scene {
     moved
 }
 
-fn stepped<'a>(buffers: &'a mut Buffers, scene: &Scene) -> Sim<'a> {
-    let mut sim = buffers.sim(scene);
+fn stepped(scene: &Scene) -> Sim<'static> {
+    let mut sim = sim_of(scene);
     sim.advance(STEPS).unwrap();
     assert!(sim.contact().unwrap().work > 0.0);
     sim
@@ -40,9 +40,8 @@ fn a_moved_and_turned_sheet_sees_the_same_physics() {
     let q: [f64; 4] = [0.5, -0.5, 0.1, 0.7];
     let size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
     let (place, q) = ([0.3, -0.7, 0.2], q.map(|x| x / size));
-    let (mut memory, mut other_memory) = (Buffers::of(&scene), Buffers::of(&scene));
-    let sim = stepped(&mut memory, &scene);
-    let other = stepped(&mut other_memory, &moved(&scene, place, q));
+    let sim = stepped(&scene);
+    let other = stepped(&moved(&scene, place, q));
     assert_eq!(sim.counters().failed_segments, 0);
 
     let expected: Vec<V3> = positions(&sim).iter().map(|x| add(turn(q, *x), place)).collect();
@@ -67,9 +66,8 @@ fn half_a_turn_about_the_normal_changes_signs_only() {
     let mut scene = small_sheet(21, 60.0);
     scene.projectile.velocity = [3.0, -2.0, 60.0];
     let half_turn = [0.0, 0.0, 0.0, 1.0];
-    let (mut memory, mut other_memory) = (Buffers::of(&scene), Buffers::of(&scene));
-    let sim = stepped(&mut memory, &scene);
-    let other = stepped(&mut other_memory, &moved(&scene, [0.0; 3], half_turn));
+    let sim = stepped(&scene);
+    let other = stepped(&moved(&scene, [0.0; 3], half_turn));
     let expected: Vec<V3> = positions(&sim).iter().map(|x| [-x[0], -x[1], x[2]]).collect();
     assert_eq!(positions(&other), expected);
     let v = sim.projectile().unwrap().velocity;
@@ -81,14 +79,12 @@ fn half_a_turn_about_the_normal_changes_signs_only() {
 #[test]
 fn plies_with_as_much_more_projectile_move_alike() {
     let scene = small_sheet(21, 60.0);
-    let mut memory = Buffers::of(&scene);
-    let sim = stepped(&mut memory, &scene);
+    let sim = stepped(&scene);
     for plies in [3, 4] {
         let mut lumped = scene;
         lumped.sheet.plies = plies;
         lumped.projectile.mass *= f64::from(plies);
-        let mut memory = Buffers::of(&lumped);
-        let other = stepped(&mut memory, &lumped);
+        let other = stepped(&lumped);
         let n = f64::from(plies);
         let (work, lumped_work) = (sim.contact().unwrap().work, other.contact().unwrap().work);
         let (energy, lumped_energy) = (sim.energy().unwrap(), other.energy().unwrap());
@@ -109,8 +105,7 @@ fn plies_with_as_much_more_projectile_move_alike() {
 #[test]
 fn the_uniform_sheet_keeps_its_mirror_planes() {
     let scene = small_sheet(21, 60.0);
-    let mut memory = Buffers::of(&scene);
-    let sim = stepped(&mut memory, &scene);
+    let sim = stepped(&scene);
     let x = positions(&sim);
     let at = |i: usize, j: usize| x[21 * j + i];
     for j in 0..21 {

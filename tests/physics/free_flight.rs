@@ -1,7 +1,7 @@
 //! Without contact the projectile coasts and the sheet stays exactly where it is.
 
 use fabric_tests::reference::{V3, add, length, rest_positions, scale, sub};
-use fabric_tests::{Buffers, close, positions, small_sheet, tilted_cylinder, velocities};
+use fabric_tests::{close, positions, sim_of, small_sheet, tilted_cylinder, velocities};
 
 /// P = P0 + V0 t, V bit-constant; no force and no motion of the sheet, exactly.
 #[test]

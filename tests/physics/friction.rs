@@ -7,17 +7,12 @@ use fabric::internals::friction::Tangential;
 use fabric::internals::layout::CANDIDATE_REALS;
 use fabric::internals::solve::solve_with_friction;
 use fabric::pose::Vector;
-use fabric::{AttachmentKind, Code, Drive, Integrator, Scene, Shape, StepAfterFailure, Symmetry, TimeStep};
+use fabric::{AttachmentKind, Scene, Shape, Symmetry};
 use fabric::{Body, Inertia, Motion};
 use fabric_tests::reference::{V3, add, cross, dot, length, moments, rest_positions, scale, sub, turn, turn_back};
-use fabric_tests::{Buffers, close, positions, small_sheet, tilted_cylinder};
+use fabric_tests::{close, positions, rough, sim_of, small_sheet, tilted_cylinder};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-
-fn rough(mut scene: Scene, coefficient: f64) -> Scene {
-    scene.contact.friction = coefficient;
-    scene
-}
 
 /// A sphere that meets one held node with the velocity V across the line of centres and W along it, and turns at the rate w, is
 /// sticking if mu W >= 2/7 of its slip, and then rolls: it takes 2/7 of the slip as velocity. Else the impulse across is mu M W.
@@ -226,53 +221,6 @@ fn momentum_and_angular_momentum_are_kept() {
     }
 }
 
-/// The sphere that hits askew and spins, to the first failures and beyond.
-fn impact(fraction: f64, speed: f64) -> Scene {
-    let mut scene = rough(small_sheet(41, speed), 0.4);
-    scene.projectile.velocity = [0.5 * speed, -0.2 * speed, speed];
-    scene.projectile.angular_velocity = [2000.0, 1000.0, -3000.0];
-    scene.time_step = TimeStep::fraction(fraction);
-    scene
-}
-
-/// What the balances do not close by before the first failure falls with the square of the step, as without friction.
-#[test]
-fn the_balances_close_to_second_order() {
-    let off = |fraction: f64| {
-        let mut sim = sim_of(&impact(fraction, 50.0));
-        let first = sim.energy().unwrap().projectile_kinetic;
-        sim.advance((30e-6 / sim.step_limits().dt) as u64).unwrap();
-        let energy = sim.energy().unwrap();
-        assert!(sim.counters().failed_segments == 0 && energy.friction > 1e-3 * first, "{energy:?}");
-        energy.residual.abs() / first
-    };
-    let residuals = [0.4, 0.2, 0.1].map(off);
-    println!("friction: residual over KE0 at 0.4, 0.2, 0.1 dt_crit: {residuals:?}");
-    assert!(residuals[0] < 1e-4 && residuals[1] < 0.4 * residuals[0] && residuals[2] < 0.4 * residuals[1]);
-}
-
-/// Through failure: whole steps and halves, a body that the host moves, viscous yarn.
-#[test]
-fn the_balances_of_a_perforation_close() {
-    let plain = impact(0.4, 120.0);
-    let mut viscous = plain;
-    (viscous.yarn.viscosity_linear, viscous.yarn.viscosity_bending) = (0.06, 0.06);
-    let mut held = plain;
-    (held.drive, held.projectile.shape) = (Drive::Prescribed, Shape::Cylinder);
-    held.projectile.position[2] = -0.7 * held.projectile.length;
-    for scene in [plain, Scene { step_after_failure: StepAfterFailure::Half, ..plain }, viscous, held] {
-        let mut sim = sim_of(&scene);
-        let first = sim.energy().unwrap().projectile_kinetic;
-        sim.advance(2500).unwrap();
-        let energy = sim.energy().unwrap();
-        assert!(sim.counters().failed_segments > 30 && energy.friction > 1e-2 * first, "{energy:?}");
-        assert!(energy.residual.abs() < 0.01 * first, "{:e}", energy.residual / first);
-        assert_eq!(sim.counters().unconverged, 0);
-        let momentum = scene.projectile.mass * 120.0;
-        assert!(length(sim.momentum_residual().unwrap()) < 1e-11 * momentum);
-    }
-}
-
 /// Quarters and halves are the whole sheet; the body may spin about the normal of a plane.
 #[test]
 fn mirror_planes_leave_friction_as_it_is() {
@@ -296,25 +244,6 @@ fn mirror_planes_leave_friction_as_it_is() {
             assert!(length(part.momentum_residual().unwrap()) < 1e-12 * scene.projectile.mass * 25.0);
         }
     }
-}
-
-#[test]
-fn what_goes_not_with_friction_is_refused_by_name() {
-    let refused = |scene: Scene| {
-        let error = fabric::Layout::of(&scene).unwrap_err();
-        (error.code, error.field)
-    };
-    let theta = Scene { integrator: Integrator::THETA, ..rough(small_sheet(11, 0.0), 0.1) };
-    assert_eq!(refused(theta), (Code::DoesNotGoWith, "contact.friction"));
-    for scene in [rough(small_sheet(11, 0.0), -0.1), rough(small_sheet(11, 0.0), 10.1)] {
-        assert_eq!(refused(scene), (Code::OutOfRange, "contact.friction"));
-    }
-    // The surface of a spinning sphere counts, where it rubs.
-    let mut scene = small_sheet(11, 0.0);
-    scene.projectile.angular_velocity = [0.0, 0.0, 1e8];
-    assert!(fabric::Sim::new(&scene, &mut Buffers::of(&scene).lines).is_ok());
-    let error = fabric::Sim::new(&rough(scene, 0.1), &mut Buffers::of(&rough(scene, 0.1)).lines).err().unwrap();
-    assert_eq!((error.code, error.field), (Code::ProjectileTooFast, "projectile.velocity"));
 }
 
 /// A body, and nodes under it of which some are held, in random places with random normals and speeds.

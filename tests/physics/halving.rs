@@ -1,27 +1,20 @@
 //! The step that is halved after the first failure: second order through the switch, the same bits before it, closed balances.
 
-use fabric::{AttachmentKind, Code, Drive, Integrator, Motion, Path, Scene, Sim, StepAfterFailure, TimeStep};
+use fabric::{AttachmentKind, Drive, Motion, Path, Scene, TimeStep};
 use fabric_tests::reference::{V3, fixed_nodes, largest_distance, length};
-use fabric_tests::{Buffers, positions, small_sheet, speed, sphere_on_3in, without_projectile};
-
-fn halved(scene: Scene) -> Scene {
-    Scene { step_after_failure: StepAfterFailure::Half, ..scene }
-}
+use fabric_tests::{AT_REST, halved, positions, set_off, sim_of, small_sheet, sphere_on_3in, without_projectile};
 
 /// A taut sheet that swings, with one node near a corner pulled so far that its yarns break in the first step.
-fn swinging_sheet(buffers: &mut Buffers, scene: &Scene, after: f64) -> Vec<V3> {
-    let mut sim = buffers.sim(scene);
+fn swinging_sheet(scene: &Scene, after: f64) -> Vec<V3> {
+    let mut sim = sim_of(scene);
     let (h, half) = (scene.sheet.spacing, scene.half_size()[0]);
     let wave = |x: f64| (std::f64::consts::FRAC_PI_2 * x / half).cos();
     let fixed = fixed_nodes(scene);
-    let (mut x, mut v) = (Vec::new(), Vec::new());
-    for (k, [a, b, _]) in positions(&sim).into_iter().enumerate() {
+    set_off(&mut sim, |k, [a, b, _]| {
         let height = if fixed[k] { 0.0 } else { wave(a) * wave(b) };
         let pull = if k == 2 * 41 + 2 { 0.1 * h } else { 0.0 };
-        x.extend([1.005 * a + pull, 1.005 * b, 2.0 * h * height]);
-        v.extend([0.0, 0.0, 60.0 * height]);
-    }
-    sim.set_motion(&x, &v).unwrap();
+        [[1.005 * a + pull, 1.005 * b, 2.0 * h * height], [0.0, 0.0, 60.0 * height]]
+    });
     sim.advance((after / sim.step_limits().dt).round() as u64).unwrap();
     assert!(sim.counters().failed_segments > 0);
     // Far from the broken corner.
@@ -35,7 +28,7 @@ fn the_switch_is_of_second_order() {
     let after = 16.0 * base.step_limits().unwrap().dt_crit;
     let run = |scene: Scene, division: f64| {
         let scene = Scene { time_step: TimeStep::fraction(1.0 / division), ..scene };
-        swinging_sheet(&mut Buffers::of(&scene), &scene, after)
+        swinging_sheet(&scene, after)
     };
     let fine = run(base, 128.0);
     let errors = [2.0, 4.0, 8.0].map(|division| largest_distance(&run(halved(base), division), &fine));
@@ -88,59 +81,17 @@ fn balances_close_through_the_switch() {
     assert!(jump > 0.0 && jump < 1e-3 * 40.0, "{jump:e}");
 }
 
-/// Snapshots before and after the switch, into a simulation on the other side of it, and reset.
-#[test]
-fn snapshots_and_reset_know_the_switch() {
-    let scene = halved(Scene { yarn: Scene::sheet_3in_sphere().yarn, ..small_sheet(31, speed(40.0, 8.4e-3)) });
-    let (mut sim, mut other) = (sim_of(&scene), sim_of(&scene));
-    let start = sim.digest();
-    let image = |sim: &Sim<'_>| {
-        let mut image = vec![0; sim.snapshot_bytes()];
-        sim.save(&mut image).unwrap();
-        image
-    };
-    sim.advance(500).unwrap();
-    let (early, early_digest) = (image(&sim), sim.digest());
-    sim.advance(2500).unwrap();
-    assert!(sim.energy().unwrap().halving != 0.0);
-    let late = image(&sim);
-    sim.advance(100).unwrap();
-    other.load(&late).unwrap();
-    other.advance(100).unwrap();
-    assert_eq!(sim.digest(), other.digest());
-    // Back before the switch, and on through it again.
-    other.load(&early).unwrap();
-    assert_eq!(other.digest(), early_digest);
-    other.advance(2600).unwrap();
-    assert_eq!(sim.digest(), other.digest());
-    other.reset();
-    assert_eq!(other.digest(), start);
-}
-
 /// A prescribed body reads its path at the middle of the step too.
 #[test]
 fn a_path_is_followed_in_halves() {
     let mut scene = halved(small_sheet(31, 100.0));
     scene.drive = Drive::Prescribed;
     let mut sim = sim_of(&scene);
-    let end = |z: f64| Motion {
-        position: [0.0, 0.0, z],
-        velocity: [0.0, 0.0, 100.0],
-        orientation: [1.0, 0.0, 0.0, 0.0],
-        angular_velocity: [0.0; 3],
-    };
+    let end = |z: f64| Motion { position: [0.0, 0.0, z], velocity: [0.0, 0.0, 100.0], ..AT_REST };
     let duration = 5000.0 * sim.step_limits().dt;
     let z = scene.projectile.position[2] + 100.0 * duration;
     sim.follow(&Path { first: 0, steps: 5000, end: end(z) }, 5000).unwrap();
     assert!(sim.counters().failed_segments > 0);
     assert!((sim.projectile().unwrap().position[2] - z).abs() < 1e-15);
     assert!((sim.projectile().unwrap().velocity[2] - 100.0).abs() < 1e-6);
-}
-
-#[test]
-fn the_theta_rule_is_not_halved() {
-    let mut scene = halved(small_sheet(21, 100.0));
-    scene.integrator = Integrator::THETA;
-    let error = scene.check().unwrap_err();
-    assert_eq!((error.code, error.field), (Code::DoesNotGoWith, "step_after_failure"));
 }

@@ -1,7 +1,7 @@
 //! The kernel's ledger on the paper's sheet: what it does not close by, at the default step.
 
 use fabric::{AttachmentKind, Scene, StepAfterFailure, TimeStep};
-use fabric_tests::{Buffers, sphere_on_3in};
+use fabric_tests::{sim_of, sphere_on_3in};
 
 /// Residual over the kinetic energy at impact after `time` s.
 fn residual(scene: &Scene, time: f64) -> f64 {

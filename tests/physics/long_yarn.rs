@@ -5,7 +5,7 @@
 //! Lagrangian speed of the kink, the impact speed is V^2 = (U c_t)^2 - (U c_t - w)^2 and the contact force 2 N V/(U c_t).
 
 use fabric::{Drive, Scene};
-use fabric_tests::{Buffers, close, positions, small_sheet, velocities};
+use fabric_tests::{close, positions, sim_of, small_sheet, velocities};
 
 /// Segments on each side of the impact: the front (18.3 km/s) does not reach the ends in 72 us.
 const HALF: u32 = 1900;

@@ -1,7 +1,9 @@
 //! One free node between four fixed ones: the first impact, the oscillator it makes with the sphere, and its own on one segment.
 
 use fabric::{Scene, Sim, TimeStep};
-use fabric_tests::{Buffers, between_supports, close, damage, positions, small_sheet, velocities, without_projectile};
+use fabric_tests::{
+    between_supports, close, damage, positions, set_off, sim_of, small_sheet, velocities, without_projectile,
+};
 
 /// E A_0 of the uniform yarn, N.
 fn stiffness(scene: &Scene) -> f64 {
@@ -113,9 +115,7 @@ fn axial_pull(speed: f64) -> (f64, f64, f64) {
     stretches[2] = 1.0;
     sim.set_largest_stretch(&stretches).unwrap();
     assert_eq!(sim.counters().failed_segments, 11);
-    let (rest, mut v) = (positions(&sim), [0.0; 27]);
-    v[3 * 4] = speed;
-    sim.set_motion(rest.as_flattened(), &v).unwrap();
+    set_off(&mut sim, |k, x| [x, [if k == 4 { speed } else { 0.0 }, 0.0, 0.0]]);
     let mut largest: f64 = 1.0;
     loop {
         sim.step().unwrap();

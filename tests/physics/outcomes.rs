@@ -2,7 +2,7 @@
 
 use fabric::{AttachmentKind, Drive, Motion, Outcome, OutcomeSet, Path, Scene, Sim, Status};
 use fabric_tests::reference::{fixed_nodes, length, segment_ends, sub};
-use fabric_tests::{Buffers, close, damage, positions, small_sheet, speed};
+use fabric_tests::{AT_REST, close, damage, positions, set_off, sim_of, small_sheet, speed};
 
 /// The mask of outcomes after at most `steps` steps, and the status.
 fn outcome(scene: &Scene, steps: u64) -> (OutcomeSet, Status, f64) {
@@ -129,10 +129,8 @@ fn a_sphere_before_a_thrown_sheet_has_not_passed() {
     let mut scene = small_sheet(41, 1.0);
     scene.projectile.position[2] = scene.projectile.radius + 1e-3;
     let mut sim = sim_of(&scene);
-    let x = positions(&sim);
     let inner = |k: usize| (1..40).contains(&(k % 41)) && (1..40).contains(&(k / 41));
-    let v: Vec<f64> = (0..x.len()).flat_map(|k| [0.0, 0.0, if inner(k) { 200.0 } else { 0.0 }]).collect();
-    sim.set_motion(x.as_flattened(), &v).unwrap();
+    set_off(&mut sim, |k, x| [x, [0.0, 0.0, if inner(k) { 200.0 } else { 0.0 }]]);
     while sim.outcomes().first_contact.is_none() && sim.step_count() < 10_000 {
         sim.advance(64).unwrap();
     }
@@ -150,12 +148,8 @@ fn a_prescribed_sphere_passes_when_it_has_got_past() {
         scene.projectile.position[0] = x;
         let mut sim = sim_of(&scene);
         let body = &scene.projectile;
-        let end = Motion {
-            position: [x, 0.0, z],
-            velocity: [0.0, 0.0, if z < body.position[2] { -1.0 } else { 1.0 }],
-            orientation: body.orientation,
-            angular_velocity: [0.0; 3],
-        };
+        let velocity = [0.0, 0.0, if z < body.position[2] { -1.0 } else { 1.0 }];
+        let end = Motion { position: [x, 0.0, z], velocity, ..AT_REST };
         sim.follow(&Path { first: 0, steps: 6400, end }, 6400).unwrap();
         sim.advance(64).unwrap();
         sim.outcomes().mask

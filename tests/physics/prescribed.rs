@@ -2,7 +2,7 @@
 
 use fabric::{Drive, Motion, Path, Scene};
 use fabric_tests::reference::{add, largest_distance, length, scale, sub};
-use fabric_tests::{Buffers, close, positions, small_sheet, tilted_cylinder};
+use fabric_tests::{AT_REST, close, positions, sim_of, small_sheet, tilted_cylinder};
 
 /// The motion of a free run, step by step.
 fn recorded(scene: &Scene, steps: usize) -> (Vec<Motion>, Vec<[f64; 3]>, f64, [f64; 3]) {
@@ -77,16 +77,8 @@ fn a_path_is_the_cubic_through_its_ends() {
     let dt = sim.step_limits().dt;
     let at = |t: f64| add(add(start, scale(velocity, t)), scale(acceleration, 0.5 * t * t));
     let end = 1000.0 * dt;
-    let path = Path {
-        first: 0,
-        steps: 1000,
-        end: Motion {
-            position: at(end),
-            velocity: add(velocity, scale(acceleration, end)),
-            orientation: [1.0, 0.0, 0.0, 0.0],
-            angular_velocity: [0.0; 3],
-        },
-    };
+    let end_of = Motion { position: at(end), velocity: add(velocity, scale(acceleration, end)), ..AT_REST };
+    let path = Path { first: 0, steps: 1000, end: end_of };
     for n in [137u64, 500, 1000] {
         sim.follow(&path, n - sim.step_count()).unwrap();
         assert!(length(sub(sim.projectile().unwrap().position, at(n as f64 * dt))) < 1e-15);

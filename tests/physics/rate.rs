@@ -1,9 +1,9 @@
 //! Dependence on the rate of strain against closed forms: a segment pulled at three measured rates, one held still, a cell pulled both
 //! ways, and the balances of a sheet.
 
-use fabric::{AttachmentKind, Code, Integrator, Scene, Sim, StepAfterFailure, TimeStep};
+use fabric::{AttachmentKind, Scene, Sim, TimeStep};
 use fabric_tests::reference::length;
-use fabric_tests::{Buffers, close, damage, positions, small_sheet, velocities, without_projectile};
+use fabric_tests::{close, damage, positions, rated, set_off, sim_of, small_sheet, velocities, without_projectile};
 
 /// Kevlar 49 fabric of 25 mm gauge length: rate, 1/s, modulus, Pa, and strength, Pa.
 /// 13th International Conference on Fracture (2013), paper 389, table 2.
@@ -43,10 +43,7 @@ fn cell(node_mass: f64) -> Scene {
 
 /// Starts with this part of the flat sheet's size more, and this rate of strain, 1/s, along x and along y.
 fn start(sim: &mut Sim<'_>, strain: [f64; 2], rate: [f64; 2]) {
-    let x: Vec<f64> =
-        positions(sim).iter().flat_map(|x| [x[0] * (1.0 + strain[0]), x[1] * (1.0 + strain[1]), x[2]]).collect();
-    let v: Vec<f64> = positions(sim).iter().flat_map(|x| [x[0] * rate[0], x[1] * rate[1], 0.0]).collect();
-    sim.set_motion(&x, &v).unwrap();
+    set_off(sim, |_, [x, y, z]| [[x * (1.0 + strain[0]), y * (1.0 + strain[1]), z], [x * rate[0], y * rate[1], 0.0]]);
 }
 
 /// Nodes so heavy that the pull goes on at a constant rate: modulus at 0.5 % and largest nominal stress of one segment, Pa, from what
@@ -229,99 +226,10 @@ fn the_balances_of_a_cell_close_to_second_order() {
     assert!(worst[0] < 2e-3 && worst[1] < 0.3 * worst[0] && worst[2] < 0.3 * worst[1], "{worst:?}");
 }
 
-/// The sphere on a small sheet of the paper's yarn, with this dependence on the rate.
-fn impact(fraction: f64) -> Scene {
-    let mut scene = small_sheet(41, 120.0);
-    scene.time_step = TimeStep::fraction(fraction);
-    let yarn = &mut scene.yarn;
-    (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 1700.0);
-    scene
-}
-
-/// What the balances do not close by before the first failure falls with the square of the step, as it does without.
-#[test]
-fn the_balances_of_a_sheet_close_to_second_order() {
-    let off = |fraction: f64| {
-        let mut scene = impact(fraction);
-        scene.projectile.velocity[2] = 60.0;
-        let mut sim = sim_of(&scene);
-        let first = sim.energy().unwrap().projectile_kinetic;
-        let mut worst = 0.0;
-        while sim.time() < 20e-6 {
-            sim.advance(10).unwrap();
-            worst = f64::max(worst, sim.energy().unwrap().residual.abs() / first);
-        }
-        let energy = sim.energy().unwrap();
-        assert!(sim.counters().failed_segments == 0 && energy.viscous > 1e-4 * first, "{energy:?}");
-        worst
-    };
-    let residuals = [0.4, 0.2, 0.1].map(off);
-    println!("sheet with rate: residual over KE0 at 0.4, 0.2, 0.1 dt_crit: {residuals:?}");
-    assert!(
-        residuals[0] < 1e-5 && residuals[1] < 0.4 * residuals[0] && residuals[2] < 0.4 * residuals[1],
-        "{residuals:?}"
-    );
-}
-
-/// Through failure, with the step halved as well, with drawn strength, with viscosity and with crimp. Energy is only taken.
-#[test]
-fn the_balances_of_a_perforation_close() {
-    let plain = impact(0.4);
-    let halved = Scene { step_after_failure: StepAfterFailure::Half, ..plain };
-    let mut drawn = plain;
-    (drawn.yarn.stochastic, drawn.yarn.strength_draw) = (true, fabric::StrengthDraw::Weibull);
-    let mut viscous = plain;
-    (viscous.yarn.viscosity_linear, viscous.yarn.viscosity_bending) = (0.06, 0.06);
-    let mut crimped = impact(0.2);
-    crimped.sheet.crimp = [0.003, 0.001];
-    for (name, scene) in
-        [("plain", plain), ("halved", halved), ("drawn", drawn), ("viscous", viscous), ("crimped", crimped)]
-    {
-        let mut sim = sim_of(&scene);
-        let first = sim.energy().unwrap().projectile_kinetic;
-        let mut taken = 0.0;
-        while sim.time() < 60e-6 {
-            sim.advance(20).unwrap();
-            let energy = sim.energy().unwrap();
-            assert!(energy.viscous >= taken, "{name}");
-            taken = energy.viscous;
-        }
-        let energy = sim.energy().unwrap();
-        println!(
-            "{name}: failed {}, taken {:.4}, residual {:.5}",
-            sim.counters().failed_segments,
-            taken / first,
-            energy.residual / first
-        );
-        assert!(sim.counters().failed_segments > 20 && taken > 1e-3 * first, "{name}");
-        assert!(energy.residual.abs() < 0.01 * first, "{name} {:e}", energy.residual / first);
-        assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * scene.projectile.mass * 120.0, "{name}");
-    }
-}
-
-#[test]
-fn what_goes_not_with_the_rate_is_refused_by_name() {
-    let refused = |change: &dyn Fn(&mut Scene)| {
-        let mut scene = Scene { time_step: TimeStep::fraction(0.4), ..impact(0.4) };
-        change(&mut scene);
-        let error = fabric::Layout::of(&scene).unwrap_err();
-        (error.code, error.field)
-    };
-    let out = |field| (Code::OutOfRange, field);
-    assert_eq!(refused(&|s| s.yarn.rate_reference = 0.0), out("yarn.rate_reference"));
-    assert_eq!(refused(&|s| s.yarn.rate_limit = 29.0), out("yarn.rate_limit"));
-    assert_eq!(refused(&|s| s.yarn.rate_modulus = 1.1), out("yarn.rate_modulus"));
-    assert_eq!(refused(&|s| s.yarn.rate_stretch = -0.1), out("yarn.rate_stretch"));
-    let apart = |field| (Code::DoesNotGoWith, field);
-    assert_eq!(refused(&|s| s.sheet.pre_strain = [0.0, 0.01]), apart("sheet.pre_strain"));
-    assert_eq!(refused(&|s| s.slack_toe = 0.02), apart("slack_toe"));
-    assert_eq!(refused(&|s| s.integrator = Integrator::THETA), apart("yarn.rate_modulus"));
-}
-
 /// The default step follows from the largest tangent modulus and critical stretch; a network as stiff as that is stable up to it.
 #[test]
 fn the_step_is_that_of_the_stiffest_yarn() {
-    let (scene, mut stiff) = (impact(0.4), small_sheet(41, 120.0));
+    let (scene, mut stiff) = (rated(small_sheet(41, 120.0), 1700.0), small_sheet(41, 120.0));
     let logarithm = (scene.yarn.rate_limit / scene.yarn.rate_reference).ln();
     stiff.yarn.modulus_mean *= 1.0 + 0.13 * (1.0 + logarithm);
     (stiff.yarn.damage_slope, stiff.yarn.damage_intercept) = (0.0, 230.0);

@@ -4,19 +4,14 @@ use fabric::Scene;
 use fabric::Solid;
 use fabric::{Body, Inertia, Motion};
 use fabric_tests::reference::{V3, length, moments, sub, turn, turn_back};
-use fabric_tests::{Buffers, tilted_cylinder};
+use fabric_tests::{AT_REST, sim_of, tilted_cylinder};
 
 /// A body with I = (1, 2, 3) and w(0) = (1, 0, 1), drifted for `steps` steps: the case of the Jacobi functions.
 fn drifted(dt: f64, steps: u64) -> Body {
     let solid = Solid::Cylinder { radius: 1.0, half_length: 1.0 };
     let mut inertia = Inertia::of(&solid, 1.0, true);
     inertia.moments = [1.0, 2.0, 3.0].into();
-    let mut body = Body::of(&Motion {
-        position: [0.0; 3],
-        velocity: [0.0; 3],
-        orientation: [1.0, 0.0, 0.0, 0.0],
-        angular_velocity: [1.0, 0.0, 1.0],
-    });
+    let mut body = Body::of(&Motion { angular_velocity: [1.0, 0.0, 1.0], ..AT_REST });
     for _ in 0..steps {
         body.drift(&inertia, fabric::RotationRule::MIDPOINT, dt);
     }

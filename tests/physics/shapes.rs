@@ -5,22 +5,20 @@ use crate::balances::{angular_momentum, half_step_momentum, work_energy_identity
 use crate::contact::{checked_run, gap};
 use fabric::Solid;
 use fabric::pose::into_body;
-use fabric::{AttachmentKind, Drive, Faces, Projectile, Scene, Shape, TimeStep, pose, prism};
-use fabric_tests::reference::{V3, add, cross, length, moments, nose, scale, sub, turn, turn_back};
-use fabric_tests::{Buffers, close, positions, small_sheet, velocities};
+use fabric::{AttachmentKind, Drive, Projectile, Scene, Shape, TimeStep, pose, prism};
+use fabric_tests::reference::{add, cross, length, moments, nose, scale, sub, turn, turn_back};
+use fabric_tests::{close, cuboid_faces, positions, sim_of, small_sheet, tetrahedron, velocities};
 
 /// One projectile of each new shape, about as large as a third of the 41 x 41 sheet.
 fn bodies() -> [Projectile; 5] {
     let base = Projectile { mass: 0.01, ..Scene::sheet_3in_sphere().projectile };
-    let tetrahedron = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]
-        .map(|[x, y, z]: V3| [x / 3f64.sqrt(), y / 3f64.sqrt(), z / 3f64.sqrt(), 3e-3]);
     [
         Projectile { shape: Shape::HemisphericalCylinder, radius: 5e-3, length: 0.016, ..base },
         Projectile { shape: Shape::HemisphericalCylinder, radius: 6e-3, length: 6e-3, ..base },
         Projectile { shape: Shape::Box, size: [0.012, 0.007, 0.016], ..base },
         Projectile {
             shape: Shape::Polyhedron,
-            faces: Faces::of(&tetrahedron),
+            faces: tetrahedron(3e-3),
             // M e^2/20 with the edge e = sqrt(24) times the radius of the inscribed sphere.
             moments: [0.01 * 24.0 * 9e-6 / 20.0; 3],
             ..base
@@ -30,7 +28,7 @@ fn bodies() -> [Projectile; 5] {
 }
 
 /// How far the body reaches along +z in the host's frame, m.
-fn ahead(body: &Projectile) -> f64 {
+pub(crate) fn ahead(body: &Projectile) -> f64 {
     Solid::of(body).support(&into_body(&pose::normalised(body.orientation), &[0.0, 0.0, 1.0].into()))
 }
 
@@ -153,8 +151,7 @@ fn a_flat_face_takes_the_nodes_before_it_along() {
     let cuboid = Projectile { shape: Shape::Box, size, mass: 1e-3, ..base.projectile };
     let (a, c) = (4.5 * h, 5e-3);
     let square = prism::prism(&[[-a, -a], [a, -a], [a, a], [-a, a]], 0.01, 1e-3).unwrap().projectile;
-    let faces = [[1.0, 0.0, 0.0, a], [-1.0, 0.0, 0.0, a], [0.0, 1.0, 0.0, a], [0.0, -1.0, 0.0, a], [0.0, 0.0, 1.0, c]];
-    let faces = Faces::of(&[&faces[..], &[[0.0, 0.0, -1.0, c]]].concat());
+    let faces = cuboid_faces([a, a, c]);
     let moments = moments(&Scene { projectile: cuboid, ..base });
     let half_spaces = Projectile { shape: Shape::Polyhedron, faces, moments, ..cuboid };
     let mut later = Vec::new();

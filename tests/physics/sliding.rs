@@ -3,16 +3,11 @@
 use crate::contact::gap;
 use fabric::{Faces, Projectile, Scene, Sector, Shape, Sim, Solid, TimeStep, pose, prism};
 use fabric_tests::reference::{V3, add, cross, length, sub};
-use fabric_tests::{Buffers, close, small_sheet};
+use fabric_tests::{close, number, sim_of, small_sheet};
 use std::cell::Cell;
 
 /// Gaps between a face and the nodes below it, parts of R: touching, and off by a rounding or by what roundings add up to.
 const GAPS: [f64; 5] = [0.0, 1e-16, -1e-16, 1e-12, -1e-12];
-
-/// Numbers from -1 to 1 without visible order.
-fn number(k: u64) -> f64 {
-    2.0 * (fabric::internals::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
-}
 
 fn spacing() -> f64 {
     small_sheet(2, 0.0).sheet.spacing
@@ -301,7 +296,7 @@ fn an_edge_goes_on_along_a_groove_of_held_nodes() {
 fn random_boxes_on_a_held_grid_lose_the_motion_along_the_normal_and_no_more() {
     let h = spacing();
     for k in 0..40 {
-        let draw = |m: u64| number(100 * k + m);
+        let draw = |m: u64| 2.0 * number(100 * k + m) - 1.0;
         let between = |m: u64, low: f64, high: f64| 0.5 * (low + high) + 0.5 * (high - low) * draw(m);
         let size = [between(0, 4.0, 12.0) * h, between(1, 4.0, 9.0) * h, between(2, 2.0, 8.0) * h];
         let mass = between(3, 1e-3, 2e-2);
@@ -356,7 +351,7 @@ fn random_boxes_on_a_held_grid_lose_the_motion_along_the_normal_and_no_more() {
 fn random_rough_boxes_on_a_held_grid_lose_what_coulomb_says() {
     let h = spacing();
     for k in 0..40 {
-        let draw = |m: u64| number(3000 + 100 * k + m);
+        let draw = |m: u64| 2.0 * number(3000 + 100 * k + m) - 1.0;
         let between = |m: u64, low: f64, high: f64| 0.5 * (low + high) + 0.5 * (high - low) * draw(m);
         let size = [between(0, 6.0, 12.0) * h, between(1, 6.0, 9.0) * h, between(2, 2.0, 4.0) * h];
         let (mass, speed, heading) =
@@ -423,8 +418,9 @@ fn tilted_boxes_are_pushed_along_the_normal_of_their_face() {
     let h = spacing();
     let mut slid = 0;
     for k in 0..16 {
-        let between =
-            |m: u64, low: f64, high: f64| 0.5 * (low + high) + 0.5 * (high - low) * number(7000 + 100 * k + m);
+        let between = |m: u64, low: f64, high: f64| {
+            0.5 * (low + high) + 0.5 * (high - low) * (2.0 * number(7000 + 100 * k + m) - 1.0)
+        };
         let size = [between(0, 8.0, 14.0) * h, between(1, 4.0, 9.0) * h, between(2, 2.0, 6.0) * h];
         let (mass, speed, tilt) = (between(3, 1e-3, 2e-2), between(4, 30.0, 500.0), between(5, 1e-3, 0.03));
         let reach = 0.5 * (size[0] * tilt.sin() + size[2] * tilt.cos());

@@ -1,27 +1,23 @@
 //! The step limit, observed: a taut sheet is stable below it and blows up above it.
 
-use fabric::{Scene, Sim, StepCheck, TimeStep};
-use fabric_tests::{Buffers, close, positions, small_sheet, without_projectile};
+use fabric::{Scene, StepCheck, TimeStep};
+use fabric_tests::{close, set_off, sim_of, small_sheet, without_projectile};
 
 /// Kinetic energy after `steps` steps of dt, s, over that at the start, of a sheet whose nodes are put at `stretch` times their places
 /// and kicked a little: every mode gets its share; the stiffest, a chequerboard, a larger one. A stable step multiplies the velocity of
 /// a mode by up to 1/sqrt(1 - (omega dt/2)^2), so its energy at 0.99 of the limit by 50; an unstable one multiplies it without end.
 pub(crate) fn growth(scene: &Scene, stretch: f64, dt: f64, steps: u64) -> f64 {
     let scene = Scene { time_step: TimeStep::seconds(dt), step_check: StepCheck::None, ..*scene };
-    let mut buffers = Buffers::of(&scene);
-    let mut sim: Sim<'_> = buffers.sim(&scene);
-    let x: Vec<f64> = positions(&sim).into_iter().flatten().map(|x| x * stretch).collect();
+    let mut sim = sim_of(&scene);
     let nodes = scene.sheet.nodes_x as usize;
-    let mut v = vec![0.0; x.len()];
-    for (k, v) in v.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+    set_off(&mut sim, |k, x| {
         let (i, j) = (k % nodes, k / nodes);
-        if (1..nodes - 1).contains(&i) && (1..nodes - 1).contains(&j) {
-            let noise = |a: f64| 1e-5 * ((k as f64 * a).sin());
-            let sign = if (i + j) % 2 == 0 { 1e-4 } else { -1e-4 };
-            *v = [sign + noise(1.3), sign + noise(2.1), sign + noise(3.7)];
-        }
-    }
-    sim.set_motion(&x, &v).unwrap();
+        let noise = |a: f64| 1e-5 * ((k as f64 * a).sin());
+        let sign = if (i + j) % 2 == 0 { 1e-4 } else { -1e-4 };
+        let inside = (1..nodes - 1).contains(&i) && (1..nodes - 1).contains(&j);
+        let kick = if inside { [sign + noise(1.3), sign + noise(2.1), sign + noise(3.7)] } else { [0.0; 3] };
+        [x.map(|x| x * stretch), kick]
+    });
     let first = sim.energy().unwrap().fabric_kinetic;
     sim.advance(steps).unwrap();
     sim.energy().unwrap().fabric_kinetic / first

@@ -2,11 +2,9 @@
 
 use fabric::{Scene, TimeStep};
 use fabric_tests::reference::{largest_distance, length};
-use fabric_tests::{Buffers, between_supports, close, damage, positions, small_sheet, velocities, without_projectile};
-
-fn flat(values: &[[f64; 3]]) -> Vec<f64> {
-    values.iter().flatten().copied().collect()
-}
+use fabric_tests::{
+    between_supports, close, damage, positions, set_off, sim_of, small_sheet, velocities, without_projectile,
+};
 
 /// A run broken off and started again elsewhere from positions and velocities goes on as if nothing had happened.
 #[test]
@@ -22,7 +20,7 @@ fn a_restart_from_positions_and_velocities_goes_on() {
     let shift = |x: &[[f64; 3]], by: f64| x.iter().map(|p| [p[0], p[1], p[2] + by]).collect::<Vec<_>>();
     let (x, v) = (shift(&positions(&sim), -1.0), velocities(&sim));
     let mut other = sim_of(&later);
-    other.set_motion(&flat(&x), &flat(&v)).unwrap();
+    other.set_motion(x.as_flattened(), v.as_flattened()).unwrap();
     assert!(largest_distance(&positions(&other), &x) < 1e-15);
     assert!(largest_distance(&velocities(&other), &v) < 1e-12 * 60.0);
     sim.advance(200).unwrap();
@@ -40,8 +38,7 @@ fn a_pre_stretched_sheet_holds_its_strain_energy() {
     let scene = without_projectile(small_sheet(15, 0.0));
     let mut sim = sim_of(&scene);
     let stretch: f64 = 1.02;
-    let x: Vec<f64> = flat(&positions(&sim)).iter().map(|x| stretch * x).collect();
-    sim.set_motion(&x, &vec![0.0; x.len()]).unwrap();
+    set_off(&mut sim, |_, x| [x.map(|x| stretch * x), [0.0; 3]]);
     let strain = 0.5 * (stretch * stretch - 1.0);
     let volume = scene.sheet.yarn_area * scene.sheet.spacing;
     let expected = scene.segments() as f64 * volume * 0.5 * scene.yarn.modulus_mean * strain * strain;

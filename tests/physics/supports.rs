@@ -2,7 +2,7 @@
 
 use fabric::{AttachmentKind, Code, Drive, Integrator, Scene, Sim, StepAfterFailure, Symmetry};
 use fabric_tests::reference::{V3, add, dot, length, rest_positions, scale, sub};
-use fabric_tests::{Buffers, close, positions, small_sheet, tilted_cylinder};
+use fabric_tests::{close, image_of, memory_of, positions, sim_of, small_sheet, tilted_cylinder};
 
 /// The preset sphere before the node of this number, touching it from the direction of `normal`, at a velocity.
 fn sphere_at(scene: &Scene, node: usize, normal: V3, velocity: V3) -> Scene {
@@ -62,9 +62,7 @@ fn work_on_supports_is_told_apart_from_work_on_the_fabric() {
         let energy = sim.energy().unwrap();
         close(energy.contact_work, work, 1e-13);
         close(energy.support_work, if on_supports { work } else { 0.0 }, 1e-13);
-        let mut image = vec![0; sim.snapshot_bytes()];
-        sim.save(&mut image).unwrap();
-        other.load(&image).unwrap();
+        other.load(&image_of(&sim)).unwrap();
         assert_eq!((other.energy().unwrap(), other.digest()), (energy, sim.digest()));
     }
 }
@@ -175,10 +173,9 @@ fn a_prescribed_body_passes_through_supports_and_is_told() {
     // Beyond a corner only fixed nodes are inside the sphere.
     let (half, out) = (scene.half_size()[0], 0.5f64.sqrt() * (radius - 0.5 * scene.sheet.spacing));
     scene.projectile.position = [half + out, half + out, 0.0];
-    let mut buffers = Buffers::of(&scene);
-    buffers.sim(&scene).step().unwrap();
+    sim_of(&scene).step().unwrap();
     let free = Scene { drive: Drive::Free, ..scene };
-    let error = Sim::new(&free, &mut buffers.lines).err().unwrap();
+    let error = Sim::new(&free, &mut memory_of(&scene)).err().unwrap();
     assert_eq!((error.code, error.field), (Code::InitialOverlap, "projectile.position"));
     close(error.value, -0.5 * scene.sheet.spacing, 1e-9);
 }

@@ -1,10 +1,10 @@
 //! The theta rule with contact: against velocity Verlet, and its own balances. Its order is in `convergence.rs`.
 
-use fabric::{AttachmentKind, Failure, Integrator, RotationRule, Scene, Sim, StepCheck, Symmetry, TimeStep};
+use fabric::{AttachmentKind, Integrator, RotationRule, Scene, Sim, TimeStep};
 use fabric_tests::reference::{
     V3, add, cross, dot, fixed_nodes, forces, length, moments, projectile_energy, scale, sub, turn, turn_back,
 };
-use fabric_tests::{Buffers, close, damage, positions, small_sheet, speed, tilted_cylinder, velocities};
+use fabric_tests::{close, damage, positions, sim_of, small_sheet, speed, tilted_cylinder, velocities};
 
 /// The scene stepped by the theta rule with theta = 1/2.
 fn by_theta(scene: Scene) -> Scene {
@@ -97,77 +97,6 @@ fn work_energy_identity_of_every_step() {
     }
     assert!(sim.counters().failed_segments > 20, "{}", sim.counters().failed_segments);
     println!("figure 16b: theta rule, sphere through failure: {worst:.1e}");
-}
-
-/// Half and quarter models of the theta rule, without contact: bit by bit the whole sheet.
-#[test]
-fn a_quarter_moves_as_the_whole_sheet() {
-    for nodes in [14, 15] {
-        let mut scene = by_theta(small_sheet(nodes, 0.0));
-        scene.projectile.position = [0.0, 0.0, -1.0];
-        let quarter = Scene { symmetry: Symmetry { mirror_x: true, mirror_y: true }, ..scene };
-        let run = |scene: &Scene| {
-            let mut sim = sim_of(scene);
-            let x = positions(&sim);
-            let half = scene.half_size()[0];
-            let wave = |x: f64| if x.abs() < 0.99 * half { (1.5 * x / half).cos() } else { 0.0 };
-            let v: Vec<f64> = x.iter().flat_map(|x| [0.0, 0.0, 1200.0 * wave(x[0]) * wave(x[1])]).collect();
-            sim.set_motion(&x.concat(), &v).unwrap();
-            sim.advance(120).unwrap();
-            (positions(&sim), velocities(&sim), sim.counters().failed_segments, sim.support().unwrap().total)
-        };
-        let (whole, part) = (run(&scene), run(&quarter));
-        let columns = nodes.div_ceil(2) as usize;
-        for (k, (x, v)) in part.0.iter().zip(&part.1).enumerate() {
-            let at = k / columns * nodes as usize + k % columns;
-            assert!((*x, *v) == (whole.0[at], whole.1[at]));
-        }
-        assert!(whole.2 > 0);
-        assert_eq!(part.2, whole.2);
-        close(part.3[2], whole.3[2], 1e-12);
-    }
-}
-
-/// A step of dt_crit does not converge for long: a failure, with the state of the step's start.
-#[test]
-fn without_convergence_the_state_is_kept() {
-    let mut scene = by_theta(small_sheet(21, 100.0));
-    scene.time_step = TimeStep::fraction(1.0);
-    scene.step_check = StepCheck::None;
-    let mut sim = sim_of(&scene);
-    let mut digest = sim.digest();
-    let failure = loop {
-        match sim.step() {
-            Ok(()) => digest = sim.digest(),
-            Err(failure) => break failure,
-        }
-        assert!(sim.step_count() < 2000, "should fail");
-    };
-    assert_eq!(failure, Failure::NotConverged);
-    assert_eq!(sim.digest(), digest);
-    assert_eq!(sim.step(), Err(Failure::NotConverged), "latched");
-    assert!(sim.step_count() > 10);
-    sim.reset();
-    assert!(sim.step().is_ok());
-}
-
-/// Saved, loaded elsewhere and stepped on: the same bits; an image of the other integrator is refused.
-#[test]
-fn an_image_goes_on_with_the_same_bits() {
-    let mut scene = by_theta(small_sheet(21, 110.0));
-    scene.yarn.stochastic = true;
-    let (mut sim, mut other) = (sim_of(&scene), sim_of(&scene));
-    sim.advance(600).unwrap();
-    let mut image = vec![0; sim.snapshot_bytes()];
-    sim.save(&mut image).unwrap();
-    other.load(&image).unwrap();
-    sim.advance(200).unwrap();
-    other.advance(200).unwrap();
-    assert_eq!(sim.digest(), other.digest());
-    assert!(sim.counters().failed_segments > 0);
-    let verlet = Scene { integrator: Integrator::VERLET, ..scene };
-    let mut verlet_buffers = Buffers::of(&verlet);
-    assert!(verlet_buffers.sim(&verlet).load(&image).is_err());
 }
 
 /// The rule for the projectile's rotation is chosen by itself. On a flight of a cylinder, whose transverse rates turn by a

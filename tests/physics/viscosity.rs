@@ -4,21 +4,12 @@
 use crate::balances::angular_momentum;
 use crate::stability::growth;
 use fabric::internals::law::Viscosity;
-use fabric::{AttachmentKind, Code, Integrator, Scene, StepAfterFailure, TimeStep};
+use fabric::{AttachmentKind, Scene, TimeStep};
 use fabric_tests::reference::{cross, length, sub};
-use fabric_tests::{Buffers, close, positions, small_sheet, tilted_cylinder, velocities, without_projectile};
-
-/// With this linear, quadratic and bending viscosity.
-fn viscous(mut scene: Scene, [linear, quadratic, bending]: [f64; 3]) -> Scene {
-    let yarn = &mut scene.yarn;
-    (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (linear, quadratic, bending);
-    scene
-}
-
-/// As proposed for real fabrics.
-fn as_proposed(scene: Scene) -> Scene {
-    viscous(scene, [0.06, 1.5, 0.06])
-}
+use fabric_tests::{
+    as_proposed, close, positions, set_off, sim_of, small_sheet, tilted_cylinder, velocities, viscous,
+    without_projectile,
+};
 
 /// A sheet without projectile held at this strain.
 fn pre_strained(nodes: u32, strain: f64) -> Scene {
@@ -52,10 +43,10 @@ fn the_viscous_force_is_that_of_the_formula() {
 /// K (x_n - x_{n-1}) = 0, so D_n = x_{n+1} x_{n-1} - x_n^2 falls by the factor 1 - K in every step, whatever Omega.
 fn decay(scene: &Scene, axis: usize) -> f64 {
     let mut sim = sim_of(scene);
-    let mut x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
-    x[3 * 4 + axis] += 1e-7 * scene.sheet.spacing;
-    let rest = vec![0.0; x.len()];
-    sim.set_motion(&x, &rest).unwrap();
+    set_off(&mut sim, |k, mut x| {
+        x[axis] += if k == 4 { 1e-7 * scene.sheet.spacing } else { 0.0 };
+        [x, [0.0; 3]]
+    });
     let mut places = Vec::new();
     for _ in 0..20 {
         sim.step().unwrap();
@@ -116,22 +107,14 @@ fn slack_yarn_has_no_viscosity() {
     scene.attachment.kind = AttachmentKind::Free;
     let run = |scene: &Scene| {
         let mut sim = sim_of(scene);
-        let x: Vec<f64> = positions(&sim).iter().flat_map(|x| [0.97 * x[0], 0.96 * x[1], 0.0]).collect();
-        let v: Vec<f64> = (0..x.len()).map(|k| 3.0 * (1.7 * k as f64).sin()).collect();
-        sim.set_motion(&x, &v).unwrap();
+        let speed = |k: usize| 3.0 * (1.7 * k as f64).sin();
+        set_off(&mut sim, |k, x| [[0.97 * x[0], 0.96 * x[1], 0.0], [0, 1, 2].map(|axis| speed(3 * k + axis))]);
         sim.advance(100).unwrap();
         let energy = sim.energy().unwrap();
         assert_eq!((energy.strain, energy.viscous), (0.0, 0.0));
         (positions(&sim), velocities(&sim))
     };
     assert_eq!(run(&scene), run(&as_proposed(scene)));
-}
-
-/// The sphere on a small sheet, to the first failures and beyond.
-fn impact(fraction: f64) -> Scene {
-    let mut scene = as_proposed(small_sheet(41, 120.0));
-    scene.time_step = TimeStep::fraction(fraction);
-    scene
 }
 
 /// A crimped sheet, taut and slack all the time, gains energy before anything fails; viscous, as textiles are, it does not.
@@ -149,24 +132,6 @@ fn viscosity_stops_the_energy_gain_of_crimped_sheets() {
     let (without, with) = (residual(sheet), residual(as_proposed(sheet)));
     println!("crimped sheet: residual over KE0 {without:e} without viscosity, {with:e} with");
     assert!(without > 0.003 && with.abs() < 0.1 * without, "{without:e} {with:e}");
-}
-
-/// Momentum is exact, of a free sheet and of a held one, and in the end viscosity has taken energy.
-#[test]
-fn viscosity_takes_energy_and_leaves_momentum() {
-    for (kind, stochastic) in [(AttachmentKind::FourSides, false), (AttachmentKind::Free, true)] {
-        let mut scene = impact(0.4);
-        (scene.attachment.kind, scene.yarn.stochastic) = (kind, stochastic);
-        if kind == AttachmentKind::Free {
-            scene.projectile.velocity[2] = 1200.0;
-        }
-        let mut sim = sim_of(&scene);
-        sim.advance(1500).unwrap();
-        let (failed, taken) = (sim.counters().failed_segments, sim.energy().unwrap().viscous);
-        assert!(failed > 10 && taken > 0.01 * sim.energy().unwrap().contact_work, "{failed} {taken}");
-        let momentum = scene.projectile.mass * scene.projectile.velocity[2];
-        assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * momentum);
-    }
 }
 
 /// Angular momentum of a free sheet that a tilted cylinder strikes, and of one struck far from its middle, over what was
@@ -201,61 +166,4 @@ fn the_moment_alone_touches_angular_momentum_and_little() {
         // A sphere that slides on a sheet leaves 3e-10 by itself, without viscosity too.
         assert!(along < 1e-9 && with_moment < 0.005, "{along:e} {with_moment:e}");
     }
-}
-
-/// What the balances do not close by before the first failure falls with the square of the step, as it does without viscosity.
-#[test]
-fn the_balances_of_a_viscous_sheet_close_to_second_order() {
-    let off = |fraction: f64| {
-        let mut scene = impact(fraction);
-        scene.projectile.velocity[2] = 60.0;
-        let mut sim = sim_of(&scene);
-        let first = sim.energy().unwrap().projectile_kinetic;
-        sim.advance((30e-6 / sim.step_limits().dt) as u64).unwrap();
-        let energy = sim.energy().unwrap();
-        assert!(sim.counters().failed_segments == 0 && energy.viscous > 1e-4 * first);
-        energy.residual.abs() / first
-    };
-    let residuals = [0.4, 0.2, 0.1].map(off);
-    println!("viscous sheet: residual over KE0 at 0.4, 0.2, 0.1 dt_crit: {residuals:?}");
-    assert!(
-        residuals[0] < 1e-3 && residuals[1] < 0.4 * residuals[0] && residuals[2] < 0.4 * residuals[1],
-        "{residuals:?}"
-    );
-}
-
-/// Through failure, with the step halved as well.
-#[test]
-fn the_balances_of_a_viscous_perforation_close() {
-    for step_after_failure in [StepAfterFailure::Keep, StepAfterFailure::Half] {
-        let scene = Scene { step_after_failure, ..impact(0.4) };
-        let mut sim = sim_of(&scene);
-        let first = sim.energy().unwrap().projectile_kinetic;
-        sim.advance(4000).unwrap();
-        let energy = sim.energy().unwrap();
-        assert!(sim.counters().failed_segments > 50);
-        assert!(energy.residual.abs() < 0.01 * first, "{:e}", energy.residual / first);
-    }
-}
-
-#[test]
-fn what_goes_not_with_viscosity_is_refused_by_name() {
-    let refused = |scene: Scene| {
-        let error = fabric::Layout::of(&scene).unwrap_err();
-        (error.code, error.field)
-    };
-    let theta = |viscosity| viscous(Scene { integrator: Integrator::THETA, ..small_sheet(11, 0.0) }, viscosity);
-    for (viscosity, field) in [
-        ([0.1, 0.0, 0.0], "yarn.viscosity_linear"),
-        ([0.0, 0.1, 0.0], "yarn.viscosity_quadratic"),
-        ([0.0, 0.0, 0.1], "yarn.viscosity_bending"),
-    ] {
-        assert_eq!(refused(theta(viscosity)), (Code::DoesNotGoWith, field));
-    }
-    // No step is short enough: within one a segment may become taut, and go on as far as to its critical stretch.
-    let mut loose = viscous(small_sheet(11, 0.0), [0.0, 10.0, 0.0]);
-    loose.yarn.critical_stretch = 1.1;
-    assert_eq!(refused(loose), (Code::OutOfRange, "yarn.viscosity_quadratic"));
-    // Bending alone that lets no default step through.
-    assert_eq!(refused(viscous(small_sheet(11, 0.0), [0.0, 0.0, 0.2])), (Code::OutOfRange, "time_step.fraction"));
 }

@@ -1,7 +1,7 @@
 //! Places for the nodes under the projectile: by default there is one for every node, so that no scene can run out of them.
 
 use fabric::{AttachmentKind, Draw, Failure, Scene, Shape, Symmetry};
-use fabric_tests::{cuboid, image_of, positions, sim_of, small_sheet};
+use fabric_tests::{cuboid_faces, image_of, positions, sim_of, small_sheet};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -21,7 +21,7 @@ fn small_body(nodes: [u32; 2], shape: Shape, size: f64, kind: AttachmentKind) ->
         (1.2 * scene.sheet.spacing, 1.1 * scene.sheet.spacing);
     let body = &mut scene.projectile;
     (body.shape, body.radius, body.length, body.size) = (shape, half, 2.0 * half, [2.0 * half; 3]);
-    (body.faces, body.moments) = (cuboid([half; 3]), [1e-9; 3]);
+    (body.faces, body.moments) = (cuboid_faces([half; 3]), [1e-9; 3]);
     // From the centre of mass of the body with one hemispherical end to its tip it is 1.15 radii.
     let tip = if shape == Shape::HemisphericalCylinder { 1.15 * half } else { half };
     body.position = [0.0, 0.0, -tip - scene.sheet.spacing / 3.0];

@@ -50,7 +50,7 @@ pub const AT_REST: Motion =
     Motion { position: [0.0; 3], velocity: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity: [0.0; 3] };
 
 /// The faces of a cuboid with these half edges, m.
-pub fn cuboid([a, b, c]: [f64; 3]) -> Faces {
+pub fn cuboid_faces([a, b, c]: [f64; 3]) -> Faces {
     Faces::of(&[
         [1.0, 0.0, 0.0, a],
         [-1.0, 0.0, 0.0, a],
@@ -123,6 +123,37 @@ pub fn without_projectile(mut scene: Scene) -> Scene {
     scene.projectile.position = [0.0, 0.0, -1.0];
     scene.projectile.velocity = [0.0; 3];
     scene
+}
+
+/// With this linear, quadratic and bending viscosity of the yarn.
+pub fn viscous(mut scene: Scene, [linear, quadratic, bending]: [f64; 3]) -> Scene {
+    let yarn = &mut scene.yarn;
+    (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (linear, quadratic, bending);
+    scene
+}
+
+/// With viscosity as proposed for real fabrics.
+pub fn as_proposed(scene: Scene) -> Scene {
+    viscous(scene, [0.06, 1.5, 0.06])
+}
+
+/// With a dependence on the rate of strain like that of Kevlar 49, up to this rate, 1/s.
+pub fn rated(mut scene: Scene, limit: f64) -> Scene {
+    let yarn = &mut scene.yarn;
+    (yarn.rate_modulus, yarn.rate_stretch) = (0.13, 0.16);
+    (yarn.rate_reference, yarn.rate_limit) = (limit * 30.0 / 1700.0, limit);
+    scene
+}
+
+/// With this coefficient of friction.
+pub fn rough(mut scene: Scene, coefficient: f64) -> Scene {
+    scene.contact.friction = coefficient;
+    scene
+}
+
+/// With the step halved after the first failure.
+pub fn halved(scene: Scene) -> Scene {
+    Scene { step_after_failure: fabric::StepAfterFailure::Half, ..scene }
 }
 
 /// Positions at t_n, m, one triple per node.
