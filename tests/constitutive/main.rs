@@ -36,16 +36,10 @@ fn ulps(computed: f64, reference: &Exact) -> f64 {
 struct Random(u64);
 
 impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
     fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
+        let part = fabric_tests::number(self.0);
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        low + (high - low) * part
     }
 }
 
@@ -148,51 +142,23 @@ impl Worst {
 
 const RANDOM_POINTS: u32 = 100_000;
 
-/// Strain and force of a segment turned and stretched at will. A strain is the sum of terms that may cancel: its error is measured
-/// against the greatest of them.
-#[test]
-fn strain_and_force_in_any_direction_are_those_of_256_bits_to_rounding() {
-    let mut random = Random(22);
-    let (mut strain, mut force) = (0.0f64, 0.0f64);
-    for _ in 0..RANDOM_POINTS {
-        let size = 10f64.powf(random.between(-6.0, 1.0));
-        let d = [0, 1, 2].map(|_| size * random.between(-1.0, 1.0));
-        let (q, [x, y, z]) = (yarn::twice_strain(d), d.map(exact));
-        let exact_q = (exact(1.0) + &x) * (exact(1.0) + &x) + &y * &y + &z * &z - exact(1.0);
-        let greatest = (d[0] * (d[0] + 2.0)).abs().max(d[1] * d[1]).max(d[2] * d[2]);
-        strain = strain.max(error(q, &exact_q) / ulp(greatest));
-        let stiffness = random.between(1e9, 1e11);
-        let found = yarn::force(yarn::stress(stiffness, q), d);
-        let stress = exact(stiffness) * exact(q.max(0.0));
-        for (found, reference) in found.into_iter().zip([&stress * (exact(1.0) + x), &stress * y, &stress * z]) {
-            if q > 0.0 {
-                force = force.max(ulps(found, &reference));
-            } else {
-                assert_eq!(found, 0.0);
-            }
-        }
-    }
-    println!(
-        "{RANDOM_POINTS} directions: q within {strain:.1} ulp of its greatest term, force at that q within {force:.1} ulp"
-    );
-    // Each rounding is at most an ulp of what it rounds. Force: three in a row. Strain: two in the first product, one in each
-    // square, and two sums of up to two and three times the greatest term.
-    assert!(strain <= 9.0 && force <= 3.0, "{strain} {force}");
-}
-
-/// The same of segments that lie in the flat sheet at another distance and another stretch: crimp, pre-tension, unlike spacings. The
-/// strain at rest is one more term.
-#[test]
-fn strain_and_force_with_crimp_or_pre_tension_are_those_of_256_bits_to_rounding() {
-    let mut random = Random(23);
-    let (mut strain, mut force) = (0.0f64, 0.0f64);
+/// Largest errors of strain and force, ulp, of segments turned and stretched at will: in the flat sheet they are one spacing apart and
+/// as long as that, or have another distance and another stretch there, as with crimp, pre-tension and unlike spacings. A strain is the
+/// sum of terms that may cancel: its error is measured against the greatest of them.
+fn of_directions(seed: u64, plain: bool) -> [f64; 2] {
+    let mut random = Random(seed);
+    let [mut strain, mut force] = [0.0f64; 2];
     for k in 0..RANDOM_POINTS {
-        let spacing = if k.is_multiple_of(3) { 1.0 } else { random.between(0.1, 10.0) };
-        let at_rest = if k.is_multiple_of(2) { random.between(0.5, 1.0) } else { random.between(1.0, 1.1) };
+        let spacing = if plain || k.is_multiple_of(3) { 1.0 } else { random.between(0.1, 10.0) };
+        let at_rest = match plain {
+            true => 1.0,
+            false if k.is_multiple_of(2) => random.between(0.5, 1.0),
+            false => random.between(1.0, 1.1),
+        };
         let rest = Rest::of(spacing, at_rest);
         let size = spacing * 10f64.powf(random.between(-6.0, 1.0));
         let d = [0, 1, 2].map(|_| size * random.between(-1.0, 1.0));
-        let (q, [x, y, z]) = (rest.twice_strain(d), d.map(exact));
+        let (q, [x, y, z]) = (if plain { yarn::twice_strain(d) } else { rest.twice_strain(d) }, d.map(exact));
         let (rho, u) = (exact(spacing), exact(at_rest));
         let along = &rho + &x;
         let squared = &along * &along + &y * &y + &z * &z;
@@ -201,7 +167,8 @@ fn strain_and_force_with_crimp_or_pre_tension_are_those_of_256_bits_to_rounding(
         let greatest = (greatest * (at_rest / spacing).powi(2)).max((at_rest * at_rest - 1.0).abs());
         strain = strain.max(error(q, &exact_q) / ulp(greatest));
         let stiffness = random.between(1e9, 1e11);
-        let found = rest.force(yarn::stress(stiffness, q), d);
+        let stress = yarn::stress(stiffness, q);
+        let found = if plain { yarn::force(stress, d) } else { rest.force(stress, d) };
         let stress = exact(stiffness) * exact(q.max(0.0));
         for (found, reference) in found.into_iter().zip([&stress * along, &stress * y, &stress * z]) {
             if q > 0.0 {
@@ -211,11 +178,17 @@ fn strain_and_force_with_crimp_or_pre_tension_are_those_of_256_bits_to_rounding(
             }
         }
     }
-    println!(
-        "{RANDOM_POINTS} directions at rest lengths: q within {strain:.1} ulp of its greatest term, force within {force:.1} ulp"
-    );
-    // As above with a scale of three roundings on up to three terms, and one more sum.
-    assert!(strain <= 24.0 && force <= 3.0, "{strain} {force}");
+    println!("{RANDOM_POINTS} directions: q within {strain:.1} ulp of its greatest term, force within {force:.1} ulp");
+    [strain, force]
+}
+
+/// Each rounding is at most an ulp of what it rounds. Force: three in a row. Strain: two in the first product, one in each square, and
+/// two sums of up to two and three times the greatest term; at rest lengths a scale of three roundings on up to three terms, and one
+/// more sum.
+#[test]
+fn strain_and_force_in_any_direction_are_those_of_256_bits_to_rounding() {
+    let ([strain, force], [at_rest, force_there]) = (of_directions(22, true), of_directions(23, false));
+    assert!(strain <= 9.0 && force <= 3.0 && at_rest <= 24.0 && force_there <= 3.0);
     // At rest the strain is that of the stretch, to the bit.
     assert_eq!(Rest::of(1.3, 1.01).twice_strain([0.0; 3]), yarn::twice_strain_at(1.01));
     assert_eq!(Rest::of(1.0, 1.0), Rest::PLAIN);

@@ -54,7 +54,7 @@ fn flung(sim: &mut Sim<'_>, place: f64, speed: f64) {
 
 /// Room for one node under the projectile. One is near the surface at the nose, and more only later: a small sphere seen from a
 /// corner of the lattice.
-pub fn crowded() -> Scene {
+fn crowded() -> Scene {
     let mut scene = small_sheet(21, 100.0);
     (scene.contact_capacity, scene.projectile.position[2]) = (1, -6.35e-3 - 8.0e-4);
     scene

@@ -1,4 +1,4 @@
-//! What the tests and the ensembles share: memory for a simulation, small scenes, and plain formulas to check against.
+//! What the tests share: memory for a simulation, small scenes, and plain formulas to check against.
 #![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
 
 use fabric::{AttachmentKind, CacheLine, Faces, Layout, Motion, Scene, Sim};

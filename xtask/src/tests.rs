@@ -69,10 +69,7 @@ const VERIFY: &[Step] = &[
     }),
     ("digests on every target", || crate::digests::run(&crate::digests::Options::default())),
     ("sanitizers", crate::sanitize::run),
-    ("ensembles against the prototype's numbers", || {
-        cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
-    }),
-    ("energy of a sheet that rattles slack", || {
+    ("long physics tests: ensembles against the prototype's numbers, searches, energy of a slack sheet", || {
         cargo(&["test", "--quiet", "--package", "fabric-tests", "--test", "physics", "--", "--ignored"])
     }),
     ("error against run time", error_time),
