@@ -12,7 +12,6 @@ use fabric::{Body, Inertia, Motion};
 use fabric_tests::reference::{V3, add, cross, dot, length, moments, rest_positions, scale, sub, turn, turn_back};
 use fabric_tests::{close, positions, rough, sim_of, small_sheet, tilted_cylinder};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 /// A sphere that meets one held node with the velocity V across the line of centres and W along it, and turns at the rate w, is
 /// sticking if mu W >= 2/7 of its slip, and then rolls: it takes 2/7 of the slip as velocity. Else the impulse across is mu M W.
@@ -386,7 +385,7 @@ fn check(crowd: &Crowd, coefficient: f64) -> Result<bool, TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
+    #![proptest_config(crate::random(2000))]
 
     #[test]
     fn random_contacts_obey_coulomb_and_gain_nothing(crowd in crowds(Just(false), 0.0..8.0), mu in 0.0..10.0) {
