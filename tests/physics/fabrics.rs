@@ -56,7 +56,7 @@ fn energy_per_q2(scene: &Scene, k: usize) -> f64 {
 
 /// A 3 x 3 sheet of which one segment is whole, that from the centre node to its left (k = 0) or lower (k = 1) neighbour, and
 /// the centre node moves away from that neighbour at `speed`, m/s.
-fn one_segment(scene: &Scene, k: usize, speed: f64) -> Sim<'static> {
+pub(crate) fn one_segment(scene: &Scene, k: usize, speed: f64) -> Sim<'static> {
     let mut sim = sim_of(scene);
     let mut stretches = [2.0; 12];
     stretches[[2, 7][k]] = 1.0;

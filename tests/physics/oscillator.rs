@@ -1,9 +1,8 @@
 //! One free node between four fixed ones: the first impact, the oscillator it makes with the sphere, and its own on one segment.
 
+use crate::fabrics::one_segment;
 use fabric::{Scene, Sim, TimeStep};
-use fabric_tests::{
-    between_supports, close, damage, positions, set_off, sim_of, small_sheet, velocities, without_projectile,
-};
+use fabric_tests::{between_supports, close, damage, positions, sim_of, small_sheet, velocities, without_projectile};
 
 /// E A_0 of the uniform yarn, N.
 fn stiffness(scene: &Scene) -> f64 {
@@ -110,12 +109,7 @@ fn energy(scene: &Scene, speed: f64) -> f64 {
 fn axial_pull(speed: f64) -> (f64, f64, f64) {
     let mut scene = without_projectile(small_sheet(3, 0.0));
     scene.time_step = TimeStep::fraction(5e-4);
-    let mut sim = sim_of(&scene);
-    let mut stretches = [2.0; 12];
-    stretches[2] = 1.0;
-    sim.set_largest_stretch(&stretches).unwrap();
-    assert_eq!(sim.counters().failed_segments, 11);
-    set_off(&mut sim, |k, x| [x, [if k == 4 { speed } else { 0.0 }, 0.0, 0.0]]);
+    let mut sim = one_segment(&scene, 0, speed);
     let mut largest: f64 = 1.0;
     loop {
         sim.step().unwrap();

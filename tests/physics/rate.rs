@@ -1,6 +1,7 @@
 //! Dependence on the rate of strain against closed forms: a segment pulled at three measured rates, one held still, a cell pulled both
-//! ways, and the balances of a sheet.
+//! ways. (The balances of a sheet are in `balances`.)
 
+use crate::strength::stretch_at;
 use fabric::{AttachmentKind, Scene, Sim, TimeStep};
 use fabric_tests::reference::length;
 use fabric_tests::{close, damage, positions, rated, set_off, sim_of, small_sheet, velocities, without_projectile};
@@ -9,22 +10,13 @@ use fabric_tests::{close, damage, positions, rated, set_off, sim_of, small_sheet
 /// 13th International Conference on Fracture (2013), paper 389, table 2.
 const MEASURED: [(f64, f64, f64); 3] = [(30.0, 120e9, 1489e6), (100.0, 131e9, 1968e6), (170.0, 147e9, 2340e6)];
 
-/// U^2 - 1 at which the nominal stress E U (U^2 - 1)/2 has this value, by bisection.
-fn twice_strain_at(stress: f64, modulus: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 0.2);
-    for _ in 0..60 {
-        let q: f64 = 0.5 * (low + high);
-        if 0.5 * modulus * (1.0 + q).sqrt() * q < stress { low = q } else { high = q }
-    }
-    0.5 * (low + high)
-}
-
 /// The scene with yarn of the lowest and the highest of the measured rates.
 fn measured(mut scene: Scene) -> Scene {
     let [(slow, modulus, strength), _, (fast, modulus_fast, strength_fast)] = MEASURED;
-    let [q, q_fast] = [twice_strain_at(strength, modulus), twice_strain_at(strength_fast, modulus_fast)];
+    let [u, u_fast] = [stretch_at(strength, modulus), stretch_at(strength_fast, modulus_fast)];
+    let [q, q_fast] = [u * u - 1.0, u_fast * u_fast - 1.0];
     let yarn = &mut scene.yarn;
-    (yarn.modulus_mean, yarn.critical_stretch) = (modulus, (1.0 + q).sqrt());
+    (yarn.modulus_mean, yarn.critical_stretch) = (modulus, u);
     (yarn.damage_slope, yarn.damage_intercept) = (0.0, 2300.0);
     (yarn.rate_reference, yarn.rate_limit) = (slow, fast);
     (yarn.rate_modulus, yarn.rate_stretch) =

@@ -30,7 +30,7 @@ fn chains(length: f64, seed: u64) -> Scene {
 }
 
 /// Stretch at which the nominal stress is `stress`: E U (U^2 - 1)/2, by bisection.
-fn stretch_at(stress: f64, modulus: f64) -> f64 {
+pub(crate) fn stretch_at(stress: f64, modulus: f64) -> f64 {
     let (mut low, mut high) = (1.0, 1.1);
     for _ in 0..60 {
         let u: f64 = 0.5 * (low + high);

@@ -2,11 +2,9 @@
 //! bits where nothing has been slack, limits.
 
 use fabric::internals::law::Segment;
-use fabric::{AttachmentKind, Scene, Sim, TimeStep};
+use fabric::{Scene, Sim, TimeStep};
 use fabric_tests::reference::{V3, add, fixed_nodes, forces, length, scale, segment_ends, sub};
-use fabric_tests::{
-    close, damage, halved, positions, set_off, sim_of, small_sheet, sphere_on_3in, velocities, without_projectile,
-};
+use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, velocities, without_projectile};
 
 const WIDTH: f64 = 0.02;
 
@@ -194,22 +192,6 @@ fn bits_are_the_same_where_nothing_has_been_slack() {
     plain.advance(200).unwrap();
     soft.advance(200).unwrap();
     assert!(positions(&plain) != positions(&soft));
-}
-
-/// 40 J on four held sides: a third of the energy creep or less, momentum to rounding, also with the step halved.
-#[test]
-fn an_impact_creeps_less() {
-    let residual = |scene: Scene| {
-        let mut sim = sim_of(&scene);
-        sim.advance(10_000).unwrap();
-        let momentum = scene.projectile.mass * scene.projectile.velocity[2];
-        assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * momentum);
-        sim.energy().unwrap().residual.abs()
-    };
-    let scene = sphere_on_3in(AttachmentKind::FourSides, 40.0, false);
-    let (plain, soft) = (residual(scene), residual(with_toe(scene, WIDTH)));
-    let both = residual(halved(with_toe(scene, WIDTH)));
-    assert!(soft < 0.33 * plain && both < 0.33 * soft, "{plain} {soft} {both}");
 }
 
 /// The tangent modulus is up to 4/3 E: sqrt(3/4) of the largest step is left. The width may be the critical strain and no more.
