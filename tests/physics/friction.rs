@@ -7,7 +7,7 @@ use fabric::internals::friction::Tangential;
 use fabric::internals::layout::CANDIDATE_REALS;
 use fabric::internals::solve::solve_with_friction;
 use fabric::pose::Vector;
-use fabric::{AttachmentKind, Scene, Shape, Symmetry};
+use fabric::{AttachmentKind, Shape, Symmetry};
 use fabric::{Body, Inertia, Motion};
 use fabric_tests::reference::{V3, add, cross, dot, length, moments, rest_positions, scale, sub, turn, turn_back};
 use fabric_tests::{close, positions, rough, sim_of, small_sheet, tilted_cylinder};
@@ -217,31 +217,6 @@ fn momentum_and_angular_momentum_are_kept() {
         assert!(sim.counters().contacts > 0 && sim.energy().unwrap().friction > 0.5);
         assert!(worst < 1e-11, "{worst:e}");
         assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * mass * 900.0);
-    }
-}
-
-/// Quarters and halves are the whole sheet; the body may spin about the normal of a plane.
-#[test]
-fn mirror_planes_leave_friction_as_it_is() {
-    let (x, both) = (Symmetry { mirror_x: true, mirror_y: false }, Symmetry { mirror_x: true, mirror_y: true });
-    for (nodes, mu) in [(40, 0.3), (41, 0.3), (41, 5.0)] {
-        for (symmetry, spin) in [(both, [0.0; 3]), (x, [900.0, 0.0, 0.0])] {
-            let mut scene = rough(small_sheet(nodes, 25.0), mu);
-            scene.projectile.angular_velocity = spin;
-            let part = Scene { symmetry, ..scene };
-            let (mut whole, mut part) = (sim_of(&scene), sim_of(&part));
-            whole.advance(400).unwrap();
-            part.advance(400).unwrap();
-            let (a, b) = (part.energy().unwrap(), whole.energy().unwrap());
-            close(a.friction, b.friction, 1e-10);
-            close(a.contact_work, b.contact_work, 1e-10);
-            close(a.fabric_kinetic, b.fabric_kinetic, 1e-10);
-            let (a, b) = (part.projectile().unwrap(), whole.projectile().unwrap());
-            assert!(length(sub(a.velocity, b.velocity)) < 1e-11 * 25.0);
-            assert!(length(sub(a.angular_velocity, b.angular_velocity)) < 1e-9 * (1.0 + spin[0]));
-            assert!(spin[0] == 0.0 || a.angular_velocity[0] < spin[0]);
-            assert!(length(part.momentum_residual().unwrap()) < 1e-12 * scene.projectile.mass * 25.0);
-        }
     }
 }
 
