@@ -251,3 +251,11 @@ class Host:
             self.fmu.fmi2FreeInstance(component)
         else:
             self.fmu.fmi3FreeInstance(component)
+
+
+def hosts(*arguments, **named):
+    """One instance of each version after the other, closed when the next one comes."""
+    for version in (2, 3):
+        host = Host(version, *arguments, **named)
+        yield host
+        host.close()

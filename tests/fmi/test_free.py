@@ -3,7 +3,7 @@
 import math
 import unittest
 
-from host import OK, ERROR, OUTPUTS, SMALL, SPHERE, Host
+from host import ERROR, Host, OK, OUTPUTS, SMALL, SPHERE, hosts
 
 END = 4e-5  # s; the sheet is torn by then
 DT = 2e-8  # s; the internal step
@@ -12,14 +12,12 @@ DT = 2e-8  # s; the internal step
 class Free(unittest.TestCase):
     def test_both_versions_give_the_same_bits(self):
         results = []
-        for version in (2, 3):
-            host = Host(version, SMALL)
+        for host in hosts(SMALL):
             rows = [host.outputs()]
             for k in range(40):
                 host.run(k, k + 1, 1e-6)
                 rows.append(host.outputs())
             results.append(rows)
-            host.close()
         self.assertEqual(results[0], results[1])
         self.assertGreater(results[0][-1]["contact.work"], 1.0)
 
@@ -99,15 +97,14 @@ class Free(unittest.TestCase):
         host.close()
 
     def test_bad_times_are_refused_and_change_nothing(self):
-        for version in (2, 3):
-            host = Host(version, SMALL).run(0, 20, 1e-6)
+        for host in hosts(SMALL):
+            host.run(0, 20, 1e-6)
             before, t = host.image(), 2e-5
             for bad in [(t, 0.0), (t, -1e-6), (t, float("nan")), (float("nan"), 1e-6), (t + 5e-7, 1e-6), (0.0, 1e-6), (t, 1e300)]:
                 self.assertEqual(host.step(*bad), ERROR, bad)
             self.assertTrue(host.said("doStep"))
             self.assertEqual(host.image(), before)
             self.assertEqual(host.step(t, 1e-6), OK)
-            host.close()
 
     def test_reset_and_interleaved_instances(self):
         for version in (2, 3):
@@ -128,8 +125,7 @@ class Free(unittest.TestCase):
 
     def test_what_the_host_sets_changes_nothing_else(self):
         """Every other parameter reads as the description says, and a host that writes all start values gets the same bits."""
-        for version in (2, 3):
-            host = Host(version, SPHERE)
+        for host in hosts(SPHERE):
             described = {v.name: v.start for v in host.variables.values() if v.causality == "parameter"}
             given = host.whole(SPHERE)
             for name, start in described.items():
@@ -138,7 +134,6 @@ class Free(unittest.TestCase):
                     texts = [str(x).lower() for x in (value if isinstance(value, list) else [value])]
                     self.assertEqual([float({"true": 1, "false": 0}.get(x, x)) for x in texts],
                                      [float({"true": 1, "false": 0}.get(x, x)) for x in start.split()], name)  # fmt: skip
-            host.close()
 
 
 def host_independent():

@@ -6,7 +6,7 @@ import math
 import unittest
 
 from fmpy.fmi1 import FMICallException
-from host import ERROR, FOUR_CORNERS, FOUR_SIDES, OK, PRESCRIBED, SPHERE, WARNING, Host
+from host import ERROR, FOUR_CORNERS, FOUR_SIDES, Host, OK, PRESCRIBED, SPHERE, WARNING, hosts
 from test_description import stated, tree
 
 H = 1e-6
@@ -43,17 +43,15 @@ def expected_strain(nodes):
 
 class Values(unittest.TestCase):
     def test_a_taut_sheet(self):
-        for version in (2, 3):
-            host = Host(version)
+        for host in hosts():
             self.assertEqual(host.begin({**TAUT, "yarn.stochastic": False}), OK)
             energy = host.get("energy.strain")
-            print(f"\nFMI {version}: energy.strain {energy:.4f} J, fabric.max_stretch {host.get('fabric.max_stretch'):.4f}", end="")
+            print(f"\nFMI {host.version}: energy.strain {energy:.4f} J, fabric.max_stretch {host.get('fabric.max_stretch'):.4f}", end="")
             print(f", ply.strain[1] {host.get('ply.strain')[0]:.4f} J, step.fraction {host.get('step.fraction'):.3f}", end=" ", flush=True)
             self.assertAlmostEqual(energy / expected_strain(105), 1.0, 9)
             self.assertAlmostEqual(host.get("fabric.max_stretch"), 1.001, 12)
             self.assertEqual(host.get("ply.strain"), [energy] + [0.0] * 7)
             self.assertTrue(0.1 < host.get("step.fraction") <= 0.5)
-            host.close()
 
     def test_they_are_those_of_the_first_point(self):
         """Bit by bit, and reading them changes neither a saved state nor the run; a parameter that is set after it counts."""
@@ -73,23 +71,20 @@ class Values(unittest.TestCase):
                 plain.close(), host.close()
 
     def test_a_scene_that_is_none_yet_has_no_outputs(self):
-        for version in (2, 3):
-            host = Host(version)
+        for host in hosts():
             spacing = float(host.variables["sheet.spacing"].start)
             self.assertEqual(host.begin({**SPHERE, "sheet.spacing": 0.0}), OK)
             variable = host.variables["energy.strain"]
-            read = host.fmu.getReal if version == 2 else host.fmu.getFloat64
+            read = host.fmu.getReal if host.version == 2 else host.fmu.getFloat64
             self.assertEqual(host.attempt(read, [variable.valueReference]), ERROR)
             self.assertTrue(host.said("sheet.spacing: must be greater than zero; it is 0"), host.log)
             self.assertEqual(host.get("sheet.spacing"), 0.0)
             self.assertEqual(host.try_set("sheet.spacing", spacing), OK)
             self.assertEqual(host.get("energy.strain"), 0.0)
             self.assertEqual(host.attempt(host.fmu.exitInitializationMode), OK)
-            host.close()
 
     def test_a_state_of_initialisation_can_be_restored(self):
-        for version in (2, 3):
-            host = Host(version)
+        for host in hosts():
             host.begin(TAUT)
             energy, state = host.get("energy.strain"), host.save()
             host.set(seed=5)
@@ -99,7 +94,6 @@ class Values(unittest.TestCase):
             self.assertEqual(host.attempt(host.fmu.exitInitializationMode), OK)
             self.assertEqual(host.restore(state), OK)
             self.assertEqual(host.try_set("seed", 5), OK)
-            host.close()
 
 
 def others(variable, value):

@@ -5,68 +5,23 @@ import math
 import resource
 import unittest
 
-from host import DISCARD, ERROR, FOUR_CORNERS, PRESCRIBED, OK, RADIUS, SMALL, Host
+from host import DISCARD, ERROR, FOUR_CORNERS, Host, OK, PRESCRIBED, RADIUS, SMALL, hosts
 
-NAN, INF = float("nan"), float("inf")
+NAN = float("nan")
 
-# Parameters that must be refused, and what the log names. Each is put on top of SMALL.
+# Parameters that must be refused, and what the log says beside the words that `test_inputs` compares. Each is put on top of SMALL.
 REFUSED = [
-    ({"time_step.seconds": 0.0, "time_step.fraction": 0.6}, "time_step.fraction"),
-    ({"time_step.seconds": -1e-8}, "time_step.seconds"),
-    ({"time_step.seconds": NAN}, "time_step.seconds"),
-    ({"time_step.seconds": INF}, "time_step.seconds"),
     ({"time_step.seconds": 2.7e-8, "yarn.stochastic": False}, "time_step.seconds: time step too large; the largest allowed is 2.644"),
-    ({"sheet.node_mass": 0.0}, "sheet.node_mass"),
-    ({"sheet.node_mass": -1e-8}, "sheet.node_mass"),
-    ({"sheet.node_mass": 1e-20}, "time_step.seconds: time step too large"),
-    ({"sheet.node_mass": 5e-324}, "sheet.node_mass"),
-    ({"sheet.spacing": 0.0}, "sheet.spacing"),
-    ({"sheet.spacing": NAN}, "sheet.spacing"),
-    ({"sheet.yarn_area": -1e-7}, "sheet.yarn_area"),
-    ({"sheet.nodes_x": 1}, "sheet.nodes_x"),
     ({"sheet.nodes_y": -5}, "sheet.nodes_y"),
-    ({"sheet.nodes_x": 2000000}, "sheet.nodes_x"),
-    ({"sheet.plies": 0}, "sheet.plies"),
-    ({"sheet.position": [0.0, NAN, 0.0]}, "sheet.position"),
-    ({"sheet.orientation": [0.0] * 4}, "sheet.orientation"),
-    ({"yarn.modulus_mean": 0.0}, "yarn.modulus_mean"),
-    ({"yarn.modulus_sd": -1.0}, "yarn.modulus_sd"),
-    ({"yarn.damage_sd": -1.0}, "yarn.damage_sd"),
-    ({"yarn.damage_slope": INF}, "yarn.damage_slope"),
-    ({"yarn.critical_stretch": 1.0}, "yarn.critical_stretch"),
-    ({"yarn.alpha_fail": 1.0}, "yarn.alpha_fail"),
-    ({"yarn.alpha_fail": -0.1}, "yarn.alpha_fail"),
     ({"yarn.damage_intercept": -1108.0}, "yarn.damage_intercept"),  # a damage rate of 1
-    ({"projectile.mass": 0.0}, "projectile.mass"),
-    ({"projectile.mass": 1e-8}, "projectile.mass"),  # lighter than a node
-    ({"projectile.radius": 5e-4}, "projectile.radius"),  # smaller than the spacing
-    ({"projectile.shape": 1, "projectile.length": 0.0}, "projectile.length"),
-    ({"projectile.shape": 2, "projectile.length": 6e-3}, "projectile.length"),  # shorter than its hemisphere
     ({"projectile.shape": 3, "projectile.size": [1e-2, 1e-3, 1e-2]}, "projectile.size"),
-    ({"projectile.shape": 4}, "projectile.moments"),
-    ({"projectile.shape": 5, "projectile.sector.angle": 3.2}, "projectile.sector.angle"),
-    ({"projectile.shape": 9}, "projectile.shape"),
-    ({"projectile.moments": [-1.0, 0.0, 0.0]}, "projectile.moments"),
-    ({"integrator.kind": 1, "step_after_failure": 1}, "step_after_failure"),
-    ({"symmetry.mirror_x": True}, "yarn.stochastic"),
-    ({"slack_toe": 0.001}, "slack_toe"),
-    ({"projectile.start.position": [NAN, 0.0, 0.0]}, "projectile.start.position"),
-    ({"projectile.start.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a node lies inside the projectile"),
-    ({"projectile.start.velocity": [0.0, INF, 0.0]}, "projectile.start.velocity"),
-    ({"projectile.start.velocity": [0.0, 0.0, 5e4]}, "in a step; the largest step for this motion is"),
-    ({"projectile.start.orientation": [0.0] * 4}, "projectile.start.orientation"),
-    ({"projectile.start.orientation": [NAN, 0.0, 0.0, 0.0]}, "projectile.start.orientation"),
-    ({"projectile.start.angular_velocity": [NAN, 0.0, 0.0]}, "projectile.start.angular_velocity"),
-    ({"attachment.kind": FOUR_CORNERS, "attachment.disc_radius": 0.0}, "attachment.disc_radius"),
-    ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 14e-3}, "corner discs overlap"),
-    ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 8e-3, "attachment.disc_radius": 4e-3}, "disc reaches under"),
-    ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 1.0886e-3, "attachment.disc_radius": 4e-4}, "holds no node"),
-    ({"attachment.kind": 7}, "attachment.kind"),
     ({"projectile.shape": -1}, "projectile.shape"),
-    ({"drive": 2}, "drive"),
+    ({"projectile.start.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a node lies inside the projectile"),
+    ({"projectile.start.velocity": [0.0, 0.0, 5e4]}, "in a step; the largest step for this motion is"),
+    ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 1.0886e-3, "attachment.disc_radius": 4e-4}, "holds no node"),
     ({"attachment.kind": 9}, "attachment.kind: out of range; it is 9, at least 0, at most 3"),
+    ({"drive": 2}, "drive"),
     ({"contact.friction": 0.2, "integrator.kind": 1}, "contact.friction: does not go with another field: integrator.kind"),
-    ({"force_window": 0.0}, "force_window"),
 ]
 
 
@@ -125,8 +80,7 @@ class Refusals(unittest.TestCase):
                 host.close()
 
     def test_calls_in_the_wrong_state(self):
-        for version in (2, 3):
-            host = Host(version)
+        for host in hosts():
             self.assertEqual(host.step(0.0, 1e-6), ERROR)
             self.assertTrue(host.said("DoStep: not allowed"))
             self.assertEqual(host.attempt(host.fmu.exitInitializationMode), ERROR)
@@ -143,7 +97,6 @@ class Refusals(unittest.TestCase):
             self.assertEqual(host.attempt(host.fmu.terminate), OK)
             self.assertEqual(host.step(2e-6, 1e-6), ERROR)
             host.get("contact.work")
-            host.close()
 
     def test_a_bad_load_is_discarded_and_a_failure_is_latched(self):
         for version in (2, 3):

@@ -8,7 +8,7 @@ import zipfile
 
 import fmpy
 from fmpy.validation import validate_fmu
-from host import ARCHIVES, ERROR, EXAMPLES, OK, OUTPUTS, SMALL, TARGET, Host, opened, parameter_set
+from host import ARCHIVES, ERROR, EXAMPLES, Host, OK, OUTPUTS, SMALL, TARGET, hosts, opened, parameter_set
 
 NAME = "TiltedDiscSector"
 SCENE = pathlib.Path(__file__).parents[2] / "runner" / "scenes" / "tilted_disc_sector.toml"
@@ -24,12 +24,10 @@ class Scenes(unittest.TestCase):
 
     def test_each_parameter_set_is_a_sound_scene(self):
         for name, shape, mass in [("sheet_3in_sphere", 0, 8.4e-3), ("three_plies", 0, 8.4e-3), ("turbine_disc_sector", 4, 0.118)]:
-            for version in (2, 3):
-                host = Host(version, parameter_set(name))
+            for host in hosts(parameter_set(name)):
                 self.assertEqual(host.get("projectile.shape"), shape)
                 self.assertAlmostEqual(host.get("projectile.mass"), mass, 3)
                 self.assertEqual(host.status_of_step(0.0, 1e-7), OK)
-                host.close()
 
     def test_single_plies_are_told_from_one_on(self):
         of_plies = [name for name in OUTPUTS if name.startswith("ply.")]

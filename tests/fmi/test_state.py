@@ -7,7 +7,7 @@ import tempfile
 import unittest
 
 from fmpy.fmi1 import FMICallException
-from host import OK, SMALL, Host, opened
+from host import Host, OK, SMALL, hosts, opened
 from test_calls import build
 
 CYLINDER = {
@@ -33,14 +33,13 @@ class State(unittest.TestCase):
                     host.close()
 
     def test_another_process_goes_on_with_the_same_bits(self):
-        for version in (2, 3):
-            host = Host(version, SMALL).run(0, 10, 1e-6)
+        for host in hosts(SMALL):
+            host.run(0, 10, 1e-6)
             with tempfile.TemporaryDirectory() as folder:
                 before, after = pathlib.Path(folder, "before"), pathlib.Path(folder, "after")
                 before.write_bytes(host.image())
-                subprocess.run([sys.executable, __file__, str(version), before, after], check=True)
+                subprocess.run([sys.executable, __file__, str(host.version), before, after], check=True)
                 self.assertEqual(after.read_bytes(), host.run(10, 20, 1e-6).image())
-            host.close()
 
     def test_an_image_of_one_version_goes_on_in_the_other(self):
         two, three = Host(2, SMALL).run(0, 10, 1e-6), Host(3)
@@ -49,8 +48,8 @@ class State(unittest.TestCase):
         two.close(), three.close()
 
     def test_altered_bytes_are_refused(self):
-        for version in (2, 3):
-            host = Host(version, SMALL).run(0, 5, 1e-6)
+        for host in hosts(SMALL):
+            host.run(0, 5, 1e-6)
             data = host.image()
 
             def refused(bad, words):
@@ -70,7 +69,6 @@ class State(unittest.TestCase):
                 refused(flipped, "another version" if other_version else "malformed, truncated or altered")
             self.assertEqual(host.image(), data)
             self.assertEqual(host.restore(host.state_of(data)), OK)
-            host.close()
 
     def test_memory_is_used_again(self):
         source = pathlib.Path(__file__).with_name("memory.c")
