@@ -1,6 +1,5 @@
 """Bad parameters and calls: status Error, a log line that names the field or the function, and nothing changed."""
 
-import ctypes
 import math
 import resource
 import unittest
@@ -123,32 +122,6 @@ class Refusals(unittest.TestCase):
             self.assertEqual(host.restore(state), OK)
             self.assertEqual(host.run(10, 20, 1e-6).outputs(), plain.outputs())
             host.close(), plain.close()
-
-    def test_bad_arrays_and_pointers(self):
-        host = Host(2, SMALL)
-        lib, c = host.fmu, host.fmu.component
-        one, two = (ctypes.c_uint * 1)(99999), (ctypes.c_double * 2)()
-        self.assertEqual(host.attempt(lib.fmi2GetReal, c, one, 1, two), ERROR)
-        self.assertTrue(host.said("value reference 99999"))
-        self.assertEqual(host.attempt(lib.getInteger, [100]), ERROR)  # a Real
-        null = ctypes.POINTER(ctypes.c_double)()
-        self.assertEqual(host.attempt(lib.fmi2GetReal, c, one, 1, null), ERROR)
-        self.assertTrue(host.said("null array"))
-        self.assertEqual(host.attempt(lib.fmi2GetReal, None, one, 1, two), ERROR)
-        self.assertEqual(host.attempt(lib.getString, [1]), ERROR)
-        self.assertEqual(host.attempt(lib.cancelStep), ERROR)
-        self.assertEqual(host.attempt(lib.setDebugLogging, True, ["nonsense"]), ERROR)
-        self.assertEqual(host.attempt(lib.setDebugLogging, True, ["logAll"]), OK)
-        host.run(0, 1, 1e-6)
-        host.close()
-        host = Host(3, SMALL)
-        self.assertEqual(host.attempt(host.fmu.getFloat64, [100], nValues=2), ERROR)
-        self.assertEqual(host.attempt(host.fmu.getFloat64, [100], nValues=4), ERROR)
-        self.assertEqual(host.attempt(host.fmu.getFloat64, [101], nValues=1), ERROR)
-        self.assertEqual(host.attempt(host.fmu.getFloat32, [100], nValues=3), ERROR)
-        self.assertTrue(host.said("fmi3GetFloat32: not supported"))
-        host.run(0, 1, 1e-6)
-        host.close()
 
 
 if __name__ == "__main__":
