@@ -40,3 +40,10 @@ fn random(cases: u32) -> proptest::test_runner::Config {
     let rng_seed = proptest::test_runner::RngSeed::Fixed(1);
     proptest::test_runner::Config { cases, failure_persistence: None, rng_seed, ..Default::default() }
 }
+
+/// Asserts that errors at steps that are halved from one to the next fall with the square of the step, the order 2 to this much.
+#[track_caller]
+fn second_order(errors: &[f64], off: f64) {
+    let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    assert!(orders.iter().all(|order| (order - 2.0).abs() < off), "orders {orders:?} of {errors:?}");
+}

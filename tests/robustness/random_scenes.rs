@@ -3,7 +3,7 @@
 use fabric::fields::FIELDS;
 use fabric::{CacheLine, Code, Drive, Layout, Motion, Path, Scene, Sim};
 use fabric_tests::options::{self, Mix};
-use fabric_tests::{image_of, sim_of, small_sheet};
+use fabric_tests::{image_of, sim_of};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
 use std::cell::RefCell;
@@ -106,15 +106,6 @@ fn any_scene_is_refused_or_runs() {
 
 proptest! {
     #![proptest_config(config())]
-
-    #[test]
-    fn any_bytes_are_refused_as_an_image(bytes in prop::collection::vec(any::<u8>(), 0..3000)) {
-        let scene = small_sheet(5, 50.0);
-        let mut sim = sim_of(&scene);
-        let before = sim.digest();
-        prop_assert!(sim.load(&bytes).is_err());
-        prop_assert_eq!(sim.digest(), before);
-    }
 
     #[test]
     fn any_path_is_refused_or_followed(
