@@ -4,10 +4,10 @@
 #[path = "pins.rs"]
 pub mod pins;
 
-use crate::set_off;
+use crate::{as_proposed, halved, rated, rough, set_off, viscous};
 use fabric::{
     AttachmentKind, Draw, Drive, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
-    StepAfterFailure, StrengthDraw, Symmetry, TimeStep, Weft,
+    StrengthDraw, Symmetry, TimeStep, Weft,
 };
 
 /// Name, scene, steps, whether segments have failed by then, and the pinned digest.
@@ -60,24 +60,17 @@ fn sphere_on_drawn_yarn() -> Scene {
 
 /// The same of drawn viscous yarn.
 pub fn sphere_on_viscous_yarn() -> Scene {
-    let mut scene = sphere_on_drawn_yarn();
-    let yarn = &mut scene.yarn;
-    (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
-    scene
+    as_proposed(sphere_on_drawn_yarn())
 }
 
 /// The same of drawn yarn that depends on the rate of strain like Kevlar 49, up to the rates of an impact.
 pub fn sphere_on_yarn_that_depends_on_rate() -> Scene {
-    let mut scene = sphere_on_drawn_yarn();
-    let yarn = &mut scene.yarn;
-    (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 1700.0);
-    scene
+    rated(sphere_on_drawn_yarn(), 1700.0)
 }
 
 /// The same on drawn yarn with friction, askew and spinning.
 pub fn sphere_that_rubs() -> Scene {
-    let mut scene = sphere_on_drawn_yarn();
-    scene.contact.friction = 0.3;
+    let mut scene = rough(sphere_on_drawn_yarn(), 0.3);
     scene.projectile.velocity = [40.0, -20.0, 100.0];
     scene.projectile.angular_velocity = [3000.0, 0.0, -5000.0];
     scene
@@ -100,7 +93,7 @@ pub fn cylinder_on_a_graded_sheet() -> Scene {
 
 /// The uniform sphere with the step halved after the first failure.
 pub fn uniform_sphere_in_halves() -> Scene {
-    Scene { step_after_failure: StepAfterFailure::Half, ..uniform_sphere() }
+    halved(uniform_sphere())
 }
 
 /// The same with strength drawn for every segment, in part alike along a yarn, from data at 50 mm; modulus drawn too.
@@ -119,9 +112,8 @@ pub fn sphere_through_turned_plies() -> Scene {
     scene.stack = Stack { plies: 4, gap: 2.5e-4, turned: true };
     (scene.sheet.yarn_area_y, scene.weft.critical_stretch) = (0.8e-7, 1.025);
     scene.yarn.stochastic = true;
-    (scene.yarn.viscosity_linear, scene.yarn.viscosity_bending) = (0.06, 0.06);
     scene.projectile.velocity = [0.0, 0.0, 220.0];
-    scene
+    viscous(scene, [0.06, 0.0, 0.06])
 }
 
 /// A small cylinder that strikes with its rim and tumbles, on an oblong stochastic sheet held at its corners.

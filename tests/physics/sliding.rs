@@ -59,13 +59,8 @@ impl Slide {
         scene
     }
 
-    /// Runs over a way, m, and checks every step.
-    fn run(&self, way: f64, check: impl Fn(&Sim<'_>, &str), name: &str) {
-        self.pushed([0.0; 3], way, check, name);
-    }
-
-    /// The same under a load, N, in the sheet's axes.
-    fn pushed(&self, load: V3, way: f64, check: impl Fn(&Sim<'_>, &str), name: &str) {
+    /// Runs over a way, m, under a load, N, in the sheet's axes, and checks every step.
+    fn run(&self, load: V3, way: f64, check: impl Fn(&Sim<'_>, &str), name: &str) {
         let scene = self.scene();
         let mut sim = sim_of(&scene);
         let mut x = vec![[1e3 * spacing(), 0.0, 0.0]; sim.layout().nodes()];
@@ -163,7 +158,7 @@ fn a_face_goes_on_over_held_rails() {
                 let body = Projectile { position, velocity: [100.0, 0.0, 10.0], ..body };
                 let slide = Slide { points, body, turn, friction: 0.0 };
                 let name = format!("{:?} {places:?} {gap:e} {turn:?}", body.shape);
-                slide.run(20.0 * h, |sim, name| lands_and_slides(&slide, sim, name), &name);
+                slide.run([0.0; 3], 20.0 * h, |sim, name| lands_and_slides(&slide, sim, name), &name);
             }
         }
     }
@@ -217,6 +212,7 @@ fn a_rough_face_loses_what_coulomb_says() {
                 close(sim.energy().unwrap().friction, mu * body.mass * z * (x - 0.5 * mu * z), 1e-8 + left);
             };
             slide.run(
+                [0.0; 3],
                 10.0 * h,
                 |sim, name| {
                     check(sim, name);
@@ -236,7 +232,7 @@ fn a_rough_box_under_load_is_slowed_down_by_coulomb_from_node_to_node() {
     let body = Projectile { size: [5.0 * h, 6.0 * h, 2.0 * h], velocity: [speed, 0.0, 0.0], ..body };
     let body = Projectile { position: [-4.0 * h, 0.0, -0.25 * below], ..body };
     let slide = Slide { points: rails(&[-2.0, 2.0], -7, 7), body, turn: turns()[0], friction: mu };
-    slide.pushed(
+    slide.run(
         [0.0, 0.0, load],
         6.0 * h,
         |sim, name| {
@@ -280,7 +276,7 @@ fn an_edge_goes_on_along_a_groove_of_held_nodes() {
             assert!(length(sub(v, [100.0, 0.0, 0.0])) < 2.0 * closing(&slide, sim), "{name}: {v:?}");
             close(sim.contact().unwrap().loss, 0.5 * body.mass * (1.0 + 100.0), 1e-7);
         };
-        slide.run(20.0 * h, check, &format!("{gap:e} {turn:?}"));
+        slide.run([0.0; 3], 20.0 * h, check, &format!("{gap:e} {turn:?}"));
     }
 }
 
@@ -366,7 +362,7 @@ fn random_boxes_on_a_held_grid_lose_the_motion_along_the_normal_and_what_coulomb
                 );
             }
         };
-        slide.run(way_on, check, &format!("{k}"));
+        slide.run([0.0; 3], way_on, check, &format!("{k}"));
     }
 }
 
@@ -419,7 +415,7 @@ fn tilted_boxes_are_pushed_along_the_normal_of_their_face() {
             below.set(struck.get() || next.max(front) > error);
             flush.set(flush.get() + u32::from(!below.get() && front.abs() < error));
         };
-        slide.run(14.0 * h, check, &format!("{k}"));
+        slide.run([0.0; 3], 14.0 * h, check, &format!("{k}"));
         slid += u32::from(flush.get() > 100);
     }
     println!("{slid} came down flush and slid on");

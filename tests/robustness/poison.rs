@@ -4,7 +4,7 @@
 
 use crate::snapshots::forged;
 use fabric::{Code, Scene, Sim, StrengthDraw};
-use fabric_tests::{between_supports, golden, image_of, sim_of, small_sheet};
+use fabric_tests::{between_supports, golden, image_of, rough, sim_of, small_sheet, viscous};
 
 /// What is poisoned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,8 +44,7 @@ fn a_poisoned_state_is_refused() {
     let mut stochastic = between_supports(small_sheet(13, 250.0), 3.0);
     stochastic.yarn.stochastic = true;
     let toe = Scene { slack_toe: 0.02, ..between_supports(small_sheet(13, 200.0), 3.0) };
-    let mut viscous = toe;
-    (viscous.slack_toe, viscous.yarn.viscosity_linear, viscous.yarn.viscosity_bending) = (0.0, 0.06, 0.06);
+    let viscous = viscous(Scene { slack_toe: 0.0, ..toe }, [0.06, 0.0, 0.06]);
     let mut stack = stochastic;
     (stack.stack.plies, stack.stack.gap) = (2, 2e-4);
     let mut theta = golden::drawn_yarns_by_the_theta_rule();
@@ -57,14 +56,12 @@ fn a_poisoned_state_is_refused() {
     let mut taken = Vec::new();
     let mut strength = stochastic;
     strength.yarn.strength_draw = StrengthDraw::Weibull;
-    let mut friction = stochastic;
-    friction.contact.friction = 0.3;
     for (name, scene, steps) in [
         ("stochastic", stochastic, 60),
         ("strength", strength, 60),
         ("toe", toe, 400),
         ("viscous", viscous, 60),
-        ("friction", friction, 60),
+        ("friction", rough(stochastic, 0.3), 60),
         ("stack", stack, 60),
         ("theta", theta, 60),
     ] {

@@ -45,7 +45,7 @@ pub fn set_off(sim: &mut Sim<'_>, motion: impl Fn(usize, [f64; 3]) -> [[f64; 3];
     sim.set_motion(&x, &v).expect("accepted");
 }
 
-/// A body that is nowhere else than at the origin, at rest.
+/// At the origin, at rest, not turned.
 pub const AT_REST: Motion =
     Motion { position: [0.0; 3], velocity: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity: [0.0; 3] };
 

@@ -1,6 +1,6 @@
 //! Scenes of many options each, so that every pair of options that goes together is in one of them.
 
-use crate::small_sheet;
+use crate::{as_proposed, rated, small_sheet};
 use fabric::internals::random::splitmix64;
 use fabric::{
     AttachmentKind, Draw, Drive, Error, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
@@ -46,13 +46,8 @@ pub const GROUPS: &[&[Choice]] = &[
         of("light back", |s| (s.stack.plies, s.back.plies, s.back.node_mass) = (3, 2, 0.6 * s.sheet.node_mass)),
     ],
     &[of("friction", |s| s.contact.friction = 0.3)],
-    &[of("viscosity", |s| {
-        (s.yarn.viscosity_linear, s.yarn.viscosity_quadratic, s.yarn.viscosity_bending) = (0.06, 1.5, 0.06);
-    })],
-    &[of("rate of strain", |s| {
-        (s.yarn.rate_modulus, s.yarn.rate_stretch, s.yarn.rate_reference, s.yarn.rate_limit) =
-            (0.13, 0.16, 30.0, 1700.0);
-    })],
+    &[of("viscosity", |s| *s = as_proposed(*s))],
+    &[of("rate of strain", |s| *s = rated(*s, 1700.0))],
     &[of("toe", |s| s.slack_toe = 0.02), of("theta rule", |s| s.integrator = Integrator::THETA)],
     &[of("halved step", |s| s.step_after_failure = StepAfterFailure::Half)],
     &[
