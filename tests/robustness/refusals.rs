@@ -45,10 +45,14 @@ const REFUSED: &[(&str, &Changes, Code, &str)] = &[
     // Pre-tension: edges that are not held, more than the law of any yarn bears, plies turned under the pull of one direction.
     ("uniform", &[("attachment.kind", 3.0), ("sheet.pre_strain[0]", 0.01)], NotInEquilibrium, "sheet.pre_strain"),
     ("uniform", &[("attachment.kind", 0.0), ("sheet.pre_strain[1]", 0.01)], NotInEquilibrium, "sheet.pre_strain"),
-    ("uniform", &[("weft.critical_stretch", 1.02), ("sheet.pre_strain[0]", 0.01), ("sheet.pre_strain[1]", 0.0201)], OutOfRange, "sheet.pre_strain"),
-    ("uniform", &[("stack.plies", 3.0), ("stack.turned", 1.0), ("attachment.kind", 0.0), ("sheet.pre_strain[0]", 0.01)], NotInEquilibrium, "stack.turned"),
-    ("hybrid", &[("yarn.stochastic", 0.0), ("back.modulus_sd", 0.0), ("sheet.pre_strain[0]", 0.01), ("back.crimp[0]", 0.01)], DoesNotGoWith, "back.crimp"),
-    ("hybrid", &[("back.weibull_shape", 10.0), ("yarn.weibull_correlation", f64::NAN)], NotFinite, "yarn.weibull_correlation"),
+    ("uniform", &[("weft.critical_stretch", 1.02), ("sheet.pre_strain[0]", 0.01), ("sheet.pre_strain[1]", 0.0201)],
+        OutOfRange, "sheet.pre_strain"),
+    ("uniform", &[("stack.plies", 3.0), ("stack.turned", 1.0), ("attachment.kind", 0.0),
+        ("sheet.pre_strain[0]", 0.01)], NotInEquilibrium, "stack.turned"),
+    ("hybrid", &[("yarn.stochastic", 0.0), ("back.modulus_sd", 0.0), ("sheet.pre_strain[0]", 0.01),
+        ("back.crimp[0]", 0.01)], DoesNotGoWith, "back.crimp"),
+    ("hybrid", &[("back.weibull_shape", 10.0), ("yarn.weibull_correlation", f64::NAN)],
+        NotFinite, "yarn.weibull_correlation"),
     // A toe wider than the critical strain of the weft, of the back fabric.
     ("sphere", &[("weft.critical_stretch", 1.01), ("slack_toe", 0.02)], OutOfRange, "slack_toe"),
     ("hybrid", &[("back.critical_stretch", 1.01), ("slack_toe", 0.02)], OutOfRange, "slack_toe"),
@@ -57,23 +61,29 @@ const REFUSED: &[(&str, &Changes, Code, &str)] = &[
     ("fraction", &[("time_step.fraction", 0.4), ("yarn.viscosity_bending", 0.2)], OutOfRange, "time_step.fraction"),
     // Unchecked, up to k dt^2/m = 1e6: some thousand times the stable step. Nodes so heavy that a sheet's momentum is no number.
     ("unchecked", &[("time_step.fraction", 1e4)], StepLimitUnusable, "time_step.seconds"),
-    ("fraction", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.velocity[2]", 0.0), ("sheet.node_mass", 1e91)], StepLimitUnusable, "time_step.seconds"),
-    ("fraction", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.velocity[2]", 0.0), ("sheet.node_mass", 1e89), ("sheet.plies", 1000.0)], StepLimitUnusable, "time_step.seconds"),
-    ("fraction", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.velocity[2]", 0.0), ("sheet.node_mass", f64::MAX), ("sheet.plies", 3.0)], StepLimitUnusable, "time_step.seconds"),
+    ("fraction", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.velocity[2]", 0.0),
+        ("sheet.node_mass", 1e91)], StepLimitUnusable, "time_step.seconds"),
+    ("fraction", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.velocity[2]", 0.0),
+        ("sheet.node_mass", 1e89), ("sheet.plies", 1000.0)], StepLimitUnusable, "time_step.seconds"),
+    ("fraction", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.velocity[2]", 0.0),
+        ("sheet.node_mass", f64::MAX), ("sheet.plies", 3.0)], StepLimitUnusable, "time_step.seconds"),
     // The surface of a sphere that spins counts where it rubs.
-    ("sphere", &[("contact.friction", 0.1), ("projectile.angular_velocity[2]", 1e9)], ProjectileTooFast, "projectile.velocity"),
+    ("sphere", &[("contact.friction", 0.1), ("projectile.angular_velocity[2]", 1e9)],
+        ProjectileTooFast, "projectile.velocity"),
     // The discs keep clear of what a box covers as it lies, corners included: 35 mm from the centre they leave 25 or 21 mm.
-    ("box", &[("sheet.nodes_x", 105.0), ("sheet.nodes_y", 105.0), ("attachment.kind", 2.0), ("attachment.disc_inset", 13e-3), ("attachment.disc_radius", 14e-3),
-              ("projectile.size[0]", 0.03), ("projectile.size[1]", 0.03)], DiscTouchesProjectile, "attachment.disc_radius"),
+    ("box", &[("sheet.nodes_x", 105.0), ("sheet.nodes_y", 105.0), ("attachment.kind", 2.0),
+        ("attachment.disc_inset", 13e-3), ("attachment.disc_radius", 14e-3), ("projectile.size[0]", 0.03),
+        ("projectile.size[1]", 0.03)], DiscTouchesProjectile, "attachment.disc_radius"),
     // What a mirror plane would change.
     ("mirrored", &[("projectile.position[0]", 1e-6)], NotSymmetric, "projectile.position"),
     ("mirrored", &[("projectile.velocity[0]", 1e-3)], NotSymmetric, "projectile.velocity"),
     ("mirrored", &[("projectile.angular_velocity[1]", 1.0)], NotSymmetric, "projectile.angular_velocity"),
     ("mirrored", &[("projectile.angular_velocity[2]", 1.0)], NotSymmetric, "projectile.angular_velocity"),
-    ("mirrored", &[("projectile.shape", 1.0), ("projectile.length", 0.0127), ("projectile.orientation[0]", 0.6), ("projectile.orientation[2]", 0.8),
-                   ("projectile.position[2]", -0.02)], NotSymmetric, "projectile.orientation"),
+    ("mirrored", &[("projectile.shape", 1.0), ("projectile.length", 0.0127), ("projectile.orientation[0]", 0.6),
+        ("projectile.orientation[2]", 0.8), ("projectile.position[2]", -0.02)], NotSymmetric, "projectile.orientation"),
     ("mirrored", &[("projectile.shape", 5.0), ("projectile.position[2]", -0.1)], NotSymmetric, "projectile.shape"),
-    ("mirrored", &[("sheet.grading.largest", 4.0), ("sheet.grading.centre[0]", 1e-4)], NotSymmetric, "sheet.grading.centre"),
+    ("mirrored", &[("sheet.grading.largest", 4.0), ("sheet.grading.centre[0]", 1e-4)],
+        NotSymmetric, "sheet.grading.centre"),
 ];
 
 #[test]
@@ -89,7 +99,8 @@ fn every_row_is_refused_by_its_code_and_field() {
 const TAKEN: &[(&str, &Changes)] = &[
     ("bullet", &[]), ("box", &[]), ("cube", &[]), ("sector", &[]), ("hybrid", &[]), ("mirrored", &[]),
     ("unchecked", &[("time_step.fraction", 100.0), ("projectile.position[2]", -1.0)]),
-    ("fraction", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.velocity[2]", 0.0), ("sheet.node_mass", 1e89), ("projectile.position[2]", -1.0)]),
+    ("fraction", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.velocity[2]", 0.0),
+        ("sheet.node_mass", 1e89), ("projectile.position[2]", -1.0)]),
     // A sphere feels no torque: its spin is free.
     ("sphere", &[("projectile.angular_velocity[0]", 1e9)]),
     // A modulus that does not scatter, or only from yarn to yarn, pulls evenly.
@@ -97,14 +108,18 @@ const TAKEN: &[(&str, &Changes)] = &[
     ("sphere", &[("sheet.pre_strain[0]", 0.01), ("yarn.draw", 1.0)]),
     // A very light sheet asks for a step of 1e-14 s: it is never given a smaller one in silence.
     ("sphere", &[("sheet.node_mass", 1e-20), ("time_step.seconds", 1e-14)]),
-    ("box", &[("sheet.nodes_x", 105.0), ("sheet.nodes_y", 105.0), ("attachment.kind", 2.0), ("attachment.disc_inset", 13e-3), ("attachment.disc_radius", 10e-3),
-              ("projectile.size[0]", 0.03), ("projectile.size[1]", 0.03)]),
+    ("box", &[("sheet.nodes_x", 105.0), ("sheet.nodes_y", 105.0), ("attachment.kind", 2.0),
+        ("attachment.disc_inset", 13e-3), ("attachment.disc_radius", 10e-3), ("projectile.size[0]", 0.03),
+        ("projectile.size[1]", 0.03)]),
     // On its edge it covers less across the corners.
-    ("box", &[("sheet.nodes_x", 105.0), ("sheet.nodes_y", 105.0), ("attachment.kind", 2.0), ("attachment.disc_inset", 13e-3), ("attachment.disc_radius", 14e-3),
-              ("projectile.size[0]", 0.03), ("projectile.size[2]", 0.03), ("projectile.position[2]", -0.02)]),
+    ("box", &[("sheet.nodes_x", 105.0), ("sheet.nodes_y", 105.0), ("attachment.kind", 2.0),
+        ("attachment.disc_inset", 13e-3), ("attachment.disc_radius", 14e-3), ("projectile.size[0]", 0.03),
+        ("projectile.size[2]", 0.03), ("projectile.position[2]", -0.02)]),
     // Moments of a body of unknown mass are not read.
-    ("cube", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.moments[0]", f64::NAN), ("projectile.moments[1]", f64::NAN)]),
-    ("sphere", &[("projectile.faces.count", 4e9), ("projectile.faces.planes[3][1]", f64::NAN), ("projectile.size[1]", f64::NAN), ("projectile.moments[2]", f64::NAN)]),
+    ("cube", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.moments[0]", f64::NAN),
+        ("projectile.moments[1]", f64::NAN)]),
+    ("sphere", &[("projectile.faces.count", 4e9), ("projectile.faces.planes[3][1]", f64::NAN),
+        ("projectile.size[1]", f64::NAN), ("projectile.moments[2]", f64::NAN)]),
 ];
 
 #[test]
@@ -139,10 +154,10 @@ fn options_that_do_not_go_together_are_both_named() {
     };
     #[rustfmt::skip]
     let pairs: [(&str, &[&str]); 10] = [
-        ("sheet.grading.largest", &["yarn.viscosity_linear", "yarn.viscosity_quadratic", "yarn.viscosity_bending", "yarn.rate_modulus", "yarn.rate_stretch",
-                                    "contact.friction", "stack.plies"]),
-        ("integrator.kind", &["contact.friction", "yarn.rate_modulus", "yarn.rate_stretch", "yarn.viscosity_linear", "yarn.viscosity_quadratic",
-                              "yarn.viscosity_bending", "slack_toe", "step_after_failure", "stack.plies"]),
+        ("sheet.grading.largest", &["yarn.viscosity_linear", "yarn.viscosity_quadratic", "yarn.viscosity_bending",
+            "yarn.rate_modulus", "yarn.rate_stretch", "contact.friction", "stack.plies"]),
+        ("integrator.kind", &["contact.friction", "yarn.rate_modulus", "yarn.rate_stretch", "yarn.viscosity_linear",
+            "yarn.viscosity_quadratic", "yarn.viscosity_bending", "slack_toe", "step_after_failure", "stack.plies"]),
         ("stack.plies", &["yarn.rate_modulus", "yarn.rate_stretch"]),
         ("yarn.strength_draw", &["slack_toe"]),
         ("yarn.rate_modulus", &["slack_toe", "sheet.pre_strain[1]"]),
@@ -194,17 +209,16 @@ fn a_refusal_names_the_field_that_its_limit_follows_from() {
 /// some milliseconds is what it would say, the more so where a part of the segments shows it.
 #[test]
 fn a_check_of_any_scene_takes_milliseconds() {
+    #[rustfmt::skip]
     const LARGE: &Changes = &[
-        ("sheet.nodes_x", 65_000.0),
-        ("sheet.nodes_y", 65_000.0),
-        ("time_step.seconds", 0.0),
-        ("yarn.weibull_shape", 2.0),
+        ("sheet.nodes_x", 65_000.0), ("sheet.nodes_y", 65_000.0), ("time_step.seconds", 0.0), ("yarn.weibull_shape", 2.0),
     ];
     /// A body wider than the sheet, whose lower edge comes as near as it may.
     #[rustfmt::skip]
     const OVER_ALL: &Changes = &[
-        ("projectile.size[0]", 100.0), ("projectile.size[1]", 100.0), ("projectile.size[2]", 1.0), ("projectile.mass", 1e3),
-        ("projectile.orientation[0]", 0.999_999_5), ("projectile.orientation[1]", 0.001), ("projectile.velocity[2]", 1e-3), ("projectile.position[2]", -0.601),
+        ("projectile.size[0]", 100.0), ("projectile.size[1]", 100.0), ("projectile.size[2]", 1.0),
+        ("projectile.mass", 1e3), ("projectile.orientation[0]", 0.999_999_5), ("projectile.orientation[1]", 0.001),
+        ("projectile.velocity[2]", 1e-3), ("projectile.position[2]", -0.601),
     ];
     let corners: &Changes = &[("attachment.kind", 2.0), ("attachment.disc_inset", 1.0), ("drive", 1.0)];
     let graded: &Changes = &[
