@@ -4,6 +4,7 @@ use crate::contact::gap;
 use fabric::{Faces, Projectile, Scene, Sector, Shape, Sim, Solid, TimeStep, pose, prism};
 use fabric_tests::reference::{V3, add, cross, length, sub};
 use fabric_tests::{close, number, sim_of, small_sheet};
+use rayon::prelude::*;
 use std::cell::Cell;
 
 /// Gaps between a face and the nodes below it, parts of R: touching, and off by a rounding or by what roundings add up to.
@@ -298,7 +299,7 @@ fn an_edge_goes_on_along_a_groove_of_held_nodes() {
 #[test]
 fn random_boxes_on_a_held_grid_lose_the_motion_along_the_normal_and_what_coulomb_says() {
     let h = spacing();
-    for k in 0..80 {
+    (0..80_u64).into_par_iter().for_each(|k| {
         let smooth = k < 40;
         let draw = |m: u64| 2.0 * number(100 * k + m) - 1.0;
         let between = |m: u64, low: f64, high: f64| 0.5 * (low + high) + 0.5 * (high - low) * draw(m);
@@ -363,7 +364,7 @@ fn random_boxes_on_a_held_grid_lose_the_motion_along_the_normal_and_what_coulomb
             }
         };
         slide.run([0.0; 3], way_on, check, &format!("{k}"));
-    }
+    });
 }
 
 /// Boxes come down on a held grid with their rear first, rock and slap down on it while they slide forward.
