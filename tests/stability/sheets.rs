@@ -209,7 +209,6 @@ fn sixty_four_plies_under_a_sphere_as_much_heavier_give_the_bits_of_one() {
 }
 
 #[test]
-#[ignore = "half a minute; cargo xtask verify runs it"]
 fn millions_of_steps_in_which_nothing_happens() {
     let past = changed(small_sheet(2, 1.0), |scene| scene.projectile.position[0] = 0.5);
     all(vec![
