@@ -230,11 +230,6 @@ impl Summary {
             warnings: Vec::new(),
         })
     }
-
-    /// The latch of an outcome, if it is there.
-    pub fn latched(&self, outcome: Outcome) -> Option<&Latched> {
-        self.outcomes.iter().find(|latched| latched.outcome == outcome.name())
-    }
 }
 
 #[cfg(test)]
