@@ -14,6 +14,7 @@ NODES, TIME = 41, 150e-6
 FRACTIONS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
 LIMIT = 0.5  # Steps above this part of dt_crit are refused.
+SIGNS = "through: the sphere has left; arrested: stopped,\nno yarn failed; whole: under way, no yarn failed; torn: under way or stopped, yarns failed"
 CLASSES = [(0.01, "#a8d8b9", "sound: below 1 %"), (0.1, "#f6d678", "energy creep: 1 to 10 %"), (math.inf, "#eb8c6e", "unusable: above 10 %")]
 
 
@@ -27,12 +28,7 @@ def run(scene):
     except Failed:
         energy, come = math.inf, {}
     failed = simulation.counters()["failed_segments"]
-    if "exited" in come:
-        sign = "through"
-    elif "arrested" in come and not failed:
-        sign = "arrested"
-    else:
-        sign = "torn" if failed else "whole"
+    sign = "through" if "exited" in come else "torn" if failed else "arrested" if "arrested" in come else "whole"
     return {"energy": energy, "failed segments": failed, "projectile": sign}
 
 
@@ -49,13 +45,8 @@ def answer(study):
     study.picture("map.svg", "stability_map.svg")
     rows = [[f"{speed:g}", *(f"{percent(cell['energy'])} {cell['projectile']}" for cell in cells if cell["velocity m/s"] == speed)] for speed in speeds]
     heading = ["velocity, m/s", *(f"{fraction:g} dt_crit" for fraction in fractions)]
-    study.table("stability", "Time step against impact velocity", f"{in_words(cells)}\n\n{NOTES}\n\n{page.markdown(heading, rows)}")
-
-
-NOTES = (
-    "Residual of the energy balance in % of the impact energy, and the projectile: through: the sphere has left; arrested: stopped, no yarn failed; "
-    "whole: under way, no yarn failed; torn: under way or stopped, yarns failed."
-)
+    notes = f"Residual of the energy balance in % of the impact energy, and the projectile: {SIGNS}.".replace("\n", " ")
+    study.table("stability", "Time step against impact velocity", f"{in_words(cells)}\n\n{notes}\n\n{page.markdown(heading, rows)}")
 
 
 def in_words(cells):
@@ -103,8 +94,7 @@ def draw(cells, path):
     for spine in axis.spines.values():
         spine.set_visible(False)
     axis.set_title(
-        "Energy that the time step creates: residual of the balance in % of the impact energy\n41 x 41 nodes, four sides held, 8.4 g sphere, 150 µs. "
-        "through: the sphere has left; arrested: stopped,\nno yarn failed; whole: under way, no yarn failed; torn: under way or stopped, yarns failed",
+        f"Energy that the time step creates: residual of the balance in % of the impact energy\n41 x 41 nodes, four sides held, 8.4 g sphere, 150 µs. {SIGNS}",
         fontsize=9, loc="left",
     )
     keys = [patches.Patch(facecolor=colour, label=words) for _, colour, words in CLASSES]

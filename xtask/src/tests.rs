@@ -217,7 +217,7 @@ fn fmu() -> Outcome {
     })?;
     // What tests/fmi/test_stability.py compares them with.
     let out = target().join("fmu/run").to_string_lossy().into_owned();
-    runner(&["run", file, "--steps", "2000", "--sample", "2000", "--until", "none", "--out", &out])?;
+    runner(&["run", file, "--steps", "6000", "--sample", "6000", "--until", "none", "--out", &out])?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py"])
 }
 
