@@ -1,7 +1,7 @@
 //! One run of a scene: table, history, and the sheet at the end. `python -m evidence run` draws them.
 
 use crate::event::{self, Summary};
-use crate::machine::{Clock, Wall};
+use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::picture::{self, Series};
 use crate::progress::Progress;
@@ -13,6 +13,7 @@ use fabric_scene::notes;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
 /// Options of `run`.
 #[derive(Args)]
@@ -164,7 +165,7 @@ pub fn run(options: &Options) -> Result<ExitCode> {
 
     let until: Vec<Outcome> = options.until.iter().flatten().copied().collect();
     let mask = event::mask_of(&until);
-    let wall = Wall::start();
+    let wall = Instant::now();
     let mut series = if options.movie || options.vtk { Some(Series::new(&out, options.sample)?) } else { None };
     let (history, stepping, failure) = advance(&mut sim, mask, options, &name, &mut series)?;
     make(&out)?;
@@ -188,7 +189,7 @@ pub fn run(options: &Options) -> Result<ExitCode> {
         threads => format!("wall time, {threads} threads"),
     };
     let stepping = format!("{ns:.2} ns per node-step ({clock})");
-    let text = table(&name, &scene, &sim, &summary, wall.seconds(), stepping);
+    let text = table(&name, &scene, &sim, &summary, wall.elapsed().as_secs_f64(), stepping);
     let text = if summary.plies.is_empty() { text } else { format!("{text}\n\n{}", plies(&summary)) };
     say::line(format_args!("{text}"));
     summary.warnings = warnings(&scene, &sim, &summary);
@@ -242,9 +243,9 @@ fn advance(
         }
         let steps = options.sample.min(options.steps - sim.step_count());
         // One thread's CPU time says nothing about several.
-        let (wall, clock) = (Wall::start(), Clock::start());
+        let (wall, clock) = (Instant::now(), Clock::start());
         let result = threads::advance_until(sim, mask, steps, options.threads)?;
-        stepping += if options.threads == 1 { clock.seconds() } else { wall.seconds() };
+        stepping += if options.threads == 1 { clock.seconds() } else { wall.elapsed().as_secs_f64() };
         match result {
             Err(met) => {
                 failure = Some(met);

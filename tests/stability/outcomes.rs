@@ -26,7 +26,7 @@ fn random_hits_end_when_they_are_over() {
 }
 
 #[test]
-#[ignore = "a minute or more; cargo xtask verify runs it"]
+#[ignore = "minutes; cargo xtask verify runs it"]
 fn more_random_hits() {
     check(8..200);
 }

@@ -20,7 +20,7 @@ mod rows;
 mod sheets;
 mod worst;
 
-use crate::machine::{self, Wall};
+use crate::machine;
 use crate::progress::Progress;
 use crate::report::written;
 use crate::{Result, say};
@@ -29,6 +29,7 @@ use fabric::InstructionSet;
 use rows::Report;
 use sheets::{Effort, THREADS, Way};
 use std::path::PathBuf;
+use std::time::Instant;
 
 /// Options of `bench`.
 #[derive(Args)]
@@ -116,7 +117,7 @@ pub fn run(options: &Options) -> Result<bool> {
         return Err(format!("no group is called {:?}; see --only list", options.only).into());
     }
 
-    let wall = Wall::start();
+    let wall = Instant::now();
     let progress = Progress::new("bench", groups.len() as u64);
     let mut bench = Bench {
         ways: ways(&options.instructions)?,
@@ -133,7 +134,7 @@ pub fn run(options: &Options) -> Result<bool> {
     progress.finish();
     let mut report = bench.report;
     report.load_at_end = machine::load();
-    report.seconds = wall.seconds();
+    report.seconds = wall.elapsed().as_secs_f64();
     report.print();
     let out = &options.out;
     std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;

@@ -5,10 +5,11 @@ use super::rows::{Report, Row};
 use super::sheets;
 use crate::Result;
 use crate::hits;
-use crate::machine::{Clock, Wall};
+use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::report::{least, median, noise};
 use fabric::{Layout, Scene};
+use std::time::Instant;
 
 /// Contact: the same sheet in the same motion with the sphere and without, over the size of the sheet.
 pub fn contact(bench: &mut Bench, size: u32) -> Result<()> {
@@ -165,13 +166,13 @@ pub fn presets(bench: &mut Bench) -> Result<()> {
     for (name, scene) in PRESETS {
         let scene = scene();
         let mut buffers = Buffers::of(&scene)?;
-        let (wall, clock) = (Wall::start(), Clock::start());
+        let (wall, clock) = (Instant::now(), Clock::start());
         let mut sim = buffers.sim(&scene)?;
         let setup = clock.seconds();
         let steps = (PRESET_SECONDS / sim.step_limits().dt).ceil() as u64;
         let clock = Clock::start();
         sim.advance(steps)?;
-        let (stepping, wall) = (clock.seconds(), wall.seconds());
+        let (stepping, wall) = (clock.seconds(), wall.elapsed().as_secs_f64());
         let mut figure =
             |what: &str, seconds| report.figure("presets", format!("{name}, 0.5 ms: {what}"), seconds, "s");
         figure("drawing and setting up", setup);
@@ -220,9 +221,9 @@ pub fn answers(bench: &mut Bench) -> Result<()> {
 fn answer(report: &mut Report, name: &str, work: impl Fn() -> Result<f64>) -> Result<f64> {
     let (mut seconds, mut last) = (Vec::new(), 0.0);
     for _ in 0..ANSWERS {
-        let wall = Wall::start();
+        let wall = Instant::now();
         last = work()?;
-        seconds.push(wall.seconds());
+        seconds.push(wall.elapsed().as_secs_f64());
     }
     report.figure("answers", format!("{name}: wall time, median of {ANSWERS}"), median(&seconds), "s");
     report.figure("answers", format!("{name}: noise"), 100.0 * noise(&seconds), "%");

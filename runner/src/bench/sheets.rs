@@ -2,10 +2,11 @@
 
 use super::Bench;
 use super::rows::{Row, SINGLE_STEPS};
-use crate::machine::{Clock, Wall};
+use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::{Result, threads};
 use fabric::{AttachmentKind, InstructionSet, Scene, Sim, Stack, StrengthDraw};
+use std::time::Instant;
 
 /// A sheet that is stepped.
 pub struct Case {
@@ -222,9 +223,9 @@ pub fn measure(bench: &mut Bench, case: &Case) -> Result<()> {
             let mut seconds = 0.0;
             for _ in 0..bursts {
                 sim.load(&image)?;
-                let (thread, wall) = (Clock::start(), Wall::start());
+                let (thread, wall) = (Clock::start(), Instant::now());
                 advance(&mut sim, *way, steps)?;
-                seconds += if way.threads == 1 { thread.seconds() } else { wall.seconds() };
+                seconds += if way.threads == 1 { thread.seconds() } else { wall.elapsed().as_secs_f64() };
             }
             times[k].push(1e9 * seconds / (bursts * steps * nodes) as f64);
             digests[k] = sim.digest();
