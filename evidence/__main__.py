@@ -11,7 +11,7 @@ QUESTIONS = {
     "paper": ("every result of the paper, and the open question", "1 h", "3 min"),
     "strips": ("strips of Kevlar 49 fabric pulled in the network", "30 min", "5 s"),
     "edges": ("from which velocity on bars break at once under a flat face and a sphere", "10 s", "2 s"),
-    "stability": ("the map of time step and velocity, and the rows, of `fabric stability`", "2 s", "2 s"),
+    "stability": ("the energy that the time step creates, over step and impact velocity", "1 min", "10 s"),
     "bench": ("the goals beside what `cargo xtask bench` has measured", "2 s", "2 s"),
     "run": ("the pictures of a run: the folder that `fabric run` has written", "5 s", "5 s"),
     "friction": ("what friction on the projectile does to energy and ballistic limit", "6 min", "3 min"),
@@ -36,7 +36,7 @@ QUESTIONS = {
 
 
 # What is read in another folder, and must be there.
-READS = {"stability": "stability.csv", "bench": "bench.json", "run": "summary.json"}
+READS = {"bench": "bench.json", "run": "summary.json"}
 
 
 def listed():
@@ -50,7 +50,7 @@ def main():
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("question", nargs="?", choices=list(QUESTIONS), metavar="QUESTION", help="the one to answer")
-    parser.add_argument("folder", nargs="?", type=pathlib.Path, help="what stability, bench and run read [default: target/fabric/QUESTION]")
+    parser.add_argument("folder", nargs="?", type=pathlib.Path, help="what bench and run read [default: target/fabric/QUESTION]")
     effort = parser.add_mutually_exclusive_group()
     effort.add_argument("--quick", action="store_const", const="quick", dest="effort", help="fewer points and runs; without a question all are answered")
     effort.add_argument("--smoke", action="store_const", const="smoke", dest="effort", help="the least that runs every line: a check, not a result")

@@ -45,10 +45,8 @@ def write_table(docs, name, title, command, text):
     print(f"written: {path}")
 
 
-def rows_of(path, needed=True):
-    """The rows of a CSV file as dictionaries; none if it is not there and not needed."""
-    if not needed and not path.exists():
-        return []
+def rows_of(path):
+    """The rows of a CSV file as dictionaries."""
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
 

@@ -32,11 +32,12 @@ def answer(study):
     pictures = [("sheet.png", at)]
     sheets.picture(sheet, folder / "sheet.png", at)
     kept = json.loads((folder / "frames.json").read_text())
+    frames = [about | {"file": file} for file in kept["frames"]]
     if kept["movie"]:
-        sheets.movie(folder, kept["frames"], folder / "movie.gif")
+        sheets.movie(folder, frames, folder / "movie.gif")
         pictures.append(("movie.gif", "The same from the start."))
     if kept["vtk"]:
-        sheets.vtk_series(folder, kept["frames"])
+        sheets.vtk_series(folder, frames)
     if plies[1:]:
         all_of_them = f"{name}: {len(plies)} plies at {1e6 * sheet.time:.1f} µs, {failed} failed segments"
         sheets.picture_of_stack(plies, folder / "plies.png", all_of_them)

@@ -48,7 +48,7 @@ class Sheet:
         of_ply = slice(count * ply, count * (ply + 1))
         self.stretch = self.drawn(singles[plies * 6 * nodes :][of_ply], along_x, along_y)
         self.alpha = self.drawn(damage[of_ply], along_x, along_y)
-        self.outline = [numpy.array(line) for line in about["outline"]]
+        self.outline = [self.centre + turned(head[4:8], numpy.array(line, float)) for line in about["outline"]]
 
     def drawn(self, values, along_x, along_y):
         """Of a number for each segment those that are drawn."""
@@ -182,6 +182,12 @@ class Sheet:
         """The projectile's outline likewise."""
         points = numpy.concatenate(self.outline)
         poly_data(path, points, numpy.arange(len(points)), numpy.cumsum([len(line) for line in self.outline]), {})
+
+
+def turned(q, points):
+    """Points turned by a quaternion q = (w, u): x + 2 w (u x x) + 2 u x (u x x)."""
+    once = 2 * numpy.cross(q[1:], points)
+    return points + q[0] * once + numpy.cross(q[1:], once)
 
 
 def outward(corners, normals, centre):

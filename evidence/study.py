@@ -93,13 +93,13 @@ class Study:
         origin = {"command": self.command, "version": fabric_kernel.VERSION, "library": ensembles.BUILD, "machine": machine(), "scenes": list(self.scenes)}
         (self.folder / f"{name}.json").write_text(json.dumps(numbers | origin, indent=1) + "\n")
 
-    def table(self, name, title, text, command=None):
-        """Prints a table, and writes docs/tables/NAME.md; command: if it takes more than the question's own."""
+    def table(self, name, title, text):
+        """Prints a table, and writes docs/tables/NAME.md."""
         if "CPU s" in text:
             text = f"CPU seconds are those of one thread on {machine()}; everything else is the same to the bit on every machine.\n\n{text}"
         print(f"\n{title}\n\n{text}")
         if self.docs:
-            page.write_table(self.docs, name, title, command or f"{self.command} --docs docs", text)
+            page.write_table(self.docs, name, title, f"{self.command} --docs docs", text)
 
     def picture(self, file, name):
         """Copies a picture of the folder to docs/images."""

@@ -319,18 +319,20 @@ class Sheets(unittest.TestCase):
         self.folder = pathlib.Path(tempfile.mkdtemp())
         self.addCleanup(shutil.rmtree, self.folder)
         nodes = numpy.array([[x, y, 0] for y in (0, 1) for x in (0, 1, 2)], "<f4")
-        head = numpy.array([5e-6, *(0, 0, 9), *(1, 0, 0, 0)], "<f8")
+        # Turned by 90 degrees about z.
+        head = numpy.array([5e-6, *(0, 0, 9), *(0.5**0.5, 0, 0, 0.5**0.5)], "<f8")
         stretch = numpy.array([9, 1, 1.01, 1, 1, 1, 1.03], "<f4")
         alpha = bytes([0, 255, 255, 255, 255, 255, 128])
         singles = [nodes, nodes, nodes, 10 * nodes, stretch, stretch]
         (self.folder / "sheet.bin").write_bytes(b"".join([head.tobytes(), *(part.tobytes() for part in singles), bytes(range(1, 8)), alpha]))
-        corners = [[[x, y, z] for x in (0, 1)] for y in (0, 1) for z in (8, 9)]
+        corners = [[[x, y, z] for x in (0, 1)] for y in (0, 1) for z in (-1, 0)]
         self.about = {"file": "sheet.bin", "nodes": [3, 2], "plies": 2, "mirrored": [0, 0], "outline": corners, "half_size_m": [1, 0.5], "critical_strain": 0.03, "sphere_m": 0.0}
         self.sheet = sheets.Sheet(self.folder, self.about, ply=1)
 
     def test_every_number_is_read_in_its_place(self):
         sheet = self.sheet
         self.assertEqual((sheet.time, list(sheet.centre), sheet.failed()), (5e-6, [0, 0, 9], 1))
+        self.assertTrue(numpy.allclose(sheet.outline[3], [[-1, 0, 9], [-1, 1, 9]]))
         self.assertEqual(sheet.segments.tolist(), [[0, 1], [1, 2], [3, 4], [4, 5], [0, 3], [1, 4], [2, 5]])
         self.assertEqual((sheet.positions[5].tolist(), sheet.velocities[5].tolist()), ([2, 1, 0], [20, 10, 0]))
         self.assertAlmostEqual(sheet.stretch[6], 1.03, 6)
@@ -368,12 +370,10 @@ class Run(unittest.TestCase):
         self.assertEqual(len(heading), len(rows[0]))
 
 
-
 class Page(unittest.TestCase):
     def test_numbers_are_short(self):
         self.assertEqual([page.significant(x) for x in (1234.5, 12.345, 1.2345, 0.012345, 0.0)], ["1234", "12.3", "1.23", "0.0123", "0.0000"])
         self.assertEqual([page.power(x, 1) for x in (0.00123, 12.3)], ["1.2e-3", "1.2e1"])
-
 
 
 if __name__ == "__main__":

@@ -1,28 +1,14 @@
 //! One impact from start to end, and what is read off it.
 
 use crate::Result;
-use fabric::Solid;
 use fabric::math::length;
-use fabric::{Body, Inertia};
-use fabric::{Counters, Energy, Motion, Outcome, OutcomeSet, Scene, Sim};
-use serde::Serialize;
+use fabric::{Contact, Counters, Energy, Motion, Outcome, OutcomeSet, Scene, Sim, StepLimits, Support};
+use serde::{Serialize, Serializer};
+use serde_json::json;
 
 /// The outcome that is a mask's bit.
 pub fn mask_of(outcomes: &[Outcome]) -> OutcomeSet {
     outcomes.iter().copied().collect()
-}
-
-/// Kinetic energy of the projectile at the start, J, with that of its rotation.
-pub fn kinetic_energy(scene: &Scene) -> f64 {
-    let body = &scene.projectile;
-    let solid = Solid::of(body);
-    let motion = Motion {
-        position: body.position,
-        velocity: body.velocity,
-        orientation: body.orientation,
-        angular_velocity: if scene.projectile_turns() { body.angular_velocity } else { [0.0; 3] },
-    };
-    Body::of(&motion).kinetic_energy(&Inertia::of(&solid, body.mass, true))
 }
 
 /// A latched outcome.
@@ -82,165 +68,123 @@ fn fabric_of(scene: &Scene, ply: u32) -> String {
 }
 
 /// What one impact gave. All of it is reproducible to the bit.
-#[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// Names of the outcomes that ended the run, or TIMEOUT if the step limit did.
     pub ended_by: String,
-    /// Steps taken.
-    pub steps: u64,
-    /// Time step, s.
-    pub dt: f64,
-    /// Time step over dt_crit.
-    pub dt_over_dt_crit: f64,
-    /// End of the run, s.
-    pub time: f64,
     /// Kinetic energy of the projectile at the start, J.
     pub initial_kinetic_energy: f64,
-    /// Coefficient of friction between yarn and projectile; none without friction.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub friction_coefficient: Option<f64>,
-    /// Gap between the separate plies, m; none for a single sheet.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ply_gap: Option<f64>,
-    /// Momentum of the projectile at the start, N s.
-    pub initial_momentum: f64,
-    /// Velocity of the projectile at the end, m/s.
-    pub residual_velocity: [f64; 3],
-    /// Angular velocity of the projectile at the end, rad/s.
-    pub residual_angular_velocity: [f64; 3],
-    /// Work of the projectile on the fabric at the end, J.
-    pub absorbed: f64,
-    /// What of it went into held nodes, J.
-    pub support_work: f64,
     /// Outcomes in the order of their numbers.
     pub outcomes: Vec<Latched>,
-    /// Largest mean force over a force window, N.
-    pub peak_force: f64,
-    /// Window of the peak force, s.
-    pub force_window: f64,
-    /// Segments with alpha = 0.
-    pub failed_segments: u64,
-    /// All segments.
-    pub segments: u64,
-    /// Impulse of the sheet on its supports, N s.
-    pub support_impulse: [f64; 3],
-    /// The same for each side (left, right, bottom, top) or corner.
-    pub support_impulses: [[f64; 3]; 4],
-    /// Kinetic energy of the fabric at the end, J.
-    pub fabric_kinetic: f64,
-    /// Strain energy at the end, J.
-    pub strain: f64,
-    /// Energy dissipated by rupture, J.
-    pub dissipated: f64,
-    /// Energy that the viscosity of the yarn took, J.
-    pub viscous: f64,
-    /// Energy rubbed away between yarn and projectile, J.
-    pub friction: f64,
-    /// Kinetic energy lost where separate plies meet, J.
-    pub ply_loss: f64,
-    /// Deepest way of a node through the one that it faces in the next ply, m.
-    pub ply_penetration: f64,
     /// What each separate ply holds, in their order; empty for a single sheet.
     pub plies: Vec<InPly>,
-    /// Kinetic energy lost in impacts of nodes, J.
-    pub contact_loss: f64,
-    /// What the energy balance does not close by, J.
-    pub energy_residual: f64,
-    /// The same over the initial kinetic energy; 0 if that is 0.
-    pub energy_residual_relative: f64,
     /// Length of what the momentum balance does not close by, N s.
     pub momentum_residual: f64,
-    /// Deepest penetration of a node, m.
-    pub worst_penetration: f64,
-    /// Most sweeps of one contact solve.
-    pub most_sweeps: u64,
-    /// Contact solves that ran out of sweeps.
-    pub unconverged: u64,
-    /// Passes in which the body met a graded network beyond its fine part.
-    pub beyond_fine: u64,
-    /// Hash of the final state.
-    pub digest: String,
-    /// What the numbers alone do not say loudly enough; only of a run of a scene file.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    /// What the numbers alone do not say loudly enough.
     pub warnings: Vec<String>,
+    /// The read-outs at the end.
+    pub scene: Scene,
+    pub limits: StepLimits,
+    pub time: f64,
+    pub motion: Motion,
+    pub contact: Contact,
+    pub support: Support,
+    pub energy: Energy,
+    pub counters: Counters,
+    pub digest: String,
 }
 
 impl Summary {
-    /// Reads the simulation as it stands. `mask`: the outcomes that were waited for.
-    pub fn of(sim: &Sim<'_>, mask: OutcomeSet) -> Result<Summary> {
-        let limits = sim.step_limits();
-        let (motion, contact, support) = (sim.projectile()?, sim.contact()?, sim.support()?);
-        let energy: Energy = sim.energy()?;
-        let counters: Counters = sim.counters();
-        let found = sim.outcomes();
-        let outcomes: Vec<Latched> = Outcome::ALL
-            .iter()
-            .zip(&found.latched)
-            .filter_map(|(outcome, latch)| {
-                let latch = latch.as_ref()?;
-                let time = latch.step as f64 * limits.dt;
-                Some(Latched { outcome: outcome.name(), step: latch.step, time, absorbed: latch.work })
-            })
-            .collect();
-        let waited: Vec<&str> = Outcome::ALL
-            .iter()
-            .filter(|outcome| mask.has(**outcome) && found.mask.has(**outcome))
-            .map(|outcome| outcome.name())
-            .collect();
-        let start = kinetic_energy(sim.scene());
-        let momentum = sim.momentum_residual()?;
+    /// Reads the simulation as it stands. `mask`: the outcomes that were waited for; `start`: kinetic energy of the projectile at the
+    /// start, J.
+    pub fn of(sim: &Sim<'_>, mask: OutcomeSet, start: f64) -> Result<Summary> {
+        let (limits, found) = (sim.step_limits(), sim.outcomes());
+        let latched = Outcome::ALL.iter().zip(&found.latched).filter_map(|(outcome, latch)| {
+            let latch = latch.as_ref()?;
+            let time = latch.step as f64 * limits.dt;
+            Some(Latched { outcome: outcome.name(), step: latch.step, time, absorbed: latch.work })
+        });
+        let waited = Outcome::ALL.iter().filter(|outcome| mask.has(**outcome) && found.mask.has(**outcome));
+        let waited: Vec<&str> = waited.map(|outcome| outcome.name()).collect();
         Ok(Summary {
             ended_by: if waited.is_empty() { "TIMEOUT".to_string() } else { waited.join(" and ") },
-            steps: counters.steps,
-            dt: limits.dt,
-            dt_over_dt_crit: limits.dt / limits.dt_crit,
-            time: sim.time(),
             initial_kinetic_energy: start,
-            friction_coefficient: Some(sim.scene().contact.friction).filter(|friction| *friction > 0.0),
-            ply_gap: Some(sim.scene().stack).filter(|stack| stack.plies > 1).map(|stack| stack.gap),
-            initial_momentum: sim.scene().projectile.mass * length(sim.scene().projectile.velocity),
-            residual_velocity: motion.velocity,
-            residual_angular_velocity: motion.angular_velocity,
-            absorbed: contact.work,
-            support_work: energy.support_work,
-            outcomes,
-            peak_force: contact.force_peak,
-            force_window: sim.scene().force_window,
-            failed_segments: counters.failed_segments,
-            segments: sim.scene().segments(),
-            support_impulse: support.total,
-            support_impulses: support.attachments,
-            fabric_kinetic: energy.fabric_kinetic,
-            strain: energy.strain,
-            dissipated: energy.dissipated,
-            viscous: energy.viscous,
-            friction: energy.friction,
-            ply_loss: energy.ply_loss,
-            ply_penetration: counters.ply_penetration,
+            outcomes: latched.collect(),
             plies: InPly::of_stack(sim)?,
-            contact_loss: energy.contact_loss,
-            energy_residual: energy.residual,
-            energy_residual_relative: if start > 0.0 { energy.residual / start } else { 0.0 },
-            momentum_residual: length(momentum),
-            worst_penetration: counters.worst_penetration,
-            most_sweeps: counters.most_sweeps,
-            unconverged: counters.unconverged,
-            beyond_fine: counters.beyond_fine,
-            digest: format!("{:016x}", sim.digest()),
+            momentum_residual: length(sim.momentum_residual()?),
             warnings: Vec::new(),
+            scene: *sim.scene(),
+            limits,
+            time: sim.time(),
+            motion: sim.projectile()?,
+            contact: sim.contact()?,
+            support: sim.support()?,
+            energy: sim.energy()?,
+            counters: sim.counters(),
+            digest: format!("{:016x}", sim.digest()),
         })
     }
 
-    /// The latch of an outcome, if it is there.
-    pub fn latched(&self, outcome: Outcome) -> Option<&Latched> {
-        self.outcomes.iter().find(|latched| latched.outcome == outcome.name())
+    /// What the energy balance does not close by, over the kinetic energy at the start; 0 if that is 0.
+    pub fn open_part(&self) -> f64 {
+        let start = self.initial_kinetic_energy;
+        if start > 0.0 { self.energy.residual / start } else { 0.0 }
+    }
+}
+
+/// summary.json: SI units, host's axes; what is off, a single sheet's plies and no warnings are left out.
+impl Serialize for Summary {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let Summary { scene, limits, motion, contact, support, energy, counters, .. } = self;
+        let friction = Some(scene.contact.friction).filter(|friction| *friction > 0.0);
+        let gap = Some(scene.stack.gap).filter(|_| scene.stack.plies > 1);
+        let warnings = Some(&self.warnings).filter(|warnings| !warnings.is_empty());
+        let rows = [
+            ("ended_by", json!(self.ended_by)),
+            ("steps", json!(counters.steps)),
+            ("dt", json!(limits.dt)),
+            ("dt_over_dt_crit", json!(limits.dt / limits.dt_crit)),
+            ("time", json!(self.time)),
+            ("initial_kinetic_energy", json!(self.initial_kinetic_energy)),
+            ("friction_coefficient", json!(friction)),
+            ("ply_gap", json!(gap)),
+            ("initial_momentum", json!(scene.projectile.mass * length(scene.projectile.velocity))),
+            ("residual_velocity", json!(motion.velocity)),
+            ("residual_angular_velocity", json!(motion.angular_velocity)),
+            ("absorbed", json!(contact.work)),
+            ("support_work", json!(energy.support_work)),
+            ("outcomes", json!(self.outcomes)),
+            ("peak_force", json!(contact.force_peak)),
+            ("force_window", json!(scene.force_window)),
+            ("failed_segments", json!(counters.failed_segments)),
+            ("segments", json!(scene.segments())),
+            ("support_impulse", json!(support.total)),
+            ("support_impulses", json!(support.attachments)),
+            ("fabric_kinetic", json!(energy.fabric_kinetic)),
+            ("strain", json!(energy.strain)),
+            ("dissipated", json!(energy.dissipated)),
+            ("viscous", json!(energy.viscous)),
+            ("friction", json!(energy.friction)),
+            ("ply_loss", json!(energy.ply_loss)),
+            ("ply_penetration", json!(counters.ply_penetration)),
+            ("plies", json!(self.plies)),
+            ("contact_loss", json!(energy.contact_loss)),
+            ("energy_residual", json!(energy.residual)),
+            ("energy_residual_relative", json!(self.open_part())),
+            ("momentum_residual", json!(self.momentum_residual)),
+            ("worst_penetration", json!(counters.worst_penetration)),
+            ("most_sweeps", json!(counters.most_sweeps)),
+            ("unconverged", json!(counters.unconverged)),
+            ("beyond_fine", json!(counters.beyond_fine)),
+            ("digest", json!(self.digest)),
+            ("warnings", json!(warnings)),
+        ];
+        serializer.collect_map(rows.into_iter().filter(|(_, value)| !value.is_null()))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fabric::Shape;
 
     /// A single sheet without friction says nothing of plies and friction.
     #[test]
@@ -249,7 +193,7 @@ mod tests {
         (scene.sheet.nodes_x, scene.sheet.nodes_y) = (11, 11);
         let summary = |scene: &Scene| {
             let mut buffers = crate::memory::Buffers::of(scene).unwrap();
-            Summary::of(&buffers.sim(scene).unwrap(), OutcomeSet::NONE).unwrap()
+            Summary::of(&buffers.sim(scene).unwrap(), OutcomeSet::NONE, 0.0).unwrap()
         };
         let plain = serde_json::to_string(&summary(&scene)).unwrap();
         assert!(!plain.contains("friction_coefficient") && !plain.contains("ply_gap"), "{plain}");
@@ -257,20 +201,10 @@ mod tests {
         (scene.back.plies, scene.back.modulus_mean, scene.back.critical_stretch) = (1, 9e10, 1.04);
         (scene.back.damage_slope, scene.back.damage_intercept) = (0.0, 2000.0);
         let found = summary(&scene);
-        assert_eq!((found.friction_coefficient, found.ply_gap), (Some(0.2), Some(1e-4)));
+        let text = serde_json::to_string(&found).unwrap();
+        assert!(text.contains("\"friction_coefficient\":0.2,\"ply_gap\":0.0001"), "{text}");
         assert_eq!(found.plies.iter().map(|ply| ply.turned).collect::<Vec<_>>(), [false, true, false]);
         assert_eq!(found.plies[0].fabric, found.plies[1].fabric);
         assert!(found.plies[2].fabric.ends_with("90.0 GPa, fails from 4.00 %"), "{}", found.plies[2].fabric);
-    }
-
-    #[test]
-    fn a_body_that_turns_has_energy() {
-        let mut scene = Scene::sheet_3in_sphere();
-        let body = &mut scene.projectile;
-        (body.shape, body.size, body.mass) = (Shape::Box, [0.02, 0.01, 0.01], 0.01);
-        (body.velocity, body.angular_velocity) = ([0.0, 0.0, 5.0], [0.0, 20_000.0, 0.0]);
-        let moment = 0.01 * (0.02 * 0.02 + 0.01 * 0.01) / 12.0;
-        let expected = 0.5 * 0.01 * 25.0 + 0.5 * moment * 4e8;
-        assert!((kinetic_energy(&scene) / expected - 1.0).abs() < 1e-14);
     }
 }

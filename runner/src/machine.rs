@@ -1,7 +1,5 @@
 //! The machine a measurement was made on, and the clocks.
 
-use std::time::Instant;
-
 /// Name of the processor, or the architecture where it is not known.
 pub fn processor() -> String {
     let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
@@ -26,7 +24,7 @@ pub struct Clock {
     #[cfg(unix)]
     start: f64,
     #[cfg(not(unix))]
-    start: Instant,
+    start: std::time::Instant,
 }
 
 impl Clock {
@@ -35,7 +33,7 @@ impl Clock {
         #[cfg(unix)]
         return Clock { start: thread_seconds() };
         #[cfg(not(unix))]
-        return Clock { start: Instant::now() };
+        return Clock { start: std::time::Instant::now() };
     }
 
     /// Seconds since the start.
@@ -51,19 +49,4 @@ impl Clock {
 fn thread_seconds() -> f64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
     now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
-}
-
-/// Wall time.
-pub struct Wall(Instant);
-
-impl Wall {
-    /// Starts now.
-    pub fn start() -> Wall {
-        Wall(Instant::now())
-    }
-
-    /// Seconds since the start.
-    pub fn seconds(&self) -> f64 {
-        self.0.elapsed().as_secs_f64()
-    }
 }

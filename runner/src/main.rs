@@ -5,7 +5,6 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)] // They panic when their reader has gone: say.rs.
 
 mod bench;
-mod effort;
 mod event;
 mod fabrics;
 mod hits;
@@ -15,7 +14,6 @@ mod progress;
 mod report;
 mod run;
 mod say;
-mod stability;
 mod threads;
 
 use clap::{Parser, Subcommand};
@@ -47,8 +45,6 @@ enum Command {
         /// Print this one's numbers with their sources.
         name: Option<String>,
     },
-    /// Extreme and senseless scenes, each with the outcome it must have.
-    Stability(stability::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
 }
@@ -85,7 +81,6 @@ fn main() -> ExitCode {
             true
         }),
         Command::Fabrics { name } => fabrics::print(name.as_deref()),
-        Command::Stability(options) => stability::run(&options),
         Command::Bench(options) => bench::run(&options),
     };
     ended(result.map(|sound| if sound { ExitCode::SUCCESS } else { ExitCode::FAILURE }))

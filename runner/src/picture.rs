@@ -5,18 +5,17 @@
 //! 255, which is 0 only where the segment has failed. Of a stack each of these has all plies, in their order.
 
 use crate::Result;
-use fabric::Solid;
-use fabric::{Motion, Scene, Shape, Sim};
+use fabric::{Layout, Scene, Shape, Sim, Solid};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// What a picture needs besides the file.
+/// What the pictures of a run need besides its files.
 #[derive(Serialize)]
 pub struct Picture {
     /// Heading.
     name: String,
-    /// The file, from the folder of the results.
-    file: String,
+    /// The last sheet's file, from the folder of the results.
+    file: &'static str,
     /// Plies with a network of their own.
     plies: usize,
     /// Modelled nodes along x and y.
@@ -31,9 +30,12 @@ pub struct Picture {
     sphere_m: f64,
     /// Fixed nodes: row, first column, and column after the last.
     held: Vec<[usize; 3]>,
-    /// Lines on the surface of the projectile, m.
+    /// Lines on the surface of the projectile, m, in its own axes.
     outline: Vec<Vec<[f64; 3]>>,
 }
+
+/// The file of the last sheet.
+pub const LAST: &str = "sheet.bin";
 
 /// Keeps the sheet as it is now.
 pub fn keep(path: &Path, sim: &Sim<'_>) -> Result<()> {
@@ -99,39 +101,26 @@ impl<'p> Series<'p> {
         Ok(())
     }
 
-    /// Keeps the last sheet too, and describes them all.
-    pub fn end(mut self, sim: &Sim<'_>, scene: &Scene) -> Result<Vec<Picture>> {
+    /// Keeps the last sheet too. Returns the files of all.
+    pub fn end(mut self, sim: &Sim<'_>) -> Result<Vec<PathBuf>> {
         if self.kept.last() != Some(&sim.step_count()) {
             self.due = 0;
             self.keep(sim)?;
         }
-        let picture = |step: &u64| {
-            describe(self.out, Self::file(*step).to_string_lossy().into_owned(), format!("step {step}"), scene)
-        };
-        self.kept.iter().map(picture).collect()
+        Ok(self.kept.into_iter().map(Self::file).collect())
     }
 }
 
-/// Describes a kept sheet of this scene; `file`: where it is, from the folder of the results.
-pub fn describe(folder: &Path, file: String, name: String, scene: &Scene) -> Result<Picture> {
-    let path = folder.join(&file);
-    let bytes = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let head = bytes.get(..64).ok_or_else(|| format!("{}: too short for a sheet", path.display()))?;
-    let head: Vec<f64> = head.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-    let motion = Motion {
-        position: [head[1], head[2], head[3]],
-        velocity: [0.0; 3],
-        orientation: [head[4], head[5], head[6], head[7]],
-        angular_velocity: [0.0; 3],
-    };
-    let layout = fabric::Layout::of(scene)?;
+/// Describes the sheets of this scene.
+pub fn describe(name: String, scene: &Scene) -> Result<Picture> {
+    let layout = Layout::of(scene)?;
     let held = |row: usize| {
         let runs = fabric::internals::weave::fixed_runs(scene, row);
         runs.map(|run| [row, run[0] as usize, run[1] as usize]).into_iter().filter(|run| run[2] > run[1])
     };
     Ok(Picture {
         name,
-        file,
+        file: LAST,
         plies: layout.plies,
         nodes: [layout.nodes_x, layout.y.modelled()],
         mirrored: [scene.symmetry.mirror_x, scene.symmetry.mirror_y],
@@ -139,13 +128,13 @@ pub fn describe(folder: &Path, file: String, name: String, scene: &Scene) -> Res
         critical_strain: scene.yarn.critical_stretch - 1.0,
         sphere_m: if scene.projectile.shape == Shape::Sphere { scene.projectile.radius } else { 0.0 },
         held: (0..layout.y.modelled()).flat_map(held).collect(),
-        outline: outline(scene, &motion),
+        outline: outline(scene),
     })
 }
 
-/// Lines that show where the projectile is and how it is turned: three great circles of a sphere; rims and eight generators
+/// Lines that show how the projectile is turned: three great circles of a sphere; rims and eight generators
 /// of a cylinder, and two half circles over its hemisphere; the edges of a box or a polyhedron.
-fn outline(scene: &Scene, motion: &Motion) -> Vec<Vec<[f64; 3]>> {
+fn outline(scene: &Scene) -> Vec<Vec<[f64; 3]>> {
     use std::f64::consts::TAU;
     let arc = |part: f64, at: &dyn Fn(f64, f64) -> [f64; 3]| -> Vec<[f64; 3]> {
         let angles = (0..=48).map(|k| part * TAU * k as f64 / 48.0);
@@ -156,7 +145,7 @@ fn outline(scene: &Scene, motion: &Motion) -> Vec<Vec<[f64; 3]>> {
         let generators: Vec<_> = (0..48).step_by(6).map(|k| vec![rims[0][k], rims[1][k]]).collect();
         generators.into_iter().chain(rims).collect::<Vec<_>>()
     };
-    let lines = match Solid::of(&scene.projectile) {
+    match Solid::of(&scene.projectile) {
         Solid::Sphere { radius: r } => vec![
             arc(1.0, &|a, b| [r * a, r * b, 0.0]),
             arc(1.0, &|a, b| [r * a, 0.0, r * b]),
@@ -170,18 +159,7 @@ fn outline(scene: &Scene, motion: &Motion) -> Vec<Vec<[f64; 3]>> {
             lines
         }
         Solid::Polyhedron(body) => body.edges().map(|ends| ends.map(Into::into).to_vec()).collect(),
-    };
-    let world = |line: Vec<[f64; 3]>| line.into_iter().map(|x| placed(x, motion)).collect();
-    lines.into_iter().map(world).collect()
-}
-
-/// A point of the body in the world: P + q x q^-1, written as x + 2 w (u x x) + 2 u x (u x x) with q = (w, u).
-fn placed(x: [f64; 3], motion: &Motion) -> [f64; 3] {
-    let [w, ux, uy, uz] = motion.orientation;
-    let cross = |b: [f64; 3]| [uy * b[2] - uz * b[1], uz * b[0] - ux * b[2], ux * b[1] - uy * b[0]];
-    let once = cross(x);
-    let twice = cross(once);
-    [0, 1, 2].map(|k| motion.position[k] + x[k] + 2.0 * (w * once[k] + twice[k]))
+    }
 }
 
 #[cfg(test)]
@@ -200,24 +178,10 @@ mod tests {
             series.keep(&sim).unwrap();
             sim.advance(1).unwrap();
         }
-        let frames = series.end(&sim, &scene).unwrap();
+        let frames = series.end(&sim).unwrap();
         let files = std::fs::read_dir(out.join("frames")).unwrap().count();
-        let steps: Vec<&str> = frames.iter().map(|frame| frame.name.as_str()).collect();
-        assert_eq!((frames.len(), files, steps[1]), (76, 76, "step 4"));
-        assert_eq!((steps[0], steps[75]), ("step 0", "step 300"));
+        assert_eq!((frames.len(), files), (76, 76));
+        assert_eq!([0, 1, 75].map(|k| &frames[k]), [0, 4, 300].map(Series::file).each_ref());
         std::fs::remove_dir_all(&out).unwrap();
-    }
-
-    #[test]
-    fn a_quarter_turn_about_z_brings_x_to_y() {
-        let half = std::f64::consts::FRAC_1_SQRT_2;
-        let motion = Motion {
-            position: [0.0, 0.0, 3.0],
-            velocity: [0.0; 3],
-            orientation: [half, 0.0, 0.0, half],
-            angular_velocity: [0.0; 3],
-        };
-        let point = placed([1.0, 0.0, 0.0], &motion);
-        assert!(fabric::math::length([point[0], point[1] - 1.0, point[2] - 3.0]) < 1e-15);
     }
 }

@@ -1,17 +1,19 @@
 //! One run of a scene: table, history, and the sheet at the end. `python -m evidence run` draws them.
 
 use crate::event::{self, Summary};
-use crate::machine::{Clock, Wall};
+use crate::machine::Clock;
 use crate::memory::Buffers;
-use crate::picture::{self, Picture, Series};
+use crate::picture::{self, Series};
 use crate::progress::Progress;
 use crate::{Result, report, say, threads};
-use clap::{Args, ValueEnum};
-use fabric::{Outcome, OutcomeSet, Scene, Sim, StepCheck};
+use clap::Args;
+use fabric::outputs::{OUTPUTS, Readings};
+use fabric::{Energy, Outcome, OutcomeSet, Scene, Sim, StepCheck};
 use fabric_scene::notes;
-use serde::Serialize;
+use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
 /// Options of `run`.
 #[derive(Args)]
@@ -26,9 +28,9 @@ pub struct Options {
     /// Folder for history.csv, summary.json, summary.txt and the last sheet [default: target/fabric/SCENE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Outcomes that end the run; `none`: it goes on for its steps.
-    #[arg(long, value_delimiter = ',', default_value = "arrested,exited,passed")]
-    until: Vec<Wanted>,
+    /// Outcomes that end the run: arrested, detached, exited, passed; `none`: it goes on for its steps.
+    #[arg(long, value_name = "OUTCOME,...", value_delimiter = ',', default_value = "arrested,exited,passed", value_parser = wanted)]
+    until: Vec<Option<Outcome>>,
     /// Most steps; a run that these end says TIMEOUT, and has exit status 3.
     #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
     steps: u64,
@@ -47,118 +49,88 @@ pub struct Options {
     threads: u32,
 }
 
-/// An outcome on the command line.
-#[derive(Clone, Copy, ValueEnum)]
-enum Wanted {
-    Arrested,
-    Detached,
-    Exited,
-    Passed,
-    None,
-}
-
-impl Wanted {
-    fn outcome(self) -> Option<Outcome> {
-        match self {
-            Wanted::Arrested => Some(Outcome::Arrested),
-            Wanted::Detached => Some(Outcome::Detached),
-            Wanted::Exited => Some(Outcome::Exited),
-            Wanted::Passed => Some(Outcome::Passed),
-            Wanted::None => None,
-        }
-    }
+/// An outcome on the command line; None for `none`.
+fn wanted(name: &str) -> std::result::Result<Option<Outcome>, String> {
+    let found = Outcome::ALL.into_iter().find(|outcome| outcome.name() == name);
+    let names = Outcome::ALL.map(|outcome| outcome.name()).join(", ");
+    if found.is_some() || name == "none" { Ok(found) } else { Err(format!("there are {names} and none")) }
 }
 
 /// Exit status of a run that its steps ended.
 const TIMEOUT: u8 = 3;
 
-/// The sheets on the way, frames.json, and what is to be made of them.
-#[derive(Serialize)]
-struct Kept {
-    movie: bool,
-    vtk: bool,
-    frames: Vec<Picture>,
-}
+/// Columns of history.csv behind step, time and the mean force since the row before; SI units, host's axes. Which output of the kernel
+/// each shows: a name with braces is that of three, along x, y and z.
+const COLUMNS: [(&str, &str); 20] = [
+    ("position_{}_m", "projectile.position"),
+    ("velocity_{}_m_per_s", "projectile.velocity"),
+    ("angular_velocity_{}_rad_per_s", "projectile.angular_velocity"),
+    ("force_{}_n", "contact.impulse"),
+    ("contact_work_j", "contact.work"),
+    ("contact_loss_j", "contact.loss"),
+    ("projectile_kinetic_j", "energy.projectile_kinetic"),
+    ("fabric_kinetic_j", "energy.fabric_kinetic"),
+    ("strain_j", "energy.strain"),
+    ("dissipated_j", "energy.dissipated"),
+    ("viscous_j", "energy.viscous"),
+    ("friction_j", "energy.friction"),
+    ("ply_loss_j", "energy.ply_loss"),
+    ("support_work_j", "energy.support_work"),
+    ("energy_residual_j", "energy.residual"),
+    ("momentum_residual_n_s", "momentum.residual"),
+    ("failed_segments", "counters.failed_segments"),
+    ("contacts", "counters.contacts"),
+    ("max_deflection_m", "fabric.max_deflection"),
+    ("max_stretch", "fabric.max_stretch"),
+];
 
-/// One row of history.csv. Forces are means since the row before; SI units; host's axes.
-#[derive(Clone, Serialize)]
+/// A row of history.csv.
 struct Sample {
     step: u64,
-    time_s: f64,
-    position_x_m: f64,
-    position_y_m: f64,
-    position_z_m: f64,
-    velocity_x_m_per_s: f64,
-    velocity_y_m_per_s: f64,
-    velocity_z_m_per_s: f64,
-    angular_velocity_x_rad_per_s: f64,
-    angular_velocity_y_rad_per_s: f64,
-    angular_velocity_z_rad_per_s: f64,
-    force_x_n: f64,
-    force_y_n: f64,
-    force_z_n: f64,
-    contact_work_j: f64,
-    contact_loss_j: f64,
-    projectile_kinetic_j: f64,
-    fabric_kinetic_j: f64,
-    strain_j: f64,
-    dissipated_j: f64,
-    viscous_j: f64,
-    friction_j: f64,
-    ply_loss_j: f64,
-    support_work_j: f64,
-    energy_residual_j: f64,
-    momentum_residual_n_s: f64,
-    failed_segments: u64,
-    contacts: u64,
-    max_deflection_m: f64,
-    max_stretch: f64,
+    time: f64,
+    energy: Energy,
+    /// Of each column three numbers, or one and zeros.
+    values: Vec<[f64; 3]>,
 }
 
 impl Sample {
-    fn of(sim: &mut Sim<'_>, before: Option<&Sample>, impulse_before: [f64; 3]) -> Result<Sample> {
-        let (motion, contact, energy, fabric) = (sim.projectile()?, sim.contact()?, sim.energy()?, sim.fabric()?);
-        let counters = sim.counters();
-        let time = sim.time();
-        let since = before.map_or(0.0, |before| time - before.time_s);
-        let force = [0, 1, 2].map(|k| if since > 0.0 { (contact.impulse[k] - impulse_before[k]) / since } else { 0.0 });
-        Ok(Sample {
-            step: counters.steps,
-            time_s: time,
-            position_x_m: motion.position[0],
-            position_y_m: motion.position[1],
-            position_z_m: motion.position[2],
-            velocity_x_m_per_s: motion.velocity[0],
-            velocity_y_m_per_s: motion.velocity[1],
-            velocity_z_m_per_s: motion.velocity[2],
-            angular_velocity_x_rad_per_s: motion.angular_velocity[0],
-            angular_velocity_y_rad_per_s: motion.angular_velocity[1],
-            angular_velocity_z_rad_per_s: motion.angular_velocity[2],
-            force_x_n: force[0],
-            force_y_n: force[1],
-            force_z_n: force[2],
-            contact_work_j: contact.work,
-            contact_loss_j: contact.loss,
-            projectile_kinetic_j: energy.projectile_kinetic,
-            fabric_kinetic_j: energy.fabric_kinetic,
-            strain_j: energy.strain,
-            dissipated_j: energy.dissipated,
-            viscous_j: energy.viscous,
-            friction_j: energy.friction,
-            ply_loss_j: energy.ply_loss,
-            support_work_j: energy.support_work,
-            energy_residual_j: energy.residual,
-            momentum_residual_n_s: fabric::math::length(sim.momentum_residual()?),
-            failed_segments: counters.failed_segments,
-            contacts: counters.contacts,
-            max_deflection_m: fabric.max_deflection,
-            max_stretch: fabric.max_stretch,
-        })
+    fn of(sim: &mut Sim<'_>) -> Result<Sample> {
+        let mut readings = Readings::default();
+        let mut read = |(_, name): (&str, &str)| {
+            let output = OUTPUTS.iter().find(|output| output.name == name).ok_or(format!("no output {name}"))?;
+            let [x, y, z, ..] = readings.read(sim, output)?;
+            Ok([x, y, z])
+        };
+        let values = COLUMNS.into_iter().map(&mut read).collect::<Result<_>>()?;
+        Ok(Sample { step: sim.step_count(), time: sim.time(), energy: readings.energy(sim)?, values })
     }
+}
 
-    fn speed(&self) -> f64 {
-        fabric::math::length([self.velocity_x_m_per_s, self.velocity_y_m_per_s, self.velocity_z_m_per_s])
+/// Writes history.csv.
+fn write_history(path: &Path, history: &[Sample]) -> Result<()> {
+    let mut writer = csv::Writer::from_path(path)?;
+    let names = COLUMNS.iter().flat_map(|(name, _)| match name.split_once("{}") {
+        Some((before, after)) => ["x", "y", "z"].map(|axis| format!("{before}{axis}{after}")).to_vec(),
+        None => vec![name.to_string()],
+    });
+    writer.write_record(["step", "time_s"].map(String::from).into_iter().chain(names))?;
+    let mut before = &history[0];
+    for sample in history {
+        let since = sample.time - before.time;
+        let mut row = vec![json!(sample.step), json!(sample.time)];
+        for (((name, output), now), before) in COLUMNS.iter().zip(&sample.values).zip(&before.values) {
+            match *output {
+                "contact.impulse" if since > 0.0 => row.extend([0, 1, 2].map(|k| json!((now[k] - before[k]) / since))),
+                "contact.impulse" => row.extend([json!(0.0), json!(0.0), json!(0.0)]),
+                _ if name.contains("{}") => row.extend(now.map(|value| json!(value))),
+                _ if output.starts_with("counters") => row.push(json!(now[0] as u64)),
+                _ => row.push(json!(now[0])),
+            }
+        }
+        writer.serialize(row)?;
+        before = sample;
     }
+    Ok(writer.flush()?)
 }
 
 /// Name of a scene by its file; one of dots alone would be another folder.
@@ -191,9 +163,9 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     let mut sim = buffers.sim(&scene)?;
     try_to_make(&out)?;
 
-    let until: Vec<Outcome> = options.until.iter().filter_map(|wanted| wanted.outcome()).collect();
+    let until: Vec<Outcome> = options.until.iter().flatten().copied().collect();
     let mask = event::mask_of(&until);
-    let wall = Wall::start();
+    let wall = Instant::now();
     let mut series = if options.movie || options.vtk { Some(Series::new(&out, options.sample)?) } else { None };
     let (history, stepping, failure) = advance(&mut sim, mask, options, &name, &mut series)?;
     make(&out)?;
@@ -203,7 +175,7 @@ pub fn run(options: &Options) -> Result<ExitCode> {
         return Ok(ExitCode::FAILURE);
     }
 
-    let mut summary = Summary::of(&sim, mask)?;
+    let mut summary = Summary::of(&sim, mask, history[0].energy.projectile_kinetic)?;
     let [front, back] = fabric_scene::textile::names(&options.scene)?;
     for (number, ply) in summary.plies.iter_mut().enumerate() {
         let name = if number < scene.front_plies() as usize { &front } else { &back };
@@ -211,13 +183,13 @@ pub fn run(options: &Options) -> Result<ExitCode> {
             ply.fabric = format!("{name}: {}", ply.fabric);
         }
     }
-    let ns = 1e9 * stepping / (summary.steps.max(1) * sim.layout().nodes() as u64) as f64;
+    let ns = 1e9 * stepping / (sim.step_count().max(1) * sim.layout().nodes() as u64) as f64;
     let clock = match options.threads {
         1 => crate::machine::CLOCK_NAME.to_string(),
         threads => format!("wall time, {threads} threads"),
     };
     let stepping = format!("{ns:.2} ns per node-step ({clock})");
-    let text = table(&name, &scene, &sim, &summary, wall.seconds(), stepping);
+    let text = table(&name, &scene, &sim, &summary, wall.elapsed().as_secs_f64(), stepping);
     let text = if summary.plies.is_empty() { text } else { format!("{text}\n\n{}", plies(&summary)) };
     say::line(format_args!("{text}"));
     summary.warnings = warnings(&scene, &sim, &summary);
@@ -234,12 +206,13 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     let warned: String = summary.warnings.iter().map(|warning| format!("\nwarning: {warning}\n")).collect();
     std::fs::write(out.join("summary.txt"), text + "\n" + &warned)?;
     std::fs::write(out.join("summary.json"), serde_json::to_string_pretty(&summary)? + "\n")?;
-    picture::keep(&out.join("sheet.bin"), &sim)?;
-    let sheet = picture::describe(&out, "sheet.bin".to_string(), name, &scene)?;
+    picture::keep(&out.join(picture::LAST), &sim)?;
+    let sheet = picture::describe(name, &scene)?;
     std::fs::write(out.join("sheet.json"), serde_json::to_string(&sheet)? + "\n")?;
-    let frames = series.map_or(Ok(Vec::new()), |series| series.end(&sim, &scene))?;
-    let kept = Kept { movie: options.movie, vtk: options.vtk, frames };
-    std::fs::write(out.join("frames.json"), serde_json::to_string(&kept)? + "\n")?;
+    let frames = series.map_or(Ok(Vec::new()), |series| series.end(&sim))?;
+    // The sheets on the way, and what is to be made of them.
+    let kept = json!({ "movie": options.movie, "vtk": options.vtk, "frames": frames });
+    std::fs::write(out.join("frames.json"), format!("{kept}\n"))?;
     say::line(format_args!("{}", report::written(&out, "run")));
     let ended = until.is_empty() || sim.outcomes().mask.has(mask);
     Ok(if ended { ExitCode::SUCCESS } else { ExitCode::from(TIMEOUT) })
@@ -261,32 +234,30 @@ fn advance(
     series: &mut Option<Series>,
 ) -> Result<(Vec<Sample>, f64, Option<fabric::Failure>)> {
     let progress = Progress::new(&format!("{name}, of the step limit"), options.steps);
-    let mut history = vec![Sample::of(sim, None, [0.0; 3])?];
+    let mut history = vec![Sample::of(sim)?];
     let mut stepping = 0.0;
     let mut failure = None;
     while sim.step_count() < options.steps && !sim.outcomes().mask.has(mask) {
         if let Some(series) = series {
             series.keep(sim)?;
         }
-        let impulse = sim.contact()?.impulse;
         let steps = options.sample.min(options.steps - sim.step_count());
         // One thread's CPU time says nothing about several.
-        let (wall, clock) = (Wall::start(), Clock::start());
+        let (wall, clock) = (Instant::now(), Clock::start());
         let result = threads::advance_until(sim, mask, steps, options.threads)?;
-        stepping += if options.threads == 1 { clock.seconds() } else { wall.seconds() };
+        stepping += if options.threads == 1 { clock.seconds() } else { wall.elapsed().as_secs_f64() };
         match result {
             Err(met) => {
                 failure = Some(met);
                 break;
             }
             Ok(taken) => {
-                let sample = Sample::of(sim, history.last(), impulse)?;
-                let message = || {
-                    let (t, v) = (1e6 * sample.time_s, sample.speed());
-                    format!("{t:.1} us  {v:.1} m/s  {:.2} J absorbed", sample.contact_work_j)
-                };
-                progress.add(taken, message);
-                if let Some(text) = open_balance(sim, &history[0], history.last(), &sample)? {
+                let sample = Sample::of(sim)?;
+                let (t, v) = (1e6 * sample.time, fabric::math::length(sim.projectile()?.velocity));
+                let absorbed = sample.energy.contact_work;
+                progress.add(taken, || format!("{t:.1} us  {v:.1} m/s  {absorbed:.2} J absorbed"));
+                let [start, last] = [0, history.len() - 1].map(|k| history[k].energy);
+                if let Some(text) = open_balance(sim, &start, &last, &sample.energy)? {
                     say::aside(format_args!("warning: {text}"));
                 }
                 history.push(sample);
@@ -298,30 +269,17 @@ fn advance(
 }
 
 /// What is said when the energies cease to add up to 1 % of the impact energy.
-fn open_balance(sim: &Sim<'_>, start: &Sample, last: Option<&Sample>, now: &Sample) -> Result<Option<String>> {
-    let text = |sample: &Sample| notes::open_balance(sim, start.projectile_kinetic_j, sample.energy_residual_j);
-    if let Some(last) = last
-        && text(last)?.is_some()
-    {
-        return Ok(None);
-    }
-    Ok(text(now)?)
-}
-
-fn write_history(path: &Path, history: &[Sample]) -> Result<()> {
-    let mut writer = csv::Writer::from_path(path)?;
-    for sample in history {
-        writer.serialize(sample)?;
-    }
-    writer.flush()?;
-    Ok(())
+fn open_balance(sim: &Sim<'_>, start: &Energy, last: &Energy, now: &Energy) -> Result<Option<String>> {
+    let text = |energy: &Energy| notes::open_balance(sim, start.projectile_kinetic, energy.residual);
+    Ok(if text(last)?.is_some() { None } else { text(now)? })
 }
 
 fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64, stepping: String) -> String {
+    let Summary { limits, motion, contact, support, energy, counters, .. } = summary;
     let mut rows = Vec::new();
     let mut row = |what: &str, value: String| rows.push(vec![what.to_string(), value]);
     let vector = |v: [f64; 3], digits: usize| format!("{:.digits$}  {:.digits$}  {:.digits$}", v[0], v[1], v[2]);
-    row("nodes, segments", format!("{} x {}, {}", scene.sheet.nodes_x, scene.sheet.nodes_y, summary.segments));
+    row("nodes, segments", format!("{} x {}, {}", scene.sheet.nodes_x, scene.sheet.nodes_y, scene.segments()));
     if scene.symmetry != fabric::Symmetry::default() {
         let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
         row("  modelled, the rest mirrored", format!("{nx} x {ny}"));
@@ -330,9 +288,12 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
         let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
         row("  nodes of the graded network", format!("{nx} x {ny}"));
     }
-    if let Some(gap) = summary.ply_gap {
+    if scene.stack.plies > 1 {
         let turned = if scene.stack.turned { ", every other one turned by 90 degrees" } else { "" };
-        row("separate plies", format!("{}, {} mm apart{turned}", scene.stack.plies, report::shortest(1e3 * gap)));
+        row(
+            "separate plies",
+            format!("{}, {} mm apart{turned}", scene.stack.plies, report::shortest(1e3 * scene.stack.gap)),
+        );
         let mut first = 0;
         for plies in summary.plies.chunk_by(|one, next| one.fabric == next.fabric) {
             let next = first + plies.len();
@@ -341,53 +302,47 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
         }
     }
     row("projectile", projectile(&scene.projectile));
-    if let Some(friction) = summary.friction_coefficient {
-        row("coefficient of friction on the projectile", report::shortest(friction));
+    if scene.contact.friction > 0.0 {
+        row("coefficient of friction on the projectile", report::shortest(scene.contact.friction));
     }
-    row("time step", format!("{:.4e} s = {:.3} dt_crit", summary.dt, summary.dt_over_dt_crit));
+    row("time step", format!("{:.4e} s = {:.3} dt_crit", limits.dt, limits.dt / limits.dt_crit));
     let viscosity = scene.viscosity();
     if viscosity != [0.0; 3] {
         row("viscosity of the yarn: linear, quadratic, bending", viscosity.map(|part| format!("{part:.4}")).join("  "));
     }
-    row("ended by", format!("{} at {:.1} us, step {}", summary.ended_by, 1e6 * summary.time, summary.steps));
+    row("ended by", format!("{} at {:.1} us, step {}", summary.ended_by, 1e6 * summary.time, counters.steps));
     row("kinetic energy at the start", format!("{:.4} J", summary.initial_kinetic_energy));
-    row("residual velocity x, y, z", format!("{} m/s", vector(summary.residual_velocity, 3)));
+    row("residual velocity x, y, z", format!("{} m/s", vector(motion.velocity, 3)));
     if sim.scene().projectile.shape != fabric::Shape::Sphere {
-        row("residual angular velocity", format!("{} rad/s", vector(summary.residual_angular_velocity, 2)));
+        row("residual angular velocity", format!("{} rad/s", vector(motion.angular_velocity, 2)));
     }
     for latched in &summary.outcomes {
         let value = format!("{:.4} J at {:.1} us", latched.absorbed, 1e6 * latched.time);
         row(&format!("absorbed when {}", latched.outcome), value);
     }
-    row("absorbed at the end", format!("{:.4} J", summary.absorbed));
-    row("  of it by held nodes", format!("{:.4} J", summary.support_work));
-    let window = format!("peak force (mean over {:.2} us)", 1e6 * summary.force_window.min(summary.time));
-    row(&window, format!("{:.1} N", summary.peak_force));
-    row("failed segments", summary.failed_segments.to_string());
-    row("impulse on the supports", format!("{} mN s", vector(summary.support_impulse.map(|x| 1e3 * x), 3)));
-    for (index, impulse) in summary.support_impulses.iter().enumerate().filter(|(_, impulse)| **impulse != [0.0; 3]) {
+    row("absorbed at the end", format!("{:.4} J", contact.work));
+    row("  of it by held nodes", format!("{:.4} J", energy.support_work));
+    let window = format!("peak force (mean over {:.2} us)", 1e6 * scene.force_window.min(summary.time));
+    row(&window, format!("{:.1} N", contact.force_peak));
+    row("failed segments", counters.failed_segments.to_string());
+    row("impulse on the supports", format!("{} mN s", vector(support.total.map(|x| 1e3 * x), 3)));
+    for (index, impulse) in support.attachments.iter().enumerate().filter(|(_, impulse)| **impulse != [0.0; 3]) {
         let place = attachment_name(scene.attachment.kind, index);
         row(&format!("  {place}"), format!("{} mN s", vector(impulse.map(|x| 1e3 * x), 3)));
     }
-    let held = [
-        summary.fabric_kinetic,
-        summary.strain,
-        summary.dissipated,
-        summary.viscous,
-        summary.friction,
-        summary.contact_loss,
-    ];
+    let held =
+        [energy.fabric_kinetic, energy.strain, energy.dissipated, energy.viscous, energy.friction, energy.contact_loss];
     let held = held.map(|energy| format!("{energy:.4}")).join("  ");
     row("fabric kinetic, strain, dissipated, viscous, friction, contact loss", format!("{held} J"));
-    let percent = 100.0 * summary.energy_residual_relative;
+    let percent = 100.0 * summary.open_part();
     if scene.stack.plies > 1 {
-        row("lost where plies meet", format!("{:.4} J", summary.ply_loss));
+        row("lost where plies meet", format!("{:.4} J", energy.ply_loss));
     }
-    row("energy residual", format!("{:.3e} J = {percent:.4} % of the start", summary.energy_residual));
+    row("energy residual", format!("{:.3e} J = {percent:.4} % of the start", energy.residual));
     row("momentum residual", format!("{:.3e} N s", summary.momentum_residual));
-    row("worst penetration", format!("{:.3e} m", summary.worst_penetration));
+    row("worst penetration", format!("{:.3e} m", counters.worst_penetration));
     if scene.stack.plies > 1 {
-        row("deepest overlap of two plies", format!("{:.3e} m", summary.ply_penetration));
+        row("deepest overlap of two plies", format!("{:.3e} m", counters.ply_penetration));
     }
     row("digest", summary.digest.clone());
     let (bytes, nodes) = (sim.layout().bytes(), sim.layout().nodes());
@@ -443,11 +398,11 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
                 .to_string(),
         );
     }
-    if summary.energy_residual_relative.abs() > 0.01 {
+    if summary.open_part().abs() > 0.01 {
         found.push(format!("the energy balance does not close within 1 % of the impact energy: {}", notes::SLACK_ADDS));
     }
-    if summary.unconverged > 0 {
-        let share = 100.0 * summary.unconverged as f64 / summary.steps.max(1) as f64;
+    if summary.counters.unconverged > 0 {
+        let share = 100.0 * summary.counters.unconverged as f64 / summary.counters.steps.max(1) as f64;
         let advice = if share < 1.0 {
             "below 1 % of the steps this may be left so"
         } else {
@@ -456,14 +411,14 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
         found.push(format!(
             "{} contact solves, {share:.2} % of the steps, were given up: their impulses are inexact, although they \
              keep momentum and add no energy; {advice} (docs/model.md, \"Friction\")",
-            summary.unconverged
+            summary.counters.unconverged
         ));
     }
-    if summary.beyond_fine > 0 {
+    if summary.counters.beyond_fine > 0 {
         found.push(format!(
             "for {} steps the projectile met the sheet beyond the fine part of the graded network, where nodes may be too far apart to feel \
              it: move sheet.grading.centre or enlarge half_width",
-            summary.beyond_fine
+            summary.counters.beyond_fine
         ));
     }
     found.extend(notes::sharp_edges(scene, fabric::math::length(scene.projectile.velocity)));
@@ -498,15 +453,15 @@ mod tests {
         (scene.sheet.nodes_x, scene.sheet.nodes_y) = (11, 11);
         let mut buffers = Buffers::of(&scene).unwrap();
         let sim = buffers.sim(&scene).unwrap();
-        let mut summary = Summary::of(&sim, fabric::OutcomeSet::NONE).unwrap();
+        let mut summary = Summary::of(&sim, fabric::OutcomeSet::NONE, 0.0).unwrap();
         assert!(warnings(&scene, &sim, &summary).is_empty());
-        (summary.steps, summary.unconverged) = (1000, 4);
+        (summary.counters.steps, summary.counters.unconverged) = (1000, 4);
         let warned = warnings(&scene, &sim, &summary).concat();
         assert!(
             warned.starts_with("4 contact solves, 0.40 % of the steps") && warned.contains("may be left so"),
             "{warned}"
         );
-        summary.unconverged = 40;
+        summary.counters.unconverged = 40;
         let warned = warnings(&scene, &sim, &summary).concat();
         assert!(warned.contains("4.00 % of the steps") && warned.contains("half the step"), "{warned}");
     }
@@ -520,7 +475,7 @@ mod tests {
             let mut buffers = Buffers::of(&scene).unwrap();
             let mut sim = buffers.sim(&scene).unwrap();
             sim.advance(200).unwrap();
-            let summary = Summary::of(&sim, fabric::OutcomeSet::NONE).unwrap();
+            let summary = Summary::of(&sim, fabric::OutcomeSet::NONE, 0.0).unwrap();
             let warned = warnings(&scene, &sim, &summary).concat();
             assert_eq!(warned.contains("never touched"), !contact, "{distance}: {warned}");
         }
@@ -531,10 +486,10 @@ mod tests {
         let mut scene = Scene::sheet_3in_sphere();
         (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.sheet.crimp) = (11, 11, [0.01; 2]);
         let mut buffers = Buffers::of(&scene).unwrap();
-        let mut sim = buffers.sim(&scene).unwrap();
-        let start = Sample::of(&mut sim, None, [0.0; 3]).unwrap();
-        let sample = |open: f64| Sample { energy_residual_j: open * start.projectile_kinetic_j, ..start.clone() };
-        let told = |last: f64, now: f64| open_balance(&sim, &sample(0.0), Some(&sample(last)), &sample(now)).unwrap();
+        let sim = buffers.sim(&scene).unwrap();
+        let start = sim.energy().unwrap();
+        let sample = |open: f64| Energy { residual: open * start.projectile_kinetic, ..start };
+        let told = |last: f64, now: f64| open_balance(&sim, &start, &sample(last), &sample(now)).unwrap();
         assert_eq!(told(0.0, 0.009), None);
         assert_eq!(told(0.02, 0.03), None);
         let text = told(0.005, 0.64).unwrap();
@@ -547,7 +502,7 @@ mod tests {
         (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.stack.plies, scene.stack.gap) = (11, 11, 3, 1e-4);
         let mut buffers = Buffers::of(&scene).unwrap();
         let sim = buffers.sim(&scene).unwrap();
-        let summary = Summary::of(&sim, fabric::OutcomeSet::NONE).unwrap();
+        let summary = Summary::of(&sim, fabric::OutcomeSet::NONE, 0.0).unwrap();
         let text = table("plies", &scene, &sim, &summary, 0.0, String::new());
         let per_node = format!("{:.1} per node", sim.layout().bytes() as f64 / 363.0);
         assert!(text.contains(&per_node), "{text}");

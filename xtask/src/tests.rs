@@ -69,11 +69,12 @@ const VERIFY: &[Step] = &[
     }),
     ("digests on every target", || crate::digests::run(&crate::digests::Options::default())),
     ("sanitizers", crate::sanitize::run),
-    ("long physics tests: ensembles against the prototype's numbers, searches, energy of a slack sheet", || {
-        cargo(&["test", "--quiet", "--package", "fabric-tests", "--test", "physics", "--", "--ignored"])
+    ("tests that take minutes: ensembles against the prototype's numbers, searches, random hits", || {
+        let tests = ["--test", "physics", "--test", "stability", "--", "--ignored"];
+        cargo(&[&["test", "--quiet", "--package", "fabric-tests"], &tests[..]].concat())
     }),
     ("error against run time", error_time),
-    ("stability, and its table", stability),
+    ("map of stability, and its table", stability),
     ("validation, and its table", validation),
     ("FMU reference results", || {
         command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
@@ -211,25 +212,18 @@ fn fmu() -> Outcome {
         name: Some(name.into()),
         ..Default::default()
     })?;
-    let (out, cases) = (target().join("smoke/stability").to_string_lossy().into_owned(), fmu_cases());
-    runner(&["stability", "--smoke", "--out", &out, "--fmu-cases", &cases])?;
-    report("stability", &out)?;
+    // What tests/fmi/test_stability.py compares them with.
+    let out = target().join("fmu/run").to_string_lossy().into_owned();
+    runner(&["run", file, "--steps", "6000", "--sample", "6000", "--until", "none", "--out", &out])?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py"])
 }
 
-/// Where tests/fmi/test_stability.py looks for its cases.
-fn fmu_cases() -> String {
-    target().join("fmu").join("stability.json").to_string_lossy().into_owned()
-}
-
-/// The whole stability study, its rows through both FMUs, and its table and map as they are committed.
+/// The map of time step against velocity, and its table as they are committed.
 fn stability() -> Outcome {
-    let out = target().join("fabric/stability");
-    runner(&["stability", "--out", &out.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
-    command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py", "test_stability"])?;
-    report("stability", &out.to_string_lossy())?;
-    let command = "fabric stability; python -m evidence stability --docs docs";
-    as_committed(command, &out.join("docs"), &["tables/stability.md", "images/stability_map.svg"])
+    let docs = target().join("evidence/docs");
+    command(crate::wheel::installed()?, &["-m", "evidence", "stability", "--docs", &docs.to_string_lossy()])?;
+    let made = ["tables/stability.md", "images/stability_map.svg"];
+    as_committed("python -m evidence stability --docs docs", &docs, &made)
 }
 
 /// The questions of docs/accuracy.md.
@@ -266,7 +260,6 @@ fn studies() -> Outcome {
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     command(&python, &["-m", "evidence", "--smoke", "--out", &folder("evidence"), "--docs", &folder("evidence/docs")])?;
-    // Stability has run for the FMUs.
     runner(&["bench", "--smoke", "--out", &folder("bench")])?;
     report("bench", &folder("bench"))?;
     // The first steps of a stack, which has a picture of its own.

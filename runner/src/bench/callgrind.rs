@@ -2,39 +2,36 @@
 //!
 //! Method: this program steps one case under callgrind, for few steps and for more; the difference holds the steps alone.
 
+use super::Bench;
 use super::programs::output;
-use super::rows::Report;
 use super::sheets;
 use crate::Result;
 use crate::memory::Buffers;
-use crate::progress::Progress;
 use fabric::InstructionSet;
 use std::process::Command;
 
-const CASES: [&str; 8] = ["sweep", "fabric", "graded", "viscous", "rate", "run", "strength", "plies"];
 const SIZE: u32 = 105;
 /// Steps before the counted ones: enough for the sphere to be in contact.
 const BEFORE: u64 = 100;
 const STEPS: [u64; 2] = [1, 11];
 
 /// Counts; a set or a machine without callgrind is said so.
-pub fn measure(report: &mut Report, progress: &Progress) -> Result<()> {
-    for case in CASES {
-        for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
-            // valgrind does not know AVX-512.
-            if set != InstructionSet::Avx512 {
-                match count(case, set) {
-                    Ok(value) => {
-                        let name = format!("{case} {SIZE}, {}", set.name());
-                        report.figure("instructions", name, value, "instructions per node-step");
-                    }
-                    Err(error) => {
-                        report.missing.push(format!("instruction counts: {error}"));
-                        return Ok(());
-                    }
+pub fn measure(bench: &mut Bench) -> Result<()> {
+    let report = &mut bench.report;
+    // valgrind does not know AVX-512.
+    let known = |set: &InstructionSet| set.available() && *set != InstructionSet::Avx512;
+    for (case, _) in sheets::COUNTED {
+        for set in InstructionSet::ALL.into_iter().filter(known) {
+            match count(case, set) {
+                Ok(value) => {
+                    let name = format!("{case} {SIZE}, {}", set.name());
+                    report.figure("instructions", name, value, "instructions per node-step");
+                }
+                Err(error) => {
+                    report.missing.push(format!("instruction counts: {error}"));
+                    return Ok(());
                 }
             }
-            progress.add(1, || format!("callgrind {case}"));
         }
     }
     Ok(())
@@ -63,17 +60,8 @@ fn collected(text: &str) -> Option<f64> {
 /// What runs under callgrind: one case for so many steps.
 pub fn step(case: &str, set: &str, steps: u64) -> Result<()> {
     let set = InstructionSet::ALL.into_iter().find(|known| known.name() == set).ok_or("unknown instruction set")?;
-    let mut case = match case {
-        "run" => sheets::whole_run(SIZE),
-        "fabric" => sheets::fabric(SIZE),
-        "graded" => sheets::graded(SIZE),
-        "strength" => sheets::strength(SIZE),
-        "viscous" => sheets::viscous(SIZE),
-        "rate" => sheets::rate(SIZE),
-        "plies" => sheets::plies(SIZE),
-        _ => sheets::sweep(SIZE),
-    };
-    case.before = BEFORE;
+    let (_, case) = sheets::COUNTED.into_iter().find(|(name, _)| *name == case).ok_or("unknown case")?;
+    let case = sheets::Case { before: BEFORE, ..case(SIZE) };
     let mut buffers = Buffers::of(&case.scene)?;
     let (mut sim, _) = sheets::prepare(&case, &mut buffers)?;
     sheets::advance(&mut sim, sheets::Way { instructions: set, threads: 1, single_steps: false }, steps)

@@ -4,224 +4,81 @@
 //! kernel's own time for the same step is taken off. States are those of the default scene, 350 x 350 nodes.
 #![allow(unsafe_code)] // The functions under test are C functions.
 
-use super::rows::Report;
-use super::sheets::Effort;
+use super::Bench;
+use crate::Result;
 use crate::machine::Clock;
 use crate::memory::Buffers;
-use crate::progress::Progress;
-use crate::{Result, report as statistics};
-use fabric_fmu::calls::{Handle, Text};
+use crate::report::{least, median};
+use fabric_fmu::calls::Handle;
 use fabric_fmu::instance::Instance;
-use fabric_fmu::kept::Saved;
-use fabric_fmu::log::Status;
+use fabric_fmu::log::{Log, Logger, Status};
 use fabric_fmu::starts::TIME_STEP;
-use fabric_fmu::table;
-use fabric_fmu::{Input, Output, fmi2, fmi3};
-use std::ffi::{CString, c_void};
+use fabric_fmu::{Input, Output, fmi2, fmi3, table};
 use std::ptr;
 
-/// The two versions of the interface.
-#[derive(Clone, Copy, PartialEq)]
-enum Version {
-    Two,
-    Three,
-}
-
-impl Version {
-    fn name(self) -> &'static str {
-        match self {
-            Version::Two => "FMI 2.0",
-            Version::Three => "FMI 3.0",
-        }
+/// An instance that has begun: of a small sheet, or of the default scene.
+fn begun(small: bool, prescribed: bool) -> Result<Box<Instance>> {
+    let mut instance = Box::new(Instance::new(Log::new(Logger::Two(None), ptr::null_mut(), c"bench", false)));
+    let mut set = |name: &str, element: usize, value: f64| {
+        let variable = table::variable(name).ok_or_else(|| format!("the FMU has no {name}"))?;
+        instance.set(variable, element, value);
+        Result::Ok(())
+    };
+    if small {
+        set("sheet.nodes_x", 0, 5.0)?;
+        set("sheet.nodes_y", 0, 5.0)?;
     }
-}
-
-/// An instance, freed when dropped.
-struct Fmu {
-    version: Version,
-    place: *mut Instance,
-}
-
-/// A host's pointer to an instance.
-///
-/// # Safety
-/// As of [`Handle::given`].
-unsafe fn at(instance: *mut Instance) -> Handle {
-    // SAFETY: the caller's promise.
-    unsafe { Handle::given(instance) }
-}
-
-/// A host's pointer to what is read.
-///
-/// # Safety
-/// As of [`Input::given`].
-unsafe fn from<T>(start: *const T) -> Input<T> {
-    // SAFETY: the caller's promise.
-    unsafe { Input::given(start) }
-}
-
-/// A host's pointer to what is written.
-///
-/// # Safety
-/// As of [`Output::given`].
-unsafe fn to<T>(start: *mut T) -> Output<T> {
-    // SAFETY: the caller's promise.
-    unsafe { Output::given(start) }
-}
-
-fn reference(name: &str) -> u32 {
-    table::variable(name).map_or(u32::MAX, |variable| variable.reference)
+    set("drive", 0, f64::from(u8::from(prescribed)))?;
+    [0.0, 0.0, 1.0].into_iter().enumerate().try_for_each(|(k, v)| set("projectile.start.velocity", k, v))?;
+    instance.enter_initialization();
+    ok(instance.exit_initialization(), "exitInitialization")?;
+    Ok(instance)
 }
 
 fn ok(status: Status, what: &str) -> Result<()> {
     if status == Status::Ok { Ok(()) } else { Err(format!("{what}: {status:?}").into()) }
 }
 
-impl Fmu {
-    /// A running instance; `nodes` per side, or the default scene.
-    fn new(version: Version, nodes: Option<i32>, prescribed: bool) -> Result<Fmu> {
-        let token = CString::new(fabric_fmu::token::text(
-            fabric_fmu::starts::NAME,
-            fabric_fmu::parameters::Parameters::default(),
-        ))?;
-        let name = c"bench";
-        // SAFETY: texts end with a zero and live through the call; the callbacks are five null pointers, as the struct has.
-        let place = unsafe {
-            match version {
-                Version::Two => {
-                    let none: [*const c_void; 5] = [ptr::null(); 5];
-                    let callbacks = none.as_ptr().cast();
-                    fmi2::fmi2Instantiate(
-                        Text::given(name.as_ptr()),
-                        1,
-                        Text::given(token.as_ptr()),
-                        ptr::null(),
-                        from(callbacks),
-                        0,
-                        0,
-                    )
-                }
-                Version::Three => fmi3::fmi3InstantiateCoSimulation(
-                    Text::given(name.as_ptr()),
-                    Text::given(token.as_ptr()),
-                    ptr::null(),
-                    0,
-                    0,
-                    0,
-                    0,
-                    ptr::null(),
-                    0,
-                    ptr::null_mut(),
-                    None,
-                    ptr::null(),
-                ),
-            }
-        };
-        if place.is_null() {
-            return Err("the FMU cannot be instantiated".into());
+/// doStep of one internal step, the `number`th, by either version.
+fn step(instance: &mut Instance, two: bool, number: u64) -> Status {
+    let (t, h) = (number as f64 * TIME_STEP, TIME_STEP);
+    let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, 0.0);
+    // SAFETY: the instance and what is written live through the call, and nothing else refers to them.
+    unsafe {
+        let handle = Handle::given(instance);
+        if two {
+            return fmi2::fmi2DoStep(handle, t, h, 1);
         }
-        let fmu = Fmu { version, place };
-        let mut integers = Vec::new();
-        if let Some(nodes) = nodes {
-            integers.extend([("sheet.nodes_x", nodes), ("sheet.nodes_y", nodes)]);
-        }
-        let (references, values): (Vec<u32>, Vec<i32>) = integers.iter().map(|&(name, n)| (reference(name), n)).unzip();
-        let (drive, driven) = (reference("drive"), i32::from(prescribed));
-        let velocity: Vec<u32> = (0..3).map(|k| reference("projectile.start.velocity") + k).collect();
-        let slow = [0.0, 0.0, 1.0];
-        let count = references.len();
-        // SAFETY: the instance lives; arrays are as long as said.
-        unsafe {
-            match version {
-                Version::Two => {
-                    ok(
-                        fmi2::fmi2SetInteger(at(place), from(references.as_ptr()), count, from(values.as_ptr())),
-                        "SetInteger",
-                    )?;
-                    ok(fmi2::fmi2SetInteger(at(place), from(&drive), 1, from(&driven)), "SetInteger")?;
-                    ok(fmi2::fmi2SetReal(at(place), from(velocity.as_ptr()), 3, from(slow.as_ptr())), "SetReal")?;
-                    ok(fmi2::fmi2SetupExperiment(at(place), 0, 0.0, 0.0, 0, 0.0), "SetupExperiment")?;
-                    ok(fmi2::fmi2EnterInitializationMode(at(place)), "EnterInitializationMode")?;
-                    ok(fmi2::fmi2ExitInitializationMode(at(place)), "ExitInitializationMode")?;
-                }
-                Version::Three => {
-                    let wide = i64::from(driven);
-                    ok(
-                        fmi3::fmi3SetInt32(at(place), from(references.as_ptr()), count, from(values.as_ptr()), count),
-                        "SetInt32",
-                    )?;
-                    ok(fmi3::fmi3SetInt64(at(place), from(&drive), 1, from(&wide), 1), "SetInt64")?;
-                    ok(
-                        fmi3::fmi3SetFloat64(at(place), from(velocity.as_ptr()), 1, from(slow.as_ptr()), 3),
-                        "SetFloat64",
-                    )?;
-                    ok(fmi3::fmi3EnterInitializationMode(at(place), 0, 0.0, 0.0, 0, 0.0), "EnterInitializationMode")?;
-                    ok(fmi3::fmi3ExitInitializationMode(at(place)), "ExitInitializationMode")?;
-                }
-            }
-        }
-        Ok(fmu)
-    }
-
-    /// doStep of one internal step, the `number`th.
-    fn step(&self, number: u64) -> Status {
-        let (t, h) = (number as f64 * TIME_STEP, TIME_STEP);
-        let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, 0.0);
-        // SAFETY: the instance lives.
-        unsafe {
-            match self.version {
-                Version::Two => fmi2::fmi2DoStep(at(self.place), t, h, 1),
-                Version::Three => fmi3::fmi3DoStep(
-                    at(self.place),
-                    t,
-                    h,
-                    1,
-                    to(&mut event),
-                    to(&mut terminate),
-                    to(&mut early),
-                    to(&mut last),
-                ),
-            }
-        }
-    }
-
-    /// Reads the mean force: one call, three numbers.
-    fn force(&self) -> (Status, [f64; 3]) {
-        let first = reference("contact.force_mean");
-        let references = [first, first + 1, first + 2];
-        let mut force = [0.0; 3];
-        // SAFETY: the instance lives; arrays are as long as said.
-        let status = unsafe {
-            match self.version {
-                Version::Two => fmi2::fmi2GetReal(at(self.place), from(references.as_ptr()), 3, to(force.as_mut_ptr())),
-                Version::Three => {
-                    fmi3::fmi3GetFloat64(at(self.place), from(references.as_ptr()), 1, to(force.as_mut_ptr()), 3)
-                }
-            }
-        };
-        (status, force)
+        let [event, terminate, early] = [&mut event, &mut terminate, &mut early].map(|flag| Output::given(flag));
+        fmi3::fmi3DoStep(handle, t, h, 1, event, terminate, early, Output::given(&mut last))
     }
 }
 
-impl Drop for Fmu {
-    fn drop(&mut self) {
-        // SAFETY: made by `new`, freed once. Both versions free alike.
-        unsafe { fmi2::fmi2FreeInstance(at(self.place)) }
-    }
+/// Reads the mean force: one call, three numbers.
+fn force(instance: &mut Instance, two: bool, first: u32) -> (Status, [f64; 3]) {
+    let references = [first, first + 1, first + 2];
+    let mut force = [0.0; 3];
+    // SAFETY: as above; arrays are as long as said.
+    let status = unsafe {
+        let (handle, from, to) =
+            (Handle::given(instance), Input::given(references.as_ptr()), Output::given(force.as_mut_ptr()));
+        if two { fmi2::fmi2GetReal(handle, from, 3, to) } else { fmi3::fmi3GetFloat64(handle, from, 1, to, 3) }
+    };
+    (status, force)
 }
 
 /// Calls of one round.
 const CALLS: u64 = 2000;
 
 /// doStep and get.
-pub fn calls(effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
-    for version in [Version::Two, Version::Three] {
+pub fn calls(bench: &mut Bench) -> Result<()> {
+    let first = table::variable("contact.force_mean").ok_or("the FMU has no force")?.reference;
+    for (version, two) in [("FMI 2.0", true), ("FMI 3.0", false)] {
         for (drive, prescribed) in [("free", false), ("prescribed", true)] {
             let (mut steps, mut gets) = (Vec::new(), Vec::new());
-            for _ in 0..effort.rounds {
-                let fmu = Fmu::new(version, Some(5), prescribed)?;
-                // SAFETY: the instance lives; nothing else refers to it meanwhile.
-                let scene = unsafe { *(*fmu.place).kept.parameters.scene() };
+            for _ in 0..bench.effort.rounds {
+                let mut instance = begun(true, prescribed)?;
+                let scene = *instance.kept.parameters.scene();
                 let mut buffers = Buffers::of(&scene)?;
                 let mut sim = buffers.sim(&scene)?;
                 let clock = Clock::start();
@@ -231,65 +88,63 @@ pub fn calls(effort: Effort, progress: &Progress, report: &mut Report) -> Result
                 let alone = clock.seconds();
                 let clock = Clock::start();
                 for number in 0..CALLS {
-                    ok(fmu.step(number), "doStep")?;
+                    ok(step(&mut instance, two, number), "doStep")?;
                 }
                 steps.push(1e6 * (clock.seconds() - alone) / CALLS as f64);
                 let clock = Clock::start();
                 for _ in 0..CALLS {
-                    let (status, force) = fmu.force();
+                    let (status, force) = force(&mut instance, two, first);
                     ok(status, "get")?;
                     std::hint::black_box(force);
                 }
                 gets.push(1e6 * clock.seconds() / CALLS as f64);
-                progress.add(1, || format!("fmu {drive}"));
             }
-            let name = version.name();
-            report.figure("fmu", format!("{name}, {drive}: doStep beyond stepping"), statistics::median(&steps), "us");
-            report.figure("fmu", format!("{name}, {drive}: get of a force"), statistics::median(&gets), "us");
+            let report = &mut bench.report;
+            report.figure("fmu", format!("{version}, {drive}: doStep beyond stepping"), median(&steps), "us");
+            report.figure("fmu", format!("{version}, {drive}: get of a force"), median(&gets), "us");
         }
     }
     Ok(())
 }
 
 /// States of the default scene: in memory, and as bytes with a checksum. (FMI 3.0 goes through the same functions.)
-pub fn states(effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
-    let fmu = Fmu::new(Version::Two, None, false)?;
+pub fn states(bench: &mut Bench) -> Result<()> {
+    let mut instance = begun(false, false)?;
     for number in 0..20 {
-        ok(fmu.step(number), "doStep")?;
+        ok(step(&mut instance, true, number), "doStep")?;
     }
     let mut times = [const { Vec::new() }; 4];
-    let mut state: *mut Saved = ptr::null_mut();
-    let mut size = 0;
-    for _ in 0..effort.rounds {
-        let mut copy: *mut Saved = ptr::null_mut();
-        // SAFETY: the instance lives; states are its own; the array is as long as said.
+    let (mut state, mut size) = (ptr::null_mut(), 0);
+    for _ in 0..bench.effort.rounds {
+        let mut copy = ptr::null_mut();
+        // SAFETY: the instance lives and nothing else refers to it; states are its own; the array is as long as said.
         unsafe {
+            let mut fmu = || Handle::given(ptr::from_mut(&mut *instance));
             let clock = Clock::start();
-            ok(fmi2::fmi2GetFMUstate(at(fmu.place), to(&mut state)), "GetFMUstate")?;
+            ok(fmi2::fmi2GetFMUstate(fmu(), Output::given(&mut state)), "GetFMUstate")?;
             times[0].push(1e3 * clock.seconds());
             let clock = Clock::start();
-            ok(fmi2::fmi2SetFMUstate(at(fmu.place), state), "SetFMUstate")?;
+            ok(fmi2::fmi2SetFMUstate(fmu(), state), "SetFMUstate")?;
             times[1].push(1e3 * clock.seconds());
-            ok(fmi2::fmi2SerializedFMUstateSize(at(fmu.place), state, to(&mut size)), "SerializedFMUstateSize")?;
+            ok(fmi2::fmi2SerializedFMUstateSize(fmu(), state, Output::given(&mut size)), "SerializedFMUstateSize")?;
             let mut bytes = vec![0_u8; size];
+            let to = Output::given(bytes.as_mut_ptr());
             let clock = Clock::start();
-            ok(fmi2::fmi2SerializeFMUstate(at(fmu.place), state, to(bytes.as_mut_ptr()), size), "SerializeFMUstate")?;
+            ok(fmi2::fmi2SerializeFMUstate(fmu(), state, to, size), "SerializeFMUstate")?;
             times[2].push(1e3 * clock.seconds());
+            let from = Input::given(bytes.as_ptr());
             let clock = Clock::start();
-            ok(
-                fmi2::fmi2DeSerializeFMUstate(at(fmu.place), from(bytes.as_ptr()), size, to(&mut copy)),
-                "DeSerializeFMUstate",
-            )?;
+            ok(fmi2::fmi2DeSerializeFMUstate(fmu(), from, size, Output::given(&mut copy)), "DeSerializeFMUstate")?;
             times[3].push(1e3 * clock.seconds());
-            ok(fmi2::fmi2FreeFMUstate(at(fmu.place), to(&mut copy)), "FreeFMUstate")?;
+            ok(fmi2::fmi2FreeFMUstate(fmu(), Output::given(&mut copy)), "FreeFMUstate")?;
         }
-        progress.add(1, || "fmu states".to_string());
     }
     // SAFETY: as above.
-    unsafe { ok(fmi2::fmi2FreeFMUstate(at(fmu.place), to(&mut state)), "FreeFMUstate")? };
+    let freed = unsafe { fmi2::fmi2FreeFMUstate(Handle::given(&mut *instance), Output::given(&mut state)) };
+    ok(freed, "FreeFMUstate")?;
     for (name, times) in ["get", "set", "serialise", "deserialise"].into_iter().zip(&times) {
-        report.figure("states", format!("state, 350 x 350: {name}"), statistics::least(times), "ms");
+        bench.report.figure("states", format!("state, 350 x 350: {name}"), least(times), "ms");
     }
-    report.figure("states", "state, 350 x 350: size", size as f64 / 1e6, "MB");
+    bench.report.figure("states", "state, 350 x 350: size", size as f64 / 1e6, "MB");
     Ok(())
 }

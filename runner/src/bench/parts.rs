@@ -1,16 +1,19 @@
 //! What parts cost: contact, the ledger, rows at rest, memory, whole presets.
 
+use super::Bench;
 use super::rows::{Report, Row};
-use super::sheets::{self, Effort};
+use super::sheets;
+use crate::Result;
 use crate::hits;
-use crate::machine::{Clock, Wall};
+use crate::machine::Clock;
 use crate::memory::Buffers;
-use crate::progress::Progress;
-use crate::{Result, report as statistics};
-use fabric::{Layout, Scene, Sim};
+use crate::report::{least, median, noise};
+use fabric::{Layout, Scene};
+use std::time::Instant;
 
 /// Contact: the same sheet in the same motion with the sphere and without, over the size of the sheet.
-pub fn contact(size: u32, effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
+pub fn contact(bench: &mut Bench, size: u32) -> Result<()> {
+    let Bench { effort, report, .. } = bench;
     let mut case = sheets::whole_run(size);
     // Slow enough to damage nothing, so that positions and velocities are all there is.
     case.scene.projectile.velocity[2] = 50.0;
@@ -29,7 +32,7 @@ pub fn contact(size: u32, effort: Effort, progress: &Progress, report: &mut Repo
     without.step_every_row();
     let bare = sheets::image_of(&without)?;
 
-    let (steps, bursts) = sheets::steps_and_bursts(with.layout().nodes() as u64, effort);
+    let (steps, bursts) = sheets::steps_and_bursts(with.layout().nodes() as u64, *effort);
     // The same short stretch of motion for every size.
     let (steps, bursts) = (steps.min(20), bursts * (steps / steps.min(20)));
     let mut times = [Vec::new(), Vec::new()];
@@ -42,28 +45,17 @@ pub fn contact(size: u32, effort: Effort, progress: &Progress, report: &mut Repo
                 times[k].push(1e6 * clock.seconds() / steps as f64);
             }
         }
-        progress.add(1, || format!("contact {size}"));
     }
     let contacts = with.counters().contacts as f64;
-    report.figure("contact", format!("contact, {size} x {size}: nodes touched"), contacts, "");
+    let mut figure =
+        |what: &str, value, unit| report.figure("contact", format!("contact, {size} x {size}: {what}"), value, unit);
+    figure("nodes touched", contacts, "");
     match difference(&times[0], &times[1]) {
         Ok(cost) => {
-            report.figure("contact", format!("contact, {size} x {size}: per step"), cost, "us");
-            report.figure(
-                "contact",
-                format!("contact, {size} x {size}: per node touched"),
-                1e3 * cost / contacts,
-                "ns",
-            );
+            figure("per step", cost, "us");
+            figure("per node touched", 1e3 * cost / contacts, "ns");
         }
-        Err(noise) => {
-            report.figure(
-                "contact",
-                format!("contact, {size} x {size}: per step, not told from noise of"),
-                noise,
-                "us",
-            );
-        }
+        Err(noise) => figure("per step, not told from noise of", noise, "us"),
     }
     Ok(())
 }
@@ -76,12 +68,13 @@ fn difference(with: &[f64], without: &[f64]) -> std::result::Result<f64, f64> {
         sorted.sort_by(f64::total_cmp);
         sorted[sorted.len() / 4] - sorted[0]
     };
-    let (cost, noise) = (statistics::least(with) - statistics::least(without), scatter(with).max(scatter(without)));
+    let (cost, noise) = (least(with) - least(without), scatter(with).max(scatter(without)));
     if cost > noise { Ok(cost) } else { Err(noise) }
 }
 
 /// The ledger: one call that sums up all energies, against one step.
-pub fn ledger(size: u32, effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
+pub fn ledger(bench: &mut Bench, size: u32) -> Result<()> {
+    let Bench { effort, report, .. } = bench;
     let case = sheets::whole_run(size);
     let mut buffers = Buffers::of(&case.scene)?;
     let (mut sim, image) = sheets::prepare(&case, &mut buffers)?;
@@ -94,16 +87,16 @@ pub fn ledger(size: u32, effort: Effort, progress: &Progress, report: &mut Repor
         let clock = Clock::start();
         std::hint::black_box(sim.energy()?);
         calls.push(clock.seconds());
-        progress.add(1, || format!("ledger {size}"));
     }
-    let (call, step) = (statistics::least(&calls), statistics::least(&steps));
+    let (call, step) = (least(&calls), least(&steps));
     report.figure("ledger", format!("all energies, {size} x {size}: one call"), 1e3 * call, "ms");
     report.figure("ledger", format!("all energies, {size} x {size}: one call in steps"), call / step, "steps");
     Ok(())
 }
 
 /// Rows at rest: a whole run from its first step with and without stepping them; the bits must agree.
-pub fn rest(size: u32, effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
+pub fn rest(bench: &mut Bench, size: u32) -> Result<()> {
+    let Bench { effort, report, .. } = bench;
     let case = sheets::whole_run(size);
     let nodes = f64::from(size) * f64::from(size);
     for (name, steps) in [("n/4", u64::from(size) / 4), ("n", u64::from(size)), ("4 n", 4 * u64::from(size))] {
@@ -122,20 +115,11 @@ pub fn rest(size: u32, effort: Effort, progress: &Progress, report: &mut Report)
                 times[k].push(1e9 * clock.seconds() / (steps as f64 * nodes));
                 digests[k] = sim.digest();
             }
-            progress.add(1, || format!("rest {size}"));
         }
-        for (k, word) in ["left out", "stepped"].into_iter().enumerate() {
-            report.rows.push(Row {
-                ns_per_node_step: Some(statistics::least(&times[k])),
-                median: Some(statistics::median(&times[k])),
-                digest: Some(format!("{:016x}", digests[k])),
-                ..Row::empty(
-                    &format!("first {name} steps, rows at rest {word}"),
-                    size,
-                    fabric::InstructionSet::widest().name(),
-                    1,
-                )
-            });
+        for ((word, times), digest) in ["left out", "stepped"].into_iter().zip(&times).zip(digests) {
+            let case = format!("first {name} steps, rows at rest {word}");
+            let row = Row::of(&case, size, fabric::InstructionSet::widest().name(), 1, times);
+            report.rows.push(row.ending_in(digest));
         }
         if digests[0] != digests[1] {
             return Err(format!("rows at rest change the bits of the first {steps} steps at {size}").into());
@@ -147,21 +131,20 @@ pub fn rest(size: u32, effort: Effort, progress: &Progress, report: &mut Report)
 /// `contact_capacity` for tight memory under the 10 in preset: 1.6 times the nodes that wrap its cylinder (docs/embedding.md).
 const TIGHT_CAPACITY: u32 = 7250;
 
-/// Name of the figure of a sheet's memory.
-fn memory_name(kind: &str, capacity: u32) -> String {
-    let places = if capacity == 0 { "a place for every node".into() } else { format!("contact_capacity {capacity}") };
-    format!("memory, 350 x 350, {kind}, {places}")
-}
-
 /// Bytes per node of the 10 in preset, 350 x 350, everything counted; neither the body nor the supports matter.
-pub fn memory(report: &mut Report) -> Result<()> {
+pub fn memory(bench: &mut Bench) -> Result<()> {
+    let report = &mut bench.report;
     let mut scene = Scene::sheet_10in_cylinder();
     for (kind, stochastic) in [("stochastic", true), ("uniform", false)] {
         for capacity in [0, TIGHT_CAPACITY] {
             (scene.yarn.stochastic, scene.contact_capacity) = (stochastic, capacity);
             let layout = Layout::of(&scene)?;
             let bytes = layout.bytes() as f64 / layout.nodes() as f64;
-            report.figure("memory", memory_name(kind, capacity), bytes, "bytes per node");
+            let places = match capacity {
+                0 => "a place for every node".into(),
+                _ => format!("contact_capacity {capacity}"),
+            };
+            report.figure("memory", format!("memory, 350 x 350, {kind}, {places}"), bytes, "bytes per node");
         }
     }
     let layout = Layout::of(&Scene::sheet_10in_cylinder())?;
@@ -170,85 +153,81 @@ pub fn memory(report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// Seconds for a preset as it is, rows at rest left out.
-pub fn preset(name: &str, scene: &Scene, seconds: f64, report: &mut Report) -> Result<()> {
-    let mut buffers = Buffers::of(scene)?;
-    let wall = Wall::start();
-    let clock = Clock::start();
-    let mut sim = buffers.sim(scene)?;
-    let setup = clock.seconds();
-    let steps = (seconds / sim.step_limits().dt).ceil() as u64;
-    let clock = Clock::start();
-    sim.advance(steps)?;
-    let (stepping, wall) = (clock.seconds(), wall.seconds());
-    let ms = 1e3 * seconds;
-    report.figure("presets", format!("{name}, {ms} ms: drawing and setting up"), setup, "s");
-    report.figure("presets", format!("{name}, {ms} ms: {steps} steps"), stepping, "s");
-    report.figure("presets", format!("{name}, {ms} ms: wall time of both"), wall, "s");
-    report.rows.push(row_of_preset(name, &sim, stepping, steps));
+/// The presets.
+type Preset = fn() -> Scene;
+const PRESETS: [(&str, Preset); 2] =
+    [("3 in sheet, sphere", Scene::sheet_3in_sphere), ("10 in sheet, cylinder", Scene::sheet_10in_cylinder)];
+/// Simulated time of the presets, s.
+const PRESET_SECONDS: f64 = 0.5e-3;
+
+/// Seconds for the presets as they are, rows at rest left out.
+pub fn presets(bench: &mut Bench) -> Result<()> {
+    let report = &mut bench.report;
+    for (name, scene) in PRESETS {
+        let scene = scene();
+        let mut buffers = Buffers::of(&scene)?;
+        let (wall, clock) = (Instant::now(), Clock::start());
+        let mut sim = buffers.sim(&scene)?;
+        let setup = clock.seconds();
+        let steps = (PRESET_SECONDS / sim.step_limits().dt).ceil() as u64;
+        let clock = Clock::start();
+        sim.advance(steps)?;
+        let (stepping, wall) = (clock.seconds(), wall.elapsed().as_secs_f64());
+        let mut figure =
+            |what: &str, seconds| report.figure("presets", format!("{name}, 0.5 ms: {what}"), seconds, "s");
+        figure("drawing and setting up", setup);
+        figure(&format!("{steps} steps"), stepping);
+        figure("wall time of both", wall);
+        let ns = 1e9 * stepping / (steps * sim.layout().nodes() as u64) as f64;
+        let row = Row::of(&format!("preset {name}"), scene.sheet.nodes_x, sim.instructions().name(), 1, &[ns]);
+        report.rows.push(row.ending_in(sim.digest()));
+    }
     Ok(())
 }
 
+/// How often an answer is waited for.
+const ANSWERS: usize = 3;
 /// Simulated time after which a run is given up, s.
 const LONGEST: f64 = 2e-3;
-
-/// Wall time of a preset to its end, with everything from the memory on, `rounds` times.
-pub fn preset_to_end(name: &str, scene: &Scene, rounds: usize, report: &mut Report) -> Result<()> {
-    let mut times = Vec::new();
-    for _ in 0..rounds {
-        let wall = Wall::start();
-        hits::goes_through(scene, LONGEST)?;
-        times.push(wall.seconds());
-    }
-    answered(&format!("{name}, to its end"), &times, report);
-    Ok(())
-}
-
 /// Shots of a V50.
 const SHOTS: u64 = 60;
 /// Where an up-and-down test begins, m/s, and its stride.
 const FIRST: f64 = 47.0;
 const STRIDE: f64 = 1.05;
 
-/// Wall time of an up-and-down test of 60 shots on the 3 in preset, one after another on one core, `rounds` times. The fit of the
-/// shots takes milliseconds and is left out.
-pub fn v50(rounds: usize, report: &mut Report) -> Result<()> {
-    let (mut times, mut log_sum, scene) = (Vec::new(), 0.0, Scene::sheet_3in_sphere());
-    for _ in 0..rounds {
-        let wall = Wall::start();
-        let mut velocity = FIRST;
-        log_sum = 0.0;
+/// Wall time of the presets to their end, with everything from the memory on, and of an up-and-down test of 60 shots on the 3 in preset,
+/// one after another on one core. The fit of the shots takes milliseconds and is left out.
+pub fn answers(bench: &mut Bench) -> Result<()> {
+    let report = &mut bench.report;
+    for (name, scene) in PRESETS {
+        let scene = scene();
+        answer(report, &format!("{name}, to its end"), || hits::goes_through(&scene, LONGEST).map(|_| 0.0))?;
+    }
+    let (scene, name) = (Scene::sheet_3in_sphere(), format!("V50 of the 3 in sheet, {SHOTS} shots"));
+    let mean = answer(report, &name, || {
+        let (mut velocity, mut log_sum) = (FIRST, 0.0);
         for hit in 0..SHOTS {
             log_sum += velocity.ln();
             let through = hits::goes_through(&hits::shot(&scene, velocity, hit), LONGEST)?;
             velocity *= if through { 1.0 / STRIDE } else { STRIDE };
         }
-        times.push(wall.seconds());
-    }
-    answered(&format!("V50 of the 3 in sheet, {SHOTS} shots"), &times, report);
-    let mean = (log_sum / SHOTS as f64).exp();
-    report.figure("answers", format!("V50 of the 3 in sheet, {SHOTS} shots: mean velocity"), mean, "m/s");
+        Ok((log_sum / SHOTS as f64).exp())
+    })?;
+    report.figure("answers", format!("{name}: mean velocity"), mean, "m/s");
     Ok(())
 }
 
-/// The median of wall times, and their noise.
-fn answered(name: &str, seconds: &[f64], report: &mut Report) {
-    let rounds = seconds.len();
-    report.figure("answers", format!("{name}: wall time, median of {rounds}"), statistics::median(seconds), "s");
-    report.figure("answers", format!("{name}: noise"), 100.0 * statistics::noise(seconds), "%");
-}
-
-fn row_of_preset(name: &str, sim: &Sim<'_>, seconds: f64, steps: u64) -> Row {
-    let ns = 1e9 * seconds / (steps * sim.layout().nodes() as u64) as f64;
-    let counters = sim.counters();
-    Row {
-        ns_per_node_step: Some(ns),
-        median: Some(ns),
-        digest: Some(format!("{:016x}", sim.digest())),
-        contacts: Some(counters.contacts),
-        failed_segments: Some(counters.failed_segments),
-        ..Row::empty(&format!("preset {name}"), sim.scene().sheet.nodes_x, sim.instructions().name(), 1)
+/// The median of wall times, and their noise. Returns the last answer.
+fn answer(report: &mut Report, name: &str, work: impl Fn() -> Result<f64>) -> Result<f64> {
+    let (mut seconds, mut last) = (Vec::new(), 0.0);
+    for _ in 0..ANSWERS {
+        let wall = Instant::now();
+        last = work()?;
+        seconds.push(wall.elapsed().as_secs_f64());
     }
+    report.figure("answers", format!("{name}: wall time, median of {ANSWERS}"), median(&seconds), "s");
+    report.figure("answers", format!("{name}: noise"), 100.0 * noise(&seconds), "%");
+    Ok(last)
 }
 
 #[cfg(test)]

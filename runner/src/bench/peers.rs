@@ -3,13 +3,14 @@
 //! Every peer is a process that takes the first steps, says what it has reached, and waits for rounds; see runner/peers. It
 //! reports its own CPU time. A peer that cannot be built, installed or run is named among what is missing.
 
+use super::Bench;
 use super::programs::{folder, output, python, top};
-use super::rows::{Report, Row};
-use super::sheets::{self, Case, Effort, Way};
+use super::rows::Row;
+use super::sheets::{self, Case, Way};
+use crate::Result;
 use crate::machine::Clock;
 use crate::memory::Buffers;
-use crate::progress::Progress;
-use crate::{Result, report as statistics};
+use crate::report::median;
 use fabric::{InstructionSet, Scene};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -171,8 +172,9 @@ fn write_segments(scene: &Scene, path: &Path) -> Result<()> {
     Ok(std::fs::write(path, bytes)?)
 }
 
-/// One size, all peers. `few`: only those that need nothing but a C compiler.
-pub fn measure(size: u32, few: bool, effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
+/// One size, all peers.
+pub fn measure(bench: &mut Bench, size: u32) -> Result<()> {
+    let Bench { effort, few_peers, report, .. } = bench;
     let case = sheets::whole_run(size);
     let mut buffers = Buffers::of(&case.scene)?;
     let (mut sim, image) = sheets::prepare(&case, &mut buffers)?;
@@ -181,8 +183,7 @@ pub fn measure(size: u32, few: bool, effort: Effort, progress: &Progress, report
     write_segments(&case.scene, &segments)?;
 
     let mut running = Vec::new();
-    for peer in PEERS.iter().filter(|peer| size <= peer.largest && (!few || peer.name.starts_with("plain C"))) {
-        progress.add(0, || format!("{} {size}", peer.name));
+    for peer in PEERS.iter().filter(|peer| size <= peer.largest && (!*few_peers || peer.name.starts_with("plain C"))) {
         match Running::start(peer, &case, sim.step_limits().dt, &segments) {
             Ok(peer) => running.push(peer),
             Err(error) => report.missing.push(format!("{} at {size} x {size}: {error}", peer.name)),
@@ -207,24 +208,16 @@ pub fn measure(size: u32, few: bool, effort: Effort, progress: &Progress, report
             peer.times.push(1e9 * seconds / node_steps);
         }
         ours.push(0.5 * (before + time()?));
-        progress.add(1, || format!("peers {size}"));
     }
-    report.rows.push(Row {
-        ns_per_node_step: Some(statistics::least(&ours)),
-        median: Some(statistics::median(&ours)),
-        digest: Some(format!("{:016x}", sim.digest())),
-        deflection: Some(deflection),
-        ..Row::empty("peers: the kernel", size, way.instructions.name(), 1)
-    });
-    for peer in &running {
-        let ratios: Vec<f64> = peer.times.iter().zip(&ours).map(|(theirs, ours)| theirs / ours).collect();
+    let kernel = Row::of("peers: the kernel", size, way.instructions.name(), 1, &ours).ending_in(sim.digest());
+    report.rows.push(Row { deflection: Some(deflection), ..kernel });
+    for Running { peer, times, deflection, .. } in &running {
+        let ratios: Vec<f64> = times.iter().zip(&ours).map(|(theirs, ours)| theirs / ours).collect();
         report.rows.push(Row {
-            ns_per_node_step: Some(statistics::least(&peer.times)),
-            median: Some(statistics::median(&peer.times)),
-            deflection: Some(peer.deflection),
-            differs: Some(peer.peer.differs),
-            times_slower: Some(statistics::median(&ratios)),
-            ..Row::empty(&format!("peers: {}", peer.peer.name), size, "compiled", 1)
+            deflection: Some(*deflection),
+            differs: Some(peer.differs),
+            times_slower: Some(median(&ratios)),
+            ..Row::of(&format!("peers: {}", peer.name), size, "compiled", 1, times)
         });
     }
     Ok(())

@@ -1,6 +1,7 @@
 //! The bound of the add ports: how many additions a second one core does if nothing else holds it up.
 
-use super::rows::Report;
+use super::Bench;
+use crate::Result;
 use crate::machine::Clock;
 use fabric::InstructionSet;
 use fabric::internals::lanes::{Job, Lane, dispatch};
@@ -58,10 +59,12 @@ fn rate(set: InstructionSet, width: u64) -> f64 {
 }
 
 /// Measures every set that this machine has: rate, and the time that the additions of a node-step take.
-pub fn measure(report: &mut Report) {
+pub fn measure(bench: &mut Bench) -> Result<()> {
+    let report = &mut bench.report;
     for (set, width) in InstructionSet::ALL.into_iter().zip([2, 2, 4, 8]).filter(|(set, _)| set.available()) {
         let rate = rate(set, width);
         report.figure("ports", format!("additions, {}", set.name()), rate, "10^9/s");
         report.figure("ports", format!("add-port bound, {}", set.name()), ADDITIONS / rate, "ns per node-step");
     }
+    Ok(())
 }

@@ -1,12 +1,16 @@
 //! What is measured: rows of time per node-step, and single figures.
 
+use crate::machine;
+use crate::report::{least, median};
+use crate::say;
+use fabric::InstructionSet;
 use serde::Serialize;
 
 /// Ends the name of a case that is stepped one step at a time although it could be stepped in blocks.
 pub const SINGLE_STEPS: &str = ", single steps";
 
 /// Time per node-step of one case, done one way.
-#[derive(Clone, Serialize)]
+#[derive(Clone, Default, Serialize)]
 pub struct Row {
     /// What is stepped: "sweep", "run", ..., or "peers: NAME".
     pub case: String,
@@ -20,15 +24,10 @@ pub struct Row {
     pub ns_per_node_step: Option<f64>,
     /// Median over the rounds, ns.
     pub median: Option<f64>,
-    /// Half the range of the middle half of the rounds, in parts of the median.
-    pub noise: Option<f64>,
     /// Digest of the state at the end; None for peers.
     pub digest: Option<String>,
     /// Largest deflection at the start of the rounds, m; for cases that peers run too.
     pub deflection: Option<f64>,
-    /// Nodes in contact and failed segments at the end; None for peers.
-    pub contacts: Option<u64>,
-    pub failed_segments: Option<u64>,
     /// Peers: how it differs from the kernel.
     pub differs: Option<&'static str>,
     /// Peers: median over the rounds of the peer's time over the kernel's in the same round.
@@ -36,23 +35,16 @@ pub struct Row {
 }
 
 impl Row {
-    /// A row without numbers.
-    pub fn empty(case: &str, size: u32, instruction_set: &str, threads: u32) -> Row {
-        Row {
-            case: case.to_string(),
-            size,
-            instruction_set: instruction_set.to_string(),
-            threads,
-            ns_per_node_step: None,
-            median: None,
-            noise: None,
-            digest: None,
-            deflection: None,
-            contacts: None,
-            failed_segments: None,
-            differs: None,
-            times_slower: None,
-        }
+    /// With the times of the rounds, ns; none where it could not be stepped.
+    pub fn of(case: &str, size: u32, instruction_set: &str, threads: u32, times: &[f64]) -> Row {
+        let (case, instruction_set) = (case.to_string(), instruction_set.to_string());
+        let [ns_per_node_step, median] = [least, median].map(|of| (!times.is_empty()).then(|| of(times)));
+        Row { case, size, instruction_set, threads, ns_per_node_step, median, ..Row::default() }
+    }
+
+    /// With the digest of the state at the end.
+    pub fn ending_in(self, digest: u64) -> Row {
+        Row { digest: Some(format!("{digest:016x}")), ..self }
     }
 }
 
@@ -92,9 +84,42 @@ pub struct Report {
 }
 
 impl Report {
+    /// Nothing measured so far.
+    pub fn new(rounds: usize) -> Report {
+        Report {
+            machine: machine::processor(),
+            widest: InstructionSet::widest().name(),
+            clock: machine::CLOCK_NAME,
+            load_at_start: machine::load(),
+            load_at_end: None,
+            seconds: 0.0,
+            rounds,
+            rows: Vec::new(),
+            figures: Vec::new(),
+            missing: Vec::new(),
+        }
+    }
+
     /// Adds a figure.
     pub fn figure(&mut self, group: &'static str, name: impl Into<String>, value: f64, unit: &'static str) {
         self.figures.push(Figure { group, name: name.into(), value, unit });
+    }
+
+    /// A line for each row and figure; tables are made by `python -m evidence bench`.
+    pub fn print(&self) {
+        for Row { case, size, instruction_set, threads, ns_per_node_step, median, .. } in &self.rows {
+            let time = match (ns_per_node_step, median) {
+                (Some(least), Some(median)) => format!("{least:.2} ns per node-step, median {median:.2}"),
+                _ => "not on this machine".to_string(),
+            };
+            say::line(format_args!("{case}, {size} x {size}, {instruction_set}, {threads} threads: {time}"));
+        }
+        for Figure { name, value, unit, .. } in &self.figures {
+            say::line(format_args!("{name}: {value:.4} {unit}"));
+        }
+        self.missing.iter().for_each(|missing| say::line(format_args!("not measured: {missing}")));
+        self.different_bits().iter().for_each(|row| say::line(format_args!("DIFFERENT BITS: {row}")));
+        say::line(format_args!("measured in {:.0} s on {}", self.seconds, self.machine));
     }
 
     /// Cases and sizes whose rows do not all have the same digest.
@@ -119,23 +144,11 @@ mod tests {
 
     #[test]
     fn different_bits_are_found() {
-        let row =
-            |set: &str, digest: Option<&str>| Row { digest: digest.map(str::to_string), ..Row::empty("a", 9, set, 1) };
-        let rows = vec![row("x", Some("1")), row("y", None), row("z", Some("1"))];
-        let mut report = Report {
-            machine: String::new(),
-            widest: "",
-            clock: "",
-            load_at_start: None,
-            load_at_end: None,
-            seconds: 0.0,
-            rounds: 1,
-            rows,
-            figures: Vec::new(),
-            missing: Vec::new(),
-        };
+        let mut report = Report::new(1);
+        report.rows = vec![Row::of("a", 9, "x", 1, &[2.0]).ending_in(1), Row::of("a", 9, "y", 1, &[])];
+        report.rows.push(Row::of("a", 9, "z", 1, &[3.0]).ending_in(1));
         assert!(report.different_bits().is_empty());
-        report.rows.push(row("w", Some("2")));
+        report.rows.push(Row::of("a", 9, "w", 1, &[4.0]).ending_in(2));
         assert_eq!(report.different_bits(), ["a 9 w 1"]);
     }
 }

@@ -1,11 +1,12 @@
 //! The cases that are stepped, and how one is timed: every way to step it in turn, from the same image, round by round.
 
+use super::Bench;
 use super::rows::{Row, SINGLE_STEPS};
-use crate::machine::{Clock, Wall};
+use crate::machine::Clock;
 use crate::memory::Buffers;
-use crate::progress::Progress;
-use crate::{Result, report, threads};
+use crate::{Result, threads};
 use fabric::{AttachmentKind, InstructionSet, Scene, Sim, Stack, StrengthDraw};
+use std::time::Instant;
 
 /// A sheet that is stepped.
 pub struct Case {
@@ -66,11 +67,6 @@ pub fn advance(sim: &mut Sim<'_>, way: Way, steps: u64) -> Result<()> {
     Ok(())
 }
 
-/// Does nothing before the first step.
-pub fn nothing(_: &mut Sim<'_>) -> Result<()> {
-    Ok(())
-}
-
 /// The hot pass alone: a sheet in motion, nothing that touches it, nothing tracked.
 pub fn sweep(size: u32) -> Case {
     let mut scene = held(size);
@@ -82,53 +78,71 @@ pub fn sweep(size: u32) -> Case {
     Case { name: "sweep", scene, start: |sim| throw(sim, 20.0), before }
 }
 
-/// The hot pass of a sheet with unlike directions and crimp.
-pub fn fabric(size: u32) -> Case {
-    let mut case = sweep(size);
-    (case.name, case.scene.sheet.spacing_y) = ("fabric", 1.2 * case.scene.sheet.spacing);
-    case.scene.sheet.crimp = [0.001, 0.003];
+/// The whole run with a critical stretch of its own for every segment.
+fn strength(size: u32) -> Case {
+    let mut case = whole_run(size);
+    case.scene.yarn.strength_draw = StrengthDraw::Weibull;
     case
 }
 
-/// The whole run with a critical stretch of its own for every segment.
-pub fn strength(size: u32) -> Case {
-    let mut case = whole_run(size);
-    (case.name, case.scene.yarn.strength_draw) = ("strength", StrengthDraw::Weibull);
+/// The hot pass of another sheet.
+fn swept(size: u32, change: fn(&mut Scene)) -> Case {
+    let mut case = sweep(size);
+    change(&mut case.scene);
     case
+}
+
+/// The hot pass of a sheet with unlike directions and crimp.
+fn fabric(size: u32) -> Case {
+    swept(size, |scene| {
+        (scene.sheet.spacing_y, scene.sheet.crimp) = (1.2 * scene.sheet.spacing, [0.001, 0.003]);
+    })
 }
 
 /// The hot pass of viscous yarn.
-pub fn viscous(size: u32) -> Case {
-    let mut case = sweep(size);
-    case.name = "viscous";
-    let yarn = &mut case.scene.yarn;
-    (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
-    case
+fn viscous(size: u32) -> Case {
+    swept(size, |scene| {
+        let yarn = &mut scene.yarn;
+        (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
+    })
 }
 
 /// The hot pass of a graded network, of as many nodes: its fine part covers the sheet.
-pub fn graded(size: u32) -> Case {
-    let mut case = sweep(size);
-    case.name = "graded";
-    let half_width = case.scene.half_size().map(|half| 2.0 * half);
-    case.scene.sheet.grading = fabric::Grading { largest: 2, half_width, ..case.scene.sheet.grading };
-    case
+fn graded(size: u32) -> Case {
+    swept(size, |scene| {
+        let half_width = scene.half_size().map(|half| 2.0 * half);
+        scene.sheet.grading = fabric::Grading { largest: 2, half_width, ..scene.sheet.grading };
+    })
 }
 
 /// The hot pass of yarn that depends on the rate of strain.
-pub fn rate(size: u32) -> Case {
-    let mut case = sweep(size);
-    case.name = "rate";
-    let yarn = &mut case.scene.yarn;
-    (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 170.0);
-    case
+fn rate(size: u32) -> Case {
+    swept(size, |scene| {
+        let yarn = &mut scene.yarn;
+        (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 170.0);
+    })
 }
+
+/// A case of so many nodes along each side.
+type OfSize = fn(u32) -> Case;
+
+/// The cases whose instructions are counted.
+pub const COUNTED: [(&str, OfSize); 8] = [
+    ("sweep", sweep),
+    ("fabric", fabric),
+    ("graded", graded),
+    ("viscous", viscous),
+    ("rate", rate),
+    ("run", whole_run),
+    ("strength", strength),
+    ("plies", plies),
+];
 
 /// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail or are about to.
 pub fn whole_run(size: u32) -> Case {
     let mut scene = held(size);
     scene.projectile.velocity = [0.0, 0.0, 300.0];
-    Case { name: "run", scene, start: nothing, before: 1000 }
+    Case { name: "run", scene, start: |_| Ok(()), before: 1000 }
 }
 
 /// The same through five plies 0.1 mm apart, all of which touch when the steps are counted.
@@ -142,7 +156,7 @@ pub fn plies(size: u32) -> Case {
 pub fn dense(size: u32) -> Case {
     let mut scene = held(size);
     scene.projectile.velocity = [0.0, 0.0, 400.0];
-    Case { name: "dense", scene, start: nothing, before: 4000 }
+    Case { name: "dense", scene, start: |_| Ok(()), before: 4000 }
 }
 
 /// The preset's sheet with another number of nodes, four sides held.
@@ -195,44 +209,31 @@ pub fn steps_and_bursts(nodes: u64, effort: Effort) -> (u64, u64) {
 }
 
 /// Times all ways in turn.
-pub fn measure(case: &Case, ways: &[Way], effort: Effort, progress: &Progress) -> Result<Vec<Row>> {
+pub fn measure(bench: &mut Bench, case: &Case) -> Result<()> {
     let mut buffers = Buffers::of(&case.scene)?;
     let (mut sim, image) = prepare(case, &mut buffers)?;
     let nodes = sim.layout().nodes() as u64;
-    let (steps, bursts) = steps_and_bursts(nodes, effort);
+    let (steps, bursts) = steps_and_bursts(nodes, bench.effort);
     // Those in single steps are others where there are blocks alone.
-    let ways: Vec<Way> = ways.iter().copied().filter(|way| !way.single_steps || sim.layout().in_blocks).collect();
+    let ways: Vec<Way> = bench.ways.iter().copied().filter(|way| !way.single_steps || sim.layout().in_blocks).collect();
     let mut times = vec![Vec::new(); ways.len()];
-    let mut digests = vec![None; ways.len()];
-    for _ in 0..effort.rounds {
+    let mut digests = vec![0; ways.len()];
+    for _ in 0..bench.effort.rounds {
         for (k, way) in ways.iter().enumerate().filter(|(_, way)| way.instructions.available()) {
             let mut seconds = 0.0;
             for _ in 0..bursts {
                 sim.load(&image)?;
-                let (thread, wall) = (Clock::start(), Wall::start());
+                let (thread, wall) = (Clock::start(), Instant::now());
                 advance(&mut sim, *way, steps)?;
-                seconds += if way.threads == 1 { thread.seconds() } else { wall.seconds() };
+                seconds += if way.threads == 1 { thread.seconds() } else { wall.elapsed().as_secs_f64() };
             }
             times[k].push(1e9 * seconds / (bursts * steps * nodes) as f64);
-            digests[k] = Some(format!("{:016x}", sim.digest()));
+            digests[k] = sim.digest();
         }
-        progress.add(1, || format!("{} {}", case.name, case.size()));
     }
-    let counters = sim.counters();
-    let row = |(k, way): (usize, &Way)| {
-        let empty = Row::empty(&way.case(case.name), case.size(), way.instructions.name(), way.threads);
-        if times[k].is_empty() {
-            return empty;
-        }
-        Row {
-            ns_per_node_step: Some(report::least(&times[k])),
-            median: Some(report::median(&times[k])),
-            noise: Some(report::noise(&times[k])),
-            digest: digests[k].clone(),
-            contacts: Some(counters.contacts),
-            failed_segments: Some(counters.failed_segments),
-            ..empty
-        }
-    };
-    Ok(ways.iter().enumerate().map(row).collect())
+    for ((way, times), digest) in ways.iter().zip(&times).zip(digests) {
+        let row = Row::of(&way.case(case.name), case.size(), way.instructions.name(), way.threads, times);
+        bench.report.rows.push(if times.is_empty() { row } else { row.ending_in(digest) });
+    }
+    Ok(())
 }

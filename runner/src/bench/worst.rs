@@ -1,14 +1,13 @@
 //! The worst step: random bodies as large as the sheet, which is what contact takes longest for.
 
-use super::rows::Report;
+use super::Bench;
 use crate::Result;
 use crate::machine::Clock;
 use crate::memory::Buffers;
-use crate::progress::Progress;
 use fabric::{AttachmentKind, Scene, Shape};
 
 /// Scenes that are tried.
-pub const SCENES: u64 = 60;
+const SCENES: u64 = 60;
 /// Steps of each, from just before the first contact.
 const STEPS: u64 = 150;
 
@@ -64,10 +63,11 @@ fn scene(draws: &mut Draws) -> Scene {
 }
 
 /// The longest step of all, without friction and with it, and what contact did in the scene that has it.
-pub fn measure(progress: &Progress, report: &mut Report) -> Result<()> {
+pub fn measure(bench: &mut Bench) -> Result<()> {
+    let report = &mut bench.report;
     let mut worst = [(0.0, 0, 0); 2];
     let (mut draws, mut given_up) = (Draws(1), 0);
-    for k in 0..SCENES {
+    for _ in 0..SCENES {
         let scene = scene(&mut draws);
         let mut buffers = Buffers::of(&scene)?;
         let mut sim = buffers.sim(&scene)?;
@@ -85,7 +85,6 @@ pub fn measure(progress: &Progress, report: &mut Report) -> Result<()> {
         if longest > worst[kind].0 {
             worst[kind] = (longest, counters.most_sweeps, counters.most_candidates);
         }
-        progress.add(1, || format!("worst {k}"));
     }
     for (name, (seconds, sweeps, candidates)) in ["without friction", "with friction"].into_iter().zip(worst) {
         let name = format!("worst step of {SCENES} scenes, 105 x 105, {name}");
