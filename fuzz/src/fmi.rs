@@ -5,6 +5,7 @@
 //! and after are equal. A state that is restored gives the bytes it was saved with.
 
 use crate::bytes::Bytes;
+use crate::memory::{from, into, to};
 use fabric::Hash;
 use fabric_fmu::absent::*;
 use fabric_fmu::calls::{Handle, Text};
@@ -116,24 +117,6 @@ pub fn run(data: &[u8]) -> bool {
 /// The variable of a name.
 fn named(name: &str) -> &'static Variable {
     table::variable(name).unwrap_or(&VARIABLES[0])
-}
-
-/// What a host reads from an array.
-fn from<T>(values: &[T]) -> Input<T> {
-    // SAFETY: each is used only in the call that it is made for, with the array's length, while the array is borrowed.
-    unsafe { Input::given(values.as_ptr()) }
-}
-
-/// What a host has written into an array.
-fn to<T>(values: &mut [T]) -> Output<T> {
-    // SAFETY: as above.
-    unsafe { Output::given(values.as_mut_ptr()) }
-}
-
-/// What a host has written into one place.
-fn into<T>(value: &mut T) -> Output<T> {
-    // SAFETY: as above.
-    unsafe { Output::given(value) }
 }
 
 /// The host's logger of FMI 3.0. Only the FMU calls it.

@@ -1,5 +1,7 @@
-//! Memory of exactly the bytes asked for, so that AddressSanitizer sees one too many, filled with a pattern.
+//! Memory of exactly the bytes asked for, so that AddressSanitizer sees one too many, filled with a pattern; and memory as a host
+//! hands it over.
 
+use fabric_capi::{Input, Output};
 use std::alloc::{Layout, alloc, dealloc, handle_alloc_error};
 
 /// What fresh memory is filled with.
@@ -49,4 +51,34 @@ impl Drop for Block {
         // SAFETY: allocated with this layout.
         unsafe { dealloc(self.start, self.layout) }
     }
+}
+
+/// What a host reads from an array.
+pub(crate) fn from<T>(values: &[T]) -> Input<T> {
+    // SAFETY: each is used only in the call that it is made for, with the array's length, while it is borrowed.
+    unsafe { Input::given(values.as_ptr()) }
+}
+
+/// What a host has written into an array.
+pub(crate) fn to<T>(values: &mut [T]) -> Output<T> {
+    // SAFETY: as above.
+    unsafe { Output::given(values.as_mut_ptr()) }
+}
+
+/// What a host reads from one place.
+pub(crate) fn at<T>(value: &T) -> Input<T> {
+    // SAFETY: as above.
+    unsafe { Input::given(value) }
+}
+
+/// What a host has written into one place.
+pub(crate) fn into<T>(value: &mut T) -> Output<T> {
+    // SAFETY: as above.
+    unsafe { Output::given(value) }
+}
+
+/// No place.
+pub(crate) fn nowhere<T>() -> Output<T> {
+    // SAFETY: null is never followed.
+    unsafe { Output::given(std::ptr::null_mut()) }
 }
