@@ -286,10 +286,7 @@ fn refuse_not_convex(corners: &[[f64; 2]]) -> Result<(), Error> {
 mod tests {
     use super::*;
     use crate::body::shape::Solid;
-
-    fn close(a: f64, b: f64, relative: f64) {
-        assert!((a - b).abs() <= relative * math::abs(b), "{a:e} {b:e}");
-    }
+    use crate::tests::close;
 
     #[test]
     fn a_rectangle_gives_a_box_wherever_it_is_and_however_it_is_turned() {

@@ -251,12 +251,8 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::number;
     use std::vec::Vec;
-
-    /// Numbers from -1 to 1 without visible order.
-    fn number(k: u64) -> f64 {
-        2.0 * (crate::ground::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
-    }
 
     fn column(nodes: &[[f64; 2]]) -> Vec<[f64; COLUMN_REALS]> {
         let place = |&[speed, room]: &[f64; 2]| {

@@ -535,17 +535,6 @@ mod tests {
     }
 
     #[test]
-    fn presets_are_sound() {
-        for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder()] {
-            scene.check().unwrap();
-            let limits = scene.step_limits().unwrap();
-            assert!(limits.dt > 1.9e-8 && limits.dt < 2.12e-8);
-        }
-        assert_eq!(Scene::sheet_3in_sphere().segments(), 21_840);
-        assert_eq!(Scene::sheet_10in_cylinder().segments(), 244_300);
-    }
-
-    #[test]
     fn uniform_step_limit() {
         let mut scene = Scene::sheet_3in_sphere();
         scene.yarn.stochastic = false;

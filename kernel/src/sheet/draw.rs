@@ -295,20 +295,6 @@ mod tests {
         }
     }
 
-    /// The weakest of n segments of length L/n has the scale given for the length L.
-    #[test]
-    fn the_weakest_of_a_length_has_the_strength_measured_at_that_length() {
-        for (segments, shape) in [(8, 14.7), (100, 5.0)] {
-            let scene = drawn(shape, segments as f64 * crate::scene::presets::PAPER_SPACING, 0.0);
-            let chains = 0..160_400 / segments;
-            let weakest = |chain: u64| {
-                let links = chain * segments..(chain + 1) * segments;
-                links.map(|k| scene.draw_critical_stretch(k) - 1.0).fold(1.0, |a, b| math::min(b, a))
-            };
-            is_weibull(chains.map(weakest), 0.03, shape);
-        }
-    }
-
     #[test]
     fn the_scale_follows_the_length_exactly() {
         let (at, of) = (drawn(14.7, 0.05, 0.0), drawn(14.7, 0.4, 0.0));
