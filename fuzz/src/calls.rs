@@ -44,6 +44,8 @@ struct Slot {
     bands: Option<InBands>,
     /// What fk_get_fault says.
     last: i32,
+    /// The model's digest before the call.
+    before: u64,
 }
 
 /// The number of a call's result.
@@ -280,7 +282,7 @@ impl Player<'_> {
                 return;
             }
             let Ok((twin, memory)) = made else { unreachable!() };
-            let slot = Slot { handle, block, twin, _memory: memory, bands: None, last: FK_OK };
+            let slot = Slot { handle, block, twin, _memory: memory, bands: None, last: FK_OK, before: 0 };
             slot.check();
             self.slots[place] = Some(slot);
         }
@@ -288,6 +290,7 @@ impl Player<'_> {
 
     /// One call on a simulation. false: the host lets go of it.
     fn call(&mut self, slot: &mut Slot) -> bool {
+        slot.before = slot.twin.digest();
         // A handle that is none, is not aligned, or is that of a copied block: nothing is looked at.
         match self.bytes.below(32) {
             29 => self.on_no_handle(null_mut(), NULL),
@@ -698,6 +701,8 @@ impl Slot {
     fn note(&mut self, status: i32) {
         if status != FK_OK && self.bands.is_none() {
             self.last = status;
+            let same = self.twin.failure().is_some() || self.twin.digest() == self.before;
+            assert!(same, "a refused call has changed the state");
         }
     }
 

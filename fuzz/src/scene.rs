@@ -286,7 +286,8 @@ unsafe fn look(handle: *const fk_sim) {
     unsafe {
         let sim = || ToLookAt::given(handle);
         assert_eq!(fk_get_grid(sim(), into(&mut grid), bytes_of::<fk_grid>()), FK_OK);
-        let mut nodes = vec![0.0; 3 * (grid.plies * grid.nodes_x * grid.nodes_y) as usize];
+        let mut places = vec![0.0; 3 * (grid.plies * grid.nodes_x * grid.nodes_y) as usize];
+        let mut speeds = places.clone();
         let mut segments = vec![0.0; (grid.plies * (grid.horizontal + grid.vertical)) as usize];
         let mut residual = [0.0; 3];
         let statuses = [
@@ -301,13 +302,14 @@ unsafe fn look(handle: *const fk_sim) {
             got(sim(), fk_get_counters),
             got(sim(), fk_get_fault),
             got(sim(), fk_get_outcome),
-            fk_copy_positions(sim(), to(&mut nodes), nodes.len() as u64),
-            fk_copy_velocities(sim(), to(&mut nodes), nodes.len() as u64),
+            fk_copy_positions(sim(), to(&mut places), places.len() as u64),
+            fk_copy_velocities(sim(), to(&mut speeds), speeds.len() as u64),
             fk_copy_stretch(sim(), to(&mut segments), segments.len() as u64),
             fk_copy_damage(sim(), to(&mut segments), segments.len() as u64),
             fk_state_size(sim(), into(&mut bytes)),
         ];
         assert_eq!(statuses, [FK_OK; 16]);
+        assert!(places.iter().chain(&speeds).all(|x| x.is_finite()));
         assert!(segments.iter().all(|alpha| (0.0..=1.0).contains(alpha)), "damage outside 0 to 1");
     }
 }
