@@ -742,11 +742,11 @@ mod tests {
 
     #[test]
     fn support_along_the_axis() {
-        let (up, down) = (Vector::new(0.0, 0.0, 1.0), Vector::new(0.0, 0.0, -1.0));
-        assert_eq!([up, down].map(|way| cylinder().support(&way)), [0.01905; 2]);
+        let along = |solid: &Solid| [1.0, -1.0].map(|z| solid.support(&Vector::new(0.0, 0.0, z)));
+        assert_eq!(along(&cylinder()), [0.01905; 2]);
         let solid = bullet(6e-3, 0.03);
         let Solid::HemisphericalCylinder { nose, shank, .. } = solid else { panic!() };
-        assert_eq!([up, down].map(|way| solid.support(&way)), [nose + 6e-3, shank - nose]);
+        assert_eq!(along(&solid), [nose + 6e-3, shank - nose]);
         // Just across the axis the rim of the flat is the farthest.
         assert!((solid.support(&Vector::new(1.0, 0.0, 0.0)) - 6e-3).abs() < 1e-18);
     }
@@ -789,17 +789,18 @@ mod tests {
 
     #[test]
     fn normals_on_the_axis_and_at_the_centre() {
+        let normal = |solid: &Solid, z: f64| solid.gap(&Vector::new(0.0, 0.0, z)).normal;
         // A long cylinder's axis: every way across is as near; the normal is one of them.
-        assert_eq!(cylinder().gap(&Vector::zeros()), Gap { distance: -6.35e-3, normal: Vector::new(1.0, 0.0, 0.0) });
+        assert_eq!(cylinder().gap(&Vector::zeros()), Gap { distance: -6.35e-3, normal: Vector::x() });
         for (z, sign) in [(0.03, 1.0), (-0.03, -1.0), (0.018, 1.0), (-0.018, -1.0)] {
-            assert_eq!(cylinder().gap(&Vector::new(0.0, 0.0, z)).normal, Vector::new(0.0, 0.0, sign));
+            assert_eq!(normal(&cylinder(), z), Vector::z() * sign);
         }
-        assert_eq!(all()[0].gap(&Vector::zeros()).normal, Vector::new(0.0, 0.0, -1.0));
+        assert_eq!(normal(&all()[0], 0.0), -Vector::z());
         let solid = bullet(6e-3, 0.03);
         let Solid::HemisphericalCylinder { nose, .. } = solid else { panic!() };
-        assert_eq!(solid.gap(&Vector::new(0.0, 0.0, nose + 1e-3)).normal, Vector::new(0.0, 0.0, 1.0));
-        assert_eq!(solid.gap(&Vector::new(0.0, 0.0, nose)).normal, Vector::new(1.0, 0.0, 0.0));
-        assert_eq!(solid.gap(&Vector::new(0.0, 0.0, nose - 0.025)).normal, Vector::new(0.0, 0.0, -1.0));
+        assert_eq!(normal(&solid, nose + 1e-3), Vector::z());
+        assert_eq!(normal(&solid, nose), Vector::x());
+        assert_eq!(normal(&solid, nose - 0.025), -Vector::z());
     }
 
     #[test]

@@ -593,17 +593,6 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn components_join() {
-        let mut labels = [0; 6];
-        let mut sets = Components::new(&mut labels);
-        sets.join(4, 5);
-        sets.join(1, 4);
-        assert_eq!(sets.find(5), sets.find(1));
-        assert_ne!(sets.find(0), sets.find(1));
-        assert_eq!(sets.find(3), 3);
-    }
-
-    #[test]
     fn the_rows_nearest_to_the_body_come_first() {
         let mut scene = Scene::sheet_3in_sphere();
         scene.projectile.position[1] = 7.3 * scene.sheet.spacing;

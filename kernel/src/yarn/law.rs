@@ -478,50 +478,6 @@ mod tests {
         assert_eq!(LAW.dissipated(&YARN, 1.0), 0.0);
     }
 
-    /// Viscosity in SI units: mass per length mu and speed of sound c give the stiffness kk for a spacing h and a step dt.
-    const MASS_PER_LENGTH: f64 = 8.984e-5;
-    const H: f64 = 0.0254 / 35.0;
-    const DT: f64 = 2e-8;
-
-    fn sound() -> f64 {
-        math::sqrt(YARN.modulus * AREA / MASS_PER_LENGTH)
-    }
-
-    /// Viscous pull, N, of the law with these coefficients on a whole segment at this stretch and rate, 1/s.
-    fn viscous_pull(coefficients: [f64; 3], stretch: f64, rate: f64) -> f64 {
-        let unit = MASS_PER_LENGTH * H * H / (DT * DT);
-        let courant = sound() * DT / H;
-        let kk = 0.5 * courant * courant;
-        let viscosity = Viscosity::of(coefficients, kk, LAW.critical_twice_strain());
-        let (d, v) = ([stretch - 1.0, 0.0, 0.0], [rate * DT, 0.0, 0.0]);
-        let stress = viscosity.stress(kk, twice_strain(d), Rest::PLAIN.twice_strain_rate(d, v));
-        unit * force(stress, d)[0]
-    }
-
-    #[test]
-    fn viscous_pull_of_a_segment_is_that_of_the_formula() {
-        // N = mu c b_1 (h r) U^2 + mu b_2 (h r)^2 U^3: U^2 and U^3 are 1 in the small.
-        for (stretch, rate) in [(1.01_f64, 1e5_f64), (1.02, 3e4), (1.001, 2e4)] {
-            let u2 = stretch * stretch;
-            close(
-                viscous_pull([0.06, 0.0, 0.0], stretch, rate),
-                MASS_PER_LENGTH * sound() * 0.06 * H * rate * u2,
-                1e-10,
-            );
-            close(
-                viscous_pull([0.0, 1.5, 0.0], stretch, rate),
-                MASS_PER_LENGTH * 1.5 * (H * rate) * (H * rate) * u2 * stretch,
-                1e-10,
-            );
-            assert_eq!(viscous_pull([0.0, 1.5, 0.0], stretch, -rate), 0.0);
-            close(
-                -viscous_pull([0.06, 0.0, 0.0], stretch, -rate),
-                viscous_pull([0.06, 0.0, 0.0], stretch, rate),
-                1e-12,
-            );
-        }
-    }
-
     /// At any stretch and rate: nothing where the segment is slack, never a push in all, never work out of nothing, and no jump
     /// where the segment becomes taut.
     #[test]
