@@ -389,6 +389,8 @@ mod tests {
         close(force_at(1.0, 1.03), 472.72871, 1e-8);
         close(stored_at(1.0, 1.03), 65.0015313e6, 1e-8);
         close(stored_at(1.0, 1.03) * AREA * (0.0254 / 35.0), 5.0710480e-3, 1e-7);
+        // The whole work of the segment, with what the cut releases.
+        close(LAW.dissipated(&YARN, 0.0), 86.6265224e6, 1e-8);
     }
 
     #[test]
