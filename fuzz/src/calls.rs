@@ -6,7 +6,7 @@
 
 use crate::bytes::Bytes;
 use crate::memory::{Block, at, from, into, nowhere, to};
-use crate::scene::{FAILURES, Get, bytes_of, digest, empty};
+use crate::scene::{Get, bytes_of, digest, empty, is_failure};
 use crate::small;
 use fabric::{CacheLine, Code, Error, Failure, Layout, Motion, OutcomeSet, Path, Scene, Sim};
 use fabric_capi::calls::*;
@@ -606,7 +606,7 @@ impl Player<'_> {
                 if status == FK_OK {
                     assert_eq!(last, u32::from(complete));
                 } else {
-                    assert!(complete && FAILURES.contains(&status), "fk_bands_pass: {status}");
+                    assert!(complete && is_failure(status), "fk_bands_pass: {status}");
                     bands.failed = Some(status);
                 }
             }

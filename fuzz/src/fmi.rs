@@ -185,22 +185,11 @@ impl Player<'_> {
         // SAFETY: texts that end with a zero or null; five pointers are the callbacks' structure.
         unsafe {
             let (name, id, token) = (Text::given(name), Text::given(token.as_ptr()), token.as_ptr());
-            let (nothing, log) = (null(), Some(logger as _));
             match (self.three, odd == 31) {
                 (true, true) => fmi3InstantiateModelExchange(name, token, null(), 0, 1, null_mut(), Some(logger)),
+                #[rustfmt::skip]
                 (true, false) => fmi3InstantiateCoSimulation(
-                    name,
-                    id,
-                    null(),
-                    0,
-                    1,
-                    events,
-                    early,
-                    nothing,
-                    0,
-                    null_mut(),
-                    log,
-                    null(),
+                    name, id, null(), 0, 1, events, early, null(), 0, null_mut(), Some(logger), null(),
                 ),
                 (false, other) => {
                     let callbacks = Input::given(callbacks.as_ptr().cast());
