@@ -63,24 +63,14 @@ enum Runner {
 const ROUNDING_UP: &[&str] = &["-static", "-DROUNDING=FE_UPWARD"];
 const HOSTED: &[&str] = &["tests/digests/hosted.c", "-lm"];
 const BOARD: &[&str] = &["tests/digests/cortex_m7.c", "examples/cortex-m7/board.c"];
+#[rustfmt::skip]
 const BOARD_OPTIONS: &[&str] = &[
-    "-mcpu=cortex-m7",
-    "-mthumb",
-    "-mfpu=fpv5-d16",
-    "-mfloat-abi=hard",
-    "-ffreestanding",
-    "-nostdlib",
-    "-Iexamples/cortex-m7",
-    "-Texamples/cortex-m7/an500.ld",
-    "-Wl,--gc-sections,--no-warn-execstack",
+    "-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-ffreestanding", "-nostdlib",
+    "-Iexamples/cortex-m7", "-Texamples/cortex-m7/an500.ld", "-Wl,--gc-sections,--no-warn-execstack",
 ];
+#[rustfmt::skip]
 const FREESTANDING: &[&str] = &[
-    "-ffreestanding",
-    "-nostdlib",
-    "-static",
-    "-fno-builtin",
-    "-fno-stack-protector",
-    "-fno-tree-loop-distribute-patterns",
+    "-ffreestanding", "-nostdlib", "-static", "-fno-builtin", "-fno-stack-protector", "-fno-tree-loop-distribute-patterns",
     "-Wl,--gc-sections",
 ];
 /// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
@@ -292,18 +282,16 @@ fn build(targets: &[&Target]) -> Result<Vec<Built>, String> {
         }
     }
     let waiting = Mutex::new(wanted.into_iter());
-    let done = Mutex::new(Vec::new());
-    let worker = || {
-        loop {
-            let Some(library) = waiting.lock().ok().and_then(|mut waiting| waiting.next()) else { return };
-            let path = build_one(library);
-            if let Ok(mut done) = done.lock() {
-                done.push(path.map(|path| Built { library, path }));
-            }
-        }
+    let next = || waiting.lock().ok()?.next();
+    let worker = || -> Result<Vec<Built>, String> {
+        std::iter::from_fn(next).map(|library| Ok(Built { library, path: build_one(library)? })).collect()
     };
-    std::thread::scope(|scope| (0..2).for_each(|_| _ = scope.spawn(worker)));
-    done.into_inner().map_err(|_| "a build broke off".to_string())?.into_iter().collect()
+    std::thread::scope(|scope| {
+        let other = scope.spawn(worker);
+        let mut done = worker()?;
+        done.extend(other.join().map_err(|_| "a build broke off")??);
+        Ok(done)
+    })
 }
 
 /// One library, in the profile that ships, and its file.
@@ -326,18 +314,8 @@ pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Pat
     let compiler = triple.map_or_else(|| Ok(platforms::own()), platforms::compiler_for)?;
     let mut command = compiler.command();
     command
-        .args([
-            "rustc",
-            "--quiet",
-            "--locked",
-            "--profile",
-            "ship",
-            "-p",
-            "capi-lib",
-            "--lib",
-            "--crate-type",
-            "staticlib",
-        ])
+        .args(["rustc", "--quiet", "--locked", "--profile", "ship"])
+        .args(["-p", "capi-lib", "--lib", "--crate-type", "staticlib"])
         .args(options)
         .args(compiler.options())
         .arg("--target-dir")

@@ -48,15 +48,14 @@ pub fn run(options: &Options) -> Outcome {
     }
     let model = Model::own();
     let made = tools::top().join("modelDescription");
-    let mut others = parameter_sets();
-    others.extend([("docs/tables/scene.md".into(), parameters()), ("docs/tables/outputs.md".into(), outputs::table())]);
-    others.push(outputs::types()?);
+    let mut files = files(&model, &made);
+    let others = [("docs/tables/scene.md".into(), parameters()), ("docs/tables/outputs.md".into(), outputs::table())];
+    let others = parameter_sets().into_iter().chain(others).chain([outputs::types()?]);
+    files.extend(others.map(|(name, text)| (tools::top().join(name), text)));
+    tools::made(&files, options.check, "cargo xtask fmu")?;
     if options.check {
-        compare(&made, &files(&model))?;
-        return compare(&tools::top(), &others);
+        return Ok(());
     }
-    write(&made, &files(&model))?;
-    write(&tools::top(), &others)?;
     if options.targets == Targets::Host {
         println!("For this platform only; `cargo xtask fmu --targets all` adds the others.");
     }
@@ -86,36 +85,17 @@ pub fn of_scene(name: &str, file: &Path, targets: Targets) -> Result<[PathBuf; 2
     let model = Model::of(name, file)?;
     let out = tools::target().join("fmu");
     let folder = out.join(name);
-    write(&folder, &files(&model))?;
+    tools::made(&files(&model, &folder), false, "")?;
     // Its library has another folder than the usual one: neither is built again because of the other.
     let libraries = platforms::build(&tools::top(), &tools::target().join("scenes"), targets, model.compiled())?;
     archives(&model, &tools::top(), &folder, &libraries, &out)
 }
 
-/// Names and texts of the files that are made for a model.
-fn files(model: &Model) -> Vec<(String, String)> {
+/// The files that are made for a model in a folder, and their texts.
+fn files(model: &Model, folder: &Path) -> Vec<(PathBuf, String)> {
     let names = ["fmi2.xml", "fmi3.xml", "documentation/index.html"];
     let texts = [description::fmi2(model), description::fmi3(model), page::page(model)];
-    names.into_iter().map(String::from).zip(texts).collect()
-}
-
-/// Writes files into a folder.
-fn write(folder: &Path, files: &[(String, String)]) -> Outcome {
-    for (name, text) in files {
-        tools::write(folder.join(name), text)?;
-    }
-    Ok(())
-}
-
-/// Compares files of a folder with what they should be.
-fn compare(folder: &Path, files: &[(String, String)]) -> Outcome {
-    for (name, text) in files {
-        if fs::read_to_string(folder.join(name)).unwrap_or_default() != *text {
-            let path = folder.join(name);
-            return Err(format!("{} does not match the tables in code: run `cargo xtask fmu`", path.display()));
-        }
-    }
-    Ok(())
+    names.into_iter().map(|name| folder.join(name)).zip(texts).collect()
 }
 
 /// Packs the two archives: the files made for the model in `made`, what the checkout in `source` has besides, and the libraries.

@@ -2,31 +2,18 @@
 //! the scene's structure and the constants of its choices from the kernel's table of parameters, those of the statuses from the
 //! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
 
-use crate::tools::{Outcome, emptied, read, target, top, write as write_file};
+use crate::tools::{Outcome, emptied, made, read, target, top, write};
 use fabric::MAX_NODES_PER_SIDE;
 use fabric::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
 use fabric::{Code, Scene};
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// `cargo xtask header`: writes the header and the scene's layout.
-pub fn write() -> Outcome {
-    made()?.iter().try_for_each(|(path, text)| write_file(path, text))
-}
-
-/// What is committed must be what is made.
-pub fn check() -> Outcome {
-    for (path, text) in made()? {
-        if read(&path)? != text {
-            return Err(format!("{} is not what the sources give; run `cargo xtask header`", path.display()));
-        }
-    }
-    Ok(())
-}
-
-/// The files and what belongs in them.
-fn made() -> Result<[(PathBuf, String); 2], String> {
-    Ok([(top().join("include/fabric_kernel.h"), header()?), (top().join("tests/c/abi/scene.inc"), layout())])
+/// `cargo xtask header`: writes the header and the scene's layout, or compares what is committed.
+pub fn run(check: bool) -> Outcome {
+    let (header, layout) =
+        ((top().join("include/fabric_kernel.h"), header()?), (top().join("tests/c/abi/scene.inc"), layout()));
+    made(&[header, layout], check, "cargo xtask header")
 }
 
 fn header() -> Result<String, String> {
@@ -34,7 +21,7 @@ fn header() -> Result<String, String> {
     let types = read(source("types.rs"))?;
     let shown = emptied(target().join("header"))?.join("shown.rs");
     let calls = with_plain_pointers(&read(source("calls.rs"))?);
-    write_file(&shown, calls + &read_outs(&types)?)?;
+    write(&shown, calls + &read_outs(&types)?)?;
     let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml"))?;
     config.after_includes = Some(format!("\n{}{}{}", statuses()?, choices(), scene().trim_end()));
     let bindings = cbindgen::Builder::new()

@@ -121,10 +121,35 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
         if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
             continue;
         }
-        run(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile", "-r", list])?;
+        pip(&python, &["-r", list])?;
         write(&stamp, wanted)?;
     }
     Ok(python)
+}
+
+/// Installs into the environment of a Python.
+pub fn pip(python: &Path, what: &[&str]) -> Outcome {
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile"];
+    run(python, &[&install[..], what].concat())
+}
+
+/// Writes files that are made, or compares them with what is there; `command` makes them.
+pub fn made(files: &[(PathBuf, String)], check: bool, command: &str) -> Outcome {
+    for (path, text) in files {
+        if !check {
+            write(path, text)?;
+        } else if std::fs::read_to_string(path).unwrap_or_default() != *text {
+            return Err(format!("{} is not what the sources give; run `{command}`", path.display()));
+        }
+    }
+    Ok(())
+}
+
+/// Configures and builds a CMake project against the installed library; what the compiler says.
+pub fn cmake(source: &Path, build: &Path, prefix: &Path) -> Result<String, String> {
+    let (source, build) = (source.to_string_lossy(), build.to_string_lossy());
+    output("cmake", &["-S", &source, "-B", &build, &format!("-DCMAKE_PREFIX_PATH={}", prefix.display())])?;
+    output("cmake", &["--build", &build, "--parallel", "2"])
 }
 
 /// Runs a program to its end; what it says is the error if it fails.
