@@ -2,6 +2,7 @@
 //! and the types of the Python package, from the tables in code; and the archives.
 
 use crate::description::{self, element_name};
+use crate::header;
 use crate::model::Model;
 use crate::outputs;
 use crate::page;
@@ -9,7 +10,7 @@ use crate::platforms::{self, Library, Targets};
 use crate::tools::{self, Outcome};
 use crate::xml::{Xml, some, tag};
 use fabric::Scene;
-use fabric::fields::{self, FIELDS, Field, Place, Range};
+use fabric::fields::{self, Choice, FIELDS, Field, Place};
 use fabric_fmu::MODEL_IDENTIFIER;
 use fabric_fmu::parameters::Parameters;
 use fabric_fmu::starts;
@@ -204,14 +205,16 @@ fn parameters() -> String {
          Written by `cargo xtask fmu` from `kernel/src/scene/fields/table.rs`.\n\
          The names are those of Rust, of scene files and of the FMUs, where `projectile.position` and the other three numbers of the \
          motion are `projectile.start.position` and so on.\n\
-         A vector has the same range and default for each element where one is given.\n\
+         A vector has the same range for each element.\n\
          The default is that of the 10 in preset; that of the 3 in preset follows after \"3 in:\" where it differs.\n\
          The FMUs start with `time_step.seconds` = 2e-8 and with the projectile 1 mm before the sheet.\n\n\
          | name | type | unit | range | default | FMI reference | meaning |\n|---|---|---|---|---|---|---|\n",
     );
     for field in FIELDS {
-        let [ten, three] =
-            [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()].map(|mut scene| shown(field, &mut scene));
+        let named =
+            |choice: &Choice, k: u64| format!("`{}`", choice.items.get(k as usize).map_or("", |(name, _)| name));
+        let scenes = [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()];
+        let [ten, three] = scenes.map(|scene| header::values(field, scene, named));
         let default = if ten == three { ten } else { format!("{ten}; 3 in: {three}") };
         let unit = field.quantity.map_or("", |quantity| quantity.unit);
         let cells =
@@ -236,41 +239,14 @@ fn typed(field: &Field) -> String {
         }
         Place::Count(_) => "count".into(),
         Place::Seed(_) => "seed, 64 bits".into(),
-        Place::Flag(_) => "true or false".into(),
+        Place::Flag(_) => "1 (true) or 0".into(),
         Place::Choice(choice, ..) => choice.name.into(),
     }
 }
 
 fn range(field: &Field) -> String {
-    let text = |x: f64| if field.is_real() { format!("{x:?}") } else { format!("{x}") };
-    match field.range {
-        Range::Any => String::new(),
-        Range::Positive => "> 0".into(),
-        Range::NotNegative => ">= 0".into(),
-        Range::Within(least, greatest) if greatest == f64::from(u32::MAX) => format!(">= {}", text(least)),
-        Range::Within(least, greatest) => format!("{} to {}", text(least), text(greatest)),
-        Range::Above(least, greatest) => format!("> {}, <= {}", text(least), text(greatest)),
-        Range::Below(least, greatest) if least.is_finite() => format!(">= {}, < {}", text(least), text(greatest)),
-        Range::Below(_, greatest) => format!("< {}", text(greatest)),
-        Range::Nodes => format!("2 to {}", field.limits()[1]),
-        Range::UnitQuaternion => "unit length, to 1e-3".into(),
-    }
-}
-
-/// A parameter of a scene, in short.
-fn shown(field: &Field, scene: &mut Scene) -> String {
-    let values: Vec<_> = (0..field.size()).map(|k| field.value_of(field.word(scene, k))).collect();
-    let text = |value: &f64| match field.place {
-        Place::Reals(..) if value.abs() >= 1e6 => format!("{value:e}"),
-        Place::Reals(..) => format!("{value:?}"),
-        Place::Flag(_) => (*value != 0.0).to_string(),
-        Place::Choice(choice, ..) => {
-            choice.items.get(*value as usize).map_or(String::new(), |(name, _)| format!("`{name}`"))
-        }
-        Place::Count(_) | Place::Seed(_) => value.to_string(),
-    };
-    match &values[..] {
-        [first, rest @ ..] if rest.iter().all(|value| value == first) => text(first),
-        _ => values.iter().map(text).collect::<Vec<_>>().join(", "),
+    match field.place {
+        Place::Flag(_) | Place::Choice(..) => String::new(),
+        _ => header::range(field).unwrap_or_default(),
     }
 }

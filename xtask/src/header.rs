@@ -229,13 +229,14 @@ fn comment(field: &Field) -> String {
     let limits = [unit, range(field)];
     let limits: Vec<_> = limits.into_iter().flatten().collect();
     let limits = if limits.is_empty() { String::new() } else { format!(" {}.", limits.join(", ")) };
-    let [large, small] = [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()].map(|scene| values(field, scene));
+    let [large, small] =
+        [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()].map(|scene| values(field, scene, item));
     let differs = if small == large { String::new() } else { format!(" (3 in preset: {small})") };
     format!("{}.{limits} Default {large}{differs}.", field.about)
 }
 
 /// What a number may be, if not just any.
-fn range(field: &Field) -> Option<String> {
+pub fn range(field: &Field) -> Option<String> {
     let text = match (field.range, field.place) {
         (_, Place::Flag(_)) => "0 or 1".to_string(),
         (_, Place::Choice(choice, ..)) => {
@@ -256,11 +257,11 @@ fn range(field: &Field) -> Option<String> {
     Some(text)
 }
 
-/// What a scene has in a field.
-fn values(field: &Field, mut scene: Scene) -> String {
+/// What a scene has in a field; `named` gives the items of choices their names.
+pub fn values(field: &Field, mut scene: Scene, named: impl Fn(&Choice, u64) -> String) -> String {
     let words: Vec<_> = (0..field.size()).map(|element| field.word(&mut scene, element)).collect();
     let shown = |word: u64| match field.place {
-        Place::Choice(choice, ..) => item(choice, word),
+        Place::Choice(choice, ..) => named(choice, word),
         Place::Reals(..) => number(f64::from_bits(word)),
         _ => word.to_string(),
     };
