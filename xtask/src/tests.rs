@@ -1,5 +1,7 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
+use crate::fmu;
+use crate::platforms::Targets;
 use crate::tools::{Outcome, cargo, emptied, python, python_with, read, run as command, target, top, wait};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -24,11 +26,17 @@ type Step = (&'static str, fn() -> Outcome);
 const FIRST: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
     ("clippy", || {
-        let features = ["--features", EVERY_FEATURE];
-        cargo(
-            &[&["clippy", "--quiet", "--workspace", "--all-targets"], &features[..], &["--", "-D", "warnings"]]
-                .concat(),
-        )
+        cargo(&[
+            "clippy",
+            "--quiet",
+            "--workspace",
+            "--all-targets",
+            "--features",
+            EVERY_FEATURE,
+            "--",
+            "-D",
+            "warnings",
+        ])
     }),
     ("unit, physics, golden and robustness tests", || {
         cargo(&["test", "--quiet", "--workspace", "--features", EVERY_FEATURE])
@@ -48,7 +56,7 @@ const SECOND: &[Step] = &[
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
-    ("FMUs", fmu),
+    ("FMUs", fmus),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("Python package", crate::wheel::test),
     ("README", crate::readme::run),
@@ -61,11 +69,7 @@ const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
 /// The long checks, by hand before a release.
 const VERIFY: &[Step] = &[
     ("two builds of the FMUs in two folders", || {
-        crate::fmu::run(&crate::fmu::Options {
-            targets: crate::platforms::Targets::All,
-            reproduce: true,
-            ..Default::default()
-        })
+        fmu::run(&fmu::Options { targets: Targets::All, reproduce: true, ..Default::default() })
     }),
     ("digests on every target", || crate::digests::run(&crate::digests::Options::default())),
     ("sanitizers", crate::sanitize::run),
@@ -205,15 +209,10 @@ fn processor_seconds() -> f64 {
 
 /// Compares the committed model descriptions, builds both FMUs for every platform there are tools for and those of a scene of its own,
 /// and runs the FMPy tests.
-fn fmu() -> Outcome {
-    crate::fmu::run(&crate::fmu::Options { check: true, ..Default::default() })?;
-    crate::fmu::run(&crate::fmu::Options { targets: crate::platforms::Targets::All, ..Default::default() })?;
-    let (file, name) = ("runner/scenes/tilted_disc_sector.toml", "TiltedDiscSector");
-    crate::fmu::run(&crate::fmu::Options {
-        scene: Some(top().join(file)),
-        name: Some(name.into()),
-        ..Default::default()
-    })?;
+fn fmus() -> Outcome {
+    fmu::run(&fmu::Options { check: true, ..Default::default() })?;
+    fmu::run(&fmu::Options { targets: Targets::All, ..Default::default() })?;
+    fmu::of_scene("TiltedDiscSector", &top().join("runner/scenes/tilted_disc_sector.toml"), Targets::Host)?;
     let (out, cases) = (target().join("smoke/stability").to_string_lossy().into_owned(), fmu_cases());
     runner(&["stability", "--smoke", "--out", &out, "--fmu-cases", &cases])?;
     report("stability", &out)?;

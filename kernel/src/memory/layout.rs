@@ -271,18 +271,16 @@ mod tests {
         let stochastic = Layout::of(&scene).unwrap();
         assert_eq!((stochastic.chunks, stochastic.nodes(), stochastic.segments()), (44, 122_500, 244_300));
         scene.track_support = false;
-        // Of these 116 are the places for every node as a candidate.
-        let plain = Layout::of(&scene).unwrap();
         // Six numbers a row, to the next line.
-        assert!((stochastic.bytes() - plain.bytes()).abs_diff(6 * 8 * 350) < 64);
-        assert!(plain.bytes() as f64 / 122_500.0 <= 233.0);
-        scene.yarn.stochastic = false;
-        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 201.0);
-        // Room for what wraps the cylinder, and half as much again.
-        scene.contact_capacity = 7250;
-        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 92.0);
-        scene.yarn.stochastic = true;
-        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 124.0);
+        assert!((stochastic.bytes() - Layout::of(&scene).unwrap().bytes()).abs_diff(6 * 8 * 350) < 64);
+        // A place for every node as a candidate takes 116; or room for what wraps the cylinder, and half as much again.
+        for (stochastic, capacity, most) in
+            [(true, 0, 233.0), (false, 0, 201.0), (true, 7250, 124.0), (false, 7250, 92.0)]
+        {
+            (scene.yarn.stochastic, scene.contact_capacity) = (stochastic, capacity);
+            let bytes = Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0;
+            assert!(bytes <= most, "{bytes} of {most}");
+        }
     }
 
     #[test]
