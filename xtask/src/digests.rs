@@ -10,7 +10,6 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Options of `cargo xtask digests`.
 #[derive(clap::Args, Default)]
 pub struct Options {
     /// Run only these (comma-separated names of the table); one that cannot run is then an error.
@@ -21,12 +20,9 @@ pub struct Options {
     pub only_available: bool,
 }
 
-/// One target.
 struct Target {
-    /// Name in the table and for --targets.
     name: &'static str,
     library: Library,
-    /// Options for the C compiler.
     options: &'static [&'static str],
     /// Files besides digests.c, and libraries, that make the program.
     sources: &'static [&'static str],
@@ -76,7 +72,6 @@ const FREESTANDING: &[&str] = &[
 /// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
 pub const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";
 
-/// Every target: name, library, options, sources, runner.
 #[rustfmt::skip]
 const TARGETS: [Target; 12] = [
     Target { name: "x86-64-scalar", library: Library::Choosing, options: &["-DINSTRUCTIONS=0"], sources: HOSTED, runner: Runner::Machine },
@@ -106,7 +101,6 @@ pub const WASM: &str = "wasm32-unknown-unknown";
 const WINDOWS: &str = "x86_64-pc-windows-gnu";
 
 impl Target {
-    /// Its C compiler.
     fn compiler(&self) -> Result<Tool, String> {
         match self.library {
             Library::Of(triple, _) => Ok(targets::of(triple)?.compiler),
@@ -266,7 +260,6 @@ fn wasm_linker() -> Result<Command, String> {
     Ok(command)
 }
 
-/// A built library.
 struct Built {
     library: Library,
     path: PathBuf,
@@ -331,7 +324,6 @@ pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Pat
     Ok(folder.join(triple.unwrap_or("")).join("ship").join("libfabric_kernel.a"))
 }
 
-/// Links a target's program and runs it.
 fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
     let library = libraries.iter().find(|built| built.library == target.library).ok_or("its library was not built")?;
     let program = link(target, &library.path)?;
@@ -440,7 +432,6 @@ fn output_within(command: &mut Command, longest: Duration) -> Result<String, Str
     }
 }
 
-/// The pinned digests.
 fn pins() -> Result<Vec<(String, String)>, String> {
     Ok(lines(&read(top().join("tests/golden/digests"))?))
 }

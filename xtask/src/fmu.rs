@@ -19,7 +19,6 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Options of the command.
 #[derive(clap::Args, Default)]
 pub struct Options {
     /// Only compare the committed files with the tables in code.
@@ -39,7 +38,6 @@ pub struct Options {
     pub name: Option<String>,
 }
 
-/// Runs the command.
 pub fn run(options: &Options) -> Outcome {
     if let (Some(name), Some(file)) = (&options.name, &options.scene) {
         for archive in of_scene(name, file, options.targets)? {

@@ -148,7 +148,6 @@ fn item(choice: &Choice, k: u64) -> String {
     format!("{}_{}", constant(choice.name), name.to_uppercase())
 }
 
-/// The constants of the choices.
 fn choices() -> String {
     let mut text = String::new();
     for choice in CHOICES {
@@ -193,7 +192,6 @@ fn scene() -> String {
     text + &commented("", whole) + &structure("fk_scene", "", &format!("{size}    uint64_t struct_size;\n"))
 }
 
-/// The structure's name of a group.
 fn c_name(group: &str) -> String {
     format!("fk_scene_{}", group.replace('.', "_"))
 }

@@ -7,7 +7,6 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// A tool.
 struct Need {
     /// What it is, or what is left out without it.
     about: String,
@@ -59,7 +58,6 @@ fn checked() -> impl Iterator<Item = &'static Target> {
     TARGETS.iter().filter(|target| target.checked)
 }
 
-/// Names of the browser.
 pub const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 /// An error that names all that `cargo xtask demo` misses.

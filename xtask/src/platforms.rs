@@ -9,7 +9,6 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Which platforms are wanted.
 #[derive(Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Targets {
     /// Only the platform that this runs on.
@@ -19,11 +18,8 @@ pub enum Targets {
     All,
 }
 
-/// A built library.
 pub struct Library {
-    /// For which platform.
     pub platform: &'static Target,
-    /// Its file.
     pub path: PathBuf,
 }
 
@@ -69,14 +65,12 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str
     Ok(built)
 }
 
-/// Every platform that an archive can hold.
 fn platforms() -> impl Iterator<Item = &'static Target> {
     TARGETS.iter().filter(|target| !target.extension.is_empty())
 }
 
 const ON_MACOS: bool = cfg!(target_os = "macos");
 
-/// The platform that this program runs on.
 pub fn host() -> Result<&'static Target, String> {
     let machine = std::env::consts::ARCH;
     let system = if ON_MACOS { "darwin" } else { std::env::consts::OS };
@@ -85,7 +79,6 @@ pub fn host() -> Result<&'static Target, String> {
         .ok_or(format!("no FMU platform is defined for {machine} with {system}"))
 }
 
-/// A compiler for a target.
 #[derive(Clone, PartialEq)]
 pub struct Compiler {
     cargo: OsString,
@@ -158,7 +151,6 @@ fn linker(platform: &Target) -> PathBuf {
     }
 }
 
-/// The rustc that compiles this program.
 fn our_rustc() -> PathBuf {
     std::env::var_os("RUSTC").map_or("rustc".into(), PathBuf::from)
 }

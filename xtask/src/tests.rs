@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// Options of `cargo xtask test`.
 #[derive(clap::Args)]
 pub struct Options {
     /// Run only the steps whose name contains this text (repeatable).
@@ -18,7 +17,6 @@ pub struct Options {
     second_until: Option<PathBuf>,
 }
 
-/// A named step.
 type Step = (&'static str, fn() -> Outcome);
 
 /// What every change must pass, in two halves that take the same time side by side: the first compiles for development and release, and
@@ -117,7 +115,6 @@ fn package() -> Outcome {
     cargo(&[&["doc", "--quiet", "--manifest-path", &packed, "--target-dir", &folder], &features[..]].concat())
 }
 
-/// Every check that a change must pass.
 pub fn run(options: &Options) -> Outcome {
     if let Some(stop) = &options.second_until {
         return steps(SECOND.iter(), || stop.exists());
@@ -162,13 +159,11 @@ fn side_by_side() -> Outcome {
     if status.success() { Ok(()) } else { Err("a step of the second half has failed: see above".into()) }
 }
 
-/// The long checks.
 pub fn verify() -> Outcome {
     side_by_side()?;
     steps(VERIFY.iter(), || false)
 }
 
-/// Options of `cargo xtask bench`.
 #[derive(clap::Args)]
 pub struct BenchOptions {
     /// Handed to the benchmark: --quick, --only NAME, --out DIR ... (`-- --help` lists them).
@@ -176,7 +171,6 @@ pub struct BenchOptions {
     options: Vec<String>,
 }
 
-/// ns per node-step, parts and peers.
 pub fn bench(options: &BenchOptions) -> Outcome {
     let options: Vec<&str> = options.options.iter().map(String::as_str).collect();
     runner(&[&["bench"], &options[..]].concat())

@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 /// What every command returns: nothing, or a message for the user.
 pub type Outcome = Result<(), String>;
 
-/// Top folder of the checkout.
 pub fn top() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_path_buf()
 }
@@ -22,7 +21,6 @@ pub fn run(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Outcome 
     wait(Command::new(program).args(arguments).current_dir(top()))
 }
 
-/// Runs a command and waits, likewise.
 pub fn wait(command: &mut Command) -> Outcome {
     let status = command.status().map_err(|error| format!("cannot start {command:?}: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{command:?} failed ({status})")) }
@@ -33,7 +31,6 @@ pub fn cargo(arguments: &[&str]) -> Outcome {
     run(cargo_program(), arguments)
 }
 
-/// The cargo that runs this program.
 pub fn cargo_program() -> std::ffi::OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
@@ -54,7 +51,6 @@ pub fn output(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Resul
     }
 }
 
-/// The text of a file.
 pub fn read(path: impl AsRef<Path>) -> Result<String, String> {
     let path = path.as_ref();
     std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
