@@ -428,14 +428,14 @@ impl Player<'_> {
 
     /// Sets a whole variable with the functions of its type.
     fn set(&mut self, variable: &Variable, values: &[f64]) -> Status {
-        let first = variable.reference;
+        let (first, n) = (variable.reference, values.len());
         let integers: Vec<i32> = values.iter().map(|x| *x as i32).collect();
         let longs: Vec<i64> = values.iter().map(|x| *x as i64).collect();
         let truths: Vec<u8> = values.iter().map(|x| u8::from(*x != 0.0)).collect();
-        let references: Vec<u32> = (first..first + values.len() as u32).collect();
-        let (c, one, all, n) = (self.c(), from(&[first]), from(&references), values.len());
-        // SAFETY: a live instance, and arrays of the lengths said.
+        let references: Vec<u32> = (first..first + n.max(1) as u32).collect();
+        // SAFETY: a live instance, and arrays of the lengths said, or longer.
         unsafe {
+            let (c, one, all) = (self.c(), from(&references), from(&references));
             match (self.three, variable.kind) {
                 (true, Kind::Real) => fmi3SetFloat64(c, one, 1, from(values), n),
                 (true, Kind::Integer) => fmi3SetInt32(c, one, 1, from(&integers), n),
@@ -497,15 +497,15 @@ impl Player<'_> {
     fn get(&mut self, variable: &Variable, kind: Kind, values: &mut [f64]) -> (Status, bool) {
         let (first, n) = (variable.reference, values.len());
         let (mut integers, mut longs, mut truths) = (vec![0_i32; n], vec![0_i64; n], vec![0_u8; n]);
-        let references: Vec<u32> = (first..first + n as u32).collect();
+        let references: Vec<u32> = (first..first + n.max(1) as u32).collect();
         let fits = match (variable.kind, kind) {
             (Kind::Choice(_), Kind::Choice(_)) => true,
             (Kind::Choice(_), Kind::Integer) => !self.three,
             (own, asked) => own == asked,
         };
-        let (c, one, all) = (self.c(), from(&[first]), from(&references));
-        // SAFETY: a live instance, and arrays of the lengths said.
+        // SAFETY: a live instance, and arrays of the lengths said, or longer.
         let status = unsafe {
+            let (c, one, all) = (self.c(), from(&references), from(&references));
             match (self.three, kind) {
                 (true, Kind::Real) => fmi3GetFloat64(c, one, 1, to(values), n),
                 (true, Kind::Integer) => fmi3GetInt32(c, one, 1, to(&mut integers), n),

@@ -54,26 +54,38 @@ impl Drop for Block {
 }
 
 /// What a host reads from an array.
-pub(crate) fn from<T>(values: &[T]) -> Input<T> {
-    // SAFETY: each is used only in the call that it is made for, with the array's length, while it is borrowed.
+///
+/// # Safety
+/// As of [`Input::given`]: the array outlives the call that this is handed to. So of the others below.
+pub(crate) unsafe fn from<T>(values: &[T]) -> Input<T> {
+    // SAFETY: the caller's promise.
     unsafe { Input::given(values.as_ptr()) }
 }
 
 /// What a host has written into an array.
-pub(crate) fn to<T>(values: &mut [T]) -> Output<T> {
-    // SAFETY: as above.
+///
+/// # Safety
+/// As above.
+pub(crate) unsafe fn to<T>(values: &mut [T]) -> Output<T> {
+    // SAFETY: the caller's promise.
     unsafe { Output::given(values.as_mut_ptr()) }
 }
 
 /// What a host reads from one place.
-pub(crate) fn at<T>(value: &T) -> Input<T> {
-    // SAFETY: as above.
+///
+/// # Safety
+/// As above.
+pub(crate) unsafe fn at<T>(value: &T) -> Input<T> {
+    // SAFETY: the caller's promise.
     unsafe { Input::given(value) }
 }
 
 /// What a host has written into one place.
-pub(crate) fn into<T>(value: &mut T) -> Output<T> {
-    // SAFETY: as above.
+///
+/// # Safety
+/// As above.
+pub(crate) unsafe fn into<T>(value: &mut T) -> Output<T> {
+    // SAFETY: the caller's promise.
     unsafe { Output::given(value) }
 }
 
