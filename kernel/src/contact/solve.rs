@@ -475,48 +475,6 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_node_and_its_images_are_one_node_with_mirror_planes() {
-        // Across the plane x = 0 a normal changes the sign of x, an arm, as every moment, those of y and z.
-        let [across_x, across_y] = [Vector::new(-1.0, 1.0, 1.0), Vector::new(1.0, -1.0, 1.0)];
-        for (mirror_x, mirror_y) in [(true, false), (false, true), (true, true)] {
-            let symmetry = Symmetry { mirror_x, mirror_y };
-            let (inertia, mut body) = rod(3.0, true);
-            body.velocity.component_mul_assign(&symmetry.force_mask());
-            body.angular_velocity.component_mul_assign(&symmetry.torque_mask());
-            let nodes = |k: u64| {
-                let normal = Vector::new(0.5 * number(4 * k), 0.5 * number(4 * k + 1), 1.0).normalize();
-                (normal, Vector::new(0.01, 0.008, 0.0) * number(4 * k + 2), 50.0 * number(4 * k + 3))
-            };
-            let (mut whole, mut part) = (Vec::new(), Vec::new());
-            for (normal, arm, approach) in (0..6).map(nodes) {
-                let mut images = Vec::from([(normal, arm)]);
-                for (mirrored, across) in [(mirror_x, across_x), (mirror_y, across_y)] {
-                    if mirrored {
-                        let more = images.iter().map(|(n, a)| (n.component_mul(&across), -a.component_mul(&across)));
-                        images.extend(more.collect::<Vec<_>>());
-                    }
-                }
-                part.push(armed(normal, arm, images.len() as f64, approach));
-                whole.extend(images.iter().map(|(normal, arm)| armed(*normal, *arm, 1.0, approach)));
-            }
-            // Alone, a node and its images are solved at once.
-            let mut alone = [part[0]];
-            assert!(solve(&mut alone, &body, &inertia, NODE, symmetry).sweeps <= 3);
-            let of_whole = solve(&mut whole, &body, &inertia, NODE, Symmetry::default());
-            let of_part = solve(&mut part, &body, &inertia, NODE, symmetry);
-            assert!(of_whole.converged && of_part.converged);
-            assert!((of_whole.velocity - of_part.velocity).norm() < 1e-9);
-            assert!((of_whole.angular_velocity - of_part.angular_velocity).norm() < 1e-7);
-            let images = whole.len() / part.len();
-            assert!(part.iter().any(|slot| slot[CANDIDATE_REALS - 1] > 0.0));
-            for (image, slot) in whole.iter().enumerate() {
-                let (impulse, expected) = (slot[CANDIDATE_REALS - 1], part[image / images][CANDIDATE_REALS - 1]);
-                assert!((impulse - expected).abs() < 1e-10 * NODE * 80.0 + 1e-14);
-            }
-        }
-    }
-
     /// Twenty nodes of one normal, their speeds along it within `spread`, m/s, before a body of the mass of `share` nodes.
     fn crowd(share: f64, spread: f64) -> (Vec<[f64; CANDIDATE_REALS]>, Solved, Body, Inertia) {
         let (inertia, mut body) = rod(share, true);
@@ -524,28 +482,6 @@ mod tests {
         let mut slots: Vec<_> = (0..20).map(|k| armed(Vector::z(), Vector::zeros(), 1.0, spread * number(k))).collect();
         let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
         (slots, solved, body, inertia)
-    }
-
-    #[test]
-    fn a_fixed_node_does_not_give_way() {
-        let (normal, arm) = (Vector::new(0.48, -0.6, 0.64), Vector::new(4e-3, -0.011, 7e-3));
-        for movable in [true, false] {
-            let (inertia, body) = rod(5.0, movable);
-            let mut slots = [fixed(armed(normal, arm, 1.0, 7.0)), armed(-normal, -arm, 1.0, 0.0)];
-            let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
-            let surface = |v: &Vector, w: &Vector| normal.dot(v) + arm.dot(w);
-            let closing = surface(&body.velocity, &body.angular_velocity) - 7.0;
-            let give = arm.component_mul(&arm).component_div(&inertia.moments).sum() + 1.0 / (5.0 * NODE);
-            let found = Candidate::read(&slots[0]);
-            if movable {
-                close(found.impulse, closing / give, 1e-13);
-                close(surface(&solved.velocity, &solved.angular_velocity), 7.0, 1e-13);
-            } else {
-                // Two that do not give way: no impulse makes sense, and none is found.
-                assert_eq!((found.impulse, found.effective_mass, solved.velocity), (0.0, 0.0, body.velocity));
-            }
-            assert!(solved.converged && solved.sweeps <= 3 && closing > 0.0);
-        }
     }
 
     #[test]

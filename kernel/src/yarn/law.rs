@@ -472,14 +472,6 @@ mod tests {
         close(law.failure_stretch(100.0), 1.03 - math::ln(0.15) / 100.0, 1e-14);
     }
 
-    #[test]
-    fn nothing_pulls_at_or_below_the_length_at_rest() {
-        for stretch in [1.0, 0.9] {
-            assert_eq!((stress_at(1.0, stretch), stored_at(1.0, stretch)), (0.0, 0.0));
-        }
-        assert_eq!(LAW.dissipated(&YARN, 1.0), 0.0);
-    }
-
     /// At any stretch and rate: nothing where the segment is slack, never a push in all, never work out of nothing, and no jump
     /// where the segment becomes taut.
     #[test]
