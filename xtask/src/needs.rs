@@ -2,7 +2,7 @@
 
 use crate::platforms::compiler_for;
 use crate::targets::{TARGETS, Target};
-use crate::tools::{Outcome, cargo_program};
+use crate::tools::{Outcome, cargo_program, first_found};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -136,16 +136,11 @@ fn joined(needs: &[Need]) -> String {
 }
 
 fn any(programs: &[&str]) -> bool {
-    programs.iter().any(|program| in_path(program))
+    first_found(programs).is_some()
 }
 
 fn all(programs: &[&str]) -> bool {
-    programs.iter().all(|program| in_path(program))
-}
-
-/// Whether a program lies in the path, or where its own path says.
-fn in_path(program: &str) -> bool {
-    std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).any(|folder| folder.join(program).is_file())
+    programs.iter().all(|program| any(&[program]))
 }
 
 fn python() -> bool {

@@ -91,7 +91,21 @@ pub struct Compiler {
 impl Compiler {
     /// Cargo, told to use this compiler; options that the kind of compiler needs come with [`Compiler::options`].
     pub fn command(&self) -> Command {
-        let mut command = Command::new(&self.cargo);
+        self.told_to(Command::new(&self.cargo))
+    }
+
+    /// A program that calls cargo, told to use this compiler. Where that has no standard library for the target but its source, the
+    /// library is built along.
+    pub fn lent_to(&self, program: Command) -> Command {
+        let mut program = self.told_to(program);
+        program.env("CARGO", &self.cargo);
+        if self.build_core {
+            program.env("CARGO_UNSTABLE_BUILD_STD", "std,panic_unwind");
+        }
+        program
+    }
+
+    fn told_to(&self, mut command: Command) -> Command {
         if let Some(rustc) = &self.rustc {
             command.env_remove("RUSTUP_TOOLCHAIN").env("RUSTC", rustc);
         }
@@ -100,20 +114,6 @@ impl Compiler {
             command.env("RUSTC_BOOTSTRAP", "1");
         }
         command
-    }
-
-    /// A program that calls cargo, told to use this compiler. Where that has no standard library for the target but its source, the
-    /// library is built along.
-    pub fn lent_to(&self, mut program: Command) -> Command {
-        program.env("CARGO", &self.cargo);
-        if let Some(rustc) = &self.rustc {
-            program.env_remove("RUSTUP_TOOLCHAIN").env("RUSTC", rustc);
-        }
-        if self.build_core {
-            // As above.
-            program.env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "std,panic_unwind");
-        }
-        program
     }
 
     /// Options behind cargo's subcommand.
