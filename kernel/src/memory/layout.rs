@@ -304,8 +304,7 @@ mod tests {
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.
     fn tiny() -> Scene {
-        let mut scene = Scene::sheet_3in_sphere();
-        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (9, 5);
+        let mut scene = crate::tests::sheet(9, 5);
         (scene.yarn.stochastic, scene.track_detachment, scene.track_support) = (false, false, false);
         scene.contact_capacity = 10;
         scene

@@ -256,8 +256,7 @@ mod tests {
 
     /// 401 x 401 nodes of drawn strength: 320 800 segments.
     fn drawn(shape: f64, gauge_length: f64, correlation: f64) -> Scene {
-        let mut scene = Scene::sheet_3in_sphere();
-        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (401, 401);
+        let mut scene = crate::tests::sheet(401, 401);
         let yarn = &mut scene.yarn;
         (yarn.strength_draw, yarn.weibull_shape) = (StrengthDraw::Weibull, shape);
         (yarn.weibull_gauge_length, yarn.weibull_correlation) = (gauge_length, correlation);

@@ -310,7 +310,6 @@ mod tests {
     use crate::ground::math;
     use crate::scene::parts::{AttachmentKind, Drive, Scene, Shape, StepAfterFailure, StrengthDraw};
     use crate::tests::{close, sheet, sim};
-    use crate::yarn::law::DamageLaw;
     use std::vec::Vec;
 
     /// 21 x 21 nodes, four sides held, uniform yarn, the preset sphere at 60 m/s.
@@ -357,13 +356,7 @@ mod tests {
 
     /// Strain and dissipated energy, J, of the sheet with these positions and damage.
     fn in_yarns(scene: &Scene, x: &[Vector], alpha: &[f64]) -> (f64, f64) {
-        let (yarn, h) = (&scene.yarn, scene.sheet.spacing);
-        let law = DamageLaw {
-            critical_stretch: yarn.critical_stretch,
-            a: yarn.damage_a,
-            b: yarn.damage_b,
-            alpha_fail: yarn.alpha_fail,
-        };
+        let (law, h) = (scene.damage_law(Axis::Horizontal), scene.sheet.spacing);
         let (mut strain, mut dissipated) = (0.0, 0.0);
         for (k, [from, to]) in ends(scene).into_iter().enumerate() {
             let (segment, volume) = (scene.draw_segment(k as u64).unwrap(), scene.lumped_area() * h);
