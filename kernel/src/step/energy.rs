@@ -457,27 +457,56 @@ mod tests {
         }
     }
 
+    /// A segment of 1 with these displacements of its end along its axis.
+    fn segment(axis: Axis, before: f64, now: f64) -> SegmentView {
+        let along = |u: f64| if axis == Axis::Horizontal { [u, 0.0, 0.0] } else { [0.0, u, 0.0] };
+        SegmentView {
+            axis,
+            ply: 0,
+            rest: crate::yarn::law::Rest::PLAIN,
+            bar: [1.0; 2],
+            stiffness: 1.0,
+            undamaged: 1.0,
+            damage_rate: 9.0,
+            critical_stretch: 1.03,
+            history: 0.0,
+            mark: 0.0,
+            d: along(now),
+            d_before: along(before),
+        }
+    }
+
+    /// Marked while whole, torn before and torn just now: the integrals of the stress E e t (2 - t), t = e/width at most 1.
+    #[test]
+    fn a_toe_lowers_the_energy_stored_and_that_released_later() {
+        const WIDTH: f64 = 0.02;
+        let scene = Scene { slack_toe: WIDTH, ..sphere() };
+        let (sim, yarn, law) = (sim(&scene), scene.mean_segment(Axis::Horizontal), scene.damage_law(Axis::Horizontal));
+        let (model, stiffness) = (&sim.system.model, sim.system.directions.front.horizontal.stiffness);
+        let alpha = |stretch: f64| law.alpha(yarn.damage_rate, stretch * stretch - 1.0);
+        let work = |stretch: f64| match 0.5 * (stretch * stretch - 1.0) {
+            e if e < WIDTH => yarn.modulus * e * e * e / WIDTH * (2.0 / 3.0 - 0.25 * e / WIDTH),
+            e => yarn.modulus * (0.5 * e * e - WIDTH * WIDTH / 12.0),
+        };
+        let lost = |alpha: f64| law.dissipated(&yarn, alpha) - (1.0 - alpha) * yarn.modulus * WIDTH * WIDTH / 12.0;
+        for (largest, before, now) in [(1.0, 1.004, 1.028), (1.034, 1.028, 1.004), (1.034, 1.015, 1.037)] {
+            let (first, last) = (alpha(largest), alpha(math::max(largest, now)));
+            let view = SegmentView {
+                stiffness: first * stiffness,
+                undamaged: stiffness,
+                damage_rate: yarn.damage_rate,
+                history: if largest > 1.03 { largest * largest - 1.0 } else { 0.0 },
+                ..segment(Axis::Horizontal, before - 1.0, now - 1.0)
+            };
+            let (stored, dissipated) = segment_energy(&sim.system, &[RateLaw::NONE; 2], &view);
+            let expected = 0.5 * (first * work(before) + last * work(now));
+            close(stored * model.unit_energy, expected * model.segment_volume, 1e-12);
+            close(dissipated, 0.5 * (lost(first) + lost(last)), 1e-12);
+        }
+    }
+
     #[test]
     fn slack_is_nearer_than_at_rest_now_and_before() {
-        let view = |axis: Axis, before: f64, now: f64| {
-            let along = |u: f64| if axis == Axis::Horizontal { [u, 0.0, 0.0] } else { [0.0, u, 0.0] };
-            let (d, d_before) = (along(now), along(before));
-            let (rest, stiffness, critical_stretch) = (crate::yarn::law::Rest::PLAIN, 1.0, 1.03);
-            SegmentView {
-                axis,
-                ply: 0,
-                rest,
-                bar: [1.0; 2],
-                stiffness,
-                undamaged: 1.0,
-                damage_rate: 9.0,
-                critical_stretch,
-                history: 0.0,
-                mark: 0.0,
-                d,
-                d_before,
-            }
-        };
         for axis in [Axis::Horizontal, Axis::Vertical] {
             for (before, now, slack) in [
                 (-0.1, -0.2, true),
@@ -487,10 +516,10 @@ mod tests {
                 (-0.1, 0.0, false),
                 (0.1, 0.2, false),
             ] {
-                assert_eq!(view(axis, before, now).is_slack(), slack, "{before} {now}");
+                assert_eq!(segment(axis, before, now).is_slack(), slack, "{before} {now}");
             }
             // U = 1.2: U^2 - 1 = 0.44.
-            close(view(axis, 0.0, 0.2).twice_strain(), 0.44, 1e-15);
+            close(segment(axis, 0.0, 0.2).twice_strain(), 0.44, 1e-15);
         }
     }
 }
