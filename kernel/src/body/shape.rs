@@ -804,6 +804,34 @@ mod tests {
     }
 
     #[test]
+    fn each_dimension_is_accepted_at_its_limit_and_refused_below() {
+        type Set = fn(&mut Projectile, f64);
+        const H: f64 = 7.26e-4;
+        let base = Projectile { radius: 0.01, length: 0.02, size: [0.01; 3], ..Scene::sheet_3in_sphere().projectile };
+        let (radius, length): (Set, Set) = (|body, x| body.radius = x, |body, x| body.length = x);
+        let rows: [(Shape, &str, f64, Set); 9] = [
+            (Shape::Sphere, "projectile.radius", H, radius),
+            (Shape::Cylinder, "projectile.radius", H, radius),
+            (Shape::Cylinder, "projectile.length", 2.0 * H, length),
+            (Shape::HemisphericalCylinder, "projectile.radius", H, radius),
+            // At least as long as its end; a flat-ended one may be a disc.
+            (Shape::HemisphericalCylinder, "projectile.length", 0.01, length),
+            (Shape::HemisphericalCylinder, "projectile.length", 2.0 * H, |body, x| (body.radius, body.length) = (H, x)),
+            (Shape::Box, "projectile.size", 2.0 * H, |body, x| body.size[0] = x),
+            (Shape::Box, "projectile.size", 2.0 * H, |body, x| body.size[1] = x),
+            (Shape::Box, "projectile.size", 2.0 * H, |body, x| body.size[2] = x),
+        ];
+        for (shape, field, least, set) in rows {
+            let found = [least, least.next_down()].map(|x| {
+                let mut body = Projectile { shape, ..base };
+                set(&mut body, x);
+                check(&body, H).err().map(|error| (error.field, error.value, error.limit))
+            });
+            assert_eq!(found, [None, Some((field, least.next_down(), least))], "{shape:?} {field}");
+        }
+    }
+
+    #[test]
     fn no_moment_is_greater_than_the_others_together() {
         // A flat disc has equality; rounding of 1e-9 is let through.
         for (k, (factor, sound)) in (0..3).flat_map(|k| {
