@@ -3,31 +3,10 @@
 use arbitrary::Unstructured;
 
 /// Numbers that break careless code.
+#[rustfmt::skip]
 const ODD: [f64; 24] = [
-    0.0,
-    -0.0,
-    f64::NAN,
-    f64::INFINITY,
-    f64::NEG_INFINITY,
-    f64::MIN_POSITIVE,
-    5e-324,
-    -5e-324,
-    1e-310,
-    f64::MAX,
-    f64::MIN,
-    f64::EPSILON,
-    1.0,
-    -1.0,
-    0.5,
-    2.0,
-    1e-300,
-    1e-150,
-    1e-12,
-    1e12,
-    1e100,
-    1e154,
-    1e300,
-    -1e300,
+    0.0, -0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MIN_POSITIVE, 5e-324, -5e-324, 1e-310, f64::MAX, f64::MIN, f64::EPSILON,
+    1.0, -1.0, 0.5, 2.0, 1e-300, 1e-150, 1e-12, 1e12, 1e100, 1e154, 1e300, -1e300,
 ];
 
 /// The bytes not used so far.

@@ -1,5 +1,7 @@
-//! Memory of exactly the bytes asked for, so that AddressSanitizer sees one too many, filled with a pattern.
+//! Memory of exactly the bytes asked for, so that AddressSanitizer sees one too many, filled with a pattern; and memory as a host
+//! hands it over.
 
+use fabric_capi::{Input, Output};
 use std::alloc::{Layout, alloc, dealloc, handle_alloc_error};
 
 /// What fresh memory is filled with.
@@ -49,4 +51,46 @@ impl Drop for Block {
         // SAFETY: allocated with this layout.
         unsafe { dealloc(self.start, self.layout) }
     }
+}
+
+/// What a host reads from an array.
+///
+/// # Safety
+/// As of [`Input::given`]: the array outlives the call that this is handed to. So of the others below.
+pub(crate) unsafe fn from<T>(values: &[T]) -> Input<T> {
+    // SAFETY: the caller's promise.
+    unsafe { Input::given(values.as_ptr()) }
+}
+
+/// What a host has written into an array.
+///
+/// # Safety
+/// As above.
+pub(crate) unsafe fn to<T>(values: &mut [T]) -> Output<T> {
+    // SAFETY: the caller's promise.
+    unsafe { Output::given(values.as_mut_ptr()) }
+}
+
+/// What a host reads from one place.
+///
+/// # Safety
+/// As above.
+pub(crate) unsafe fn at<T>(value: &T) -> Input<T> {
+    // SAFETY: the caller's promise.
+    unsafe { Input::given(value) }
+}
+
+/// What a host has written into one place.
+///
+/// # Safety
+/// As above.
+pub(crate) unsafe fn into<T>(value: &mut T) -> Output<T> {
+    // SAFETY: the caller's promise.
+    unsafe { Output::given(value) }
+}
+
+/// No place.
+pub(crate) fn nowhere<T>() -> Output<T> {
+    // SAFETY: null is never followed.
+    unsafe { Output::given(std::ptr::null_mut()) }
 }

@@ -1,52 +1,42 @@
 //! Scenes made of any bytes: refused by a documented status with nothing written, or run without a panic, alike in C and Rust.
 
 use crate::bytes::Bytes;
-use crate::memory::Block;
+use crate::memory::{Block, at, into, nowhere, to};
 use crate::small::{self, MOST_ITERATIONS, MOST_NODES};
 use fabric::fields::{FIELDS, slot_of};
 use fabric::{CacheLine, Code, InstructionSet, Layout, Sim};
 use fabric_capi::calls::*;
 use fabric_capi::types::*;
-use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
+use fabric_capi::{Lent, Output, ToChange, ToLookAt, fk_sim};
 use std::ptr::null_mut;
 
 /// What fk_memory_size, and but for the time step's three every other call, may refuse a scene with.
-const OF_A_FIELD: [i32; 20] = [
-    Code::StructSize.number(),
-    Code::NotFinite.number(),
-    Code::NotPositive.number(),
-    Code::OutOfRange.number(),
-    Code::UnknownChoice.number(),
-    Code::BadQuaternion.number(),
-    Code::TooManyNodes.number(),
-    Code::DamageRateTooSmall.number(),
-    Code::ProjectileTooLight.number(),
-    Code::ProjectileTooSmall.number(),
-    Code::DiscsOverlap.number(),
-    Code::DiscTouchesProjectile.number(),
-    Code::BadNormal.number(),
-    Code::UnboundedFaces.number(),
-    Code::ImpossibleMoments.number(),
-    Code::NotSymmetric.number(),
-    Code::NotBuilt.number(),
-    Code::HoldsNothing.number(),
-    Code::NotInEquilibrium.number(),
-    Code::DoesNotGoWith.number(),
+#[rustfmt::skip]
+const OF_A_FIELD: [Code; 20] = [
+    Code::StructSize, Code::NotFinite, Code::NotPositive, Code::OutOfRange, Code::UnknownChoice, Code::BadQuaternion,
+    Code::TooManyNodes, Code::DamageRateTooSmall, Code::ProjectileTooLight, Code::ProjectileTooSmall, Code::DiscsOverlap,
+    Code::DiscTouchesProjectile, Code::BadNormal, Code::UnboundedFaces, Code::ImpossibleMoments, Code::NotSymmetric,
+    Code::NotBuilt, Code::HoldsNothing, Code::NotInEquilibrium, Code::DoesNotGoWith,
 ];
-/// What fk_scene_check adds, of the step and of the start; out of range is a quadratic viscosity that no step allows for the strengths
-/// drawn, or a mass.
-const OF_THE_START: [i32; 7] = [
-    Code::StepTooLarge.number(),
-    Code::StepLimitUnusable.number(),
-    Code::DamageRateTooSmall.number(),
-    Code::OutOfRange.number(),
-    Code::InitialOverlap.number(),
-    Code::ProjectileTooFast.number(),
-    Code::NotSymmetric.number(),
+/// What fk_scene_check adds, of the step and of the start; out of range is a quadratic viscosity that no step allows for the
+/// strengths drawn, or a mass.
+#[rustfmt::skip]
+const OF_THE_START: [Code; 7] = [
+    Code::StepTooLarge, Code::StepLimitUnusable, Code::DamageRateTooSmall, Code::OutOfRange, Code::InitialOverlap,
+    Code::ProjectileTooFast, Code::NotSymmetric,
 ];
 /// What a step may fail with.
-pub const FAILURES: [i32; 4] =
-    [Code::NonFinite.number(), Code::ContactCapacity.number(), Code::TooFast.number(), Code::NotConverged.number()];
+const FAILURES: [Code; 4] = [Code::NonFinite, Code::ContactCapacity, Code::TooFast, Code::NotConverged];
+
+/// Whether a status is FK_OK or one of these.
+fn is_of(status: i32, codes: &[Code]) -> bool {
+    status == FK_OK || codes.iter().any(|code| code.number() == status)
+}
+
+/// Whether a step may fail with it.
+pub fn is_failure(status: i32) -> bool {
+    status != FK_OK && is_of(status, &FAILURES)
+}
 
 /// Where a parameter stands in the structure.
 fn place(name: &str) -> usize {
@@ -103,37 +93,37 @@ fn fault_status(fault: &fk_fault) -> i32 {
 
 /// A textile of a data sheet with a few numbers that may be anything: refused with the scene as it was, or set as in Rust.
 fn set_textile(bytes: &mut Bytes, scene: &fk_scene) {
-    let threads = fk_threads { linear_density: 6.7e-5, count: 1340.0, crimp: 0.01 };
-    let mut numbers = [threads.linear_density, threads.count, threads.crimp, 6.7e-5, 1340.0, 0.0, 1440.0, 85e9];
-    let mut law = [0.0, 0.0355, 0.0, 0.0, 2300.0, 14.7, 0.05];
+    let warp = fk_threads { linear_density: 6.7e-5, count: 1340.0, crimp: 0.01 };
+    let mut textile = fk_textile {
+        warp,
+        weft: fk_threads { crimp: 0.0, ..warp },
+        fibre_density: 1440.0,
+        modulus: 85e9,
+        modulus_sd: 0.0,
+        failure_strain: 0.0355,
+        strength: 0.0,
+        weaving_loss: 0.0,
+        damage_rate: 2300.0,
+        weibull_shape: 14.7,
+        gauge_length: 0.05,
+    };
+    let t = &mut textile;
+    let (warp, weft) = (&mut t.warp, &mut t.weft);
+    #[rustfmt::skip]
+    let numbers = [
+        &mut warp.linear_density, &mut warp.count, &mut warp.crimp, &mut weft.linear_density, &mut weft.count, &mut weft.crimp,
+        &mut t.fibre_density, &mut t.modulus, &mut t.modulus_sd, &mut t.failure_strain, &mut t.strength, &mut t.weaving_loss,
+        &mut t.damage_rate, &mut t.weibull_shape, &mut t.gauge_length,
+    ];
     for _ in 0..bytes.below(4) {
-        let at = bytes.below(numbers.len() + law.len());
-        let place = if at < numbers.len() { &mut numbers[at] } else { &mut law[at - numbers.len()] };
-        *place = bytes.odd(*place);
+        let number = &mut *numbers[bytes.below(15)];
+        *number = bytes.odd(*number);
     }
-    let [ld, ends, crimp, weft_ld, picks, weft_crimp, fibre_density, modulus] = numbers;
-    let [modulus_sd, failure_strain, strength, weaving_loss, damage_rate, weibull_shape, gauge_length] = law;
-    let textile = fk_textile {
-        warp: fk_threads { linear_density: ld, count: ends, crimp },
-        weft: fk_threads { linear_density: weft_ld, count: picks, crimp: weft_crimp },
-        fibre_density,
-        modulus,
-        modulus_sd,
-        failure_strain,
-        strength,
-        weaving_loss,
-        damage_rate,
-        weibull_shape,
-        gauge_length,
-    };
     let mut in_c = *scene;
-    let size = size_of::<fk_textile>() as u64;
+    let size = bytes_of::<fk_textile>();
     // SAFETY: structures of this function.
-    let set = unsafe {
-        let no_fault = Output::given(null_mut());
-        fk_scene_set_textile(Output::given(&mut in_c), Input::given(&textile), size, no_fault, 0)
-    };
-    let known = scene.words[0] == size_of::<fk_scene>() as u64;
+    let set = unsafe { fk_scene_set_textile(into(&mut in_c), at(&textile), size, nowhere(), 0) };
+    let known = scene.words[0] == bytes_of::<fk_scene>();
     let rust = fk_scene::scene(&scene.words).ok().filter(|_| known);
     match rust {
         Some(mut rust) => {
@@ -158,28 +148,22 @@ pub fn run(data: &[u8]) -> bool {
 
     // SAFETY: structures and numbers of this function; blocks as long as they are said to be.
     unsafe {
-        let sized = fk_memory_size(Input::given(&scene), Output::given(&mut size));
-        assert!(sized == FK_OK || OF_A_FIELD.contains(&sized), "fk_memory_size: {sized}");
-        let checked = fk_scene_check(Input::given(&scene), Output::given(&mut fault), FAULT);
+        let sized = fk_memory_size(at(&scene), into(&mut size));
+        assert!(is_of(sized, &OF_A_FIELD), "fk_memory_size: {sized}");
+        let checked = fk_scene_check(at(&scene), into(&mut fault), FAULT);
         if sized != FK_OK {
             assert_eq!(checked, sized);
             assert!(fault_status(&fault) == checked || checked == Code::StructSize.number());
         } else {
-            assert!(checked == FK_OK || OF_THE_START.contains(&checked), "fk_scene_check: {checked}");
+            assert!(is_of(checked, &OF_THE_START), "fk_scene_check: {checked}");
         }
         let mut handle = null_mut();
         let nodes = scene.words[place("sheet.nodes_x")].saturating_mul(scene.words[place("sheet.nodes_y")]);
         if nodes > MOST_NODES {
             // Making it would draw every segment; a block that is too short is refused before.
             let block = Block::new(64);
-            let refused = fk_init(
-                Lent::given(block.start().cast()),
-                64,
-                Input::given(&scene),
-                Output::given(&mut handle),
-                Output::given(&mut fault),
-                FAULT,
-            );
+            let refused =
+                fk_init(Lent::given(block.start().cast()), 64, at(&scene), into(&mut handle), into(&mut fault), FAULT);
             assert_eq!(refused, if sized == FK_OK { Code::ShortBuffer.number() } else { sized });
             assert!(fault_status(&fault) == refused && handle.is_null() && block.untouched());
             return false;
@@ -189,9 +173,9 @@ pub fn run(data: &[u8]) -> bool {
         let made = fk_init(
             Lent::given(block.start().cast()),
             block.bytes() as u64,
-            Input::given(&scene),
-            Output::given(&mut handle),
-            Output::given(&mut fault),
+            at(&scene),
+            into(&mut handle),
+            into(&mut fault),
             FAULT,
         );
         if made != FK_OK {
@@ -226,22 +210,16 @@ pub fn run(data: &[u8]) -> bool {
             assert_eq!(digest(handle), Ok(twin.digest()));
             look(handle);
             let mut image = vec![0; twin.snapshot_bytes()];
-            assert_eq!(
-                fk_state_save(ToLookAt::given(handle), Output::given(image.as_mut_ptr()), image.len() as u64),
-                FK_OK
-            );
+            assert_eq!(fk_state_save(ToLookAt::given(handle), to(&mut image), image.len() as u64), FK_OK);
             let before = twin.digest();
             twin.reset();
             assert_eq!(twin.load(&image), Ok(()), "the image of a sound simulation");
             assert_eq!(twin.digest(), before);
         } else {
-            assert!(FAILURES.contains(&stepped), "fk_advance: {stepped}");
+            assert!(is_failure(stepped), "fk_advance: {stepped}");
             assert_eq!((fk_step(ToChange::given(handle)), digest(handle)), (stepped, Err(stepped)));
             let mut counters: fk_counters = empty();
-            assert_eq!(
-                fk_get_counters(ToLookAt::given(handle), Output::given(&mut counters), size_of::<fk_counters>() as u64),
-                FK_OK
-            );
+            assert_eq!(fk_get_counters(ToLookAt::given(handle), into(&mut counters), bytes_of::<fk_counters>()), FK_OK);
             assert!(counters.steps < steps);
         }
         assert_eq!(fk_reset(ToChange::given(handle)), FK_OK);
@@ -257,10 +235,15 @@ pub fn run(data: &[u8]) -> bool {
 pub unsafe fn digest(handle: *const fk_sim) -> Result<u64, i32> {
     let mut digest = 0;
     // SAFETY: the caller's promise.
-    match unsafe { fk_digest(ToLookAt::given(handle), Output::given(&mut digest)) } {
+    match unsafe { fk_digest(ToLookAt::given(handle), into(&mut digest)) } {
         FK_OK => Ok(digest),
         status => Err(status),
     }
+}
+
+/// Bytes of a structure, as a host says them.
+pub fn bytes_of<T>() -> u64 {
+    size_of::<T>() as u64
 }
 
 /// A structure of the C interface as a host hands it over to be filled.
@@ -279,7 +262,7 @@ pub type Get<H, T> = unsafe extern "C" fn(H, Output<T>, u64) -> i32;
 /// A handle from fk_init.
 unsafe fn got<H, T: Copy>(handle: H, call: Get<H, T>) -> i32 {
     // SAFETY: the caller's promise, and a structure of this function.
-    unsafe { call(handle, Output::given(&mut empty()), size_of::<T>() as u64) }
+    unsafe { call(handle, into(&mut empty()), bytes_of::<T>()) }
 }
 
 /// Every read-out of a sound simulation, into arrays of exactly the lengths asked for.
@@ -292,29 +275,31 @@ unsafe fn look(handle: *const fk_sim) {
     // SAFETY: the caller's promise; structures and arrays of this function.
     unsafe {
         let sim = || ToLookAt::given(handle);
-        assert_eq!(fk_get_grid(sim(), Output::given(&mut grid), size_of::<fk_grid>() as u64), FK_OK);
-        let mut nodes = vec![0.0; 3 * (grid.plies * grid.nodes_x * grid.nodes_y) as usize];
+        assert_eq!(fk_get_grid(sim(), into(&mut grid), bytes_of::<fk_grid>()), FK_OK);
+        let mut places = vec![0.0; 3 * (grid.plies * grid.nodes_x * grid.nodes_y) as usize];
+        let mut speeds = places.clone();
         let mut segments = vec![0.0; (grid.plies * (grid.horizontal + grid.vertical)) as usize];
         let mut residual = [0.0; 3];
         let statuses = [
-            fk_get_time(sim(), Output::given(&mut steps), Output::given(&mut seconds)),
+            fk_get_time(sim(), into(&mut steps), into(&mut seconds)),
             got(sim(), fk_get_step_limits),
             got(sim(), fk_get_projectile),
             got(sim(), fk_get_contact),
             got(sim(), fk_get_support),
             got(sim(), fk_get_energy),
-            fk_get_momentum_residual(sim(), Output::given(residual.as_mut_ptr())),
+            fk_get_momentum_residual(sim(), to(&mut residual)),
             got(ToChange::given(handle.cast_mut()), fk_get_fabric),
             got(sim(), fk_get_counters),
             got(sim(), fk_get_fault),
             got(sim(), fk_get_outcome),
-            fk_copy_positions(sim(), Output::given(nodes.as_mut_ptr()), nodes.len() as u64),
-            fk_copy_velocities(sim(), Output::given(nodes.as_mut_ptr()), nodes.len() as u64),
-            fk_copy_stretch(sim(), Output::given(segments.as_mut_ptr()), segments.len() as u64),
-            fk_copy_damage(sim(), Output::given(segments.as_mut_ptr()), segments.len() as u64),
-            fk_state_size(sim(), Output::given(&mut bytes)),
+            fk_copy_positions(sim(), to(&mut places), places.len() as u64),
+            fk_copy_velocities(sim(), to(&mut speeds), speeds.len() as u64),
+            fk_copy_stretch(sim(), to(&mut segments), segments.len() as u64),
+            fk_copy_damage(sim(), to(&mut segments), segments.len() as u64),
+            fk_state_size(sim(), into(&mut bytes)),
         ];
         assert_eq!(statuses, [FK_OK; 16]);
+        assert!(places.iter().chain(&speeds).all(|x| x.is_finite()));
         assert!(segments.iter().all(|alpha| (0.0..=1.0).contains(alpha)), "damage outside 0 to 1");
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::bytes::Bytes;
 use fabric::{
-    AttachmentKind, Back, Draw, Drive, Faces, Integrator, IntegratorKind, RotationRule, Scene, Sector, Shape, Stack,
-    StepAfterFailure, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
+    AttachmentKind, Back, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, RotationRule, Scene, Sector, Shape,
+    Stack, StepAfterFailure, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
 };
 
 /// Most nodes of a sheet that is stepped.
@@ -129,6 +129,12 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
             if held && scene.sheet.crimp == [0.0; 2] {
                 scene.sheet.pre_strain = [0.0005, bytes.choose(&[0.0, 0.0009])];
             }
+            // Of no bytes of its own, so that the corpora mean what they meant.
+            let strip = scene.attachment.kind == AttachmentKind::TwoSides
+                && (!scene.yarn.stochastic || scene.yarn.draw == Draw::Yarn);
+            if strip && scene.sheet.crimp[0] == 0.0 {
+                scene.sheet.pre_strain = [0.0005, 0.0];
+            }
             scene.weft = Weft { modulus_mean: 90e9, damage_intercept: 100.0, ..scene.weft };
         }
         _ => {
@@ -143,7 +149,7 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         let plies = bytes.choose(&[1, 1, 2, 5]);
         let gap = h * bytes.choose(&[0.0, 0.3, 1.5]);
         scene.stack = Stack { plies, gap, turned: scene.sheet.spacing_y == 0.0 && plies == 5 };
-        // Of no bytes of its own, so that the corpora mean what they meant.
+        // Of no bytes of its own either.
         if plies == 5 && gap > h {
             let weibull_shape = if scene.slack_toe == 0.0 { 5.0 } else { 0.0 };
             scene.back = Back { plies: 2, node_mass: 0.3 * scene.sheet.node_mass, weibull_shape, ..scene.back };
@@ -162,6 +168,10 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
             (yarn.rate_modulus, yarn.rate_stretch) = (0.13, bytes.choose(&[0.0, 0.16]));
             (yarn.rate_reference, yarn.rate_limit) = (30.0, 170.0);
             (scene.slack_toe, scene.contact.friction) = (0.0, bytes.choose(&[0.0, 0.3]));
+        }
+        // Of no bytes of its own either.
+        _ if scene.stack.plies == 1 && scene.seed.is_multiple_of(3) => {
+            scene.sheet.grading = Grading { largest: 2, run: 1, centre: [0.0; 2], half_width: [0.3 * h; 2] };
         }
         _ => {}
     }

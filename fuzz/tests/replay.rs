@@ -1,6 +1,9 @@
 //! Every committed input once more, without libFuzzer: the corpora, and what once broke something (`regressions`).
 
+use fabric::FEATURES;
 use fabric_fuzz::TARGETS;
+use fabric_fuzz::bytes::Bytes;
+use fabric_fuzz::small;
 use std::path::Path;
 
 /// Runs every file of a folder through a target; counts them, and those that stepped a simulation.
@@ -30,22 +33,33 @@ fn corpora_and_regressions() {
     }
 }
 
+/// Random inputs, the same every time: a linear congruential generator, for any bytes will do.
+fn random_inputs(count: usize) -> impl Iterator<Item = Vec<u8>> {
+    let mut state = 1_u64;
+    let mut byte = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 56) as u8
+    };
+    (0..count).map(move |_| (0..byte()).map(|_| byte()).collect())
+}
+
 #[test]
 fn random_bytes() {
     for (name, run) in TARGETS {
-        // A linear congruential generator: any bytes will do.
-        let mut state = 1_u64;
-        let mut byte = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 56) as u8
-        };
-        let mut deep = 0;
-        for _ in 0..500 {
-            let length = byte() as usize;
-            let data: Vec<u8> = (0..length).map(|_| byte()).collect();
-            deep += usize::from(run(&data));
-        }
-        println!("{name}: 500 random inputs, {deep} of them stepped a simulation");
-        assert!(deep >= 100, "{name}: {deep}");
+        let deep = random_inputs(4000).filter(|data| run(data)).count();
+        println!("{name}: 4000 random inputs, {deep} of them stepped a simulation");
+        assert!(deep >= 800, "{name}: {deep}");
+    }
+}
+
+/// Tests that nearly all scenes do not get to would say nothing: with each feature some must run.
+#[test]
+fn random_scenes_have_every_feature() {
+    let scenes = random_inputs(4000).map(|data| small::scene(&mut Bytes::new(&data)));
+    let sound: Vec<_> = scenes.filter(|scene| scene.check_start().is_ok()).collect();
+    for record in FEATURES.iter().filter(|record| record.built && !record.asked_by.is_empty()) {
+        let count = sound.iter().filter(|scene| record.asked_by(scene).is_some()).count();
+        println!("{:?}: {count} of {} scenes", record.feature, sound.len());
+        assert!(count >= 20, "{:?}: {count}", record.feature);
     }
 }

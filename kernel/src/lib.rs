@@ -114,3 +114,65 @@ struct Readme;
 
 /// Version of this crate. Another version may give other bits: images and models of one are not for the other.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What the unit tests of several files use.
+#[cfg(test)]
+mod tests {
+    use crate::body::projectile::Motion;
+    use crate::ground::random::splitmix64;
+    use crate::scene::parts::{Scene, StepAfterFailure};
+    use crate::{CacheLine, Layout, Sim};
+    use std::vec;
+    use std::vec::Vec;
+
+    /// A body at rest in the origin.
+    pub const AT_REST: Motion = Motion {
+        position: [0.0; 3],
+        velocity: [0.0; 3],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        angular_velocity: [0.0; 3],
+    };
+
+    /// Equal but for this share of what is expected.
+    #[track_caller]
+    pub fn close(value: f64, expected: f64, relative: f64) {
+        assert!((value - expected).abs() <= relative * expected.abs(), "{value:e} is not {expected:e}");
+    }
+
+    /// Numbers from -1 to 1 without visible order.
+    pub fn number(k: u64) -> f64 {
+        2.0 * (splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+    }
+
+    /// The 3 in preset on another number of nodes.
+    pub fn sheet(nodes_x: u32, nodes_y: u32) -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes_x, nodes_y);
+        scene
+    }
+
+    /// 21 x 21 nodes, four sides held, every option that adds to the state; the preset sphere at 150 m/s.
+    pub fn torn_by_a_sphere() -> Scene {
+        let mut scene = sheet(21, 21);
+        (scene.track_detachment, scene.track_support, scene.projectile.velocity) = (true, true, [0.0, 0.0, 150.0]);
+        (scene.yarn.stochastic, scene.slack_toe, scene.step_after_failure) = (true, 0.02, StepAfterFailure::Half);
+        (scene.yarn.viscosity_linear, scene.yarn.viscosity_bending) = (0.06, 0.06);
+        scene
+    }
+
+    /// A simulation of the scene, in memory of its own.
+    pub fn sim(scene: &Scene) -> Sim<'static> {
+        let memory = vec![CacheLine::ZERO; Layout::of(scene).unwrap().lines()];
+        Sim::new(scene, memory.leak()).unwrap()
+    }
+
+    pub fn saved(sim: &Sim<'_>) -> Vec<u8> {
+        let mut image = vec![0; sim.snapshot_bytes()];
+        sim.save(&mut image).unwrap();
+        image
+    }
+
+    pub fn word_of(image: &[u8], at: usize) -> u64 {
+        u64::from_le_bytes(*image[8 * at..].first_chunk().unwrap())
+    }
+}

@@ -12,7 +12,6 @@ mod inputs;
 mod invariance;
 mod memory;
 mod poison;
-mod random_scenes;
 mod refusals;
 mod snapshots;
 mod units;

@@ -9,7 +9,7 @@ mod sheets;
 
 use fabric::pose::{Vector, components, into_body, normalised};
 use fabric::{Contact, Counters, Energy, Failure, Motion, Outcome, OutcomeSet, Scene, Sim, Solid};
-use fabric_tests::{Buffers, reference::length};
+use fabric_tests::{memory_of, reference::length};
 use rayon::prelude::*;
 
 /// What counts as none inside a sphere, m.
@@ -49,8 +49,8 @@ impl Row {
 
     /// What is wrong with the run, if anything is.
     fn miss(&self) -> Option<String> {
-        let mut buffers = Buffers::of(&self.scene);
-        let mut sim = buffers.sim(&self.scene);
+        let mut memory = memory_of(&self.scene);
+        let mut sim = Sim::new(&self.scene, &mut memory).unwrap();
         (self.prepare)(&mut sim);
         let found = match self.run(&mut sim) {
             Ok(end) if end.finite() && (self.check)(&end) => return None,

@@ -9,7 +9,7 @@ use crate::changed;
 use fabric::internals::random::splitmix64;
 use fabric::pose::{components, normalised};
 use fabric::{AttachmentKind, Code, Drive, Outcome, Scene, Shape, Sim, Solid};
-use fabric_tests::Buffers;
+use fabric_tests::memory_of;
 use fabric_tests::reference::{V3, dot};
 use rayon::prelude::*;
 
@@ -45,8 +45,8 @@ fn check(seeds: std::ops::Range<u64>) {
 /// The outcome that came, and rightly; or what is wrong: one before it was true, one that was missed, or a failure.
 fn fly(seed: u64) -> Result<Option<Outcome>, String> {
     let (scene, load) = draw(seed);
-    let mut buffers = Buffers::of(&scene);
-    let mut sim = buffers.sim(&scene);
+    let mut memory = memory_of(&scene);
+    let mut sim = Sim::new(&scene, &mut memory).unwrap();
     if load != [0.0; 3] {
         sim.set_external_load(load, [0.0; 3]).unwrap();
     }

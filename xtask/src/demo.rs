@@ -3,7 +3,6 @@
 use crate::tools::{self, Outcome, cargo};
 use std::path::Path;
 
-/// Options of the command.
 #[derive(clap::Args)]
 pub struct Options {
     /// The 3 in sheet and a disc sector of half the size instead of the 10 in sheet: some seconds instead of a minute; writes
@@ -12,7 +11,6 @@ pub struct Options {
     pub quick: bool,
 }
 
-/// Runs the command.
 pub fn run(options: &Options) -> Outcome {
     crate::needs::demo()?;
     let python = tools::python()?;

@@ -111,42 +111,23 @@ fn before_variables(out: &mut Xml, two: bool, abilities: &[Attribute]) {
     out.leaf("DefaultExperiment", &experiment);
 }
 
-fn causality(variable: &Variable) -> &'static str {
-    match variable.role {
-        Role::Input => "input",
-        Role::Fixed | Role::Tunable => "parameter",
-        Role::Continuous | Role::Discrete => "output",
-    }
-}
-
-fn variability(variable: &Variable) -> &'static str {
-    match variable.role {
-        Role::Input | Role::Continuous => "continuous",
-        Role::Fixed => "fixed",
-        Role::Tunable => "tunable",
-        Role::Discrete => "discrete",
-    }
-}
-
-/// FMI forbids `initial` for inputs.
-fn initial(variable: &Variable) -> Option<String> {
-    match variable.role {
-        Role::Input => None,
-        Role::Fixed | Role::Tunable => some("exact"),
-        Role::Continuous | Role::Discrete => some("calculated"),
-    }
+/// Causality, variability, and `initial`, which FMI forbids for inputs.
+fn kinds(role: Role) -> [Attribute; 3] {
+    let (causality, variability, initial) = match role {
+        Role::Input => ("input", "continuous", None),
+        Role::Fixed => ("parameter", "fixed", some("exact")),
+        Role::Tunable => ("parameter", "tunable", some("exact")),
+        Role::Continuous => ("output", "continuous", some("calculated")),
+        Role::Discrete => ("output", "discrete", some("calculated")),
+    };
+    [("causality", some(causality)), ("variability", some(variability)), ("initial", initial)]
 }
 
 /// The attributes of any variable. `numbered`: as of [`description`].
 fn attributes(variable: &Variable, name: &str, reference: u32, numbered: bool) -> Vec<Attribute> {
-    vec![
-        ("name", some(name)),
-        ("valueReference", some(reference)),
-        ("description", some(description(variable, numbered))),
-        ("causality", some(causality(variable))),
-        ("variability", some(variability(variable))),
-        ("initial", initial(variable)),
-    ]
+    let about = some(description(variable, numbered));
+    let named = [("name", some(name)), ("valueReference", some(reference)), ("description", about)];
+    named.into_iter().chain(kinds(variable.role)).collect()
 }
 
 /// A limit or typical size, if there is one.

@@ -10,7 +10,6 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Options of `cargo xtask digests`.
 #[derive(clap::Args, Default)]
 pub struct Options {
     /// Run only these (comma-separated names of the table); one that cannot run is then an error.
@@ -21,12 +20,9 @@ pub struct Options {
     pub only_available: bool,
 }
 
-/// One target.
 struct Target {
-    /// Name in the table and for --targets.
     name: &'static str,
     library: Library,
-    /// Options for the C compiler.
     options: &'static [&'static str],
     /// Files besides digests.c, and libraries, that make the program.
     sources: &'static [&'static str],
@@ -63,30 +59,19 @@ enum Runner {
 const ROUNDING_UP: &[&str] = &["-static", "-DROUNDING=FE_UPWARD"];
 const HOSTED: &[&str] = &["tests/digests/hosted.c", "-lm"];
 const BOARD: &[&str] = &["tests/digests/cortex_m7.c", "examples/cortex-m7/board.c"];
+#[rustfmt::skip]
 const BOARD_OPTIONS: &[&str] = &[
-    "-mcpu=cortex-m7",
-    "-mthumb",
-    "-mfpu=fpv5-d16",
-    "-mfloat-abi=hard",
-    "-ffreestanding",
-    "-nostdlib",
-    "-Iexamples/cortex-m7",
-    "-Texamples/cortex-m7/an500.ld",
-    "-Wl,--gc-sections,--no-warn-execstack",
+    "-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-ffreestanding", "-nostdlib",
+    "-Iexamples/cortex-m7", "-Texamples/cortex-m7/an500.ld", "-Wl,--gc-sections,--no-warn-execstack",
 ];
+#[rustfmt::skip]
 const FREESTANDING: &[&str] = &[
-    "-ffreestanding",
-    "-nostdlib",
-    "-static",
-    "-fno-builtin",
-    "-fno-stack-protector",
-    "-fno-tree-loop-distribute-patterns",
+    "-ffreestanding", "-nostdlib", "-static", "-fno-builtin", "-fno-stack-protector", "-fno-tree-loop-distribute-patterns",
     "-Wl,--gc-sections",
 ];
 /// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
 pub const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";
 
-/// Every target: name, library, options, sources, runner.
 #[rustfmt::skip]
 const TARGETS: [Target; 12] = [
     Target { name: "x86-64-scalar", library: Library::Choosing, options: &["-DINSTRUCTIONS=0"], sources: HOSTED, runner: Runner::Machine },
@@ -116,7 +101,6 @@ pub const WASM: &str = "wasm32-unknown-unknown";
 const WINDOWS: &str = "x86_64-pc-windows-gnu";
 
 impl Target {
-    /// Its C compiler.
     fn compiler(&self) -> Result<Tool, String> {
         match self.library {
             Library::Of(triple, _) => Ok(targets::of(triple)?.compiler),
@@ -276,7 +260,6 @@ fn wasm_linker() -> Result<Command, String> {
     Ok(command)
 }
 
-/// A built library.
 struct Built {
     library: Library,
     path: PathBuf,
@@ -292,18 +275,16 @@ fn build(targets: &[&Target]) -> Result<Vec<Built>, String> {
         }
     }
     let waiting = Mutex::new(wanted.into_iter());
-    let done = Mutex::new(Vec::new());
-    let worker = || {
-        loop {
-            let Some(library) = waiting.lock().ok().and_then(|mut waiting| waiting.next()) else { return };
-            let path = build_one(library);
-            if let Ok(mut done) = done.lock() {
-                done.push(path.map(|path| Built { library, path }));
-            }
-        }
+    let next = || waiting.lock().ok()?.next();
+    let worker = || -> Result<Vec<Built>, String> {
+        std::iter::from_fn(next).map(|library| Ok(Built { library, path: build_one(library)? })).collect()
     };
-    std::thread::scope(|scope| (0..2).for_each(|_| _ = scope.spawn(worker)));
-    done.into_inner().map_err(|_| "a build broke off".to_string())?.into_iter().collect()
+    std::thread::scope(|scope| {
+        let other = scope.spawn(worker);
+        let mut done = worker()?;
+        done.extend(other.join().map_err(|_| "a build broke off")??);
+        Ok(done)
+    })
 }
 
 /// One library, in the profile that ships, and its file.
@@ -326,18 +307,8 @@ pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Pat
     let compiler = triple.map_or_else(|| Ok(platforms::own()), platforms::compiler_for)?;
     let mut command = compiler.command();
     command
-        .args([
-            "rustc",
-            "--quiet",
-            "--locked",
-            "--profile",
-            "ship",
-            "-p",
-            "capi-lib",
-            "--lib",
-            "--crate-type",
-            "staticlib",
-        ])
+        .args(["rustc", "--quiet", "--locked", "--profile", "ship"])
+        .args(["-p", "capi-lib", "--lib", "--crate-type", "staticlib"])
         .args(options)
         .args(compiler.options())
         .arg("--target-dir")
@@ -353,7 +324,6 @@ pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Pat
     Ok(folder.join(triple.unwrap_or("")).join("ship").join("libfabric_kernel.a"))
 }
 
-/// Links a target's program and runs it.
 fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
     let library = libraries.iter().find(|built| built.library == target.library).ok_or("its library was not built")?;
     let program = link(target, &library.path)?;
@@ -462,7 +432,6 @@ fn output_within(command: &mut Command, longest: Duration) -> Result<String, Str
     }
 }
 
-/// The pinned digests.
 fn pins() -> Result<Vec<(String, String)>, String> {
     Ok(lines(&read(top().join("tests/golden/digests"))?))
 }

@@ -1,7 +1,7 @@
 //! The C and C++ examples, built outside the project as a user would, and what the C++ header costs over C.
 
 use crate::chosts::prefix;
-use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top, wait};
+use crate::tools::{Outcome, cmake, emptied, found, output, read, run as command, target, top, wait};
 use std::path::Path;
 
 /// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and the static one,
@@ -11,10 +11,8 @@ pub fn run() -> Outcome {
     for source in ["CMakeLists.txt", "c", "cpp"] {
         command("cp", &["-r", &format!("examples/{source}"), &folder.to_string_lossy()])?;
     }
-    let (here, build) = (folder.to_string_lossy(), folder.join("build"));
-    let (build, package) = (build.to_string_lossy(), format!("-DCMAKE_PREFIX_PATH={}", prefix().display()));
-    output("cmake", &["-S", &here, "-B", &build, &package])?;
-    let said = output("cmake", &["--build", &build, "--parallel", "2"])?;
+    let build = folder.join("build");
+    let said = cmake(&folder, &build, &prefix())?;
     if said.contains("warning") {
         return Err(format!("the examples do not build cleanly:\n{said}"));
     }
@@ -27,7 +25,7 @@ pub fn run() -> Outcome {
             if program == "monte_carlo_static" {
                 continue;
             }
-            let printed = output(Path::new(&*build).join(&program), &[])?;
+            let printed = output(build.join(&program), &[])?;
             let last = printed.lines().last().unwrap_or_default();
             if last != wanted {
                 return Err(format!("{program} ends with \"{last}\" instead of \"{wanted}\" (examples/expected.txt)"));
@@ -35,7 +33,7 @@ pub fn run() -> Outcome {
         }
         println!("  {name}: {wanted}");
     }
-    threads(Path::new(&*build))?;
+    threads(&build)?;
     cost()
 }
 

@@ -2,6 +2,7 @@
 //! and the types of the Python package, from the tables in code; and the archives.
 
 use crate::description::{self, element_name};
+use crate::header;
 use crate::model::Model;
 use crate::outputs;
 use crate::page;
@@ -9,7 +10,7 @@ use crate::platforms::{self, Library, Targets};
 use crate::tools::{self, Outcome};
 use crate::xml::{Xml, some, tag};
 use fabric::Scene;
-use fabric::fields::{self, FIELDS, Field, Place, Range};
+use fabric::fields::{self, Choice, FIELDS, Field, Place};
 use fabric_fmu::MODEL_IDENTIFIER;
 use fabric_fmu::parameters::Parameters;
 use fabric_fmu::starts;
@@ -18,7 +19,6 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Options of the command.
 #[derive(clap::Args, Default)]
 pub struct Options {
     /// Only compare the committed files with the tables in code.
@@ -38,7 +38,6 @@ pub struct Options {
     pub name: Option<String>,
 }
 
-/// Runs the command.
 pub fn run(options: &Options) -> Outcome {
     if let (Some(name), Some(file)) = (&options.name, &options.scene) {
         for archive in of_scene(name, file, options.targets)? {
@@ -48,15 +47,14 @@ pub fn run(options: &Options) -> Outcome {
     }
     let model = Model::own();
     let made = tools::top().join("modelDescription");
-    let mut others = parameter_sets();
-    others.extend([("docs/tables/scene.md".into(), parameters()), ("docs/tables/outputs.md".into(), outputs::table())]);
-    others.push(outputs::types()?);
+    let mut files = files(&model, &made);
+    let others = [("docs/tables/scene.md".into(), parameters()), ("docs/tables/outputs.md".into(), outputs::table())];
+    let others = parameter_sets().into_iter().chain(others).chain([outputs::types()?]);
+    files.extend(others.map(|(name, text)| (tools::top().join(name), text)));
+    tools::made(&files, options.check, "cargo xtask fmu")?;
     if options.check {
-        compare(&made, &files(&model))?;
-        return compare(&tools::top(), &others);
+        return Ok(());
     }
-    write(&made, &files(&model))?;
-    write(&tools::top(), &others)?;
     if options.targets == Targets::Host {
         println!("For this platform only; `cargo xtask fmu --targets all` adds the others.");
     }
@@ -86,36 +84,17 @@ pub fn of_scene(name: &str, file: &Path, targets: Targets) -> Result<[PathBuf; 2
     let model = Model::of(name, file)?;
     let out = tools::target().join("fmu");
     let folder = out.join(name);
-    write(&folder, &files(&model))?;
+    tools::made(&files(&model, &folder), false, "")?;
     // Its library has another folder than the usual one: neither is built again because of the other.
     let libraries = platforms::build(&tools::top(), &tools::target().join("scenes"), targets, model.compiled())?;
     archives(&model, &tools::top(), &folder, &libraries, &out)
 }
 
-/// Names and texts of the files that are made for a model.
-fn files(model: &Model) -> Vec<(String, String)> {
+/// The files that are made for a model in a folder, and their texts.
+fn files(model: &Model, folder: &Path) -> Vec<(PathBuf, String)> {
     let names = ["fmi2.xml", "fmi3.xml", "documentation/index.html"];
     let texts = [description::fmi2(model), description::fmi3(model), page::page(model)];
-    names.into_iter().map(String::from).zip(texts).collect()
-}
-
-/// Writes files into a folder.
-fn write(folder: &Path, files: &[(String, String)]) -> Outcome {
-    for (name, text) in files {
-        tools::write(folder.join(name), text)?;
-    }
-    Ok(())
-}
-
-/// Compares files of a folder with what they should be.
-fn compare(folder: &Path, files: &[(String, String)]) -> Outcome {
-    for (name, text) in files {
-        if fs::read_to_string(folder.join(name)).unwrap_or_default() != *text {
-            let path = folder.join(name);
-            return Err(format!("{} does not match the tables in code: run `cargo xtask fmu`", path.display()));
-        }
-    }
-    Ok(())
+    names.into_iter().map(|name| folder.join(name)).zip(texts).collect()
 }
 
 /// Packs the two archives: the files made for the model in `made`, what the checkout in `source` has besides, and the libraries.
@@ -224,14 +203,16 @@ fn parameters() -> String {
          Written by `cargo xtask fmu` from `kernel/src/scene/fields/table.rs`.\n\
          The names are those of Rust, of scene files and of the FMUs, where `projectile.position` and the other three numbers of the \
          motion are `projectile.start.position` and so on.\n\
-         A vector has the same range and default for each element where one is given.\n\
+         A vector has the same range for each element.\n\
          The default is that of the 10 in preset; that of the 3 in preset follows after \"3 in:\" where it differs.\n\
          The FMUs start with `time_step.seconds` = 2e-8 and with the projectile 1 mm before the sheet.\n\n\
          | name | type | unit | range | default | FMI reference | meaning |\n|---|---|---|---|---|---|---|\n",
     );
     for field in FIELDS {
-        let [ten, three] =
-            [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()].map(|mut scene| shown(field, &mut scene));
+        let named =
+            |choice: &Choice, k: u64| format!("`{}`", choice.items.get(k as usize).map_or("", |(name, _)| name));
+        let scenes = [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()];
+        let [ten, three] = scenes.map(|scene| header::values(field, scene, named));
         let default = if ten == three { ten } else { format!("{ten}; 3 in: {three}") };
         let unit = field.quantity.map_or("", |quantity| quantity.unit);
         let cells =
@@ -256,41 +237,14 @@ fn typed(field: &Field) -> String {
         }
         Place::Count(_) => "count".into(),
         Place::Seed(_) => "seed, 64 bits".into(),
-        Place::Flag(_) => "true or false".into(),
+        Place::Flag(_) => "1 (true) or 0".into(),
         Place::Choice(choice, ..) => choice.name.into(),
     }
 }
 
 fn range(field: &Field) -> String {
-    let text = |x: f64| if field.is_real() { format!("{x:?}") } else { format!("{x}") };
-    match field.range {
-        Range::Any => String::new(),
-        Range::Positive => "> 0".into(),
-        Range::NotNegative => ">= 0".into(),
-        Range::Within(least, greatest) if greatest == f64::from(u32::MAX) => format!(">= {}", text(least)),
-        Range::Within(least, greatest) => format!("{} to {}", text(least), text(greatest)),
-        Range::Above(least, greatest) => format!("> {}, <= {}", text(least), text(greatest)),
-        Range::Below(least, greatest) if least.is_finite() => format!(">= {}, < {}", text(least), text(greatest)),
-        Range::Below(_, greatest) => format!("< {}", text(greatest)),
-        Range::Nodes => format!("2 to {}", field.limits()[1]),
-        Range::UnitQuaternion => "unit length, to 1e-3".into(),
-    }
-}
-
-/// A parameter of a scene, in short.
-fn shown(field: &Field, scene: &mut Scene) -> String {
-    let values: Vec<_> = (0..field.size()).map(|k| field.value_of(field.word(scene, k))).collect();
-    let text = |value: &f64| match field.place {
-        Place::Reals(..) if value.abs() >= 1e6 => format!("{value:e}"),
-        Place::Reals(..) => format!("{value:?}"),
-        Place::Flag(_) => (*value != 0.0).to_string(),
-        Place::Choice(choice, ..) => {
-            choice.items.get(*value as usize).map_or(String::new(), |(name, _)| format!("`{name}`"))
-        }
-        Place::Count(_) | Place::Seed(_) => value.to_string(),
-    };
-    match &values[..] {
-        [first, rest @ ..] if rest.iter().all(|value| value == first) => text(first),
-        _ => values.iter().map(text).collect::<Vec<_>>().join(", "),
+    match field.place {
+        Place::Flag(_) | Place::Choice(..) => String::new(),
+        _ => header::range(field).unwrap_or_default(),
     }
 }

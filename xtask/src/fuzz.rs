@@ -4,7 +4,6 @@ use crate::tools::{Outcome, emptied, make_folder, target, top, wait};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Options of `cargo xtask fuzz`.
 #[derive(clap::Args)]
 pub struct Options {
     /// How long each target runs, s.
@@ -26,13 +25,11 @@ const LONGEST: &str = "-max_len=160";
 /// Without libFuzzer's finer features and statistics: they would take half of the time.
 const QUICK: [&str; 3] = ["-len_control=0", "-entropic=0", "-use_counters=0"];
 
-/// What a target did.
 struct Run {
     executions: u64,
     crashes: u64,
 }
 
-/// Runs the targets, one after the other.
 pub fn run(options: &Options) -> Outcome {
     let chosen = |name: &&&str| options.target.as_deref().is_none_or(|wanted| wanted == **name);
     let names: Vec<_> = TARGETS.iter().filter(chosen).copied().collect();

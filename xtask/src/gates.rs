@@ -78,9 +78,7 @@ pub fn of_kernel(feature: &str) -> String {
     if feature.is_empty() { String::new() } else { format!("fabric-kernel/{feature}") }
 }
 
-/// Machine code of a library.
 pub struct Code {
-    /// Bytes.
     pub bytes: u64,
     /// Modules of [`LEFT_OUT`] of which it has a symbol.
     modules: Vec<&'static str>,
@@ -153,7 +151,6 @@ fn sources(folders: &[&str]) -> Result<Vec<(String, String)>, String> {
     wanted.map(|path| Ok((path.to_string(), read(top().join(path))?))).collect()
 }
 
-/// Stack that a call may need, bytes.
 const STACK_AT_MOST: u64 = 4096;
 
 /// The deepest chain of calls from each function of the C interface.

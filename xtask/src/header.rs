@@ -2,31 +2,18 @@
 //! the scene's structure and the constants of its choices from the kernel's table of parameters, those of the statuses from the
 //! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
 
-use crate::tools::{Outcome, emptied, read, target, top, write as write_file};
+use crate::tools::{Outcome, emptied, made, read, target, top, write};
 use fabric::MAX_NODES_PER_SIDE;
 use fabric::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
 use fabric::{Code, Scene};
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// `cargo xtask header`: writes the header and the scene's layout.
-pub fn write() -> Outcome {
-    made()?.iter().try_for_each(|(path, text)| write_file(path, text))
-}
-
-/// What is committed must be what is made.
-pub fn check() -> Outcome {
-    for (path, text) in made()? {
-        if read(&path)? != text {
-            return Err(format!("{} is not what the sources give; run `cargo xtask header`", path.display()));
-        }
-    }
-    Ok(())
-}
-
-/// The files and what belongs in them.
-fn made() -> Result<[(PathBuf, String); 2], String> {
-    Ok([(top().join("include/fabric_kernel.h"), header()?), (top().join("tests/c/abi/scene.inc"), layout())])
+/// `cargo xtask header`: writes the header and the scene's layout, or compares what is committed.
+pub fn run(check: bool) -> Outcome {
+    let (header, layout) =
+        ((top().join("include/fabric_kernel.h"), header()?), (top().join("tests/c/abi/scene.inc"), layout()));
+    made(&[header, layout], check, "cargo xtask header")
 }
 
 fn header() -> Result<String, String> {
@@ -34,7 +21,7 @@ fn header() -> Result<String, String> {
     let types = read(source("types.rs"))?;
     let shown = emptied(target().join("header"))?.join("shown.rs");
     let calls = with_plain_pointers(&read(source("calls.rs"))?);
-    write_file(&shown, calls + &read_outs(&types)?)?;
+    write(&shown, calls + &read_outs(&types)?)?;
     let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml"))?;
     config.after_includes = Some(format!("\n{}{}{}", statuses()?, choices(), scene().trim_end()));
     let bindings = cbindgen::Builder::new()
@@ -161,7 +148,6 @@ fn item(choice: &Choice, k: u64) -> String {
     format!("{}_{}", constant(choice.name), name.to_uppercase())
 }
 
-/// The constants of the choices.
 fn choices() -> String {
     let mut text = String::new();
     for choice in CHOICES {
@@ -206,7 +192,6 @@ fn scene() -> String {
     text + &commented("", whole) + &structure("fk_scene", "", &format!("{size}    uint64_t struct_size;\n"))
 }
 
-/// The structure's name of a group.
 fn c_name(group: &str) -> String {
     format!("fk_scene_{}", group.replace('.', "_"))
 }
@@ -242,13 +227,14 @@ fn comment(field: &Field) -> String {
     let limits = [unit, range(field)];
     let limits: Vec<_> = limits.into_iter().flatten().collect();
     let limits = if limits.is_empty() { String::new() } else { format!(" {}.", limits.join(", ")) };
-    let [large, small] = [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()].map(|scene| values(field, scene));
+    let [large, small] =
+        [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()].map(|scene| values(field, scene, item));
     let differs = if small == large { String::new() } else { format!(" (3 in preset: {small})") };
     format!("{}.{limits} Default {large}{differs}.", field.about)
 }
 
 /// What a number may be, if not just any.
-fn range(field: &Field) -> Option<String> {
+pub fn range(field: &Field) -> Option<String> {
     let text = match (field.range, field.place) {
         (_, Place::Flag(_)) => "0 or 1".to_string(),
         (_, Place::Choice(choice, ..)) => {
@@ -269,11 +255,11 @@ fn range(field: &Field) -> Option<String> {
     Some(text)
 }
 
-/// What a scene has in a field.
-fn values(field: &Field, mut scene: Scene) -> String {
+/// What a scene has in a field; `named` gives the items of choices their names.
+pub fn values(field: &Field, mut scene: Scene, named: impl Fn(&Choice, u64) -> String) -> String {
     let words: Vec<_> = (0..field.size()).map(|element| field.word(&mut scene, element)).collect();
     let shown = |word: u64| match field.place {
-        Place::Choice(choice, ..) => item(choice, word),
+        Place::Choice(choice, ..) => named(choice, word),
         Place::Reals(..) => number(f64::from_bits(word)),
         _ => word.to_string(),
     };

@@ -4,7 +4,6 @@ use crate::tools::{Outcome, emptied, make_folder, output, read, target, top, wri
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Options of `cargo xtask install`.
 #[derive(clap::Args)]
 pub struct Options {
     /// Folder that receives include/, lib/ and share/, e.g. /usr/local or ~/.local. It may be moved afterwards.
@@ -12,7 +11,6 @@ pub struct Options {
     prefix: PathBuf,
 }
 
-/// Builds and installs.
 pub fn run(options: &Options) -> Outcome {
     into(&std::path::absolute(&options.prefix).map_err(|error| error.to_string())?)
 }

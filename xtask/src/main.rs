@@ -85,7 +85,7 @@ fn main() -> std::process::ExitCode {
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
         Command::Archive => install::archive(),
-        Command::Header => header::write(),
+        Command::Header => header::run(false),
         Command::Digests(options) => digests::run(&options),
         Command::Web(options) => web::run(&options),
         Command::Bench(options) => tests::bench(&options),

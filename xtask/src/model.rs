@@ -8,9 +8,7 @@ use std::path::Path;
 
 /// A model: the fabric with the start values of a scene.
 pub struct Model {
-    /// modelName and modelIdentifier.
     pub name: String,
-    /// Start values.
     pub starts: Parameters,
     /// Internal step, s.
     pub time_step: f64,
@@ -19,13 +17,11 @@ pub struct Model {
 }
 
 impl Model {
-    /// FabricShield.
     pub fn own() -> Model {
         let name = MODEL_IDENTIFIER.to_string();
         Model { name, starts: Parameters::default(), time_step: starts::TIME_STEP, words: None }
     }
 
-    /// A model of a scene.
     pub fn of(name: &str, file: &Path) -> Result<Model, String> {
         if KEYWORDS.contains(&name) {
             return Err(format!("--name {name}: a word of C, where the name stands before the names of functions"));

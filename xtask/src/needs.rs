@@ -2,12 +2,11 @@
 
 use crate::platforms::compiler_for;
 use crate::targets::{TARGETS, Target};
-use crate::tools::{Outcome, cargo_program};
+use crate::tools::{Outcome, cargo_program, first_found};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// A tool.
 struct Need {
     /// What it is, or what is left out without it.
     about: String,
@@ -59,7 +58,6 @@ fn checked() -> impl Iterator<Item = &'static Target> {
     TARGETS.iter().filter(|target| target.checked)
 }
 
-/// Names of the browser.
 pub const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 /// An error that names all that `cargo xtask demo` misses.
@@ -138,16 +136,11 @@ fn joined(needs: &[Need]) -> String {
 }
 
 fn any(programs: &[&str]) -> bool {
-    programs.iter().any(|program| in_path(program))
+    first_found(programs).is_some()
 }
 
 fn all(programs: &[&str]) -> bool {
-    programs.iter().all(|program| in_path(program))
-}
-
-/// Whether a program lies in the path, or where its own path says.
-fn in_path(program: &str) -> bool {
-    std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).any(|folder| folder.join(program).is_file())
+    programs.iter().all(|program| any(&[program]))
 }
 
 fn python() -> bool {

@@ -33,7 +33,6 @@ pub fn types() -> Result<(String, String), String> {
     Ok((TYPES.into(), [before, ENDS[0], &classes(), ENDS[1], behind].concat()))
 }
 
-/// A class for each structure.
 fn classes() -> String {
     let (mut text, mut last) = (String::new(), "");
     let mut rows: Vec<_> = OUTPUTS.iter().filter(|output| !matches!(output.get, Get::Whole(_))).collect();

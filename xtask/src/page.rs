@@ -7,7 +7,6 @@ use crate::xml::escaped;
 use fabric::fields::Choice;
 use fabric_fmu::table::{DEFAULT_STEP_SIZE, DEFAULT_STOP_TIME, Kind, Role, STATUS, VARIABLES, Variable};
 
-/// The whole page.
 pub fn page(model: &Model) -> String {
     let text = include_str!("page.html");
     let sets = "<code>documentation/parameters</code> in the archive of FMI 2.0 has other scenes as parameter sets (SSP 1.0).\n";

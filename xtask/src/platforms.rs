@@ -9,7 +9,6 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Which platforms are wanted.
 #[derive(Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Targets {
     /// Only the platform that this runs on.
@@ -19,11 +18,8 @@ pub enum Targets {
     All,
 }
 
-/// A built library.
 pub struct Library {
-    /// For which platform.
     pub platform: &'static Target,
-    /// Its file.
     pub path: PathBuf,
 }
 
@@ -69,14 +65,12 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str
     Ok(built)
 }
 
-/// Every platform that an archive can hold.
 fn platforms() -> impl Iterator<Item = &'static Target> {
     TARGETS.iter().filter(|target| !target.extension.is_empty())
 }
 
 const ON_MACOS: bool = cfg!(target_os = "macos");
 
-/// The platform that this program runs on.
 pub fn host() -> Result<&'static Target, String> {
     let machine = std::env::consts::ARCH;
     let system = if ON_MACOS { "darwin" } else { std::env::consts::OS };
@@ -85,7 +79,6 @@ pub fn host() -> Result<&'static Target, String> {
         .ok_or(format!("no FMU platform is defined for {machine} with {system}"))
 }
 
-/// A compiler for a target.
 #[derive(Clone, PartialEq)]
 pub struct Compiler {
     cargo: OsString,
@@ -98,7 +91,21 @@ pub struct Compiler {
 impl Compiler {
     /// Cargo, told to use this compiler; options that the kind of compiler needs come with [`Compiler::options`].
     pub fn command(&self) -> Command {
-        let mut command = Command::new(&self.cargo);
+        self.told_to(Command::new(&self.cargo))
+    }
+
+    /// A program that calls cargo, told to use this compiler. Where that has no standard library for the target but its source, the
+    /// library is built along.
+    pub fn lent_to(&self, program: Command) -> Command {
+        let mut program = self.told_to(program);
+        program.env("CARGO", &self.cargo);
+        if self.build_core {
+            program.env("CARGO_UNSTABLE_BUILD_STD", "std,panic_unwind");
+        }
+        program
+    }
+
+    fn told_to(&self, mut command: Command) -> Command {
         if let Some(rustc) = &self.rustc {
             command.env_remove("RUSTUP_TOOLCHAIN").env("RUSTC", rustc);
         }
@@ -107,20 +114,6 @@ impl Compiler {
             command.env("RUSTC_BOOTSTRAP", "1");
         }
         command
-    }
-
-    /// A program that calls cargo, told to use this compiler. Where that has no standard library for the target but its source, the
-    /// library is built along.
-    pub fn lent_to(&self, mut program: Command) -> Command {
-        program.env("CARGO", &self.cargo);
-        if let Some(rustc) = &self.rustc {
-            program.env_remove("RUSTUP_TOOLCHAIN").env("RUSTC", rustc);
-        }
-        if self.build_core {
-            // As above.
-            program.env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "std,panic_unwind");
-        }
-        program
     }
 
     /// Options behind cargo's subcommand.
@@ -158,7 +151,6 @@ fn linker(platform: &Target) -> PathBuf {
     }
 }
 
-/// The rustc that compiles this program.
 fn our_rustc() -> PathBuf {
     std::env::var_os("RUSTC").map_or("rustc".into(), PathBuf::from)
 }

@@ -2,7 +2,7 @@
 //! example is a doctest of `fabric-tests`.)
 
 use crate::chosts::prefix;
-use crate::tools::{Outcome, emptied, output, python, read, run as command, target, top, write};
+use crate::tools::{Outcome, cmake, emptied, output, python, read, run as command, target, top, write};
 use std::path::Path;
 
 /// Compiles and runs the C block, goes through docs/embedding.md, runs the Python block. Needs the installed library.
@@ -25,10 +25,8 @@ fn embedding() -> Outcome {
     let folder = emptied(target().join("embedding"))?;
     save(&text, "cpp", &folder.join("impact.cpp"))?;
     save(&text, "cmake", &folder.join("CMakeLists.txt"))?;
-    let (here, build) = (folder.to_string_lossy(), folder.join("build"));
-    let (shown, package) = (build.to_string_lossy(), format!("-DCMAKE_PREFIX_PATH={}", prefix().display()));
-    output("cmake", &["-S", &here, "-B", &shown, &package])?;
-    output("cmake", &["--build", &shown])?;
+    let build = folder.join("build");
+    cmake(&folder, &build, &prefix())?;
     let printed = output(build.join("impact"), &[])?;
     print!("{printed}");
     let said = block(&text, "text").unwrap_or_default();

@@ -4,7 +4,6 @@ use crate::tools::{Outcome, make_folder, output, python, run as command, target,
 use crate::{chosts, fmu, install, platforms};
 use std::path::{Path, PathBuf};
 
-/// Options of the command.
 #[derive(clap::Args)]
 pub struct Options {
     /// Only what is judged: the time up to the first failed segment.

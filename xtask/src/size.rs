@@ -10,7 +10,6 @@ use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSection, SectionKind};
 use std::path::Path;
 
-/// Writes docs/tables/size.md.
 pub fn run() -> Outcome {
     let names = gates::names();
     let mut sets = vec![("nothing", "")];
@@ -39,7 +38,6 @@ pub fn run() -> Outcome {
     Ok(())
 }
 
-/// A row of the table.
 fn row(name: &str, features: &str) -> Result<String, String> {
     let library = gates::kernel(features)?;
     let [own, stack] = [gates::code(&library)?.bytes, stack::chains(&library)?.first().map_or(0, |chain| chain.bytes)];

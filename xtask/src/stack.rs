@@ -12,7 +12,6 @@ use object::{Object, ObjectSection};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A function of the library.
 #[derive(Default)]
 struct Function {
     name: String,
@@ -28,7 +27,6 @@ struct Function {
 
 /// The deepest chain of calls from one function.
 pub struct Chain {
-    /// The function that the host calls.
     pub entry: String,
     /// Its stack, bytes, return addresses included.
     pub bytes: u64,

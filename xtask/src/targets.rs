@@ -3,13 +3,9 @@
 
 use crate::tools::first_found;
 
-/// A target.
 pub struct Target {
-    /// Name in Rust.
     pub triple: &'static str,
-    /// Compiles C and links.
     pub compiler: Tool,
-    /// Runs its programs.
     pub runner: Tool,
     /// Folders of its library in archives of FMI 2.0 and 3.0. FMI 2.0 has names of its own only for x86 (darwin64 too is x86-64) and
     /// takes those of FMI 3.0 for other processors (FMI 2.0.5, 2.3).
@@ -53,7 +49,6 @@ const NONE: Tool = Tool(&[], "");
 /// Links for macOS; `platforms.rs` looks for it where rustup puts it.
 const RUST_LLD: Tool = Tool(&["rust-lld"], "");
 
-/// The table.
 #[rustfmt::skip]
 pub const TARGETS: &[Target] = &[
     Target { triple: "x86_64-unknown-linux-gnu", compiler: Tool(&["x86_64-linux-gnu-gcc"], "gcc-x86-64-linux-gnu"), fmu: ["linux64", "x86_64-linux"], extension: "so", wheel: true, ..NOTHING },
@@ -68,7 +63,6 @@ pub const TARGETS: &[Target] = &[
     Target { triple: "wasm32-unknown-unknown", compiler: Tool(&["clang"], "clang"), runner: Tool(&["node"], "nodejs"), checked: true, ..NOTHING },
 ];
 
-/// The target of a name.
 pub fn of(triple: &str) -> Result<&'static Target, String> {
     TARGETS.iter().find(|target| target.triple == triple).ok_or(format!("targets.rs has no {triple}"))
 }

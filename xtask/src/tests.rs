@@ -1,11 +1,12 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
+use crate::fmu;
+use crate::platforms::Targets;
 use crate::tools::{Outcome, cargo, emptied, python, python_with, read, run as command, target, top, wait};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// Options of `cargo xtask test`.
 #[derive(clap::Args)]
 pub struct Options {
     /// Run only the steps whose name contains this text (repeatable).
@@ -16,7 +17,6 @@ pub struct Options {
     second_until: Option<PathBuf>,
 }
 
-/// A named step.
 type Step = (&'static str, fn() -> Outcome);
 
 /// What every change must pass, in two halves that take the same time side by side: the first compiles for development and release, and
@@ -24,11 +24,17 @@ type Step = (&'static str, fn() -> Outcome);
 const FIRST: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
     ("clippy", || {
-        let features = ["--features", EVERY_FEATURE];
-        cargo(
-            &[&["clippy", "--quiet", "--workspace", "--all-targets"], &features[..], &["--", "-D", "warnings"]]
-                .concat(),
-        )
+        cargo(&[
+            "clippy",
+            "--quiet",
+            "--workspace",
+            "--all-targets",
+            "--features",
+            EVERY_FEATURE,
+            "--",
+            "-D",
+            "warnings",
+        ])
     }),
     ("unit, physics, golden and robustness tests", || {
         cargo(&["test", "--quiet", "--workspace", "--features", EVERY_FEATURE])
@@ -36,7 +42,7 @@ const FIRST: &[Step] = &[
     ("every set of features", crate::gates::every_feature_set),
     ("documentation", documentation),
     ("package of the kernel", package),
-    ("C header", crate::header::check),
+    ("C header", || crate::header::run(true)),
     ("web page in a browser", crate::web::check),
     ("digests on other targets", crate::digests::short),
     ("studies in short form", studies),
@@ -48,7 +54,7 @@ const SECOND: &[Step] = &[
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
-    ("FMUs", fmu),
+    ("FMUs", fmus),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("Python package", crate::wheel::test),
     ("README", crate::readme::run),
@@ -61,11 +67,7 @@ const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
 /// The long checks, by hand before a release.
 const VERIFY: &[Step] = &[
     ("two builds of the FMUs in two folders", || {
-        crate::fmu::run(&crate::fmu::Options {
-            targets: crate::platforms::Targets::All,
-            reproduce: true,
-            ..Default::default()
-        })
+        fmu::run(&fmu::Options { targets: Targets::All, reproduce: true, ..Default::default() })
     }),
     ("digests on every target", || crate::digests::run(&crate::digests::Options::default())),
     ("sanitizers", crate::sanitize::run),
@@ -111,7 +113,6 @@ fn package() -> Outcome {
     cargo(&[&["doc", "--quiet", "--manifest-path", &packed, "--target-dir", &folder], &features[..]].concat())
 }
 
-/// Every check that a change must pass.
 pub fn run(options: &Options) -> Outcome {
     if let Some(stop) = &options.second_until {
         return steps(SECOND.iter(), || stop.exists());
@@ -156,13 +157,11 @@ fn side_by_side() -> Outcome {
     if status.success() { Ok(()) } else { Err("a step of the second half has failed: see above".into()) }
 }
 
-/// The long checks.
 pub fn verify() -> Outcome {
     side_by_side()?;
     steps(VERIFY.iter(), || false)
 }
 
-/// Options of `cargo xtask bench`.
 #[derive(clap::Args)]
 pub struct BenchOptions {
     /// Handed to the benchmark: --quick, --only NAME, --out DIR ... (`-- --help` lists them).
@@ -170,7 +169,6 @@ pub struct BenchOptions {
     options: Vec<String>,
 }
 
-/// ns per node-step, parts and peers.
 pub fn bench(options: &BenchOptions) -> Outcome {
     let options: Vec<&str> = options.options.iter().map(String::as_str).collect();
     runner(&[&["bench"], &options[..]].concat())
@@ -203,15 +201,11 @@ fn processor_seconds() -> f64 {
 
 /// Compares the committed model descriptions, builds both FMUs for every platform there are tools for and those of a scene of its own,
 /// and runs the FMPy tests.
-fn fmu() -> Outcome {
-    crate::fmu::run(&crate::fmu::Options { check: true, ..Default::default() })?;
-    crate::fmu::run(&crate::fmu::Options { targets: crate::platforms::Targets::All, ..Default::default() })?;
-    let (file, name) = ("runner/scenes/tilted_disc_sector.toml", "TiltedDiscSector");
-    crate::fmu::run(&crate::fmu::Options {
-        scene: Some(top().join(file)),
-        name: Some(name.into()),
-        ..Default::default()
-    })?;
+fn fmus() -> Outcome {
+    fmu::run(&fmu::Options { check: true, ..Default::default() })?;
+    fmu::run(&fmu::Options { targets: Targets::All, ..Default::default() })?;
+    let file = "runner/scenes/tilted_disc_sector.toml";
+    fmu::of_scene("TiltedDiscSector", &top().join(file), Targets::Host)?;
     // What tests/fmi/test_stability.py compares them with.
     let out = target().join("fmu/run").to_string_lossy().into_owned();
     runner(&["run", file, "--steps", "6000", "--sample", "6000", "--until", "none", "--out", &out])?;
@@ -263,16 +257,8 @@ fn studies() -> Outcome {
     runner(&["bench", "--smoke", "--out", &folder("bench")])?;
     report("bench", &folder("bench"))?;
     // The first steps of a stack, which has a picture of its own.
-    runner(&[
-        "run",
-        "runner/scenes/pack_of_62_plies.toml",
-        "--steps",
-        "64",
-        "--until",
-        "none",
-        "--out",
-        &folder("run of plies"),
-    ])?;
+    let first = ["run", "runner/scenes/pack_of_62_plies.toml", "--steps", "64", "--until", "none"];
+    runner(&[&first[..], &["--out", &folder("run of plies")]].concat())?;
     report("run", &folder("run of plies"))?;
     let sheets = ["--sample", "512", "--movie", "--vtk"];
     runner(&[&["run", "runner/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;

@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 /// What every command returns: nothing, or a message for the user.
 pub type Outcome = Result<(), String>;
 
-/// Top folder of the checkout.
 pub fn top() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_path_buf()
 }
@@ -22,7 +21,6 @@ pub fn run(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Outcome 
     wait(Command::new(program).args(arguments).current_dir(top()))
 }
 
-/// Runs a command and waits, likewise.
 pub fn wait(command: &mut Command) -> Outcome {
     let status = command.status().map_err(|error| format!("cannot start {command:?}: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{command:?} failed ({status})")) }
@@ -33,7 +31,6 @@ pub fn cargo(arguments: &[&str]) -> Outcome {
     run(cargo_program(), arguments)
 }
 
-/// The cargo that runs this program.
 pub fn cargo_program() -> std::ffi::OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
@@ -54,7 +51,6 @@ pub fn output(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Resul
     }
 }
 
-/// The text of a file.
 pub fn read(path: impl AsRef<Path>) -> Result<String, String> {
     let path = path.as_ref();
     std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
@@ -121,10 +117,35 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
         if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
             continue;
         }
-        run(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile", "-r", list])?;
+        pip(&python, &["-r", list])?;
         write(&stamp, wanted)?;
     }
     Ok(python)
+}
+
+/// Installs into the environment of a Python.
+pub fn pip(python: &Path, what: &[&str]) -> Outcome {
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile"];
+    run(python, &[&install[..], what].concat())
+}
+
+/// Writes files that are made, or compares them with what is there; `command` makes them.
+pub fn made(files: &[(PathBuf, String)], check: bool, command: &str) -> Outcome {
+    for (path, text) in files {
+        if !check {
+            write(path, text)?;
+        } else if std::fs::read_to_string(path).unwrap_or_default() != *text {
+            return Err(format!("{} is not what the sources give; run `{command}`", path.display()));
+        }
+    }
+    Ok(())
+}
+
+/// Configures and builds a CMake project against the installed library; what the compiler says.
+pub fn cmake(source: &Path, build: &Path, prefix: &Path) -> Result<String, String> {
+    let (source, build) = (source.to_string_lossy(), build.to_string_lossy());
+    output("cmake", &["-S", &source, "-B", &build, &format!("-DCMAKE_PREFIX_PATH={}", prefix.display())])?;
+    output("cmake", &["--build", &build, "--parallel", "2"])
 }
 
 /// Runs a program to its end; what it says is the error if it fails.

@@ -6,7 +6,6 @@ use crate::tools::{Outcome, cargo, first_found, make_folder, python, read, run a
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Options of the command.
 #[derive(clap::Args)]
 pub struct Options {
     /// Also run the page's test in Chromium, as `cargo xtask test` does.
@@ -17,7 +16,6 @@ pub struct Options {
     pictures: bool,
 }
 
-/// Runs the command.
 pub fn run(options: &Options) -> Outcome {
     let out = build()?;
     if options.test {

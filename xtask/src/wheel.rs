@@ -2,7 +2,7 @@
 
 use crate::platforms::{compiler_for, own};
 use crate::targets::{TARGETS, Target};
-use crate::tools::{Outcome, emptied, finish, python_with, run as command, target, top};
+use crate::tools::{Outcome, emptied, finish, pip, python_with, run as command, target, top};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -79,17 +79,7 @@ pub fn installed() -> Result<PathBuf, String> {
     let folder = emptied(target().join("evidence-wheel"))?;
     build(&folder, None)?;
     let wheel = only_file(&folder)?.to_string_lossy().into_owned();
-    let install = [
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-        "--no-compile",
-        "--force-reinstall",
-        "--no-deps",
-    ];
-    command(&python, &[&install[..], &[&wheel]].concat())?;
+    pip(&python, &["--force-reinstall", "--no-deps", &wheel])?;
     Ok(python)
 }
 
@@ -102,8 +92,7 @@ pub fn test() -> Outcome {
     let venv = top_folder.join("venv");
     command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
     let python = venv.join("bin/python");
-    let with_tests = format!("{}[test]", wheel.display());
-    command(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile", &with_tests])?;
+    pip(&python, &[&format!("{}[test]", wheel.display())])?;
     command(&python, &["-m", "unittest", "discover", "--start-directory", "python/tests"])
 }
 

@@ -286,10 +286,7 @@ fn refuse_not_convex(corners: &[[f64; 2]]) -> Result<(), Error> {
 mod tests {
     use super::*;
     use crate::body::shape::Solid;
-
-    fn close(a: f64, b: f64, relative: f64) {
-        assert!((a - b).abs() <= relative * math::abs(b), "{a:e} {b:e}");
-    }
+    use crate::tests::close;
 
     #[test]
     fn a_rectangle_gives_a_box_wherever_it_is_and_however_it_is_turned() {
@@ -395,27 +392,25 @@ mod tests {
     #[test]
     fn what_is_no_prism_is_refused() {
         let square = [[0.0, 0.0], [0.01, 0.0], [0.01, 0.01], [0.0, 0.01]];
-        let refused = |corners: &[[f64; 2]], thickness, mass| {
-            let error = prism(corners, thickness, mass).unwrap_err();
-            (error.code, error.field)
-        };
-        let bad = (Code::OutOfRange, "prism.corners");
+        let [a, b, c, d] = square;
         assert!(prism(&square, 0.01, 1.0).is_ok());
-        assert_eq!(refused(&square, 0.0, 1.0), (Code::NotPositive, "prism.thickness"));
-        assert_eq!(refused(&square, 0.01, f64::NAN), (Code::NotFinite, "prism.mass"));
-        assert_eq!(refused(&square[..2], 0.01, 1.0), bad);
-        assert_eq!(refused(&[[0.0; 2]; 15], 0.01, 1.0), bad);
-        assert_eq!(refused(&[[0.0; 2]; 4], 0.01, 1.0), bad);
-        let mut clockwise = square;
-        clockwise.reverse();
-        assert_eq!(refused(&clockwise, 0.01, 1.0), bad);
-        let crossed = [square[0], square[2], square[1], square[3]];
-        assert_eq!(refused(&crossed, 0.01, 1.0), bad);
-        let dented = [square[0], square[1], [0.004, 0.004], square[3]];
-        assert_eq!(refused(&dented, 0.01, 1.0), bad);
-        let on_a_line = [[0.0, 0.0], [0.01, 0.0], [0.02, 0.0]];
-        assert_eq!(refused(&on_a_line, 0.01, 1.0), bad);
-        assert_eq!(refused(&[square[0], square[1], square[2], [f64::NAN, 0.0]], 0.01, 1.0).0, Code::NotFinite);
+        let refused = |corners: &[[f64; 2]], thickness, mass| {
+            prism(corners, thickness, mass).err().map(|error| (error.code, error.field))
+        };
+        assert_eq!(refused(&square, 0.0, 1.0), Some((Code::NotPositive, "prism.thickness")));
+        assert_eq!(refused(&square, 0.01, f64::NAN), Some((Code::NotFinite, "prism.mass")));
+        assert_eq!(refused(&[a, b, c, [f64::NAN, 0.0]], 0.01, 1.0).map(|refusal| refusal.0), Some(Code::NotFinite));
+        for (name, corners) in [
+            ("two", &[a, b][..]),
+            ("fifteen", &[a; 15]),
+            ("four alike", &[a; 4]),
+            ("clockwise", &[d, c, b, a]),
+            ("crossed", &[a, c, b, d]),
+            ("dented", &[a, b, [0.004, 0.004], d]),
+            ("on a line", &[a, b, [0.02, 0.0]]),
+        ] {
+            assert_eq!(refused(corners, 0.01, 1.0), Some((Code::OutOfRange, "prism.corners")), "{name}");
+        }
         for (inner, outer, angle, field) in [
             (-0.01, 0.04, 1.0, "disc_sector.inner_radius"),
             (0.04, 0.04, 1.0, "disc_sector.inner_radius"),

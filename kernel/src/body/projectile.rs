@@ -195,29 +195,7 @@ pub fn cayley_turn(q: &Quaternion<f64>, w: &Vector, dt: f64) -> Quaternion<f64> 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Torque-free turning of a body with moments (1, 2, 3) and w(0) = (1, 0, 1).
-    fn spun(dt: f64, steps: usize) -> (Quaternion<f64>, Vector) {
-        let moments = Vector::new(1.0, 2.0, 3.0);
-        let mut w = Vector::new(1.0, 0.0, 1.0);
-        let mut q = Quaternion::new(1.0, 0.0, 0.0, 0.0);
-        for _ in 0..steps {
-            let middle = midpoint_rate(&w, &moments, dt);
-            w = middle * 2.0 - w;
-            q = cayley_turn(&q, &middle, dt);
-        }
-        (q, w)
-    }
-
-    #[test]
-    fn jacobi_functions_with_second_order() {
-        // w = (cn, sn, dn)(10 | m = 1/3).
-        let exact = Vector::new(-0.921069998444, 0.389397044115, 0.974400660583);
-        let error = |dt: f64| (spun(dt, (10.0 / dt + 0.5) as usize).1 - exact).norm();
-        let (coarse, fine) = (error(0.02), error(0.01));
-        assert!(fine < 1e-4);
-        assert!((coarse / fine - 4.0).abs() < 0.1, "order 2: {}", coarse / fine);
-    }
+    use crate::tests::AT_REST;
 
     /// Largest error of w at t = 10 and relative drift of the kinetic energy with the theta rule.
     fn theta_spun(theta: f64, dt: f64) -> (f64, f64) {
@@ -246,35 +224,6 @@ mod tests {
         let order = (theta_spun(1.0, 0.025).0 / theta_spun(1.0, 0.0125).0).log2();
         assert!((0.85..1.0).contains(&order), "{order}");
         assert!((theta_spun(1.0, 0.1).1 + 0.21).abs() < 0.01 && (theta_spun(0.0, 0.1).1 - 0.50).abs() < 0.01);
-    }
-
-    #[test]
-    fn energy_and_spatial_momentum_are_kept() {
-        let moments = Vector::new(1.0, 2.0, 3.0);
-        let (q, w) = spun(0.1, 10_000);
-        let momentum = out_of_body(&q, &w.component_mul(&moments));
-        let first = Vector::new(1.0, 0.0, 3.0);
-        assert!((momentum - first).norm() <= 1e-13 * first.norm() * 10.0);
-        let energy = w.component_mul(&moments).dot(&w);
-        assert!((energy / 4.0 - 1.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn axisymmetric_precession_rate() {
-        // Body-frame precession of the transverse rate at (I_a - I_t)/I_t times the axial spin.
-        let solid = Solid::Cylinder { radius: 6.35e-3, half_length: 0.01905 };
-        let moments = Vector::from(solid.inertia(0.037));
-        let rate = (moments.z - moments.x) / moments.x;
-        assert!((rate + 0.846153846).abs() < 1e-9);
-        let (dt, steps, spin) = (1e-4, 1000, 50.0);
-        let mut w = Vector::new(1.0, 0.0, spin);
-        for _ in 0..steps {
-            w = midpoint_rate(&w, &moments, dt) * 2.0 - w;
-        }
-        let angle = crate::ground::math::atan2(w.y, w.x);
-        let expected = rate * spin * dt * steps as f64;
-        let turns = crate::ground::math::round(expected / core::f64::consts::TAU) * core::f64::consts::TAU;
-        assert!((angle - (expected - turns)).abs() < 1e-4);
     }
 
     #[test]
@@ -311,12 +260,7 @@ mod tests {
         let inertia = Inertia::of(&solid, 12.0, true);
         // Moments: 12 (3 4 + 36)/12 = 48 across and 12 4/2 = 24 along.
         assert_eq!(inertia.moments, Vector::new(48.0, 48.0, 24.0));
-        let motion = Motion {
-            position: [0.0; 3],
-            velocity: [1.0, -2.0, 3.0],
-            orientation: [1.0, 0.0, 0.0, 0.0],
-            angular_velocity: [0.5, -1.0, 2.0],
-        };
+        let motion = Motion { velocity: [1.0, -2.0, 3.0], angular_velocity: [0.5, -1.0, 2.0], ..AT_REST };
         assert_eq!(Body::of(&motion).kinetic_energy(&inertia), 0.5 * 12.0 * 14.0 + 0.5 * (12.0 + 48.0 + 96.0));
     }
 
@@ -327,8 +271,8 @@ mod tests {
         let motion = Motion {
             position: [1.0, 2.0, 3.0],
             velocity: [-4.0, 5.0, 6.0],
-            orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0, 0.0, 50.0],
+            ..AT_REST
         };
         for rule in [RotationRule::MIDPOINT, RotationRule::theta(0.5), RotationRule::theta(1.0)] {
             let mut body = Body::of(&motion);
@@ -347,12 +291,7 @@ mod tests {
     fn the_theta_rule_turns_by_the_weighted_mean_of_the_rates() {
         let solid = Solid::Cylinder { radius: 6.35e-3, half_length: 0.01905 };
         let inertia = Inertia::of(&solid, 0.037, true);
-        let motion = Motion {
-            position: [0.0; 3],
-            velocity: [0.0; 3],
-            orientation: [1.0, 0.0, 0.0, 0.0],
-            angular_velocity: [40.0, 0.0, 50.0],
-        };
+        let motion = Motion { angular_velocity: [40.0, 0.0, 50.0], ..AT_REST };
         let dt = 5e-3;
         for theta in [0.25, 0.5, 0.75] {
             let mut body = Body::of(&motion);

@@ -391,6 +391,7 @@ fn rim_gap(p: &Vector, radius: f64, beyond_end: f64, axial: Vector) -> Gap {
 mod tests {
     use super::*;
     use crate::scene::parts::{Faces, Scene};
+    use crate::tests::{close, number};
     use std::vec::Vec;
 
     fn cylinder() -> Solid {
@@ -434,10 +435,7 @@ mod tests {
     }
 
     fn random_point(k: u64, half: f64) -> Vector {
-        let c = |m: u64| {
-            half * (2.0 * (crate::ground::random::splitmix64(3 * k + m) >> 11) as f64 / (1u64 << 53) as f64 - 1.0)
-        };
-        Vector::new(c(0), c(1), c(2))
+        Vector::new(number(3 * k), number(3 * k + 1), number(3 * k + 2)) * half
     }
 
     #[test]
@@ -469,17 +467,12 @@ mod tests {
     }
 
     #[test]
-    fn inertia_of_the_presets() {
-        let sphere = Solid::of(&Scene::sheet_3in_sphere().projectile).inertia(8.4e-3);
-        assert!((sphere[0] / 1.354836e-7 - 1.0).abs() < 1e-6);
-        let rod = cylinder().inertia(0.037);
-        assert!((rod[0] / 4.848781e-6 - 1.0).abs() < 1e-6);
-        assert!((rod[2] / 7.459662e-7 - 1.0).abs() < 1e-6);
-    }
-
-    #[test]
     fn inertia_against_closed_forms() {
-        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-14, "{a:e} {b:e}");
+        let close = |a: f64, b: f64| close(a, b, 1e-14);
+        close(all()[0].inertia(2.0)[0], 0.4 * 2.0 * 6.35e-3 * 6.35e-3);
+        let [across, _, along] = Solid::Cylinder { radius: 2.0, half_length: 3.0 }.inertia(12.0);
+        close(across, 12.0 * (2.0 * 2.0 / 4.0 + 6.0 * 6.0 / 12.0));
+        close(along, 12.0 * 2.0 * 2.0 / 2.0);
         // A hemisphere: 83/320 m R^2 across, 2/5 m R^2 along; its centre 3/8 R from the flat.
         let Solid::HemisphericalCylinder { nose, shank, .. } = bullet(0.01, 0.01) else { panic!() };
         assert_eq!(shank, 0.0);
@@ -541,37 +534,37 @@ mod tests {
     }
 
     #[test]
-    fn cylinder_distances() {
-        let (r, l) = (6.35e-3, 0.01905);
-        let at = |x, y, z| cylinder().gap(&Vector::new(x, y, z)).distance;
-        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-15, "{a} {b}");
-        close(at(0.0, 0.0, l), 0.0);
-        close(at(r, 0.0, 0.0), 0.0);
-        close(at(0.0, r + 3e-3, l + 4e-3), 5e-3);
-        close(at(0.0, 0.0, 0.0), -r);
-        close(at(0.0, 1e-3, l - 1e-3), -1e-3);
-        close(at(0.0, -r - 1e-3, 0.5 * l), 1e-3);
-    }
-
-    #[test]
-    fn hemispherical_cylinder_distances() {
+    fn distances_of_points() {
         let (r, shank) = (6e-3, 0.024);
-        let solid = bullet(r, r + shank);
-        let Solid::HemisphericalCylinder { nose, .. } = solid else { panic!() };
-        let at = |x, y, z| solid.gap(&Vector::new(x, y, nose + z)).distance;
-        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-17, "{a} {b}");
-        close(at(0.0, 0.0, r), 0.0);
-        close(at(0.0, 0.6 * r, 0.8 * r), 0.0);
-        close(at(r, 0.0, 0.0), 0.0);
-        close(at(0.0, -r, -0.7 * shank), 0.0);
-        close(at(0.0, 0.3 * r, -shank), 0.0);
-        close(at(3e-3, 0.0, 4e-3), -1e-3);
-        close(at(9e-3, 0.0, 12e-3), 9e-3);
-        close(at(0.0, r + 3e-3, -shank - 4e-3), 5e-3);
-        close(at(0.0, 0.0, -shank + 1e-3), -1e-3);
-        // Above the middle of a hemisphere's flat the flat is nearer than the dome.
-        let half = bullet(0.01, 0.01);
-        close(half.gap(&Vector::new(0.0, 0.0, -0.375 * 0.01 + 1e-3)).distance, -1e-3);
+        let (long, half) = (bullet(r, r + shank), bullet(0.01, 0.01));
+        let nose = |solid: &Solid| match solid {
+            Solid::HemisphericalCylinder { nose, .. } => *nose,
+            _ => 0.0,
+        };
+        let (radius, end) = (6.35e-3, 0.01905);
+        // Places from where the nose begins.
+        for (solid, x, y, z, expected) in [
+            (cylinder(), 0.0, 0.0, end, 0.0),
+            (cylinder(), radius, 0.0, 0.0, 0.0),
+            (cylinder(), 0.0, radius + 3e-3, end + 4e-3, 5e-3),
+            (cylinder(), 0.0, 0.0, 0.0, -radius),
+            (cylinder(), 0.0, 1e-3, end - 1e-3, -1e-3),
+            (cylinder(), 0.0, -radius - 1e-3, 0.5 * end, 1e-3),
+            (long.clone(), 0.0, 0.0, r, 0.0),
+            (long.clone(), 0.0, 0.6 * r, 0.8 * r, 0.0),
+            (long.clone(), r, 0.0, 0.0, 0.0),
+            (long.clone(), 0.0, -r, -0.7 * shank, 0.0),
+            (long.clone(), 0.0, 0.3 * r, -shank, 0.0),
+            (long.clone(), 3e-3, 0.0, 4e-3, -1e-3),
+            (long.clone(), 9e-3, 0.0, 12e-3, 9e-3),
+            (long.clone(), 0.0, r + 3e-3, -shank - 4e-3, 5e-3),
+            (long, 0.0, 0.0, -shank + 1e-3, -1e-3),
+            // Above the middle of a hemisphere's flat the flat is nearer than the dome.
+            (half, 0.0, 0.0, 1e-3, -1e-3),
+        ] {
+            let found = solid.gap(&Vector::new(x, y, nose(&solid) + z)).distance;
+            assert!((found - expected).abs() < 1e-17, "{solid:?} at {x} {y} {z}: {found}");
+        }
     }
 
     #[test]
@@ -684,6 +677,11 @@ mod tests {
         assert_eq!(of(&sector), [false, true, true, false, false]);
         let square = super::tests::cuboid([0.01, 0.01, 0.02]);
         assert_eq!(of(&square), [true, true, true, true, false]);
+        // Of a body of revolution every plane along its axis, and none askew.
+        for (x, y, z) in [(0.6, 0.8, 0.0), (-0.8, -0.6, 0.0), (0.6, 0.0, 0.8), (0.0, -0.6, 0.8), (0.0, 0.6, -0.8)] {
+            let normal = Vector::new(x, y, z);
+            assert_eq!([&rod, &long].map(|solid| solid.is_mirrored_by(&normal)), [z == 0.0; 2], "{normal:?}");
+        }
         // Faces of a cube, but heavier to turn about one axis: only the planes across the axes are left.
         let faces = box_faces([0.01; 3]);
         let cube = |moments| {
@@ -744,11 +742,11 @@ mod tests {
 
     #[test]
     fn support_along_the_axis() {
-        let (up, down) = (Vector::new(0.0, 0.0, 1.0), Vector::new(0.0, 0.0, -1.0));
-        assert_eq!([up, down].map(|way| cylinder().support(&way)), [0.01905; 2]);
+        let along = |solid: &Solid| [1.0, -1.0].map(|z| solid.support(&Vector::new(0.0, 0.0, z)));
+        assert_eq!(along(&cylinder()), [0.01905; 2]);
         let solid = bullet(6e-3, 0.03);
         let Solid::HemisphericalCylinder { nose, shank, .. } = solid else { panic!() };
-        assert_eq!([up, down].map(|way| solid.support(&way)), [nose + 6e-3, shank - nose]);
+        assert_eq!(along(&solid), [nose + 6e-3, shank - nose]);
         // Just across the axis the rim of the flat is the farthest.
         assert!((solid.support(&Vector::new(1.0, 0.0, 0.0)) - 6e-3).abs() < 1e-18);
     }
@@ -790,64 +788,46 @@ mod tests {
     }
 
     #[test]
-    fn no_plane_askew_mirrors_a_body_of_revolution() {
-        for (x, y, z) in [(0.6, 0.0, 0.8), (-0.6, 0.0, 0.8), (0.0, -0.6, 0.8), (0.0, 0.6, -0.8), (-0.6, 0.0, -0.8)] {
-            let normal = Vector::new(x, y, z);
-            assert!(!cylinder().is_mirrored_by(&normal) && !bullet(6e-3, 0.03).is_mirrored_by(&normal));
-        }
-        for (x, y) in [(0.6, 0.8), (-0.6, 0.8), (-0.8, -0.6)] {
-            assert!(cylinder().is_mirrored_by(&Vector::new(x, y, 0.0)));
-            assert!(bullet(6e-3, 0.03).is_mirrored_by(&Vector::new(x, y, 0.0)));
-        }
-    }
-
-    #[test]
     fn normals_on_the_axis_and_at_the_centre() {
+        let normal = |solid: &Solid, z: f64| solid.gap(&Vector::new(0.0, 0.0, z)).normal;
         // A long cylinder's axis: every way across is as near; the normal is one of them.
-        assert_eq!(cylinder().gap(&Vector::zeros()), Gap { distance: -6.35e-3, normal: Vector::new(1.0, 0.0, 0.0) });
+        assert_eq!(cylinder().gap(&Vector::zeros()), Gap { distance: -6.35e-3, normal: Vector::x() });
         for (z, sign) in [(0.03, 1.0), (-0.03, -1.0), (0.018, 1.0), (-0.018, -1.0)] {
-            assert_eq!(cylinder().gap(&Vector::new(0.0, 0.0, z)).normal, Vector::new(0.0, 0.0, sign));
+            assert_eq!(normal(&cylinder(), z), Vector::z() * sign);
         }
-        assert_eq!(all()[0].gap(&Vector::zeros()).normal, Vector::new(0.0, 0.0, -1.0));
+        assert_eq!(normal(&all()[0], 0.0), -Vector::z());
         let solid = bullet(6e-3, 0.03);
         let Solid::HemisphericalCylinder { nose, .. } = solid else { panic!() };
-        assert_eq!(solid.gap(&Vector::new(0.0, 0.0, nose + 1e-3)).normal, Vector::new(0.0, 0.0, 1.0));
-        assert_eq!(solid.gap(&Vector::new(0.0, 0.0, nose)).normal, Vector::new(1.0, 0.0, 0.0));
-        assert_eq!(solid.gap(&Vector::new(0.0, 0.0, nose - 0.025)).normal, Vector::new(0.0, 0.0, -1.0));
+        assert_eq!(normal(&solid, nose + 1e-3), Vector::z());
+        assert_eq!(normal(&solid, nose), Vector::x());
+        assert_eq!(normal(&solid, nose - 0.025), -Vector::z());
     }
 
     #[test]
     fn each_dimension_is_accepted_at_its_limit_and_refused_below() {
-        let h = 7.26e-4;
+        type Set = fn(&mut Projectile, f64);
+        const H: f64 = 7.26e-4;
         let base = Projectile { radius: 0.01, length: 0.02, size: [0.01; 3], ..Scene::sheet_3in_sphere().projectile };
-        let refused = |body: Projectile, field: &str, value: f64, limit: f64| {
-            let error = check(&body, h).unwrap_err();
-            assert_eq!((error.field, error.value, error.limit), (field, value, limit));
-        };
-        for shape in [Shape::Sphere, Shape::Cylinder, Shape::HemisphericalCylinder] {
-            assert_eq!(check(&Projectile { shape, radius: h, ..base }, h), Ok(()));
-            let less = h.next_down();
-            refused(Projectile { shape, radius: less, ..base }, "projectile.radius", less, h);
-        }
-        for shape in [Shape::Cylinder, Shape::HemisphericalCylinder] {
-            let (radius, less) = (h, (2.0 * h).next_down());
-            assert_eq!(check(&Projectile { shape, radius, length: 2.0 * h, ..base }, h), Ok(()));
-            refused(Projectile { shape, radius, length: less, ..base }, "projectile.length", less, 2.0 * h);
-        }
-        // A hemispherical cylinder is at least as long as its end; a flat-ended one may be a disc.
-        let (shape, less) = (Shape::HemisphericalCylinder, 0.01_f64.next_down());
-        assert_eq!(check(&Projectile { shape, length: 0.01, ..base }, h), Ok(()));
-        refused(Projectile { shape, length: less, ..base }, "projectile.length", less, 0.01);
-        assert_eq!(check(&Projectile { shape: Shape::Cylinder, length: less, ..base }, h), Ok(()));
-        for k in 0..3 {
-            let sized = |edge: f64| {
-                let mut body = Projectile { shape: Shape::Box, ..base };
-                body.size[k] = edge;
-                body
-            };
-            let less = (2.0 * h).next_down();
-            assert_eq!(check(&sized(2.0 * h), h), Ok(()));
-            refused(sized(less), "projectile.size", less, 2.0 * h);
+        let (radius, length): (Set, Set) = (|body, x| body.radius = x, |body, x| body.length = x);
+        let rows: [(Shape, &str, f64, Set); 9] = [
+            (Shape::Sphere, "projectile.radius", H, radius),
+            (Shape::Cylinder, "projectile.radius", H, radius),
+            (Shape::Cylinder, "projectile.length", 2.0 * H, length),
+            (Shape::HemisphericalCylinder, "projectile.radius", H, radius),
+            // At least as long as its end; a flat-ended one may be a disc.
+            (Shape::HemisphericalCylinder, "projectile.length", 0.01, length),
+            (Shape::HemisphericalCylinder, "projectile.length", 2.0 * H, |body, x| (body.radius, body.length) = (H, x)),
+            (Shape::Box, "projectile.size", 2.0 * H, |body, x| body.size[0] = x),
+            (Shape::Box, "projectile.size", 2.0 * H, |body, x| body.size[1] = x),
+            (Shape::Box, "projectile.size", 2.0 * H, |body, x| body.size[2] = x),
+        ];
+        for (shape, field, least, set) in rows {
+            let found = [least, least.next_down()].map(|x| {
+                let mut body = Projectile { shape, ..base };
+                set(&mut body, x);
+                check(&body, H).err().map(|error| (error.field, error.value, error.limit))
+            });
+            assert_eq!(found, [None, Some((field, least.next_down(), least))], "{shape:?} {field}");
         }
     }
 

@@ -251,12 +251,8 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::number;
     use std::vec::Vec;
-
-    /// Numbers from -1 to 1 without visible order.
-    fn number(k: u64) -> f64 {
-        2.0 * (crate::ground::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
-    }
 
     fn column(nodes: &[[f64; 2]]) -> Vec<[f64; COLUMN_REALS]> {
         let place = |&[speed, room]: &[f64; 2]| {
@@ -297,35 +293,6 @@ mod tests {
         let mut apart = column(&parting);
         project(&mut apart);
         assert_eq!(speeds(&apart), [-1.0, 0.0, 2.0]);
-    }
-
-    /// Plies of unlike fabrics end at the velocity that their momentum gives them, and a gap closes from both sides by their masses.
-    #[test]
-    fn unlike_plies_share_their_momentum_by_their_masses() {
-        let weighed = |nodes: &[[f64; 2]], masses: &[f64]| {
-            let mut nodes = column(nodes);
-            nodes.iter_mut().zip(masses).for_each(|(place, &mass)| weigh(place, mass));
-            nodes
-        };
-        let far = f64::INFINITY;
-        for mass in [0.01, 0.25, 1.0, 3.0, 100.0] {
-            let mut met = weighed(&[[1.0, far], [0.0, 0.0]], &[1.0, mass]);
-            project(&mut met);
-            for speed in speeds(&met) {
-                assert!((speed - 1.0 / (1.0 + mass)).abs() < 1e-15, "{mass}");
-            }
-            // The gap of 0.5 is used up, and each gives up speed by its mass.
-            let mut across = weighed(&[[1.0, far], [0.0, 0.5]], &[1.0, mass]);
-            project(&mut across);
-            let change = 0.5 / (1.0 + mass);
-            for (speed, expected) in speeds(&across).into_iter().zip([1.0 - mass * change, change]) {
-                assert!((speed - expected).abs() < 1e-15, "{mass}");
-            }
-            // Alone it keeps its velocity to the bit.
-            let mut alone = weighed(&[[0.1, far], [0.3, far]], &[1.0, mass]);
-            project(&mut alone);
-            assert_eq!(speeds(&alone), [0.1, 0.3]);
-        }
     }
 
     /// The conditions that make a solution the nearest one: no pair nearer than it may be, no impulse that pulls, none across a

@@ -366,22 +366,12 @@ mod tests {
     use crate::body::pose;
     use crate::body::projectile::Motion;
     use crate::scene::parts::{Projectile, Scene, Shape};
+    use crate::tests::{AT_REST, number};
     use std::vec::Vec;
-
-    /// Numbers from -1 to 1 without visible order.
-    fn number(k: u64) -> f64 {
-        2.0 * (crate::ground::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
-    }
 
     fn sphere() -> (Solid, Body) {
         let solid = Solid::of(&Scene::sheet_3in_sphere().projectile);
-        let motion = Motion {
-            position: [0.0; 3],
-            velocity: [0.0, 0.0, 100.0],
-            orientation: [1.0, 0.0, 0.0, 0.0],
-            angular_velocity: [0.0; 3],
-        };
-        (solid, Body::of(&motion))
+        (solid, Body::of(&Motion { velocity: [0.0, 0.0, 100.0], ..AT_REST }))
     }
 
     #[test]

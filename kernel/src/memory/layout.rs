@@ -271,18 +271,16 @@ mod tests {
         let stochastic = Layout::of(&scene).unwrap();
         assert_eq!((stochastic.chunks, stochastic.nodes(), stochastic.segments()), (44, 122_500, 244_300));
         scene.track_support = false;
-        // Of these 116 are the places for every node as a candidate.
-        let plain = Layout::of(&scene).unwrap();
         // Six numbers a row, to the next line.
-        assert!((stochastic.bytes() - plain.bytes()).abs_diff(6 * 8 * 350) < 64);
-        assert!(plain.bytes() as f64 / 122_500.0 <= 233.0);
-        scene.yarn.stochastic = false;
-        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 201.0);
-        // Room for what wraps the cylinder, and half as much again.
-        scene.contact_capacity = 7250;
-        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 92.0);
-        scene.yarn.stochastic = true;
-        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 124.0);
+        assert!((stochastic.bytes() - Layout::of(&scene).unwrap().bytes()).abs_diff(6 * 8 * 350) < 64);
+        // A place for every node as a candidate takes 116; or room for what wraps the cylinder, and half as much again.
+        for (stochastic, capacity, most) in
+            [(true, 0, 233.0), (false, 0, 201.0), (true, 7250, 124.0), (false, 7250, 92.0)]
+        {
+            (scene.yarn.stochastic, scene.contact_capacity) = (stochastic, capacity);
+            let bytes = Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0;
+            assert!(bytes <= most, "{bytes} of {most}");
+        }
     }
 
     #[test]
@@ -306,8 +304,7 @@ mod tests {
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.
     fn tiny() -> Scene {
-        let mut scene = Scene::sheet_3in_sphere();
-        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (9, 5);
+        let mut scene = crate::tests::sheet(9, 5);
         (scene.yarn.stochastic, scene.track_detachment, scene.track_support) = (false, false, false);
         scene.contact_capacity = 10;
         scene

@@ -371,59 +371,49 @@ pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: us
 #[cfg(test)]
 mod tests {
     use crate::ground::lanes::InstructionSet;
-    use crate::{Failure, Layout, Scene, Sim};
+    use crate::tests::{sheet, sim};
+    use crate::{Failure, Sim};
 
     #[test]
     fn a_block_that_is_too_short_is_a_failure_and_no_row_that_stands_still() {
-        let mut scene = Scene::sheet_3in_sphere();
-        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (21, 21);
-        let layout = Layout::of(&scene).unwrap();
-        let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
-        let mut sim = Sim::new(&scene, &mut memory).unwrap();
+        let mut sim = sim(&sheet(21, 21));
         sim.step_every_row();
         sim.step().unwrap();
         sim.system.arrays.history = &mut [];
         assert_eq!(sim.step(), Err(Failure::NonFinite));
     }
 
+    /// The digest after a run in which segments fail, 41 x 41 nodes.
+    fn run(toe: f64, prepare: impl FnOnce(&mut Sim<'_>)) -> u64 {
+        let mut scene = sheet(41, 41);
+        scene.slack_toe = toe;
+        let mut sim = sim(&scene);
+        assert!(sim.system.directions.front.plain && !sim.system.fetches);
+        prepare(&mut sim);
+        sim.advance(3000).unwrap();
+        assert!(sim.counters().failed_segments > 10);
+        sim.digest()
+    }
+
     /// The path of fabrics that are not plain is the general one: it gives a plain sheet the bits of its own.
     #[test]
     fn a_plain_sheet_moves_alike_on_both_paths() {
-        let run = |toe: f64, plain: bool| {
-            let mut scene = Scene::sheet_3in_sphere();
-            (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.slack_toe) = (41, 41, toe);
-            let layout = Layout::of(&scene).unwrap();
-            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
-            let mut sim = Sim::new(&scene, &mut memory).unwrap();
-            assert!(sim.system.directions.front.plain);
-            sim.system.directions.front.plain = plain;
-            sim.advance(3000).unwrap();
-            assert!(sim.counters().failed_segments > 10);
-            sim.digest()
-        };
         for toe in [0.0, 0.02] {
-            assert_eq!(run(toe, true), run(toe, false));
+            assert_eq!(run(toe, |_| ()), run(toe, |sim| sim.system.directions.front.plain = false));
         }
     }
 
     /// The path of sheets beyond the caches gives a small one the bits of its own.
     #[test]
     fn rows_fetched_from_memory_move_as_others_do() {
-        let run = |exceeds: bool, set: InstructionSet| {
-            let mut scene = Scene::sheet_3in_sphere();
-            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
-            let layout = Layout::of(&scene).unwrap();
-            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
-            let mut sim = Sim::new(&scene, &mut memory).unwrap();
-            assert!(!sim.system.fetches);
-            sim.system.fetches = exceeds;
-            sim.use_instructions(set).unwrap();
-            sim.advance(3000).unwrap();
-            assert!(sim.counters().failed_segments > 10);
-            sim.digest()
-        };
         for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
-            assert_eq!(run(true, set), run(false, set));
+            let [near, far] = [false, true].map(|fetches| {
+                run(0.0, |sim| {
+                    sim.system.fetches = fetches;
+                    sim.use_instructions(set).unwrap();
+                })
+            });
+            assert_eq!(near, far, "{set:?}");
         }
     }
 }

@@ -256,8 +256,7 @@ mod tests {
 
     /// 401 x 401 nodes of drawn strength: 320 800 segments.
     fn drawn(shape: f64, gauge_length: f64, correlation: f64) -> Scene {
-        let mut scene = Scene::sheet_3in_sphere();
-        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (401, 401);
+        let mut scene = crate::tests::sheet(401, 401);
         let yarn = &mut scene.yarn;
         (yarn.strength_draw, yarn.weibull_shape) = (StrengthDraw::Weibull, shape);
         (yarn.weibull_gauge_length, yarn.weibull_correlation) = (gauge_length, correlation);
@@ -292,20 +291,6 @@ mod tests {
             let every = if correlation == 0.0 { 1 } else { 400 };
             let numbers = (0..160_400).step_by(every);
             is_weibull(numbers.map(|k| scene.draw_critical_stretch(k) - 1.0), 0.03, shape);
-        }
-    }
-
-    /// The weakest of n segments of length L/n has the scale given for the length L.
-    #[test]
-    fn the_weakest_of_a_length_has_the_strength_measured_at_that_length() {
-        for (segments, shape) in [(8, 14.7), (100, 5.0)] {
-            let scene = drawn(shape, segments as f64 * crate::scene::presets::PAPER_SPACING, 0.0);
-            let chains = 0..160_400 / segments;
-            let weakest = |chain: u64| {
-                let links = chain * segments..(chain + 1) * segments;
-                links.map(|k| scene.draw_critical_stretch(k) - 1.0).fold(1.0, |a, b| math::min(b, a))
-            };
-            is_weibull(chains.map(weakest), 0.03, shape);
         }
     }
 

@@ -177,19 +177,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn weights_count_the_whole_line() {
-        for nodes in 2..12 {
-            for mirrored in [false, true] {
-                let line = Line { nodes, mirrored };
-                let total: f64 = (0..line.modelled()).map(|i| line.node_weight(i)).sum();
-                assert_eq!(total, nodes as f64);
-                let total: f64 = (0..line.segments()).map(|i| line.segment_weight(i)).sum();
-                assert_eq!(total, nodes as f64 - 1.0);
-            }
-        }
-    }
-
-    #[test]
     fn images_lie_across_the_plane() {
         for nodes in 2..12u32 {
             let line = Line { nodes, mirrored: true };

@@ -277,10 +277,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn close(value: f64, expected: f64, relative: f64) {
-        assert!((value - expected).abs() <= relative * expected.abs(), "{value:e} is not {expected:e}");
-    }
+    use crate::tests::close;
 
     /// Unlike directions with crimp.
     fn unlike() -> Textile {

@@ -18,59 +18,7 @@ pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::parts::{Draw, Integrator, RotationRule, Shape, StepAfterFailure, Symmetry};
-
-    #[test]
-    fn every_option_has_a_fingerprint_of_its_own() {
-        let print = |change: &dyn Fn(&mut Scene)| {
-            let mut scene = Scene::sheet_3in_sphere();
-            scene.yarn.stochastic = false;
-            change(&mut scene);
-            fingerprint(&scene, 1e-7)
-        };
-        let mirror = |mirror_x, mirror_y| move |s: &mut Scene| s.symmetry = Symmetry { mirror_x, mirror_y };
-        let theta = |theta, tolerance, max_iterations| {
-            let rule = Integrator { theta, tolerance, max_iterations, ..Integrator::THETA };
-            move |s: &mut Scene| s.integrator = rule
-        };
-        let prints = [
-            print(&|_| ()),
-            print(&|s| s.yarn.stochastic = true),
-            print(&|s| (s.yarn.stochastic, s.yarn.draw) = (true, Draw::Yarn)),
-            print(&mirror(true, false)),
-            print(&mirror(false, true)),
-            print(&mirror(true, true)),
-            print(&theta(0.5, 1e-10, 500)),
-            print(&theta(1.0, 1e-10, 500)),
-            print(&theta(0.5, 1e-9, 500)),
-            print(&theta(0.5, 1e-10, 400)),
-            print(&|s| s.step_after_failure = StepAfterFailure::Half),
-            print(&|s| s.slack_toe = 0.01),
-            print(&|s| s.slack_toe = 0.02),
-            print(&|s| s.yarn.viscosity_linear = 0.02),
-            print(&|s| s.yarn.viscosity_quadratic = 0.02),
-            print(&|s| s.yarn.viscosity_bending = 0.02),
-            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 170.0)),
-            print(&|s| (s.yarn.rate_stretch, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 170.0)),
-            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 20.0, 170.0)),
-            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 200.0)),
-            print(&|s| s.rotation_rule = RotationRule::theta(0.5)),
-            print(&|s| s.rotation_rule = RotationRule::theta(1.0)),
-            print(&|s| s.track_detachment = !s.track_detachment),
-            print(&|s| s.track_support = !s.track_support),
-            print(&|s| s.seed += 1),
-            print(&|s| s.sheet.nodes_x += 1),
-            print(&|s| s.sheet.nodes_y += 1),
-            print(&|s| s.projectile.mass *= 2.0),
-            print(&|s| s.projectile.shape = Shape::Cylinder),
-            print(&|s| s.projectile.shape = Shape::Box),
-        ];
-        for (k, print) in prints.iter().enumerate() {
-            assert!(!prints[..k].contains(print), "{k}");
-        }
-        // What is not used does not count.
-        assert_eq!(print(&|s| s.yarn.draw = Draw::Yarn), prints[0]);
-    }
+    use crate::scene::parts::{Draw, Integrator, RotationRule, StepAfterFailure, Symmetry};
 
     /// So an image of a scene without them fits, whether or not its program knew of them.
     #[test]

@@ -215,20 +215,19 @@ pub const OUTPUTS: &[Output] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{CacheLine, Layout, Scene};
+    use crate::tests::sheet;
     use std::collections::BTreeMap;
+    use std::format;
     use std::string::String;
     use std::vec::Vec;
-    use std::{format, vec};
 
     /// What the table has of a structure is what the structure itself shows: every field, its name and its number.
     #[test]
     fn every_field_of_a_read_out_has_its_row() {
-        let mut scene = Scene::sheet_3in_sphere();
-        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.contact.friction) = (41, 41, 0.2);
+        let mut scene = sheet(41, 41);
+        scene.contact.friction = 0.2;
         (scene.stack.plies, scene.stack.gap, scene.projectile.angular_velocity) = (2, 1e-4, [30.0, 40.0, 50.0]);
-        let mut memory = vec![CacheLine::ZERO; Layout::of(&scene).unwrap().lines()];
-        let mut sim = Sim::new(&scene, &mut memory).unwrap();
+        let mut sim = crate::tests::sim(&scene);
         sim.advance(2000).unwrap();
         let shown = BTreeMap::from([
             ("projectile", format!("{:?}", sim.projectile().unwrap())),

@@ -239,23 +239,15 @@ fn plausible(state: &State) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Sim;
     use crate::body::projectile::{Body, Motion};
     use crate::ground::error::Failure;
     use crate::memory::layout::{STATE_WORDS, frame_words};
-    use crate::scene::parts::Scene;
-    use crate::sim::tests::{saved, torn_by_a_sphere, with_sim, word_of};
+    use crate::tests::{AT_REST, saved, sheet, sim, torn_by_a_sphere, word_of};
     use std::vec::Vec;
 
     #[test]
     fn only_unit_quaternions_finite_speeds_and_paths_begun_are_plausible() {
-        let motion = Motion {
-            position: [0.0; 3],
-            velocity: [0.0; 3],
-            orientation: [0.5, -0.5, 0.5, -0.5],
-            angular_velocity: [0.0; 3],
-        };
-        let state = State::at_start(Body::of(&motion));
+        let state = State::at_start(Body::of(&Motion { orientation: [0.5, -0.5, 0.5, -0.5], ..AT_REST }));
         assert!(plausible(&state));
         let quaternion = |k: usize, squared: f64| {
             // Unequal parts; part k makes up the length.
@@ -299,15 +291,11 @@ mod tests {
 
     #[test]
     fn each_word_of_an_image_is_taken_where_a_simulation_can_have_it_and_refused_elsewhere() {
-        let mut scene = Scene::sheet_3in_sphere();
-        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (5, 4);
+        let mut scene = sheet(5, 4);
         (scene.yarn.stochastic, scene.track_detachment, scene.slack_toe) = (false, true, 0.02);
         scene.attachment.kind = crate::scene::parts::AttachmentKind::TwoSides;
-        let layout = crate::Layout::of(&scene).unwrap();
-        let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
-        let mut sim = Sim::new(&scene, &mut memory).unwrap();
-        let mut image = std::vec![0; sim.snapshot_bytes()];
-        sim.save(&mut image).unwrap();
+        let mut sim = sim(&scene);
+        let (layout, image) = (*sim.layout(), saved(&sim));
         let (critical, first) = (sim.system.directions.front.horizontal.critical, sim.digest());
         let mut check = |at: usize, word: u64, sound: bool| {
             let forged = forged(&image, at, word);
@@ -318,9 +306,7 @@ mod tests {
                 "{at} {word:x}"
             );
             if sound {
-                let mut saved = std::vec![0; forged.len()];
-                sim.save(&mut saved).unwrap();
-                assert!(saved == forged, "what was taken comes out again: {at} {word:x}");
+                assert!(saved(&sim) == forged, "what was taken comes out again: {at} {word:x}");
                 assert_eq!(sim.digest() == first, forged == image, "digests tell states apart: {at} {word:x}");
             }
         };
@@ -371,79 +357,27 @@ mod tests {
 
     #[test]
     fn two_wrong_numbers_of_a_node_are_refused_as_one_is() {
-        with_sim(&torn_by_a_sphere(), |sim| {
-            // The first node is fixed: it may not move.
-            let (image, node) = (saved(sim), frame_words(sim.layout().has) - 1);
-            for (first, second) in (0..6).flat_map(|second| (0..second).map(move |first| (first, second))) {
-                for number in [f64::INFINITY, 1e-3] {
-                    let once = forged(&image, node + first, number.to_bits());
-                    let found = sim.load(&forged(&once, node + second, number.to_bits()));
-                    assert_eq!(found.is_ok(), number.is_finite() && second < 3, "{first} {second} {number}");
-                }
+        let mut sim = sim(&torn_by_a_sphere());
+        // The first node is fixed: it may not move.
+        let (image, node) = (saved(&sim), frame_words(sim.layout().has) - 1);
+        for (first, second) in (0..6).flat_map(|second| (0..second).map(move |first| (first, second))) {
+            for number in [f64::INFINITY, 1e-3] {
+                let once = forged(&image, node + first, number.to_bits());
+                let found = sim.load(&forged(&once, node + second, number.to_bits()));
+                assert_eq!(found.is_ok(), number.is_finite() && second < 3, "{first} {second} {number}");
             }
-        });
-    }
-
-    #[test]
-    fn bytes_that_are_no_image_of_the_scene_are_refused_and_change_nothing() {
-        with_sim(&torn_by_a_sphere(), |sim| {
-            sim.advance(50).unwrap();
-            let image = saved(sim);
-            sim.advance(20).unwrap();
-            let (present, needed) = (sim.digest(), image.len());
-            let mut refused = |bytes: &[u8], error: Error| {
-                assert_eq!([sim.load(bytes), sim.load_kept(bytes)], [Err(error); 2]);
-                assert_eq!(sim.digest(), present);
-            };
-            let mut longer = image.clone();
-            longer.extend([0; 8]);
-            for length in [0, 24, 31, 32, needed - 8, needed - 1, needed + 1, needed + 8] {
-                refused(&longer[..length], malformed(length as f64, needed as f64));
-            }
-            let another = Error::plain(Code::ImageOfAnotherScene, "image");
-            let errors = [malformed(0.0, 0.0), another, another, malformed(needed as f64, needed as f64)];
-            for (at, error) in errors.into_iter().enumerate() {
-                for bit in [0, 63] {
-                    refused(&forged(&image, at, word_of(&image, at) ^ (1 << bit)), error);
-                }
-            }
-        });
-    }
-
-    /// What happens to an image on its way is found by its checksum, which only an image that has not left is spared.
-    #[test]
-    fn a_changed_image_is_refused_but_one_kept_is_not_looked_at() {
-        with_sim(&torn_by_a_sphere(), |sim| {
-            let (start, node) = (sim.digest(), 8 * frame_words(sim.layout().has) - 8);
-            let mut image = saved(sim);
-            sim.advance(10).unwrap();
-            let present = sim.digest();
-            for at in [node, image.len() - 1] {
-                image[at] ^= 1;
-                assert_eq!(sim.load(&image), Err(malformed(0.0, 0.0)));
-                assert_eq!(sim.digest(), present);
-                image[at] ^= 1;
-            }
-            *image.last_mut().unwrap() ^= 1;
-            sim.load_kept(&image).unwrap();
-            assert_eq!(sim.digest(), start);
-        });
+        }
     }
 
     #[test]
     fn an_image_of_a_sheet_damaged_everywhere_brings_back_its_stiffness() {
         let scene = torn_by_a_sphere();
-        let (image, later) = with_sim(&scene, |sim| {
-            sim.set_largest_stretch(&std::vec![1.031; sim.layout().segments()]).unwrap();
-            let image = saved(sim);
-            sim.advance(100).unwrap();
-            (image, sim.digest())
-        });
-        with_sim(&scene, |sim| {
-            sim.load(&image).unwrap();
-            sim.advance(100).unwrap();
-            assert_eq!(sim.digest(), later);
-        });
+        let [mut first, mut other] = [sim(&scene), sim(&scene)];
+        first.set_largest_stretch(&std::vec![1.031; first.layout().segments()]).unwrap();
+        other.load(&saved(&first)).unwrap();
+        first.advance(100).unwrap();
+        other.advance(100).unwrap();
+        assert_eq!(other.digest(), first.digest());
     }
 
     /// A simulation goes on from an image as it did from there: one just made, one of other damage, and one that has failed,
@@ -452,38 +386,31 @@ mod tests {
     fn an_image_brings_back_the_whole_simulation() {
         let scene = torn_by_a_sphere();
         let ahead = 100;
-        let images: Vec<(Vec<u8>, u64, u64)> = with_sim(&scene, |sim| {
-            let mut take = |steps| {
-                sim.advance(steps).unwrap();
-                (saved(sim), sim.digest(), sim.counters().failed_segments)
-            };
-            (0..5).map(|k| take(if k == 0 { 0 } else { 400 })).collect()
+        let [mut first, mut second, mut sim] = [sim(&scene), sim(&scene), sim(&scene)];
+        let images = [0, 400, 400, 400, 400].map(|steps| {
+            first.advance(steps).unwrap();
+            (saved(&first), first.digest(), first.counters().failed_segments)
         });
-        let later: Vec<u64> = with_sim(&scene, |sim| {
-            let mut reached = |steps| {
-                sim.advance(steps).unwrap();
-                sim.digest()
-            };
-            (0..5).map(|k| reached(if k == 0 { ahead } else { 400 })).collect()
+        let later = [ahead, 400, 400, 400, 400].map(|steps| {
+            second.advance(steps).unwrap();
+            second.digest()
         });
         let failed_segments = [0, 3, 4].map(|k: usize| images[k].2);
         assert!(failed_segments[0] == 0 && failed_segments.is_sorted_by(|a, b| a < b), "{failed_segments:?}");
-        with_sim(&scene, |sim| {
-            for failed in [false, true] {
-                for k in [4, 0, 3, 4, 4] {
-                    if failed {
-                        sim.system.failure = Some(Failure::NonFinite);
-                        // What follows from the histories.
-                        sim.system.arrays.hot.iter_mut().for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
-                    }
-                    let (image, digest, failed_segments) = &images[k];
-                    sim.load(image).unwrap();
-                    assert_eq!((sim.digest(), sim.counters().failed_segments), (*digest, *failed_segments));
-                    assert!(saved(sim) == *image);
-                    sim.advance(ahead).unwrap();
-                    assert_eq!(sim.digest(), later[k], "{failed} {k}");
+        for failed in [false, true] {
+            for k in [4, 0, 3, 4, 4] {
+                if failed {
+                    sim.system.failure = Some(Failure::NonFinite);
+                    // What follows from the histories.
+                    sim.system.arrays.hot.iter_mut().for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
                 }
+                let (image, digest, failed_segments) = &images[k];
+                sim.load(image).unwrap();
+                assert_eq!((sim.digest(), sim.counters().failed_segments), (*digest, *failed_segments));
+                assert!(saved(&sim) == *image);
+                sim.advance(ahead).unwrap();
+                assert_eq!(sim.digest(), later[k], "{failed} {k}");
             }
-        });
+        }
     }
 }

@@ -127,11 +127,11 @@ fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::projectile::{Body, Motion};
+    use crate::body::projectile::Body;
     use crate::memory::layout::frame_words;
     use crate::memory::state::State;
     use crate::scene::features::{FEATURES, Features};
-    use crate::sim::tests::{saved, torn_by_a_sphere, with_sim, word_of};
+    use crate::tests::{AT_REST, saved, sim, torn_by_a_sphere, word_of};
 
     struct Counter(usize);
     impl Visitor for Counter {
@@ -148,17 +148,11 @@ mod tests {
 
     #[test]
     fn state_words_are_counted_right() {
-        let motion = Motion {
-            position: [0.0; 3],
-            velocity: [0.0; 3],
-            orientation: [1.0, 0.0, 0.0, 0.0],
-            angular_velocity: [0.0; 3],
-        };
         let each = FEATURES.iter().map(|record| Features::NONE.with(record.feature));
         let both = Features::NONE.with(Feature::Viscosity).with(Feature::Rate);
         for features in each.chain([Features::NONE, both]) {
             let mut counter = Counter(0);
-            State::at_start(Body::of(&motion)).visit(features, &mut counter);
+            State::at_start(Body::of(&AT_REST)).visit(features, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(features));
         }
     }
@@ -166,15 +160,14 @@ mod tests {
     #[test]
     fn an_image_begins_with_its_name_version_scene_and_length() {
         let scene = torn_by_a_sphere();
-        with_sim(&scene, |sim| {
-            let image = saved(sim);
-            assert_eq!(&image[..8], b"FABRSNAP");
-            assert_eq!(word_of(&image, 1), FORMAT);
-            assert_eq!(word_of(&image, 2), fingerprint(&scene, sim.step_limits().dt));
-            assert_eq!(8 * word_of(&image, 3), image.len() as u64);
-            // Then the scalar state; 6 numbers a node, a history and a mark a segment, a bit a node in words of 32, a checksum.
-            let words = frame_words(sim.layout().has) + 6 * 441 + 2 * (2 * 20 * 21) + 441_usize.div_ceil(32);
-            assert_eq!(image.len(), 8 * words);
-        });
+        let sim = sim(&scene);
+        let image = saved(&sim);
+        assert_eq!(&image[..8], b"FABRSNAP");
+        assert_eq!(word_of(&image, 1), FORMAT);
+        assert_eq!(word_of(&image, 2), fingerprint(&scene, sim.step_limits().dt));
+        assert_eq!(8 * word_of(&image, 3), image.len() as u64);
+        // Then the scalar state; 6 numbers a node, a history and a mark a segment, a bit a node in words of 32, a checksum.
+        let words = frame_words(sim.layout().has) + 6 * 441 + 2 * (2 * 20 * 21) + 441_usize.div_ceil(32);
+        assert_eq!(image.len(), 8 * words);
     }
 }

@@ -213,9 +213,9 @@ mod tests {
     use crate::ground::planes::{CARRY_PLANES, CHUNK};
     use crate::ground::random::splitmix64;
     use crate::memory::layout::BLOCK_STEPS;
-    use crate::scene::parts::{AttachmentKind, Drive};
-    use crate::{CacheLine, Failure, Layout, Outcome, Scene, Sim};
-    use std::boxed::Box;
+    use crate::scene::parts::{AttachmentKind, Draw, Drive, StrengthDraw};
+    use crate::tests::{saved, sheet, sim};
+    use crate::{CacheLine, Failure, Outcome, Scene, Sim};
     use std::vec;
     use std::vec::Vec;
 
@@ -226,20 +226,13 @@ mod tests {
         let (rows, chunks) = (sim.system.layout.nodes_y, sim.system.layout.chunks);
         let carries = vec![[[0.0; CHUNK]; CARRY_PLANES]; BLOCK_STEPS * chunks];
         let pulls = vec![[[0.0; 3]; 2]; BLOCK_STEPS * rows];
-        (sim.system.arrays.carries, sim.system.arrays.pulls) = (Box::leak(carries.into()), Box::leak(pulls.into()));
+        (sim.system.arrays.carries, sim.system.arrays.pulls) = (carries.leak(), pulls.leak());
         (sim.system.layout.in_blocks, sim.system.block_steps) = (true, BLOCK_STEPS);
-    }
-
-    fn with_sim<T>(scene: &Scene, test: impl FnOnce(&mut Sim<'_>) -> T) -> T {
-        let mut memory = vec![CacheLine::ZERO; Layout::of(scene).unwrap().lines()];
-        test(&mut Sim::new(scene, &mut memory).unwrap())
     }
 
     /// The paper's sphere on 61 x 141 nodes.
     fn sphere() -> Scene {
-        let mut scene = Scene::sheet_3in_sphere();
-        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (61, 141);
-        scene
+        sheet(61, 141)
     }
 
     /// Takes steps in bands, which are called in another order in each pass. Returns how many blocks were taken.
@@ -276,32 +269,26 @@ mod tests {
     /// Runs a scene in single steps and, `at_once` steps a call, in blocks, without and with bands. Returns how many blocks were taken and
     /// how many segments failed.
     fn same_bits(scene: &Scene, set: InstructionSet, steps: u64, at_once: u64) -> (u64, u64) {
-        with_sim(scene, |single| {
-            with_sim(scene, |blocked| {
-                with_sim(scene, |banded| {
-                    single.use_instructions(set).unwrap();
-                    blocked.use_instructions(set).unwrap();
-                    banded.use_instructions(set).unwrap();
-                    single.step_every_row();
-                    blocked.step_every_row();
-                    banded.step_every_row();
-                    allow_blocks(blocked);
-                    allow_blocks(banded);
-                    let mut blocks = 0;
-                    while single.step_count() < steps {
-                        (0..at_once).for_each(|_| single.step().unwrap());
-                        let taken = advance_in_blocks(blocked, at_once);
-                        blocks += taken;
-                        let of = 1 + (single.step_count() / at_once % 11) as u32;
-                        assert_eq!(advance_in_bands(banded, of, at_once), taken, "{of} bands");
-                        let here = (single.digest(), single.counters());
-                        assert_eq!(here, (blocked.digest(), blocked.counters()), "step {}", single.step_count());
-                        assert_eq!(here, (banded.digest(), banded.counters()), "{of} bands");
-                    }
-                    (blocks, single.counters().failed_segments)
-                })
-            })
-        })
+        let mut all = [sim(scene), sim(scene), sim(scene)];
+        for sim in &mut all {
+            sim.use_instructions(set).unwrap();
+            sim.step_every_row();
+        }
+        let [mut single, mut blocked, mut banded] = all;
+        allow_blocks(&mut blocked);
+        allow_blocks(&mut banded);
+        let mut blocks = 0;
+        while single.step_count() < steps {
+            (0..at_once).for_each(|_| single.step().unwrap());
+            let taken = advance_in_blocks(&mut blocked, at_once);
+            blocks += taken;
+            let of = 1 + (single.step_count() / at_once % 11) as u32;
+            assert_eq!(advance_in_bands(&mut banded, of, at_once), taken, "{of} bands");
+            let here = (single.digest(), single.counters());
+            assert_eq!(here, (blocked.digest(), blocked.counters()), "step {}", single.step_count());
+            assert_eq!(here, (banded.digest(), banded.counters()), "{of} bands");
+        }
+        (blocks, single.counters().failed_segments)
     }
 
     #[test]
@@ -312,17 +299,14 @@ mod tests {
         }
     }
 
-    /// Whatever the yarn, the supports, the body, its way and the steps of a call.
+    /// Whatever the yarn, the body, its way and the steps of a call.
     #[test]
     fn blocks_give_the_bits_of_single_steps_in_other_scenes() {
         type Change = fn(&mut Scene);
-        let changes: [(Change, u64); 8] = [
-            (|scene| scene.yarn.stochastic = false, 64),
-            (|scene| scene.yarn.strength_draw = crate::scene::parts::StrengthDraw::Weibull, 37),
-            (|scene| scene.attachment.kind = AttachmentKind::TwoSides, 20),
+        let changes: [(Change, u64); 5] = [
+            (|scene| scene.yarn.strength_draw = StrengthDraw::Weibull, 37),
             (|scene| scene.attachment.kind = AttachmentKind::Free, 8),
-            (|scene| (scene.sheet.pre_strain, scene.yarn.draw) = ([0.004, 0.002], crate::scene::parts::Draw::Yarn), 64),
-            (|scene| scene.track_support = false, 64),
+            (|scene| (scene.sheet.pre_strain, scene.yarn.draw) = ([0.004, 0.002], Draw::Yarn), 64),
             (
                 |scene| {
                     scene.projectile.position[1] = 0.008;
@@ -374,29 +358,25 @@ mod tests {
             };
             scene.yarn.stochastic = number(11).is_multiple_of(2);
             (scene.track_support, scene.seed) = (!number(12).is_multiple_of(4), k);
-            with_sim(&scene, |single| {
-                with_sim(&scene, |blocked| {
-                    if k % 2 == 0 {
-                        single.step_every_row();
-                        blocked.step_every_row();
-                    }
-                    allow_blocks(blocked);
-                    let mut image = vec![0; blocked.snapshot_bytes()];
-                    for call in 0..12 {
-                        let steps = 1 + number(20 + call) % 90;
-                        (0..steps).for_each(|_| single.step().unwrap());
-                        blocks += if (k + call) % 3 == 0 {
-                            advance_in_bands(blocked, 1 + (call % 7) as u32, steps)
-                        } else {
-                            advance_in_blocks(blocked, steps)
-                        };
-                        assert_eq!(single.digest(), blocked.digest(), "scene {k}, call {call}");
-                        assert_eq!(single.counters(), blocked.counters());
-                        blocked.save(&mut image).unwrap();
-                        blocked.load(&image).unwrap();
-                    }
-                })
-            });
+            let [mut single, mut blocked] = [sim(&scene), sim(&scene)];
+            if k % 2 == 0 {
+                single.step_every_row();
+                blocked.step_every_row();
+            }
+            allow_blocks(&mut blocked);
+            for call in 0..12 {
+                let steps = 1 + number(20 + call) % 90;
+                (0..steps).for_each(|_| single.step().unwrap());
+                blocks += if (k + call) % 3 == 0 {
+                    advance_in_bands(&mut blocked, 1 + (call % 7) as u32, steps)
+                } else {
+                    advance_in_blocks(&mut blocked, steps)
+                };
+                assert_eq!(single.digest(), blocked.digest(), "scene {k}, call {call}");
+                assert_eq!(single.counters(), blocked.counters());
+                let image = saved(&blocked);
+                blocked.load(&image).unwrap();
+            }
         }
         assert!(blocks > 1000, "{blocks}");
     }
@@ -407,12 +387,11 @@ mod tests {
         let mut scene = sphere();
         scene.projectile.position[1] = 10.2 * scene.sheet.spacing;
         scene.projectile.radius = 8.5 * scene.sheet.spacing;
-        with_sim(&scene, |sim| {
-            sim.step_every_row();
-            allow_blocks(sim);
-            // The middle of the sheet lies in row 70: 80.2 - 25.5 and 80.2 + 25.5.
-            assert_eq!(super::Block::plan(&sim.system, STEPS).unwrap().near, [55, 106]);
-        });
+        let mut sim = sim(&scene);
+        sim.step_every_row();
+        allow_blocks(&mut sim);
+        // The middle of the sheet lies in row 70: 80.2 - 25.5 and 80.2 + 25.5.
+        assert_eq!(super::Block::plan(&sim.system, STEPS).unwrap().near, [55, 106]);
     }
 
     #[test]
@@ -425,16 +404,15 @@ mod tests {
     #[test]
     fn a_run_ends_at_the_step_of_its_outcome() {
         let ends = |blocks: bool| {
-            with_sim(&sphere(), |sim| {
-                sim.step_every_row();
-                if blocks {
-                    allow_blocks(sim);
-                }
-                // From here on the first blocks could begin anywhere.
-                sim.advance(3).unwrap();
-                let steps = sim.advance_until(Outcome::Exited, 20_003).unwrap();
-                (steps, sim.step_count(), sim.digest())
-            })
+            let mut sim = sim(&sphere());
+            sim.step_every_row();
+            if blocks {
+                allow_blocks(&mut sim);
+            }
+            // From here on the first blocks could begin anywhere.
+            sim.advance(3).unwrap();
+            let steps = sim.advance_until(Outcome::Exited, 20_003).unwrap();
+            (steps, sim.step_count(), sim.digest())
         };
         assert_eq!(ends(true), ends(false));
         assert!(ends(true).0 < 20_000);
@@ -444,73 +422,44 @@ mod tests {
     #[test]
     fn a_row_that_strays_to_the_body_within_a_block_is_a_lost_state() {
         let scene = sphere();
-        with_sim(&scene, |sim| {
-            sim.step_every_row();
-            let nodes = sim.layout().nodes();
-            let mut positions = vec![0.0; 3 * nodes];
-            sim.copy_positions(&mut positions).unwrap();
-            let speed = |spacings: f64| spacings * scene.sheet.spacing / sim.step_limits().dt;
-            let moving = |spacings: f64| -> Vec<f64> {
-                let mut velocities = vec![0.0; 3 * nodes];
-                velocities[3 * (130 * 61 + 30) + 1] = -speed(spacings);
-                velocities
-            };
-            let (slow, fast) = (moving(1.0), moving(9.0));
-            sim.set_motion(&positions, &slow).unwrap();
-            allow_blocks(sim);
-            assert_eq!(super::step_block(&mut sim.system, STEPS), Ok(STEPS));
-            for of in [0, 1, 2] {
-                sim.reset();
-                sim.set_motion(&positions, &fast).unwrap();
-                if of > 0 {
-                    advance_in_bands(sim, of, STEPS);
-                } else {
-                    assert_eq!(sim.advance(STEPS), Err(Failure::NonFinite));
-                }
-                assert_eq!(
-                    (sim.failure(), sim.advance(1)),
-                    (Some(Failure::NonFinite), Err(Failure::NonFinite)),
-                    "{of}"
-                );
+        let mut sim = sim(&scene);
+        sim.step_every_row();
+        let nodes = sim.layout().nodes();
+        let mut positions = vec![0.0; 3 * nodes];
+        sim.copy_positions(&mut positions).unwrap();
+        let speed = |spacings: f64| spacings * scene.sheet.spacing / sim.step_limits().dt;
+        let moving = |spacings: f64| -> Vec<f64> {
+            let mut velocities = vec![0.0; 3 * nodes];
+            velocities[3 * (130 * 61 + 30) + 1] = -speed(spacings);
+            velocities
+        };
+        let (slow, fast) = (moving(1.0), moving(9.0));
+        sim.set_motion(&positions, &slow).unwrap();
+        allow_blocks(&mut sim);
+        assert_eq!(super::step_block(&mut sim.system, STEPS), Ok(STEPS));
+        for of in [0, 1, 2] {
+            sim.reset();
+            sim.set_motion(&positions, &fast).unwrap();
+            if of > 0 {
+                advance_in_bands(&mut sim, of, STEPS);
+            } else {
+                assert_eq!(sim.advance(STEPS), Err(Failure::NonFinite));
             }
-        });
+            assert_eq!((sim.failure(), sim.advance(1)), (Some(Failure::NonFinite), Err(Failure::NonFinite)), "{of}");
+        }
     }
 
     #[test]
     fn a_failure_within_a_block_is_latched() {
         let mut scene = sphere();
         scene.contact_capacity = 1;
-        with_sim(&scene, |sim| {
-            sim.step_every_row();
-            allow_blocks(sim);
-            assert_eq!(sim.advance(640), Err(Failure::ContactCapacity));
-            assert_eq!((sim.failure(), sim.step()), (Some(Failure::ContactCapacity), Err(Failure::ContactCapacity)));
-            sim.reset();
-            advance_in_bands(sim, 2, 640);
-            assert_eq!((sim.failure(), sim.step()), (Some(Failure::ContactCapacity), Err(Failure::ContactCapacity)));
-        });
-    }
-
-    /// By default, from the size on at which the rows are fetched from memory.
-    #[test]
-    fn sheets_beyond_the_caches_are_stepped_in_blocks() {
-        let mut scene = Scene::sheet_3in_sphere();
-        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (439, 439);
-        with_sim(&scene, |sim| assert_eq!(sim.system.block_steps, 1));
-        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.contact_capacity) = (447, 447, 2000);
-        let digests = [false, true].map(|blocks| {
-            with_sim(&scene, |sim| {
-                sim.step_every_row();
-                let wide = InstructionSet::Avx2.available();
-                assert_eq!(sim.system.block_steps, if wide { BLOCK_STEPS } else { 1 });
-                if blocks {
-                    sim.advance(2 * STEPS).unwrap();
-                } else {
-                    (0..2 * STEPS).for_each(|_| sim.step().unwrap());
-                }
-                sim.digest()
-            })
-        });
-        assert_eq!(digests[0], digests[1]);
+        let mut sim = sim(&scene);
+        sim.step_every_row();
+        allow_blocks(&mut sim);
+        assert_eq!(sim.advance(640), Err(Failure::ContactCapacity));
+        assert_eq!((sim.failure(), sim.step()), (Some(Failure::ContactCapacity), Err(Failure::ContactCapacity)));
+        sim.reset();
+        advance_in_bands(&mut sim, 2, 640);
+        assert_eq!((sim.failure(), sim.step()), (Some(Failure::ContactCapacity), Err(Failure::ContactCapacity)));
     }
 }

@@ -119,8 +119,8 @@ fn displacement<L: Lane>(chunk: Option<&Chunk<HOT_PLANES>>, g: usize) -> [L; 3] 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::{sheet, sim};
     use crate::yarn::toe::MARK_INTERVAL;
-    use crate::{CacheLine, Layout, Scene, Sim};
 
     /// Just after the search every segment that is slack has its mark, whatever its natural length; so do some that are not.
     #[test]
@@ -128,13 +128,11 @@ mod tests {
         for (crimp, pre_strain, spacing_y) in
             [([0.0; 2], [0.0; 2], 0.0), ([0.004, 0.0], [0.0, 0.004], 9e-4), ([0.0, 0.01], [0.003, 0.0], 6e-4)]
         {
-            let mut scene = Scene::sheet_3in_sphere();
-            (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.slack_toe) = (37, 35, 0.02);
+            let mut scene = sheet(37, 35);
+            scene.slack_toe = 0.02;
             (scene.sheet.crimp, scene.sheet.pre_strain, scene.sheet.spacing_y) = (crimp, pre_strain, spacing_y);
             (scene.yarn.stochastic, scene.projectile.velocity) = (false, [0.0, 0.0, 150.0]);
-            let layout = Layout::of(&scene).unwrap();
-            let mut memory = std::vec![CacheLine::ZERO; layout.lines()];
-            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            let mut sim = sim(&scene);
             while sim.counters().failed_segments == 0 {
                 sim.advance(MARK_INTERVAL).unwrap();
             }

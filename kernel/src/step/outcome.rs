@@ -586,29 +586,17 @@ impl<'a> Components<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Scene;
     use crate::ground::planes::CHUNK;
     use crate::ground::random::splitmix64;
-    use crate::{CacheLine, Layout, Scene, Sim};
+    use crate::tests::{sheet, sim};
     use std::vec::Vec;
-
-    #[test]
-    fn components_join() {
-        let mut labels = [0; 6];
-        let mut sets = Components::new(&mut labels);
-        sets.join(4, 5);
-        sets.join(1, 4);
-        assert_eq!(sets.find(5), sets.find(1));
-        assert_ne!(sets.find(0), sets.find(1));
-        assert_eq!(sets.find(3), 3);
-    }
 
     #[test]
     fn the_rows_nearest_to_the_body_come_first() {
         let mut scene = Scene::sheet_3in_sphere();
         scene.projectile.position[1] = 7.3 * scene.sheet.spacing;
-        let layout = Layout::of(&scene).unwrap();
-        let mut memory = std::vec![CacheLine::ZERO; layout.lines()];
-        let sim = Sim::new(&scene, &mut memory).unwrap();
+        let sim = sim(&scene);
         let (system, flight) = (&sim.system, flight(&sim.system));
         let mut rows: Vec<usize> = rows_from(system, &flight).collect();
         assert_eq!(rows[..4], [59, 58, 60, 57], "the middle one is 52");
@@ -617,7 +605,7 @@ mod tests {
             assert!((distance(system, &flight, j) - off(j)).abs() < 1e-15);
         }
         rows.sort_unstable();
-        assert_eq!(rows, Vec::from_iter(0..layout.nodes_y));
+        assert_eq!(rows, Vec::from_iter(0..system.layout.nodes_y));
     }
 
     /// What is not clear of a part of what is held must not be clear of the whole.
@@ -627,13 +615,10 @@ mod tests {
         for (kind, seed) in
             [(AttachmentKind::TwoSides, 1), (AttachmentKind::FourSides, 2), (AttachmentKind::TwoSides, 3)]
         {
-            let mut scene = Scene::sheet_3in_sphere();
-            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+            let mut scene = sheet(41, 41);
             (scene.attachment.kind, scene.seed) = (kind, seed);
             scene.projectile.velocity[2] = 60.0;
-            let layout = Layout::of(&scene).unwrap();
-            let mut memory = std::vec![CacheLine::ZERO; layout.lines()];
-            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            let mut sim = sim(&scene);
             for _ in 0..300 {
                 sim.advance(TEST_INTERVAL).unwrap();
                 let flight = flight(&sim.system);

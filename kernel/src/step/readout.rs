@@ -121,15 +121,7 @@ mod tests {
     use crate::ground::lanes::InstructionSet;
     use crate::scene::parts::{Scene, StrengthDraw, Symmetry};
     use crate::step::energy::weighted_energy;
-    use crate::{CacheLine, Layout, Sim};
-    use std::vec;
-
-    /// 61 x 61 nodes of drawn yarn and the preset's sphere at 300 m/s.
-    fn sphere() -> Scene {
-        let mut scene = Scene::sheet_3in_sphere();
-        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.projectile.velocity) = (61, 61, [0.0, 0.0, 300.0]);
-        scene
-    }
+    use crate::tests::{sheet, sim};
 
     /// Strain and dissipated energy and the greatest q, segment by segment.
     fn one_by_one(system: &System<'_>) -> (f64, f64, f64) {
@@ -173,10 +165,11 @@ mod tests {
             |scene| (scene.sheet.nodes_x, scene.sheet.nodes_y) = (58, 47),
         ];
         for (k, change) in changes.into_iter().enumerate() {
-            let mut scene = sphere();
+            // Drawn yarn.
+            let mut scene = sheet(61, 61);
+            scene.projectile.velocity[2] = 300.0;
             change(&mut scene);
-            let mut memory = vec![CacheLine::ZERO; Layout::of(&scene).unwrap().lines()];
-            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            let mut sim = sim(&scene);
             let mut failed = 0;
             for _ in 0..6 {
                 sim.advance(150).unwrap();

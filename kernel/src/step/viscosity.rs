@@ -443,14 +443,13 @@ mod tests {
     use super::*;
     use crate::ground::lanes::InstructionSet;
     use crate::scene::parts::{Scene, Symmetry};
-    use crate::{Layout, Sim};
+    use crate::tests::{sheet, sim};
 
     /// The rows' expressions and the single node's are written apart: they must give the same bits, at edges, planes and tears.
     #[test]
     fn rows_and_single_nodes_agree_to_the_bit() {
         let plain = {
-            let mut scene = Scene::sheet_3in_sphere();
-            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (21, 18);
+            let mut scene = sheet(21, 18);
             scene.projectile.velocity = [0.0, 0.0, 250.0];
             let yarn = &mut scene.yarn;
             (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.1, 1.5, 0.06);
@@ -468,9 +467,8 @@ mod tests {
         };
         let softened = Scene { slack_toe: 0.02, ..plain };
         for scene in [plain, part(true, false), part(false, true), part(true, true), unlike, softened] {
-            let layout = Layout::of(&scene).unwrap();
-            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
-            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            let mut sim = sim(&scene);
+            let layout = *sim.layout();
             let mut pushed = 0;
             for _ in 0..12 {
                 // Pushes are velocities in a pass: their energy with the velocities before and behind them.
