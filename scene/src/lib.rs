@@ -660,7 +660,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scenes_of_the_study_are_sound() {
+    fn the_scenes_of_the_runner_are_sound() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../runner/scenes");
         let mut count = 0;
         for entry in std::fs::read_dir(folder).unwrap() {

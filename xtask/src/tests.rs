@@ -241,13 +241,13 @@ fn validation() -> Outcome {
 fn as_committed(command: &str, written: &Path, names: &[&str]) -> Outcome {
     for name in names {
         if read(written.join(name))? != read(top().join("docs").join(name))? {
-            return Err(format!("docs/{name} is not what the study gives: {command}"));
+            return Err(format!("docs/{name} is not what this gives: {command}"));
         }
     }
     Ok(())
 }
 
-/// Every question of the evidence and every study in its `--smoke` form, written to target/smoke.
+/// Every question of the evidence and the benchmark in their `--smoke` form, written to target/smoke.
 fn studies() -> Outcome {
     let python = crate::wheel::installed()?;
     command(&python, &["-m", "unittest", "--quiet", "evidence.tests"])?;
