@@ -99,7 +99,7 @@ pub(crate) struct Arrays<'a> {
     pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
     /// Rows of what viscosity changes of the velocities.
     pub pushes: &'a mut [Chunk<PUSH_PLANES>],
-    /// Work row of viscosity.
+    /// Work row of viscosity, and one with the moments beyond the last row.
     pub viscous: &'a mut [Chunk<VISCOUS_PLANES>],
     /// Rows of the logarithms of the rate, horizontal and vertical.
     pub logarithms: &'a mut [Chunk<RATE_PLANES>],
@@ -215,7 +215,7 @@ impl<'a> Arrays<'a> {
             marks: chunked(real(has(Toe), [rows, row, CHUNK * MARK_PLANES])?),
             iterate: chunked(real(has(Theta), [layout.stored_rows(), row, CHUNK * ITERATE_PLANES])?),
             pushes: chunked(real(has(Viscosity), [rows, row, CHUNK * PUSH_PLANES])?),
-            viscous: chunked(real(has(Viscosity), [1, row, CHUNK * VISCOUS_PLANES])?),
+            viscous: chunked(real(has(Viscosity), [2, row, CHUNK * VISCOUS_PLANES])?),
             logarithms: chunked(real(has(Rate), [rows, row, CHUNK * RATE_PLANES])?),
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),

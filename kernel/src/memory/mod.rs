@@ -4,4 +4,5 @@ pub mod model;
 pub mod rows;
 pub mod state;
 pub mod system;
+pub mod viscous;
 pub mod watch;

@@ -3,8 +3,8 @@
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
-    self, AT_REST, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
-    STRENGTH_PLANES, YARN_PLANES,
+    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::memory::arrays::Arrays;
@@ -92,7 +92,9 @@ pub(crate) struct Rows<'r> {
     /// The toe's marks from the first row on; empty for no toe.
     pub marks: &'r [Chunk<MARK_PLANES>],
     /// What viscosity changes of the velocities; empty for none.
-    pub pushes: &'r [Chunk<PUSH_PLANES>],
+    pub pushes: &'r mut [Chunk<PUSH_PLANES>],
+    /// Work row of viscosity, begun, and one with the moments of the row above the last; empty for none.
+    pub viscous: [&'r mut [Chunk<VISCOUS_PLANES>]; 2],
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
     /// Velocities along z before the sweep; empty for a single sheet.
@@ -124,6 +126,7 @@ impl<'r> Rows<'r> {
         let own = first * layout.chunks..end * layout.chunks;
         let noted = in_block.unwrap_or(0) * layout.nodes_y;
         let (swept, rest) = arrays.hot.split_at_mut_checked(own.end)?;
+        let (work, beyond) = arrays.viscous.split_at_mut(arrays.viscous.len() / 2);
         Some(Rows {
             first,
             ply,
@@ -139,7 +142,8 @@ impl<'r> Rows<'r> {
             strength: if layout.has(Feature::Strength) { arrays.strength.get(own.clone())? } else { &[] },
             logarithms: if layout.has(Feature::Rate) { arrays.logarithms.get(own.clone())? } else { &[] },
             marks: if marked { arrays.marks.get(own.clone())? } else { &[] },
-            pushes: if layout.has(Feature::Viscosity) { arrays.pushes.get(own.clone())? } else { &[] },
+            pushes: if layout.has(Feature::Viscosity) { arrays.pushes.get_mut(own.clone())? } else { &mut [] },
+            viscous: [work, beyond],
             taken: if layout.takes_energy() { arrays.taken.get_mut(first..end)? } else { &mut [] },
             before: if layout.is_stack() { arrays.before.get_mut(own)? } else { &mut [] },
             ranges: arrays.ranges.get_mut(first..end)?,
@@ -159,25 +163,27 @@ impl Rows<'_> {
     /// The hot pass over these rows, with fixed nodes put back and their pulls noted.
     pub fn sweep(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
+        // Empty but for a stack.
+        if !self.before.is_empty() {
+            lanes::dispatch(terms.instructions, Keep { hot: self.hot, before: self.before });
+        }
+        if layout.has(Feature::Viscosity) {
+            return self.sweep_viscous(terms);
+        }
         let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Toe) && !self.marks.is_empty();
-        let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
+        let optional = rows_besides || layout.has(Feature::Grading) || layout.has(Feature::Rate);
         if optional { self.sweep_with::<true>(terms) } else { self.sweep_with::<false>(terms) }
     }
 
-    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, toe or grading; otherwise no row is asked for them.
+    /// [`Rows::sweep`] without viscosity. OPTIONS: whether there is drawn strength, rate, toe or grading; otherwise no row is asked for them.
     #[inline]
     fn sweep_with<const OPTIONS: bool>(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let Rows { hot, history, before, taken, ranges, carry, kept, pulls, .. } = self;
+        let Rows { hot, history, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
-        // Empty but for a stack.
-        if !before.is_empty() {
-            lanes::dispatch(terms.instructions, Keep { hot, before });
-        }
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
-        let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
-        let (viscous, net) = if OPTIONS { (layout.has(Feature::Viscosity), &self.net) } else { (false, &Net::NONE) };
+        let (marks, net) = if OPTIONS { (self.marks, &self.net) } else { (&[][..], &Net::NONE) };
         let pass = terms.pass(net, ply);
         if layout.x.is_mirrored() {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
@@ -190,12 +196,6 @@ impl Rows<'_> {
             let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
-            let pushes = planes::row(pushes, chunks, k);
-            let mut taken = if viscous { taken.get_mut(k) } else { None };
-            if let Some(taken) = &mut taken {
-                let before = if layout.has(Feature::Rate) { **taken } else { 0.0 };
-                **taken = before + half_taken::<true>(row, pushes, terms, j);
-            }
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, logarithms, k, ply);
             let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
@@ -209,15 +209,7 @@ impl Rows<'_> {
             if let Some(pulls) = pulls.get_mut(k) {
                 *pulls = pulled;
             }
-            let [low, high, left, right] = range;
-            [*low, *high] = reach.map(end_of_range);
-            if *left != NOT_KEPT {
-                // While the row is at hand.
-                [*left, *right] = spread(row, terms.instructions).map(end_of_range);
-            }
-            if let Some(taken) = taken {
-                *taken += half_taken::<false>(row, pushes, terms, j);
-            }
+            keep_range(range, reach, row, terms.instructions);
         }
         report
     }
@@ -242,70 +234,18 @@ impl Job for Keep<'_> {
     }
 }
 
-/// Half the energy, in units of m (h/dt)^2, that these pushes take of nodes with the present velocities of row j: once with those
-/// before the pass and once with those behind it, as contact counts its impulses. Fixed nodes have none. PUSH: whether the pushes
-/// then act.
-fn half_taken<const PUSH: bool>(
-    row: &mut [Chunk<HOT_PLANES>],
-    pushes: &[Chunk<PUSH_PLANES>],
-    terms: &Terms<'_>,
-    j: usize,
-) -> f64 {
-    let layout = terms.layout;
-    let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
-    let less = line.node_weight(0) - line.node_weight(last);
-    let on_plane = if less > 0.0 {
-        // Of a node on the plane there is one, of the others there are two.
-        let at = |plane: usize| {
-            planes::get(row, 3 + plane, last).unwrap_or(0.0) * planes::get(pushes, plane, last).unwrap_or(0.0)
-        };
-        less * (0..PUSH_PLANES).map(at).sum::<f64>()
-    } else {
-        0.0
-    };
-    let given = lanes::dispatch(terms.instructions, PushJob::<PUSH> { row, pushes });
-    -0.5 * layout.y.node_weight(j) * (line.node_weight(0) * given.iter().sum::<f64>() - on_plane)
-}
-
-/// Velocities times pushes, summed over the chunks of a row; then the pushes act, if they are to.
-struct PushJob<'a, const PUSH: bool> {
-    row: &'a mut [Chunk<HOT_PLANES>],
-    pushes: &'a [Chunk<PUSH_PLANES>],
-}
-
-impl<const PUSH: bool> Job for PushJob<'_, PUSH> {
-    type Output = [f64; CHUNK];
-
-    #[inline(always)]
-    fn run<L: Lane>(self) -> [f64; CHUNK] {
-        let mut given = [0.0; CHUNK];
-        for (chunk, pushes) in self.row.iter_mut().zip(self.pushes) {
-            let [_, _, _, vx, vy, vz, ..] = chunk;
-            let [px, py, pz] = pushes;
-            for g in 0..CHUNK / L::WIDTH {
-                let sum = &mut L::groups_mut(&mut given)[g];
-                let x = product::<L, PUSH>(&mut L::groups_mut(vx)[g], &L::groups(px)[g]);
-                let y = product::<L, PUSH>(&mut L::groups_mut(vy)[g], &L::groups(py)[g]);
-                let z = product::<L, PUSH>(&mut L::groups_mut(vz)[g], &L::groups(pz)[g]);
-                L::load(sum).add(x.add(y).add(z)).store(sum);
-            }
-        }
-        given
+/// The ends of a row's displacements: along y as the pass has found them, along x if they are kept.
+pub(super) fn keep_range(range: &mut [u32; 4], reach: [f64; 2], row: &[Chunk<HOT_PLANES>], set: InstructionSet) {
+    let [low, high, left, right] = range;
+    [*low, *high] = reach.map(end_of_range);
+    if *left != NOT_KEPT {
+        // While the row is at hand.
+        [*left, *right] = spread(row, set).map(end_of_range);
     }
-}
-
-/// Velocity times push; then the push acts, if it is to.
-#[inline(always)]
-fn product<L: Lane, const PUSH: bool>(velocity: &mut L::Group, push: &L::Group) -> L {
-    let (v, push) = (L::load(velocity), L::load(push));
-    if PUSH {
-        v.add(push).or_zero_below(L::splat(AT_REST)).store(velocity);
-    }
-    v.mul(push)
 }
 
 /// Remembers the displacements of a row's fixed nodes.
-fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
+pub(super) fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
     for columns in [run[0]..run[1], run[2]..run[3]] {
         for i in columns.map(|i| i as usize) {
             let (Some([x, y, z, ..]), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(i)) else { break };
@@ -314,10 +254,10 @@ fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) 
     }
 }
 
-/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
+/// Puts the fixed nodes of a row back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
 /// mirror planes that of all images together, before any is turned.
 #[inline]
-fn restore_fixed(
+pub(super) fn restore_fixed(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],

@@ -142,7 +142,8 @@ pub(crate) fn bars_along<L: Lane>(columns: &Chunk<LINE_PLANES>, g: usize, rest: 
 #[inline(always)]
 fn bars<L: Lane>(spacing: L, inverse_square: L, rest: &Rest) -> RestLanes<L> {
     let twice_strain = L::splat(rest.twice_strain);
-    RestLanes { spacing, twice_spacing: spacing.add(spacing), inverse_square, twice_strain }
+    let (twice_spacing, twice_inverse_square) = (spacing.add(spacing), inverse_square.add(inverse_square));
+    RestLanes { spacing, twice_spacing, inverse_square, twice_strain, twice_inverse_square }
 }
 
 /// What a bar is made of.

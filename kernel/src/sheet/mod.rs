@@ -6,4 +6,5 @@ pub mod places;
 pub mod sweep;
 pub mod symmetry;
 pub mod textile;
+pub mod viscous;
 pub mod weave;

@@ -144,17 +144,17 @@ pub struct Row<'a> {
 struct RowJob<'a, const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool = true>(Row<'a>);
 
 /// Nothing.
-const NONE: u8 = 0;
+pub(crate) const NONE: u8 = 0;
 /// The toe's factor.
-const TOE: u8 = 1;
+pub(crate) const TOE: u8 = 1;
 /// That of the rate.
-const RATE: u8 = 2;
+pub(crate) const RATE: u8 = 2;
 
 /// How many chunks a row is fetched ahead: 4 KiB, some 100 ns of work.
-const AHEAD: usize = 8;
+pub(crate) const AHEAD: usize = 8;
 
 /// Marks of no toe.
-const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
+pub(crate) const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
 
 /// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
 pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
@@ -351,14 +351,14 @@ struct Carried<L> {
 }
 
 /// What only the cold path needs.
-struct Cold<'a> {
-    pass: &'a Pass<'a>,
-    yarn: &'a YarnRow<'a>,
+pub(crate) struct Cold<'a> {
+    pub pass: &'a Pass<'a>,
+    pub yarn: &'a YarnRow<'a>,
     /// Horizontal segments start before this column.
-    horizontal_end: usize,
+    pub horizontal_end: usize,
     /// Vertical segments start before this column.
-    vertical_end: usize,
-    report: Report,
+    pub vertical_end: usize,
+    pub report: Report,
 }
 
 impl<L: Lane> Carried<L> {
@@ -459,7 +459,7 @@ impl<L: Lane> Carried<L> {
 
 /// The stiffnesses of group g times what the plane of factors says of them.
 #[inline(always)]
-fn factored<L: Lane, const FACTOR: u8>(stiffness: L, q: L, plane: &[f64; CHUNK], g: usize, pass: &Pass<'_>) -> L {
+pub(crate) fn factored<L: Lane, const FACTOR: u8>(stiffness: L, q: L, plane: &[f64; CHUNK], g: usize, pass: &Pass<'_>) -> L {
     if FACTOR == TOE {
         stiffness.mul(pass.toe.factor(q, L::load(&L::groups(plane)[g])))
     } else if FACTOR == RATE {
@@ -477,7 +477,7 @@ pub(crate) fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUN
 
 /// up - down: the vertical part of a node's sum. Leaves `up` in the carry, as what the row above calls down.
 #[inline(always)]
-fn hand_on<L: Lane>(up: L, carry: &mut L::Group) -> L {
+pub(crate) fn hand_on<L: Lane>(up: L, carry: &mut L::Group) -> L {
     let vertical = up.sub(L::load(carry));
     up.store(carry);
     vertical
@@ -495,7 +495,7 @@ fn move_along<L: Lane>(here: L, sum: L, v: &mut L::Group, u: &mut L::Group) -> L
 
 /// Smallest number of a lane group, or 0.
 #[inline(always)]
-fn least<L: Lane>(lanes: L) -> f64 {
+pub(crate) fn least<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
     ranges::least(group.as_mut())
@@ -523,7 +523,7 @@ struct Place {
 impl Cold<'_> {
     /// Damages the segments from column `first` on of which some q is at or beyond the limit and above all before.
     #[inline(always)]
-    fn damage_beyond<L: Lane>(
+    pub(crate) fn damage_beyond<L: Lane>(
         &mut self,
         q: L,
         limit: L,

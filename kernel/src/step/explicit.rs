@@ -15,9 +15,10 @@ use crate::contact::separate;
 use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
-use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK};
+use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK, VISCOUS_PLANES};
 use crate::memory::rows::{Rows, Terms};
 use crate::memory::system::System;
+use crate::memory::viscous;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 use crate::sheet::sweep::Report;
@@ -28,7 +29,6 @@ use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
 use crate::step::relaxation;
 use crate::step::theta;
-use crate::step::viscosity;
 use crate::yarn::rate::Rates;
 use crate::yarn::toe::MARK_INTERVAL;
 
@@ -218,7 +218,8 @@ fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
         relaxation::find_rates(system, [first, end]);
     }
     if system.layout.has(Feature::Viscosity) {
-        viscosity::find_pushes(system, [first, end]);
+        place_velocities(system, [first, end]);
+        system.arrays.viscous.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
     }
     system.arrays.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
@@ -252,6 +253,14 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
     let unit = system.model.unit_energy * system.mass_share(ply);
     let taken = system.arrays.taken.get(first..end).unwrap_or(&[]);
     taken.iter().for_each(|taken| system.state.sums.viscous += unit * taken);
+}
+
+/// The image column of rows [first, end) with the velocities that viscosity takes.
+pub(crate) fn place_velocities(system: &mut System<'_>, [first, end]: [usize; 2]) {
+    let (line, chunks) = (system.layout.x, system.layout.chunks);
+    if line.is_mirrored() {
+        (first..end).for_each(|j| viscous::place_image_motion(planes::row_mut(system.arrays.hot, chunks, j), line));
+    }
 }
 
 /// The row of images above a sweep that reaches the plane.

@@ -12,7 +12,7 @@ use crate::memory::rows::place_image_column;
 use crate::memory::system::System;
 use crate::sheet::sweep::NOTHING;
 use crate::sheet::symmetry::Line;
-use crate::step::viscosity::{at, put, to_the_right, upwards};
+use crate::sheet::viscous::{at, put, to_the_right, upwards};
 use crate::yarn::law::{Rest, Segment};
 use crate::yarn::rate::RateLaw;
 

@@ -145,16 +145,13 @@ impl Rest {
             twice_spacing: L::splat(2.0 * self.spacing),
             inverse_square: L::splat(self.inverse_square),
             twice_strain: L::splat(self.twice_strain),
+            twice_inverse_square: L::splat(2.0 * self.inverse_square),
         }
     }
 
-    /// Rate of twice the strain at the present place of the ends: 2 [(rho + d_0) v_0 + d_1 v_1 + d_2 v_2]/l^2. `v`: relative
-    /// velocity of the ends.
-    #[inline(always)]
-    pub fn twice_strain_rate<L: Lane>(&self, d: [L; 3], v: [L; 3]) -> L {
-        let along = d[0].add(L::splat(self.spacing)).mul(v[0]);
-        let approach = along.add(d[1].mul(v[1])).add(d[2].mul(v[2]));
-        approach.mul(L::splat(2.0 * self.inverse_square))
+    /// See [`RestLanes::twice_strain_rate`].
+    pub fn twice_strain_rate(&self, d: [f64; 3], v: [f64; 3]) -> f64 {
+        self.lanes().twice_strain_rate(d, v)
     }
 }
 
@@ -169,6 +166,8 @@ pub struct RestLanes<L> {
     pub inverse_square: L,
     /// Twice the strain at the distance rho, q_0.
     pub twice_strain: L,
+    /// 2/l^2.
+    pub twice_inverse_square: L,
 }
 
 impl<L: Lane> RestLanes<L> {
@@ -179,6 +178,15 @@ impl<L: Lane> RestLanes<L> {
         let along = d[0].mul(d[0].add(self.twice_spacing));
         let change = along.add(d[1].mul(d[1])).add(d[2].mul(d[2]));
         change.mul(self.inverse_square).add(self.twice_strain)
+    }
+
+    /// Rate of twice the strain at the present place of the ends: 2 [(rho + d_0) v_0 + d_1 v_1 + d_2 v_2]/l^2. `v`: relative
+    /// velocity of the ends.
+    #[inline(always)]
+    pub fn twice_strain_rate(&self, d: [L; 3], v: [L; 3]) -> L {
+        let along = d[0].add(self.spacing).mul(v[0]);
+        let approach = along.add(d[1].mul(v[1])).add(d[2].mul(v[2]));
+        approach.mul(self.twice_inverse_square)
     }
 
     /// Force on the first node, the general form of (M4): along rho + d_0, d_1, d_2.
@@ -237,21 +245,52 @@ impl Viscosity {
         }
     }
 
+    /// See [`ViscosityLanes::stress`].
+    pub fn stress(&self, stiffness: f64, twice_strain: f64, rate: f64) -> f64 {
+        self.lanes().stress(stiffness, twice_strain, rate)
+    }
+
+    /// See [`ViscosityLanes::bending`].
+    pub fn bending(&self, before: f64, behind: f64) -> f64 {
+        self.lanes().bending(before, behind)
+    }
+
+    /// The same for several segments at once.
+    #[inline(always)]
+    pub fn lanes<L: Lane>(&self) -> ViscosityLanes<L> {
+        ViscosityLanes {
+            linear: L::splat(self.linear),
+            quadratic: L::splat(self.quadratic),
+            bending: L::splat(self.bending),
+            per_tension: L::splat(self.per_tension),
+        }
+    }
+}
+
+/// [`Viscosity`] of several segments at once.
+#[derive(Clone, Copy)]
+pub struct ViscosityLanes<L> {
+    linear: L,
+    quadratic: L,
+    bending: L,
+    per_tension: L,
+}
+
+impl<L: Lane> ViscosityLanes<L> {
     /// (M16) Viscous part of the second Piola-Kirchhoff stress. `rate`: of twice the strain.
     #[inline(always)]
-    pub fn stress<L: Lane>(&self, stiffness: L, twice_strain: L, rate: L) -> L {
+    pub fn stress(&self, stiffness: L, twice_strain: L, rate: L) -> L {
         let zero = L::splat(0.0);
         let rate = rate.min(twice_strain);
-        let growing = rate.max(zero).mul(L::splat(self.quadratic)).add(L::splat(self.linear));
+        let growing = rate.max(zero).mul(self.quadratic).add(self.linear);
         let slackening = zero.sub(twice_strain.max(zero));
         stiffness.mul(rate.mul(growing).max(slackening))
     }
 
     /// (M17) Factor of the moment between two segments with these stresses: whole where both are taut.
     #[inline(always)]
-    pub fn bending<L: Lane>(&self, before: L, behind: L) -> L {
-        let share = before.min(behind).mul(L::splat(self.per_tension)).min(L::splat(1.0));
-        share.mul(L::splat(self.bending))
+    pub fn bending(&self, before: L, behind: L) -> L {
+        before.min(behind).mul(self.per_tension).min(L::splat(1.0)).mul(self.bending)
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a band does in a pass: the copies that it needs of its neighbours before, the push of viscosity, the sweep of its rows, and its part of a
+//! What a band does in a pass: the copies that it needs of its neighbours before, the sweep of its rows, and its part of a
 //! block of steps; and behind the last band the part that is not cut.
 
 use super::block::{BlockInBands, Edge, RowsAway};
@@ -6,14 +6,14 @@ use super::plan::Plan;
 use super::pointers::{rows, rows_mut};
 use super::scratch::Scratch;
 use crate::ground::error::Failure;
-use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES};
+use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, VISCOUS_PLANES};
 use crate::memory::rows::Rows;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
 use crate::sheet::sweep::Report;
+use crate::sheet::viscous::RowBeside;
 use crate::step::explicit;
-use crate::step::viscosity;
 
 impl Plan {
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
@@ -29,14 +29,23 @@ impl Plan {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the arrays; the caller has them and the scratch to itself.
         unsafe {
-            let Scratch { above, carry, .. } = self.scratch(band);
+            let Scratch { above, carry, viscous: [work, beyond], .. } = self.scratch(band);
             // The plies that the band's first row and the row above it belong to, and their rows.
-            let [(lowest, low), (_, [_, top])] = [first, end - 1].map(|j| {
+            let [(lowest, low), (highest, [bottom, top])] = [first, end - 1].map(|j| {
                 let (ply, _) = layout.ply_and_row(j);
                 (ply, self.rows_of_ply(ply))
             });
+            let viscous = layout.has(Feature::Viscosity);
+            work.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
+            beyond.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
             if end < top {
-                copy_displacements(above, rows(memory.hot, chunks, end, 1));
+                copy_planes(above, rows(memory.hot, chunks, end, 1), if viscous { 6 } else { 3 });
+                if viscous {
+                    self.find_beside([(end - 1).max(bottom), end + 1], highest, beyond);
+                }
+            }
+            if viscous && first > low[0] && first < low[1] {
+                self.find_beside([first.saturating_sub(2).max(low[0]), first], lowest, work);
             }
             if first > low[0] && first < low[1] {
                 self.lift(first, lowest, carry);
@@ -68,42 +77,23 @@ impl Plan {
         }
     }
 
-    /// Finds what viscosity changes of a band's rows; none is swept yet.
+    /// The vertical segments of rows [from, to) of a ply, which others move, into a work row of viscosity.
     ///
     /// # Safety
-    /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    /// Nothing changes these rows and the row above them.
     #[inline(never)]
-    pub(super) unsafe fn push(&self, of: u32, band: u32) -> Report {
-        let [first, end] = self.rows_of(of, band);
-        if first == end {
-            return Report::default();
-        }
+    unsafe fn find_beside(&self, [from, to]: [usize; 2], ply: usize, work: &mut [Chunk<VISCOUS_PLANES>]) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
-        for ply in layout.ply_and_row(first).0..=layout.ply_and_row(end - 1).0 {
-            // SAFETY: rows_of() cuts the rows without overlap and inside the arrays, so the pushes written here are this band's
-            // alone; hot rows and marks are only read by all bands.
+        for j in from..to {
+            // SAFETY: the rows lie inside the arrays; the caller's promise.
             unsafe {
-                let [low, top] = self.rows_of_ply(ply);
-                let (start, stop) = (first.max(low), end.min(top));
-                if start >= stop {
-                    continue;
-                }
-                let pushing = viscosity::Pushing {
-                    layout,
-                    directions: self.directions().of_ply(ply),
-                    toe: &self.toe,
-                    instructions: self.instructions,
-                    all: [low, top],
-                    own: [start, stop],
-                    hot: rows(memory.hot, chunks, 0, layout.stored_rows()),
-                    marks: if self.marked { rows(memory.marks, chunks, 0, layout.nodes_y) } else { &[] },
-                    work: self.scratch(band).work,
-                    pushes: rows_mut(memory.pushes, chunks, start, stop - start),
-                };
-                pushing.find();
+                let vertical = self.directions().of_ply(ply).vertical;
+                let above = if layout.has_verticals(j) { rows(memory.hot, chunks, j + 1, 1) } else { &[] };
+                let marks = if self.marked { rows(memory.marks, chunks, j, 1) } else { &[] };
+                let row = rows(memory.hot, chunks, j, 1);
+                RowBeside { vertical, toe: &self.toe, row, above, marks, work }.find(self.instructions);
             }
         }
-        Report::default()
     }
 
     /// Sweeps a band's rows.
@@ -129,7 +119,7 @@ impl Plan {
                 if start >= stop {
                     continue;
                 }
-                let Scratch { above, carry, kept, .. } = self.scratch(band);
+                let Scratch { above, carry, viscous: [work, beyond], kept } = self.scratch(band);
                 let above: &[_] = if stop < top {
                     above
                 } else if let Some(step) = self.step_in_block().filter(|_| stop < ply_end) {
@@ -143,8 +133,10 @@ impl Plan {
                 };
                 if start == low && self.block.is_none() {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+                    work.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
                 }
                 let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, above, carry, kept);
+                rows.viscous = [work, if stop < top || layout.y.is_mirrored() { beyond } else { &mut [] }];
                 let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
                 report = report.merged(rows.sweep(&self.terms(fetches)));
             }
@@ -186,7 +178,7 @@ impl Plan {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             } else if part.starts_at_gap(step, j) {
                 self.lift(j, 0, carry);
-                copy_displacements(self.above_gap(part.lower, step), rows(hot, self.layout.chunks, j, 1));
+                copy_planes(self.above_gap(part.lower, step), rows(hot, self.layout.chunks, j, 1), 3);
             }
             self.step_row(band, block, step, j, self.row_above(j), carry)
         }
@@ -273,7 +265,12 @@ impl Plan {
                 strength: if layout.has(Feature::Strength) { rows(memory.strength, chunks, first, count) } else { &[] },
                 logarithms: if layout.has(Feature::Rate) { rows(memory.logarithms, chunks, first, count) } else { &[] },
                 marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
-                pushes: if layout.has(Feature::Viscosity) { rows(memory.pushes, chunks, first, count) } else { &[] },
+                pushes: if layout.has(Feature::Viscosity) {
+                    rows_mut(memory.pushes, chunks, first, count)
+                } else {
+                    &mut []
+                },
+                viscous: [&mut [], &mut []],
                 taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
                 before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
                 ranges: rows_mut(memory.ranges, 1, first, count),
@@ -340,10 +337,10 @@ fn copy_row<const P: usize>(copy: &mut [Chunk<P>], row: &[Chunk<P>]) {
     copy.iter_mut().zip(row).for_each(|(copy, chunk)| *copy = *chunk);
 }
 
-/// Copies the displacements of a row, which are all that is read of a row above.
+/// Copies the first planes of a row: of a row above only displacements are read, or velocities besides.
 #[inline(never)]
-fn copy_displacements(copy: &mut [Chunk<HOT_PLANES>], row: &[Chunk<HOT_PLANES>]) {
+fn copy_planes(copy: &mut [Chunk<HOT_PLANES>], row: &[Chunk<HOT_PLANES>], planes: usize) {
     for (copy, chunk) in copy.iter_mut().zip(row) {
-        copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);
+        copy.iter_mut().zip(chunk).take(planes).for_each(|(copy, plane)| *copy = *plane);
     }
 }

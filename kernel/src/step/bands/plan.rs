@@ -12,7 +12,6 @@ use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
 use crate::step::explicit;
 use crate::step::relaxation;
-use crate::step::viscosity;
 use crate::yarn::rate::Rates;
 use crate::yarn::toe::Toe;
 
@@ -29,8 +28,6 @@ pub(super) struct Plan {
     /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
     /// rest are left out.
     pub(super) rows: [usize; 2],
-    /// Whether the bands find now what viscosity changes, and sweep afterwards.
-    pub(super) pushing: bool,
     /// The block of steps that the pass is part of, if it is.
     pub(super) block: Option<BlockInBands>,
     /// Whether rows at rest are swept.
@@ -59,7 +56,7 @@ fn prepare_rows(system: &mut System<'_>, sound: bool) -> [usize; 2] {
             relaxation::find_rates(system, [first, end]);
         }
         if system.layout.has(Feature::Viscosity) && sound {
-            viscosity::place_images(system, [first, end]);
+            explicit::place_velocities(system, [first, end]);
         }
     }
     [rows[0].min(rows[1]), rows[1]]
@@ -80,7 +77,6 @@ impl Plan {
             Some(block) => block.look_ahead(system),
             None => explicit::look_ahead(system, end, [0, system.layout.nodes_y]),
         };
-        let pushing = system.layout.has(Feature::Viscosity) && found.is_ok();
         let mut rows = prepare_rows(system, found.is_ok());
         if let Some(block) = &block {
             rows = block.rows_near();
@@ -94,7 +90,6 @@ impl Plan {
             failed_before,
             found,
             rows,
-            pushing,
             block,
             all,
             layout: system.layout,

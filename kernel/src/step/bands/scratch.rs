@@ -14,8 +14,8 @@ pub(super) struct Scratch<'r> {
     pub(super) above: &'r mut [Chunk<HOT_PLANES>],
     /// Vertical forces from the row below the band.
     pub(super) carry: &'r mut [Chunk<CARRY_PLANES>],
-    /// Work row of viscosity.
-    pub(super) work: &'r mut [Chunk<VISCOUS_PLANES>],
+    /// Work row of viscosity with what the rows below the band do, and one with the moments of the row above it.
+    pub(super) viscous: [&'r mut [Chunk<VISCOUS_PLANES>]; 2],
     pub(super) kept: &'r mut [[f64; 3]],
 }
 
@@ -71,7 +71,7 @@ impl Plan {
             Scratch {
                 above: from_raw_parts_mut(above.cast(), chunks),
                 carry: from_raw_parts_mut(carry.cast(), chunks),
-                work: from_raw_parts_mut(work.cast(), worked),
+                viscous: from_raw_parts_mut(work.cast(), 2 * worked).split_at_mut(worked).into(),
                 kept: from_raw_parts_mut(kept.cast(), self.layout.nodes_x),
             }
         }
@@ -86,7 +86,7 @@ impl Plan {
         let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
         let carry = above.wrapping_add(HOT_PLANES * row);
         let work = carry.wrapping_add(CARRY_PLANES * row);
-        let aboves = work.wrapping_add(if layout.has(Feature::Viscosity) { VISCOUS_PLANES * row } else { 0 });
+        let aboves = work.wrapping_add(if layout.has(Feature::Viscosity) { 2 * VISCOUS_PLANES * row } else { 0 });
         let carries = aboves.wrapping_add(steps * HOT_PLANES * row);
         Places { above, carry, work, aboves, carries, kept: carries.wrapping_add(steps * CARRY_PLANES * row) }
     }

@@ -1,0 +1,526 @@
+//! The hot pass of viscous yarn: the sweep (`sweep.rs`) with the viscous forces of each segment and the moments of each node, one row late.
+//!
+//! Method: v_{n-1/2} becomes v_{n-1/2} + b(u_n, v_{n-1/2}), and the pass goes on from there. So the viscous forces belong to t_n and
+//! their rates to t_{n-1/2}, an error of first order in dt of a force that vanishes with the spacing. By itself this change only lowers
+//! the kinetic energy; the ledger counts it as the others: impulse times the mean of the velocities at t_{n-1/2} and t_{n+1/2}.
+//! Each segment pulls its ends equally by the viscous part of its force (`yarn/law.rs`); along each yarn a moment at every node with taut
+//! segments on both sides acts on the node and its two neighbours. As a force of the segment between nodes i and i + 1 that is
+//! M_i - M_{i+1}. Order of one node's sum: (right - left) + (up - down), as in the sweep.
+//! A node's change depends on nodes two away, all as they were: a row moves when the segments of the row above it are known. What it
+//! needs until then is in the work row.
+//! Limits: velocity Verlet, no graded network. The step limit is in `check.rs`.
+//! Reference: docs/model.md, "Viscosity".
+
+use crate::ground::lanes::{self, InstructionSet, Job, Lane};
+use crate::ground::planes::{
+    AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes,
+};
+use crate::sheet::direction::{Along, Direction};
+use crate::sheet::sweep::{
+    AHEAD, Cold, NO_MARKS, NONE, NOTHING, RATE as BY_RATE, Report, Row, TOE, factored, greatest, hand_on, least, right_of,
+};
+use crate::yarn::law;
+use crate::yarn::toe::Toe;
+
+// First planes of the work row, three each but for tension and mask. Of the vertical segments of the last row: relative velocity of the
+// ends, stress without its viscous part, viscous pull, moment at their lower ends ...
+const RATE: usize = 0;
+const TENSION: usize = 3;
+const PULL: usize = 4;
+/// See [`RATE`].
+pub(crate) const MOMENT: usize = 7;
+/// ... of those below, their viscous force with the moments of both ends ...
+const FORCE: usize = 10;
+/// ... of the last row's nodes the sum of forces without viscosity, the viscous pull to the right, the moment of the horizontal yarn ...
+const SUM: usize = 13;
+const OWN_PULL: usize = 16;
+/// See [`SUM`].
+pub(crate) const OWN_MOMENT: usize = 19;
+/// ... and 1 for a node that moves, 0 for a place without one.
+pub(crate) const MOVES: usize = 22;
+
+/// To the right of the last chunk of the work row.
+const NO_WORK: Chunk<VISCOUS_PLANES> = [[0.0; CHUNK]; VISCOUS_PLANES];
+
+/// A row whose segments are found, and the row below it, which moves.
+pub(crate) struct ViscousRow<'a> {
+    /// The row, as the sweep takes it; not moved yet.
+    pub row: Row<'a>,
+    /// The row below; empty for the first.
+    pub below: Below<'a>,
+    pub work: &'a mut [Chunk<VISCOUS_PLANES>],
+}
+
+/// A row that moves.
+pub(crate) struct Below<'a> {
+    pub hot: &'a mut [Chunk<HOT_PLANES>],
+    /// What viscosity changes of its velocities.
+    pub pushes: &'a mut [Chunk<PUSH_PLANES>],
+}
+
+/// What moving a row gives.
+pub(crate) struct Moved {
+    /// Least and greatest y displacement.
+    pub reach: [f64; 2],
+    /// Velocities times pushes, of those before and behind the pass, summed over the chunks.
+    pub given: [[f64; CHUNK]; 2],
+}
+
+impl ViscousRow<'_> {
+    /// Finds the row's segments and moves the row below.
+    pub fn step(self) -> (Report, Moved) {
+        let set = self.row.pass.instructions;
+        if !self.row.yarn.logarithms.is_empty() {
+            lanes::dispatch(set, RowJob::<BY_RATE>(self))
+        } else if !self.row.marks.is_empty() {
+            lanes::dispatch(set, RowJob::<TOE>(self))
+        } else {
+            lanes::dispatch(set, RowJob::<NONE>(self))
+        }
+    }
+}
+
+/// [`ViscousRow::step`] as a job for the lanes. FACTOR: as in the sweep.
+struct RowJob<'a, const FACTOR: u8>(ViscousRow<'a>);
+
+impl<const FACTOR: u8> Job for RowJob<'_, FACTOR> {
+    type Output = (Report, Moved);
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> Self::Output {
+        let ViscousRow { row: Row { pass, row, history, above, carry, yarn, marks, .. }, below, work } = self.0;
+        let Along { horizontal, vertical, .. } = pass.directions;
+        let limits = if FACTOR == BY_RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
+        let vertical_end = if above.is_empty() { 0 } else { pass.verticals };
+        let mut cold =
+            Cold { pass, yarn, horizontal_end: pass.horizontals, vertical_end, report: Report::default() };
+        let zero = L::splat(0.0);
+        let mut along = Carried::<L> {
+            horizontal: Terms::of(horizontal),
+            vertical: Terms::of(vertical),
+            limits: limits.map(L::splat),
+            tension: zero,
+            rate: [zero; 3],
+            left_force: [zero; 3],
+        };
+        let mut moving = Moving::<L>::start();
+        let (mut rest, mut rest_work) = (row, work);
+        for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
+            let (Some((chunk, tail)), Some((work, tail_work))) = (rest.split_first_mut(), rest_work.split_first_mut())
+            else {
+                break;
+            };
+            let above = above.get(c).unwrap_or(&NOTHING);
+            if pass.fetches {
+                lanes::fetch(above, AHEAD);
+            }
+            let (mut no_row, mut no_push) = (NOTHING, [[0.0; CHUNK]; PUSH_PLANES]);
+            let mut nodes = Nodes {
+                hot: below.hot.get_mut(c).unwrap_or(&mut no_row),
+                pushes: below.pushes.get_mut(c).unwrap_or(&mut no_push),
+                work,
+                next: tail_work.first().unwrap_or(&NO_WORK),
+            };
+            let factors = match FACTOR {
+                TOE => marks.get(c).unwrap_or(&NO_MARKS),
+                BY_RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),
+                _ => &NO_MARKS,
+            };
+            let mut planes = Planes {
+                chunk,
+                history,
+                above,
+                carry,
+                factors,
+                next: tail.first().unwrap_or(&NOTHING),
+                column: c * CHUNK,
+            };
+            // Written out, so that every place in the chunk is a constant, as in the sweep.
+            match CHUNK / L::WIDTH {
+                1 => along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 0, &mut cold),
+                2 => {
+                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 0, &mut cold);
+                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 1, &mut cold);
+                }
+                _ => {
+                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 0, &mut cold);
+                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 1, &mut cold);
+                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 2, &mut cold);
+                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 3, &mut cold);
+                }
+            }
+            (rest, rest_work) = (tail, tail_work);
+        }
+        (cold.report, moving.moved())
+    }
+}
+
+/// Eight columns of a row and of what is around it.
+struct Planes<'a> {
+    chunk: &'a mut Chunk<HOT_PLANES>,
+    history: &'a mut [[f64; CHUNK]; 2],
+    above: &'a Chunk<HOT_PLANES>,
+    carry: &'a mut Chunk<CARRY_PLANES>,
+    factors: &'a Chunk<MARK_PLANES>,
+    /// The chunk behind this one.
+    next: &'a Chunk<HOT_PLANES>,
+    /// First column.
+    column: usize,
+}
+
+/// Eight nodes that move, with their part of the work row.
+struct Nodes<'a> {
+    hot: &'a mut Chunk<HOT_PLANES>,
+    pushes: &'a mut Chunk<PUSH_PLANES>,
+    work: &'a mut Chunk<VISCOUS_PLANES>,
+    /// The part behind it.
+    next: &'a Chunk<VISCOUS_PLANES>,
+}
+
+/// What is carried along the row of segments.
+struct Carried<L> {
+    horizontal: Terms<L>,
+    vertical: Terms<L>,
+    /// q at the critical stretch of horizontal and vertical segments.
+    limits: [L; 2],
+    /// Of the segments to the left: stress, relative velocity of the ends, force.
+    tension: L,
+    rate: [L; 3],
+    left_force: [L; 3],
+}
+
+/// Constants of a direction, in registers or at hand in memory.
+struct Terms<L> {
+    rest: law::RestLanes<L>,
+    viscosity: law::ViscosityLanes<L>,
+}
+
+impl<L: Lane> Terms<L> {
+    #[inline(always)]
+    fn of(direction: &Direction) -> Terms<L> {
+        Terms {
+            rest: direction.rest.lanes(),
+            viscosity: direction.viscosity.lanes(),
+        }
+    }
+}
+
+/// What one segment does.
+struct Acting<L> {
+    /// Stress, without its viscous part, as the moments take it.
+    tension: L,
+    /// Force and viscous pull on the first node, in the axes of the segment.
+    force: [L; 3],
+    pull: [L; 3],
+}
+
+impl<L: Lane> Carried<L> {
+    /// One lane group: the vertical segments, with which the node below is complete and moves; then the horizontal ones.
+    #[inline(always)]
+    fn group<const FACTOR: u8>(
+        &mut self,
+        planes: &mut Planes<'_>,
+        nodes: &mut Nodes<'_>,
+        moving: &mut Moving<L>,
+        g: usize,
+        cold: &mut Cold<'_>,
+    ) {
+        let (d, rate) = (upwards::<L, HOT_PLANES>(planes.chunk, planes.above, 0, g), upwards(planes.chunk, planes.above, 3, g));
+        let (axes, rates) = (vertical_axes(d), vertical_axes(rate));
+        let acting = find::<L, FACTOR>(&self.vertical, self.limits[1], planes, Axis::Vertical, axes, rates, g, cold);
+        let up = hand_up(nodes.work, g, &acting, rate, self.vertical.viscosity);
+        moving.nodes(nodes, g, up);
+        let lift = vertical_axes(acting.force);
+        let [cx, cy, cz] = &mut *planes.carry;
+        let vertical = [
+            hand_on(lift[0], &mut L::groups_mut(cx)[g]),
+            hand_on(lift[1], &mut L::groups_mut(cy)[g]),
+            hand_on(lift[2], &mut L::groups_mut(cz)[g]),
+        ];
+
+        let (d, rate) = (to_the_right(planes.chunk, planes.next, 0, g), to_the_right(planes.chunk, planes.next, 3, g));
+        let acting = find::<L, FACTOR>(&self.horizontal, self.limits[0], planes, Axis::Horizontal, d, rate, g, cold);
+        let bending = self.horizontal.viscosity.bending(acting.tension.left_of(self.tension), acting.tension);
+        self.own(nodes.work, g, 0, rate[0], bending, &acting, vertical[0]);
+        self.own(nodes.work, g, 1, rate[1], bending, &acting, vertical[1]);
+        self.own(nodes.work, g, 2, rate[2], bending, &acting, vertical[2]);
+        (self.tension, self.rate, self.left_force) = (acting.tension, rate, acting.force);
+    }
+
+    /// One axis of the horizontal part, into the work row.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)] // All in registers.
+    fn own(
+        &self,
+        work: &mut Chunk<VISCOUS_PLANES>,
+        g: usize,
+        k: usize,
+        rate: L,
+        bending: L,
+        acting: &Acting<L>,
+        vertical: L,
+    ) {
+        let force = acting.force[k];
+        put(work, OWN_PULL + k, g, acting.pull[k]);
+        put(work, OWN_MOMENT + k, g, rate.sub(rate.left_of(self.rate[k])).mul(bending));
+        put(work, SUM + k, g, force.sub(force.left_of(self.left_force[k])).add(vertical));
+    }
+}
+
+/// The segments of one direction of a lane group: damage, force and viscous pull. `d`, `rate`: in their axes.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)] // All in registers.
+fn find<L: Lane, const FACTOR: u8>(
+    terms: &Terms<L>,
+    limit: L,
+    planes: &mut Planes<'_>,
+    axis: Axis,
+    d: [L; 3],
+    rate: [L; 3],
+    g: usize,
+    cold: &mut Cold<'_>,
+) -> Acting<L> {
+    let plane = axis as usize;
+    let q = terms.rest.twice_strain(d);
+    // Viscosity takes the stiffness before this pass's damage.
+    let before: L = at(planes.chunk, 6 + plane, g);
+    let (history, stiffness) = (&mut planes.history[plane], &mut planes.chunk[6 + plane]);
+    let (history, stiffness) = (&mut L::groups_mut(history)[g], &mut L::groups_mut(stiffness)[g]);
+    cold.damage_beyond(q, limit, planes.column + g * L::WIDTH, axis, history, stiffness);
+    let factors = &planes.factors[plane];
+    let before = if FACTOR == TOE { factored::<L, FACTOR>(before, q, factors, g, cold.pass) } else { before };
+    let stiffness = factored::<L, FACTOR>(L::load(stiffness), q, factors, g, cold.pass);
+    let viscous = viscous(terms, before, q, d, rate);
+    Acting {
+        tension: law::stress(before, q),
+        force: terms.rest.force(law::stress(stiffness, q), d),
+        pull: terms.rest.force(viscous, d),
+    }
+}
+
+/// (M16) Viscous part of the stress of segments.
+#[inline(always)]
+fn viscous<L: Lane>(terms: &Terms<L>, stiffness: L, q: L, d: [L; 3], rate: [L; 3]) -> L {
+    terms.viscosity.stress(stiffness, q, terms.rest.twice_strain_rate(d, rate))
+}
+
+/// The vertical segments of a group into the work row. Returns the viscous force of those below them, which is complete now.
+#[inline(always)]
+fn hand_up<L: Lane>(
+    work: &mut Chunk<VISCOUS_PLANES>,
+    g: usize,
+    acting: &Acting<L>,
+    rate: [L; 3],
+    viscosity: law::ViscosityLanes<L>,
+) -> [L; 3] {
+    let bending = viscosity.bending(at(work, TENSION, g), acting.tension);
+    put(work, TENSION, g, acting.tension);
+    let pull = vertical_axes(acting.pull);
+    [
+        hand_up_along(work, g, 0, rate[0], bending, pull[0]),
+        hand_up_along(work, g, 1, rate[1], bending, pull[1]),
+        hand_up_along(work, g, 2, rate[2], bending, pull[2]),
+    ]
+}
+
+/// [`hand_up`] along one axis.
+#[inline(always)]
+fn hand_up_along<L: Lane>(work: &mut Chunk<VISCOUS_PLANES>, g: usize, k: usize, rate: L, bending: L, pull: L) -> L {
+    let before: L = at(work, MOMENT + k, g);
+    let moment = rate.sub(at(work, RATE + k, g)).mul(bending);
+    let up = at::<L, VISCOUS_PLANES>(work, PULL + k, g).add(before.sub(moment));
+    put(work, MOMENT + k, g, moment);
+    put(work, PULL + k, g, pull);
+    put(work, RATE + k, g, rate);
+    up
+}
+
+/// What is carried along the row that moves.
+struct Moving<L> {
+    /// Viscous force of the segments to the left.
+    left_force: [L; 3],
+    low: L,
+    high: L,
+    given: [[f64; CHUNK]; 2],
+}
+
+impl<L: Lane> Moving<L> {
+    #[inline(always)]
+    fn start() -> Moving<L> {
+        let zero = L::splat(0.0);
+        Moving { left_force: [zero; 3], low: zero, high: zero, given: [[0.0; CHUNK]; 2] }
+    }
+
+    #[inline(always)]
+    fn moved(self) -> Moved {
+        Moved { reach: [least(self.low), greatest(self.high)], given: self.given }
+    }
+
+    /// Moves a lane group. `up`: viscous force of the segments above it.
+    #[inline(always)]
+    fn nodes(&mut self, nodes: &mut Nodes<'_>, g: usize, up: [L; 3]) {
+        let x = self.along(nodes, g, 0, up[0]);
+        let y = self.along(nodes, g, 1, up[1]);
+        let z = self.along(nodes, g, 2, up[2]);
+        self.low = y.place.min(self.low);
+        self.high = y.place.max(self.high);
+        let [before, behind] = &mut self.given;
+        let (before, behind) = (&mut L::groups_mut(before)[g], &mut L::groups_mut(behind)[g]);
+        L::load(before).add(x.before.add(y.before).add(z.before)).store(before);
+        // Fixed nodes are put back to rest.
+        let given = x.behind.add(y.behind).add(z.behind).mul(at(nodes.work, MOVES, g));
+        L::load(behind).add(given).store(behind);
+    }
+
+    /// One axis: all forces are known.
+    #[inline(always)]
+    fn along(&mut self, nodes: &mut Nodes<'_>, g: usize, k: usize, up: L) -> Step<L> {
+        let Nodes { hot, pushes, work, next } = nodes;
+        let vertical = up.sub(at(work, FORCE + k, g));
+        put(work, FORCE + k, g, up);
+        let moment: L = at(work, OWN_MOMENT + k, g);
+        let right = right_of(moment, &work[OWN_MOMENT + k], &next[OWN_MOMENT + k], g);
+        let force = at::<L, VISCOUS_PLANES>(work, OWN_PULL + k, g).add(moment.sub(right));
+        let push = force.sub(force.left_of(self.left_force[k])).add(vertical);
+        self.left_force[k] = force;
+        put(pushes, k, g, push);
+        let rest = L::splat(AT_REST);
+        let v: L = at(hot, 3 + k, g);
+        let pushed = v.add(push).or_zero_below(rest);
+        let velocity = pushed.add(at(work, SUM + k, g)).or_zero_below(rest);
+        put(hot, 3 + k, g, velocity);
+        let place = at::<L, HOT_PLANES>(hot, k, g).add(velocity);
+        put(hot, k, g, place);
+        Step { place, before: v.mul(push), behind: velocity.mul(push) }
+    }
+}
+
+/// One axis of a group of nodes that has moved: where they are, and the velocities before and behind times the pushes.
+struct Step<L> {
+    place: L,
+    before: L,
+    behind: L,
+}
+
+/// The last row that moves.
+pub(crate) struct LastRow<'a> {
+    pub last: Below<'a>,
+    pub work: &'a mut [Chunk<VISCOUS_PLANES>],
+    /// A work row with the moments of the row above; empty for none.
+    pub beyond: &'a [Chunk<VISCOUS_PLANES>],
+}
+
+impl Job for LastRow<'_> {
+    type Output = Moved;
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> Moved {
+        let LastRow { last, work, beyond } = self;
+        let mut moving = Moving::<L>::start();
+        let mut rest = work;
+        for (c, (hot, pushes)) in last.hot.iter_mut().zip(last.pushes).enumerate() {
+            let beyond = beyond.get(c).unwrap_or(&NO_WORK);
+            let Some((work, tail)) = rest.split_first_mut() else { break };
+            let mut nodes = Nodes { hot, pushes, work, next: tail.first().unwrap_or(&NO_WORK) };
+            for g in 0..CHUNK / L::WIDTH {
+                let up = [
+                    close(nodes.work, beyond, 0, g),
+                    close(nodes.work, beyond, 1, g),
+                    close(nodes.work, beyond, 2, g),
+                ];
+                moving.nodes(&mut nodes, g, up);
+            }
+            rest = tail;
+        }
+        moving.moved()
+    }
+}
+
+/// One axis of the viscous force of the segments above the last row.
+#[inline(always)]
+fn close<L: Lane>(work: &Chunk<VISCOUS_PLANES>, beyond: &Chunk<VISCOUS_PLANES>, k: usize, g: usize) -> L {
+    let moment: L = at(work, MOMENT + k, g);
+    at::<L, VISCOUS_PLANES>(work, PULL + k, g).add(moment.sub(at(beyond, MOMENT + k, g)))
+}
+
+/// The vertical segments of a row that another band moves, into a work row.
+pub(crate) struct RowBeside<'a> {
+    pub vertical: &'a Direction,
+    pub toe: &'a Toe,
+    pub row: &'a [Chunk<HOT_PLANES>],
+    /// Empty above the top row.
+    pub above: &'a [Chunk<HOT_PLANES>],
+    /// Marks of the toe, empty for none.
+    pub marks: &'a [Chunk<MARK_PLANES>],
+    pub work: &'a mut [Chunk<VISCOUS_PLANES>],
+}
+
+impl Job for RowBeside<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane>(self) {
+        let RowBeside { vertical, toe, row, above, marks, work } = self;
+        let terms = Terms::<L>::of(vertical);
+        for (c, (chunk, work)) in row.iter().zip(work).enumerate() {
+            let above = above.get(c).unwrap_or(&NOTHING);
+            for g in 0..CHUNK / L::WIDTH {
+                let (d, rate) = (upwards::<L, HOT_PLANES>(chunk, above, 0, g), upwards(chunk, above, 3, g));
+                let axes = vertical_axes(d);
+                let q = terms.rest.twice_strain(axes);
+                let mut stiffness: L = at(chunk, 7, g);
+                if let Some([_, mark]) = marks.get(c) {
+                    stiffness = stiffness.mul(toe.factor(q, L::load(&L::groups(mark)[g])));
+                }
+                let pull = terms.rest.force(viscous(&terms, stiffness, q, axes, vertical_axes(rate)), axes);
+                let acting = Acting { tension: law::stress(stiffness, q), force: axes, pull };
+                hand_up(work, g, &acting, rate, terms.viscosity);
+            }
+        }
+    }
+}
+
+impl RowBeside<'_> {
+    /// Finds them.
+    pub fn find(self, set: InstructionSet) {
+        lanes::dispatch(set, self);
+    }
+}
+
+/// A lane group of a plane.
+#[inline(always)]
+pub(crate) fn at<L: Lane, const P: usize>(chunk: &Chunk<P>, plane: usize, g: usize) -> L {
+    L::load(&L::groups(&chunk[plane])[g])
+}
+
+/// Puts a lane group into a plane.
+#[inline(always)]
+pub(crate) fn put<L: Lane, const P: usize>(chunk: &mut Chunk<P>, plane: usize, g: usize, lanes: L) {
+    lanes.store(&mut L::groups_mut(&mut chunk[plane])[g]);
+}
+
+/// Three planes from `first` on: those of the right-hand neighbours less those of group g.
+#[inline(always)]
+pub(crate) fn to_the_right<L: Lane, const P: usize>(
+    chunk: &Chunk<P>,
+    next: &Chunk<P>,
+    first: usize,
+    g: usize,
+) -> [L; 3] {
+    let here: [L; 3] = [at(chunk, first, g), at(chunk, first + 1, g), at(chunk, first + 2, g)];
+    [
+        right_of(here[0], &chunk[first], &next[first], g).sub(here[0]),
+        right_of(here[1], &chunk[first + 1], &next[first + 1], g).sub(here[1]),
+        right_of(here[2], &chunk[first + 2], &next[first + 2], g).sub(here[2]),
+    ]
+}
+
+/// The same for the neighbours above.
+#[inline(always)]
+pub(crate) fn upwards<L: Lane, const P: usize>(chunk: &Chunk<P>, above: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
+    [
+        at::<L, P>(above, first, g).sub(at(chunk, first, g)),
+        at::<L, P>(above, first + 1, g).sub(at(chunk, first + 1, g)),
+        at::<L, P>(above, first + 2, g).sub(at(chunk, first + 2, g)),
+    ]
+}
