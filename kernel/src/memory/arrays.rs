@@ -101,6 +101,8 @@ pub(crate) struct Arrays<'a> {
     pub pushes: &'a mut [Chunk<PUSH_PLANES>],
     /// Work row of viscosity, and one with the moments beyond the last row.
     pub viscous: &'a mut [Chunk<VISCOUS_PLANES>],
+    /// What moves in viscous yarn in place of a row below the first.
+    pub nothing: &'a mut [Chunk<HOT_PLANES>],
     /// Rows of the logarithms of the rate, horizontal and vertical.
     pub logarithms: &'a mut [Chunk<RATE_PLANES>],
     /// Energy that viscosity and rate have taken of each row in the present pass, in units of m (h/dt)^2.
@@ -156,6 +158,7 @@ impl<'a> Arrays<'a> {
             iterate: &mut [],
             pushes: &mut [],
             viscous: &mut [],
+            nothing: &mut [],
             logarithms: &mut [],
             taken: &mut [],
             columns: &mut [],
@@ -216,6 +219,7 @@ impl<'a> Arrays<'a> {
             iterate: chunked(real(has(Theta), [layout.stored_rows(), row, CHUNK * ITERATE_PLANES])?),
             pushes: chunked(real(has(Viscosity), [rows, row, CHUNK * PUSH_PLANES])?),
             viscous: chunked(real(has(Viscosity), [2, row, CHUNK * VISCOUS_PLANES])?),
+            nothing: chunked(real(has(Viscosity), [1, row, CHUNK * HOT_PLANES])?),
             logarithms: chunked(real(has(Rate), [rows, row, CHUNK * RATE_PLANES])?),
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),

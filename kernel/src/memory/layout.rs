@@ -148,7 +148,7 @@ impl Layout {
     /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, its two work rows of
     /// viscosity, its fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
-        let viscous = if self.has(Feature::Viscosity) { 2 * VISCOUS_PLANES } else { 0 };
+        let viscous = if self.has(Feature::Viscosity) { 2 * VISCOUS_PLANES + HOT_PLANES } else { 0 };
         let rows = if self.in_blocks { 1 + BLOCK_STEPS } else { 1 };
         self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + viscous)
             + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
@@ -344,9 +344,9 @@ mod tests {
         let drawn = |scene: &mut Scene| scene.yarn.strength_draw = crate::StrengthDraw::Weibull;
         assert_eq!(with(&drawn), (5 * 16 * STRENGTH_PLANES, 0, 0));
         assert_eq!(with(&|scene| scene.slack_toe = 0.02), (5 * 16 * MARK_PLANES, 0, 76));
-        // Pushes of 5 rows, two work rows, the energy of each row; a word of the image.
+        // Pushes of 5 rows, two work rows, a row of nothing, the energy of each row; a word of the image.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
-        assert_eq!(with(&viscous), (5 * 16 * PUSH_PLANES + 2 * 16 * VISCOUS_PLANES + 5, 0, 1));
+        assert_eq!(with(&viscous), (5 * 16 * PUSH_PLANES + 16 * (2 * VISCOUS_PLANES + HOT_PLANES) + 5, 0, 1));
         // Logarithms of 5 rows, the energy of each row; two words of the image.
         let rate = |scene: &mut Scene| {
             (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.1, 30.0, 170.0);

@@ -4,5 +4,5 @@ pub mod model;
 pub mod rows;
 pub mod state;
 pub mod system;
-pub mod viscous;
+pub mod viscous_rows;
 pub mod watch;

@@ -4,11 +4,12 @@ use crate::body::pose::Vector;
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
     self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
-    STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
+    STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
+use crate::memory::viscous_rows::Viscous;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
 use crate::sheet::grading::Net;
@@ -93,8 +94,7 @@ pub(crate) struct Rows<'r> {
     pub marks: &'r [Chunk<MARK_PLANES>],
     /// What viscosity changes of the velocities; empty for none.
     pub pushes: &'r mut [Chunk<PUSH_PLANES>],
-    /// Work row of viscosity, begun, and one with the moments of the row above the last; empty for none.
-    pub viscous: [&'r mut [Chunk<VISCOUS_PLANES>]; 2],
+    pub viscous: Viscous<'r>,
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
     /// Velocities along z before the sweep; empty for a single sheet.
@@ -126,7 +126,6 @@ impl<'r> Rows<'r> {
         let own = first * layout.chunks..end * layout.chunks;
         let noted = in_block.unwrap_or(0) * layout.nodes_y;
         let (swept, rest) = arrays.hot.split_at_mut_checked(own.end)?;
-        let (work, beyond) = arrays.viscous.split_at_mut(arrays.viscous.len() / 2);
         Some(Rows {
             first,
             ply,
@@ -143,7 +142,7 @@ impl<'r> Rows<'r> {
             logarithms: if layout.has(Feature::Rate) { arrays.logarithms.get(own.clone())? } else { &[] },
             marks: if marked { arrays.marks.get(own.clone())? } else { &[] },
             pushes: if layout.has(Feature::Viscosity) { arrays.pushes.get_mut(own.clone())? } else { &mut [] },
-            viscous: [work, beyond],
+            viscous: Viscous::of(arrays.viscous, arrays.nothing),
             taken: if layout.takes_energy() { arrays.taken.get_mut(first..end)? } else { &mut [] },
             before: if layout.is_stack() { arrays.before.get_mut(own)? } else { &mut [] },
             ranges: arrays.ranges.get_mut(first..end)?,

@@ -46,7 +46,7 @@ const NO_WORK: Chunk<VISCOUS_PLANES> = [[0.0; CHUNK]; VISCOUS_PLANES];
 pub(crate) struct ViscousRow<'a> {
     /// The row, as the sweep takes it; not moved yet.
     pub row: Row<'a>,
-    /// The row below; empty for the first.
+    /// The row below; below the first a row of nothing.
     pub below: Below<'a>,
     pub work: &'a mut [Chunk<VISCOUS_PLANES>],
 }
@@ -105,7 +105,8 @@ impl<const FACTOR: u8> Job for RowJob<'_, FACTOR> {
         };
         let mut moving = Moving::<L>::start();
         let (mut rest, mut rest_work) = (row, work);
-        for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
+        let moving_rows = below.hot.iter_mut().zip(below.pushes);
+        for (c, ((history, carry), (hot, pushes))) in history.iter_mut().zip(carry).zip(moving_rows).enumerate() {
             let (Some((chunk, tail)), Some((work, tail_work))) = (rest.split_first_mut(), rest_work.split_first_mut())
             else {
                 break;
@@ -114,13 +115,7 @@ impl<const FACTOR: u8> Job for RowJob<'_, FACTOR> {
             if pass.fetches {
                 lanes::fetch(above, AHEAD);
             }
-            let (mut no_row, mut no_push) = (NOTHING, [[0.0; CHUNK]; PUSH_PLANES]);
-            let mut nodes = Nodes {
-                hot: below.hot.get_mut(c).unwrap_or(&mut no_row),
-                pushes: below.pushes.get_mut(c).unwrap_or(&mut no_push),
-                work,
-                next: tail_work.first().unwrap_or(&NO_WORK),
-            };
+            let mut nodes = Nodes { hot, pushes, work, next: tail_work.first().unwrap_or(&NO_WORK) };
             let factors = match FACTOR {
                 TOE => marks.get(c).unwrap_or(&NO_MARKS),
                 BY_RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),

@@ -15,10 +15,11 @@ use crate::contact::separate;
 use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
-use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK, VISCOUS_PLANES};
+use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK, HOT_PLANES, VISCOUS_PLANES};
+use crate::memory::arrays::Arrays;
 use crate::memory::rows::{Rows, Terms};
 use crate::memory::system::System;
-use crate::memory::viscous;
+use crate::memory::viscous_rows;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 use crate::sheet::sweep::Report;
@@ -219,7 +220,9 @@ fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
     }
     if system.layout.has(Feature::Viscosity) {
         place_velocities(system, [first, end]);
-        system.arrays.viscous.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
+        let Arrays { viscous, nothing, .. } = &mut system.arrays;
+        viscous.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
+        nothing.fill([[0.0; CHUNK]; HOT_PLANES]);
     }
     system.arrays.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
@@ -259,7 +262,7 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
 pub(crate) fn place_velocities(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (line, chunks) = (system.layout.x, system.layout.chunks);
     if line.is_mirrored() {
-        (first..end).for_each(|j| viscous::place_image_motion(planes::row_mut(system.arrays.hot, chunks, j), line));
+        (first..end).for_each(|j| viscous_rows::place_image_motion(planes::row_mut(system.arrays.hot, chunks, j), line));
     }
 }
 

@@ -9,6 +9,7 @@ use crate::ground::error::Failure;
 use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, VISCOUS_PLANES};
 use crate::memory::rows::Rows;
 use crate::memory::system::System;
+use crate::memory::viscous_rows::Viscous;
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
 use crate::sheet::sweep::Report;
@@ -29,12 +30,13 @@ impl Plan {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the arrays; the caller has them and the scratch to itself.
         unsafe {
-            let Scratch { above, carry, viscous: [work, beyond], .. } = self.scratch(band);
+            let Scratch { above, carry, viscous, .. } = self.scratch(band);
             // The plies that the band's first row and the row above it belong to, and their rows.
             let [(lowest, low), (highest, [bottom, top])] = [first, end - 1].map(|j| {
                 let (ply, _) = layout.ply_and_row(j);
                 (ply, self.rows_of_ply(ply))
             });
+            let Viscous { work, beyond, .. } = viscous;
             let viscous = layout.has(Feature::Viscosity);
             work.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
             beyond.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
@@ -119,7 +121,7 @@ impl Plan {
                 if start >= stop {
                     continue;
                 }
-                let Scratch { above, carry, viscous: [work, beyond], kept } = self.scratch(band);
+                let Scratch { above, carry, mut viscous, kept } = self.scratch(band);
                 let above: &[_] = if stop < top {
                     above
                 } else if let Some(step) = self.step_in_block().filter(|_| stop < ply_end) {
@@ -133,10 +135,14 @@ impl Plan {
                 };
                 if start == low && self.block.is_none() {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
-                    work.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
+                    viscous.work.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
+                }
+                viscous.nothing.fill([[0.0; CHUNK]; HOT_PLANES]);
+                if stop == top && !layout.y.is_mirrored() {
+                    viscous.beyond = &mut [];
                 }
                 let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, above, carry, kept);
-                rows.viscous = [work, if stop < top || layout.y.is_mirrored() { beyond } else { &mut [] }];
+                rows.viscous = viscous;
                 let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
                 report = report.merged(rows.sweep(&self.terms(fetches)));
             }
@@ -270,7 +276,7 @@ impl Plan {
                 } else {
                     &mut []
                 },
-                viscous: [&mut [], &mut []],
+                viscous: Viscous::default(),
                 taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
                 before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
                 ranges: rows_mut(memory.ranges, 1, first, count),

@@ -5,6 +5,7 @@ use super::plan::Plan;
 use super::pointers::rows_mut;
 use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, VISCOUS_PLANES};
 use crate::memory::layout::BLOCK_STEPS;
+use crate::memory::viscous_rows::Viscous;
 use crate::scene::features::Feature;
 use core::slice::from_raw_parts_mut;
 
@@ -14,8 +15,8 @@ pub(super) struct Scratch<'r> {
     pub(super) above: &'r mut [Chunk<HOT_PLANES>],
     /// Vertical forces from the row below the band.
     pub(super) carry: &'r mut [Chunk<CARRY_PLANES>],
-    /// Work row of viscosity with what the rows below the band do, and one with the moments of the row above it.
-    pub(super) viscous: [&'r mut [Chunk<VISCOUS_PLANES>]; 2],
+    /// With what the rows below the band do, and the moments of the row above it.
+    pub(super) viscous: Viscous<'r>,
     pub(super) kept: &'r mut [[f64; 3]],
 }
 
@@ -71,7 +72,10 @@ impl Plan {
             Scratch {
                 above: from_raw_parts_mut(above.cast(), chunks),
                 carry: from_raw_parts_mut(carry.cast(), chunks),
-                viscous: from_raw_parts_mut(work.cast(), 2 * worked).split_at_mut(worked).into(),
+                viscous: Viscous::of(
+                    from_raw_parts_mut(work.cast(), 2 * worked),
+                    from_raw_parts_mut(work.wrapping_add(2 * VISCOUS_PLANES * CHUNK * worked).cast(), worked),
+                ),
                 kept: from_raw_parts_mut(kept.cast(), self.layout.nodes_x),
             }
         }
@@ -86,7 +90,7 @@ impl Plan {
         let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
         let carry = above.wrapping_add(HOT_PLANES * row);
         let work = carry.wrapping_add(CARRY_PLANES * row);
-        let aboves = work.wrapping_add(if layout.has(Feature::Viscosity) { 2 * VISCOUS_PLANES * row } else { 0 });
+        let aboves = work.wrapping_add(if layout.has(Feature::Viscosity) { (2 * VISCOUS_PLANES + HOT_PLANES) * row } else { 0 });
         let carries = aboves.wrapping_add(steps * HOT_PLANES * row);
         Places { above, carry, work, aboves, carries, kept: carries.wrapping_add(steps * CARRY_PLANES * row) }
     }

@@ -10,6 +10,32 @@ use crate::sheet::sweep::{Pass, Report, Row};
 use crate::sheet::symmetry::Line;
 use crate::sheet::viscous::{Below, LastRow, MOMENT, MOVES, Moved, OWN_MOMENT, ViscousRow};
 
+/// What a sweep of viscous yarn works with.
+#[derive(Default)]
+pub(crate) struct Viscous<'r> {
+    /// Work row, begun.
+    pub work: &'r mut [Chunk<VISCOUS_PLANES>],
+    /// Work row with the moments of the row above the last; may be empty where there is none.
+    pub beyond: &'r mut [Chunk<VISCOUS_PLANES>],
+    /// What moves in place of a row below the first.
+    pub nothing: &'r mut [Chunk<HOT_PLANES>],
+}
+
+impl<'r> Viscous<'r> {
+    /// Of both work rows together.
+    pub fn of(both: &'r mut [Chunk<VISCOUS_PLANES>], nothing: &'r mut [Chunk<HOT_PLANES>]) -> Viscous<'r> {
+        let (work, beyond) = both.split_at_mut(both.len() / 2);
+        Viscous { work, beyond, nothing }
+    }
+
+    /// Keeps the moments of a row, for the images of its nodes.
+    fn copy_moments(&mut self) {
+        for (beyond, work) in self.beyond.iter_mut().zip(self.work.iter()) {
+            beyond[MOMENT..MOMENT + 3].copy_from_slice(&work[MOMENT..MOMENT + 3]);
+        }
+    }
+}
+
 impl Rows<'_> {
     /// [`Rows::sweep`] of viscous yarn.
     pub(super) fn sweep_viscous(&mut self, terms: &Terms<'_>) -> Report {
@@ -19,25 +45,24 @@ impl Rows<'_> {
         for k in 0..rows {
             let is_below_images = layout.y.is_mirrored() && self.first + k + 1 == layout.nodes_y;
             if is_below_images {
-                copy_moments(&mut self.viscous);
+                self.viscous.copy_moments();
             }
             let on_plane = self.begin_move(k, layout, &mut fixed);
             let (met, moved) = self.find_segments(k, &pass, terms);
             report = report.merged(met);
             self.end_move(k, terms, &moved, on_plane);
-            let work = &mut *self.viscous[0];
-            place_image_moment(work, layout.x);
+            place_image_moment(self.viscous.work, layout.x);
             if is_below_images {
                 // The image of the row before the last for a row on the plane, else of the last.
                 if layout.y.node(layout.y.modelled()).0 + 1 == layout.y.modelled() {
-                    copy_moments(&mut self.viscous);
+                    self.viscous.copy_moments();
                 }
-                self.viscous[1].iter_mut().flat_map(|chunk| &mut chunk[MOMENT + 1]).for_each(|y| *y = -*y);
+                self.viscous.beyond.iter_mut().flat_map(|chunk| &mut chunk[MOMENT + 1]).for_each(|y| *y = -*y);
             }
         }
         let on_plane = self.begin_move(rows, layout, &mut fixed);
-        let Rows { hot, pushes, viscous: [work, beyond], .. } = self;
-        let last = below(hot, pushes, layout.chunks, rows);
+        let Rows { hot, pushes, viscous: Viscous { work, beyond, nothing }, .. } = self;
+        let last = below(hot, pushes, nothing, layout.chunks, rows);
         let moved = lanes::dispatch(terms.instructions, LastRow { last, work, beyond });
         self.end_move(rows, terms, &moved, on_plane);
         report
@@ -52,8 +77,8 @@ impl Rows<'_> {
         let (row, next) = rest.split_at_mut(chunks.min(rest.len()));
         let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { self.above };
         let row = Row { pass, j: self.first + k, row, history, above, carry: self.carry, yarn: &yarn, marks };
-        let below = below(done, self.pushes, chunks, k);
-        ViscousRow { row, below, work: self.viscous[0] }.step()
+        let below = below(done, self.pushes, self.viscous.nothing, chunks, k);
+        ViscousRow { row, below, work: self.viscous.work }.step()
     }
 
     /// What is kept of row k - 1 before it moves, and which of its nodes move. Returns what its last node has, where it lies on a
@@ -67,7 +92,7 @@ impl Rows<'_> {
         }
         keep_fixed(row, self.kept, run);
         if *fixed != Some(*run) {
-            mark_moving(self.viscous[0], layout.nodes_x, run);
+            mark_moving(self.viscous.work, layout.nodes_x, run);
             *fixed = Some(*run);
         }
         velocity(row, layout)
@@ -96,17 +121,16 @@ impl Rows<'_> {
     }
 }
 
-/// Row k - 1, which moves; nothing for k = 0.
+/// Row k - 1, which moves; for k = 0 a row of nothing, whose pushes are those of row 0 until it moves.
 fn below<'r>(
     hot: &'r mut [Chunk<HOT_PLANES>],
     pushes: &'r mut [Chunk<PUSH_PLANES>],
+    nothing: &'r mut [Chunk<HOT_PLANES>],
     chunks: usize,
     k: usize,
 ) -> Below<'r> {
-    match k.checked_sub(1) {
-        Some(k) => Below { hot: planes::row_mut(hot, chunks, k), pushes: planes::row_mut(pushes, chunks, k) },
-        None => Below { hot: &mut [], pushes: &mut [] },
-    }
+    let pushes = planes::row_mut(pushes, chunks, k.saturating_sub(1));
+    Below { hot: if k > 0 { planes::row_mut(hot, chunks, k - 1) } else { nothing }, pushes }
 }
 
 /// Half the energy, in units of m (h/dt)^2, that these pushes take of row j: once with the velocities before the pass and once with
@@ -143,13 +167,6 @@ fn mark_moving(work: &mut [Chunk<VISCOUS_PLANES>], nodes_x: usize, run: &[u32; 4
             let is_fixed = [run[0]..run[1], run[2]..run[3]].iter().any(|fixed| fixed.contains(&(i as u32)));
             *slot = f64::from(u8::from(i < nodes_x && !is_fixed));
         }
-    }
-}
-
-/// Keeps the moments of a row, for the images of its nodes.
-fn copy_moments([work, beyond]: &mut [&mut [Chunk<VISCOUS_PLANES>]; 2]) {
-    for (beyond, work) in beyond.iter_mut().zip(work.iter()) {
-        beyond[MOMENT..MOMENT + 3].copy_from_slice(&work[MOMENT..MOMENT + 3]);
     }
 }
 
