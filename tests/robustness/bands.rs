@@ -323,14 +323,12 @@ fn dropping_bands_completes_a_begun_block() {
 fn dropping_bands_completes_a_begun_step() {
     let mut scene = small_sheet(21, 250.0);
     scene.step_after_failure = StepAfterFailure::Half;
-    completed_when_dropped(&scene, 6);
-    // Two passes instead of one.
+    completed_when_dropped(&scene);
     scene.yarn.viscosity_bending = 0.06;
-    completed_when_dropped(&scene, 12);
+    completed_when_dropped(&scene);
 }
 
-/// `calls_of_a_step`: of three bands, that a halved step takes.
-fn completed_when_dropped(scene: &Scene, calls_of_a_step: u32) {
+fn completed_when_dropped(scene: &Scene) {
     let mut memory = Buffers::of(scene);
     let mut plain = memory.sim(scene);
     plain.advance(700).unwrap();
@@ -343,10 +341,10 @@ fn completed_when_dropped(scene: &Scene, calls_of_a_step: u32) {
         let before = sim.step_count();
         let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(3).unwrap()];
         let bands = sim.bands(&mut scratch, 3, 0).unwrap();
-        // None of the calls that a halved step takes to all but one, not always from the first band on.
-        (0..calls % calls_of_a_step).for_each(|call| assert!(bands.pass((calls + call) % 3).is_ok()));
+        // None of the calls that a halved step takes of three bands to all but one, not always from the first band on.
+        (0..calls % 6).for_each(|call| assert!(bands.pass((calls + call) % 3).is_ok()));
         drop(bands);
-        let begun = u64::from(calls % calls_of_a_step > 0);
+        let begun = u64::from(calls % 6 > 0);
         assert!((begun..=begun + 1).contains(&(sim.step_count() - before)));
         calls += 1;
     }

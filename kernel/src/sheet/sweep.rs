@@ -459,7 +459,13 @@ impl<L: Lane> Carried<L> {
 
 /// The stiffnesses of group g times what the plane of factors says of them.
 #[inline(always)]
-pub(crate) fn factored<L: Lane, const FACTOR: u8>(stiffness: L, q: L, plane: &[f64; CHUNK], g: usize, pass: &Pass<'_>) -> L {
+pub(crate) fn factored<L: Lane, const FACTOR: u8>(
+    stiffness: L,
+    q: L,
+    plane: &[f64; CHUNK],
+    g: usize,
+    pass: &Pass<'_>,
+) -> L {
     if FACTOR == TOE {
         stiffness.mul(pass.toe.factor(q, L::load(&L::groups(plane)[g])))
     } else if FACTOR == RATE {

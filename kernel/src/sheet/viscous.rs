@@ -17,7 +17,8 @@ use crate::ground::planes::{
 };
 use crate::sheet::direction::{Along, Direction};
 use crate::sheet::sweep::{
-    AHEAD, Cold, NO_MARKS, NONE, NOTHING, RATE as BY_RATE, Report, Row, TOE, factored, greatest, hand_on, least, right_of,
+    AHEAD, Cold, NO_MARKS, NONE, NOTHING, RATE as BY_RATE, Report, Row, TOE, factored, greatest, hand_on, least,
+    right_of,
 };
 use crate::yarn::law;
 use crate::yarn::toe::Toe;
@@ -92,8 +93,7 @@ impl<const FACTOR: u8> Job for RowJob<'_, FACTOR> {
         let Along { horizontal, vertical, .. } = pass.directions;
         let limits = if FACTOR == BY_RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let vertical_end = if above.is_empty() { 0 } else { pass.verticals };
-        let mut cold =
-            Cold { pass, yarn, horizontal_end: pass.horizontals, vertical_end, report: Report::default() };
+        let mut cold = Cold { pass, yarn, horizontal_end: pass.horizontals, vertical_end, report: Report::default() };
         let zero = L::splat(0.0);
         let mut along = Carried::<L> {
             horizontal: Terms::of(horizontal),
@@ -193,10 +193,7 @@ struct Terms<L> {
 impl<L: Lane> Terms<L> {
     #[inline(always)]
     fn of(direction: &Direction) -> Terms<L> {
-        Terms {
-            rest: direction.rest.lanes(),
-            viscosity: direction.viscosity.lanes(),
-        }
+        Terms { rest: direction.rest.lanes(), viscosity: direction.viscosity.lanes() }
     }
 }
 
@@ -220,7 +217,8 @@ impl<L: Lane> Carried<L> {
         g: usize,
         cold: &mut Cold<'_>,
     ) {
-        let (d, rate) = (upwards::<L, HOT_PLANES>(planes.chunk, planes.above, 0, g), upwards(planes.chunk, planes.above, 3, g));
+        let (d, rate) =
+            (upwards::<L, HOT_PLANES>(planes.chunk, planes.above, 0, g), upwards(planes.chunk, planes.above, 3, g));
         let (axes, rates) = (vertical_axes(d), vertical_axes(rate));
         let acting = find::<L, FACTOR>(&self.vertical, self.limits[1], planes, Axis::Vertical, axes, rates, g, cold);
         let up = hand_up(nodes.work, g, &acting, rate, self.vertical.viscosity);
@@ -418,11 +416,8 @@ impl Job for LastRow<'_> {
             let Some((work, tail)) = rest.split_first_mut() else { break };
             let mut nodes = Nodes { hot, pushes, work, next: tail.first().unwrap_or(&NO_WORK) };
             for g in 0..CHUNK / L::WIDTH {
-                let up = [
-                    close(nodes.work, beyond, 0, g),
-                    close(nodes.work, beyond, 1, g),
-                    close(nodes.work, beyond, 2, g),
-                ];
+                let up =
+                    [close(nodes.work, beyond, 0, g), close(nodes.work, beyond, 1, g), close(nodes.work, beyond, 2, g)];
                 moving.nodes(&mut nodes, g, up);
             }
             rest = tail;

@@ -262,7 +262,8 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
 pub(crate) fn place_velocities(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (line, chunks) = (system.layout.x, system.layout.chunks);
     if line.is_mirrored() {
-        (first..end).for_each(|j| viscous_rows::place_image_motion(planes::row_mut(system.arrays.hot, chunks, j), line));
+        (first..end)
+            .for_each(|j| viscous_rows::place_image_motion(planes::row_mut(system.arrays.hot, chunks, j), line));
     }
 }
 

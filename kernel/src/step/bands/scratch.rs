@@ -90,7 +90,8 @@ impl Plan {
         let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
         let carry = above.wrapping_add(HOT_PLANES * row);
         let work = carry.wrapping_add(CARRY_PLANES * row);
-        let aboves = work.wrapping_add(if layout.has(Feature::Viscosity) { (2 * VISCOUS_PLANES + HOT_PLANES) * row } else { 0 });
+        let aboves =
+            work.wrapping_add(if layout.has(Feature::Viscosity) { (2 * VISCOUS_PLANES + HOT_PLANES) * row } else { 0 });
         let carries = aboves.wrapping_add(steps * HOT_PLANES * row);
         Places { above, carry, work, aboves, carries, kept: carries.wrapping_add(steps * CARRY_PLANES * row) }
     }
