@@ -77,7 +77,7 @@ int main(int argc, char **argv)
             break;
     }
 
-    /* The run is sound if its energies add up: docs/stability.md. */
+    /* The run is sound if its energies add up: docs/accuracy.md. */
     if (fk_get_energy(sim, &end, sizeof end) != FK_OK || fabs(end.residual) > 0.01 * start.projectile_kinetic) {
         fprintf(stderr, "the energies do not add up by %g J\n", end.residual);
         return 2;

@@ -16,7 +16,7 @@ contact is with torn cloth only, which is quicker, but that cloth may still slow
 STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""
 MOST_UNCONVERGED = 0.01
-"""Contact solves that do not converge are harmless below this share of the steps (docs/stability.md)."""
+"""Contact solves that do not converge are harmless below this share of the steps (docs/accuracy.md)."""
 MOST_GAINED = 0.01
 """Largest part of the impact energy by which an energy balance may be open (docs/model.md, "Slack and taut")."""
 

@@ -1,4 +1,4 @@
-"""The programs of the documents, as a reader would run them."""
+"""The programs of the documents, as a reader would run them, and their links."""
 
 import pathlib
 import re
@@ -8,6 +8,21 @@ import tempfile
 import unittest
 
 TOP = pathlib.Path(__file__).parents[2]
+SOURCES = {".rs", ".py", ".h", ".hpp", ".c", ".ts"}
+
+
+def files():
+    """Of the clone, without what is built and what is kept of the first release."""
+    listed = subprocess.run(["git", "ls-files"], cwd=TOP, capture_output=True, text=True, check=True).stdout.split("\n")
+    return [TOP / name for name in listed if (TOP / name).is_file() and not name.startswith("tests/c/abi/first/")]
+
+
+def headings(page):
+    return re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL), re.MULTILINE)
+
+
+def anchors(page):
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings(page)}
 
 
 class Documents(unittest.TestCase):
@@ -23,6 +38,28 @@ class Documents(unittest.TestCase):
                     done = subprocess.run([sys.executable, script], cwd=folder, capture_output=True, text=True)
                     self.assertEqual(done.returncode, 0, done.stderr)
                     self.assertTrue(done.stdout)
+
+    def test_links(self):
+        """Each link of a page leads to a file, and to a heading of it."""
+        for page in (file for file in files() if file.suffix == ".md"):
+            for path, anchor in re.findall(r"\]\((?!\w+:)([^)#]*)#?([^)]*)\)", page.read_text()):
+                with self.subTest(page.relative_to(TOP), path=path, anchor=anchor):
+                    led = (page.parent / path).resolve() if path else page
+                    self.assertTrue(led.exists())
+                    self.assertTrue(not anchor or anchor in anchors(led))
+
+    def test_mentions(self):
+        """Each page and section that a source names is there: docs/model.md, "The step"."""
+        for source in (file for file in files() if file.suffix in SOURCES):
+            for path, section in re.findall(r'(docs/\w+\.md)(?:, \\?"([^"\\]*))?', source.read_text()):
+                with self.subTest(source.relative_to(TOP), path=path, section=section):
+                    self.assertTrue((TOP / path).is_file() and (not section or section in headings(TOP / path)))
+
+    def test_pictures(self):
+        """Each picture is shown on a page."""
+        pages = "".join(file.read_text() for file in files() if file.suffix == ".md")
+        for picture in (TOP / "docs" / "images").iterdir():
+            self.assertIn(f"images/{picture.name}", pages)
 
 
 if __name__ == "__main__":
