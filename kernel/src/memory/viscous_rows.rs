@@ -48,7 +48,7 @@ impl Rows<'_> {
                 self.viscous.copy_moments();
             }
             let on_plane = self.begin_move(k, layout, &mut fixed);
-            let (met, moved) = self.find_segments(k, &pass, terms);
+            let Some((met, moved)) = self.find_segments(k, &pass, terms) else { return Report::LOST };
             report = report.merged(met);
             self.end_move(k, terms, &moved, on_plane);
             place_image_moment(self.viscous.work, layout.x);
@@ -68,17 +68,17 @@ impl Rows<'_> {
         report
     }
 
-    /// The segments of row k; the row below moves.
-    fn find_segments(&mut self, k: usize, pass: &Pass<'_>, terms: &Terms<'_>) -> (Report, Moved) {
+    /// The segments of row k; the row below moves. None if the rows are shorter than the layout says.
+    fn find_segments(&mut self, k: usize, pass: &Pass<'_>, terms: &Terms<'_>) -> Option<(Report, Moved)> {
         let (chunks, rows) = (terms.layout.chunks, self.ranges.len());
         let yarn = terms.yarn_row(self.yarn, self.strength, self.logarithms, k, self.ply);
         let (history, marks) = (planes::row_mut(self.history, chunks, k), planes::row(self.marks, chunks, k));
-        let (done, rest) = self.hot.split_at_mut(k * chunks);
-        let (row, next) = rest.split_at_mut(chunks.min(rest.len()));
+        let (done, rest) = self.hot.split_at_mut_checked(k * chunks)?;
+        let (row, next) = rest.split_at_mut_checked(chunks)?;
         let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { self.above };
         let row = Row { pass, j: self.first + k, row, history, above, carry: self.carry, yarn: &yarn, marks };
         let below = below(done, self.pushes, self.viscous.nothing, chunks, k);
-        ViscousRow { row, below, work: self.viscous.work }.step()
+        Some(ViscousRow { row, below, work: self.viscous.work }.step())
     }
 
     /// What is kept of row k - 1 before it moves, and which of its nodes move. Returns what its last node has, where it lies on a
