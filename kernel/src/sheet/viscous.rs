@@ -96,8 +96,9 @@ impl<const FACTOR: u8> Job for RowJob<'_, FACTOR> {
         let mut cold = Cold { pass, yarn, horizontal_end: pass.horizontals, vertical_end, report: Report::default() };
         let zero = L::splat(0.0);
         let mut along = Carried::<L> {
-            horizontal: Terms::of(horizontal),
-            vertical: Terms::of(vertical),
+            // Copies: what is written into the rows cannot change them.
+            horizontal: *horizontal,
+            vertical: *vertical,
             limits: limits.map(L::splat),
             tension: zero,
             rate: [zero; 3],
@@ -174,27 +175,14 @@ struct Nodes<'a> {
 
 /// What is carried along the row of segments.
 struct Carried<L> {
-    horizontal: Terms<L>,
-    vertical: Terms<L>,
+    horizontal: Direction,
+    vertical: Direction,
     /// q at the critical stretch of horizontal and vertical segments.
     limits: [L; 2],
     /// Of the segments to the left: stress, relative velocity of the ends, force.
     tension: L,
     rate: [L; 3],
     left_force: [L; 3],
-}
-
-/// Constants of a direction, in registers or at hand in memory.
-struct Terms<L> {
-    rest: law::RestLanes<L>,
-    viscosity: law::ViscosityLanes<L>,
-}
-
-impl<L: Lane> Terms<L> {
-    #[inline(always)]
-    fn of(direction: &Direction) -> Terms<L> {
-        Terms { rest: direction.rest.lanes(), viscosity: direction.viscosity.lanes() }
-    }
 }
 
 /// What one segment does.
@@ -221,7 +209,7 @@ impl<L: Lane> Carried<L> {
             (upwards::<L, HOT_PLANES>(planes.chunk, planes.above, 0, g), upwards(planes.chunk, planes.above, 3, g));
         let (axes, rates) = (vertical_axes(d), vertical_axes(rate));
         let acting = find::<L, FACTOR>(&self.vertical, self.limits[1], planes, Axis::Vertical, axes, rates, g, cold);
-        let up = hand_up(nodes.work, g, &acting, rate, self.vertical.viscosity);
+        let up = hand_up(nodes.work, g, &acting, rate, self.vertical.viscosity.lanes());
         moving.nodes(nodes, g, up);
         let lift = vertical_axes(acting.force);
         let [cx, cy, cz] = &mut *planes.carry;
@@ -233,7 +221,7 @@ impl<L: Lane> Carried<L> {
 
         let (d, rate) = (to_the_right(planes.chunk, planes.next, 0, g), to_the_right(planes.chunk, planes.next, 3, g));
         let acting = find::<L, FACTOR>(&self.horizontal, self.limits[0], planes, Axis::Horizontal, d, rate, g, cold);
-        let bending = self.horizontal.viscosity.bending(acting.tension.left_of(self.tension), acting.tension);
+        let bending = self.horizontal.viscosity.lanes().bending(acting.tension.left_of(self.tension), acting.tension);
         self.own(nodes.work, g, 0, rate[0], bending, &acting, vertical[0]);
         self.own(nodes.work, g, 1, rate[1], bending, &acting, vertical[1]);
         self.own(nodes.work, g, 2, rate[2], bending, &acting, vertical[2]);
@@ -264,7 +252,7 @@ impl<L: Lane> Carried<L> {
 #[inline(always)]
 #[allow(clippy::too_many_arguments)] // All in registers.
 fn find<L: Lane, const FACTOR: u8>(
-    terms: &Terms<L>,
+    direction: &Direction,
     limit: L,
     planes: &mut Planes<'_>,
     axis: Axis,
@@ -274,7 +262,7 @@ fn find<L: Lane, const FACTOR: u8>(
     cold: &mut Cold<'_>,
 ) -> Acting<L> {
     let plane = axis as usize;
-    let q = terms.rest.twice_strain(d);
+    let q = direction.rest.twice_strain(d);
     // Viscosity takes the stiffness before this pass's damage.
     let before: L = at(planes.chunk, 6 + plane, g);
     let (history, stiffness) = (&mut planes.history[plane], &mut planes.chunk[6 + plane]);
@@ -283,18 +271,19 @@ fn find<L: Lane, const FACTOR: u8>(
     let factors = &planes.factors[plane];
     let before = if FACTOR == TOE { factored::<L, FACTOR>(before, q, factors, g, cold.pass) } else { before };
     let stiffness = factored::<L, FACTOR>(L::load(stiffness), q, factors, g, cold.pass);
-    let viscous = viscous(terms, before, q, d, rate);
+    let viscous = viscous(direction, before, q, d, rate);
     Acting {
         tension: law::stress(before, q),
-        force: terms.rest.force(law::stress(stiffness, q), d),
-        pull: terms.rest.force(viscous, d),
+        force: direction.rest.force(law::stress(stiffness, q), d),
+        pull: direction.rest.force(viscous, d),
     }
 }
 
 /// (M16) Viscous part of the stress of segments.
 #[inline(always)]
-fn viscous<L: Lane>(terms: &Terms<L>, stiffness: L, q: L, d: [L; 3], rate: [L; 3]) -> L {
-    terms.viscosity.stress(stiffness, q, terms.rest.twice_strain_rate(d, rate))
+fn viscous<L: Lane>(direction: &Direction, stiffness: L, q: L, d: [L; 3], rate: [L; 3]) -> L {
+    let Direction { rest, viscosity, .. } = direction;
+    viscosity.lanes().stress(stiffness, q, rest.lanes().twice_strain_rate(d, rate))
 }
 
 /// The vertical segments of a group into the work row. Returns the viscous force of those below them, which is complete now.
@@ -451,20 +440,19 @@ impl Job for RowBeside<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) {
         let RowBeside { vertical, toe, row, above, marks, work } = self;
-        let terms = Terms::<L>::of(vertical);
         for (c, (chunk, work)) in row.iter().zip(work).enumerate() {
             let above = above.get(c).unwrap_or(&NOTHING);
             for g in 0..CHUNK / L::WIDTH {
                 let (d, rate) = (upwards::<L, HOT_PLANES>(chunk, above, 0, g), upwards(chunk, above, 3, g));
                 let axes = vertical_axes(d);
-                let q = terms.rest.twice_strain(axes);
+                let q = vertical.rest.twice_strain(axes);
                 let mut stiffness: L = at(chunk, 7, g);
                 if let Some([_, mark]) = marks.get(c) {
                     stiffness = stiffness.mul(toe.factor(q, L::load(&L::groups(mark)[g])));
                 }
-                let pull = terms.rest.force(viscous(&terms, stiffness, q, axes, vertical_axes(rate)), axes);
+                let pull = vertical.rest.force(viscous(vertical, stiffness, q, axes, vertical_axes(rate)), axes);
                 let acting = Acting { tension: law::stress(stiffness, q), force: axes, pull };
-                hand_up(work, g, &acting, rate, terms.viscosity);
+                hand_up(work, g, &acting, rate, vertical.viscosity.lanes());
             }
         }
     }
