@@ -13,7 +13,8 @@
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
-    AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes,
+    AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES,
+    vertical_axes,
 };
 use crate::sheet::direction::{Along, Direction};
 use crate::sheet::sweep::{
@@ -94,72 +95,72 @@ impl<const FACTOR: u8> Job for RowJob<'_, FACTOR> {
         let limits = if FACTOR == BY_RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let vertical_end = if above.is_empty() { 0 } else { pass.verticals };
         let mut cold = Cold { pass, yarn, horizontal_end: pass.horizontals, vertical_end, report: Report::default() };
-        let zero = L::splat(0.0);
-        let mut along = Carried::<L> {
-            // Copies: what is written into the rows cannot change them.
-            horizontal: *horizontal,
-            vertical: *vertical,
-            limits: limits.map(L::splat),
-            tension: zero,
-            rate: [zero; 3],
-            left_force: [zero; 3],
+        let factors = match FACTOR {
+            TOE => marks,
+            BY_RATE => yarn.logarithms,
+            _ => &[],
         };
-        let mut moving = Moving::<L>::start();
-        let (mut rest, mut rest_work) = (row, work);
-        let moving_rows = below.hot.iter_mut().zip(below.pushes);
-        for (c, ((history, carry), (hot, pushes))) in history.iter_mut().zip(carry).zip(moving_rows).enumerate() {
-            let (Some((chunk, tail)), Some((work, tail_work))) = (rest.split_first_mut(), rest_work.split_first_mut())
-            else {
-                break;
-            };
+        let mut up = Upwards::<L> { direction: *vertical, limit: L::splat(limits[1]), moving: Moving::start() };
+        let mut rest = &mut *work;
+        let below = below.hot.iter_mut().zip(below.pushes);
+        let rows = row.iter_mut().zip(&mut *history).zip(carry).zip(below);
+        for (c, (((chunk, history), carry), (hot, pushes))) in rows.enumerate() {
+            let Some((work, tail)) = rest.split_first_mut() else { break };
             let above = above.get(c).unwrap_or(&NOTHING);
             if pass.fetches {
                 lanes::fetch(above, AHEAD);
             }
-            let mut nodes = Nodes { hot, pushes, work, next: tail_work.first().unwrap_or(&NO_WORK) };
-            let factors = match FACTOR {
-                TOE => marks.get(c).unwrap_or(&NO_MARKS),
-                BY_RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),
-                _ => &NO_MARKS,
-            };
-            let mut planes = Planes {
-                chunk,
-                history,
-                above,
-                carry,
-                factors,
-                next: tail.first().unwrap_or(&NOTHING),
-                column: c * CHUNK,
-            };
+            let mut nodes = Nodes { hot, pushes, work, next: tail.first().unwrap_or(&NO_WORK) };
+            let factors = factors.get(c).unwrap_or(&NO_MARKS);
+            let mut planes = Planes { chunk, history, factors, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant, as in the sweep.
             match CHUNK / L::WIDTH {
-                1 => along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 0, &mut cold),
+                1 => up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 0, &mut cold),
                 2 => {
-                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 0, &mut cold);
-                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 1, &mut cold);
+                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 0, &mut cold);
+                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 0, &mut cold);
-                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 1, &mut cold);
-                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 2, &mut cold);
-                    along.group::<FACTOR>(&mut planes, &mut nodes, &mut moving, 3, &mut cold);
+                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 0, &mut cold);
+                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 1, &mut cold);
+                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 2, &mut cold);
+                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 3, &mut cold);
                 }
             }
-            (rest, rest_work) = (tail, tail_work);
+            rest = tail;
         }
-        (cold.report, moving.moved())
+
+        let mut along = Rightwards::<L>::of(*horizontal, limits[0]);
+        let mut rest = row;
+        for (c, (history, work)) in history.iter_mut().zip(work).enumerate() {
+            let Some((chunk, tail)) = rest.split_first_mut() else { break };
+            let next = tail.first().unwrap_or(&NOTHING);
+            let factors = factors.get(c).unwrap_or(&NO_MARKS);
+            let mut planes = Planes { chunk, history, factors, column: c * CHUNK };
+            match CHUNK / L::WIDTH {
+                1 => along.group::<FACTOR>(&mut planes, next, work, 0, &mut cold),
+                2 => {
+                    along.group::<FACTOR>(&mut planes, next, work, 0, &mut cold);
+                    along.group::<FACTOR>(&mut planes, next, work, 1, &mut cold);
+                }
+                _ => {
+                    along.group::<FACTOR>(&mut planes, next, work, 0, &mut cold);
+                    along.group::<FACTOR>(&mut planes, next, work, 1, &mut cold);
+                    along.group::<FACTOR>(&mut planes, next, work, 2, &mut cold);
+                    along.group::<FACTOR>(&mut planes, next, work, 3, &mut cold);
+                }
+            }
+            rest = tail;
+        }
+        (cold.report, up.moving.moved())
     }
 }
 
-/// Eight columns of a row and of what is around it.
+/// Eight columns of a row.
 struct Planes<'a> {
     chunk: &'a mut Chunk<HOT_PLANES>,
-    history: &'a mut [[f64; CHUNK]; 2],
-    above: &'a Chunk<HOT_PLANES>,
-    carry: &'a mut Chunk<CARRY_PLANES>,
+    history: &'a mut Chunk<HISTORY_PLANES>,
     factors: &'a Chunk<MARK_PLANES>,
-    /// The chunk behind this one.
-    next: &'a Chunk<HOT_PLANES>,
     /// First column.
     column: usize,
 }
@@ -173,18 +174,6 @@ struct Nodes<'a> {
     next: &'a Chunk<VISCOUS_PLANES>,
 }
 
-/// What is carried along the row of segments.
-struct Carried<L> {
-    horizontal: Direction,
-    vertical: Direction,
-    /// q at the critical stretch of horizontal and vertical segments.
-    limits: [L; 2],
-    /// Of the segments to the left: stress, relative velocity of the ends, force.
-    tension: L,
-    rate: [L; 3],
-    left_force: [L; 3],
-}
-
 /// What one segment does.
 struct Acting<L> {
     /// Stress, without its viscous part, as the moments take it.
@@ -194,88 +183,117 @@ struct Acting<L> {
     pull: [L; 3],
 }
 
-impl<L: Lane> Carried<L> {
-    /// One lane group: the vertical segments, with which the node below is complete and moves; then the horizontal ones.
+impl Planes<'_> {
+    /// The segments of one direction of a lane group: damage, force and viscous pull. `d`, `rate`: in their axes.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)] // All in registers.
+    fn find<L: Lane, const FACTOR: u8>(
+        &mut self,
+        direction: &Direction,
+        limit: L,
+        axis: Axis,
+        d: [L; 3],
+        rate: [L; 3],
+        g: usize,
+        cold: &mut Cold<'_>,
+    ) -> Acting<L> {
+        let plane = axis as usize;
+        let q = direction.rest.twice_strain(d);
+        // Viscosity takes the stiffness before this pass's damage.
+        let before: L = at(self.chunk, 6 + plane, g);
+        let (history, stiffness) = (&mut self.history[plane], &mut self.chunk[6 + plane]);
+        let (history, stiffness) = (&mut L::groups_mut(history)[g], &mut L::groups_mut(stiffness)[g]);
+        cold.damage_beyond(q, limit, self.column + g * L::WIDTH, axis, history, stiffness);
+        let factors = &self.factors[plane];
+        let before = if FACTOR == TOE { factored::<L, FACTOR>(before, q, factors, g, cold.pass) } else { before };
+        let stiffness = factored::<L, FACTOR>(L::load(stiffness), q, factors, g, cold.pass);
+        Acting {
+            tension: law::stress(before, q),
+            force: direction.rest.force(law::stress(stiffness, q), d),
+            pull: direction.rest.force(viscous(direction, before, q, d, rate), d),
+        }
+    }
+}
+
+/// What is carried along the row of vertical segments.
+struct Upwards<L> {
+    /// A copy: what is written into the rows cannot change it.
+    direction: Direction,
+    /// q at the critical stretch.
+    limit: L,
+    moving: Moving<L>,
+}
+
+impl<L: Lane> Upwards<L> {
+    /// One lane group, with which the nodes below are complete and move; what the row's nodes get goes into the work row.
     #[inline(always)]
     fn group<const FACTOR: u8>(
         &mut self,
         planes: &mut Planes<'_>,
+        above: &Chunk<HOT_PLANES>,
+        [cx, cy, cz]: &mut Chunk<CARRY_PLANES>,
         nodes: &mut Nodes<'_>,
-        moving: &mut Moving<L>,
         g: usize,
         cold: &mut Cold<'_>,
     ) {
-        let (d, rate) =
-            (upwards::<L, HOT_PLANES>(planes.chunk, planes.above, 0, g), upwards(planes.chunk, planes.above, 3, g));
+        let (d, rate) = (upwards::<L, HOT_PLANES>(planes.chunk, above, 0, g), upwards(planes.chunk, above, 3, g));
         let (axes, rates) = (vertical_axes(d), vertical_axes(rate));
-        let acting = find::<L, FACTOR>(&self.vertical, self.limits[1], planes, Axis::Vertical, axes, rates, g, cold);
-        let up = hand_up(nodes.work, g, &acting, rate, self.vertical.viscosity.lanes());
-        moving.nodes(nodes, g, up);
+        let acting = planes.find::<L, FACTOR>(&self.direction, self.limit, Axis::Vertical, axes, rates, g, cold);
+        let up = hand_up(nodes.work, g, &acting, rate, &self.direction);
+        self.moving.nodes(nodes, g, up);
         let lift = vertical_axes(acting.force);
-        let [cx, cy, cz] = &mut *planes.carry;
-        let vertical = [
-            hand_on(lift[0], &mut L::groups_mut(cx)[g]),
-            hand_on(lift[1], &mut L::groups_mut(cy)[g]),
-            hand_on(lift[2], &mut L::groups_mut(cz)[g]),
-        ];
-
-        let (d, rate) = (to_the_right(planes.chunk, planes.next, 0, g), to_the_right(planes.chunk, planes.next, 3, g));
-        let acting = find::<L, FACTOR>(&self.horizontal, self.limits[0], planes, Axis::Horizontal, d, rate, g, cold);
-        let bending = self.horizontal.viscosity.lanes().bending(acting.tension.left_of(self.tension), acting.tension);
-        self.own(nodes.work, g, 0, rate[0], bending, &acting, vertical[0]);
-        self.own(nodes.work, g, 1, rate[1], bending, &acting, vertical[1]);
-        self.own(nodes.work, g, 2, rate[2], bending, &acting, vertical[2]);
-        (self.tension, self.rate, self.left_force) = (acting.tension, rate, acting.force);
-    }
-
-    /// One axis of the horizontal part, into the work row.
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments)] // All in registers.
-    fn own(
-        &self,
-        work: &mut Chunk<VISCOUS_PLANES>,
-        g: usize,
-        k: usize,
-        rate: L,
-        bending: L,
-        acting: &Acting<L>,
-        vertical: L,
-    ) {
-        let force = acting.force[k];
-        put(work, OWN_PULL + k, g, acting.pull[k]);
-        put(work, OWN_MOMENT + k, g, rate.sub(rate.left_of(self.rate[k])).mul(bending));
-        put(work, SUM + k, g, force.sub(force.left_of(self.left_force[k])).add(vertical));
+        put(nodes.work, SUM, g, hand_on(lift[0], &mut L::groups_mut(cx)[g]));
+        put(nodes.work, SUM + 1, g, hand_on(lift[1], &mut L::groups_mut(cy)[g]));
+        put(nodes.work, SUM + 2, g, hand_on(lift[2], &mut L::groups_mut(cz)[g]));
     }
 }
 
-/// The segments of one direction of a lane group: damage, force and viscous pull. `d`, `rate`: in their axes.
-#[inline(always)]
-#[allow(clippy::too_many_arguments)] // All in registers.
-fn find<L: Lane, const FACTOR: u8>(
-    direction: &Direction,
+/// What is carried along the row of horizontal segments.
+struct Rightwards<L> {
+    /// A copy, as of the vertical ones.
+    direction: Direction,
+    /// q at the critical stretch.
     limit: L,
-    planes: &mut Planes<'_>,
-    axis: Axis,
-    d: [L; 3],
+    /// Of the segments to the left: stress, relative velocity of the ends, force.
+    tension: L,
     rate: [L; 3],
-    g: usize,
-    cold: &mut Cold<'_>,
-) -> Acting<L> {
-    let plane = axis as usize;
-    let q = direction.rest.twice_strain(d);
-    // Viscosity takes the stiffness before this pass's damage.
-    let before: L = at(planes.chunk, 6 + plane, g);
-    let (history, stiffness) = (&mut planes.history[plane], &mut planes.chunk[6 + plane]);
-    let (history, stiffness) = (&mut L::groups_mut(history)[g], &mut L::groups_mut(stiffness)[g]);
-    cold.damage_beyond(q, limit, planes.column + g * L::WIDTH, axis, history, stiffness);
-    let factors = &planes.factors[plane];
-    let before = if FACTOR == TOE { factored::<L, FACTOR>(before, q, factors, g, cold.pass) } else { before };
-    let stiffness = factored::<L, FACTOR>(L::load(stiffness), q, factors, g, cold.pass);
-    let viscous = viscous(direction, before, q, d, rate);
-    Acting {
-        tension: law::stress(before, q),
-        force: direction.rest.force(law::stress(stiffness, q), d),
-        pull: direction.rest.force(viscous, d),
+    left_force: [L; 3],
+}
+
+impl<L: Lane> Rightwards<L> {
+    #[inline(always)]
+    fn of(direction: Direction, limit: f64) -> Rightwards<L> {
+        let zero = L::splat(0.0);
+        Rightwards { direction, limit: L::splat(limit), tension: zero, rate: [zero; 3], left_force: [zero; 3] }
+    }
+
+    /// One lane group, into the work row.
+    #[inline(always)]
+    fn group<const FACTOR: u8>(
+        &mut self,
+        planes: &mut Planes<'_>,
+        next: &Chunk<HOT_PLANES>,
+        work: &mut Chunk<VISCOUS_PLANES>,
+        g: usize,
+        cold: &mut Cold<'_>,
+    ) {
+        let (d, rate) = (to_the_right(planes.chunk, next, 0, g), to_the_right(planes.chunk, next, 3, g));
+        let acting = planes.find::<L, FACTOR>(&self.direction, self.limit, Axis::Horizontal, d, rate, g, cold);
+        let before = acting.tension.left_of(self.tension);
+        let bending = self.direction.viscosity.lanes().bending(before, acting.tension);
+        self.axis(work, g, 0, rate[0], bending, &acting);
+        self.axis(work, g, 1, rate[1], bending, &acting);
+        self.axis(work, g, 2, rate[2], bending, &acting);
+        (self.tension, self.rate, self.left_force) = (acting.tension, rate, acting.force);
+    }
+
+    /// One axis of it.
+    #[inline(always)]
+    fn axis(&self, work: &mut Chunk<VISCOUS_PLANES>, g: usize, k: usize, rate: L, bending: L, acting: &Acting<L>) {
+        let force = acting.force[k];
+        put(work, OWN_PULL + k, g, acting.pull[k]);
+        put(work, OWN_MOMENT + k, g, rate.sub(rate.left_of(self.rate[k])).mul(bending));
+        put(work, SUM + k, g, force.sub(force.left_of(self.left_force[k])).add(at(work, SUM + k, g)));
     }
 }
 
@@ -293,9 +311,9 @@ fn hand_up<L: Lane>(
     g: usize,
     acting: &Acting<L>,
     rate: [L; 3],
-    viscosity: law::ViscosityLanes<L>,
+    direction: &Direction,
 ) -> [L; 3] {
-    let bending = viscosity.bending(at(work, TENSION, g), acting.tension);
+    let bending = direction.viscosity.lanes().bending(at(work, TENSION, g), acting.tension);
     put(work, TENSION, g, acting.tension);
     let pull = vertical_axes(acting.pull);
     [
@@ -452,7 +470,7 @@ impl Job for RowBeside<'_> {
                 }
                 let pull = vertical.rest.force(viscous(vertical, stiffness, q, axes, vertical_axes(rate)), axes);
                 let acting = Acting { tension: law::stress(stiffness, q), force: axes, pull };
-                hand_up(work, g, &acting, rate, vertical.viscosity.lanes());
+                hand_up(work, g, &acting, rate, vertical);
             }
         }
     }
