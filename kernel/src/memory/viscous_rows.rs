@@ -38,6 +38,7 @@ impl<'r> Viscous<'r> {
 
 impl Rows<'_> {
     /// [`Rows::sweep`] of viscous yarn.
+    #[inline(never)]
     pub(super) fn sweep_viscous(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
         let (pass, rows) = (terms.pass(&Net::NONE, self.ply), self.ranges.len());

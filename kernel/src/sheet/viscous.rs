@@ -16,10 +16,10 @@ use crate::ground::planes::{
     AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES,
     vertical_axes,
 };
-use crate::sheet::direction::{Along, Direction};
+use crate::sheet::direction::Direction;
 use crate::sheet::sweep::{
-    AHEAD, Cold, NO_MARKS, NONE, NOTHING, RATE as BY_RATE, Report, Row, TOE, factored, greatest, hand_on, least,
-    right_of,
+    AHEAD, Cold, NO_MARKS, NONE, NOTHING, Pass, RATE as BY_RATE, Report, Row, TOE, YarnRow, factored, greatest,
+    hand_on, least, right_of,
 };
 use crate::yarn::law;
 use crate::yarn::toe::Toe;
@@ -70,40 +70,47 @@ pub(crate) struct Moved {
 
 impl ViscousRow<'_> {
     /// Finds the row's segments and moves the row below.
-    pub fn step(self) -> (Report, Moved) {
-        let set = self.row.pass.instructions;
+    pub fn step(mut self) -> (Report, Moved) {
         if !self.row.yarn.logarithms.is_empty() {
-            lanes::dispatch(set, RowJob::<BY_RATE>(self))
+            self.find::<BY_RATE>()
         } else if !self.row.marks.is_empty() {
-            lanes::dispatch(set, RowJob::<TOE>(self))
+            self.find::<TOE>()
         } else {
-            lanes::dispatch(set, RowJob::<NONE>(self))
+            self.find::<NONE>()
         }
+    }
+
+    /// The vertical segments, then the horizontal ones: two jobs, for the sake of the stack. FACTOR: as in the sweep.
+    fn find<const FACTOR: u8>(&mut self) -> (Report, Moved) {
+        let set = self.row.pass.instructions;
+        let (upwards, moved) = lanes::dispatch(set, UpJob::<FACTOR>(self));
+        (upwards.merged(lanes::dispatch(set, AlongJob::<FACTOR>(self))), moved)
+    }
+
+    /// q at the critical stretch of a direction.
+    #[inline(always)]
+    fn limit<const FACTOR: u8>(&self, axis: Axis) -> f64 {
+        let pass = self.row.pass;
+        if FACTOR == BY_RATE { pass.rates.limits[axis as usize] } else { pass.directions.along(axis).critical }
     }
 }
 
-/// [`ViscousRow::step`] as a job for the lanes. FACTOR: as in the sweep.
-struct RowJob<'a, const FACTOR: u8>(ViscousRow<'a>);
+/// The vertical segments of a row; the row below moves.
+struct UpJob<'j, 'a, const FACTOR: u8>(&'j mut ViscousRow<'a>);
 
-impl<const FACTOR: u8> Job for RowJob<'_, FACTOR> {
+impl<const FACTOR: u8> Job for UpJob<'_, '_, FACTOR> {
     type Output = (Report, Moved);
 
     #[inline(always)]
     fn run<L: Lane>(self) -> Self::Output {
+        let limit = L::splat(self.0.limit::<FACTOR>(Axis::Vertical));
         let ViscousRow { row: Row { pass, row, history, above, carry, yarn, marks, .. }, below, work } = self.0;
-        let Along { horizontal, vertical, .. } = pass.directions;
-        let limits = if FACTOR == BY_RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
-        let vertical_end = if above.is_empty() { 0 } else { pass.verticals };
-        let mut cold = Cold { pass, yarn, horizontal_end: pass.horizontals, vertical_end, report: Report::default() };
-        let factors = match FACTOR {
-            TOE => marks,
-            BY_RATE => yarn.logarithms,
-            _ => &[],
-        };
-        let mut up = Upwards::<L> { direction: *vertical, limit: L::splat(limits[1]), moving: Moving::start() };
-        let mut rest = &mut *work;
-        let below = below.hot.iter_mut().zip(below.pushes);
-        let rows = row.iter_mut().zip(&mut *history).zip(carry).zip(below);
+        let factors = factors::<FACTOR>(marks, yarn);
+        let mut cold = cold(pass, yarn, above);
+        let mut up = Upwards::<L> { direction: *pass.directions.vertical, limit, moving: Moving::start() };
+        let mut rest = &mut **work;
+        let below = below.hot.iter_mut().zip(&mut *below.pushes);
+        let rows = row.iter_mut().zip(&mut **history).zip(&mut **carry).zip(below);
         for (c, (((chunk, history), carry), (hot, pushes))) in rows.enumerate() {
             let Some((work, tail)) = rest.split_first_mut() else { break };
             let above = above.get(c).unwrap_or(&NOTHING);
@@ -129,10 +136,25 @@ impl<const FACTOR: u8> Job for RowJob<'_, FACTOR> {
             }
             rest = tail;
         }
+        (cold.report, up.moving.moved())
+    }
+}
 
-        let mut along = Rightwards::<L>::of(*horizontal, limits[0]);
-        let mut rest = row;
-        for (c, (history, work)) in history.iter_mut().zip(work).enumerate() {
+/// The horizontal segments of a row.
+struct AlongJob<'j, 'a, const FACTOR: u8>(&'j mut ViscousRow<'a>);
+
+impl<const FACTOR: u8> Job for AlongJob<'_, '_, FACTOR> {
+    type Output = Report;
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> Report {
+        let limit = self.0.limit::<FACTOR>(Axis::Horizontal);
+        let ViscousRow { row: Row { pass, row, history, above, yarn, marks, .. }, work, .. } = self.0;
+        let factors = factors::<FACTOR>(marks, yarn);
+        let mut cold = cold(pass, yarn, above);
+        let mut along = Rightwards::<L>::of(*pass.directions.horizontal, limit);
+        let mut rest = &mut **row;
+        for (c, (history, work)) in history.iter_mut().zip(&mut **work).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
             let next = tail.first().unwrap_or(&NOTHING);
             let factors = factors.get(c).unwrap_or(&NO_MARKS);
@@ -152,8 +174,25 @@ impl<const FACTOR: u8> Job for RowJob<'_, FACTOR> {
             }
             rest = tail;
         }
-        (cold.report, up.moving.moved())
+        cold.report
     }
+}
+
+/// What the factors of the stiffnesses follow from, chunk by chunk; empty for none.
+#[inline(always)]
+fn factors<'a, const FACTOR: u8>(marks: &'a [Chunk<MARK_PLANES>], yarn: &'a YarnRow<'_>) -> &'a [Chunk<MARK_PLANES>] {
+    match FACTOR {
+        TOE => marks,
+        BY_RATE => yarn.logarithms,
+        _ => &[],
+    }
+}
+
+/// What only damage needs. `above`: empty above the top row, which has no vertical segments.
+#[inline(always)]
+fn cold<'a>(pass: &'a Pass<'_>, yarn: &'a YarnRow<'_>, above: &[Chunk<HOT_PLANES>]) -> Cold<'a> {
+    let vertical_end = if above.is_empty() { 0 } else { pass.verticals };
+    Cold { pass, yarn, horizontal_end: pass.horizontals, vertical_end, report: Report::default() }
 }
 
 /// Eight columns of a row.
