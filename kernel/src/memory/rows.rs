@@ -175,7 +175,7 @@ impl Rows<'_> {
     }
 
     /// [`Rows::sweep`] without viscosity. OPTIONS: whether there is drawn strength, rate, toe or grading; otherwise no row is asked for them.
-    #[inline]
+    #[inline(never)]
     fn sweep_with<const OPTIONS: bool>(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;

@@ -70,6 +70,7 @@ impl Rows<'_> {
     }
 
     /// The segments of row k; the row below moves. None if the rows are shorter than the layout says.
+    #[inline(never)]
     fn find_segments(&mut self, k: usize, pass: &Pass<'_>, terms: &Terms<'_>) -> Option<(Report, Moved)> {
         let (chunks, rows) = (terms.layout.chunks, self.ranges.len());
         let yarn = terms.yarn_row(self.yarn, self.strength, self.logarithms, k, self.ply);
@@ -84,6 +85,7 @@ impl Rows<'_> {
 
     /// What is kept of row k - 1 before it moves, and which of its nodes move. Returns what its last node has, where it lies on a
     /// mirror plane.
+    #[inline(never)]
     fn begin_move(&mut self, k: usize, layout: &Layout, fixed: &mut Option<[u32; 4]>) -> [f64; 3] {
         let (Some(k), chunks) = (k.checked_sub(1), layout.chunks) else { return [0.0; 3] };
         let Some(run) = self.runs.get(k) else { return [0.0; 3] };
@@ -100,6 +102,7 @@ impl Rows<'_> {
     }
 
     /// Behind the move of row k - 1: fixed nodes are put back, pulls noted, energy counted. `before`: see [`Rows::begin_move`].
+    #[inline(never)]
     fn end_move(&mut self, k: usize, terms: &Terms<'_>, moved: &Moved, before: [f64; 3]) {
         let (layout, chunks) = (terms.layout, terms.layout.chunks);
         let Some(k) = k.checked_sub(1) else { return };

@@ -144,17 +144,17 @@ pub struct Row<'a> {
 struct RowJob<'a, const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool = true>(Row<'a>);
 
 /// Nothing.
-pub(crate) const NONE: u8 = 0;
+const NONE: u8 = 0;
 /// The toe's factor.
-pub(crate) const TOE: u8 = 1;
+const TOE: u8 = 1;
 /// That of the rate.
-pub(crate) const RATE: u8 = 2;
+const RATE: u8 = 2;
 
 /// How many chunks a row is fetched ahead: 4 KiB, some 100 ns of work.
 pub(crate) const AHEAD: usize = 8;
 
 /// Marks of no toe.
-pub(crate) const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
+const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
 
 /// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
 pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
@@ -459,13 +459,7 @@ impl<L: Lane> Carried<L> {
 
 /// The stiffnesses of group g times what the plane of factors says of them.
 #[inline(always)]
-pub(crate) fn factored<L: Lane, const FACTOR: u8>(
-    stiffness: L,
-    q: L,
-    plane: &[f64; CHUNK],
-    g: usize,
-    pass: &Pass<'_>,
-) -> L {
+fn factored<L: Lane, const FACTOR: u8>(stiffness: L, q: L, plane: &[f64; CHUNK], g: usize, pass: &Pass<'_>) -> L {
     if FACTOR == TOE {
         stiffness.mul(pass.toe.factor(q, L::load(&L::groups(plane)[g])))
     } else if FACTOR == RATE {

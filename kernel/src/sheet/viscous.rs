@@ -13,14 +13,12 @@
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
-    AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES,
-    vertical_axes,
+    AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    VISCOUS_PLANES, vertical_axes,
 };
+use crate::scene::features::Feature;
 use crate::sheet::direction::Direction;
-use crate::sheet::sweep::{
-    AHEAD, Cold, NO_MARKS, NONE, NOTHING, Pass, RATE as BY_RATE, Report, Row, TOE, YarnRow, factored, greatest,
-    hand_on, least, right_of,
-};
+use crate::sheet::sweep::{AHEAD, Cold, NOTHING, Pass, Report, Row, YarnRow, greatest, hand_on, least, right_of};
 use crate::yarn::law;
 use crate::yarn::toe::Toe;
 
@@ -69,43 +67,33 @@ pub(crate) struct Moved {
 }
 
 impl ViscousRow<'_> {
-    /// Finds the row's segments and moves the row below.
+    /// Finds the row's segments, the vertical ones, with which the row below moves, and the horizontal ones: two jobs, for the sake of
+    /// the stack.
     pub fn step(mut self) -> (Report, Moved) {
-        if !self.row.yarn.logarithms.is_empty() {
-            self.find::<BY_RATE>()
-        } else if !self.row.marks.is_empty() {
-            self.find::<TOE>()
-        } else {
-            self.find::<NONE>()
-        }
-    }
-
-    /// The vertical segments, then the horizontal ones: two jobs, for the sake of the stack. FACTOR: as in the sweep.
-    fn find<const FACTOR: u8>(&mut self) -> (Report, Moved) {
         let set = self.row.pass.instructions;
-        let (upwards, moved) = lanes::dispatch(set, UpJob::<FACTOR>(self));
-        (upwards.merged(lanes::dispatch(set, AlongJob::<FACTOR>(self))), moved)
+        let (upwards, moved) = lanes::dispatch(set, UpJob(&mut self));
+        (upwards.merged(lanes::dispatch(set, AlongJob(&mut self))), moved)
     }
 
     /// q at the critical stretch of a direction.
     #[inline(always)]
-    fn limit<const FACTOR: u8>(&self, axis: Axis) -> f64 {
-        let pass = self.row.pass;
-        if FACTOR == BY_RATE { pass.rates.limits[axis as usize] } else { pass.directions.along(axis).critical }
+    fn limit(&self, axis: Axis) -> f64 {
+        let Row { pass, yarn, .. } = &self.row;
+        let dependent = Feature::Rate.is_built() && !yarn.logarithms.is_empty();
+        if dependent { pass.rates.limits[axis as usize] } else { pass.directions.along(axis).critical }
     }
 }
 
 /// The vertical segments of a row; the row below moves.
-struct UpJob<'j, 'a, const FACTOR: u8>(&'j mut ViscousRow<'a>);
+struct UpJob<'j, 'a>(&'j mut ViscousRow<'a>);
 
-impl<const FACTOR: u8> Job for UpJob<'_, '_, FACTOR> {
+impl Job for UpJob<'_, '_> {
     type Output = (Report, Moved);
 
     #[inline(always)]
     fn run<L: Lane>(self) -> Self::Output {
-        let limit = L::splat(self.0.limit::<FACTOR>(Axis::Vertical));
+        let limit = L::splat(self.0.limit(Axis::Vertical));
         let ViscousRow { row: Row { pass, row, history, above, carry, yarn, marks, .. }, below, work } = self.0;
-        let factors = factors::<FACTOR>(marks, yarn);
         let mut cold = cold(pass, yarn, above);
         let mut up = Upwards::<L> { direction: *pass.directions.vertical, limit, moving: Moving::start() };
         let mut rest = &mut **work;
@@ -118,20 +106,20 @@ impl<const FACTOR: u8> Job for UpJob<'_, '_, FACTOR> {
                 lanes::fetch(above, AHEAD);
             }
             let mut nodes = Nodes { hot, pushes, work, next: tail.first().unwrap_or(&NO_WORK) };
-            let factors = factors.get(c).unwrap_or(&NO_MARKS);
-            let mut planes = Planes { chunk, history, factors, column: c * CHUNK };
+            let (marks, logarithms) = (marks.get(c), yarn.logarithms.get(c));
+            let mut planes = Planes { chunk, history, marks, logarithms, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant, as in the sweep.
             match CHUNK / L::WIDTH {
-                1 => up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 0, &mut cold),
+                1 => up.group(&mut planes, above, carry, &mut nodes, 0, &mut cold),
                 2 => {
-                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 0, &mut cold);
-                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 1, &mut cold);
+                    up.group(&mut planes, above, carry, &mut nodes, 0, &mut cold);
+                    up.group(&mut planes, above, carry, &mut nodes, 1, &mut cold);
                 }
                 _ => {
-                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 0, &mut cold);
-                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 1, &mut cold);
-                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 2, &mut cold);
-                    up.group::<FACTOR>(&mut planes, above, carry, &mut nodes, 3, &mut cold);
+                    up.group(&mut planes, above, carry, &mut nodes, 0, &mut cold);
+                    up.group(&mut planes, above, carry, &mut nodes, 1, &mut cold);
+                    up.group(&mut planes, above, carry, &mut nodes, 2, &mut cold);
+                    up.group(&mut planes, above, carry, &mut nodes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -141,50 +129,39 @@ impl<const FACTOR: u8> Job for UpJob<'_, '_, FACTOR> {
 }
 
 /// The horizontal segments of a row.
-struct AlongJob<'j, 'a, const FACTOR: u8>(&'j mut ViscousRow<'a>);
+struct AlongJob<'j, 'a>(&'j mut ViscousRow<'a>);
 
-impl<const FACTOR: u8> Job for AlongJob<'_, '_, FACTOR> {
+impl Job for AlongJob<'_, '_> {
     type Output = Report;
 
     #[inline(always)]
     fn run<L: Lane>(self) -> Report {
-        let limit = self.0.limit::<FACTOR>(Axis::Horizontal);
+        let limit = self.0.limit(Axis::Horizontal);
         let ViscousRow { row: Row { pass, row, history, above, yarn, marks, .. }, work, .. } = self.0;
-        let factors = factors::<FACTOR>(marks, yarn);
         let mut cold = cold(pass, yarn, above);
         let mut along = Rightwards::<L>::of(*pass.directions.horizontal, limit);
         let mut rest = &mut **row;
         for (c, (history, work)) in history.iter_mut().zip(&mut **work).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
             let next = tail.first().unwrap_or(&NOTHING);
-            let factors = factors.get(c).unwrap_or(&NO_MARKS);
-            let mut planes = Planes { chunk, history, factors, column: c * CHUNK };
+            let (marks, logarithms) = (marks.get(c), yarn.logarithms.get(c));
+            let mut planes = Planes { chunk, history, marks, logarithms, column: c * CHUNK };
             match CHUNK / L::WIDTH {
-                1 => along.group::<FACTOR>(&mut planes, next, work, 0, &mut cold),
+                1 => along.group(&mut planes, next, work, 0, &mut cold),
                 2 => {
-                    along.group::<FACTOR>(&mut planes, next, work, 0, &mut cold);
-                    along.group::<FACTOR>(&mut planes, next, work, 1, &mut cold);
+                    along.group(&mut planes, next, work, 0, &mut cold);
+                    along.group(&mut planes, next, work, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<FACTOR>(&mut planes, next, work, 0, &mut cold);
-                    along.group::<FACTOR>(&mut planes, next, work, 1, &mut cold);
-                    along.group::<FACTOR>(&mut planes, next, work, 2, &mut cold);
-                    along.group::<FACTOR>(&mut planes, next, work, 3, &mut cold);
+                    along.group(&mut planes, next, work, 0, &mut cold);
+                    along.group(&mut planes, next, work, 1, &mut cold);
+                    along.group(&mut planes, next, work, 2, &mut cold);
+                    along.group(&mut planes, next, work, 3, &mut cold);
                 }
             }
             rest = tail;
         }
         cold.report
-    }
-}
-
-/// What the factors of the stiffnesses follow from, chunk by chunk; empty for none.
-#[inline(always)]
-fn factors<'a, const FACTOR: u8>(marks: &'a [Chunk<MARK_PLANES>], yarn: &'a YarnRow<'_>) -> &'a [Chunk<MARK_PLANES>] {
-    match FACTOR {
-        TOE => marks,
-        BY_RATE => yarn.logarithms,
-        _ => &[],
     }
 }
 
@@ -199,7 +176,10 @@ fn cold<'a>(pass: &'a Pass<'_>, yarn: &'a YarnRow<'_>, above: &[Chunk<HOT_PLANES
 struct Planes<'a> {
     chunk: &'a mut Chunk<HOT_PLANES>,
     history: &'a mut Chunk<HISTORY_PLANES>,
-    factors: &'a Chunk<MARK_PLANES>,
+    /// Marks of the toe, if there is one.
+    marks: Option<&'a Chunk<MARK_PLANES>>,
+    /// Logarithms of the rate, if the yarn depends on it.
+    logarithms: Option<&'a Chunk<RATE_PLANES>>,
     /// First column.
     column: usize,
 }
@@ -226,7 +206,7 @@ impl Planes<'_> {
     /// The segments of one direction of a lane group: damage, force and viscous pull. `d`, `rate`: in their axes.
     #[inline(always)]
     #[allow(clippy::too_many_arguments)] // All in registers.
-    fn find<L: Lane, const FACTOR: u8>(
+    fn find<L: Lane>(
         &mut self,
         direction: &Direction,
         limit: L,
@@ -243,9 +223,14 @@ impl Planes<'_> {
         let (history, stiffness) = (&mut self.history[plane], &mut self.chunk[6 + plane]);
         let (history, stiffness) = (&mut L::groups_mut(history)[g], &mut L::groups_mut(stiffness)[g]);
         cold.damage_beyond(q, limit, self.column + g * L::WIDTH, axis, history, stiffness);
-        let factors = &self.factors[plane];
-        let before = if FACTOR == TOE { factored::<L, FACTOR>(before, q, factors, g, cold.pass) } else { before };
-        let stiffness = factored::<L, FACTOR>(L::load(stiffness), q, factors, g, cold.pass);
+        let (mut before, mut stiffness) = (before, L::load(stiffness));
+        // Both together are refused.
+        if let Some(marks) = self.marks.filter(|_| Feature::Toe.is_built()) {
+            let factor = cold.pass.toe.factor(q, at(marks, plane, g));
+            (before, stiffness) = (before.mul(factor), stiffness.mul(factor));
+        } else if let Some(logarithms) = self.logarithms.filter(|_| Feature::Rate.is_built()) {
+            stiffness = stiffness.mul(cold.pass.rates.stiffening(at(logarithms, plane, g)));
+        }
         Acting {
             tension: law::stress(before, q),
             force: direction.rest.force(law::stress(stiffness, q), d),
@@ -266,7 +251,7 @@ struct Upwards<L> {
 impl<L: Lane> Upwards<L> {
     /// One lane group, with which the nodes below are complete and move; what the row's nodes get goes into the work row.
     #[inline(always)]
-    fn group<const FACTOR: u8>(
+    fn group(
         &mut self,
         planes: &mut Planes<'_>,
         above: &Chunk<HOT_PLANES>,
@@ -277,7 +262,7 @@ impl<L: Lane> Upwards<L> {
     ) {
         let (d, rate) = (upwards::<L, HOT_PLANES>(planes.chunk, above, 0, g), upwards(planes.chunk, above, 3, g));
         let (axes, rates) = (vertical_axes(d), vertical_axes(rate));
-        let acting = planes.find::<L, FACTOR>(&self.direction, self.limit, Axis::Vertical, axes, rates, g, cold);
+        let acting = planes.find::<L>(&self.direction, self.limit, Axis::Vertical, axes, rates, g, cold);
         let up = hand_up(nodes.work, g, &acting, rate, &self.direction);
         self.moving.nodes(nodes, g, up);
         let lift = vertical_axes(acting.force);
@@ -308,7 +293,7 @@ impl<L: Lane> Rightwards<L> {
 
     /// One lane group, into the work row.
     #[inline(always)]
-    fn group<const FACTOR: u8>(
+    fn group(
         &mut self,
         planes: &mut Planes<'_>,
         next: &Chunk<HOT_PLANES>,
@@ -317,7 +302,7 @@ impl<L: Lane> Rightwards<L> {
         cold: &mut Cold<'_>,
     ) {
         let (d, rate) = (to_the_right(planes.chunk, next, 0, g), to_the_right(planes.chunk, next, 3, g));
-        let acting = planes.find::<L, FACTOR>(&self.direction, self.limit, Axis::Horizontal, d, rate, g, cold);
+        let acting = planes.find::<L>(&self.direction, self.limit, Axis::Horizontal, d, rate, g, cold);
         let before = acting.tension.left_of(self.tension);
         let bending = self.direction.viscosity.lanes().bending(before, acting.tension);
         self.axis(work, g, 0, rate[0], bending, &acting);
