@@ -202,28 +202,33 @@ struct Acting<L> {
     pull: [L; 3],
 }
 
+/// Segments of a lane group: twice the strain, and the stiffness that viscosity takes and that of the force.
+struct Segments<L> {
+    q: L,
+    before: L,
+    stiffness: L,
+}
+
 impl Planes<'_> {
-    /// The segments of one direction of a lane group: damage, force and viscous pull. `d`, `rate`: in their axes.
+    /// The segments of one direction of a lane group, with their damage. `d`: in their axes.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments)] // All in registers.
-    fn find<L: Lane>(
+    fn damage<L: Lane>(
         &mut self,
         direction: &Direction,
         limit: L,
         axis: Axis,
         d: [L; 3],
-        rate: [L; 3],
         g: usize,
         cold: &mut Cold<'_>,
-    ) -> Acting<L> {
+    ) -> Segments<L> {
         let plane = axis as usize;
         let q = direction.rest.twice_strain(d);
         // Viscosity takes the stiffness before this pass's damage.
-        let before: L = at(self.chunk, 6 + plane, g);
+        let mut before: L = at(self.chunk, 6 + plane, g);
         let (history, stiffness) = (&mut self.history[plane], &mut self.chunk[6 + plane]);
         let (history, stiffness) = (&mut L::groups_mut(history)[g], &mut L::groups_mut(stiffness)[g]);
         cold.damage_beyond(q, limit, self.column + g * L::WIDTH, axis, history, stiffness);
-        let (mut before, mut stiffness) = (before, L::load(stiffness));
+        let mut stiffness = L::load(stiffness);
         // Both together are refused.
         if let Some(marks) = self.marks.filter(|_| Feature::Toe.is_built()) {
             let factor = cold.pass.toe.factor(q, at(marks, plane, g));
@@ -231,6 +236,15 @@ impl Planes<'_> {
         } else if let Some(logarithms) = self.logarithms.filter(|_| Feature::Rate.is_built()) {
             stiffness = stiffness.mul(cold.pass.rates.stiffening(at(logarithms, plane, g)));
         }
+        Segments { q, before, stiffness }
+    }
+}
+
+impl<L: Lane> Segments<L> {
+    /// What they do. `d`, `rate`: in their axes.
+    #[inline(always)]
+    fn act(&self, direction: &Direction, d: [L; 3], rate: [L; 3]) -> Acting<L> {
+        let Segments { q, before, stiffness } = *self;
         Acting {
             tension: law::stress(before, q),
             force: direction.rest.force(law::stress(stiffness, q), d),
@@ -260,9 +274,10 @@ impl<L: Lane> Upwards<L> {
         g: usize,
         cold: &mut Cold<'_>,
     ) {
-        let (d, rate) = (upwards::<L, HOT_PLANES>(planes.chunk, above, 0, g), upwards(planes.chunk, above, 3, g));
-        let (axes, rates) = (vertical_axes(d), vertical_axes(rate));
-        let acting = planes.find::<L>(&self.direction, self.limit, Axis::Vertical, axes, rates, g, cold);
+        let d = vertical_axes(upwards::<L, HOT_PLANES>(planes.chunk, above, 0, g));
+        let segments = planes.damage(&self.direction, self.limit, Axis::Vertical, d, g, cold);
+        let rate = upwards(planes.chunk, above, 3, g);
+        let acting = segments.act(&self.direction, d, vertical_axes(rate));
         let up = hand_up(nodes.work, g, &acting, rate, &self.direction);
         self.moving.nodes(nodes, g, up);
         let lift = vertical_axes(acting.force);
@@ -301,8 +316,10 @@ impl<L: Lane> Rightwards<L> {
         g: usize,
         cold: &mut Cold<'_>,
     ) {
-        let (d, rate) = (to_the_right(planes.chunk, next, 0, g), to_the_right(planes.chunk, next, 3, g));
-        let acting = planes.find::<L>(&self.direction, self.limit, Axis::Horizontal, d, rate, g, cold);
+        let d = to_the_right(planes.chunk, next, 0, g);
+        let segments = planes.damage(&self.direction, self.limit, Axis::Horizontal, d, g, cold);
+        let rate = to_the_right(planes.chunk, next, 3, g);
+        let acting = segments.act(&self.direction, d, rate);
         let before = acting.tension.left_of(self.tension);
         let bending = self.direction.viscosity.lanes().bending(before, acting.tension);
         self.axis(work, g, 0, rate[0], bending, &acting);
