@@ -36,7 +36,7 @@ pub const CARRY_PLANES: usize = 3;
 /// Planes of the rows of what viscosity changes of the velocities.
 pub const PUSH_PLANES: usize = 3;
 /// Planes of the work row of viscosity (`viscous.rs` names them).
-pub const VISCOUS_PLANES: usize = 23;
+pub const VISCOUS_PLANES: usize = 29;
 /// Eight columns of P planes.
 pub type Chunk<const P: usize> = [[f64; CHUNK]; P];
 

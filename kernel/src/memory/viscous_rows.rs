@@ -1,14 +1,13 @@
 //! A run of rows of viscous yarn, swept: each moves when the segments of the row above it are found (`sheet/viscous.rs`).
 
 use super::rows::{Rows, Terms, keep_fixed, keep_range, place_image_column, restore_fixed};
-use crate::ground::lanes;
 use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, PUSH_PLANES, VISCOUS_PLANES};
 use crate::memory::layout::Layout;
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
 use crate::sheet::sweep::{Pass, Report, Row};
 use crate::sheet::symmetry::Line;
-use crate::sheet::viscous::{Below, LastRow, MOMENT, MOVES, Moved, OWN_MOMENT, ViscousRow};
+use crate::sheet::viscous::{Below, MOMENT, MOVES, Moved, OWN_MOMENT, ViscousRow};
 
 /// What a sweep of viscous yarn works with.
 #[derive(Default)]
@@ -49,7 +48,8 @@ impl Rows<'_> {
                 self.viscous.copy_moments();
             }
             let on_plane = self.begin_move(k, layout, &mut fixed);
-            let Some((met, moved)) = self.find_segments(k, &pass, terms) else { return Report::LOST };
+            let mut moved = Moved::default();
+            let Some(met) = self.find_segments(k, &pass, terms, &mut moved) else { return Report::LOST };
             report = report.merged(met);
             self.end_move(k, terms, &moved, on_plane);
             place_image_moment(self.viscous.work, layout.x);
@@ -64,14 +64,15 @@ impl Rows<'_> {
         let on_plane = self.begin_move(rows, layout, &mut fixed);
         let Rows { hot, pushes, viscous: Viscous { work, beyond, nothing }, .. } = self;
         let last = below(hot, pushes, nothing, layout.chunks, rows);
-        let moved = lanes::dispatch(terms.instructions, LastRow { last, work, beyond });
+        let mut moved = Moved::default();
+        last.move_last(terms.instructions, work, beyond, &mut moved);
         self.end_move(rows, terms, &moved, on_plane);
         report
     }
 
     /// The segments of row k; the row below moves. None if the rows are shorter than the layout says.
     #[inline(never)]
-    fn find_segments(&mut self, k: usize, pass: &Pass<'_>, terms: &Terms<'_>) -> Option<(Report, Moved)> {
+    fn find_segments(&mut self, k: usize, pass: &Pass<'_>, terms: &Terms<'_>, moved: &mut Moved) -> Option<Report> {
         let (chunks, rows) = (terms.layout.chunks, self.ranges.len());
         let yarn = terms.yarn_row(self.yarn, self.strength, self.logarithms, k, self.ply);
         let (history, marks) = (planes::row_mut(self.history, chunks, k), planes::row(self.marks, chunks, k));
@@ -80,7 +81,7 @@ impl Rows<'_> {
         let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { self.above };
         let row = Row { pass, j: self.first + k, row, history, above, carry: self.carry, yarn: &yarn, marks };
         let below = below(done, self.pushes, self.viscous.nothing, chunks, k);
-        Some(ViscousRow { row, below, work: self.viscous.work }.step())
+        Some(ViscousRow { row, below, work: self.viscous.work }.step(moved))
     }
 
     /// What is kept of row k - 1 before it moves, and which of its nodes move. Returns what its last node has, where it lies on a

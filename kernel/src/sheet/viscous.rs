@@ -36,8 +36,11 @@ const SUM: usize = 13;
 const OWN_PULL: usize = 16;
 /// See [`SUM`].
 pub(crate) const OWN_MOMENT: usize = 19;
-/// ... and 1 for a node that moves, 0 for a place without one.
+/// ... and 1 for a node that moves, 0 for a place without one. Between two jobs: viscous force of the segments above the row that moves,
+/// and what the segments above and below give the present row without viscosity.
 pub(crate) const MOVES: usize = 22;
+const UP: usize = 23;
+const LIFTED: usize = 26;
 
 /// To the right of the last chunk of the work row.
 const NO_WORK: Chunk<VISCOUS_PLANES> = [[0.0; CHUNK]; VISCOUS_PLANES];
@@ -59,6 +62,7 @@ pub(crate) struct Below<'a> {
 }
 
 /// What moving a row gives.
+#[derive(Default)]
 pub(crate) struct Moved {
     /// Least and greatest y displacement.
     pub reach: [f64; 2],
@@ -67,12 +71,13 @@ pub(crate) struct Moved {
 }
 
 impl ViscousRow<'_> {
-    /// Finds the row's segments, the vertical ones, with which the row below moves, and the horizontal ones: two jobs, for the sake of
-    /// the stack.
-    pub fn step(mut self) -> (Report, Moved) {
+    /// Finds the vertical segments, with which the row below is complete and moves, and the horizontal ones: jobs of their own, for the
+    /// sake of the stack.
+    pub fn step(mut self, moved: &mut Moved) -> Report {
         let set = self.row.pass.instructions;
-        let (upwards, moved) = lanes::dispatch(set, UpJob(&mut self));
-        (upwards.merged(lanes::dispatch(set, AlongJob(&mut self))), moved)
+        let upwards = lanes::dispatch(set, UpJob(&mut self));
+        lanes::dispatch(set, MoveJob { below: &mut self.below, work: self.work, moved });
+        upwards.merged(lanes::dispatch(set, AlongJob(&mut self)))
     }
 
     /// q at the critical stretch of a direction.
@@ -84,47 +89,43 @@ impl ViscousRow<'_> {
     }
 }
 
-/// The vertical segments of a row; the row below moves.
+/// The vertical segments of a row.
 struct UpJob<'j, 'a>(&'j mut ViscousRow<'a>);
 
 impl Job for UpJob<'_, '_> {
-    type Output = (Report, Moved);
+    type Output = Report;
 
     #[inline(always)]
-    fn run<L: Lane>(self) -> Self::Output {
+    fn run<L: Lane>(self) -> Report {
         let limit = L::splat(self.0.limit(Axis::Vertical));
-        let ViscousRow { row: Row { pass, row, history, above, carry, yarn, marks, .. }, below, work } = self.0;
+        let ViscousRow { row: Row { pass, row, history, above, carry, yarn, marks, .. }, work, .. } = self.0;
         let mut cold = cold(pass, yarn, above);
-        let mut up = Upwards::<L> { direction: *pass.directions.vertical, limit, moving: Moving::start() };
-        let mut rest = &mut **work;
-        let below = below.hot.iter_mut().zip(&mut *below.pushes);
-        let rows = row.iter_mut().zip(&mut **history).zip(&mut **carry).zip(below);
-        for (c, (((chunk, history), carry), (hot, pushes))) in rows.enumerate() {
-            let Some((work, tail)) = rest.split_first_mut() else { break };
+        // A copy: what is written into the rows cannot change it.
+        let up = Upwards::<L> { direction: *pass.directions.vertical, limit };
+        let rows = row.iter_mut().zip(&mut **history).zip(&mut **carry).zip(&mut **work);
+        for (c, (((chunk, history), carry), work)) in rows.enumerate() {
             let above = above.get(c).unwrap_or(&NOTHING);
             if pass.fetches {
                 lanes::fetch(above, AHEAD);
             }
-            let mut nodes = Nodes { hot, pushes, work, next: tail.first().unwrap_or(&NO_WORK) };
             let (marks, logarithms) = (marks.get(c), yarn.logarithms.get(c));
             let mut planes = Planes { chunk, history, marks, logarithms, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant, as in the sweep.
             match CHUNK / L::WIDTH {
-                1 => up.group(&mut planes, above, carry, &mut nodes, 0, &mut cold),
+                1 => up.group(&mut planes, above, carry, work, 0, &mut cold),
                 2 => {
-                    up.group(&mut planes, above, carry, &mut nodes, 0, &mut cold);
-                    up.group(&mut planes, above, carry, &mut nodes, 1, &mut cold);
+                    up.group(&mut planes, above, carry, work, 0, &mut cold);
+                    up.group(&mut planes, above, carry, work, 1, &mut cold);
                 }
                 _ => {
-                    up.group(&mut planes, above, carry, &mut nodes, 0, &mut cold);
-                    up.group(&mut planes, above, carry, &mut nodes, 1, &mut cold);
-                    up.group(&mut planes, above, carry, &mut nodes, 2, &mut cold);
-                    up.group(&mut planes, above, carry, &mut nodes, 3, &mut cold);
+                    up.group(&mut planes, above, carry, work, 0, &mut cold);
+                    up.group(&mut planes, above, carry, work, 1, &mut cold);
+                    up.group(&mut planes, above, carry, work, 2, &mut cold);
+                    up.group(&mut planes, above, carry, work, 3, &mut cold);
                 }
             }
-            rest = tail;
         }
-        (cold.report, up.moving.moved())
+        cold.report
     }
 }
 
@@ -253,24 +254,22 @@ impl<L: Lane> Segments<L> {
     }
 }
 
-/// What is carried along the row of vertical segments.
+/// Constants of vertical segments.
 struct Upwards<L> {
-    /// A copy: what is written into the rows cannot change it.
     direction: Direction,
     /// q at the critical stretch.
     limit: L,
-    moving: Moving<L>,
 }
 
 impl<L: Lane> Upwards<L> {
-    /// One lane group, with which the nodes below are complete and move; what the row's nodes get goes into the work row.
+    /// One lane group, into the work row.
     #[inline(always)]
     fn group(
-        &mut self,
+        &self,
         planes: &mut Planes<'_>,
         above: &Chunk<HOT_PLANES>,
         [cx, cy, cz]: &mut Chunk<CARRY_PLANES>,
-        nodes: &mut Nodes<'_>,
+        work: &mut Chunk<VISCOUS_PLANES>,
         g: usize,
         cold: &mut Cold<'_>,
     ) {
@@ -278,12 +277,11 @@ impl<L: Lane> Upwards<L> {
         let segments = planes.damage(&self.direction, self.limit, Axis::Vertical, d, g, cold);
         let rate = upwards(planes.chunk, above, 3, g);
         let acting = segments.act(&self.direction, d, vertical_axes(rate));
-        let up = hand_up(nodes.work, g, &acting, rate, &self.direction);
-        self.moving.nodes(nodes, g, up);
+        hand_up(work, g, &acting, rate, &self.direction);
         let lift = vertical_axes(acting.force);
-        put(nodes.work, SUM, g, hand_on(lift[0], &mut L::groups_mut(cx)[g]));
-        put(nodes.work, SUM + 1, g, hand_on(lift[1], &mut L::groups_mut(cy)[g]));
-        put(nodes.work, SUM + 2, g, hand_on(lift[2], &mut L::groups_mut(cz)[g]));
+        put(work, LIFTED, g, hand_on(lift[0], &mut L::groups_mut(cx)[g]));
+        put(work, LIFTED + 1, g, hand_on(lift[1], &mut L::groups_mut(cy)[g]));
+        put(work, LIFTED + 2, g, hand_on(lift[2], &mut L::groups_mut(cz)[g]));
     }
 }
 
@@ -334,7 +332,7 @@ impl<L: Lane> Rightwards<L> {
         let force = acting.force[k];
         put(work, OWN_PULL + k, g, acting.pull[k]);
         put(work, OWN_MOMENT + k, g, rate.sub(rate.left_of(self.rate[k])).mul(bending));
-        put(work, SUM + k, g, force.sub(force.left_of(self.left_force[k])).add(at(work, SUM + k, g)));
+        put(work, SUM + k, g, force.sub(force.left_of(self.left_force[k])).add(at(work, LIFTED + k, g)));
     }
 }
 
@@ -345,7 +343,7 @@ fn viscous<L: Lane>(direction: &Direction, stiffness: L, q: L, d: [L; 3], rate: 
     viscosity.lanes().stress(stiffness, q, rest.lanes().twice_strain_rate(d, rate))
 }
 
-/// The vertical segments of a group into the work row. Returns the viscous force of those below them, which is complete now.
+/// The vertical segments of a group into the work row, and the viscous force of those below them, which is complete now.
 #[inline(always)]
 fn hand_up<L: Lane>(
     work: &mut Chunk<VISCOUS_PLANES>,
@@ -353,27 +351,24 @@ fn hand_up<L: Lane>(
     acting: &Acting<L>,
     rate: [L; 3],
     direction: &Direction,
-) -> [L; 3] {
+) {
     let bending = direction.viscosity.lanes().bending(at(work, TENSION, g), acting.tension);
     put(work, TENSION, g, acting.tension);
     let pull = vertical_axes(acting.pull);
-    [
-        hand_up_along(work, g, 0, rate[0], bending, pull[0]),
-        hand_up_along(work, g, 1, rate[1], bending, pull[1]),
-        hand_up_along(work, g, 2, rate[2], bending, pull[2]),
-    ]
+    hand_up_along(work, g, 0, rate[0], bending, pull[0]);
+    hand_up_along(work, g, 1, rate[1], bending, pull[1]);
+    hand_up_along(work, g, 2, rate[2], bending, pull[2]);
 }
 
 /// [`hand_up`] along one axis.
 #[inline(always)]
-fn hand_up_along<L: Lane>(work: &mut Chunk<VISCOUS_PLANES>, g: usize, k: usize, rate: L, bending: L, pull: L) -> L {
+fn hand_up_along<L: Lane>(work: &mut Chunk<VISCOUS_PLANES>, g: usize, k: usize, rate: L, bending: L, pull: L) {
     let before: L = at(work, MOMENT + k, g);
     let moment = rate.sub(at(work, RATE + k, g)).mul(bending);
-    let up = at::<L, VISCOUS_PLANES>(work, PULL + k, g).add(before.sub(moment));
+    put(work, UP + k, g, at::<L, VISCOUS_PLANES>(work, PULL + k, g).add(before.sub(moment)));
     put(work, MOMENT + k, g, moment);
     put(work, PULL + k, g, pull);
     put(work, RATE + k, g, rate);
-    up
 }
 
 /// What is carried along the row that moves.
@@ -382,30 +377,18 @@ struct Moving<L> {
     left_force: [L; 3],
     low: L,
     high: L,
-    given: [[f64; CHUNK]; 2],
 }
 
 impl<L: Lane> Moving<L> {
+    /// Moves a lane group.
     #[inline(always)]
-    fn start() -> Moving<L> {
-        let zero = L::splat(0.0);
-        Moving { left_force: [zero; 3], low: zero, high: zero, given: [[0.0; CHUNK]; 2] }
-    }
-
-    #[inline(always)]
-    fn moved(self) -> Moved {
-        Moved { reach: [least(self.low), greatest(self.high)], given: self.given }
-    }
-
-    /// Moves a lane group. `up`: viscous force of the segments above it.
-    #[inline(always)]
-    fn nodes(&mut self, nodes: &mut Nodes<'_>, g: usize, up: [L; 3]) {
-        let x = self.along(nodes, g, 0, up[0]);
-        let y = self.along(nodes, g, 1, up[1]);
-        let z = self.along(nodes, g, 2, up[2]);
+    fn nodes(&mut self, nodes: &mut Nodes<'_>, given: &mut [[f64; CHUNK]; 2], g: usize) {
+        let x = self.along(nodes, g, 0);
+        let y = self.along(nodes, g, 1);
+        let z = self.along(nodes, g, 2);
         self.low = y.place.min(self.low);
         self.high = y.place.max(self.high);
-        let [before, behind] = &mut self.given;
+        let [before, behind] = given;
         let (before, behind) = (&mut L::groups_mut(before)[g], &mut L::groups_mut(behind)[g]);
         L::load(before).add(x.before.add(y.before).add(z.before)).store(before);
         // Fixed nodes are put back to rest.
@@ -415,8 +398,9 @@ impl<L: Lane> Moving<L> {
 
     /// One axis: all forces are known.
     #[inline(always)]
-    fn along(&mut self, nodes: &mut Nodes<'_>, g: usize, k: usize, up: L) -> Step<L> {
+    fn along(&mut self, nodes: &mut Nodes<'_>, g: usize, k: usize) -> Step<L> {
         let Nodes { hot, pushes, work, next } = nodes;
+        let up: L = at(work, UP + k, g);
         let vertical = up.sub(at(work, FORCE + k, g));
         put(work, FORCE + k, g, up);
         let moment: L = at(work, OWN_MOMENT + k, g);
@@ -443,42 +427,64 @@ struct Step<L> {
     behind: L,
 }
 
-/// The last row that moves.
-pub(crate) struct LastRow<'a> {
-    pub last: Below<'a>,
-    pub work: &'a mut [Chunk<VISCOUS_PLANES>],
-    /// A work row with the moments of the row above; empty for none.
-    pub beyond: &'a [Chunk<VISCOUS_PLANES>],
+/// A row moves whose forces are all known.
+struct MoveJob<'j, 'a> {
+    below: &'j mut Below<'a>,
+    work: &'j mut [Chunk<VISCOUS_PLANES>],
+    moved: &'j mut Moved,
 }
 
-impl Job for LastRow<'_> {
-    type Output = Moved;
+impl Job for MoveJob<'_, '_> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<L: Lane>(self) -> Moved {
-        let LastRow { last, work, beyond } = self;
-        let mut moving = Moving::<L>::start();
+    fn run<L: Lane>(self) {
+        let MoveJob { below, work, moved } = self;
+        let zero = L::splat(0.0);
+        let mut moving = Moving::<L> { left_force: [zero; 3], low: zero, high: zero };
+        let mut given = [[0.0; CHUNK]; 2];
         let mut rest = work;
-        for (c, (hot, pushes)) in last.hot.iter_mut().zip(last.pushes).enumerate() {
-            let beyond = beyond.get(c).unwrap_or(&NO_WORK);
+        for (hot, pushes) in below.hot.iter_mut().zip(&mut *below.pushes) {
             let Some((work, tail)) = rest.split_first_mut() else { break };
             let mut nodes = Nodes { hot, pushes, work, next: tail.first().unwrap_or(&NO_WORK) };
-            for g in 0..CHUNK / L::WIDTH {
-                let up =
-                    [close(nodes.work, beyond, 0, g), close(nodes.work, beyond, 1, g), close(nodes.work, beyond, 2, g)];
-                moving.nodes(&mut nodes, g, up);
+            match CHUNK / L::WIDTH {
+                1 => moving.nodes(&mut nodes, &mut given, 0),
+                2 => {
+                    moving.nodes(&mut nodes, &mut given, 0);
+                    moving.nodes(&mut nodes, &mut given, 1);
+                }
+                _ => {
+                    moving.nodes(&mut nodes, &mut given, 0);
+                    moving.nodes(&mut nodes, &mut given, 1);
+                    moving.nodes(&mut nodes, &mut given, 2);
+                    moving.nodes(&mut nodes, &mut given, 3);
+                }
             }
             rest = tail;
         }
-        moving.moved()
+        *moved = Moved { reach: [least(moving.low), greatest(moving.high)], given };
     }
 }
 
-/// One axis of the viscous force of the segments above the last row.
-#[inline(always)]
-fn close<L: Lane>(work: &Chunk<VISCOUS_PLANES>, beyond: &Chunk<VISCOUS_PLANES>, k: usize, g: usize) -> L {
-    let moment: L = at(work, MOMENT + k, g);
-    at::<L, VISCOUS_PLANES>(work, PULL + k, g).add(moment.sub(at(beyond, MOMENT + k, g)))
+impl Below<'_> {
+    /// The last row moves. `beyond`: a work row with the moments of the row above; empty for none.
+    pub fn move_last(
+        mut self,
+        set: InstructionSet,
+        work: &mut [Chunk<VISCOUS_PLANES>],
+        beyond: &[Chunk<VISCOUS_PLANES>],
+        moved: &mut Moved,
+    ) {
+        for (c, chunk) in work.iter_mut().enumerate() {
+            let beyond = beyond.get(c).unwrap_or(&NO_WORK);
+            for k in 0..3 {
+                for lane in 0..CHUNK {
+                    chunk[UP + k][lane] = chunk[PULL + k][lane] + (chunk[MOMENT + k][lane] - beyond[MOMENT + k][lane]);
+                }
+            }
+        }
+        lanes::dispatch(set, MoveJob { below: &mut self, work, moved });
+    }
 }
 
 /// The vertical segments of a row that another band moves, into a work row.
