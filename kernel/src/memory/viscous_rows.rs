@@ -5,7 +5,7 @@ use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, PUSH_PLANES, VISCOUS
 use crate::memory::layout::Layout;
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
-use crate::sheet::sweep::{Pass, Report, Row};
+use crate::sheet::sweep::{Report, Row};
 use crate::sheet::symmetry::Line;
 use crate::sheet::viscous::{Below, MOMENT, MOVES, Moved, OWN_MOMENT, ViscousRow};
 
@@ -18,13 +18,15 @@ pub(crate) struct Viscous<'r> {
     pub beyond: &'r mut [Chunk<VISCOUS_PLANES>],
     /// What moves in place of a row below the first.
     pub nothing: &'r mut [Chunk<HOT_PLANES>],
+    /// The fixed nodes that are marked in the work row.
+    fixed: Option<[u32; 4]>,
 }
 
 impl<'r> Viscous<'r> {
     /// Of both work rows together.
     pub fn of(both: &'r mut [Chunk<VISCOUS_PLANES>], nothing: &'r mut [Chunk<HOT_PLANES>]) -> Viscous<'r> {
         let (work, beyond) = both.split_at_mut(both.len() / 2);
-        Viscous { work, beyond, nothing }
+        Viscous { work, beyond, nothing, fixed: None }
     }
 
     /// Keeps the moments of a row, for the images of its nodes.
@@ -39,55 +41,69 @@ impl Rows<'_> {
     /// [`Rows::sweep`] of viscous yarn.
     #[inline(never)]
     pub(super) fn sweep_viscous(&mut self, terms: &Terms<'_>) -> Report {
-        let layout = terms.layout;
-        let (pass, rows) = (terms.pass(&Net::NONE, self.ply), self.ranges.len());
-        let (mut report, mut fixed) = (Report::default(), None);
-        for k in 0..rows {
-            let is_below_images = layout.y.is_mirrored() && self.first + k + 1 == layout.nodes_y;
-            if is_below_images {
+        let (mut report, mut moved) = (Report::default(), Moved::default());
+        for k in 0..=self.ranges.len() {
+            let before = self.begin_move(k, terms.layout);
+            if k < self.ranges.len() {
+                let Some(met) = self.find_segments(k, terms, &mut moved) else { return Report::LOST };
+                report = report.merged(met);
+            } else {
+                self.move_last(terms, &mut moved);
+            }
+            self.end_move(k, terms, &moved, before);
+        }
+        report
+    }
+
+    /// The last row moves.
+    #[inline(never)]
+    fn move_last(&mut self, terms: &Terms<'_>, moved: &mut Moved) {
+        let Rows { hot, pushes, viscous: Viscous { work, beyond, nothing, .. }, ranges, .. } = self;
+        let last = below(hot, pushes, nothing, terms.layout.chunks, ranges.len());
+        last.move_last(terms.instructions, work, beyond, moved);
+    }
+
+    /// The moments of images, once those of row k are found.
+    #[inline(never)]
+    fn place_moments(&mut self, k: usize, layout: &Layout) {
+        if layout.x.is_mirrored() {
+            place_image_of(self.viscous.work, OWN_MOMENT, layout.x);
+        }
+        if layout.y.is_mirrored() && self.first + k + 1 == layout.nodes_y {
+            // The image of the row before the last for a row on the plane, else of the last.
+            if layout.y.node(layout.y.modelled()).0 + 1 == layout.y.modelled() {
                 self.viscous.copy_moments();
             }
-            let on_plane = self.begin_move(k, layout, &mut fixed);
-            let mut moved = Moved::default();
-            let Some(met) = self.find_segments(k, &pass, terms, &mut moved) else { return Report::LOST };
-            report = report.merged(met);
-            self.end_move(k, terms, &moved, on_plane);
-            place_image_moment(self.viscous.work, layout.x);
-            if is_below_images {
-                // The image of the row before the last for a row on the plane, else of the last.
-                if layout.y.node(layout.y.modelled()).0 + 1 == layout.y.modelled() {
-                    self.viscous.copy_moments();
-                }
-                self.viscous.beyond.iter_mut().flat_map(|chunk| &mut chunk[MOMENT + 1]).for_each(|y| *y = -*y);
-            }
+            self.viscous.beyond.iter_mut().flat_map(|chunk| &mut chunk[MOMENT + 1]).for_each(|y| *y = -*y);
         }
-        let on_plane = self.begin_move(rows, layout, &mut fixed);
-        let Rows { hot, pushes, viscous: Viscous { work, beyond, nothing }, .. } = self;
-        let last = below(hot, pushes, nothing, layout.chunks, rows);
-        let mut moved = Moved::default();
-        last.move_last(terms.instructions, work, beyond, &mut moved);
-        self.end_move(rows, terms, &moved, on_plane);
-        report
     }
 
     /// The segments of row k; the row below moves. None if the rows are shorter than the layout says.
     #[inline(never)]
-    fn find_segments(&mut self, k: usize, pass: &Pass<'_>, terms: &Terms<'_>, moved: &mut Moved) -> Option<Report> {
-        let (chunks, rows) = (terms.layout.chunks, self.ranges.len());
+    fn find_segments(&mut self, k: usize, terms: &Terms<'_>, moved: &mut Moved) -> Option<Report> {
+        let (layout, chunks, rows) = (terms.layout, terms.layout.chunks, self.ranges.len());
+        if layout.y.is_mirrored() && self.first + k + 1 == layout.nodes_y {
+            self.viscous.copy_moments();
+        }
+        let pass = terms.pass(&Net::NONE, self.ply);
         let yarn = terms.yarn_row(self.yarn, self.strength, self.logarithms, k, self.ply);
         let (history, marks) = (planes::row_mut(self.history, chunks, k), planes::row(self.marks, chunks, k));
         let (done, rest) = self.hot.split_at_mut_checked(k * chunks)?;
         let (row, next) = rest.split_at_mut_checked(chunks)?;
         let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { self.above };
-        let row = Row { pass, j: self.first + k, row, history, above, carry: self.carry, yarn: &yarn, marks };
+        let row = Row { pass: &pass, j: self.first + k, row, history, above, carry: self.carry, yarn: &yarn, marks };
         let below = below(done, self.pushes, self.viscous.nothing, chunks, k);
-        Some(ViscousRow { row, below, work: self.viscous.work }.step(moved))
+        let met = ViscousRow { row, below, work: self.viscous.work }.step(moved);
+        if layout.x.is_mirrored() || layout.y.is_mirrored() {
+            self.place_moments(k, layout);
+        }
+        Some(met)
     }
 
     /// What is kept of row k - 1 before it moves, and which of its nodes move. Returns what its last node has, where it lies on a
     /// mirror plane.
     #[inline(never)]
-    fn begin_move(&mut self, k: usize, layout: &Layout, fixed: &mut Option<[u32; 4]>) -> [f64; 3] {
+    fn begin_move(&mut self, k: usize, layout: &Layout) -> [f64; 3] {
         let (Some(k), chunks) = (k.checked_sub(1), layout.chunks) else { return [0.0; 3] };
         let Some(run) = self.runs.get(k) else { return [0.0; 3] };
         let row = planes::row_mut(self.hot, chunks, k);
@@ -95,9 +111,9 @@ impl Rows<'_> {
             place_image_column(row, layout.x);
         }
         keep_fixed(row, self.kept, run);
-        if *fixed != Some(*run) {
+        if self.viscous.fixed != Some(*run) {
             mark_moving(self.viscous.work, layout.nodes_x, run);
-            *fixed = Some(*run);
+            self.viscous.fixed = Some(*run);
         }
         velocity(row, layout)
     }
@@ -179,13 +195,6 @@ fn mark_moving(work: &mut [Chunk<VISCOUS_PLANES>], nodes_x: usize, run: &[u32; 4
 pub(crate) fn place_image_motion(row: &mut [Chunk<HOT_PLANES>], line: Line) {
     place_image_column(row, line);
     place_image_of(row, 3, line);
-}
-
-/// The moment of the image of a node behind the plane x = 0.
-fn place_image_moment(work: &mut [Chunk<VISCOUS_PLANES>], line: Line) {
-    if line.is_mirrored() {
-        place_image_of(work, OWN_MOMENT, line);
-    }
 }
 
 /// The image of a node's vector, three planes from `first` on.
