@@ -91,9 +91,10 @@ impl Rows<'_> {
         let (done, rest) = self.hot.split_at_mut_checked(k * chunks)?;
         let (row, next) = rest.split_at_mut_checked(chunks)?;
         let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { self.above };
-        let row = Row { pass: &pass, j: self.first + k, row, history, above, carry: self.carry, yarn: &yarn, marks };
         let below = below(done, self.pushes, self.viscous.nothing, chunks, k);
-        let met = ViscousRow { row, below, work: self.viscous.work }.step(moved);
+        let (carry, work, j) = (&mut *self.carry, &mut *self.viscous.work, self.first + k);
+        let row = Row { pass: &pass, j, row, history, above, carry, yarn: &yarn, marks };
+        let met = ViscousRow { row, below, work }.step(moved);
         if layout.x.is_mirrored() || layout.y.is_mirrored() {
             self.place_moments(k, layout);
         }

@@ -73,11 +73,11 @@ pub(crate) struct Moved {
 impl ViscousRow<'_> {
     /// Finds the vertical segments, with which the row below is complete and moves, and the horizontal ones: jobs of their own, for the
     /// sake of the stack.
-    pub fn step(mut self, moved: &mut Moved) -> Report {
+    pub fn step(&mut self, moved: &mut Moved) -> Report {
         let set = self.row.pass.instructions;
-        let upwards = lanes::dispatch(set, UpJob(&mut self));
+        let upwards = lanes::dispatch(set, UpJob(self));
         lanes::dispatch(set, MoveJob { below: &mut self.below, work: self.work, moved });
-        upwards.merged(lanes::dispatch(set, AlongJob(&mut self)))
+        upwards.merged(lanes::dispatch(set, AlongJob(self)))
     }
 
     /// q at the critical stretch of a direction.
