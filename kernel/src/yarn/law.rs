@@ -1,4 +1,4 @@
-//! The yarn law, (M1) to (M5): Kirchhoff-St. Venant material with a damage variable that only falls. Pure functions.
+//! The yarn law, (M1) to (M5), and its viscosity, (M16) and (M17): Kirchhoff-St. Venant material with a damage variable that only falls. Pure functions.
 //!
 //! This is the law that steps: the sweep, the theta rule, the energies and the tests call these functions, the first with lanes
 //! of several segments at once.
@@ -194,8 +194,8 @@ const FULL_BENDING: f64 = 0.1;
 /// Viscosity of the yarns of one direction, in the stepper's units: strain rates in 1 per pass, velocities in h/dt.
 ///
 /// Method: with the speed c of sound along the yarn and its mass mu per length, a segment that is stretched at the rate dU/dt = r
-/// pulls by mu c b_1 (h r) + mu b_2 (h r)^2 more than the law says, the second part only while it is stretched (von Neumann and
-/// Richtmyer). Along a yarn the moment mu c b_3 (v_{i-1} - 2 v_i + v_{i+1}) acts on three neighbours as -1, 2, -1.
+/// pulls by mu c b_1 (h r) U^2 + mu b_2 (h r)^2 U^3 more than the law says, the second part only while it is stretched (von Neumann
+/// and Richtmyer). Along a yarn the moment mu c b_3 (v_{i-1} - 2 v_i + v_{i+1}) acts on three neighbours as -1, 2, -1.
 /// Limits: taut yarn only. A segment that has just become taut counts as stretched from its natural length, so that no force jumps,
 /// and none pushes.
 /// Reference: J. von Neumann, R. D. Richtmyer, J. Appl. Phys. 21 (1950) 232; docs/model.md, "Viscosity".
