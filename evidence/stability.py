@@ -15,7 +15,7 @@ FRACTIONS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
 LIMIT = 0.5  # Steps above this part of dt_crit are refused.
 SIGNS = "through: the sphere has left; arrested: stopped,\nno yarn failed; whole: under way, no yarn failed; torn: under way or stopped, yarns failed"
-CLASSES = [(0.01, "#a8d8b9", "sound: below 1 %"), (0.1, "#f6d678", "energy creep: 1 to 10 %"), (math.inf, "#eb8c6e", "unusable: above 10 %")]
+CLASSES = [(0.01, "#a8d8b9", "sound: below 1 %"), (0.1, "#f6d678", "energy gain of 1 to 10 %"), (math.inf, "#eb8c6e", "unusable: above 10 %")]
 
 
 def run(scene):
@@ -55,8 +55,8 @@ def in_words(cells):
     worst = lambda at: 100 * max((abs(cell["energy"]) for cell in cells if cell["dt/dt_crit"] == at), default=math.nan)
     steps = ", ".join(f"{worst(at):.2f} % at {at}" for at in (0.1, 0.2, 0.3, 0.4, 0.5) if not math.isnan(worst(at)))
     return (
-        f"Of the {count(True, 0, 1, 2)} runs with a step that is accepted {count(True, 0)} are sound and {count(True, 1, 2)} creep ({count(True, 2)} above 10 %); "
-        f"the worst of each step: {steps}. Of the {count(False, 0, 1, 2)} runs beyond it {count(False, 0)} are sound, {count(False, 1)} creep and "
+        f"Of the {count(True, 0, 1, 2)} runs with a step that is accepted {count(True, 0)} are sound and {count(True, 1, 2)} gain more than 1 % ({count(True, 2)} above 10 %); "
+        f"the worst of each step: {steps}. Of the {count(False, 0, 1, 2)} runs beyond it {count(False, 0)} are sound, {count(False, 1)} gain 1 to 10 % and "
         f"{count(False, 2)} are unusable."
     )
 
