@@ -829,6 +829,12 @@ mod tests {
             });
             assert_eq!(found, [None, Some((field, least.next_down(), least))], "{shape:?} {field}");
         }
+        for (count, limit) in [(3, 4.0), (MAX_FACES as u32 + 1, MAX_FACES as f64)] {
+            let mut body = Projectile { shape: Shape::Polyhedron, ..base };
+            body.faces.count = count;
+            let error = check(&body, H).unwrap_err();
+            assert_eq!((error.field, error.value, error.limit), ("projectile.faces.count", f64::from(count), limit));
+        }
     }
 
     #[test]
