@@ -44,7 +44,7 @@ pub struct Sheet {
 /// crossings. Read-outs of nodes and segments give the network's own. See docs/model.md, "Graded networks".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grading {
-    /// Most yarns that a bar stands for: 2, 4, 8 ... [`GRADING_LARGEST`]; 0 or 1: no grading, and the other numbers are not read.
+    /// Most yarns that a bar stands for: 2, 4, 8 ... 64; 0 or 1: no grading, and the other numbers are not read.
     pub largest: u32,
     /// Bars of each size before the next, at least 1.
     pub run: u32,
