@@ -20,7 +20,7 @@ use crate::ground::ranges;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
-use crate::yarn::law::{self, DamageLaw, LOST};
+use crate::yarn::law::{self, DamageLaw, LOST, RestLanes};
 use crate::yarn::rate::Rates;
 use crate::yarn::toe::{NO_TOE, Toe};
 
@@ -288,7 +288,9 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool>
         let Along { horizontal, vertical, .. } = pass.directions;
         let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let limits = [L::splat(limits[0]), L::splat(limits[1])];
-        let mut along = Carried::<L> { limits, left_force: [zero; 3], low: zero, high: zero };
+        let (rests, inverse_width) =
+            ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
+        let mut along = Carried::<L> { limits, rests, inverse_width, left_force: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
@@ -305,19 +307,20 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool>
                 RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),
                 _ => &NO_MARKS,
             };
-            let mut planes = Planes { chunk, history, above, carry, factors, next, column: c * CHUNK };
+            let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
+            let mut planes = Planes { chunk, history, above, carry, factors, next, column: c * CHUNK, columns };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net),
+                1 => along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 2, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 3, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -338,6 +341,8 @@ struct Planes<'a> {
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
     column: usize,
+    /// Bars and widths of a graded network.
+    columns: &'a Chunk<LINE_PLANES>,
 }
 
 /// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
@@ -345,6 +350,10 @@ struct Planes<'a> {
 struct Carried<L> {
     /// q at the critical stretch of horizontal and vertical segments.
     limits: [L; 2],
+    /// How both lie in the flat sheet; of no use for plain ones. Of graded horizontal ones it is that of the fabric.
+    rests: [RestLanes<L>; 2],
+    /// Of the row, in a graded network.
+    inverse_width: L,
     left_force: [L; 3],
     low: L,
     high: L,
@@ -371,9 +380,8 @@ impl<L: Lane> Carried<L> {
         planes: &mut Planes<'_>,
         g: usize,
         cold: &mut Cold<'_>,
-        net: &NetRow<'_>,
     ) {
-        let columns = net.columns.get(planes.column / CHUNK).unwrap_or(&NO_GRADING);
+        let columns = planes.columns;
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -393,15 +401,12 @@ impl<L: Lane> Carried<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let Along { horizontal, vertical, .. } = cold.pass.directions;
+        let [whole_h, rest_v] = self.rests;
+        let rest_h = if GRADED { grading::bars_along(columns, g, whole_h.twice_strain) } else { whole_h };
         let (q_v, q_h) = if PLAIN {
             (law::twice_strain(vertical_axes(up)), law::twice_strain(along))
-        } else if GRADED {
-            let (rest_h, rest_v) =
-                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
-            (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
         } else {
-            (vertical.rest.twice_strain(vertical_axes(up)), horizontal.rest.twice_strain(along))
+            (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
         };
         let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
         let some_beyond = if PLAIN {
@@ -419,12 +424,8 @@ impl<L: Lane> Carried<L> {
         let (stress_v, stress_h) = (law::stress(kv, q_v), law::stress(kh, q_h));
         let (lift, force) = if PLAIN {
             (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
-        } else if GRADED {
-            let (rest_h, rest_v) =
-                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
-            (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
         } else {
-            (vertical.rest.force(stress_v, vertical_axes(up)), horizontal.rest.force(stress_h, along))
+            (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
         };
         let lift = vertical_axes(lift);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
@@ -435,7 +436,7 @@ impl<L: Lane> Carried<L> {
             force[2].left_of(self.left_force[2]),
         ];
         let sum = if GRADED {
-            let widths = [L::load(&L::groups(&columns[INVERSE_WIDTH])[g]), L::splat(net.inverse_width)];
+            let widths = [L::load(&L::groups(&columns[INVERSE_WIDTH])[g]), self.inverse_width];
             [
                 graded_with_vertical(force[0], left[0], vertical[0], widths),
                 graded_with_vertical(force[1], left[1], vertical[1], widths),
