@@ -308,7 +308,8 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool>
                 _ => &NO_MARKS,
             };
             let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
-            let mut planes = Planes { chunk, history, above, carry, factors, next, column: c * CHUNK, columns };
+            let mut planes =
+                Planes { chunk, history, above, carry, factors, next, column: c * CHUNK, columns, net: &net };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
                 1 => along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold),
@@ -343,6 +344,7 @@ struct Planes<'a> {
     column: usize,
     /// Bars and widths of a graded network.
     columns: &'a Chunk<LINE_PLANES>,
+    net: &'a NetRow<'a>,
 }
 
 /// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
@@ -371,6 +373,27 @@ struct Cold<'a> {
 }
 
 impl<L: Lane> Carried<L> {
+    /// How the segments of group g lie in the flat sheet.
+    #[inline(always)]
+    fn rests<const GRADED: bool>(
+        &self,
+        (columns, net): (&Chunk<LINE_PLANES>, &NetRow<'_>),
+        g: usize,
+        pass: &Pass<'_>,
+    ) -> [RestLanes<L>; 2] {
+        let [horizontal, vertical] = if L::WIDTH == CHUNK {
+            // AVX-512 spreads a number as it reads it: eight copies of each on the stack would be no gain.
+            [pass.directions.horizontal.rest.lanes(), net.upwards(&pass.directions.vertical.rest)]
+        } else {
+            self.rests
+        };
+        if GRADED {
+            [grading::bars_along(columns, g, horizontal.twice_strain), vertical]
+        } else {
+            [horizontal, vertical]
+        }
+    }
+
     /// One lane group: damage, forces, velocity and position. The two segments are worked on side by side, so that a processor has
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
@@ -401,8 +424,7 @@ impl<L: Lane> Carried<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let [whole_h, rest_v] = self.rests;
-        let rest_h = if GRADED { grading::bars_along(columns, g, whole_h.twice_strain) } else { whole_h };
+        let [rest_h, rest_v] = self.rests::<GRADED>((columns, planes.net), g, cold.pass);
         let (q_v, q_h) = if PLAIN {
             (law::twice_strain(vertical_axes(up)), law::twice_strain(along))
         } else {
@@ -422,6 +444,7 @@ impl<L: Lane> Carried<L> {
         let kh = factored::<L, FACTOR>(L::load(&kh[g]), q_h, factor_h, g, cold.pass);
         let kv = factored::<L, FACTOR>(L::load(&kv[g]), q_v, factor_v, g, cold.pass);
         let (stress_v, stress_h) = (law::stress(kv, q_v), law::stress(kh, q_h));
+        let [rest_h, rest_v] = self.rests::<GRADED>((columns, planes.net), g, cold.pass);
         let (lift, force) = if PLAIN {
             (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
         } else {
@@ -436,7 +459,8 @@ impl<L: Lane> Carried<L> {
             force[2].left_of(self.left_force[2]),
         ];
         let sum = if GRADED {
-            let widths = [L::load(&L::groups(&columns[INVERSE_WIDTH])[g]), self.inverse_width];
+            let inverse_width = if L::WIDTH == CHUNK { L::splat(planes.net.inverse_width) } else { self.inverse_width };
+            let widths = [L::load(&L::groups(&columns[INVERSE_WIDTH])[g]), inverse_width];
             [
                 graded_with_vertical(force[0], left[0], vertical[0], widths),
                 graded_with_vertical(force[1], left[1], vertical[1], widths),
