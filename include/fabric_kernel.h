@@ -1000,8 +1000,7 @@ int32_t fk_bands_begin(struct fk_sim *sim,
                        void *scratch,
                        uint64_t bytes);
 
-// One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
-// these, and a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+// One band's part of a pass: a pass is a step, or half of one after step_after_failure; a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
 // last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 // calls the same band again: until then it is refused. The bits are those of fk_step.
 // Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing

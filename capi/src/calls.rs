@@ -405,8 +405,7 @@ pub unsafe extern "C" fn fk_bands_begin(sim: ToChange, of: u32, steps: u64, scra
     status(in_our_environment(|| block::begin(sim, of, steps, scratch, bytes)))
 }
 
-/// One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
-/// these, and a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+/// One band's part of a pass: a pass is a step, or half of one after step_after_failure; a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
 /// last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 /// calls the same band again: until then it is refused. The bits are those of fk_step.
 /// Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing

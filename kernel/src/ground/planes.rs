@@ -33,10 +33,11 @@ pub const AT_START: usize = 6;
 pub const AT_GUESS: usize = 9;
 /// Planes of the row that carries vertical forces upwards.
 pub const CARRY_PLANES: usize = 3;
-/// Planes of the rows of what viscosity changes of the velocities.
-pub const PUSH_PLANES: usize = 3;
-/// Planes of the work row of viscosity (`viscosity.rs` names them).
-pub const VISCOUS_PLANES: usize = 22;
+/// Planes of the rows of what viscosity keeps of the last pass: twice the strain of the horizontal and vertical segment, and the viscous
+/// part of their stress.
+pub const PAST_PLANES: usize = 4;
+/// Planes of the rows of viscous moments at the nodes: of the yarns along x and along y.
+pub const MOMENT_PLANES: usize = 2;
 /// Eight columns of P planes.
 pub type Chunk<const P: usize> = [[f64; CHUNK]; P];
 

@@ -4,8 +4,8 @@
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
 use crate::ground::planes::{
-    Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES,
-    RATE_PLANES, STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
+    Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, MOMENT_PLANES,
+    PAST_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::memory::layout::{
     BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, TANGENTIAL_REALS, TOUCH_REALS,
@@ -97,10 +97,12 @@ pub(crate) struct Arrays<'a> {
     pub marks: &'a mut [Chunk<MARK_PLANES>],
     /// The theta rule's rows (`theta.rs` names their planes).
     pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
-    /// Rows of what viscosity changes of the velocities.
-    pub pushes: &'a mut [Chunk<PUSH_PLANES>],
-    /// Work row of viscosity.
-    pub viscous: &'a mut [Chunk<VISCOUS_PLANES>],
+    /// Rows of what viscosity keeps of the last pass: `planes.rs` names the planes.
+    pub past: &'a mut [Chunk<PAST_PLANES>],
+    /// Rows of viscous moments at the nodes.
+    pub moments: &'a mut [Chunk<MOMENT_PLANES>],
+    /// What viscosity takes of the horizontal and vertical segments of a row in a pass, by columns.
+    pub by_column: &'a mut [[[f64; CHUNK]; 2]],
     /// Rows of the logarithms of the rate, horizontal and vertical.
     pub logarithms: &'a mut [Chunk<RATE_PLANES>],
     /// Energy that viscosity and rate have taken of each row in the present pass, in units of m (h/dt)^2.
@@ -154,8 +156,9 @@ impl<'a> Arrays<'a> {
             strength: &mut [],
             marks: &mut [],
             iterate: &mut [],
-            pushes: &mut [],
-            viscous: &mut [],
+            past: &mut [],
+            moments: &mut [],
+            by_column: &mut [],
             logarithms: &mut [],
             taken: &mut [],
             columns: &mut [],
@@ -214,8 +217,9 @@ impl<'a> Arrays<'a> {
             strength: chunked(real(has(Strength), [rows, row, CHUNK * STRENGTH_PLANES])?),
             marks: chunked(real(has(Toe), [rows, row, CHUNK * MARK_PLANES])?),
             iterate: chunked(real(has(Theta), [layout.stored_rows(), row, CHUNK * ITERATE_PLANES])?),
-            pushes: chunked(real(has(Viscosity), [rows, row, CHUNK * PUSH_PLANES])?),
-            viscous: chunked(real(has(Viscosity), [1, row, CHUNK * VISCOUS_PLANES])?),
+            past: chunked(real(has(Viscosity), [rows, row, CHUNK * PAST_PLANES])?),
+            moments: chunked(real(has(Viscosity), [rows, row, CHUNK * MOMENT_PLANES])?),
+            by_column: real(has(Viscosity), [rows, 2, CHUNK])?.as_chunks_mut().0.as_chunks_mut().0,
             logarithms: chunked(real(has(Rate), [rows, row, CHUNK * RATE_PLANES])?),
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),

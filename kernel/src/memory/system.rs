@@ -8,8 +8,7 @@ use crate::ground::error::{Error, Failure};
 use crate::ground::lanes::InstructionSet;
 use crate::ground::math;
 use crate::ground::planes::{
-    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
-    YARN_PLANES,
+    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::Arrays;
@@ -21,6 +20,7 @@ use crate::scene::features::Feature;
 use crate::scene::parts::{CRITICAL_STRETCH_MAX, Scene};
 use crate::sheet::direction::{Along, Direction, Directions};
 use crate::sheet::grading::{self, Net, PLACE};
+use crate::sheet::neighbours::NOTHING;
 use crate::sheet::places::{Places, rest_offset};
 use crate::sheet::sweep;
 use crate::sheet::weave::{self, in_runs};
@@ -184,7 +184,7 @@ impl System<'_> {
     #[inline]
     pub fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
         let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
-        let chunk = planes::row(self.arrays.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&sweep::NOTHING);
+        let chunk = planes::row(self.arrays.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&NOTHING);
         let at = |plane: usize, turn: bool| {
             let value = chunk[plane][i % CHUNK];
             if turn { -value } else { value }
@@ -265,26 +265,30 @@ impl System<'_> {
         RateLaw::of(&self.scene, self.direction(axis, 0).rest.twice_strain, time)
     }
 
+    /// Stiffness kk of a segment at t_n, with damage up to t_n, toe and rate; nothing is committed.
+    pub fn stiffness_now(&self, segment: &SegmentView) -> f64 {
+        let q = segment.twice_strain();
+        let (seen, stiffening) = if self.layout.has(Feature::Rate) {
+            let rate = self.rate_law(segment.axis);
+            (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
+        } else {
+            (q, 1.0)
+        };
+        let stiffness = if self.direction_of(segment).law.is_damaging(seen, segment.history) {
+            self.law_of(segment).alpha(segment.damage_rate, seen) * segment.undamaged
+        } else {
+            segment.stiffness
+        };
+        stiffness * self.model.toe.factor(q, segment.mark) * stiffening
+    }
+
     /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n and without viscosity; nothing is committed.
     /// The same expressions in the same order as the sweep.
     pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
         let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
-            let q = segment.twice_strain();
-            let (seen, stiffening) = if self.layout.has(Feature::Rate) {
-                let rate = self.rate_law(segment.axis);
-                (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
-            } else {
-                (q, 1.0)
-            };
-            let stiffness = if self.direction_of(&segment).law.is_damaging(seen, segment.history) {
-                self.law_of(&segment).alpha(segment.damage_rate, seen) * segment.undamaged
-            } else {
-                segment.stiffness
-            };
-            let stiffness = stiffness * self.model.toe.factor(q, segment.mark) * stiffening;
-            segment.force(stiffness, q)
+            segment.force(self.stiffness_now(&segment), segment.twice_strain())
         };
         let right = force(Axis::Horizontal, Some(i), Some(j));
         let left = force(Axis::Horizontal, i.checked_sub(1), Some(j));
@@ -369,8 +373,6 @@ impl System<'_> {
     /// whether a history of the row has changed; if not, its stiffnesses are still right.
     pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
-        // Rows at rest have none until they are swept, and contact reads them.
-        self.arrays.pushes.fill([[0.0; CHUNK]; PUSH_PLANES]);
         self.arrays.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
         self.arrays.before.fill([0.0; CHUNK]);
         (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));

@@ -13,14 +13,16 @@
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
-    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, RATE_PLANES,
-    STRENGTH_PLANES, YARN_PLANES, vertical_axes,
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, MOMENT_PLANES,
+    PAST_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES, vertical_axes,
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
-use crate::yarn::law::{self, DamageLaw, LOST};
+use crate::sheet::neighbours::{NOTHING, right_of};
+use crate::sheet::viscous::{NO_MOMENTS, NO_PAST, Past, ViscousRow, bending_forces};
+use crate::yarn::law::{self, DamageLaw, LOST, ViscosityLanes};
 use crate::yarn::rate::Rates;
 use crate::yarn::toe::{NO_TOE, Toe};
 
@@ -84,7 +86,7 @@ pub struct Pass<'a> {
     /// What the segments of a direction have in common.
     pub directions: Along<'a>,
     /// The toe of marked segments.
-    pub toe: Toe,
+    pub toe: &'a Toe,
     /// Bars and widths of a graded network.
     pub net: &'a Net<'a>,
     /// Dependence on the rate of strain.
@@ -137,11 +139,20 @@ pub struct Row<'a> {
     pub yarn: &'a YarnRow<'a>,
     /// Its toe's marks, empty for no toe.
     pub marks: &'a [Chunk<MARK_PLANES>],
+    /// What viscosity keeps of it; None without.
+    pub viscous: Option<&'a mut ViscousRow<'a>>,
 }
 
 /// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what the stiffnesses
-/// are multiplied by; FETCH: whether it asks for [`Pass::fetches`].
-struct RowJob<'a, const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool = true>(Row<'a>);
+/// are multiplied by; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity.
+struct RowJob<
+    'a,
+    const PLAIN: bool,
+    const GRADED: bool,
+    const FACTOR: u8,
+    const FETCH: bool = true,
+    const VISCOUS: bool = false,
+>(Row<'a>);
 
 /// Nothing.
 const NONE: u8 = 0;
@@ -156,22 +167,28 @@ const AHEAD: usize = 8;
 /// Marks of no toe.
 const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
 
-/// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
-pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
-
 /// Columns of no grading.
 const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
 
 impl Row<'_> {
     /// Steps the row. Returns what was met, and the least and greatest y displacement.
     #[inline(always)] // A copy of the row would be read before its stores are done: 20 ns.
-    pub fn step(self) -> (Report, [f64; 2]) {
+    pub fn step<const VISCOUS: bool>(self) -> (Report, [f64; 2]) {
         let set = self.pass.instructions;
         // What is not built has no path.
         let plain = self.pass.directions.plain || !(Feature::Crimp.is_built() || Feature::Unlike.is_built());
         let ungraded = self.pass.net.columns.is_empty() || !Feature::Grading.is_built();
         let unmarked = self.marks.is_empty() || !Feature::Toe.is_built();
         let dependent = Feature::Rate.is_built() && !self.yarn.logarithms.is_empty();
+        if VISCOUS {
+            // Viscosity excludes grading.
+            return match (plain, unmarked) {
+                _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE, true, true>(self)),
+                (_, false) => lanes::dispatch(set, RowJob::<false, false, TOE, true, true>(self)),
+                (true, true) => lanes::dispatch(set, RowJob::<true, false, NONE, true, true>(self)),
+                (false, true) => lanes::dispatch(set, RowJob::<false, false, NONE, true, true>(self)),
+            };
+        }
         // A dependence on the rate excludes the toe and grading.
         match (plain, ungraded, unmarked) {
             _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self)),
@@ -189,46 +206,41 @@ impl Row<'_> {
     }
 }
 
-impl Pass<'_> {
-    /// The vertical forces of row j, `row`, on the row `above`, as [`Row::step`] would leave them in `carry`; nothing is stepped and
-    /// no damage is committed. For a band that starts at `above`.
-    #[allow(clippy::too_many_arguments)] // What a row has.
-    pub fn lift(
-        &self,
-        j: usize,
-        row: &[Chunk<HOT_PLANES>],
-        history: &[Chunk<HISTORY_PLANES>],
-        above: &[Chunk<HOT_PLANES>],
-        carry: &mut [Chunk<CARRY_PLANES>],
-        yarn: &YarnRow<'_>,
-        marks: &[Chunk<MARK_PLANES>],
-    ) {
-        lanes::dispatch(self.instructions, LiftJob { pass: self, j, row, history, above, carry, yarn, marks });
+/// The vertical forces of a row, `row`, on the row `above`, as [`Row::step`] would leave them in `carry`; nothing is stepped and no damage is
+/// committed. For a band that starts at `above`.
+pub(crate) struct Lift<'a> {
+    pub pass: &'a Pass<'a>,
+    /// The row's number.
+    pub j: usize,
+    pub row: &'a [Chunk<HOT_PLANES>],
+    pub history: &'a [Chunk<HISTORY_PLANES>],
+    pub above: &'a [Chunk<HOT_PLANES>],
+    pub carry: &'a mut [Chunk<CARRY_PLANES>],
+    pub yarn: &'a YarnRow<'a>,
+    pub marks: &'a [Chunk<MARK_PLANES>],
+    /// What viscosity keeps of the row, and the moments of both rows; empty without it.
+    pub past: &'a [Chunk<PAST_PLANES>],
+    pub moments: [&'a [Chunk<MOMENT_PLANES>]; 2],
+}
+
+impl Lift<'_> {
+    /// Finds them.
+    pub fn find(self) {
+        lanes::dispatch(self.pass.instructions, self);
     }
 }
 
-/// [`Pass::lift`] as a job for the lanes.
-struct LiftJob<'a> {
-    pass: &'a Pass<'a>,
-    j: usize,
-    row: &'a [Chunk<HOT_PLANES>],
-    history: &'a [Chunk<HISTORY_PLANES>],
-    above: &'a [Chunk<HOT_PLANES>],
-    carry: &'a mut [Chunk<CARRY_PLANES>],
-    yarn: &'a YarnRow<'a>,
-    marks: &'a [Chunk<MARK_PLANES>],
-}
-
-impl Job for LiftJob<'_> {
+impl Job for Lift<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let LiftJob { pass, j, row, history, above, carry, yarn, marks } = self;
+        let Lift { pass, j, row, history, above, carry, yarn, marks, past, moments } = self;
         let upwards = pass.directions.vertical;
         let dependent = !yarn.logarithms.is_empty();
         let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
         let rest = pass.net.row(j).upwards(&upwards.rest);
+        let viscosity = upwards.viscosity.lanes::<L>();
         let report = Report::default();
         let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
         let rows = row.iter().zip(above).zip(history).zip(carry);
@@ -259,7 +271,20 @@ impl Job for LiftJob<'_> {
                 if let Some([_, logarithm]) = yarn.logarithms.get(c) {
                     stiffness = stiffness.mul(pass.rates.stiffening(L::load(&L::groups(logarithm)[g])));
                 }
-                let lift = vertical_axes(rest.force(law::stress(stiffness, q), vertical_axes(d)));
+                let mut stress = law::stress(stiffness, q);
+                let mut bent = L::splat(0.0);
+                if let Some(past) = past.get(c) {
+                    let mut past = *past;
+                    let [_, twice_strain, _, stress_before] = &mut past;
+                    let mut past = Past { twice_strain, stress: stress_before, taken: &mut [0.0; CHUNK] };
+                    stress = past.stress(&viscosity, stiffness, q, g);
+                    let [here, above] = moments.map(|moments| moments.get(c).unwrap_or(&NO_MOMENTS));
+                    [_, bent] = bending_forces(here, &NO_MOMENTS, above, g);
+                }
+                let mut lift = vertical_axes(rest.force(stress, vertical_axes(d)));
+                if !past.is_empty() {
+                    lift[2] = lift[2].add(bent);
+                }
                 lift[0].store(&mut L::groups_mut(cx)[g]);
                 lift[1].store(&mut L::groups_mut(cy)[g]);
                 lift[2].store(&mut L::groups_mut(cz)[g]);
@@ -268,14 +293,20 @@ impl Job for LiftJob<'_> {
     }
 }
 
-impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool> Job
-    for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH>
+impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool, const VISCOUS: bool> Job
+    for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS>
 {
     type Output = (Report, [f64; 2]);
 
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
-        let Row { pass, j, row, history, above, carry, yarn, marks } = self.0;
+        let Row { pass, j, row, history, above, carry, yarn, marks, viscous } = self.0;
+        let (mut no_past, mut nothing_taken) = (NO_PAST, [[0.0; CHUNK]; 2]);
+        let (past, moments, moments_above, taken): (&mut [_], &[_], &[_], _) = match viscous {
+            Some(row) if VISCOUS => (&mut *row.past, row.moments, row.moments_above, &mut *row.taken),
+            None if VISCOUS => return (Report::LOST, [0.0; 2]),
+            _ => (&mut [], &[], &[], &mut nothing_taken),
+        };
         let net = if GRADED { pass.net.row(j) } else { NetRow::NONE };
         let mut cold = Cold {
             pass,
@@ -288,7 +319,8 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool>
         let Along { horizontal, vertical, .. } = pass.directions;
         let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let limits = [L::splat(limits[0]), L::splat(limits[1])];
-        let mut along = Carried::<L> { limits, left_force: [zero; 3], low: zero, high: zero };
+        let viscosity = [horizontal.viscosity.lanes(), vertical.viscosity.lanes()];
+        let mut along = Carried::<L> { limits, viscosity, left_force: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
@@ -305,19 +337,28 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool>
                 RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),
                 _ => &NO_MARKS,
             };
-            let mut planes = Planes { chunk, history, above, carry, factors, next, column: c * CHUNK };
+            let (past, moments) = if VISCOUS {
+                let (Some(past), Some(here)) = (past.get_mut(c), moments.get(c)) else { break };
+                let [next, above] = [moments.get(c + 1), moments_above.get(c)];
+                (past, [here, next.unwrap_or(&NO_MOMENTS), above.unwrap_or(&NO_MOMENTS)])
+            } else {
+                (&mut no_past, [&NO_MOMENTS; 3])
+            };
+            let column = c * CHUNK;
+            let taken = &mut *taken;
+            let mut planes = Planes { chunk, history, above, carry, factors, next, column, past, moments, taken };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net),
+                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold, &net),
                 2 => {
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold, &net);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 2, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 3, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 2, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 3, &mut cold, &net);
                 }
             }
             rest = tail;
@@ -338,6 +379,11 @@ struct Planes<'a> {
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
     column: usize,
+    /// What viscosity keeps of the segments, and what they take.
+    past: &'a mut Chunk<PAST_PLANES>,
+    taken: &'a mut [[f64; CHUNK]; 2],
+    /// Viscous moments of the nodes, of those of the chunk behind, and of the row above.
+    moments: [&'a Chunk<MOMENT_PLANES>; 3],
 }
 
 /// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
@@ -345,6 +391,8 @@ struct Planes<'a> {
 struct Carried<L> {
     /// q at the critical stretch of horizontal and vertical segments.
     limits: [L; 2],
+    /// Viscosity of both.
+    viscosity: [ViscosityLanes<L>; 2],
     left_force: [L; 3],
     low: L,
     high: L,
@@ -366,7 +414,7 @@ impl<L: Lane> Carried<L> {
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8>(
+    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const VISCOUS: bool>(
         &mut self,
         planes: &mut Planes<'_>,
         g: usize,
@@ -416,8 +464,16 @@ impl<L: Lane> Carried<L> {
         let [factor_h, factor_v] = planes.factors;
         let kh = factored::<L, FACTOR>(L::load(&kh[g]), q_h, factor_h, g, cold.pass);
         let kv = factored::<L, FACTOR>(L::load(&kv[g]), q_v, factor_v, g, cold.pass);
-        let (stress_v, stress_h) = (law::stress(kv, q_v), law::stress(kh, q_h));
-        let (lift, force) = if PLAIN {
+        let (stress_v, stress_h) = if VISCOUS {
+            let ([q_x, q_y, x, y], [taken_x, taken_y]) = (&mut *planes.past, &mut *planes.taken);
+            let mut past_h = Past { twice_strain: q_x, stress: x, taken: taken_x };
+            let mut past_v = Past { twice_strain: q_y, stress: y, taken: taken_y };
+            let [of_h, of_v] = &self.viscosity;
+            (past_v.stress(of_v, kv, q_v, g), past_h.stress(of_h, kh, q_h, g))
+        } else {
+            (law::stress(kv, q_v), law::stress(kh, q_h))
+        };
+        let (mut lift, mut force) = if PLAIN {
             (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
         } else if GRADED {
             let (rest_h, rest_v) =
@@ -426,6 +482,12 @@ impl<L: Lane> Carried<L> {
         } else {
             (vertical.rest.force(stress_v, vertical_axes(up)), horizontal.rest.force(stress_h, along))
         };
+        if VISCOUS {
+            let [moments, next, above] = planes.moments;
+            let [bent_h, bent_v] = bending_forces::<L>(moments, next, above, g);
+            force[2] = force[2].add(bent_h);
+            lift[2] = lift[2].add(bent_v);
+        }
         let lift = vertical_axes(lift);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
@@ -467,12 +529,6 @@ fn factored<L: Lane, const FACTOR: u8>(stiffness: L, q: L, plane: &[f64; CHUNK],
     } else {
         stiffness
     }
-}
-
-/// The right-hand neighbours of group g: from the same plane, or with the first of the chunk behind.
-#[inline(always)]
-pub(crate) fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUNK], g: usize) -> L {
-    if g + 1 < CHUNK / L::WIDTH { L::load_right(plane, g) } else { here.right_of(L::load(&L::groups(next)[0])) }
 }
 
 /// up - down: the vertical part of a node's sum. Leaves `up` in the carry, as what the row above calls down.

@@ -7,16 +7,17 @@
 use crate::body::pose::Vector;
 use crate::ground::error::{Code, Error};
 use crate::ground::hash::Hash;
-use crate::ground::planes::{self, Axis, CHUNK};
+use crate::ground::planes::{self, Axis, CHUNK, MOMENT_PLANES};
 use crate::memory::layout::HEADER_WORDS;
 use crate::memory::state::{COUNT_MAX, State, Visitor};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
+use crate::sheet::viscous::STRESS;
 use crate::sheet::weave::in_runs;
 use crate::sim::snapshot::header;
 use crate::sim::start::LARGEST_STRETCH;
 use crate::step::explicit;
-use crate::yarn::law::{FAILED, twice_strain_at};
+use crate::yarn::law::{FAILED, LOST, twice_strain_at};
 use crate::yarn::toe::NO_TOE;
 
 /// Displacements and velocities of an image, in spacings and spacings a step: beyond this their energy need not be finite.
@@ -142,6 +143,8 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
             let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
             sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
             words = rest;
+            let viscous = layout.has(Feature::Viscosity);
+            sound &= takes_numbers(&mut words, if viscous { MOMENT_PLANES } else { 0 });
             for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, verticals)] {
                 if !exists {
                     continue;
@@ -163,10 +166,18 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
                     sound &= mark == NO_TOE || (-1.0..=0.0).contains(&mark);
                     words = rest;
                 }
+                sound &= takes_numbers(&mut words, if viscous { 2 } else { 0 });
             }
         }
     }
     sound && words.iter().all(|flags| u64::from_le_bytes(*flags) <= u64::from(u32::MAX))
+}
+
+/// Takes so many words off the front. Whether they are numbers that a fabric can have.
+fn takes_numbers(words: &mut &[[u8; 8]], count: usize) -> bool {
+    let Some((numbers, rest)) = words.split_at_checked(count) else { return false };
+    *words = rest;
+    numbers.iter().all(|&word| (-LOST..=LOST).contains(&real(word)))
 }
 
 /// Takes the words of row j, which are sound, off the front. Returns whether a history has changed.
@@ -177,6 +188,8 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
     let row = planes::row_mut(system.arrays.hot, chunks, j);
     let history = planes::row_mut(system.arrays.history, chunks, j);
     let marks = planes::row_mut(system.arrays.marks, chunks, j);
+    let past = planes::row_mut(system.arrays.past, chunks, j);
+    let moments = planes::row_mut(system.arrays.moments, chunks, j);
     let verticals = layout.has_verticals(j);
     for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
         let mut marks = marks.get_mut(c);
@@ -187,6 +200,11 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
             *words = rest;
             for (plane, &word) in hot.iter_mut().zip(node) {
                 plane[lane] = real(word);
+            }
+            if let Some(moments) = moments.get_mut(c) {
+                let Some(([x, y], rest)) = words.split_first_chunk() else { return true };
+                (moments[0][lane], moments[1][lane]) = (real(*x), real(*y));
+                *words = rest;
             }
             for (axis, exists) in [(0, i < across), (1, verticals)] {
                 if !exists {
@@ -200,6 +218,11 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
                 if let Some(marks) = &mut marks {
                     let Some((&mark, rest)) = words.split_first() else { return true };
                     marks[axis][lane] = real(mark);
+                    *words = rest;
+                }
+                if let Some(past) = past.get_mut(c) {
+                    let Some(([twice_strain, stress], rest)) = words.split_first_chunk() else { return true };
+                    (past[axis][lane], past[STRESS + axis][lane]) = (real(*twice_strain), real(*stress));
                     *words = rest;
                 }
             }

@@ -14,6 +14,7 @@ use crate::memory::system::{SegmentView, System};
 use crate::scene::features::Feature;
 use crate::sheet::direction::{Along, Direction};
 use crate::step::readout::Around;
+use crate::step::viscosity;
 use crate::yarn::law::{self, Segment};
 use crate::yarn::rate::RateLaw;
 
@@ -57,7 +58,8 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     let prescribed = !system.scene.is_free();
     let (fabric_kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
-    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.friction + sums.ply_loss + sums.loss;
+    let viscous = sums.viscous + viscosity::open(system);
+    let held = fabric_kinetic + strain + dissipated + viscous + sums.friction + sums.ply_loss + sums.loss;
     let residual = if prescribed {
         held - sums.work - sums.first_energy - sums.halving_energy
     } else {
@@ -73,7 +75,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         external_work: sums.external_work,
         halving: sums.halving_energy,
         residual,
-        viscous: sums.viscous,
+        viscous,
         friction: sums.friction,
         ply_loss: sums.ply_loss,
         support_work: sums.support_work,
@@ -95,8 +97,9 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
     Ok(system.model.pose.vector_out(balance.into()))
 }
 
-/// Starts the audit from the present state.
+/// Starts the audit, and what viscosity keeps, from the present state.
 pub(crate) fn start_audit(system: &mut System<'_>) {
+    viscosity::start(system);
     let (kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let mut energy = kinetic + strain + dissipated;
     if system.scene.is_free() {

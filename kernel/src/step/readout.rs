@@ -9,7 +9,8 @@ use crate::ground::lanes::{Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::memory::system::System;
-use crate::sheet::sweep::{NOTHING, greatest, right_of};
+use crate::sheet::neighbours::{NOTHING, right_of};
+use crate::sheet::sweep::greatest;
 
 /// A chunk of nodes, with those to the right and above.
 pub(crate) struct Around<'a> {

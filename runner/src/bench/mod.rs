@@ -75,9 +75,10 @@ const NOT: &[u32] = &[];
 
 /// Every group: its sizes in full, with --quick and with --smoke. The first steps of the largest peers alone take longer than the rest of
 /// the short form.
-const GROUPS: [(&str, [&[u32]; 3], Measure); 16] = [
+const GROUPS: [(&str, [&[u32]; 3], Measure); 17] = [
     ("ports", [ONCE, ONCE, ONCE], |bench, _| ports::measure(bench)),
     ("sweep", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| sheets::measure(bench, &sheets::sweep(size))),
+    ("viscous", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| sheets::measure(bench, &sheets::viscous(size))),
     ("run", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| sheets::measure(bench, &sheets::whole_run(size))),
     ("dense", [&[105]; 3], |bench, size| sheets::measure(bench, &sheets::dense(size))),
     ("plies", [&[105]; 3], |bench, size| sheets::measure(bench, &sheets::plies(size))),

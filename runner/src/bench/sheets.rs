@@ -99,12 +99,14 @@ fn fabric(size: u32) -> Case {
     })
 }
 
-/// The hot pass of viscous yarn.
-fn viscous(size: u32) -> Case {
-    swept(size, |scene| {
+/// The hot pass of viscous yarn, as textiles have it.
+pub fn viscous(size: u32) -> Case {
+    let mut case = swept(size, |scene| {
         let yarn = &mut scene.yarn;
         (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
-    })
+    });
+    case.name = "viscous";
+    case
 }
 
 /// The hot pass of a graded network, of as many nodes: its fine part covers the sheet.

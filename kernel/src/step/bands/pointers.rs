@@ -1,26 +1,30 @@
 //! Where the rows are: bare pointers into the simulation's arrays, which all bands share, and slices of rows made of them.
 
 use crate::ground::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
-    YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, MOMENT_PLANES, PAST_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
 use crate::sheet::direction::Directions;
 use crate::sheet::grading::LINE_PLANES;
+use crate::yarn::toe::Toe;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 /// Where the rows are: from the simulation's arrays, taken anew for every pass.
 #[derive(Clone, Copy)]
 pub(super) struct Pointers {
     pub(super) directions: *const Directions,
+    pub(super) toe: *const Toe,
     pub(super) hot: *mut Chunk<HOT_PLANES>,
     pub(super) history: *mut Chunk<HISTORY_PLANES>,
     pub(super) yarn: *const Chunk<YARN_PLANES>,
     pub(super) strength: *const Chunk<STRENGTH_PLANES>,
     pub(super) logarithms: *const Chunk<RATE_PLANES>,
     pub(super) marks: *const Chunk<MARK_PLANES>,
-    pub(super) pushes: *mut Chunk<PUSH_PLANES>,
+    pub(super) past: *mut Chunk<PAST_PLANES>,
+    pub(super) moments: *mut Chunk<MOMENT_PLANES>,
+    pub(super) by_column: *mut [[f64; CHUNK]; 2],
     pub(super) taken: *mut f64,
     pub(super) columns: *const Chunk<LINE_PLANES>,
     pub(super) lines: *const Chunk<LINE_PLANES>,
@@ -44,7 +48,9 @@ impl Pointers {
             strength,
             logarithms,
             marks,
-            pushes,
+            past,
+            moments,
+            by_column,
             taken,
             columns,
             lines,
@@ -58,13 +64,16 @@ impl Pointers {
         } = &mut system.arrays;
         Pointers {
             directions: &raw const system.directions,
+            toe: &raw const system.model.toe,
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
             strength: strength.as_ptr(),
             logarithms: logarithms.as_ptr(),
             marks: marks.as_ptr(),
-            pushes: pushes.as_mut_ptr(),
+            past: past.as_mut_ptr(),
+            moments: moments.as_mut_ptr(),
+            by_column: by_column.as_mut_ptr(),
             taken: taken.as_mut_ptr(),
             columns: columns.as_ptr(),
             lines: lines.as_ptr(),
