@@ -33,11 +33,13 @@ pub const AT_START: usize = 6;
 pub const AT_GUESS: usize = 9;
 /// Planes of the row that carries vertical forces upwards.
 pub const CARRY_PLANES: usize = 3;
-/// Planes of the rows of what viscosity keeps of the last pass: twice the strain of the horizontal and vertical segment, and the viscous
-/// part of their stress.
-pub const PAST_PLANES: usize = 4;
-/// Planes of the rows of viscous moments at the nodes: of the yarns along x and along y.
-pub const MOMENT_PLANES: usize = 2;
+/// Planes of the rows of what viscosity keeps of the last pass: twice the strain of the horizontal and vertical segment, the viscous
+/// part of their stress, and the moments of the yarns along x and along y at the node.
+pub const PAST_PLANES: usize = 6;
+/// First plane of those viscous stresses.
+pub const VISCOUS_STRESS: usize = 2;
+/// First plane of the moments.
+pub const MOMENT: usize = 4;
 /// Eight columns of P planes.
 pub type Chunk<const P: usize> = [[f64; CHUNK]; P];
 

@@ -4,8 +4,8 @@
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
 use crate::ground::planes::{
-    Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, MOMENT_PLANES,
-    PAST_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PAST_PLANES,
+    RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::memory::layout::{
     BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, TANGENTIAL_REALS, TOUCH_REALS,
@@ -99,10 +99,6 @@ pub(crate) struct Arrays<'a> {
     pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
     /// Rows of what viscosity keeps of the last pass: `planes.rs` names the planes.
     pub past: &'a mut [Chunk<PAST_PLANES>],
-    /// Rows of viscous moments at the nodes.
-    pub moments: &'a mut [Chunk<MOMENT_PLANES>],
-    /// What viscosity takes of the horizontal and vertical segments of a row in a pass, by columns.
-    pub by_column: &'a mut [[[f64; CHUNK]; 2]],
     /// Rows of the logarithms of the rate, horizontal and vertical.
     pub logarithms: &'a mut [Chunk<RATE_PLANES>],
     /// Energy that viscosity and rate have taken of each row in the present pass, in units of m (h/dt)^2.
@@ -157,8 +153,6 @@ impl<'a> Arrays<'a> {
             marks: &mut [],
             iterate: &mut [],
             past: &mut [],
-            moments: &mut [],
-            by_column: &mut [],
             logarithms: &mut [],
             taken: &mut [],
             columns: &mut [],
@@ -217,9 +211,7 @@ impl<'a> Arrays<'a> {
             strength: chunked(real(has(Strength), [rows, row, CHUNK * STRENGTH_PLANES])?),
             marks: chunked(real(has(Toe), [rows, row, CHUNK * MARK_PLANES])?),
             iterate: chunked(real(has(Theta), [layout.stored_rows(), row, CHUNK * ITERATE_PLANES])?),
-            past: chunked(real(has(Viscosity), [rows, row, CHUNK * PAST_PLANES])?),
-            moments: chunked(real(has(Viscosity), [rows, row, CHUNK * MOMENT_PLANES])?),
-            by_column: real(has(Viscosity), [rows, 2, CHUNK])?.as_chunks_mut().0.as_chunks_mut().0,
+            past: chunked(real(has(Viscosity), [layout.stored_rows(), row, CHUNK * PAST_PLANES])?),
             logarithms: chunked(real(has(Rate), [rows, row, CHUNK * RATE_PLANES])?),
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),

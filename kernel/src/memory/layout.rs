@@ -2,7 +2,7 @@
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
-use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK, HOT_PLANES, MOMENT_PLANES};
+use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK, HOT_PLANES, PAST_PLANES};
 use crate::scene::features::{Feature, Features};
 use crate::sheet::symmetry::Line;
 
@@ -150,16 +150,16 @@ impl Layout {
         lines.ok_or(Error::plain(Code::TooManyNodes, "of"))
     }
 
-    /// Rows of viscous moments that a band keeps: two at each of its ends.
-    pub(crate) fn moment_rows_of_a_band(&self) -> usize {
+    /// Rows of what viscosity keeps that a band copies: two at each of its ends.
+    pub(crate) fn viscous_rows_of_a_band(&self) -> usize {
         if self.has(Feature::Viscosity) { 4 } else { 0 }
     }
 
-    /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, viscous moments at its ends, its
+    /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, copies of viscosity's at its ends, its
     /// fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
         let rows = if self.in_blocks { 1 + BLOCK_STEPS } else { 1 };
-        self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + self.moment_rows_of_a_band() * MOMENT_PLANES)
+        self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + self.viscous_rows_of_a_band() * PAST_PLANES)
             + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
     }
 
@@ -271,8 +271,7 @@ mod tests {
     use super::*;
     use crate::Scene;
     use crate::ground::planes::{
-        HISTORY_PLANES, ITERATE_PLANES, MARK_PLANES, MOMENT_PLANES, PAST_PLANES, RATE_PLANES, STRENGTH_PLANES,
-        YARN_PLANES,
+        HISTORY_PLANES, ITERATE_PLANES, MARK_PLANES, PAST_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
     };
 
     #[test]
@@ -351,9 +350,9 @@ mod tests {
         let drawn = |scene: &mut Scene| scene.yarn.strength_draw = crate::StrengthDraw::Weibull;
         assert_eq!(with(&drawn), (5 * 16 * STRENGTH_PLANES, 0, 0));
         assert_eq!(with(&|scene| scene.slack_toe = 0.02), (5 * 16 * MARK_PLANES, 0, 76));
-        // Past and moments of 5 rows, what each takes by columns and in all; of the image two words for each of 76 segments and 45 nodes, and one more.
+        // Past of 5 rows, what each takes; of the image two words for each of 76 segments and 45 nodes, and one more.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
-        assert_eq!(with(&viscous), (5 * 16 * (PAST_PLANES + MOMENT_PLANES) + 5 * 16 + 5, 0, 2 * (76 + 45) + 1));
+        assert_eq!(with(&viscous), (5 * 16 * PAST_PLANES + 5, 0, 2 * (76 + 45) + 1));
         // Logarithms of 5 rows, the energy of each row; two words of the image.
         let rate = |scene: &mut Scene| {
             (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.1, 30.0, 170.0);

@@ -10,7 +10,7 @@ use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
 use crate::memory::terms::Terms;
-use crate::memory::viscous_rows::{ViscousRows, place_image_speeds};
+use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
 use crate::sheet::sweep::{Report, Row};
@@ -69,12 +69,10 @@ impl<'r> Rows<'r> {
         let (swept, rest) = arrays.hot.split_at_mut_checked(own.end)?;
         // The row behind is of the next ply.
         let is_last_of_ply = layout.is_stack() && layout.ply_and_row(end).1 == 0;
-        let (moments, above) = arrays.moments.split_at_mut(own.end.min(arrays.moments.len()));
+        let (past, above) = arrays.past.split_at_mut(own.end.min(arrays.past.len()));
         let viscous = ViscousRows {
-            past: if layout.has(Feature::Viscosity) { arrays.past.get_mut(own.clone())? } else { &mut [] },
-            moments: if layout.has(Feature::Viscosity) { moments.get_mut(own.start..)? } else { &mut [] },
-            by_column: if layout.has(Feature::Viscosity) { arrays.by_column.get_mut(first..end)? } else { &mut [] },
-            above: if is_last_of_ply { &[] } else { planes::row(above, layout.chunks, 0) },
+            past: if layout.has(Feature::Viscosity) { past.get_mut(own.start..)? } else { &mut [] },
+            above: if is_last_of_ply { &mut [] } else { planes::row_mut(above, layout.chunks, 0) },
             known: [false; 2],
         };
         Some(Rows {
@@ -164,10 +162,15 @@ impl Rows<'_> {
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, logarithms, k, ply);
             let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
-            let mut kept_of_row = if VISCOUS { viscous.row(layout, (k, rows, first)) } else { None };
-            let before = kept_of_row.as_ref().map(|(_, last)| *last);
-            let viscous_row = kept_of_row.as_mut().map(|(row, _)| row);
-            let row_job = Row { pass: &pass, j, row, history, above, carry, yarn: &yarn, marks, viscous: viscous_row };
+            let mut by_column = [0.0; CHUNK];
+            let (viscous_row, last) = if VISCOUS {
+                let (row, last) = viscous.row(layout, pass.directions, (k, rows, first), &mut by_column);
+                (Some(row), last)
+            } else {
+                (None, Last::default())
+            };
+            let row_job =
+                Row { pass: &pass, j, row: &mut *row, history, above, carry, yarn: &yarn, marks, viscous: viscous_row };
             let (met, reach) = row_job.step::<VISCOUS>();
             report = report.merged(met);
             let pulled = end_row(terms, if weighed { Some(net) } else { None }, j, row, kept, run, (range, reach));
@@ -175,7 +178,7 @@ impl Rows<'_> {
                 *pulls = pulled;
             }
             if VISCOUS && let Some(taken) = taken.get_mut(k) {
-                *taken += viscous.taken(layout, pass.directions, [k, j], before.unwrap_or_default());
+                *taken += viscous.taken(layout, pass.directions, [k, j], &by_column, &last);
             }
         }
         report

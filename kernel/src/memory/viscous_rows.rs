@@ -1,24 +1,20 @@
 //! What viscosity keeps of a run of rows, and what it takes of them in a pass (`sheet/viscous.rs`).
 
 use crate::ground::lanes;
-use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, MOMENT_PLANES, PAST_PLANES, SPEED_Z};
+use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z, VISCOUS_STRESS};
 use crate::memory::layout::Layout;
 use crate::memory::terms::Terms;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Along;
 use crate::sheet::symmetry::Line;
-use crate::sheet::viscous::{MomentsOfRow, STRESS, ViscousRow};
+use crate::sheet::viscous::{MomentsOfRow, ViscousRow};
 
 /// What viscosity keeps of neighbouring rows; empty without it.
 pub(crate) struct ViscousRows<'r> {
-    /// Of the last pass.
+    /// Of the last pass; moments of this one as far as they have been found.
     pub past: &'r mut [Chunk<PAST_PLANES>],
-    /// Moments of the nodes.
-    pub moments: &'r mut [Chunk<MOMENT_PLANES>],
-    /// What the segments of each row take in a pass, by columns.
-    pub by_column: &'r mut [[[f64; CHUNK]; 2]],
-    /// Moments of the row above the last, or of the row whose images lie there, if it is none of these; empty for none.
-    pub above: &'r [Chunk<MOMENT_PLANES>],
+    /// Of the row above the last, or of the images there; empty for none.
+    pub above: &'r mut [Chunk<PAST_PLANES>],
     /// Whether the moments of the first and of the last row are those of this pass already.
     pub known: [bool; 2],
 }
@@ -57,66 +53,79 @@ impl ViscousRows<'_> {
         if k == 0 && self.known[0] || k + 1 == rows && self.known[1] {
             return;
         }
+        let (before, rest) = self.past.split_at_mut((k * chunks).min(self.past.len()));
         let below = k.wrapping_sub(1);
         let row = MomentsOfRow {
             directions: terms.directions.of_ply(ply),
             row: planes::row(hot, chunks, k),
-            past: planes::row(self.past, chunks, k),
             below: if k > 0 { planes::row(hot, chunks, below) } else { &[] },
-            past_below: if k > 0 { planes::row(self.past, chunks, below) } else { &[] },
+            past_below: if k > 0 { planes::row(before, chunks, below) } else { &[] },
             above: if k + 1 < rows { planes::row(hot, chunks, k + 1) } else { above },
-            moments: planes::row_mut(self.moments, chunks, k),
+            past: planes::row_mut(rest, chunks, 0),
         };
         find_moments_of_row(terms, first + k, row, taken);
     }
 
     /// What the sweep of the k-th of so many rows needs, and the past of its last segments. `first`: as above.
-    #[inline(never)]
+    #[inline(always)]
     pub fn row<'a>(
         &'a mut self,
         layout: &Layout,
+        along: Along<'_>,
         (k, rows, first): (usize, usize, usize),
-    ) -> Option<(ViscousRow<'a>, Last)> {
-        let taken = self.by_column.get_mut(k)?;
-        *taken = [[0.0; CHUNK]; 2];
+        taken: &'a mut [f64; CHUNK],
+    ) -> (ViscousRow<'a>, Last) {
         let chunks = layout.chunks;
-        let (moments, past) = (&*self.moments, planes::row_mut(self.past, chunks, k));
+        if layout.y.is_mirrored()
+            && first + k + 1 == layout.nodes_y
+            && let Some(node) = layout.y.node(layout.y.modelled()).0.checked_sub(first)
+        {
+            place_image_moments(self.above, planes::row(self.past, chunks, node));
+        }
+        let (below, rest) = self.past.split_at_mut(((k + 1) * chunks).min(self.past.len()));
+        let past = planes::row_mut(below, chunks, k);
+        let above = if k + 1 < rows { planes::row(rest, chunks, 0) } else { &*self.above };
         let last = last_of(past, layout);
-        let images = layout.y.is_mirrored() && first + k + 1 == layout.nodes_y;
-        // The row above, or that of which it is the image.
-        let above = if images { layout.y.node(layout.y.modelled()).0.checked_sub(first) } else { Some(k + 1) };
-        let above = above.filter(|&above| above < rows).map_or(self.above, |above| planes::row(moments, chunks, above));
-        Some((ViscousRow { past, moments: planes::row(moments, chunks, k), moments_above: above, taken }, last))
+        let ([of_horizontal, of_vertical], _) = weights(layout, along, first + k);
+        (ViscousRow { past, above, share: of_vertical / of_horizontal, taken }, last)
     }
 
     /// What the segments of the k-th row, row j of the sheet, have taken in the pass, in units of m (h/dt)^2. `before`: the past of the last
     /// ones.
-    #[inline(never)]
-    pub fn taken(&mut self, layout: &Layout, along: Along<'_>, [k, j]: [usize; 2], before: Last) -> f64 {
-        let Some(taken) = self.by_column.get(k) else { return 0.0 };
-        let past = planes::row_mut(self.past, layout.chunks, k);
-        let (line, now) = (layout.x, last_of(past, layout));
-        let last = layout.nodes_x.saturating_sub(1);
-        let weights =
-            [[line.segment_weight(0), line.segment_weight(last)], [line.node_weight(0), line.node_weight(last)]];
-        let rows = [layout.y.node_weight(j), layout.y.segment_weight(j)];
-        let mut sum = 0.0;
-        for (axis, direction) in [along.horizontal, along.vertical].into_iter().enumerate() {
-            let ([whole, of_last], length) = (weights[axis], direction.rest.length);
+    #[inline(always)]
+    pub fn taken(
+        &mut self,
+        layout: &Layout,
+        along: Along<'_>,
+        [k, j]: [usize; 2],
+        by_column: &[f64; CHUNK],
+        before: &Last,
+    ) -> f64 {
+        let (whole, twice) = weights(layout, along, j);
+        let sum = whole[0] * by_column.iter().sum::<f64>();
+        if !layout.x.is_mirrored() {
+            return sum;
+        }
+        // It was that of a node beside the plane.
+        set(planes::row_mut(self.past, layout.chunks, k), MOMENT, layout.x.modelled(), 0.0);
+        let now = last_of(planes::row(self.past, layout.chunks, k), layout);
+        [0, 1].into_iter().fold(sum, |sum, axis: usize| {
             let once = (now[axis][0] - before[axis][0]) * (now[axis][1] + before[axis][1]);
-            let all = if line.is_mirrored() {
-                whole * taken[axis].iter().sum::<f64>() - (whole - of_last) * once
-            } else {
-                taken[axis].iter().sum::<f64>()
-            };
-            sum += rows[axis] * (0.25 * length * length) * all;
-        }
-        if line.is_mirrored() {
-            // It was that of a node beside the plane.
-            set(planes::row_mut(self.moments, layout.chunks, k), 0, line.modelled(), 0.0);
-        }
-        sum
+            sum - twice[axis] * once
+        })
     }
+}
+
+/// Of the horizontal and the vertical segments of row j: what each counts, 1/4 l^2 times its weight, and what of it the last of the row does
+/// not count.
+#[inline(always)]
+fn weights(layout: &Layout, along: Along<'_>, j: usize) -> ([f64; 2], [f64; 2]) {
+    let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
+    let lengths =
+        [along.horizontal, along.vertical].map(|direction| 0.25 * direction.rest.length * direction.rest.length);
+    let [x, y] = [layout.y.node_weight(j) * lengths[0], layout.y.segment_weight(j) * lengths[1]];
+    let whole = [x * line.segment_weight(0), y * line.node_weight(0)];
+    (whole, [whole[0] - x * line.segment_weight(last), whole[1] - y * line.node_weight(last)])
 }
 
 /// The past of the last segments of a row along x and along y.
@@ -125,7 +134,7 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
         return [[0.0; 2]; 2];
     }
     let at = |plane: usize| planes::get(past, plane, layout.nodes_x - 1).unwrap_or(0.0);
-    [[at(0), at(STRESS)], [at(1), at(STRESS + 1)]]
+    [[at(0), at(VISCOUS_STRESS)], [at(1), at(VISCOUS_STRESS + 1)]]
 }
 
 /// Finds the moments of row j, and begins to count what viscosity takes of it, behind what the rate takes.
@@ -141,23 +150,30 @@ pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow
     // Nodes on the plane are there once, the others twice; and there is an image.
     let last = layout.nodes_x - 1;
     let speed = |row: &[Chunk<HOT_PLANES>], i: usize| planes::get(row, SPEED_Z, i).unwrap_or(0.0);
-    let change = |left: f64, here: f64, right: f64| (right - here) - (here - left);
+    let change = |left: f64, here: f64, right: f64| (here - left) + (here - right);
     let here = speed(row.row, last);
     let left = last.checked_sub(1).map_or(0.0, |i| speed(row.row, i));
     let changes =
         [change(left, here, speed(row.row, last + 1)), change(speed(row.below, last), here, speed(row.above, last))];
-    let of_last = |moments: &[Chunk<MOMENT_PLANES>]| -> f64 {
-        (0..MOMENT_PLANES).map(|k| planes::get(moments, k, last).unwrap_or(0.0) * changes[k]).sum()
+    let of_last = |past: &[Chunk<PAST_PLANES>]| -> f64 {
+        [0, 1].map(|k| planes::get(past, MOMENT + k, last).unwrap_or(0.0) * changes[k]).iter().sum()
     };
-    let MomentsOfRow { moments, .. } = row;
-    let mut once = of_last(moments);
-    let found: f64 = lanes::dispatch(terms.instructions, MomentsOfRow { moments, ..row }).iter().sum();
-    once += of_last(moments);
+    let MomentsOfRow { past, .. } = row;
+    let mut once = of_last(past);
+    let found: f64 = lanes::dispatch(terms.instructions, MomentsOfRow { past, ..row }).iter().sum();
+    once += of_last(past);
     let all = line.node_weight(0) * found - (line.node_weight(0) - line.node_weight(last)) * once;
     *taken = before + 0.5 * layout.y.node_weight(j) * all;
     let (node, _) = line.node(line.modelled());
-    let image = planes::get(moments, 0, node).unwrap_or(0.0);
-    set(moments, 0, line.modelled(), image);
+    let image = planes::get(past, MOMENT, node).unwrap_or(0.0);
+    set(past, MOMENT, line.modelled(), image);
+}
+
+/// The moments across the row of images, along y: those of the row.
+pub(crate) fn place_image_moments(images: &mut [Chunk<PAST_PLANES>], row: &[Chunk<PAST_PLANES>]) {
+    for (image, chunk) in images.iter_mut().zip(row) {
+        image[MOMENT + 1] = chunk[MOMENT + 1];
+    }
 }
 
 /// The velocities along z of the image column of so many rows.

@@ -13,15 +13,15 @@
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
-    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, MOMENT_PLANES,
-    PAST_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES, vertical_axes,
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PAST_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, YARN_PLANES, vertical_axes,
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::sheet::neighbours::{NOTHING, right_of};
-use crate::sheet::viscous::{NO_MOMENTS, NO_PAST, Past, ViscousRow, bending_forces};
+use crate::sheet::viscous::{NO_PAST, Past, ViscousRow, bending_forces};
 use crate::yarn::law::{self, DamageLaw, LOST, ViscosityLanes};
 use crate::yarn::rate::Rates;
 use crate::yarn::toe::{NO_TOE, Toe};
@@ -140,7 +140,7 @@ pub struct Row<'a> {
     /// Its toe's marks, empty for no toe.
     pub marks: &'a [Chunk<MARK_PLANES>],
     /// What viscosity keeps of it; None without.
-    pub viscous: Option<&'a mut ViscousRow<'a>>,
+    pub viscous: Option<ViscousRow<'a>>,
 }
 
 /// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what the stiffnesses
@@ -218,9 +218,8 @@ pub(crate) struct Lift<'a> {
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub yarn: &'a YarnRow<'a>,
     pub marks: &'a [Chunk<MARK_PLANES>],
-    /// What viscosity keeps of the row, and the moments of both rows; empty without it.
-    pub past: &'a [Chunk<PAST_PLANES>],
-    pub moments: [&'a [Chunk<MOMENT_PLANES>]; 2],
+    /// What viscosity keeps of both rows, with the moments of this pass; empty without it.
+    pub viscous: [&'a [Chunk<PAST_PLANES>]; 2],
 }
 
 impl Lift<'_> {
@@ -235,7 +234,7 @@ impl Job for Lift<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let Lift { pass, j, row, history, above, carry, yarn, marks, past, moments } = self;
+        let Lift { pass, j, row, history, above, carry, yarn, marks, viscous: [past, past_above] } = self;
         let upwards = pass.directions.vertical;
         let dependent = !yarn.logarithms.is_empty();
         let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
@@ -274,12 +273,10 @@ impl Job for Lift<'_> {
                 let mut stress = law::stress(stiffness, q);
                 let mut bent = L::splat(0.0);
                 if let Some(past) = past.get(c) {
+                    [_, bent] = bending_forces(past, &NO_PAST, past_above.get(c).unwrap_or(&NO_PAST), g);
                     let mut past = *past;
-                    let [_, twice_strain, _, stress_before] = &mut past;
-                    let mut past = Past { twice_strain, stress: stress_before, taken: &mut [0.0; CHUNK] };
-                    stress = past.stress(&viscosity, stiffness, q, g);
-                    let [here, above] = moments.map(|moments| moments.get(c).unwrap_or(&NO_MOMENTS));
-                    [_, bent] = bending_forces(here, &NO_MOMENTS, above, g);
+                    let [_, twice_strain, _, stress_before, ..] = &mut past;
+                    (stress, _) = Past { twice_strain, stress: stress_before }.stress(&viscosity, stiffness, q, g);
                 }
                 let mut lift = vertical_axes(rest.force(stress, vertical_axes(d)));
                 if !past.is_empty() {
@@ -301,12 +298,13 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
         let Row { pass, j, row, history, above, carry, yarn, marks, viscous } = self.0;
-        let (mut no_past, mut nothing_taken) = (NO_PAST, [[0.0; CHUNK]; 2]);
-        let (past, moments, moments_above, taken): (&mut [_], &[_], &[_], _) = match viscous {
-            Some(row) if VISCOUS => (&mut *row.past, row.moments, row.moments_above, &mut *row.taken),
+        let (mut no_past, mut taken) = (NO_PAST, [0.0; CHUNK]);
+        let viscous = match viscous {
+            Some(row) if VISCOUS => row,
             None if VISCOUS => return (Report::LOST, [0.0; 2]),
-            _ => (&mut [], &[], &[], &mut nothing_taken),
+            _ => ViscousRow { past: &mut [], above: &[], share: 0.0, taken: &mut [0.0; CHUNK] },
         };
+        let (share, mut rest_of_past) = (L::splat(viscous.share), viscous.past);
         let net = if GRADED { pass.net.row(j) } else { NetRow::NONE };
         let mut cold = Cold {
             pass,
@@ -320,7 +318,7 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
         let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let limits = [L::splat(limits[0]), L::splat(limits[1])];
         let viscosity = [horizontal.viscosity.lanes(), vertical.viscosity.lanes()];
-        let mut along = Carried::<L> { limits, viscosity, left_force: [zero; 3], low: zero, high: zero };
+        let mut along = Carried::<L> { limits, viscosity, share, left_force: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
@@ -337,16 +335,17 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
                 RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),
                 _ => &NO_MARKS,
             };
-            let (past, moments) = if VISCOUS {
-                let (Some(past), Some(here)) = (past.get_mut(c), moments.get(c)) else { break };
-                let [next, above] = [moments.get(c + 1), moments_above.get(c)];
-                (past, [here, next.unwrap_or(&NO_MOMENTS), above.unwrap_or(&NO_MOMENTS)])
+            let (past, past_beside) = if VISCOUS {
+                let Some((past, tail)) = rest_of_past.split_first_mut() else { break };
+                rest_of_past = tail;
+                let beside = [rest_of_past.first(), viscous.above.get(c)];
+                (past, beside.map(|beside| beside.unwrap_or(&NO_PAST)))
             } else {
-                (&mut no_past, [&NO_MOMENTS; 3])
+                (&mut no_past, [&NO_PAST; 2])
             };
             let column = c * CHUNK;
-            let taken = &mut *taken;
-            let mut planes = Planes { chunk, history, above, carry, factors, next, column, past, moments, taken };
+            let taken = &mut taken;
+            let mut planes = Planes { chunk, history, above, carry, factors, next, column, past, past_beside, taken };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
                 1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold, &net),
@@ -362,6 +361,9 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
                 }
             }
             rest = tail;
+        }
+        if VISCOUS {
+            *viscous.taken = taken;
         }
         (cold.report, [least(along.low), greatest(along.high)])
     }
@@ -381,9 +383,9 @@ struct Planes<'a> {
     column: usize,
     /// What viscosity keeps of the segments, and what they take.
     past: &'a mut Chunk<PAST_PLANES>,
-    taken: &'a mut [[f64; CHUNK]; 2],
-    /// Viscous moments of the nodes, of those of the chunk behind, and of the row above.
-    moments: [&'a Chunk<MOMENT_PLANES>; 3],
+    taken: &'a mut [f64; CHUNK],
+    /// The same of the chunk behind and of the row above.
+    past_beside: [&'a Chunk<PAST_PLANES>; 2],
 }
 
 /// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
@@ -393,6 +395,8 @@ struct Carried<L> {
     limits: [L; 2],
     /// Viscosity of both.
     viscosity: [ViscosityLanes<L>; 2],
+    /// [`ViscousRow::share`].
+    share: L,
     left_force: [L; 3],
     low: L,
     high: L,
@@ -465,11 +469,13 @@ impl<L: Lane> Carried<L> {
         let kh = factored::<L, FACTOR>(L::load(&kh[g]), q_h, factor_h, g, cold.pass);
         let kv = factored::<L, FACTOR>(L::load(&kv[g]), q_v, factor_v, g, cold.pass);
         let (stress_v, stress_h) = if VISCOUS {
-            let ([q_x, q_y, x, y], [taken_x, taken_y]) = (&mut *planes.past, &mut *planes.taken);
-            let mut past_h = Past { twice_strain: q_x, stress: x, taken: taken_x };
-            let mut past_v = Past { twice_strain: q_y, stress: y, taken: taken_y };
+            let [q_x, q_y, x, y, ..] = &mut *planes.past;
             let [of_h, of_v] = &self.viscosity;
-            (past_v.stress(of_v, kv, q_v, g), past_h.stress(of_h, kh, q_h, g))
+            let (stress_v, taken_v) = Past { twice_strain: q_y, stress: y }.stress(of_v, kv, q_v, g);
+            let (stress_h, taken_h) = Past { twice_strain: q_x, stress: x }.stress(of_h, kh, q_h, g);
+            let taken = &mut L::groups_mut(planes.taken)[g];
+            L::load(taken).add(taken_h.add(taken_v.mul(self.share))).store(taken);
+            (stress_v, stress_h)
         } else {
             (law::stress(kv, q_v), law::stress(kh, q_h))
         };
@@ -483,8 +489,8 @@ impl<L: Lane> Carried<L> {
             (vertical.rest.force(stress_v, vertical_axes(up)), horizontal.rest.force(stress_h, along))
         };
         if VISCOUS {
-            let [moments, next, above] = planes.moments;
-            let [bent_h, bent_v] = bending_forces::<L>(moments, next, above, g);
+            let [next, above] = planes.past_beside;
+            let [bent_h, bent_v] = bending_forces::<L>(planes.past, next, above, g);
             force[2] = force[2].add(bent_h);
             lift[2] = lift[2].add(bent_v);
         }

@@ -2,61 +2,53 @@
 //!
 //! Method: (M16) takes what the strain of a segment has grown by since the last pass, which is kept for it, so stress and viscous part
 //! are one force. (M17) along z needs the velocities of nodes two away, all as they were: the moments of row j + 1 are found before
-//! row j is swept. The forces belong to t_n and their rates to t_{n-1/2}, an error of first order in dt of a force that vanishes with
-//! the spacing; the tensions that open the moments are those of t_{n-1}, at the latest damage. As a force of the segment between nodes
-//! i and i + 1 the moments are M_i - M_{i+1}.
+//! row j is swept, here as -M_i. The forces belong to t_n and their rates to t_{n-1/2}, an error of first order in dt of a force that
+//! vanishes with the spacing; the tensions that open the moments are those of t_{n-1}, at the latest damage. As a force of the segment between nodes i and i + 1 the moments are M_i - M_{i+1}.
 //! What viscosity takes in a step is force times the mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a pass
 //! takes half of the rate behind it times the forces of the last pass and of its own (`step/viscosity.rs` adds what is open).
 //! Limits: velocity Verlet, no graded network. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
 use crate::ground::lanes::{Job, Lane};
-use crate::ground::planes::{CHUNK, Chunk, HOT_PLANES, MOMENT_PLANES, PAST_PLANES, SPEED_Z};
+use crate::ground::planes::{CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z};
 use crate::sheet::direction::Along;
 use crate::sheet::neighbours::{NOTHING, at, right_of};
 use crate::yarn::law::{self, ViscosityLanes};
 
 /// What viscosity keeps of a row that is swept; no chunks without it.
 pub struct ViscousRow<'a> {
-    /// Twice the strain of its segments in the last pass, and the viscous part of their stress.
+    /// Of its segments in the last pass, and the moments of its nodes in this one.
     pub past: &'a mut [Chunk<PAST_PLANES>],
-    /// Moments of its nodes in this pass.
-    pub moments: &'a [Chunk<MOMENT_PLANES>],
-    /// Those of the row above; empty for none.
-    pub moments_above: &'a [Chunk<MOMENT_PLANES>],
-    /// Adds what its horizontal and vertical segments take, by columns: 1/4 l^2 of it.
-    pub taken: &'a mut [[f64; CHUNK]; 2],
+    /// The same of the row above; empty for none.
+    pub above: &'a [Chunk<PAST_PLANES>],
+    /// What of a vertical segment counts, over that of a horizontal one.
+    pub share: f64,
+    /// Receives what its segments take, by columns, as if all were horizontal ones: over 1/4 l^2.
+    pub taken: &'a mut [f64; CHUNK],
 }
 
 /// Without a past.
 pub(crate) const NO_PAST: Chunk<PAST_PLANES> = [[0.0; CHUNK]; PAST_PLANES];
-/// Without moments.
-pub(crate) const NO_MOMENTS: Chunk<MOMENT_PLANES> = [[0.0; CHUNK]; MOMENT_PLANES];
-/// First plane of the viscous stresses of the past: the strains come before.
-pub(crate) const STRESS: usize = 2;
 
 /// The same of eight segments of one direction.
 pub(crate) struct Past<'a> {
     pub twice_strain: &'a mut [f64; CHUNK],
     pub stress: &'a mut [f64; CHUNK],
-    pub taken: &'a mut [f64; CHUNK],
 }
 
 impl Past<'_> {
-    /// Stress of group g with its viscous part, whose past becomes the present.
+    /// Stress of group g with its viscous part, whose past becomes the present; and what it takes, over 1/4 l^2.
     #[inline(always)]
-    pub fn stress<L: Lane>(&mut self, viscosity: &ViscosityLanes<L>, stiffness: L, q: L, g: usize) -> L {
-        let Past { twice_strain, stress, taken } = self;
-        let (before, taken) = (&mut L::groups_mut(twice_strain)[g], &mut L::groups_mut(taken)[g]);
-        let (last, zero, past) = (&mut L::groups_mut(stress)[g], L::splat(0.0), L::load(before));
+    pub fn stress<L: Lane>(self, viscosity: &ViscosityLanes<L>, stiffness: L, q: L, g: usize) -> (L, L) {
+        let (before, last) = (&mut L::groups_mut(self.twice_strain)[g], &mut L::groups_mut(self.stress)[g]);
+        let (zero, past) = (L::splat(0.0), L::load(before));
         let taut = q.max(zero);
         let strain = viscosity.twice_strain(taut, past.max(zero));
         let viscous = stiffness.mul(strain.sub(taut));
-        let both = L::load(last).add(viscous);
-        L::load(taken).add(both.mul(q.sub(past))).store(taken);
+        let taken = L::load(last).add(viscous).mul(q.sub(past));
         q.store(before);
         viscous.store(last);
-        stiffness.mul(strain)
+        (stiffness.mul(strain), taken)
     }
 }
 
@@ -64,14 +56,13 @@ impl Past<'_> {
 pub(crate) struct MomentsOfRow<'a> {
     pub directions: Along<'a>,
     pub row: &'a [Chunk<HOT_PLANES>],
-    pub past: &'a [Chunk<PAST_PLANES>],
     /// The row below and its past; empty below the first.
     pub below: &'a [Chunk<HOT_PLANES>],
     pub past_below: &'a [Chunk<PAST_PLANES>],
     /// Empty above the last.
     pub above: &'a [Chunk<HOT_PLANES>],
-    /// Those of the last pass, which they replace.
-    pub moments: &'a mut [Chunk<MOMENT_PLANES>],
+    /// Its past, whose moments they replace.
+    pub past: &'a mut [Chunk<PAST_PLANES>],
 }
 
 impl Job for MomentsOfRow<'_> {
@@ -79,31 +70,27 @@ impl Job for MomentsOfRow<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) -> [f64; CHUNK] {
-        let MomentsOfRow { directions, row, past, below, past_below, above, moments } = self;
-        let mut along = Carried::<L> {
-            horizontal: directions.horizontal.viscosity.lanes(),
-            vertical: directions.vertical.viscosity.lanes(),
-            rate: L::splat(0.0),
-            tension: L::splat(0.0),
-            taken: [0.0; CHUNK],
-        };
-        for (c, ((chunk, past), moments)) in row.iter().zip(past).zip(moments).enumerate() {
+        let MomentsOfRow { directions, row, below, past_below, above, past } = self;
+        let zero = L::splat(0.0);
+        let [horizontal, vertical] = [directions.horizontal.viscosity.lanes(), directions.vertical.viscosity.lanes()];
+        let mut along = Carried { horizontal, vertical, last: [zero; 2], taken: [0.0; CHUNK] };
+        for (c, (chunk, past)) in row.iter().zip(past).enumerate() {
             let next = row.get(c + 1).unwrap_or(&NOTHING);
             let (above, below) = (above.get(c).unwrap_or(&NOTHING), below.get(c).unwrap_or(&NOTHING));
             let past_below = past_below.get(c).unwrap_or(&NO_PAST);
-            let nodes = Nodes { chunk, next, past, above, below, past_below };
+            let nodes = Nodes { chunk, next, above, below, past_below };
             // Written out, so that every place in the chunk is a constant, as in the sweep.
             match CHUNK / L::WIDTH {
-                1 => along.group(&nodes, moments, 0),
+                1 => along.group(&nodes, past, 0),
                 2 => {
-                    along.group(&nodes, moments, 0);
-                    along.group(&nodes, moments, 1);
+                    along.group(&nodes, past, 0);
+                    along.group(&nodes, past, 1);
                 }
                 _ => {
-                    along.group(&nodes, moments, 0);
-                    along.group(&nodes, moments, 1);
-                    along.group(&nodes, moments, 2);
-                    along.group(&nodes, moments, 3);
+                    along.group(&nodes, past, 0);
+                    along.group(&nodes, past, 1);
+                    along.group(&nodes, past, 2);
+                    along.group(&nodes, past, 3);
                 }
             }
         }
@@ -116,7 +103,6 @@ struct Nodes<'a> {
     chunk: &'a Chunk<HOT_PLANES>,
     /// The chunk behind it.
     next: &'a Chunk<HOT_PLANES>,
-    past: &'a Chunk<PAST_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
     below: &'a Chunk<HOT_PLANES>,
     past_below: &'a Chunk<PAST_PLANES>,
@@ -126,28 +112,26 @@ struct Nodes<'a> {
 struct Carried<L> {
     horizontal: ViscosityLanes<L>,
     vertical: ViscosityLanes<L>,
-    /// Relative velocity of the ends of the segments to the left, and their stress.
-    rate: L,
-    tension: L,
+    /// Velocity of the group to the left, and the stress of its segments.
+    last: [L; 2],
     taken: [f64; CHUNK],
 }
 
 impl<L: Lane> Carried<L> {
     #[inline(always)]
-    fn group(&mut self, nodes: &Nodes<'_>, moments: &mut Chunk<MOMENT_PLANES>, g: usize) {
-        let Nodes { chunk, next, past, above, below, past_below } = *nodes;
-        let v: L = at(chunk, SPEED_Z, g);
-        let rate = right_of(v, &chunk[SPEED_Z], &next[SPEED_Z], g).sub(v);
-        let tension = law::stress::<L>(at(chunk, 6, g), at(past, 0, g));
-        let bending = self.horizontal.bending(tension.left_of(self.tension), tension);
-        let along_x = moment(rate.sub(rate.left_of(self.rate)), bending, &mut L::groups_mut(&mut moments[0])[g]);
-        (self.rate, self.tension) = (rate, tension);
+    fn group(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, g: usize) {
+        let Nodes { chunk, next, above, below, past_below } = *nodes;
+        let (v, stress): (L, L) = (at(chunk, SPEED_Z, g), law::stress(at(chunk, 6, g), at(past, 0, g)));
+        let right = v.sub(right_of(v, &chunk[SPEED_Z], &next[SPEED_Z], g));
+        let left = v.sub(v.left_of(self.last[0]));
+        let bending = self.horizontal.bending(stress.left_of(self.last[1]), stress);
+        let along_x = moment(left.add(right), bending, &mut L::groups_mut(&mut past[MOMENT])[g]);
+        self.last = [v, stress];
 
-        let up = at::<L, HOT_PLANES>(above, SPEED_Z, g).sub(v);
-        let down = v.sub(at(below, SPEED_Z, g));
+        let (up, down) = (v.sub(at(above, SPEED_Z, g)), v.sub(at(below, SPEED_Z, g)));
         let before = law::stress::<L>(at(below, 7, g), at(past_below, 1, g));
         let bending = self.vertical.bending(before, law::stress(at(chunk, 7, g), at(past, 1, g)));
-        let along_y = moment(up.sub(down), bending, &mut L::groups_mut(&mut moments[1])[g]);
+        let along_y = moment(down.add(up), bending, &mut L::groups_mut(&mut past[MOMENT + 1])[g]);
         let taken = &mut L::groups_mut(&mut self.taken)[g];
         L::load(taken).add(along_x.add(along_y)).store(taken);
     }
@@ -165,11 +149,11 @@ fn moment<L: Lane>(change: L, bending: L, slot: &mut L::Group) -> L {
 /// Force along z of the moments at both ends of the segments from group g, to the right and upwards.
 #[inline(always)]
 pub(crate) fn bending_forces<L: Lane>(
-    moments: &Chunk<MOMENT_PLANES>,
-    next: &Chunk<MOMENT_PLANES>,
-    above: &Chunk<MOMENT_PLANES>,
+    past: &Chunk<PAST_PLANES>,
+    next: &Chunk<PAST_PLANES>,
+    above: &Chunk<PAST_PLANES>,
     g: usize,
 ) -> [L; 2] {
-    let (x, y): (L, L) = (at(moments, 0, g), at(moments, 1, g));
-    [x.sub(right_of(x, &moments[0], &next[0], g)), y.sub(at(above, 1, g))]
+    let (x, y): (L, L) = (at(past, MOMENT, g), at(past, MOMENT + 1, g));
+    [right_of(x, &past[MOMENT], &next[MOMENT], g).sub(x), at::<L, PAST_PLANES>(above, MOMENT + 1, g).sub(y)]
 }

@@ -7,12 +7,11 @@
 use crate::body::pose::Vector;
 use crate::ground::error::{Code, Error};
 use crate::ground::hash::Hash;
-use crate::ground::planes::{self, Axis, CHUNK, MOMENT_PLANES};
+use crate::ground::planes::{self, Axis, CHUNK, MOMENT, VISCOUS_STRESS};
 use crate::memory::layout::HEADER_WORDS;
 use crate::memory::state::{COUNT_MAX, State, Visitor};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::sheet::viscous::STRESS;
 use crate::sheet::weave::in_runs;
 use crate::sim::snapshot::header;
 use crate::sim::start::LARGEST_STRETCH;
@@ -144,7 +143,7 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
             sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
             words = rest;
             let viscous = layout.has(Feature::Viscosity);
-            sound &= takes_numbers(&mut words, if viscous { MOMENT_PLANES } else { 0 });
+            sound &= takes_numbers(&mut words, if viscous { 2 } else { 0 });
             for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, verticals)] {
                 if !exists {
                     continue;
@@ -189,7 +188,6 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
     let history = planes::row_mut(system.arrays.history, chunks, j);
     let marks = planes::row_mut(system.arrays.marks, chunks, j);
     let past = planes::row_mut(system.arrays.past, chunks, j);
-    let moments = planes::row_mut(system.arrays.moments, chunks, j);
     let verticals = layout.has_verticals(j);
     for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
         let mut marks = marks.get_mut(c);
@@ -201,9 +199,9 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
             for (plane, &word) in hot.iter_mut().zip(node) {
                 plane[lane] = real(word);
             }
-            if let Some(moments) = moments.get_mut(c) {
+            if let Some(past) = past.get_mut(c) {
                 let Some(([x, y], rest)) = words.split_first_chunk() else { return true };
-                (moments[0][lane], moments[1][lane]) = (real(*x), real(*y));
+                (past[MOMENT][lane], past[MOMENT + 1][lane]) = (real(*x), real(*y));
                 *words = rest;
             }
             for (axis, exists) in [(0, i < across), (1, verticals)] {
@@ -222,7 +220,7 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
                 }
                 if let Some(past) = past.get_mut(c) {
                     let Some(([twice_strain, stress], rest)) = words.split_first_chunk() else { return true };
-                    (past[axis][lane], past[STRESS + axis][lane]) = (real(*twice_strain), real(*stress));
+                    (past[axis][lane], past[VISCOUS_STRESS + axis][lane]) = (real(*twice_strain), real(*stress));
                     *words = rest;
                 }
             }

@@ -9,12 +9,11 @@
 
 use crate::ground::error::{Code, Error};
 use crate::ground::hash::Hash;
-use crate::ground::planes;
+use crate::ground::planes::{self, MOMENT, PAST_PLANES, VISCOUS_STRESS};
 use crate::memory::layout::{HEADER_WORDS, MARK_WORDS};
 use crate::memory::state::Visitor;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::sheet::viscous::STRESS;
 use crate::sim::fingerprint::fingerprint;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
@@ -110,13 +109,12 @@ fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
     for j in 0..ny {
         let (row, history) = (planes::row(system.arrays.hot, chunks, j), planes::row(system.arrays.history, chunks, j));
         let marks = planes::row(system.arrays.marks, chunks, j);
-        let (past, moments) =
-            (planes::row(system.arrays.past, chunks, j), planes::row(system.arrays.moments, chunks, j));
+        let past = planes::row(system.arrays.past, chunks, j);
         let verticals = layout.has_verticals(j);
         for i in 0..nx {
             (0..6).for_each(|plane| word(bits(planes::get(row, plane, i))));
             if system.layout.has(Feature::Viscosity) {
-                (0..2).for_each(|plane| word(bits(planes::get(moments, plane, i))));
+                (MOMENT..PAST_PLANES).for_each(|plane| word(bits(planes::get(past, plane, i))));
             }
             for (axis, exists) in [(0, i < across), (1, verticals)] {
                 if exists {
@@ -127,7 +125,7 @@ fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
                 }
                 if exists && system.layout.has(Feature::Viscosity) {
                     word(bits(planes::get(past, axis, i)));
-                    word(bits(planes::get(past, STRESS + axis, i)));
+                    word(bits(planes::get(past, VISCOUS_STRESS + axis, i)));
                 }
             }
         }

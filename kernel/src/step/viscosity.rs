@@ -4,11 +4,10 @@
 //! the other half, with the rate of t_{n+1/2}, is open until the next pass and is added to a balance in between.
 //! Reference: docs/model.md, "Viscosity".
 
-use crate::ground::planes::{self, Axis, SPEED_Z};
+use crate::ground::planes::{self, Axis, MOMENT, SPEED_Z, VISCOUS_STRESS};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::sweep::node_sum;
-use crate::sheet::viscous::STRESS;
 use crate::yarn::law;
 
 /// Starts from the present state: the strain of the last pass is that of the displacements less the velocities, and nothing has acted.
@@ -18,7 +17,6 @@ pub(crate) fn start(system: &mut System<'_>) {
     }
     let chunks = system.layout.chunks;
     system.arrays.past.fill(crate::sheet::viscous::NO_PAST);
-    system.arrays.moments.fill(crate::sheet::viscous::NO_MOMENTS);
     for j in 0..system.layout.nodes_y {
         for i in 0..system.layout.nodes_x {
             for axis in [Axis::Horizontal, Axis::Vertical] {
@@ -43,11 +41,10 @@ pub(crate) fn open(system: &System<'_>) -> f64 {
     for (i, j) in system.nodes() {
         let mut of_node = 0.0;
         for axis in [Axis::Horizontal, Axis::Vertical] {
-            let moment = planes::get(planes::row(system.arrays.moments, system.layout.chunks, j), axis as usize, i);
-            let taken_by_moment = 0.5 * moment.unwrap_or(0.0) * change_of_rate(system, axis, i, j);
+            let [past, stress, moment] = past(system, axis, i, j);
+            let taken_by_moment = 0.5 * moment * change_of_rate(system, axis, i, j);
             of_node += system.layout.node_weight(i, j) * taken_by_moment;
             let Some(segment) = system.segment(axis, i, j) else { continue };
-            let [past, stress] = past(system, axis, i, j);
             let growth = segment.twice_strain() - past;
             let length = segment.rest.length;
             of_node += system.layout.segment_weight(axis, i, j) * (0.25 * length * length * stress * growth);
@@ -57,10 +54,12 @@ pub(crate) fn open(system: &System<'_>) -> f64 {
     taken * system.model.unit_energy
 }
 
-/// Twice the strain in the last pass of the segment from node (i, j), and the viscous part of its stress.
-fn past(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 2] {
+/// Twice the strain in the last pass of the segment from node (i, j), the viscous part of its stress, and the node's moment.
+fn past(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
     let row = planes::row(system.arrays.past, system.layout.chunks, j);
-    [axis as usize, STRESS + axis as usize].map(|plane| planes::get(row, plane, i).unwrap_or(0.0))
+    [0, VISCOUS_STRESS, MOMENT]
+        .map(|first| first + axis as usize)
+        .map(|plane| planes::get(row, plane, i).unwrap_or(0.0))
 }
 
 /// Velocity along z at a place, of the image behind a mirror plane too; 0 where there is no node.
@@ -73,14 +72,14 @@ fn speed(system: &System<'_>, i: Option<usize>, j: Option<usize>) -> f64 {
     planes::get(row, SPEED_Z, i).unwrap_or(0.0)
 }
 
-/// v_{i-1} - 2 v_i + v_{i+1} along z at a node; of no meaning where its yarn ends.
+/// 2 v_i - v_{i-1} - v_{i+1} along z at a node; of no meaning where its yarn ends.
 fn change_of_rate(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
     let (before, behind) = match axis {
         Axis::Horizontal => (speed(system, i.checked_sub(1), Some(j)), speed(system, Some(i + 1), Some(j))),
         Axis::Vertical => (speed(system, Some(i), j.checked_sub(1)), speed(system, Some(i), Some(j + 1))),
     };
     let here = speed(system, Some(i), Some(j));
-    (behind - here) - (here - before)
+    (here - before) + (here - behind)
 }
 
 /// The moment that the next pass finds for the yarn of this direction at a node, or at its image.
@@ -104,12 +103,12 @@ fn segment_force(system: &System<'_>, axis: Axis, i: Option<usize>, j: Option<us
     let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
     let Some(segment) = system.segment(axis, i, j) else { return [0.0; 3] };
     let end = if axis == Axis::Horizontal { (i + 1, j) } else { (i, j + 1) };
-    let [past, _] = past(system, axis, i, j);
+    let [past, ..] = past(system, axis, i, j);
     let viscosity = system.direction(axis, j).viscosity.lanes::<f64>();
     let strain = viscosity.twice_strain(segment.twice_strain().max(0.0), past.max(0.0));
     let [x, y, z] = segment.force(system.stiffness_now(&segment), strain);
     let (here, there) = (moment(system, axis, i, j), moment(system, axis, end.0, end.1));
-    [x, y, z + (here - there)]
+    [x, y, z + (there - here)]
 }
 
 /// Change of velocity in the next pass that the yarns give a node, viscosity included; nothing is committed. The same expressions in the

@@ -6,10 +6,10 @@ use super::plan::Plan;
 use super::pointers::{rows, rows_mut};
 use super::scratch::Scratch;
 use crate::ground::error::Failure;
-use crate::ground::planes::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, MOMENT_PLANES};
+use crate::ground::planes::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
 use crate::memory::rows::Rows;
 use crate::memory::system::System;
-use crate::memory::viscous_rows::{ViscousRows, find_moments_of_row};
+use crate::memory::viscous_rows::{ViscousRows, find_moments_of_row, place_image_moments};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
 use crate::sheet::sweep::{Lift, Report};
@@ -30,7 +30,7 @@ impl Plan {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the arrays; the caller has them and the scratch to itself.
         unsafe {
-            let Scratch { above, carry, moments, .. } = self.scratch(band);
+            let Scratch { above, carry, viscous, .. } = self.scratch(band);
             // The plies that the band's first row and the row above it belong to, and their rows.
             let [(lowest, low), (highest, [_, top])] = [first, end - 1].map(|j| {
                 let (ply, _) = layout.ply_and_row(j);
@@ -41,7 +41,7 @@ impl Plan {
             }
             let is_cut = first > low[0] && first < low[1];
             if layout.has(Feature::Viscosity) {
-                let mut slots = moments.chunks_exact_mut(chunks.max(1));
+                let mut slots = viscous.chunks_exact_mut(chunks.max(1));
                 let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));
                 // What a row takes is counted once, and by the band that has it.
                 if is_cut {
@@ -54,7 +54,7 @@ impl Plan {
                 }
             }
             if is_cut {
-                self.lift(first, lowest, carry, moments);
+                self.lift(first, lowest, carry, viscous);
             } else if let Some(step) = self.step_in_block() {
                 copy_row(carry, rows(memory.carries, chunks, step, 1));
             }
@@ -66,7 +66,7 @@ impl Plan {
     /// # Safety
     /// Nothing changes the two rows.
     #[inline(never)]
-    unsafe fn lift(&self, j: usize, ply: usize, carry: &mut [Chunk<CARRY_PLANES>], moments: &[Chunk<MOMENT_PLANES>]) {
+    unsafe fn lift(&self, j: usize, ply: usize, carry: &mut [Chunk<CARRY_PLANES>], viscous: &[Chunk<PAST_PLANES>]) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the arrays; the caller's promise.
         unsafe {
@@ -79,11 +79,10 @@ impl Plan {
             let marks = if self.marked { rows(memory.marks, chunks, j - 1, 1) } else { &[] };
             let terms = self.terms(false);
             let yarn = terms.yarn_row(yarn, strength, logarithms, 0, ply);
-            let past = if layout.has(Feature::Viscosity) { rows(memory.past, chunks, j - 1, 1) } else { &[] };
-            let (net, moments) = (self.net(), [0, 1].map(|slot| planes::row(moments, chunks, slot)));
+            let (net, viscous) = (self.net(), [0, 1].map(|slot| planes::row(viscous, chunks, slot)));
             let pass = terms.pass(&net, ply);
             let (row, above, yarn) = (below, here, &yarn);
-            Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, marks, past, moments }.find();
+            Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, marks, viscous }.find();
         }
     }
 
@@ -92,25 +91,19 @@ impl Plan {
     /// # Safety
     /// Nothing changes the row and those beside it; nothing else uses what is counted of it.
     #[inline(never)]
-    unsafe fn find_moments(&self, j: usize, ply: usize, moments: &mut [Chunk<MOMENT_PLANES>], counts: bool) {
+    unsafe fn find_moments(&self, j: usize, ply: usize, past: &mut [Chunk<PAST_PLANES>], counts: bool) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         let [low, _] = layout.rows_of(ply);
         // SAFETY: the rows lie inside the arrays; the caller's promise.
         unsafe {
-            copy_row(moments, rows(memory.moments, chunks, j, 1));
-            let (below, past_below) = if j > low {
-                (rows(memory.hot, chunks, j - 1, 1), rows(memory.past, chunks, j - 1, 1))
-            } else {
-                (&[][..], &[][..])
-            };
+            copy_row(past, rows(memory.past, chunks, j, 1));
             let row = MomentsOfRow {
                 directions: self.directions().of_ply(ply),
                 row: rows(memory.hot, chunks, j, 1),
-                past: rows(memory.past, chunks, j, 1),
-                below,
-                past_below,
+                below: if j > low { rows(memory.hot, chunks, j - 1, 1) } else { &[] },
+                past_below: if j > low { rows(memory.past, chunks, j - 1, 1) } else { &[] },
                 above: if layout.has_verticals(j) { rows(memory.hot, chunks, j + 1, 1) } else { &[] },
-                moments,
+                past,
             };
             let mut ignored = 0.0;
             let taken = if counts { &mut *memory.taken.add(j) } else { &mut ignored };
@@ -127,34 +120,37 @@ impl Plan {
         &self,
         [first, end]: [usize; 2],
         ply: usize,
-        beside: &'r [Chunk<MOMENT_PLANES>],
+        beside: &'r mut [Chunk<PAST_PLANES>],
     ) -> ViscousRows<'r> {
         let (layout, memory, chunks, count) = (&self.layout, &self.memory, self.layout.chunks, end - first);
         if !layout.has(Feature::Viscosity) {
-            return ViscousRows { past: &mut [], moments: &mut [], by_column: &mut [], above: &[], known: [false; 2] };
+            return ViscousRows { past: &mut [], above: &mut [], known: [false; 2] };
         }
         // Behind the mirror plane lie the images of a row, which may be the one below the band.
-        let images = layout.y.is_mirrored() && end == layout.nodes_y && layout.y.node(layout.y.modelled()).0 < first;
-        let [below, bottom, last, above] = [0, 1, 2, 3].map(|slot| planes::row(beside, chunks, slot));
-        // SAFETY: the caller's promise.
+        let images = layout.y.is_mirrored() && end == layout.nodes_y;
+        let mut slots = beside.chunks_exact_mut(chunks.max(1));
+        let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));
+        // SAFETY: the caller's promise; the images are the last band's.
         unsafe {
             let [low, top] = self.rows_of_ply(ply);
-            let (known, moments) = ([first > low, end < top], rows_mut(memory.moments, chunks, first, count));
+            let (known, past) = ([first > low, end < top], rows_mut(memory.past, chunks, first, count));
             if known[0] {
-                copy_row(moments, bottom);
+                copy_row(past, bottom);
             }
             if known[1] {
-                copy_row(planes::row_mut(moments, chunks, count - 1), last);
+                copy_row(planes::row_mut(past, chunks, count - 1), last);
             }
             let above = if known[1] {
                 above
             } else if images {
-                below
+                rows_mut(memory.past, chunks, end, 1)
             } else {
-                &[]
+                &mut []
             };
-            let by_column = rows_mut(memory.by_column, 1, first, count);
-            ViscousRows { past: rows_mut(memory.past, chunks, first, count), moments, by_column, above, known }
+            if images && layout.y.node(layout.y.modelled()).0 < first {
+                place_image_moments(above, below);
+            }
+            ViscousRows { past, above, known }
         }
     }
 
@@ -197,7 +193,7 @@ impl Plan {
                 if start >= stop {
                     continue;
                 }
-                let Scratch { above, carry, moments, kept } = self.scratch(band);
+                let Scratch { above, carry, viscous, kept } = self.scratch(band);
                 let above: &[_] = if stop < top {
                     above
                 } else if let Some(step) = self.step_in_block().filter(|_| stop < ply_end) {
@@ -213,7 +209,7 @@ impl Plan {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
                 }
                 let mut rows =
-                    self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, above, carry, kept, moments);
+                    self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, above, carry, kept, viscous);
                 let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
                 let terms = self.terms(fetches);
                 let met = if VISCOUS { rows.sweep_viscous(&terms) } else { rows.sweep(&terms) };
@@ -299,7 +295,7 @@ impl Plan {
         let memory = &self.memory;
         // SAFETY: the caller's promise; there are pulls of every step and row.
         unsafe {
-            let mut row = self.rows(step, [j, j + 1], 0, above, carry, self.scratch(band).kept, &[]);
+            let mut row = self.rows(step, [j, j + 1], 0, above, carry, self.scratch(band).kept, &mut []);
             // A row comes from memory in the first step alone.
             let mut report = row.sweep(&self.terms(self.fetches && step == 0));
             report.non_finite |= block.is_met(step, j, memory.ranges.add(j).read());
@@ -330,7 +326,7 @@ impl Plan {
         above: &'r [Chunk<HOT_PLANES>],
         carry: &'r mut [Chunk<CARRY_PLANES>],
         kept: &'r mut [[f64; 3]],
-        beside: &'r [Chunk<MOMENT_PLANES>],
+        beside: &'r mut [Chunk<PAST_PLANES>],
     ) -> Rows<'r> {
         let (layout, memory, chunks, count) = (&self.layout, &self.memory, self.layout.chunks, end - first);
         // SAFETY: the caller's promise.

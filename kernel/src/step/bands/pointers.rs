@@ -1,8 +1,8 @@
 //! Where the rows are: bare pointers into the simulation's arrays, which all bands share, and slices of rows made of them.
 
 use crate::ground::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, MOMENT_PLANES, PAST_PLANES, RATE_PLANES,
-    STRENGTH_PLANES, YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PAST_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    YARN_PLANES,
 };
 use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
@@ -23,8 +23,6 @@ pub(super) struct Pointers {
     pub(super) logarithms: *const Chunk<RATE_PLANES>,
     pub(super) marks: *const Chunk<MARK_PLANES>,
     pub(super) past: *mut Chunk<PAST_PLANES>,
-    pub(super) moments: *mut Chunk<MOMENT_PLANES>,
-    pub(super) by_column: *mut [[f64; CHUNK]; 2],
     pub(super) taken: *mut f64,
     pub(super) columns: *const Chunk<LINE_PLANES>,
     pub(super) lines: *const Chunk<LINE_PLANES>,
@@ -49,8 +47,6 @@ impl Pointers {
             logarithms,
             marks,
             past,
-            moments,
-            by_column,
             taken,
             columns,
             lines,
@@ -72,8 +68,6 @@ impl Pointers {
             logarithms: logarithms.as_ptr(),
             marks: marks.as_ptr(),
             past: past.as_mut_ptr(),
-            moments: moments.as_mut_ptr(),
-            by_column: by_column.as_mut_ptr(),
             taken: taken.as_mut_ptr(),
             columns: columns.as_ptr(),
             lines: lines.as_ptr(),
