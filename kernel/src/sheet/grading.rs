@@ -123,25 +123,25 @@ impl NetRow<'_> {
         if self.columns.is_empty() {
             return rest.lanes();
         }
-        bars(L::splat(self.spacing), L::splat(self.inverse_square), rest)
+        bars(L::splat(self.spacing), L::splat(self.inverse_square), L::splat(rest.twice_strain))
     }
 
     /// The same of its horizontal bars in lane group g of chunk c.
     #[inline(always)]
     pub fn along<L: Lane>(&self, c: usize, g: usize, rest: &Rest) -> RestLanes<L> {
-        self.columns.get(c).map_or_else(|| rest.lanes(), |columns| bars_along(columns, g, rest))
+        let lanes = rest.lanes::<L>();
+        self.columns.get(c).map_or(lanes, |columns| bars_along(columns, g, lanes.twice_strain))
     }
 }
 
-/// How the bars of lane group g lie in the flat sheet. `rest`: a segment of the fabric.
+/// How the bars of lane group g lie in the flat sheet. `twice_strain`: of a segment of the fabric there.
 #[inline(always)]
-pub(crate) fn bars_along<L: Lane>(columns: &Chunk<LINE_PLANES>, g: usize, rest: &Rest) -> RestLanes<L> {
-    bars(L::load(&L::groups(&columns[SPACING])[g]), L::load(&L::groups(&columns[INVERSE_SQUARE])[g]), rest)
+pub(crate) fn bars_along<L: Lane>(columns: &Chunk<LINE_PLANES>, g: usize, twice_strain: L) -> RestLanes<L> {
+    bars(L::load(&L::groups(&columns[SPACING])[g]), L::load(&L::groups(&columns[INVERSE_SQUARE])[g]), twice_strain)
 }
 
 #[inline(always)]
-fn bars<L: Lane>(spacing: L, inverse_square: L, rest: &Rest) -> RestLanes<L> {
-    let twice_strain = L::splat(rest.twice_strain);
+fn bars<L: Lane>(spacing: L, inverse_square: L, twice_strain: L) -> RestLanes<L> {
     RestLanes { spacing, twice_spacing: spacing.add(spacing), inverse_square, twice_strain }
 }
 

@@ -22,7 +22,7 @@ use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::sheet::neighbours::{NOTHING, right_of};
 use crate::sheet::viscous::{NO_PAST, Past, ViscousRow, bending_forces};
-use crate::yarn::law::{self, DamageLaw, LOST, ViscosityLanes};
+use crate::yarn::law::{self, DamageLaw, LOST, RestLanes, ViscosityLanes};
 use crate::yarn::rate::Rates;
 use crate::yarn::toe::{NO_TOE, Toe};
 
@@ -318,7 +318,8 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
         let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let limits = [L::splat(limits[0]), L::splat(limits[1])];
         let viscosity = [horizontal.viscosity.lanes(), vertical.viscosity.lanes()];
-        let mut along = Carried::<L> { limits, viscosity, share, left_force: [zero; 3], low: zero, high: zero };
+        let (rests, inverse_width) = ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
+        let mut along = Carried::<L> { limits, viscosity, share, rests, inverse_width, left_force: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
@@ -343,21 +344,21 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
             } else {
                 (&mut no_past, [&NO_PAST; 2])
             };
-            let column = c * CHUNK;
+            let (column, columns) = (c * CHUNK, if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING });
             let taken = &mut taken;
-            let mut planes = Planes { chunk, history, above, carry, factors, next, column, past, past_beside, taken };
+            let mut planes = Planes { chunk, history, above, carry, factors, next, column, columns, past, past_beside, taken };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold, &net),
+                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 2, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 3, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -381,6 +382,8 @@ struct Planes<'a> {
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
     column: usize,
+    /// Bars and widths of a graded network.
+    columns: &'a Chunk<LINE_PLANES>,
     /// What viscosity keeps of the segments, and what they take.
     past: &'a mut Chunk<PAST_PLANES>,
     taken: &'a mut [f64; CHUNK],
@@ -397,6 +400,10 @@ struct Carried<L> {
     viscosity: [ViscosityLanes<L>; 2],
     /// [`ViscousRow::share`].
     share: L,
+    /// How both lie in the flat sheet; of no use for plain ones. Of graded horizontal ones it is that of the fabric.
+    rests: [RestLanes<L>; 2],
+    /// Of the row, in a graded network.
+    inverse_width: L,
     left_force: [L; 3],
     low: L,
     high: L,
@@ -423,9 +430,8 @@ impl<L: Lane> Carried<L> {
         planes: &mut Planes<'_>,
         g: usize,
         cold: &mut Cold<'_>,
-        net: &NetRow<'_>,
     ) {
-        let columns = net.columns.get(planes.column / CHUNK).unwrap_or(&NO_GRADING);
+        let columns = planes.columns;
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -445,15 +451,12 @@ impl<L: Lane> Carried<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let Along { horizontal, vertical, .. } = cold.pass.directions;
+        let [whole_h, rest_v] = self.rests;
+        let rest_h = if GRADED { grading::bars_along(columns, g, whole_h.twice_strain) } else { whole_h };
         let (q_v, q_h) = if PLAIN {
             (law::twice_strain(vertical_axes(up)), law::twice_strain(along))
-        } else if GRADED {
-            let (rest_h, rest_v) =
-                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
-            (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
         } else {
-            (vertical.rest.twice_strain(vertical_axes(up)), horizontal.rest.twice_strain(along))
+            (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
         };
         let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
         let some_beyond = if PLAIN {
@@ -481,12 +484,8 @@ impl<L: Lane> Carried<L> {
         };
         let (mut lift, mut force) = if PLAIN {
             (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
-        } else if GRADED {
-            let (rest_h, rest_v) =
-                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
-            (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
         } else {
-            (vertical.rest.force(stress_v, vertical_axes(up)), horizontal.rest.force(stress_h, along))
+            (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
         };
         if VISCOUS {
             let [next, above] = planes.past_beside;
@@ -503,7 +502,7 @@ impl<L: Lane> Carried<L> {
             force[2].left_of(self.left_force[2]),
         ];
         let sum = if GRADED {
-            let widths = [L::load(&L::groups(&columns[INVERSE_WIDTH])[g]), L::splat(net.inverse_width)];
+            let widths = [L::load(&L::groups(&columns[INVERSE_WIDTH])[g]), self.inverse_width];
             [
                 graded_with_vertical(force[0], left[0], vertical[0], widths),
                 graded_with_vertical(force[1], left[1], vertical[1], widths),
