@@ -6,6 +6,7 @@ use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::{Result, threads};
 use fabric::{AttachmentKind, InstructionSet, Scene, Sim, Stack, StrengthDraw};
+use fabric_scene::textile;
 use std::time::Instant;
 
 /// A sheet that is stepped.
@@ -99,14 +100,21 @@ fn fabric(size: u32) -> Case {
     })
 }
 
-/// The hot pass of viscous yarn, as textiles have it.
-pub fn viscous(size: u32) -> Case {
-    let mut case = swept(size, |scene| {
+/// A case of the paper's sheet with a sheet of Kevlar KM2, style S706, in its place: viscous, as textiles are. The sphere comes at 150 m/s.
+pub fn of_kevlar(case: Case, name: &'static str) -> Result<Case> {
+    let named = textile::all()?.into_iter().find(|named| named.name == "kevlar_km2_s706").ok_or("no textile KM2")?;
+    let mut scene = case.scene;
+    scene.set_textile(&named.textile)?;
+    scene.projectile.velocity[2] = scene.projectile.velocity[2].min(150.0);
+    Ok(Case { name, scene, ..case })
+}
+
+/// The hot pass of viscous yarn.
+fn viscous(size: u32) -> Case {
+    swept(size, |scene| {
         let yarn = &mut scene.yarn;
         (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
-    });
-    case.name = "viscous";
-    case
+    })
 }
 
 /// The hot pass of a graded network, of as many nodes: its fine part covers the sheet.
