@@ -111,8 +111,8 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     if gained:
         found.append(
             f"In {gained} of {len(rows)} runs the energy balance is open by more than {100 * MOST_GAINED:g} % of the impact energy "
-            f"(`energy_residual`; at most {100 * max(gains):.2g} %): yarn that goes slack and taut adds energy. Take time_step.fraction = 0.2 or "
-            "the viscosity of the yarn, after the first failure step_after_failure or slack_toe (docs/model.md, \"Slack and taut\")."
+            f"(`energy_residual`; at most {100 * max(gains):.2g} %): yarn that goes slack and taut adds energy. Take "
+            "slack_balance (docs/model.md, \"Slack and taut\")."
         )
     beside = sum(row["beyond_fine"] > 0 for row in rows)
     if beside:

@@ -302,7 +302,7 @@ class Inputs(unittest.TestCase):
 
     def test_scenes_are_their_text_their_repr_and_their_values(self):
         for preset in fk.PRESETS:
-            scene = fk.Scene(preset, seed=7, slack_toe=0.02)
+            scene = fk.Scene(preset, seed=7, slack_balance=True)
             self.assertEqual(eval(repr(scene), {"Scene": fk.Scene}), scene)
             self.assertEqual(fk.Scene.parse(scene.text()), scene)
             self.assertEqual(fk.Scene("sheet_3in_sphere", scene.values()), scene)
@@ -333,8 +333,8 @@ class Inputs(unittest.TestCase):
 
     def test_two_that_do_not_go_together(self):
         with self.assertRaises(fk.Refused) as refused:
-            fk.Scene(slack_toe=0.02, integrator={"kind": "theta"}).check()
-        self.assertEqual((refused.exception.field, refused.exception.other), ("slack_toe", "integrator.kind"))
+            fk.Scene(slack_balance=True, integrator={"kind": "theta"}).check()
+        self.assertEqual((refused.exception.field, refused.exception.other), ("slack_balance", "integrator.kind"))
 
     def test_no_memory_for_a_sheet(self):
         with self.assertRaisesRegex(MemoryError, "GB of memory"):

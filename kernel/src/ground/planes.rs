@@ -15,8 +15,8 @@ pub const HISTORY_PLANES: usize = 2;
 pub const YARN_PLANES: usize = 4;
 /// Planes of the rows of drawn strength: critical stretch of the horizontal and vertical segment.
 pub const STRENGTH_PLANES: usize = 2;
-/// Planes of the toe's rows: the mark of the horizontal and vertical segment (`toe.rs` says what it means).
-pub const MARK_PLANES: usize = 2;
+/// Planes of what slack segments owe: the energy owed and the stress given of the horizontal and vertical segment (`sheet/slack.rs`).
+pub const OWED_PLANES: usize = 4;
 /// Planes of the rows of the rate: the logarithm of the horizontal and vertical segment (`rate.rs`).
 pub const RATE_PLANES: usize = 2;
 /// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the step's start and

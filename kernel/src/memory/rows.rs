@@ -3,7 +3,7 @@
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::planes::{
-    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, RATE_PLANES, STRENGTH_PLANES,
     YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
@@ -32,8 +32,9 @@ pub(crate) struct Rows<'r> {
     pub strength: &'r [Chunk<STRENGTH_PLANES>],
     /// Logarithms of the rate from the first row on; empty where yarn does not depend on it.
     pub logarithms: &'r [Chunk<RATE_PLANES>],
-    /// The toe's marks from the first row on; empty for no toe.
-    pub marks: &'r [Chunk<MARK_PLANES>],
+    /// What slack segments owe from the first row on, and of each row in which directions they have been slack; empty where nobody asks.
+    pub owed: &'r mut [Chunk<OWED_PLANES>],
+    pub been_slack: &'r [u32],
     /// What viscosity keeps.
     pub viscous: ViscousRows<'r>,
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
@@ -54,14 +55,13 @@ pub(crate) struct Rows<'r> {
 }
 
 impl<'r> Rows<'r> {
-    /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `marked`: whether segments may have
-    /// a toe; `in_block`: the step of a block.
+    /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `in_block`: the step of a
+    /// block.
     pub fn of(
         arrays: &'r mut Arrays<'_>,
         layout: &Layout,
         [first, end]: [usize; 2],
         ply: usize,
-        marked: bool,
         in_block: Option<usize>,
     ) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
@@ -84,7 +84,8 @@ impl<'r> Rows<'r> {
             yarn: if layout.has_constants() { arrays.yarn.get(own.clone())? } else { &[] },
             strength: if layout.has(Feature::Strength) { arrays.strength.get(own.clone())? } else { &[] },
             logarithms: if layout.has(Feature::Rate) { arrays.logarithms.get(own.clone())? } else { &[] },
-            marks: if marked { arrays.marks.get(own.clone())? } else { &[] },
+            owed: if layout.has(Feature::Slack) { arrays.owed.get_mut(own.clone())? } else { &mut [] },
+            been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
             viscous,
             taken: if layout.takes_energy() { arrays.taken.get_mut(first..end)? } else { &mut [] },
             before: if layout.is_stack() { arrays.before.get_mut(own)? } else { &mut [] },
@@ -108,7 +109,7 @@ impl Rows<'_> {
         if layout.x.is_mirrored() {
             self.place_images(layout);
         }
-        let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Toe) && !self.marks.is_empty();
+        let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Slack);
         let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
         if optional { self.sweep_with::<true, false>(terms) } else { self.sweep_with::<false, false>(terms) }
     }
@@ -122,30 +123,30 @@ impl Rows<'_> {
         self.sweep_with::<true, true>(terms)
     }
 
-    /// The image columns, with velocities along z for viscosity.
+    /// The image columns, with velocities for viscosity and slack segments.
     #[inline(never)]
     fn place_images(&mut self, layout: &Layout) {
         for row in self.hot.chunks_exact_mut(layout.chunks.max(1)) {
             place_image_column(row, layout.x);
         }
-        if layout.has(Feature::Viscosity) {
+        if layout.has(Feature::Viscosity) || layout.has(Feature::Slack) {
             place_image_speeds(self.hot, layout.chunks, layout.x);
         }
     }
 
-    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, toe or grading; otherwise no row is asked for them. VISCOUS: with viscosity.
+    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, slack or grading; otherwise no row is asked for them. VISCOUS: with viscosity.
     #[inline(always)]
     fn sweep_with<const OPTIONS: bool, const VISCOUS: bool>(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let Rows { hot, history, viscous, before, taken, ranges, carry, kept, pulls, .. } = self;
+        let Rows { hot, history, owed, viscous, before, taken, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         if !before.is_empty() {
             lanes::dispatch(terms.instructions, Keep { hot, before });
         }
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
-        let marks = if OPTIONS { self.marks } else { &[] };
+        let been_slack = if OPTIONS { self.been_slack } else { &[] };
         let net = if OPTIONS { &self.net } else { &Net::NONE };
         let pass = terms.pass(net, ply);
         // Whether nodes stand for several.
@@ -161,7 +162,9 @@ impl Rows<'_> {
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, logarithms, k, ply);
-            let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
+            let history = planes::row_mut(history, chunks, k);
+            let been_slack = been_slack.get(k).copied().unwrap_or(0);
+            let owed = if been_slack != 0 { planes::row_mut(owed, chunks, k) } else { &mut [] };
             let mut by_column = [0.0; CHUNK];
             let (viscous_row, last) = if VISCOUS {
                 let (row, last) = viscous.row(layout, pass.directions, (k, rows, first), &mut by_column);
@@ -169,8 +172,18 @@ impl Rows<'_> {
             } else {
                 (None, Last::default())
             };
-            let row_job =
-                Row { pass: &pass, j, row: &mut *row, history, above, carry, yarn: &yarn, marks, viscous: viscous_row };
+            let row_job = Row {
+                pass: &pass,
+                j,
+                row: &mut *row,
+                history,
+                above,
+                carry,
+                yarn: &yarn,
+                owed,
+                been_slack,
+                viscous: viscous_row,
+            };
             let (met, reach) = row_job.step::<VISCOUS>();
             report = report.merged(met);
             let pulled = end_row(terms, if weighed { Some(net) } else { None }, j, row, kept, run, (range, reach));
@@ -309,9 +322,9 @@ mod tests {
     }
 
     /// The digest after a run in which segments fail, 41 x 41 nodes.
-    fn run(toe: f64, prepare: impl FnOnce(&mut Sim<'_>)) -> u64 {
+    fn run(slack: bool, prepare: impl FnOnce(&mut Sim<'_>)) -> u64 {
         let mut scene = sheet(41, 41);
-        scene.slack_toe = toe;
+        scene.slack_balance = slack;
         let mut sim = sim(&scene);
         assert!(sim.system.directions.front.plain && !sim.system.fetches);
         prepare(&mut sim);
@@ -323,8 +336,8 @@ mod tests {
     /// The path of fabrics that are not plain is the general one: it gives a plain sheet the bits of its own.
     #[test]
     fn a_plain_sheet_moves_alike_on_both_paths() {
-        for toe in [0.0, 0.02] {
-            assert_eq!(run(toe, |_| ()), run(toe, |sim| sim.system.directions.front.plain = false));
+        for slack in [false, true] {
+            assert_eq!(run(slack, |_| ()), run(slack, |sim| sim.system.directions.front.plain = false));
         }
     }
 
@@ -333,7 +346,7 @@ mod tests {
     fn rows_fetched_from_memory_move_as_others_do() {
         for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
             let [near, far] = [false, true].map(|fetches| {
-                run(0.0, |sim| {
+                run(false, |sim| {
                     sim.system.fetches = fetches;
                     sim.use_instructions(set).unwrap();
                 })

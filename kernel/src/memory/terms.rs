@@ -7,15 +7,12 @@ use crate::sheet::direction::Directions;
 use crate::sheet::grading::Net;
 use crate::sheet::sweep::{Constants, Pass, YarnRow};
 use crate::yarn::rate::Rates;
-use crate::yarn::toe::Toe;
 
 /// Constants of a sweep.
 #[derive(Clone, Copy)]
 pub(crate) struct Terms<'t> {
     pub layout: &'t Layout,
     pub directions: &'t Directions,
-    /// The toe of marked segments.
-    pub toe: &'t Toe,
     /// Dependence on the rate of strain.
     pub rates: &'t Rates,
     /// Whether rows are fetched from memory ahead of their turn.
@@ -30,7 +27,6 @@ impl<'t> Terms<'t> {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
             directions: self.directions.of_ply(ply),
-            toe: self.toe,
             net,
             rates: self.rates,
             fetches: self.fetches,

@@ -176,12 +176,14 @@ pub(crate) fn place_image_moments(images: &mut [Chunk<PAST_PLANES>], row: &[Chun
     }
 }
 
-/// The velocities along z of the image column of so many rows.
+/// The velocities of the image column of so many rows.
 pub(crate) fn place_image_speeds(hot: &mut [Chunk<HOT_PLANES>], chunks: usize, line: Line) {
     let (node, _) = line.node(line.modelled());
     for row in hot.chunks_exact_mut(chunks.max(1)) {
-        let speed = planes::get(row, SPEED_Z, node).unwrap_or(0.0);
-        set(row, SPEED_Z, line.modelled(), speed);
+        for (plane, sign) in [(SPEED_Z - 2, -1.0), (SPEED_Z - 1, 1.0), (SPEED_Z, 1.0)] {
+            let speed = planes::get(row, plane, node).unwrap_or(0.0);
+            set(row, plane, line.modelled(), sign * speed);
+        }
     }
 }
 

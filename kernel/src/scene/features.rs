@@ -18,7 +18,7 @@ pub enum Feature {
     Friction,
     Viscosity,
     Plies,
-    Toe,
+    Slack,
     Halving,
     Drawn,
     Strength,
@@ -116,14 +116,14 @@ pub const FEATURES: [Record; 22] = [
         about: "Separate plies that push on each other, of two fabrics if need be",
     },
     Record {
-        feature: Toe,
-        name: "toe",
-        built: cfg!(feature = "toe"),
-        asked_by: &[("slack_toe", |s| s.slack_toe != 0.0)],
-        // A toe could reach beyond the critical strain of the weakest segments; its energy with a rate is not known.
-        not_with: &[Strength, Rate, Theta],
+        feature: Slack,
+        name: "slack",
+        built: cfg!(feature = "slack"),
+        asked_by: &[("slack_balance", |s| s.slack_balance)],
+        // The work of a stress that relaxes is not known within a step.
+        not_with: &[Rate, Theta, Halving],
         words: 0,
-        about: "A soft start of segments that have been slack",
+        about: "Segments that give back the energy which the step makes where they become slack or taut",
     },
     Record {
         feature: Halving,

@@ -5,7 +5,7 @@
 //! gives its first node. No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
-//! Where there is a toe (`toe.rs`) or a dependence on the rate (`rate.rs`) the factor on kk has a path of its own, compiled apart; so
+//! What slack segments owe (`slack.rs`) and a dependence on the rate (`rate.rs`) have paths of their own, compiled apart; so
 //! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension; and a graded network
 //! (`grading.rs`), whose bars and nodes differ by column and row.
 //! Limits: dt <= 0.5 dt_crit (see `parts.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
@@ -13,7 +13,7 @@
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
-    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PAST_PLANES, RATE_PLANES,
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES, RATE_PLANES,
     STRENGTH_PLANES, YARN_PLANES, vertical_axes,
 };
 use crate::ground::ranges;
@@ -21,10 +21,10 @@ use crate::scene::features::Feature;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::sheet::neighbours::{NOTHING, right_of};
+use crate::sheet::slack::{NOTHING_OWED, Owed, bit, relative_velocities};
 use crate::sheet::viscous::{NO_PAST, Past, ViscousRow, bending_forces};
 use crate::yarn::law::{self, DamageLaw, LOST, RestLanes, ViscosityLanes};
 use crate::yarn::rate::Rates;
-use crate::yarn::toe::{NO_TOE, Toe};
 
 /// What one pass met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,8 +85,6 @@ pub struct Pass<'a> {
     pub verticals: usize,
     /// What the segments of a direction have in common.
     pub directions: Along<'a>,
-    /// The toe of marked segments.
-    pub toe: &'a Toe,
     /// Bars and widths of a graded network.
     pub net: &'a Net<'a>,
     /// Dependence on the rate of strain.
@@ -137,14 +135,16 @@ pub struct Row<'a> {
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     /// Constants of its segments.
     pub yarn: &'a YarnRow<'a>,
-    /// Its toe's marks, empty for no toe.
-    pub marks: &'a [Chunk<MARK_PLANES>],
+    /// What its slack segments owe; empty where none has been slack.
+    pub owed: &'a mut [Chunk<OWED_PLANES>],
+    /// Bits of the directions in which they have been.
+    pub been_slack: u32,
     /// What viscosity keeps of it; None without.
     pub viscous: Option<ViscousRow<'a>>,
 }
 
-/// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what the stiffnesses
-/// are multiplied by; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity.
+/// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what else acts on the
+/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity.
 struct RowJob<
     'a,
     const PLAIN: bool,
@@ -156,16 +156,16 @@ struct RowJob<
 
 /// Nothing.
 const NONE: u8 = 0;
-/// The toe's factor.
-const TOE: u8 = 1;
-/// That of the rate.
+/// What slack segments owe.
+const SLACK: u8 = 1;
+/// The factor of the rate on the stiffnesses.
 const RATE: u8 = 2;
 
 /// How many chunks a row is fetched ahead: 4 KiB, some 100 ns of work.
 const AHEAD: usize = 8;
 
-/// Marks of no toe.
-const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
+/// Without a dependence on the rate.
+const NO_LOGARITHMS: Chunk<RATE_PLANES> = [[0.0; CHUNK]; RATE_PLANES];
 
 /// Columns of no grading.
 const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
@@ -178,18 +178,18 @@ impl Row<'_> {
         // What is not built has no path.
         let plain = self.pass.directions.plain || !(Feature::Crimp.is_built() || Feature::Unlike.is_built());
         let ungraded = self.pass.net.columns.is_empty() || !Feature::Grading.is_built();
-        let unmarked = self.marks.is_empty() || !Feature::Toe.is_built();
+        let unmarked = self.owed.is_empty() || !Feature::Slack.is_built();
         let dependent = Feature::Rate.is_built() && !self.yarn.logarithms.is_empty();
         if VISCOUS {
             // Viscosity excludes grading.
             return match (plain, unmarked) {
                 _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE, true, true>(self)),
-                (_, false) => lanes::dispatch(set, RowJob::<false, false, TOE, true, true>(self)),
+                (_, false) => lanes::dispatch(set, RowJob::<false, false, SLACK, true, true>(self)),
                 (true, true) => lanes::dispatch(set, RowJob::<true, false, NONE, true, true>(self)),
                 (false, true) => lanes::dispatch(set, RowJob::<false, false, NONE, true, true>(self)),
             };
         }
-        // A dependence on the rate excludes the toe and grading.
+        // A dependence on the rate excludes both.
         match (plain, ungraded, unmarked) {
             _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self)),
             // The commonest path is compiled apart for sheets that lie in the caches.
@@ -197,11 +197,10 @@ impl Row<'_> {
                 lanes::dispatch(set, RowJob::<true, false, NONE, false>(self))
             }
             (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self)),
-            (true, true, false) => lanes::dispatch(set, RowJob::<true, false, TOE>(self)),
             (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self)),
-            (false, true, false) => lanes::dispatch(set, RowJob::<false, false, TOE>(self)),
+            (_, true, false) => lanes::dispatch(set, RowJob::<false, false, SLACK>(self)),
             (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self)),
-            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, TOE>(self)),
+            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, SLACK>(self)),
         }
     }
 }
@@ -217,7 +216,8 @@ pub(crate) struct Lift<'a> {
     pub above: &'a [Chunk<HOT_PLANES>],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub yarn: &'a YarnRow<'a>,
-    pub marks: &'a [Chunk<MARK_PLANES>],
+    /// What its slack segments owe, and nothing is changed; empty where none has been slack.
+    pub owed: &'a [Chunk<OWED_PLANES>],
     /// What viscosity keeps of both rows, with the moments of this pass; empty without it.
     pub viscous: [&'a [Chunk<PAST_PLANES>]; 2],
 }
@@ -234,17 +234,25 @@ impl Job for Lift<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let Lift { pass, j, row, history, above, carry, yarn, marks, viscous: [past, past_above] } = self;
+        let Lift { pass, j, row, history, above, carry, yarn, owed, viscous: [past, past_above] } = self;
         let upwards = pass.directions.vertical;
         let dependent = !yarn.logarithms.is_empty();
         let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
         let rest = pass.net.row(j).upwards(&upwards.rest);
         let viscosity = upwards.viscosity.lanes::<L>();
         let report = Report::default();
-        let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
+        let mut cold = Cold {
+            pass,
+            yarn,
+            horizontal_end: 0,
+            vertical_end: pass.verticals,
+            keeps: if owed.is_empty() { 0 } else { bit(Axis::Vertical) },
+            report,
+        };
         let rows = row.iter().zip(above).zip(history).zip(carry);
-        for (c, (((here, above), [_, history]), carry)) in rows.enumerate() {
-            let [[ux, uy, uz, .., kv], [ax, ay, az, ..]] = [here, above];
+        for (c, (((here, over), [_, history]), carry)) in rows.enumerate() {
+            let [_, energy, _, given] = &mut owed.get(c).copied().unwrap_or(NOTHING_OWED);
+            let [[ux, uy, uz, .., kv], [ax, ay, az, ..]] = [here, over];
             let [cx, cy, cz] = carry;
             for g in 0..CHUNK / L::WIDTH {
                 let d = [
@@ -255,17 +263,15 @@ impl Job for Lift<'_> {
                 // Of a plain segment these are the bits of its own functions.
                 let q = rest.twice_strain(vertical_axes(d));
                 let mut stiffness = L::load(&L::groups(kv)[g]);
+                let before = stiffness;
                 let largest = L::load(&L::groups(history)[g]);
                 if q.any_not_below(limit) && q.any_above(largest) {
                     let place = Place { first: c * CHUNK + g * L::WIDTH, end: pass.verticals, axis: Axis::Vertical };
                     let (mut copy, mut damaged) = (L::ZEROS, L::ZEROS);
                     largest.store(&mut copy);
                     stiffness.store(&mut damaged);
-                    cold.damage(q, place, &mut copy, &mut damaged);
+                    cold.damage(q, place, [&mut copy, &mut damaged, &mut L::groups_mut(energy)[g]]);
                     stiffness = L::load(&damaged);
-                }
-                if let Some([_, mark]) = marks.get(c) {
-                    stiffness = stiffness.mul(pass.toe.factor(q, L::load(&L::groups(mark)[g])));
                 }
                 if let Some([_, logarithm]) = yarn.logarithms.get(c) {
                     stiffness = stiffness.mul(pass.rates.stiffening(L::load(&L::groups(logarithm)[g])));
@@ -277,6 +283,12 @@ impl Job for Lift<'_> {
                     let mut past = *past;
                     let [_, twice_strain, _, stress_before, ..] = &mut past;
                     (stress, _) = Past { twice_strain, stress: stress_before }.stress(&viscosity, stiffness, q, g);
+                }
+                if !owed.is_empty() {
+                    let [_, w] = relative_velocities([here, &NOTHING, over], g);
+                    let ends = [vertical_axes(d), vertical_axes(w)];
+                    let mut owed = Owed { energy, given };
+                    stress = stress.add(owed.stress(&rest, [before, stiffness], q, ends, g));
                 }
                 let mut lift = vertical_axes(rest.force(stress, vertical_axes(d)));
                 if !past.is_empty() {
@@ -297,8 +309,8 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
 
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
-        let Row { pass, j, row, history, above, carry, yarn, marks, viscous } = self.0;
-        let (mut no_past, mut taken) = (NO_PAST, [0.0; CHUNK]);
+        let Row { pass, j, row, history, above, carry, yarn, owed, been_slack, viscous } = self.0;
+        let (mut no_past, mut taken, mut nothing_owed) = (NO_PAST, [0.0; CHUNK], NOTHING_OWED);
         let viscous = match viscous {
             Some(row) if VISCOUS => row,
             None if VISCOUS => return (Report::LOST, [0.0; 2]),
@@ -311,6 +323,7 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
             yarn,
             horizontal_end: pass.horizontals,
             vertical_end: if above.is_empty() { 0 } else { pass.verticals },
+            keeps: been_slack,
             report: Report::default(),
         };
         let zero = L::splat(0.0);
@@ -318,8 +331,13 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
         let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let limits = [L::splat(limits[0]), L::splat(limits[1])];
         let viscosity = [horizontal.viscosity.lanes(), vertical.viscosity.lanes()];
-        let (rests, inverse_width) = ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
-        let mut along = Carried::<L> { limits, viscosity, share, rests, inverse_width, left_force: [zero; 3], low: zero, high: zero };
+        let (rests, inverse_width) =
+            ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
+        let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
+        let keeps = [L::splat(keeps[0]), L::splat(keeps[1])];
+        let left_force = [zero; 3];
+        let mut along =
+            Carried::<L> { limits, viscosity, share, rests, inverse_width, keeps, left_force, low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
@@ -331,11 +349,8 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
             }
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
-            let factors = match FACTOR {
-                TOE => marks.get(c).unwrap_or(&NO_MARKS),
-                RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),
-                _ => &NO_MARKS,
-            };
+            let owed = if FACTOR == SLACK { owed.get_mut(c) } else { None }.unwrap_or(&mut nothing_owed);
+            let logarithms = if FACTOR == RATE { yarn.logarithms.get(c) } else { None }.unwrap_or(&NO_LOGARITHMS);
             let (past, past_beside) = if VISCOUS {
                 let Some((past, tail)) = rest_of_past.split_first_mut() else { break };
                 rest_of_past = tail;
@@ -344,9 +359,23 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
             } else {
                 (&mut no_past, [&NO_PAST; 2])
             };
-            let (column, columns) = (c * CHUNK, if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING });
+            let column = c * CHUNK;
+            let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
             let taken = &mut taken;
-            let mut planes = Planes { chunk, history, above, carry, factors, next, column, columns, past, past_beside, taken };
+            let mut planes = Planes {
+                chunk,
+                history,
+                above,
+                carry,
+                logarithms,
+                next,
+                column,
+                columns,
+                owed,
+                past,
+                past_beside,
+                taken,
+            };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
                 1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold),
@@ -376,14 +405,16 @@ struct Planes<'a> {
     history: &'a mut Chunk<HISTORY_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
-    /// What the factors of the stiffnesses follow from: marks of the toe, or logarithms of the rate.
-    factors: &'a Chunk<MARK_PLANES>,
+    /// Logarithms of the rate.
+    logarithms: &'a Chunk<RATE_PLANES>,
     /// The chunk behind this one.
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
     column: usize,
     /// Bars and widths of a graded network.
     columns: &'a Chunk<LINE_PLANES>,
+    /// What slack segments owe.
+    owed: &'a mut Chunk<OWED_PLANES>,
     /// What viscosity keeps of the segments, and what they take.
     past: &'a mut Chunk<PAST_PLANES>,
     taken: &'a mut [f64; CHUNK],
@@ -404,6 +435,8 @@ struct Carried<L> {
     rests: [RestLanes<L>; 2],
     /// Of the row, in a graded network.
     inverse_width: L,
+    /// 1 of those that keep what they owe, else 0.
+    keeps: [L; 2],
     left_force: [L; 3],
     low: L,
     high: L,
@@ -417,6 +450,8 @@ struct Cold<'a> {
     horizontal_end: usize,
     /// Vertical segments start before this column.
     vertical_end: usize,
+    /// Bits of the directions in which segments keep what they owe.
+    keeps: u32,
     report: Report,
 }
 
@@ -432,6 +467,11 @@ impl<L: Lane> Carried<L> {
         cold: &mut Cold<'_>,
     ) {
         let columns = planes.columns;
+        let [w_h, w_v] = if FACTOR == SLACK {
+            relative_velocities([&*planes.chunk, planes.next, planes.above], g)
+        } else {
+            [[L::splat(0.0); 3]; 2]
+        };
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -464,14 +504,20 @@ impl<L: Lane> Carried<L> {
         } else {
             q_h.any_not_below(limit_h) || q_v.any_not_below(limit_v)
         };
+        let before = [L::load(&kh[g]), L::load(&kv[g])];
+        let [energy_h, energy_v, given_h, given_v] = &mut *planes.owed;
         if some_beyond {
-            cold.damage_beyond(q_h, limit_h, column, Axis::Horizontal, &mut history_h[g], &mut kh[g]);
-            cold.damage_beyond(q_v, limit_v, column, Axis::Vertical, &mut history_v[g], &mut kv[g]);
+            let (owed_h, owed_v) = (&mut L::groups_mut(energy_h)[g], &mut L::groups_mut(energy_v)[g]);
+            cold.damage_beyond(q_h, limit_h, column, Axis::Horizontal, [&mut history_h[g], &mut kh[g], owed_h]);
+            cold.damage_beyond(q_v, limit_v, column, Axis::Vertical, [&mut history_v[g], &mut kv[g], owed_v]);
         }
-        let [factor_h, factor_v] = planes.factors;
-        let kh = factored::<L, FACTOR>(L::load(&kh[g]), q_h, factor_h, g, cold.pass);
-        let kv = factored::<L, FACTOR>(L::load(&kv[g]), q_v, factor_v, g, cold.pass);
-        let (stress_v, stress_h) = if VISCOUS {
+        let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
+        if FACTOR == RATE {
+            let [of_h, of_v] = planes.logarithms;
+            kh = kh.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_h)[g])));
+            kv = kv.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_v)[g])));
+        }
+        let (mut stress_v, mut stress_h) = if VISCOUS {
             let [q_x, q_y, x, y, ..] = &mut *planes.past;
             let [of_h, of_v] = &self.viscosity;
             let (stress_v, taken_v) = Past { twice_strain: q_y, stress: y }.stress(of_v, kv, q_v, g);
@@ -482,6 +528,20 @@ impl<L: Lane> Carried<L> {
         } else {
             (law::stress(kv, q_v), law::stress(kh, q_h))
         };
+        if FACTOR == SLACK {
+            let keeps = self.keeps;
+            let mut of_h = Owed { energy: energy_h, given: given_h };
+            let mut of_v = Owed { energy: energy_v, given: given_v };
+            stress_h =
+                stress_h.add(of_h.stress(&rest_h, [before[0].mul(keeps[0]), kh.mul(keeps[0])], q_h, [along, w_h], g));
+            stress_v = stress_v.add(of_v.stress(
+                &rest_v,
+                [before[1].mul(keeps[1]), kv.mul(keeps[1])],
+                q_v,
+                [vertical_axes(up), vertical_axes(w_v)],
+                g,
+            ));
+        }
         let (mut lift, mut force) = if PLAIN {
             (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
         } else {
@@ -521,18 +581,6 @@ impl<L: Lane> Carried<L> {
         self.low = y.min(self.low);
         self.high = y.max(self.high);
         self.left_force = force;
-    }
-}
-
-/// The stiffnesses of group g times what the plane of factors says of them.
-#[inline(always)]
-fn factored<L: Lane, const FACTOR: u8>(stiffness: L, q: L, plane: &[f64; CHUNK], g: usize, pass: &Pass<'_>) -> L {
-    if FACTOR == TOE {
-        stiffness.mul(pass.toe.factor(q, L::load(&L::groups(plane)[g])))
-    } else if FACTOR == RATE {
-        stiffness.mul(pass.rates.stiffening(L::load(&L::groups(plane)[g])))
-    } else {
-        stiffness
     }
 }
 
@@ -590,26 +638,26 @@ impl Cold<'_> {
         limit: L,
         first: usize,
         axis: Axis,
-        history: &mut L::Group,
-        stiffness: &mut L::Group,
+        [history, stiffness, owed]: [&mut L::Group; 3],
     ) {
         if q.any_not_below(limit) && q.any_above(L::load(history)) {
             let end = if axis == Axis::Horizontal { self.horizontal_end } else { self.vertical_end };
-            self.damage(q, Place { first, end, axis }, history, stiffness);
+            self.damage(q, Place { first, end, axis }, [history, stiffness, owed]);
         }
     }
 
     /// The cold path: a lane group in which some q is at or beyond the critical one and above all before, or no number.
     #[cold]
     #[inline(never)]
-    fn damage<L: Lane>(&mut self, q: L, place: Place, history: &mut L::Group, stiffness: &mut L::Group) {
+    fn damage<L: Lane>(&mut self, q: L, place: Place, [history, stiffness, owed]: [&mut L::Group; 3]) {
         let mut strains = L::ZEROS;
         q.store(&mut strains);
-        let slots = history.as_mut().iter_mut().zip(stiffness.as_mut());
-        for (lane, (&q, (history, stiffness))) in strains.as_ref().iter().zip(slots).enumerate() {
+        let slots = history.as_mut().iter_mut().zip(stiffness.as_mut()).zip(owed.as_mut());
+        for (lane, (&q, ((history, stiffness), owed))) in strains.as_ref().iter().zip(slots).enumerate() {
             let column = place.first + lane;
             if column < place.end {
-                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, history, stiffness);
+                let owed = (self.keeps & bit(place.axis) != 0).then_some(owed);
+                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, [history, stiffness], owed);
                 self.report.add(met);
             }
         }
@@ -625,8 +673,8 @@ impl Pass<'_> {
         yarn: &YarnRow<'_>,
         axis: Axis,
         column: usize,
-        history: &mut f64,
-        stiffness: &mut f64,
+        [history, stiffness]: [&mut f64; 2],
+        owed: Option<&mut f64>,
     ) -> Report {
         let usable = q <= LOST || q <= *history;
         if !usable {
@@ -642,7 +690,14 @@ impl Pass<'_> {
         }
         let failed_before = *stiffness == 0.0;
         let (undamaged, damage_rate) = yarn.constants(axis, column);
-        let damage = law.at(yarn.critical_stretch(law, axis, column)).damage(damage_rate, q);
+        let law = law.at(yarn.critical_stretch(law, axis, column));
+        let damage = law.damage(damage_rate, q);
+        if let Some(owed) = owed {
+            // Twice the stiffness stands for the modulus.
+            let material = law::Segment { modulus: 2.0 * undamaged, damage_rate };
+            let dissipated = |alpha: f64| law.dissipated(&material, alpha);
+            *owed += 4.0 * (dissipated(damage.alpha) - dissipated(law.alpha(damage_rate, *history)));
+        }
         *stiffness = damage.alpha * undamaged;
         // A failed segment never comes here again: no q is above its history.
         *history = damage.history;

@@ -21,17 +21,17 @@ use crate::memory::system::System;
 use crate::memory::terms::Terms;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
+use crate::sheet::slack::SEARCH_INTERVAL;
 use crate::sheet::sweep::Report;
 use crate::sheet::weave;
 use crate::step::energy;
-use crate::step::marks;
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
 use crate::step::relaxation;
+use crate::step::slackness;
 use crate::step::theta;
 use crate::step::viscosity;
 use crate::yarn::rate::Rates;
-use crate::yarn::toe::MARK_INTERVAL;
 
 /// One step. A projectile that is too fast and too many candidates are found before anything is changed.
 pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
@@ -59,9 +59,8 @@ pub(crate) fn end_step(system: &mut System<'_>, failed_before: u64) -> Result<()
     if system.layout.has(Feature::Rate) && (system.state.loaded > 0 || system.state.sums.contacts > 0) {
         system.state.loaded += 1;
     }
-    if system.layout.has(Feature::Toe) && system.failed_segments > 0 && system.state.step.is_multiple_of(MARK_INTERVAL)
-    {
-        marks::mark_slack(system);
+    if system.layout.has(Feature::Slack) && system.state.step % SEARCH_INTERVAL == 1 {
+        slackness::search(system);
     }
     close_window(system);
     if system.state.step.is_multiple_of(TEST_INTERVAL) {
@@ -241,15 +240,12 @@ fn sweep_rows<const VISCOUS: bool>(
     in_block: Option<usize>,
 ) -> Report {
     let rates = rates(system);
-    let failed = system.failed_segments > 0;
-    let System { layout, directions, model, arrays, fetches, instructions, .. } = &mut *system;
+    let System { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
     // In a block rows come from memory in the first step alone.
     let fetches = *fetches && in_block.is_none_or(|step| step == 0);
-    let terms = Terms { layout, directions, toe: &model.toe, rates: &rates, fetches, instructions: *instructions };
-    // No mark before the first failure.
-    let marked = layout.has(Feature::Toe) && failed;
+    let terms = Terms { layout, directions, rates: &rates, fetches, instructions: *instructions };
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    match &mut Rows::of(arrays, layout, rows, ply, marked, in_block) {
+    match &mut Rows::of(arrays, layout, rows, ply, in_block) {
         Some(rows) if VISCOUS => rows.sweep_viscous(&terms),
         Some(rows) => rows.sweep(&terms),
         None => Report::LOST,

@@ -156,7 +156,7 @@ mod tests {
                 scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
                 scene.yarn.stochastic = false;
             },
-            |scene| scene.slack_toe = 0.01,
+            |scene| scene.slack_balance = true,
             |scene| {
                 (scene.yarn.rate_modulus, scene.yarn.rate_stretch) = (0.02, 0.01);
                 (scene.yarn.rate_reference, scene.yarn.rate_limit) = (1.0, 1e4);

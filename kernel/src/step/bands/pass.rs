@@ -6,12 +6,13 @@ use super::plan::Plan;
 use super::pointers::{rows, rows_mut};
 use super::scratch::Scratch;
 use crate::ground::error::Failure;
-use crate::ground::planes::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
+use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
 use crate::memory::rows::Rows;
 use crate::memory::system::System;
 use crate::memory::viscous_rows::{ViscousRows, find_moments_of_row, place_image_moments};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
+use crate::sheet::slack::bit;
 use crate::sheet::sweep::{Lift, Report};
 use crate::sheet::viscous::MomentsOfRow;
 use crate::step::explicit;
@@ -37,7 +38,7 @@ impl Plan {
                 (ply, self.rows_of_ply(ply))
             });
             if end < top {
-                copy_displacements(above, rows(memory.hot, chunks, end, 1));
+                copy_motion(above, rows(memory.hot, chunks, end, 1));
             }
             let is_cut = first > low[0] && first < low[1];
             if layout.has(Feature::Viscosity) {
@@ -76,13 +77,14 @@ impl Plan {
             let below = rows(memory.hot, chunks, j - 1, 1);
             let history = rows(memory.history, chunks, j - 1, 1);
             let here = rows(memory.hot, chunks, j, 1);
-            let marks = if self.marked { rows(memory.marks, chunks, j - 1, 1) } else { &[] };
+            let is_slack = layout.has(Feature::Slack) && memory.been_slack.add(j - 1).read() & bit(Axis::Vertical) != 0;
+            let owed = if is_slack { rows(memory.owed, chunks, j - 1, 1) } else { &[] };
             let terms = self.terms(false);
             let yarn = terms.yarn_row(yarn, strength, logarithms, 0, ply);
             let (net, viscous) = (self.net(), [0, 1].map(|slot| planes::row(viscous, chunks, slot)));
             let pass = terms.pass(&net, ply);
             let (row, above, yarn) = (below, here, &yarn);
-            Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, marks, viscous }.find();
+            Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, owed, viscous }.find();
         }
     }
 
@@ -253,7 +255,7 @@ impl Plan {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             } else if part.starts_at_gap(step, j) {
                 self.lift(j, 0, carry, &[]);
-                copy_displacements(self.above_gap(part.lower, step), rows(hot, self.layout.chunks, j, 1));
+                copy_motion(self.above_gap(part.lower, step), rows(hot, self.layout.chunks, j, 1));
             }
             self.step_row(band, block, step, j, self.row_above(j), carry)
         }
@@ -340,7 +342,8 @@ impl Plan {
                 yarn: if layout.has_constants() { rows(memory.yarn, chunks, first, count) } else { &[] },
                 strength: if layout.has(Feature::Strength) { rows(memory.strength, chunks, first, count) } else { &[] },
                 logarithms: if layout.has(Feature::Rate) { rows(memory.logarithms, chunks, first, count) } else { &[] },
-                marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
+                owed: if layout.has(Feature::Slack) { rows_mut(memory.owed, chunks, first, count) } else { &mut [] },
+                been_slack: if layout.has(Feature::Slack) { rows(memory.been_slack, 1, first, count) } else { &[] },
                 viscous: self.viscous_rows([first, end], ply, beside),
                 taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
                 before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
@@ -408,10 +411,10 @@ fn copy_row<const P: usize>(copy: &mut [Chunk<P>], row: &[Chunk<P>]) {
     copy.iter_mut().zip(row).for_each(|(copy, chunk)| *copy = *chunk);
 }
 
-/// Copies the displacements of a row, which are all that is read of a row above.
+/// Copies the displacements and velocities of a row, which are all that is read of a row above.
 #[inline(never)]
-fn copy_displacements(copy: &mut [Chunk<HOT_PLANES>], row: &[Chunk<HOT_PLANES>]) {
+fn copy_motion(copy: &mut [Chunk<HOT_PLANES>], row: &[Chunk<HOT_PLANES>]) {
     for (copy, chunk) in copy.iter_mut().zip(row) {
-        copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);
+        copy.iter_mut().zip(chunk).take(6).for_each(|(copy, plane)| *copy = *plane);
     }
 }

@@ -36,8 +36,6 @@ pub(super) struct Plan {
     pub(super) rates: Rates,
     pub(super) fetches: bool,
     pub(super) instructions: InstructionSet,
-    /// Whether segments may have a toe's mark.
-    pub(super) marked: bool,
     pub(super) memory: Pointers,
 }
 
@@ -54,7 +52,8 @@ fn prepare_rows(system: &mut System<'_>, sound: bool) -> [usize; 2] {
         if system.layout.has(Feature::Rate) && sound {
             relaxation::find_rates(system, [first, end]);
         }
-        if system.layout.has(Feature::Viscosity) && system.layout.x.is_mirrored() {
+        if (system.layout.has(Feature::Viscosity) || system.layout.has(Feature::Slack)) && system.layout.x.is_mirrored()
+        {
             let (line, chunks) = (system.layout.x, system.layout.chunks);
             let rows = system.arrays.hot.get_mut(first * chunks..end * chunks);
             place_image_speeds(rows.unwrap_or(&mut []), chunks, line);
@@ -82,7 +81,6 @@ impl Plan {
         if let Some(block) = &block {
             rows = block.rows_near();
         }
-        let marked = system.layout.has(Feature::Toe) && system.failed_segments > 0;
         let memory = Pointers::of(system, scratch);
         let all = system.steps_all();
         Plan {
@@ -97,7 +95,6 @@ impl Plan {
             rates: explicit::rates(system),
             fetches: system.fetches,
             instructions: system.instructions,
-            marked,
             memory,
         }
     }
@@ -143,8 +140,6 @@ impl Plan {
     /// Constants of the sweep.
     pub(super) fn terms(&self, fetches: bool) -> Terms<'_> {
         let Plan { layout, rates, instructions, .. } = self;
-        // SAFETY: as for the directions.
-        let toe = unsafe { &*self.memory.toe };
-        Terms { layout, directions: self.directions(), toe, rates, fetches, instructions: *instructions }
+        Terms { layout, directions: self.directions(), rates, fetches, instructions: *instructions }
     }
 }

@@ -1,27 +1,26 @@
 //! Where the rows are: bare pointers into the simulation's arrays, which all bands share, and slices of rows made of them.
 
 use crate::ground::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PAST_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES, RATE_PLANES, STRENGTH_PLANES,
     YARN_PLANES,
 };
 use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
 use crate::sheet::direction::Directions;
 use crate::sheet::grading::LINE_PLANES;
-use crate::yarn::toe::Toe;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 /// Where the rows are: from the simulation's arrays, taken anew for every pass.
 #[derive(Clone, Copy)]
 pub(super) struct Pointers {
     pub(super) directions: *const Directions,
-    pub(super) toe: *const Toe,
     pub(super) hot: *mut Chunk<HOT_PLANES>,
     pub(super) history: *mut Chunk<HISTORY_PLANES>,
     pub(super) yarn: *const Chunk<YARN_PLANES>,
     pub(super) strength: *const Chunk<STRENGTH_PLANES>,
     pub(super) logarithms: *const Chunk<RATE_PLANES>,
-    pub(super) marks: *const Chunk<MARK_PLANES>,
+    pub(super) owed: *mut Chunk<OWED_PLANES>,
+    pub(super) been_slack: *const u32,
     pub(super) past: *mut Chunk<PAST_PLANES>,
     pub(super) taken: *mut f64,
     pub(super) columns: *const Chunk<LINE_PLANES>,
@@ -45,7 +44,8 @@ impl Pointers {
             yarn,
             strength,
             logarithms,
-            marks,
+            owed,
+            been_slack,
             past,
             taken,
             columns,
@@ -60,13 +60,13 @@ impl Pointers {
         } = &mut system.arrays;
         Pointers {
             directions: &raw const system.directions,
-            toe: &raw const system.model.toe,
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
             strength: strength.as_ptr(),
             logarithms: logarithms.as_ptr(),
-            marks: marks.as_ptr(),
+            owed: owed.as_mut_ptr(),
+            been_slack: been_slack.as_ptr(),
             past: past.as_mut_ptr(),
             taken: taken.as_mut_ptr(),
             columns: columns.as_ptr(),
