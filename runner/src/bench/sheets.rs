@@ -134,18 +134,20 @@ fn rate(size: u32) -> Case {
 }
 
 /// A case of so many nodes along each side.
-type OfSize = fn(u32) -> Case;
+type OfSize = fn(u32) -> Result<Case>;
 
 /// The cases whose instructions are counted.
-pub const COUNTED: [(&str, OfSize); 8] = [
-    ("sweep", sweep),
-    ("fabric", fabric),
-    ("graded", graded),
-    ("viscous", viscous),
-    ("rate", rate),
-    ("run", whole_run),
-    ("strength", strength),
-    ("plies", plies),
+pub const COUNTED: [(&str, OfSize); 10] = [
+    ("sweep", |size| Ok(sweep(size))),
+    ("fabric", |size| Ok(fabric(size))),
+    ("graded", |size| Ok(graded(size))),
+    ("viscous", |size| Ok(viscous(size))),
+    ("rate", |size| Ok(rate(size))),
+    ("KM2 sweep", |size| of_kevlar(sweep(size), "KM2 sweep")),
+    ("run", |size| Ok(whole_run(size))),
+    ("KM2 run", |size| of_kevlar(whole_run(size), "KM2 run")),
+    ("strength", |size| Ok(strength(size))),
+    ("plies", |size| Ok(plies(size))),
 ];
 
 /// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail or are about to.
