@@ -66,7 +66,12 @@ impl RateLaw {
     #[inline(always)]
     pub fn logarithm<L: Lane>(&self, q: L) -> L {
         let over = q.sub(L::splat(self.rest)).mul(L::splat(self.per_least));
-        let over = over.max(L::splat(1.0)).min(L::splat(self.ratio));
+        let (one, ratio) = (L::splat(1.0), L::splat(self.ratio));
+        let over = over.max(one).min(ratio);
+        // Mostly all are held: 0 or the largest.
+        if !over.sub(one).mul(ratio.sub(over)).any_above(L::splat(0.0)) {
+            return over.sub(one).mul(L::splat(f64::MAX)).min(L::splat(self.largest));
+        }
         let mut group = L::ZEROS;
         over.store(&mut group);
         for x in group.as_mut() {
