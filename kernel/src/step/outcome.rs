@@ -649,6 +649,7 @@ mod tests {
     use crate::Scene;
     use crate::ground::planes::CHUNK;
     use crate::ground::random::splitmix64;
+    use crate::scene::parts::Shape;
     use crate::tests::{sheet, sim};
     use std::vec::Vec;
 
@@ -697,6 +698,33 @@ mod tests {
             }
         }
         assert!(found > 50 && not_found > 50, "{found} {not_found}");
+    }
+
+    /// A sheet at rest with a round hole of radius `hole`, and a sphere or a cylinder of that radius and length whose centre is `behind`
+    /// its plane: R = 5 mm.
+    fn way_through(shape: Shape, hole: f64, behind: f64) -> Option<f64> {
+        let mut scene = sheet(41, 41);
+        let body = &mut scene.projectile;
+        (body.shape, body.radius, body.length, body.position[2]) = (shape, 5e-3, 20e-3, -10e-3);
+        let mut sim = sim(&scene);
+        let at = |k: usize| [k % 41, k / 41].map(|i| (i as f64 - 20.0) * scene.sheet.spacing);
+        let in_hole = |k: usize| at(k).iter().map(|x| x * x).sum::<f64>() < hole * hole;
+        let ends = (0..40 * 41).map(|s| (s / 40 * 41 + s % 40, 1)).chain((0..41 * 40).map(|s| (s, 41)));
+        let stretch = |(k, next): (usize, usize)| if in_hole(k) || in_hole(k + next) { 1.5 } else { 1.0 };
+        sim.set_largest_stretch(&ends.map(stretch).collect::<Vec<_>>()).unwrap();
+        sim.system.state.body.position = Vector::new(0.0, 0.0, -behind);
+        way_past_held(&mut sim.system, &Vector::new(0.0, 0.0, 1.0))
+    }
+
+    #[test]
+    fn the_way_past_held_yarn_is_that_to_the_rim_of_the_hole() {
+        assert_eq!(way_through(Shape::Sphere, 0.0, 2e-3), None, "a whole sheet");
+        assert_eq!(way_through(Shape::Sphere, 3e-3, 2e-3), None, "a hole of 0.6 R");
+        assert_eq!(way_through(Shape::Sphere, 4.5e-3, 2e-3), Some(2e-3), "a hole of 0.9 R");
+        assert_eq!(way_through(Shape::Sphere, 8e-3, 2e-3), Some(0.0), "a rim out of reach");
+        assert_eq!(way_through(Shape::Sphere, 0.0, -1e-6), Some(0.0), "a sheet behind the centre");
+        assert_eq!(way_through(Shape::Cylinder, 3e-3, 9e-3), None, "in the way of the flat end");
+        assert_eq!(way_through(Shape::Cylinder, 5e-3, 9e-3), Some(9e-3), "beside the shank");
     }
 
     #[test]
