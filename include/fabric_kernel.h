@@ -586,10 +586,13 @@ typedef struct fk_scene {
     // Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with
     // friction); more are a failure. 0 = every node. Default 0.
     uint64_t contact_capacity;
+    // Watch whether held yarn can still stop a free projectile: the outcome through, long before exited. Needs
+    // track_detachment to tell held yarn from loose. 0 or 1. Default 0.
+    uint64_t track_through;
 } fk_scene;
 
 // Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-#define FK_ABI_VERSION 5
+#define FK_ABI_VERSION 6
 
 // Success.
 #define FK_OK 0
@@ -618,6 +621,9 @@ typedef struct fk_scene {
 
 // Bit of the outcome "passed".
 #define FK_PASSED 8
+
+// Bit of the outcome "through"; it comes only with track_through.
+#define FK_THROUGH 16
 
 // fk_outcome's status: no contact in the last step.
 #define FK_STATUS_FLIGHT 0
@@ -850,6 +856,10 @@ typedef struct fk_outcome {
     uint64_t step[4];
     // Work of the projectile on the fabric until then, J; 0 before.
     double work[4];
+    // Step count at which through latched; FK_NEVER before.
+    uint64_t through_step;
+    // Work until then, J; 0 before.
+    double through_work;
 } fk_outcome;
 
 #ifdef __cplusplus

@@ -14,7 +14,7 @@ use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
 use crate::sizes::{Part, Structure, change_scene, put_scene, read, read_scene};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
-use fabric::{Code, Error, Layout, Outcome, OutcomeSet, Scene, Textile};
+use fabric::{Code, Error, Layout, OutcomeSet, Scene, Textile};
 use fabric_host::{Input, Output, in_our_environment};
 
 /// 0 or the error's number.
@@ -636,13 +636,17 @@ pub unsafe extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>, size
 pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>, size: u64) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let outcomes = sim.outcomes();
-        let latched = Outcome::ALL.map(|outcome| outcomes.latched.get(outcome as usize).copied().flatten());
+        let step = outcomes.latched.map(|latch| latch.map_or(FK_NEVER, |latch| latch.step));
+        let work = outcomes.latched.map(|latch| latch.map_or(0.0, |latch| latch.work));
+        let ([first @ .., through_step], [works @ .., through_work]) = (step, work);
         Ok(fk_outcome {
             status: outcomes.status as u32,
             mask: outcomes.mask.bits(),
             first_contact: outcomes.first_contact.unwrap_or(FK_NEVER),
-            step: latched.map(|latch| latch.map_or(FK_NEVER, |latch| latch.step)),
-            work: latched.map(|latch| latch.map_or(0.0, |latch| latch.work)),
+            step: first,
+            work: works,
+            through_step,
+            through_work,
         })
     };
     get(sim, out, size, work)

@@ -31,6 +31,7 @@ pub enum Feature {
     Unlike,
     Polyhedra,
     Detachment,
+    Through,
     Snapshot,
     Bands,
     Blocks,
@@ -61,7 +62,7 @@ pub struct Record {
 use Feature::*;
 
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
-pub const FEATURES: [Record; 22] = [
+pub const FEATURES: [Record; 23] = [
     Record {
         feature: Rate,
         name: "rate",
@@ -244,6 +245,15 @@ pub const FEATURES: [Record; 22] = [
         not_with: &[],
         words: 0,
         about: "The outcome that a part of the sheet has torn off its supports",
+    },
+    Record {
+        feature: Through,
+        name: "detachment",
+        built: cfg!(feature = "detachment"),
+        asked_by: &[("track_through", |s| s.track_through)],
+        not_with: &[],
+        words: 5,
+        about: "The outcome that held yarn does not stop the projectile any more",
     },
     Record {
         feature: Snapshot,

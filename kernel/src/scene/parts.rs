@@ -504,6 +504,9 @@ pub struct Scene {
     /// Watch whether the nodes in contact are still connected to a support (4 bytes per node). Without it there is no outcome
     /// "detached", and a body that carries torn cloth is never said to have exited.
     pub track_detachment: bool,
+    /// Watch whether held yarn can still stop a free body: the outcome "through", long before "exited". It needs `track_detachment`
+    /// to tell held yarn from loose; without it all yarn counts as held. See docs/model.md, "Outcomes".
+    pub track_through: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
     /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 116 bytes (124 with the

@@ -117,6 +117,7 @@ impl Scene {
             rotation_rule: RotationRule::MIDPOINT,
             force_window: 1e-6,
             track_detachment: true,
+            track_through: false,
             track_support: true,
             contact_capacity: 0,
         }

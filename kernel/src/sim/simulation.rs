@@ -124,7 +124,7 @@ pub struct Outcomes {
     /// First contact: step count at whose start the first impulse acted; None before.
     pub first_contact: Option<u64>,
     /// Step and work of each latched outcome, by its number in [`crate::memory::watch::Outcome::ALL`].
-    pub latched: [Option<Latch>; 4],
+    pub latched: [Option<Latch>; 5],
 }
 
 /// A simulation on the caller's memory.

@@ -268,6 +268,9 @@ pub const FIELDS: &[Field] = &[
     count("contact_capacity", |s| &mut s.contact_capacity, Range::Any, 293,
         "Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with friction); more are a failure. 0 = every node")
         .image(Image::Never),
+    flag("track_through", |s| &mut s.track_through, 298,
+        "Watch whether held yarn can still stop a free projectile: the outcome through, long before exited. Needs track_detachment to tell held yarn from loose")
+        .image(Image::Later(0x6b_0000)),
 ];
 
 /// All elements, or none.
