@@ -168,6 +168,7 @@ class Inputs(unittest.TestCase):
             (lambda: simulation.step(-5), "steps: must be a whole number"),
             (lambda: simulation.run(["arrested"], 1.5), "steps: must be a whole number"),
             (lambda: simulation.run(3, 5), "until: must be names of outcomes"),
+            (lambda: simulation.run("through", 5), "until: through comes only with track_through"),
             (lambda: fk.Scene().aimed(velocity=80), "velocity: must be 3 numbers"),
             (lambda: fk.Scene().aimed(orientation=(1.0, 0.0)), "orientation: must be 4 numbers"),
             (lambda: fk.Scene().aimed((15.0, 15.0)), "point: .15, 15. m lies beside the sheet"),

@@ -221,7 +221,7 @@ fn a_torn_off_corner_sheet_is_detached() {
 }
 
 /// The outcome "through", asked for or not, and the state 20 000 steps on; with a load along z, N.
-fn asked(scene: &Scene, track_through: bool, load: f64) -> (Option<u64>, Option<u64>, Vec<f64>) {
+fn asked(scene: &Scene, track_through: bool, load: f64) -> (Option<u64>, Option<u64>, Vec<[f64; 3]>) {
     let mut sim = sim_of(&Scene { track_through, ..*scene });
     sim.set_external_load([0.0, 0.0, load], [0.0; 3]).unwrap();
     sim.advance(20_000).unwrap();

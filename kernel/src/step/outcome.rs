@@ -219,7 +219,7 @@ fn has_exited(system: &mut System<'_>, settled: Option<bool>) -> bool {
 fn is_through(system: &mut System<'_>, direction: &Vector) -> bool {
     let body = system.state.body;
     let (place, speed) = (body.position.dot(direction), body.velocity.dot(direction));
-    let ahead = 2.0 * speed > body.velocity.norm() && system.state.force.dot(direction) >= 0.0;
+    let forward = 2.0 * speed > body.velocity.norm() && system.state.force.dot(direction) >= 0.0;
     let whole = system.failed_segments == 0;
     let watch = &mut system.state.watch;
     let travel = place - watch.travel_start;
@@ -229,10 +229,14 @@ fn is_through(system: &mut System<'_>, direction: &Vector) -> bool {
     let lost = math::max(watch.travel_speed * watch.travel_speed - speed * speed, 0.0);
     (watch.travel_start, watch.travel_speed) = (place, speed);
     let held = system.scene.attachment.kind != AttachmentKind::Free;
-    if whole || !(ahead && held && system.scene.is_free()) {
+    if whole || !(forward && held && system.scene.is_free()) {
         return false;
     }
-    way_past_held(system, direction).is_some_and(|way| speed * speed * travel > THROUGH_MARGIN * lost * way)
+    let Some(ahead) = way_past_held(system, direction) else { return false };
+    // A body that is no sphere may turn an edge into what is ahead.
+    let (turns, reach) = (system.solid.feels_torque(), system.solid.reach());
+    let way = if turns { reach } else { ahead };
+    !(turns && ahead > 0.0) && speed * speed * travel > THROUGH_MARGIN * lost * way
 }
 
 /// How far held yarn that the body may still touch lies ahead of its centre, m; 0 if there is none. None if some is in its way, deeper
