@@ -6,7 +6,7 @@
 //!
 //!     k (q+^2 - q_0+^2 - q_0+ (r - 2 p) - q+ r) - g_0 (r - 2 p) - g r,  in units of l^2/4 m h^2/dt^2.
 //!
-//! (M23) The sum of the first two parts over the steps is what it owes, b. The stress g = b/(2 r) takes half of that in its own step and half in the
+//! The sum of the first two parts over the steps is what it owes, b. The stress g = b/(2 r) takes half of that in its own step and half in the
 //! next one. It acts along the segment, also while it is slack, so momentum and angular momentum stay exact.
 //! The segments of a row along x, or upwards from it, keep this from the first slack one of them on, crimped ones from the start. Before g is 0, and what a taut segment makes is of third order.
 //! Limits: g is at most 0.3 k |r|, so a slack segment may push or pull that much, and what it owes waits until it moves. Where alpha falls
@@ -37,7 +37,7 @@ pub(crate) struct Owed<'a> {
 }
 
 impl Owed<'_> {
-    /// The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one; `d`, `w`: relative
+    /// (M23) The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one; `d`, `w`: relative
     /// displacement and velocity of the ends, in their own axes.
     #[inline(always)]
     pub fn stress<L: Lane>(

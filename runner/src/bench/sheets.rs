@@ -109,6 +109,13 @@ pub fn viscous(size: u32) -> Case {
     case
 }
 
+/// The hot pass of a crimped sheet whose segments give back what slack ones owe.
+fn slack(size: u32) -> Case {
+    let mut case = fabric(size);
+    case.scene.slack_balance = true;
+    case
+}
+
 /// The hot pass of a graded network, of as many nodes: its fine part covers the sheet.
 fn graded(size: u32) -> Case {
     swept(size, |scene| {
@@ -129,9 +136,10 @@ fn rate(size: u32) -> Case {
 type OfSize = fn(u32) -> Case;
 
 /// The cases whose instructions are counted.
-pub const COUNTED: [(&str, OfSize); 8] = [
+pub const COUNTED: [(&str, OfSize); 9] = [
     ("sweep", sweep),
     ("fabric", fabric),
+    ("slack", slack),
     ("graded", graded),
     ("viscous", viscous),
     ("rate", rate),
