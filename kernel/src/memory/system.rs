@@ -375,7 +375,14 @@ impl System<'_> {
         }
         self.arrays.flags.fill(0);
         self.arrays.owed.fill(NOTHING_OWED);
-        self.arrays.been_slack.fill(0);
+        for j in 0..self.arrays.been_slack.len() {
+            let Along { horizontal, vertical, .. } = self.directions_of_row(j);
+            let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * slack::bit(axis);
+            let bits = slack(&horizontal.rest, Axis::Horizontal) | slack(&vertical.rest, Axis::Vertical);
+            if let Some(been_slack) = self.arrays.been_slack.get_mut(j) {
+                *been_slack = bits;
+            }
+        }
         self.rebuild_derived();
     }
 

@@ -8,7 +8,7 @@
 //!
 //! The sum of the first two parts over the steps is what it owes, b. The stress g = b/(2 r) takes half of that in its own step and half in the
 //! next one. It acts along the segment, also while it is slack, so momentum and angular momentum stay exact.
-//! The segments of a row along x, or upwards from it, keep this from the first slack one of them on. Before g is 0, and what a taut segment makes is of third order.
+//! The segments of a row along x, or upwards from it, keep this from the first slack one of them on, crimped ones from the start. Before g is 0, and what a taut segment makes is of third order.
 //! Limits: g is at most 0.3 k |r|, so a slack segment may push or pull that much, and what it owes waits until it moves. Where alpha falls
 //! the terms with the new k are of third order for a taut segment; a broken one gives nothing back. The motion itself is not mended.
 //! Reference: docs/model.md, "Slack and taut"; discrete gradients: O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449.
@@ -37,7 +37,7 @@ pub(crate) struct Owed<'a> {
 }
 
 impl Owed<'_> {
-    /// The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one; `d`, `w`: relative
+    /// (M23) The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one; `d`, `w`: relative
     /// displacement and velocity of the ends, in their own axes.
     #[inline(always)]
     pub fn stress<L: Lane>(
@@ -91,7 +91,7 @@ pub(crate) const fn bit(axis: Axis) -> u32 {
     1 << axis as u32
 }
 
-/// Bits of the directions in which a segment that starts in a row is slack, if one of them is not as in the flat sheet: else all may rest.
+/// Bits of the directions in which a segment that starts in a row is slack.
 pub(crate) struct FindSlack<'a> {
     pub row: &'a [Chunk<HOT_PLANES>],
     /// Empty above the last row.
@@ -107,7 +107,7 @@ impl Job for FindSlack<'_> {
     fn run<L: Lane>(self) -> u32 {
         let FindSlack { row, above, directions: Along { horizontal, vertical, .. }, net } = self;
         let (zero, rest_v) = (L::splat(0.0), net.upwards::<L>(&vertical.rest));
-        let (mut slack, mut moved) = ([false; 2], [false; 2]);
+        let mut slack = [false; 2];
         for (c, chunk) in row.iter().enumerate() {
             let (next, above) = (row.get(c + 1).unwrap_or(&NOTHING), above.get(c).unwrap_or(&NOTHING));
             for g in 0..CHUNK / L::WIDTH {
@@ -117,14 +117,13 @@ impl Job for FindSlack<'_> {
                     // Where there is no segment the stiffness is 0, as of a broken one.
                     let (stiffness, d): (L, [L; 3]) = (at(chunk, 6 + k, g), ends[k]);
                     slack[k] |= zero.any_above(stiffness.mul(rests[k].twice_strain(d)));
-                    moved[k] |= stiffness.mul(d[0].mul(d[0]).add(d[1].mul(d[1])).add(d[2].mul(d[2]))).any_above(zero);
                 }
             }
-            if slack[0] & moved[0] & slack[1] & moved[1] {
+            if slack == [true; 2] {
                 break;
             }
         }
-        let bits = |axis: Axis| u32::from(slack[axis as usize] & moved[axis as usize]) * bit(axis);
+        let bits = |axis: Axis| u32::from(slack[axis as usize]) * bit(axis);
         bits(Axis::Horizontal) | bits(Axis::Vertical)
     }
 }

@@ -117,6 +117,13 @@ fn viscous(size: u32) -> Case {
     })
 }
 
+/// The hot pass of a crimped sheet whose segments give back what slack ones owe.
+fn slack(size: u32) -> Case {
+    let mut case = fabric(size);
+    case.scene.slack_balance = true;
+    case
+}
+
 /// The hot pass of a graded network, of as many nodes: its fine part covers the sheet.
 fn graded(size: u32) -> Case {
     swept(size, |scene| {
@@ -137,9 +144,10 @@ fn rate(size: u32) -> Case {
 type OfSize = fn(u32) -> Result<Case>;
 
 /// The cases whose instructions are counted.
-pub const COUNTED: [(&str, OfSize); 10] = [
+pub const COUNTED: [(&str, OfSize); 11] = [
     ("sweep", |size| Ok(sweep(size))),
     ("fabric", |size| Ok(fabric(size))),
+    ("slack", |size| Ok(slack(size))),
     ("graded", |size| Ok(graded(size))),
     ("viscous", |size| Ok(viscous(size))),
     ("rate", |size| Ok(rate(size))),
