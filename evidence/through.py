@@ -57,7 +57,7 @@ def row_of(name, velocities, done):
         "sheet": name, "velocities": "{:g} to {:g}".format(*velocities), "shots": len(shots), "stopped": len(stopped), "through": len(through),
         "wrong": sum(one in stopped for one in through), "missed": sum("through" not in one["outcomes"] for one in has("exited")),
         "not ended": sum(not any(end in one["outcomes"] for end in ENDS) for one in shots),
-        "least change": min(change), "mean change": float(numpy.mean(change)), "most change": max(change),
+        "least change": round(min(change), 2) + 0.0, "mean change": round(float(numpy.mean(change)), 2) + 0.0, "most change": round(max(change), 2) + 0.0,
         "steps ratio": spent("end", 0) / spent("decided", 0), "CPU ratio": spent("end", 1) / spent("decided", 1),
     }  # fmt: skip
 
@@ -78,11 +78,11 @@ def answer(study):
     columns += [(name, name, 0) for name in ("shots", "stopped", "through", "wrong", "missed", "not ended")]
     columns += [(f"{name}, %", name, 2) for name in ("least change", "mean change", "most change")]
     columns += [("steps to the end over those decided", "steps ratio", 1), ("CPU s likewise", "CPU ratio", 1)]
-    known = sum(row["through"] for row in rows)
+    known = sum("through" in one["outcomes"] and any(end in one["outcomes"] for end in ENDS) for one in shots)
     total, wrong = sum(row["shots"] for row in rows), sum(row["wrong"] for row in rows)
     bound = 100 * scipy.stats.binomtest(wrong, known).proportion_ci(0.95, method="exact").high if known else 100.0
     text = (
-        f'"Wrong" of {total} shots: {wrong}. Of {known} in which "through" came, the share that is wrong is below {bound:.2f} % '
+        f'"Wrong" of {total} shots: {wrong}. Of {known} in which "through" came and that came to an end, the share that is wrong is below {bound:.2f} % '
         '(exact, the upper end of a 95 % interval).\n"Missed": exited without "through"; "not ended": neither stopped nor exited after '
         f"{MOST} steps. Sheets but the first have 51 x 51 nodes.\nThe change is that of speed between \"through\" and the end, in parts of the impact velocity.\n\n"
     )

@@ -15,7 +15,7 @@ UNTIL = ("arrested", "exited", "passed")
 contact is with torn cloth only, which is quicker, but that cloth may still slow the projectile."""
 DECIDED = (*UNTIL, "through")
 """Outcomes that end a run once it is decided whether the fabric stops the projectile: that of `fabric-v50` and `fabric-fragments`. After
-"through" the speed may still change a little (docs/v50.md, "End of a shot")."""
+"through" the speed may still change a little (docs/v50.md, "Method")."""
 STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""
 MOST_UNCONVERGED = 0.01
