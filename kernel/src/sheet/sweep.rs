@@ -271,7 +271,7 @@ impl Job for Lift<'_> {
                     let (mut copy, mut damaged) = (L::ZEROS, L::ZEROS);
                     largest.store(&mut copy);
                     stiffness.store(&mut damaged);
-                    cold.damage(q, place, [&mut copy, &mut damaged], Some(&mut L::groups_mut(energy)[g]));
+                    cold.damage::<L, true>(q, place, [&mut copy, &mut damaged], Some(&mut L::groups_mut(energy)[g]));
                     stiffness = L::load(&damaged);
                 }
                 if let Some([_, logarithm]) = yarn.logarithms.get(c) {
@@ -487,8 +487,14 @@ impl<L: Lane> Carried<L> {
                 Some([h, v, ..]) if FACTOR == SLACK => (Some(&mut L::groups_mut(h)[g]), Some(&mut L::groups_mut(v)[g])),
                 _ => (None, None),
             };
-            cold.damage_beyond(q_h, limit_h, column, Axis::Horizontal, [&mut history_h[g], &mut kh[g]], owed_h);
-            cold.damage_beyond(q_v, limit_v, column, Axis::Vertical, [&mut history_v[g], &mut kv[g]], owed_v);
+            let [of_h, of_v] = [[&mut history_h[g], &mut kh[g]], [&mut history_v[g], &mut kv[g]]];
+            if FACTOR == SLACK {
+                cold.damage_beyond::<L, true>(q_h, limit_h, column, Axis::Horizontal, of_h, owed_h);
+                cold.damage_beyond::<L, true>(q_v, limit_v, column, Axis::Vertical, of_v, owed_v);
+            } else {
+                cold.damage_beyond::<L, false>(q_h, limit_h, column, Axis::Horizontal, of_h, None);
+                cold.damage_beyond::<L, false>(q_v, limit_v, column, Axis::Vertical, of_v, None);
+            }
         }
         let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
         if FACTOR == RATE {
@@ -618,9 +624,9 @@ struct Place {
 }
 
 impl Cold<'_> {
-    /// Damages the segments from column `first` on of which some q is at or beyond the limit and above all before.
+    /// KEEPS: whether they may keep what they owe. Damages the segments from column `first` on of which some q is at or beyond the limit and above all before.
     #[inline(always)]
-    fn damage_beyond<L: Lane>(
+    fn damage_beyond<L: Lane, const KEEPS: bool>(
         &mut self,
         q: L,
         limit: L,
@@ -631,14 +637,14 @@ impl Cold<'_> {
     ) {
         if q.any_not_below(limit) && q.any_above(L::load(history)) {
             let end = if axis == Axis::Horizontal { self.horizontal_end } else { self.vertical_end };
-            self.damage(q, Place { first, end, axis }, [history, stiffness], owed);
+            self.damage::<L, KEEPS>(q, Place { first, end, axis }, [history, stiffness], owed);
         }
     }
 
     /// The cold path: a lane group in which some q is at or beyond the critical one and above all before, or no number.
     #[cold]
     #[inline(never)]
-    fn damage<L: Lane>(
+    fn damage<L: Lane, const KEEPS: bool>(
         &mut self,
         q: L,
         place: Place,
@@ -651,9 +657,10 @@ impl Cold<'_> {
         for (lane, (&q, (history, stiffness))) in strains.as_ref().iter().zip(slots).enumerate() {
             let column = place.first + lane;
             if column < place.end {
-                let owed = owed.as_deref_mut().filter(|_| self.keeps & bit(place.axis) != 0);
+                let owed = owed.as_deref_mut().filter(|_| KEEPS && self.keeps & bit(place.axis) != 0);
                 let owed = owed.and_then(|owed| owed.as_mut().get_mut(lane));
-                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, [history, stiffness], owed);
+                let met =
+                    self.pass.damage_segment::<KEEPS>(q, self.yarn, place.axis, column, [history, stiffness], owed);
                 self.report.add(met);
             }
         }
@@ -663,7 +670,7 @@ impl Cold<'_> {
 impl Pass<'_> {
     /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then. The
     /// history of drawn strength begins at the segment's own critical q, so no other test is needed here.
-    fn damage_segment(
+    fn damage_segment<const KEEPS: bool>(
         &self,
         q: f64,
         yarn: &YarnRow<'_>,
@@ -688,7 +695,7 @@ impl Pass<'_> {
         let (undamaged, damage_rate) = yarn.constants(axis, column);
         let law = law.at(yarn.critical_stretch(law, axis, column));
         let damage = law.damage(damage_rate, q);
-        if let Some(owed) = owed {
+        if KEEPS && let Some(owed) = owed {
             // Twice the stiffness stands for the modulus.
             let material = law::Segment { modulus: 2.0 * undamaged, damage_rate };
             let dissipated = |alpha: f64| law.dissipated(&material, alpha);
