@@ -326,6 +326,20 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
     }
 }
 
+/// [`dispatch`] at no more than four numbers at a time: for a job whose numbers at eight would take a kilobyte of stack.
+#[inline(always)]
+pub fn dispatch_narrow<J: Job>(set: InstructionSet, job: J) -> J::Output {
+    #[cfg(target_arch = "x86_64")]
+    return match set {
+        // SAFETY: available() has just found the instructions on this machine; AVX2 is part of AVX-512.
+        InstructionSet::Avx512 | InstructionSet::Avx2 if set.available() => unsafe { x86::avx2(job) },
+        InstructionSet::Scalar if set.available() => run::<[f64; 2], J>(job),
+        _ => run::<core::arch::x86_64::__m128d, J>(job),
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    dispatch(set, job)
+}
+
 /// Asks for the chunk that lies `ahead` chunks behind this one in memory: a hint, which changes nothing. Does nothing where the target
 /// has no such hint.
 #[inline(always)]

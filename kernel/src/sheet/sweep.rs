@@ -183,10 +183,10 @@ impl Row<'_> {
         if VISCOUS {
             // Viscosity excludes grading.
             return match (plain, unmarked) {
-                _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE, true, true>(self)),
-                (_, false) => lanes::dispatch(set, RowJob::<false, false, SLACK, true, true>(self)),
+                _ if dependent => lanes::dispatch_narrow(set, RowJob::<false, false, RATE, true, true>(self)),
+                (_, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, true>(self)),
                 (true, true) => lanes::dispatch(set, RowJob::<true, false, NONE, true, true>(self)),
-                (false, true) => lanes::dispatch(set, RowJob::<false, false, NONE, true, true>(self)),
+                (false, true) => lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true>(self)),
             };
         }
         // A dependence on the rate excludes both.
@@ -198,9 +198,9 @@ impl Row<'_> {
             }
             (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self)),
             (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self)),
-            (_, true, false) => lanes::dispatch(set, RowJob::<false, false, SLACK>(self)),
+            (_, true, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK>(self)),
             (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self)),
-            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, SLACK>(self)),
+            (_, false, false) => lanes::dispatch_narrow(set, RowJob::<false, true, SLACK>(self)),
         }
     }
 }
@@ -225,7 +225,8 @@ pub(crate) struct Lift<'a> {
 impl Lift<'_> {
     /// Finds them.
     pub fn find(self) {
-        lanes::dispatch(self.pass.instructions, self);
+        // Two at a time take little stack.
+        lanes::dispatch(InstructionSet::Sse2, self);
     }
 }
 
@@ -270,7 +271,7 @@ impl Job for Lift<'_> {
                     let (mut copy, mut damaged) = (L::ZEROS, L::ZEROS);
                     largest.store(&mut copy);
                     stiffness.store(&mut damaged);
-                    cold.damage(q, place, [&mut copy, &mut damaged, &mut L::groups_mut(energy)[g]]);
+                    cold.damage::<L, true>(q, place, [&mut copy, &mut damaged], Some(&mut L::groups_mut(energy)[g]));
                     stiffness = L::load(&damaged);
                 }
                 if let Some([_, logarithm]) = yarn.logarithms.get(c) {
@@ -310,7 +311,7 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
         let Row { pass, j, row, history, above, carry, yarn, owed, been_slack, viscous } = self.0;
-        let (mut no_past, mut taken, mut nothing_owed) = (NO_PAST, [0.0; CHUNK], NOTHING_OWED);
+        let (mut no_past, mut taken) = (NO_PAST, [0.0; CHUNK]);
         let viscous = match viscous {
             Some(row) if VISCOUS => row,
             None if VISCOUS => return (Report::LOST, [0.0; 2]),
@@ -349,7 +350,7 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
             }
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
-            let owed = if FACTOR == SLACK { owed.get_mut(c) } else { None }.unwrap_or(&mut nothing_owed);
+            let owed = if FACTOR == SLACK { owed.get_mut(c) } else { None };
             let logarithms = if FACTOR == RATE { yarn.logarithms.get(c) } else { None }.unwrap_or(&NO_LOGARITHMS);
             let (past, past_beside) = if VISCOUS {
                 let Some((past, tail)) = rest_of_past.split_first_mut() else { break };
@@ -414,7 +415,7 @@ struct Planes<'a> {
     /// Bars and widths of a graded network.
     columns: &'a Chunk<LINE_PLANES>,
     /// What slack segments owe.
-    owed: &'a mut Chunk<OWED_PLANES>,
+    owed: Option<&'a mut Chunk<OWED_PLANES>>,
     /// What viscosity keeps of the segments, and what they take.
     past: &'a mut Chunk<PAST_PLANES>,
     taken: &'a mut [f64; CHUNK],
@@ -505,11 +506,19 @@ impl<L: Lane> Carried<L> {
             q_h.any_not_below(limit_h) || q_v.any_not_below(limit_v)
         };
         let before = [L::load(&kh[g]), L::load(&kv[g])];
-        let [energy_h, energy_v, given_h, given_v] = &mut *planes.owed;
         if some_beyond {
-            let (owed_h, owed_v) = (&mut L::groups_mut(energy_h)[g], &mut L::groups_mut(energy_v)[g]);
-            cold.damage_beyond(q_h, limit_h, column, Axis::Horizontal, [&mut history_h[g], &mut kh[g], owed_h]);
-            cold.damage_beyond(q_v, limit_v, column, Axis::Vertical, [&mut history_v[g], &mut kv[g], owed_v]);
+            let (owed_h, owed_v) = match planes.owed.as_deref_mut() {
+                Some([h, v, ..]) if FACTOR == SLACK => (Some(&mut L::groups_mut(h)[g]), Some(&mut L::groups_mut(v)[g])),
+                _ => (None, None),
+            };
+            let [of_h, of_v] = [[&mut history_h[g], &mut kh[g]], [&mut history_v[g], &mut kv[g]]];
+            if FACTOR == SLACK {
+                cold.damage_beyond::<L, true>(q_h, limit_h, column, Axis::Horizontal, of_h, owed_h);
+                cold.damage_beyond::<L, true>(q_v, limit_v, column, Axis::Vertical, of_v, owed_v);
+            } else {
+                cold.damage_beyond::<L, false>(q_h, limit_h, column, Axis::Horizontal, of_h, None);
+                cold.damage_beyond::<L, false>(q_v, limit_v, column, Axis::Vertical, of_v, None);
+            }
         }
         let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
         if FACTOR == RATE {
@@ -528,7 +537,9 @@ impl<L: Lane> Carried<L> {
         } else {
             (law::stress(kv, q_v), law::stress(kh, q_h))
         };
-        if FACTOR == SLACK {
+        if FACTOR == SLACK
+            && let Some([energy_h, energy_v, given_h, given_v]) = planes.owed.as_deref_mut()
+        {
             let keeps = self.keeps;
             let mut of_h = Owed { energy: energy_h, given: given_h };
             let mut of_v = Owed { energy: energy_v, given: given_v };
@@ -630,34 +641,43 @@ struct Place {
 }
 
 impl Cold<'_> {
-    /// Damages the segments from column `first` on of which some q is at or beyond the limit and above all before.
+    /// KEEPS: whether they may keep what they owe. Damages the segments from column `first` on of which some q is at or beyond the limit and above all before.
     #[inline(always)]
-    fn damage_beyond<L: Lane>(
+    fn damage_beyond<L: Lane, const KEEPS: bool>(
         &mut self,
         q: L,
         limit: L,
         first: usize,
         axis: Axis,
-        [history, stiffness, owed]: [&mut L::Group; 3],
+        [history, stiffness]: [&mut L::Group; 2],
+        owed: Option<&mut L::Group>,
     ) {
         if q.any_not_below(limit) && q.any_above(L::load(history)) {
             let end = if axis == Axis::Horizontal { self.horizontal_end } else { self.vertical_end };
-            self.damage(q, Place { first, end, axis }, [history, stiffness, owed]);
+            self.damage::<L, KEEPS>(q, Place { first, end, axis }, [history, stiffness], owed);
         }
     }
 
     /// The cold path: a lane group in which some q is at or beyond the critical one and above all before, or no number.
     #[cold]
     #[inline(never)]
-    fn damage<L: Lane>(&mut self, q: L, place: Place, [history, stiffness, owed]: [&mut L::Group; 3]) {
+    fn damage<L: Lane, const KEEPS: bool>(
+        &mut self,
+        q: L,
+        place: Place,
+        [history, stiffness]: [&mut L::Group; 2],
+        mut owed: Option<&mut L::Group>,
+    ) {
         let mut strains = L::ZEROS;
         q.store(&mut strains);
-        let slots = history.as_mut().iter_mut().zip(stiffness.as_mut()).zip(owed.as_mut());
-        for (lane, (&q, ((history, stiffness), owed))) in strains.as_ref().iter().zip(slots).enumerate() {
+        let slots = history.as_mut().iter_mut().zip(stiffness.as_mut());
+        for (lane, (&q, (history, stiffness))) in strains.as_ref().iter().zip(slots).enumerate() {
             let column = place.first + lane;
             if column < place.end {
-                let owed = (self.keeps & bit(place.axis) != 0).then_some(owed);
-                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, [history, stiffness], owed);
+                let owed = owed.as_deref_mut().filter(|_| KEEPS && self.keeps & bit(place.axis) != 0);
+                let owed = owed.and_then(|owed| owed.as_mut().get_mut(lane));
+                let met =
+                    self.pass.damage_segment::<KEEPS>(q, self.yarn, place.axis, column, [history, stiffness], owed);
                 self.report.add(met);
             }
         }
@@ -667,7 +687,7 @@ impl Cold<'_> {
 impl Pass<'_> {
     /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then. The
     /// history of drawn strength begins at the segment's own critical q, so no other test is needed here.
-    fn damage_segment(
+    fn damage_segment<const KEEPS: bool>(
         &self,
         q: f64,
         yarn: &YarnRow<'_>,
@@ -692,7 +712,7 @@ impl Pass<'_> {
         let (undamaged, damage_rate) = yarn.constants(axis, column);
         let law = law.at(yarn.critical_stretch(law, axis, column));
         let damage = law.damage(damage_rate, q);
-        if let Some(owed) = owed {
+        if KEEPS && let Some(owed) = owed {
             // Twice the stiffness stands for the modulus.
             let material = law::Segment { modulus: 2.0 * undamaged, damage_rate };
             let dissipated = |alpha: f64| law.dissipated(&material, alpha);
