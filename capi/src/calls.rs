@@ -14,7 +14,7 @@ use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
 use crate::sizes::{Part, Structure, change_scene, put_scene, read, read_scene};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
-use fabric::{Code, Error, Layout, Outcome, OutcomeSet, Scene, Textile};
+use fabric::{Code, Error, Layout, OutcomeSet, Scene, Textile};
 use fabric_host::{Input, Output, in_our_environment};
 
 /// 0 or the error's number.
@@ -405,8 +405,7 @@ pub unsafe extern "C" fn fk_bands_begin(sim: ToChange, of: u32, steps: u64, scra
     status(in_our_environment(|| block::begin(sim, of, steps, scratch, bytes)))
 }
 
-/// One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
-/// these, and a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+/// One band's part of a pass: a pass is a step, or half of one after step_after_failure; a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
 /// last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 /// calls the same band again: until then it is refused. The bits are those of fk_step.
 /// Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
@@ -637,13 +636,17 @@ pub unsafe extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>, size
 pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>, size: u64) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let outcomes = sim.outcomes();
-        let latched = Outcome::ALL.map(|outcome| outcomes.latched.get(outcome as usize).copied().flatten());
+        let step = outcomes.latched.map(|latch| latch.map_or(FK_NEVER, |latch| latch.step));
+        let work = outcomes.latched.map(|latch| latch.map_or(0.0, |latch| latch.work));
+        let ([first @ .., through_step], [works @ .., through_work]) = (step, work);
         Ok(fk_outcome {
             status: outcomes.status as u32,
             mask: outcomes.mask.bits(),
             first_contact: outcomes.first_contact.unwrap_or(FK_NEVER),
-            step: latched.map(|latch| latch.map_or(FK_NEVER, |latch| latch.step)),
-            work: latched.map(|latch| latch.map_or(0.0, |latch| latch.work)),
+            step: first,
+            work: works,
+            through_step,
+            through_work,
         })
     };
     get(sim, out, size, work)

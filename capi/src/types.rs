@@ -16,7 +16,7 @@ pub use fabric::{
 };
 
 /// Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-pub const FK_ABI_VERSION: u32 = 5;
+pub const FK_ABI_VERSION: u32 = 6;
 
 /// Success.
 pub const FK_OK: i32 = 0;
@@ -40,6 +40,8 @@ pub const FK_DETACHED: u32 = 2;
 pub const FK_EXITED: u32 = 4;
 /// Bit of the outcome "passed".
 pub const FK_PASSED: u32 = 8;
+/// Bit of the outcome "through"; it comes only with track_through.
+pub const FK_THROUGH: u32 = 16;
 
 /// fk_outcome's status: no contact in the last step.
 pub const FK_STATUS_FLIGHT: u32 = 0;
@@ -107,6 +109,10 @@ pub struct fk_outcome {
     pub step: [u64; 4],
     /// Work of the projectile on the fabric until then, J; 0 before.
     pub work: [f64; 4],
+    /// Step count at which through latched; FK_NEVER before.
+    pub through_step: u64,
+    /// Work until then, J; 0 before.
+    pub through_work: f64,
 }
 
 /// Every number of a scene: its row and its element, in the order of the structure.

@@ -164,6 +164,15 @@ fn outcome_set(until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
     names.iter().map(outcome).collect()
 }
 
+/// The same for a scene.
+fn outcomes_of(scene: &fabric::Scene, until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
+    let set = outcome_set(until)?;
+    if set.has(Outcome::Through) && !scene.track_through {
+        return Err(bad("until", "until: through comes only with track_through, which the scene does not have".into()));
+    }
+    Ok(set)
+}
+
 /// A number of steps.
 fn count(steps: &Bound<'_, PyAny>) -> PyResult<u64> {
     steps.extract().map_err(|_| bad("steps", "steps: must be a whole number, at least 0 and below 2^64".into()))
@@ -225,7 +234,7 @@ impl Simulation {
         steps: &Bound<'_, PyAny>,
         failed: Option<u64>,
     ) -> PyResult<u64> {
-        let (until, steps) = (outcome_set(until)?, count(steps)?);
+        let (until, steps) = (outcomes_of(self.sim.scene(), until)?, count(steps)?);
         self.advance(py, until, steps, failed)
     }
 

@@ -168,6 +168,7 @@ class Inputs(unittest.TestCase):
             (lambda: simulation.step(-5), "steps: must be a whole number"),
             (lambda: simulation.run(["arrested"], 1.5), "steps: must be a whole number"),
             (lambda: simulation.run(3, 5), "until: must be names of outcomes"),
+            (lambda: simulation.run("through", 5), "until: through comes only with track_through"),
             (lambda: fk.Scene().aimed(velocity=80), "velocity: must be 3 numbers"),
             (lambda: fk.Scene().aimed(orientation=(1.0, 0.0)), "orientation: must be 4 numbers"),
             (lambda: fk.Scene().aimed((15.0, 15.0)), "point: .15, 15. m lies beside the sheet"),
@@ -302,7 +303,7 @@ class Inputs(unittest.TestCase):
 
     def test_scenes_are_their_text_their_repr_and_their_values(self):
         for preset in fk.PRESETS:
-            scene = fk.Scene(preset, seed=7, slack_toe=0.02)
+            scene = fk.Scene(preset, seed=7, slack_balance=True)
             self.assertEqual(eval(repr(scene), {"Scene": fk.Scene}), scene)
             self.assertEqual(fk.Scene.parse(scene.text()), scene)
             self.assertEqual(fk.Scene("sheet_3in_sphere", scene.values()), scene)
@@ -333,8 +334,8 @@ class Inputs(unittest.TestCase):
 
     def test_two_that_do_not_go_together(self):
         with self.assertRaises(fk.Refused) as refused:
-            fk.Scene(slack_toe=0.02, integrator={"kind": "theta"}).check()
-        self.assertEqual((refused.exception.field, refused.exception.other), ("slack_toe", "integrator.kind"))
+            fk.Scene(slack_balance=True, integrator={"kind": "theta"}).check()
+        self.assertEqual((refused.exception.field, refused.exception.other), ("slack_balance", "integrator.kind"))
 
     def test_no_memory_for_a_sheet(self):
         with self.assertRaisesRegex(MemoryError, "GB of memory"):

@@ -28,7 +28,7 @@ pub struct Options {
     /// Folder for history.csv, summary.json, summary.txt and the last sheet [default: target/fabric/SCENE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Outcomes that end the run: arrested, detached, exited, passed; `none`: it goes on for its steps.
+    /// Outcomes that end the run: arrested, detached, exited, passed, through (which sets `track_through`); `none`: it goes on for its steps.
     #[arg(long, value_name = "OUTCOME,...", value_delimiter = ',', default_value = "arrested,exited,passed", value_parser = wanted)]
     until: Vec<Option<Outcome>>,
     /// Most steps; a run that these end says TIMEOUT, and has exit status 3.
@@ -156,14 +156,15 @@ fn try_to_make(out: &Path) -> Result<()> {
 
 /// Runs, prints and writes. Returns how it ended.
 pub fn run(options: &Options) -> Result<ExitCode> {
-    let scene = fabric_scene::read(&options.scene)?;
+    let mut scene = fabric_scene::read(&options.scene)?;
+    let until: Vec<Outcome> = options.until.iter().flatten().copied().collect();
+    scene.track_through |= until.contains(&Outcome::Through);
     let name = name_of(&options.scene);
     let out = options.out.clone().unwrap_or_else(|| Path::new("target/fabric").join(&name));
     let mut buffers = Buffers::of(&scene).map_err(|error| with_its_memory(&scene, error))?;
     let mut sim = buffers.sim(&scene)?;
     try_to_make(&out)?;
 
-    let until: Vec<Outcome> = options.until.iter().flatten().copied().collect();
     let mask = event::mask_of(&until);
     let wall = Instant::now();
     let mut series = if options.movie || options.vtk { Some(Series::new(&out, options.sample)?) } else { None };

@@ -37,8 +37,8 @@ pub fn unlikely_body(scene: &Scene) -> Option<String> {
 const OPEN: f64 = 0.01;
 
 /// Why a balance is open, and what helps.
-pub const SLACK_ADDS: &str = "yarn that goes slack and taut adds energy. Take time_step.fraction = 0.2 or the viscosity of the yarn, after the \
-                              first failure step_after_failure = \"half\" or slack_toe (docs/model.md, \"Slack and taut\")";
+pub const SLACK_ADDS: &str = "yarn that goes slack and taut adds energy. Take \
+                              slack_balance = true (docs/model.md, \"Slack and taut\")";
 
 /// What is said where the energy balance is open by more than 1 % of the impact energy: none of a body without energy. `impact_energy`
 /// and `residual`, J.

@@ -123,14 +123,14 @@ static void wedge(fk_scene *scene)
     scene->step_after_failure = FK_STEP_AFTER_FAILURE_HALF;
 }
 
-/* The damage law with a true zero, a toe for slack segments, the step in seconds, nothing watched. */
-static void toe(fk_scene *scene)
+/* The damage law with a true zero, energy that slack segments give back, the step in seconds, nothing watched. */
+static void slack(fk_scene *scene)
 {
     sphere(scene);
     scene->yarn.damage_b = 0.01;
     scene->yarn.damage_a = 1.01;
     scene->yarn.alpha_fail = 0.0;
-    scene->slack_toe = 0.02;
+    scene->slack_balance = 1;
     scene->time_step.seconds = 2e-8;
     scene->track_detachment = 0;
     scene->track_support = 0;
@@ -224,7 +224,7 @@ enum { TEST_SCENES = 14 };
 
 static const test_scene test_scenes[TEST_SCENES] = {
     {"sphere", sphere, 400},   {"theta", theta, 150}, {"bullet", bullet, 400}, {"box", box, 300},
-    {"quarter", quarter, 400}, {"wedge", wedge, 400}, {"toe", toe, 400},       {"prescribed", prescribed, 300},
+    {"quarter", quarter, 400}, {"wedge", wedge, 400}, {"slack", slack, 400},       {"prescribed", prescribed, 300},
     {"unlike", unlike, 400},   {"strength", strength, 400}, {"textile", textile, 400}, {"rubs", rubs, 400},
     {"plies", plies, 400},
     {"graded", graded, 400},

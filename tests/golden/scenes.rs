@@ -20,7 +20,7 @@ pub const SCENES: &[Row] = &[
     ("sheet_10in_cylinder", Scene::sheet_10in_cylinder, 600, false, pins::SHEET_10IN_CYLINDER),
     ("uniform_sphere before failure", uniform_sphere, 400, false, pins::UNIFORM_SPHERE_BEFORE_FAILURE),
     ("uniform_sphere through failure", uniform_sphere, 3000, true, pins::UNIFORM_SPHERE_THROUGH_FAILURE),
-    ("sphere_on_softened_yarn", sphere_on_softened_yarn, 3000, true, pins::SPHERE_ON_SOFTENED_YARN),
+    ("sphere_on_balanced_yarn", sphere_on_balanced_yarn, 3000, true, pins::SPHERE_ON_BALANCED_YARN),
     ("sphere_on_drawn_strength", sphere_on_drawn_strength, 3000, true, pins::SPHERE_ON_DRAWN_STRENGTH),
     ("sphere_on_yarn_that_depends_on_rate", sphere_on_yarn_that_depends_on_rate, 3000, true,
         pins::SPHERE_ON_YARN_THAT_DEPENDS_ON_RATE),
@@ -48,9 +48,9 @@ pub fn uniform_sphere() -> Scene {
     scene
 }
 
-/// The same with a toe, on drawn yarn.
-pub fn sphere_on_softened_yarn() -> Scene {
-    Scene { slack_toe: 0.02, ..sphere_on_drawn_yarn() }
+/// The same on drawn yarn that gives back what slack segments owe.
+pub fn sphere_on_balanced_yarn() -> Scene {
+    Scene { slack_balance: true, ..sphere_on_drawn_yarn() }
 }
 
 fn sphere_on_drawn_yarn() -> Scene {

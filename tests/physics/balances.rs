@@ -220,8 +220,10 @@ fn torn() -> Vec<Torn> {
         // The supports of each ply take what its own mass asks for.
         ("hybrid pack, halved", halved(hybrid), 1500, 10, dissipated, 1e-4),
     ];
-    for ((name, scene), (after, toe)) in hit().into_iter().zip([(Keep, 0.0), (Half, 0.0), (Keep, 0.02), (Keep, 0.0)]) {
-        let mut scene = with_fraction(Scene { step_after_failure: after, slack_toe: toe, ..scene }, 0.25);
+    for ((name, scene), (after, slack_balance)) in
+        hit().into_iter().zip([(Keep, false), (Half, false), (Keep, true), (Keep, false)])
+    {
+        let mut scene = with_fraction(Scene { step_after_failure: after, slack_balance, ..scene }, 0.25);
         let sphere = scene.projectile.shape == Shape::Sphere;
         scene.projectile.velocity[2] = if sphere { speed(60.0, scene.projectile.mass) } else { 120.0 };
         cases.push((name, scene, 3600, 10, dissipated, 1e-3));

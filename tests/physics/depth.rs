@@ -35,12 +35,11 @@ fn drawn(k: u64) -> Scene {
         scene.sheet.grading = Grading { largest: 4, run: 2, half_width: [6.0 * h; 2], ..scene.sheet.grading };
     }
     let extra = draw(8);
-    scene.slack_toe = if extra < 0.2 { 0.02 } else { 0.0 };
+    scene.slack_balance = extra < 0.2;
     if (0.2..0.4).contains(&extra) {
         scene.step_after_failure = StepAfterFailure::Half;
     }
-    let fraction = if scene.slack_toe > 0.0 { between(9, 0.1, 0.43) } else { between(9, 0.1, 0.5) };
-    scene.time_step = TimeStep::fraction(fraction);
+    scene.time_step = TimeStep::fraction(between(9, 0.1, 0.5));
     let orientation = pose::normalised([draw(10) - 0.5, draw(11) - 0.5, draw(12) - 0.5, draw(13) - 0.5]);
     let reach = Solid::of(&body).reach();
     let speed = log(14, 10.0, 600.0);

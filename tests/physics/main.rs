@@ -25,6 +25,7 @@ mod prototype;
 mod rate;
 mod rotation;
 mod shapes;
+mod slack;
 mod sliding;
 mod stability;
 mod starts;
@@ -32,7 +33,6 @@ mod strength;
 mod supports;
 mod symmetry;
 mod theta;
-mod toe;
 mod viscosity;
 
 /// So many random cases, the same every time.

@@ -266,14 +266,14 @@ fn dropping_bands_completes_a_begun_block() {
 fn dropping_bands_completes_a_begun_step() {
     let mut scene = small_sheet(21, 250.0);
     scene.step_after_failure = StepAfterFailure::Half;
-    completed_when_dropped(&scene, 6);
-    // Two passes instead of one.
+    completed_when_dropped(&scene);
     scene.yarn.viscosity_bending = 0.06;
-    completed_when_dropped(&scene, 12);
+    completed_when_dropped(&scene);
 }
 
-/// `calls_of_a_step`: of three bands, that a halved step takes.
-fn completed_when_dropped(scene: &Scene, calls_of_a_step: u32) {
+fn completed_when_dropped(scene: &Scene) {
+    // Of three bands, for a halved step.
+    let calls_of_a_step = 6;
     let mut plain = plainly(scene, 700);
     failed(&plain);
 

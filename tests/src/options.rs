@@ -48,7 +48,7 @@ pub const GROUPS: &[&[Choice]] = &[
     &[of("friction", |s| s.contact.friction = 0.3)],
     &[of("viscosity", |s| *s = as_proposed(*s))],
     &[of("rate of strain", |s| *s = rated(*s, 1700.0))],
-    &[of("toe", |s| s.slack_toe = 0.02), of("theta rule", |s| s.integrator = Integrator::THETA)],
+    &[of("slack balance", |s| s.slack_balance = true), of("theta rule", |s| s.integrator = Integrator::THETA)],
     &[of("halved step", |s| s.step_after_failure = StepAfterFailure::Half)],
     &[
         of("drawn segments", |s| s.yarn.stochastic = true),

@@ -163,13 +163,6 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
             candidate.normal.dot(&v) * unit_speed
         };
         totals.lose(&candidate, rubbing.as_ref(), given, speed_after, &(v * unit_speed));
-        if system.layout.has(Feature::Viscosity) {
-            // The sweep has counted the viscous push as if the node went on with the velocity before the impulse.
-            let pushes = planes::row(system.arrays.pushes, system.layout.chunks, j);
-            let viscous = [0, 1, 2].map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0));
-            let crossed = 0.5 * push.dot(&Vector::from(viscous)) * system.layout.node_weight(i, j);
-            system.state.sums.viscous -= crossed * (system.model.unit_energy * share);
-        }
     }
     close(system, totals, before);
 }

@@ -8,7 +8,6 @@ use crate::ground::error::{Code, Error};
 use crate::ground::math;
 use crate::ground::planes::Axis;
 use crate::scene::parts::{Scene, StepLimits};
-use crate::yarn::toe::Toe;
 
 /// A body faster than so many spacings a step is lost: what its impulses leave of the nodes is no fabric (see
 /// [`crate::yarn::law::LOST`]).
@@ -23,8 +22,6 @@ pub(crate) struct Model {
     /// Distance of the projectile's farthest surface point from its centre of mass, m.
     pub reach: f64,
     pub inertia: Inertia,
-    /// Toe of segments that have been slack.
-    pub toe: Toe,
     /// Mass of a node of the front fabric, all bonded plies, kg.
     pub node_mass: f64,
     /// Mass of a node of the back fabric over that.
@@ -51,7 +48,6 @@ impl Model {
         pose: Pose::IDENTITY,
         reach: 0.0,
         inertia: Inertia::NOTHING,
-        toe: Toe::NONE,
         node_mass: 0.0,
         back_share: 1.0,
         unit_speed: 0.0,
@@ -76,7 +72,6 @@ impl Model {
         if scene.contact.friction > 0.0 {
             self.inertia.feel_friction();
         }
-        self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
         self.back_share = if scene.back.plies > 0 { scene.back.node_mass / scene.sheet.node_mass } else { 1.0 };
         self.unit_speed = h / dt;

@@ -184,7 +184,7 @@ impl State {
         if features.has(Feature::Grading) {
             visitor.count(&mut self.sums.beyond_fine);
         }
-        visit_watch(&mut self.watch, visitor);
+        visit_watch(&mut self.watch, features.has(Feature::Through), visitor);
     }
 }
 
@@ -244,7 +244,7 @@ fn visit_body(body: &mut Body, visitor: &mut impl Visitor) {
     visitor.vector(&mut body.angular_velocity);
 }
 
-fn visit_watch(watch: &mut Watch, visitor: &mut impl Visitor) {
+fn visit_watch(watch: &mut Watch, through: bool, visitor: &mut impl Visitor) {
     let none = FirstContact { step: 0, direction: Vector::zeros(), kinetic_energy: 0.0 };
     visit_option(&mut watch.first, none, visitor, |first, visitor| {
         visitor.count(&mut first.step);
@@ -254,7 +254,11 @@ fn visit_watch(watch: &mut Watch, visitor: &mut impl Visitor) {
     visitor.vector(&mut watch.checkpoint);
     visitor.real(&mut watch.checkpoint_work);
     visitor.count(&mut watch.checkpoint_impulses);
-    for latch in &mut watch.latched {
+    if through {
+        visitor.real(&mut watch.travel_start);
+        visitor.real(&mut watch.travel_speed);
+    }
+    for latch in watch.latched.iter_mut().take(if through { 5 } else { 4 }) {
         visit_option(latch, Latch { step: 0, work: 0.0 }, visitor, |latch, visitor| {
             visitor.count(&mut latch.step);
             visitor.real(&mut latch.work);

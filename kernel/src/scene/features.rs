@@ -18,7 +18,7 @@ pub enum Feature {
     Friction,
     Viscosity,
     Plies,
-    Toe,
+    Slack,
     Halving,
     Drawn,
     Strength,
@@ -31,6 +31,7 @@ pub enum Feature {
     Unlike,
     Polyhedra,
     Detachment,
+    Through,
     Snapshot,
     Bands,
     Blocks,
@@ -61,7 +62,7 @@ pub struct Record {
 use Feature::*;
 
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
-pub const FEATURES: [Record; 22] = [
+pub const FEATURES: [Record; 23] = [
     Record {
         feature: Rate,
         name: "rate",
@@ -116,14 +117,14 @@ pub const FEATURES: [Record; 22] = [
         about: "Separate plies that push on each other, of two fabrics if need be",
     },
     Record {
-        feature: Toe,
-        name: "toe",
-        built: cfg!(feature = "toe"),
-        asked_by: &[("slack_toe", |s| s.slack_toe != 0.0)],
-        // A toe could reach beyond the critical strain of the weakest segments; its energy with a rate is not known.
-        not_with: &[Strength, Rate, Theta],
+        feature: Slack,
+        name: "slack",
+        built: cfg!(feature = "slack"),
+        asked_by: &[("slack_balance", |s| s.slack_balance)],
+        // The work of a stress that relaxes is not known within a step.
+        not_with: &[Rate, Theta, Halving],
         words: 0,
-        about: "A soft start of segments that have been slack",
+        about: "Segments that give back the energy which the step makes where they become slack or taut",
     },
     Record {
         feature: Halving,
@@ -244,6 +245,15 @@ pub const FEATURES: [Record; 22] = [
         not_with: &[],
         words: 0,
         about: "The outcome that a part of the sheet has torn off its supports",
+    },
+    Record {
+        feature: Through,
+        name: "detachment",
+        built: cfg!(feature = "detachment"),
+        asked_by: &[("track_through", |s| s.track_through)],
+        not_with: &[],
+        words: 5,
+        about: "The outcome that held yarn does not stop the projectile any more",
     },
     Record {
         feature: Snapshot,

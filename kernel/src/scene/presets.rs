@@ -113,10 +113,11 @@ impl Scene {
             step_check: StepCheck::Refuse,
             integrator: Integrator::VERLET,
             step_after_failure: StepAfterFailure::Keep,
-            slack_toe: 0.0,
+            slack_balance: false,
             rotation_rule: RotationRule::MIDPOINT,
             force_window: 1e-6,
             track_detachment: true,
+            track_through: false,
             track_support: true,
             contact_capacity: 0,
         }

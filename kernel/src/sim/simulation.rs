@@ -124,7 +124,7 @@ pub struct Outcomes {
     /// First contact: step count at whose start the first impulse acted; None before.
     pub first_contact: Option<u64>,
     /// Step and work of each latched outcome, by its number in [`crate::memory::watch::Outcome::ALL`].
-    pub latched: [Option<Latch>; 4],
+    pub latched: [Option<Latch>; 5],
 }
 
 /// A simulation on the caller's memory.
@@ -596,14 +596,13 @@ impl<'a> Sim<'a> {
         self.copy_nodes("out", out, |sim, i, j| {
             let (_, v) = sim.system.node(i, j);
             let stored = sim.system.layout.has(Feature::Theta) || sim.system.is_fixed(i, j);
-            let a = if stored { [0.0; 3] } else { sim.system.acceleration(i, j) };
-            let b = if stored || !sim.system.layout.has(Feature::Viscosity) {
-                [0.0; 3]
-            } else {
-                viscosity::push(&sim.system, i, j)
+            let a = match sim.system.layout.has(Feature::Viscosity) {
+                _ if stored => [0.0; 3],
+                true => viscosity::acceleration(&sim.system, i, j),
+                false => sim.system.acceleration(i, j),
             };
             let unit = sim.system.model.unit_speed;
-            let v = [0, 1, 2].map(|k| (v[k] + 0.5 * (a[k] + b[k])) * unit);
+            let v = [0, 1, 2].map(|k| (v[k] + 0.5 * a[k]) * unit);
             sim.system.model.pose.vector_out(v)
         })
     }

@@ -16,21 +16,22 @@ use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK};
-use crate::memory::rows::{Rows, Terms};
+use crate::memory::rows::Rows;
 use crate::memory::system::System;
+use crate::memory::terms::Terms;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
+use crate::sheet::slack::SEARCH_INTERVAL;
 use crate::sheet::sweep::Report;
 use crate::sheet::weave;
 use crate::step::energy;
-use crate::step::marks;
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
 use crate::step::relaxation;
+use crate::step::slackness;
 use crate::step::theta;
 use crate::step::viscosity;
 use crate::yarn::rate::Rates;
-use crate::yarn::toe::MARK_INTERVAL;
 
 /// One step. A projectile that is too fast and too many candidates are found before anything is changed.
 pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
@@ -58,9 +59,8 @@ pub(crate) fn end_step(system: &mut System<'_>, failed_before: u64) -> Result<()
     if system.layout.has(Feature::Rate) && (system.state.loaded > 0 || system.state.sums.contacts > 0) {
         system.state.loaded += 1;
     }
-    if system.layout.has(Feature::Toe) && system.failed_segments > 0 && system.state.step.is_multiple_of(MARK_INTERVAL)
-    {
-        marks::mark_slack(system);
+    if system.layout.has(Feature::Slack) && system.state.step % SEARCH_INTERVAL == 1 {
+        slackness::search(system);
     }
     close_window(system);
     if system.state.step.is_multiple_of(TEST_INTERVAL) {
@@ -129,6 +129,7 @@ pub(crate) fn close_pass(
 /// a quarter of the change that the forces make in a step, not only another unit. Contact needs nothing: its next impulse covers what is missing.
 fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
     let before = energy::energy(system).map_or(0.0, |energy| energy.residual);
+    system.state.sums.viscous += viscosity::open(system);
     let quarter = 0.25 * system.model.limits.dt;
     let body = system.state.body;
     motion::load_body(system, quarter);
@@ -149,6 +150,7 @@ fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
     system.state.sums.support.iter_mut().for_each(|support| *support *= 0.5);
     system.state.halved = true;
     system.use_half_steps(true);
+    viscosity::start(system);
     let after = energy::energy(system).map_or(before, |energy| energy.residual);
     system.state.sums.halving_energy += after - before;
     motion::refuse_lost_body(system)
@@ -203,7 +205,11 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
         return Report::default();
     }
     begin_sweep(system, rows);
-    let report = sweep_rows(system, ply, rows, None);
+    let report = if system.layout.has(Feature::Viscosity) {
+        sweep_rows::<true>(system, ply, rows, None)
+    } else {
+        sweep_rows::<false>(system, ply, rows, None)
+    };
     book_taken(system, ply, rows);
     book_pulls(system, ply, rows, 0);
     system.set_awake(ply, rows);
@@ -217,30 +223,30 @@ fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
     if system.layout.has(Feature::Rate) {
         relaxation::find_rates(system, [first, end]);
     }
-    if system.layout.has(Feature::Viscosity) {
-        viscosity::find_pushes(system, [first, end]);
-    }
     system.arrays.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
 /// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
-    sweep_rows(system, 0, rows, Some(step))
+    sweep_rows::<false>(system, 0, rows, Some(step))
 }
 
-/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
+/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block. VISCOUS: with viscosity.
 #[inline(never)]
-fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
+fn sweep_rows<const VISCOUS: bool>(
+    system: &mut System<'_>,
+    ply: usize,
+    rows: [usize; 2],
+    in_block: Option<usize>,
+) -> Report {
     let rates = rates(system);
-    let failed = system.failed_segments > 0;
-    let System { layout, directions, model, arrays, fetches, instructions, .. } = &mut *system;
+    let System { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
     // In a block rows come from memory in the first step alone.
     let fetches = *fetches && in_block.is_none_or(|step| step == 0);
-    let terms = Terms { layout, directions, toe: model.toe, rates: &rates, fetches, instructions: *instructions };
-    // No mark before the first failure.
-    let marked = layout.has(Feature::Toe) && failed;
+    let terms = Terms { layout, directions, rates: &rates, fetches, instructions: *instructions };
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    match &mut Rows::of(arrays, layout, rows, ply, marked, in_block) {
+    match &mut Rows::of(arrays, layout, rows, ply, in_block) {
+        Some(rows) if VISCOUS => rows.sweep_viscous(&terms),
         Some(rows) => rows.sweep(&terms),
         None => Report::LOST,
     }

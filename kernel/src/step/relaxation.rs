@@ -10,9 +10,8 @@ use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, RATE_PLANES, vertical_axes};
 use crate::memory::rows::place_image_column;
 use crate::memory::system::System;
-use crate::sheet::sweep::NOTHING;
+use crate::sheet::neighbours::{NOTHING, at, put, to_the_right, upwards};
 use crate::sheet::symmetry::Line;
-use crate::step::viscosity::{at, put, to_the_right, upwards};
 use crate::yarn::law::{Rest, Segment};
 use crate::yarn::rate::RateLaw;
 
@@ -126,9 +125,9 @@ impl<const VERTICAL: bool> Job for Along<'_, VERTICAL> {
             let above = above.get(c).unwrap_or(&NOTHING);
             for g in 0..CHUNK / L::WIDTH {
                 let q: L = if VERTICAL {
-                    rest.twice_strain(vertical_axes(upwards(chunk, above, 0, g)))
+                    rest.twice_strain(vertical_axes(upwards(chunk, above, g)))
                 } else {
-                    rest.twice_strain(to_the_right(chunk, next, 0, g))
+                    rest.twice_strain(to_the_right(chunk, next, g))
                 };
                 put(found, plane, g, law.logarithm(q));
                 let sum = &mut L::groups_mut(&mut relaxing)[g];

@@ -6,15 +6,14 @@ use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
 use crate::memory::layout::Layout;
-use crate::memory::rows::Terms;
 use crate::memory::system::{self, System};
+use crate::memory::terms::Terms;
+use crate::memory::viscous_rows::place_image_speeds;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
 use crate::step::explicit;
 use crate::step::relaxation;
-use crate::step::viscosity;
 use crate::yarn::rate::Rates;
-use crate::yarn::toe::Toe;
 
 /// What all bands need to know for one pass.
 pub(super) struct Plan {
@@ -29,19 +28,14 @@ pub(super) struct Plan {
     /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
     /// rest are left out.
     pub(super) rows: [usize; 2],
-    /// Whether the bands find now what viscosity changes, and sweep afterwards.
-    pub(super) pushing: bool,
     /// The block of steps that the pass is part of, if it is.
     pub(super) block: Option<BlockInBands>,
     /// Whether rows at rest are swept.
     pub(super) all: bool,
     pub(super) layout: Layout,
-    pub(super) toe: Toe,
     pub(super) rates: Rates,
     pub(super) fetches: bool,
     pub(super) instructions: InstructionSet,
-    /// Whether segments may have a toe's mark.
-    pub(super) marked: bool,
     pub(super) memory: Pointers,
 }
 
@@ -58,8 +52,11 @@ fn prepare_rows(system: &mut System<'_>, sound: bool) -> [usize; 2] {
         if system.layout.has(Feature::Rate) && sound {
             relaxation::find_rates(system, [first, end]);
         }
-        if system.layout.has(Feature::Viscosity) && sound {
-            viscosity::place_images(system, [first, end]);
+        if (system.layout.has(Feature::Viscosity) || system.layout.has(Feature::Slack)) && system.layout.x.is_mirrored()
+        {
+            let (line, chunks) = (system.layout.x, system.layout.chunks);
+            let rows = system.arrays.hot.get_mut(first * chunks..end * chunks);
+            place_image_speeds(rows.unwrap_or(&mut []), chunks, line);
         }
     }
     [rows[0].min(rows[1]), rows[1]]
@@ -80,12 +77,10 @@ impl Plan {
             Some(block) => block.look_ahead(system),
             None => explicit::look_ahead(system, end, [0, system.layout.nodes_y]),
         };
-        let pushing = system.layout.has(Feature::Viscosity) && found.is_ok();
         let mut rows = prepare_rows(system, found.is_ok());
         if let Some(block) = &block {
             rows = block.rows_near();
         }
-        let marked = system.layout.has(Feature::Toe) && system.failed_segments > 0;
         let memory = Pointers::of(system, scratch);
         let all = system.steps_all();
         Plan {
@@ -94,15 +89,12 @@ impl Plan {
             failed_before,
             found,
             rows,
-            pushing,
             block,
             all,
             layout: system.layout,
-            toe: system.model.toe,
             rates: explicit::rates(system),
             fetches: system.fetches,
             instructions: system.instructions,
-            marked,
             memory,
         }
     }
@@ -147,7 +139,7 @@ impl Plan {
 
     /// Constants of the sweep.
     pub(super) fn terms(&self, fetches: bool) -> Terms<'_> {
-        let Plan { layout, toe, rates, instructions, .. } = self;
-        Terms { layout, directions: self.directions(), toe: *toe, rates, fetches, instructions: *instructions }
+        let Plan { layout, rates, instructions, .. } = self;
+        Terms { layout, directions: self.directions(), rates, fetches, instructions: *instructions }
     }
 }
