@@ -311,13 +311,11 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
         let Row { pass, j, row, history, above, carry, yarn, owed, been_slack, viscous } = self.0;
-        let (mut no_past, mut taken) = (NO_PAST, [0.0; CHUNK]);
-        let viscous = match viscous {
-            Some(row) if VISCOUS => row,
+        let (share, mut rest_of_past, past_above, mut taken) = match viscous {
+            Some(ViscousRow { share, past, above, taken }) if VISCOUS => (L::splat(share), past, above, Some(taken)),
             None if VISCOUS => return (Report::LOST, [0.0; 2]),
-            _ => ViscousRow { past: &mut [], above: &[], share: 0.0, taken: &mut [0.0; CHUNK] },
+            _ => (L::splat(0.0), &mut [][..], &[][..], None),
         };
-        let (share, mut rest_of_past) = (L::splat(viscous.share), viscous.past);
         let net = if GRADED { pass.net.row(j) } else { NetRow::NONE };
         let mut cold = Cold {
             pass,
@@ -335,7 +333,6 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
         let (rests, inverse_width) =
             ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
         let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
-        let keeps = [L::splat(keeps[0]), L::splat(keeps[1])];
         let left_force = [zero; 3];
         let mut along =
             Carried::<L> { limits, viscosity, share, rests, inverse_width, keeps, left_force, low: zero, high: zero };
@@ -352,17 +349,15 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
             let next = tail.first().unwrap_or(&NOTHING);
             let owed = if FACTOR == SLACK { owed.get_mut(c) } else { None };
             let logarithms = if FACTOR == RATE { yarn.logarithms.get(c) } else { None }.unwrap_or(&NO_LOGARITHMS);
-            let (past, past_beside) = if VISCOUS {
-                let Some((past, tail)) = rest_of_past.split_first_mut() else { break };
-                rest_of_past = tail;
-                let beside = [rest_of_past.first(), viscous.above.get(c)];
-                (past, beside.map(|beside| beside.unwrap_or(&NO_PAST)))
-            } else {
-                (&mut no_past, [&NO_PAST; 2])
-            };
+            let (mut past, mut past_beside) = (None, [&NO_PAST; 2]);
+            if VISCOUS {
+                let Some((first, tail)) = rest_of_past.split_first_mut() else { break };
+                (past, rest_of_past) = (Some(first), tail);
+                past_beside = [rest_of_past.first(), past_above.get(c)].map(|beside| beside.unwrap_or(&NO_PAST));
+            }
             let column = c * CHUNK;
             let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
-            let taken = &mut taken;
+            let taken = taken.as_deref_mut();
             let mut planes = Planes {
                 chunk,
                 history,
@@ -394,9 +389,6 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
             }
             rest = tail;
         }
-        if VISCOUS {
-            *viscous.taken = taken;
-        }
         (cold.report, [least(along.low), greatest(along.high)])
     }
 }
@@ -419,8 +411,8 @@ struct Planes<'a> {
     /// What slack segments owe.
     owed: Option<&'a mut Chunk<OWED_PLANES>>,
     /// What viscosity keeps of the segments, and what they take.
-    past: &'a mut Chunk<PAST_PLANES>,
-    taken: &'a mut [f64; CHUNK],
+    past: Option<&'a mut Chunk<PAST_PLANES>>,
+    taken: Option<&'a mut [f64; CHUNK]>,
     /// The same of the chunk behind and of the row above.
     past_beside: [&'a Chunk<PAST_PLANES>; 2],
 }
@@ -439,7 +431,7 @@ struct Carried<L> {
     /// Of the row, in a graded network.
     inverse_width: L,
     /// 1 of those that keep what they owe, else 0.
-    keeps: [L; 2],
+    keeps: [f64; 2],
     left_force: [L; 3],
     low: L,
     high: L,
@@ -461,13 +453,13 @@ struct Cold<'a> {
 impl<L: Lane> Carried<L> {
     /// How the segments of group g lie in the flat sheet.
     #[inline(always)]
-    fn rests<const GRADED: bool>(
+    fn rests<const GRADED: bool, const FACTOR: u8>(
         &self,
         (columns, net): (&Chunk<LINE_PLANES>, &NetRow<'_>),
         g: usize,
         pass: &Pass<'_>,
     ) -> [RestLanes<L>; 2] {
-        let [horizontal, vertical] = if L::WIDTH == CHUNK {
+        let [horizontal, vertical] = if FACTOR == SLACK || L::WIDTH == CHUNK {
             // AVX-512 spreads a number as it reads it: eight copies of each on the stack would be no gain.
             [pass.directions.horizontal.rest.lanes(), net.upwards(&pass.directions.vertical.rest)]
         } else {
@@ -515,7 +507,7 @@ impl<L: Lane> Carried<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let [rest_h, rest_v] = self.rests::<GRADED>((columns, planes.net), g, cold.pass);
+        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
         let (q_v, q_h) = if PLAIN {
             (law::twice_strain(vertical_axes(up)), law::twice_strain(along))
         } else {
@@ -548,21 +540,28 @@ impl<L: Lane> Carried<L> {
             kh = kh.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_h)[g])));
             kv = kv.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_v)[g])));
         }
-        let (mut stress_v, mut stress_h) = if VISCOUS {
-            let [q_x, q_y, x, y, ..] = &mut *planes.past;
-            let [of_h, of_v] = &self.viscosity;
-            let (stress_v, taken_v) = Past { twice_strain: q_y, stress: y }.stress(of_v, kv, q_v, g);
-            let (stress_h, taken_h) = Past { twice_strain: q_x, stress: x }.stress(of_h, kh, q_h, g);
-            let taken = &mut L::groups_mut(planes.taken)[g];
+        let (mut stress_v, mut stress_h) = if VISCOUS
+            && let (Some([q_x, q_y, x, y, ..]), Some(taken)) = (planes.past.as_deref_mut(), planes.taken.as_deref_mut())
+        {
+            let Along { horizontal, vertical, .. } = cold.pass.directions;
+            let [of_h, of_v] = if FACTOR == SLACK {
+                [horizontal.viscosity.lanes(), vertical.viscosity.lanes()]
+            } else {
+                self.viscosity
+            };
+            let (stress_v, taken_v) = Past { twice_strain: q_y, stress: y }.stress(&of_v, kv, q_v, g);
+            let (stress_h, taken_h) = Past { twice_strain: q_x, stress: x }.stress(&of_h, kh, q_h, g);
+            let taken = &mut L::groups_mut(taken)[g];
             L::load(taken).add(taken_h.add(taken_v.mul(self.share))).store(taken);
             (stress_v, stress_h)
         } else {
             (law::stress(kv, q_v), law::stress(kh, q_h))
         };
+        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
         if FACTOR == SLACK
             && let Some([energy_h, energy_v, given_h, given_v]) = planes.owed.as_deref_mut()
         {
-            let keeps = self.keeps;
+            let keeps = [L::splat(self.keeps[0]), L::splat(self.keeps[1])];
             let mut of_h = Owed { energy: energy_h, given: given_h };
             let mut of_v = Owed { energy: energy_v, given: given_v };
             stress_h =
@@ -580,9 +579,9 @@ impl<L: Lane> Carried<L> {
         } else {
             (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
         };
-        if VISCOUS {
+        if VISCOUS && let Some(past) = planes.past.as_deref() {
             let [next, above] = planes.past_beside;
-            let [bent_h, bent_v] = bending_forces::<L>(planes.past, next, above, g);
+            let [bent_h, bent_v] = bending_forces::<L>(past, next, above, g);
             force[2] = force[2].add(bent_h);
             lift[2] = lift[2].add(bent_v);
         }
@@ -697,11 +696,17 @@ impl Cold<'_> {
         for (lane, (&q, (history, stiffness))) in strains.as_ref().iter().zip(slots).enumerate() {
             let column = place.first + lane;
             if column < place.end {
-                let owed = owed.as_deref_mut().filter(|_| KEEPS && self.keeps & bit(place.axis) != 0);
-                let owed = owed.and_then(|owed| owed.as_mut().get_mut(lane));
-                let met =
-                    self.pass.damage_segment::<KEEPS>(q, self.yarn, place.axis, column, [history, stiffness], owed);
+                let before = *stiffness;
+                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, [history, stiffness]);
                 self.report.add(met);
+                let owed = owed.as_deref_mut().filter(|_| KEEPS && self.keeps & bit(place.axis) != 0);
+                if let Some(owed) = owed.and_then(|owed| owed.as_mut().get_mut(lane))
+                    && *stiffness != before
+                {
+                    for (sign, stiffness) in [(4.0, *stiffness), (-4.0, before)] {
+                        *owed += sign * self.pass.dissipated(self.yarn, place.axis, column, stiffness);
+                    }
+                }
             }
         }
     }
@@ -710,14 +715,13 @@ impl Cold<'_> {
 impl Pass<'_> {
     /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then. The
     /// history of drawn strength begins at the segment's own critical q, so no other test is needed here.
-    fn damage_segment<const KEEPS: bool>(
+    fn damage_segment(
         &self,
         q: f64,
         yarn: &YarnRow<'_>,
         axis: Axis,
         column: usize,
         [history, stiffness]: [&mut f64; 2],
-        owed: Option<&mut f64>,
     ) -> Report {
         let usable = q <= LOST || q <= *history;
         if !usable {
@@ -735,16 +739,20 @@ impl Pass<'_> {
         let (undamaged, damage_rate) = yarn.constants(axis, column);
         let law = law.at(yarn.critical_stretch(law, axis, column));
         let damage = law.damage(damage_rate, q);
-        if KEEPS && let Some(owed) = owed {
-            // Twice the stiffness stands for the modulus.
-            let material = law::Segment { modulus: 2.0 * undamaged, damage_rate };
-            let dissipated = |alpha: f64| law.dissipated(&material, alpha);
-            *owed += 4.0 * (dissipated(damage.alpha) - dissipated(law.alpha(damage_rate, *history)));
-        }
         *stiffness = damage.alpha * undamaged;
         // A failed segment never comes here again: no q is above its history.
         *history = damage.history;
         Report { newly_failed: u64::from(damage.alpha == 0.0 && !failed_before), non_finite: false }
+    }
+
+    /// What a segment has dissipated when its stiffness has become this, in the unit of stiffness.
+    #[inline(never)]
+    fn dissipated(&self, yarn: &YarnRow<'_>, axis: Axis, column: usize, stiffness: f64) -> f64 {
+        let law = &self.directions.along(axis).law;
+        let (undamaged, damage_rate) = yarn.constants(axis, column);
+        // Twice the stiffness stands for the modulus.
+        let material = law::Segment { modulus: 2.0 * undamaged, damage_rate };
+        law.at(yarn.critical_stretch(law, axis, column)).dissipated(&material, stiffness / undamaged)
     }
 }
 
