@@ -521,18 +521,8 @@ impl<L: Lane> Carried<L> {
         };
         let before = [L::load(&kh[g]), L::load(&kv[g])];
         if some_beyond {
-            let (owed_h, owed_v) = match planes.owed.as_deref_mut() {
-                Some([h, v, ..]) if FACTOR == SLACK => (Some(&mut L::groups_mut(h)[g]), Some(&mut L::groups_mut(v)[g])),
-                _ => (None, None),
-            };
-            let [of_h, of_v] = [[&mut history_h[g], &mut kh[g]], [&mut history_v[g], &mut kv[g]]];
-            if FACTOR == SLACK {
-                cold.damage_beyond::<L, true>(q_h, limit_h, column, Axis::Horizontal, of_h, owed_h);
-                cold.damage_beyond::<L, true>(q_v, limit_v, column, Axis::Vertical, of_v, owed_v);
-            } else {
-                cold.damage_beyond::<L, false>(q_h, limit_h, column, Axis::Horizontal, of_h, None);
-                cold.damage_beyond::<L, false>(q_v, limit_v, column, Axis::Vertical, of_v, None);
-            }
+            let of = [[&mut history_h[g], &mut kh[g]], [&mut history_v[g], &mut kv[g]]];
+            cold.damage_both::<L, FACTOR>([q_h, q_v], [limit_h, limit_v], column, of, planes.owed.as_deref_mut(), g);
         }
         let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
         if FACTOR == RATE {
@@ -540,39 +530,19 @@ impl<L: Lane> Carried<L> {
             kh = kh.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_h)[g])));
             kv = kv.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_v)[g])));
         }
-        let (mut stress_v, mut stress_h) = if VISCOUS
-            && let (Some([q_x, q_y, x, y, ..]), Some(taken)) = (planes.past.as_deref_mut(), planes.taken.as_deref_mut())
-        {
-            let Along { horizontal, vertical, .. } = cold.pass.directions;
-            let [of_h, of_v] = if FACTOR == SLACK {
-                [horizontal.viscosity.lanes(), vertical.viscosity.lanes()]
-            } else {
-                self.viscosity
-            };
-            let (stress_v, taken_v) = Past { twice_strain: q_y, stress: y }.stress(&of_v, kv, q_v, g);
-            let (stress_h, taken_h) = Past { twice_strain: q_x, stress: x }.stress(&of_h, kh, q_h, g);
-            let taken = &mut L::groups_mut(taken)[g];
-            L::load(taken).add(taken_h.add(taken_v.mul(self.share))).store(taken);
-            (stress_v, stress_h)
-        } else {
-            (law::stress(kv, q_v), law::stress(kh, q_h))
+        let [mut stress_h, mut stress_v] = match (planes.past.as_deref_mut(), planes.taken.as_deref_mut()) {
+            (Some(past), Some(taken)) if VISCOUS => {
+                self.viscous_stresses::<FACTOR>((past, taken), [kh, kv], [q_h, q_v], g, cold.pass)
+            }
+            _ => [law::stress(kh, q_h), law::stress(kv, q_v)],
         };
         let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
         if FACTOR == SLACK
-            && let Some([energy_h, energy_v, given_h, given_v]) = planes.owed.as_deref_mut()
+            && let Some(owed) = planes.owed.as_deref_mut()
         {
-            let keeps = [L::splat(self.keeps[0]), L::splat(self.keeps[1])];
-            let mut of_h = Owed { energy: energy_h, given: given_h };
-            let mut of_v = Owed { energy: energy_v, given: given_v };
-            stress_h =
-                stress_h.add(of_h.stress(&rest_h, [before[0].mul(keeps[0]), kh.mul(keeps[0])], q_h, [along, w_h], g));
-            stress_v = stress_v.add(of_v.stress(
-                &rest_v,
-                [before[1].mul(keeps[1]), kv.mul(keeps[1])],
-                q_v,
-                [vertical_axes(up), vertical_axes(w_v)],
-                g,
-            ));
+            let ends = [[along, w_h], [vertical_axes(up), vertical_axes(w_v)]];
+            let given = self.given(owed, [rest_h, rest_v], [before, [kh, kv]], [q_h, q_v], ends, g);
+            (stress_h, stress_v) = (stress_h.add(given[0]), stress_v.add(given[1]));
         }
         let (mut lift, mut force) = if PLAIN {
             (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
@@ -588,13 +558,71 @@ impl<L: Lane> Carried<L> {
         let lift = vertical_axes(lift);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
+        let sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
+        move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
+        let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
+        move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
+        self.low = y.min(self.low);
+        self.high = y.max(self.high);
+    }
+
+    /// (M16) The stresses of group g along x and y with their viscous parts; counts what these take.
+    #[inline(always)]
+    fn viscous_stresses<const FACTOR: u8>(
+        &self,
+        ([q_x, q_y, x, y, ..], taken): (&mut Chunk<PAST_PLANES>, &mut [f64; CHUNK]),
+        [kh, kv]: [L; 2],
+        [q_h, q_v]: [L; 2],
+        g: usize,
+        pass: &Pass<'_>,
+    ) -> [L; 2] {
+        let Along { horizontal, vertical, .. } = pass.directions;
+        let [of_h, of_v] =
+            if FACTOR == SLACK { [horizontal.viscosity.lanes(), vertical.viscosity.lanes()] } else { self.viscosity };
+        let (stress_v, taken_v) = Past { twice_strain: q_y, stress: y }.stress(&of_v, kv, q_v, g);
+        let (stress_h, taken_h) = Past { twice_strain: q_x, stress: x }.stress(&of_h, kh, q_h, g);
+        let taken = &mut L::groups_mut(taken)[g];
+        L::load(taken).add(taken_h.add(taken_v.mul(self.share))).store(taken);
+        [stress_h, stress_v]
+    }
+
+    /// (M23) The stresses that the segments of group g give along x and y. `ends`: displacement and velocity of one end relative to
+    /// the other, in the axes of each.
+    #[inline(always)]
+    fn given(
+        &self,
+        [energy_h, energy_v, given_h, given_v]: &mut Chunk<OWED_PLANES>,
+        [rest_h, rest_v]: [RestLanes<L>; 2],
+        [before, now]: [[L; 2]; 2],
+        [q_h, q_v]: [L; 2],
+        [ends_h, ends_v]: [[[L; 3]; 2]; 2],
+        g: usize,
+    ) -> [L; 2] {
+        let keeps = [L::splat(self.keeps[0]), L::splat(self.keeps[1])];
+        let of_h = [before[0].mul(keeps[0]), now[0].mul(keeps[0])];
+        let of_v = [before[1].mul(keeps[1]), now[1].mul(keeps[1])];
+        let (mut owed_h, mut owed_v) =
+            (Owed { energy: energy_h, given: given_h }, Owed { energy: energy_v, given: given_v });
+        [owed_h.stress(&rest_h, of_h, q_h, ends_h, g), owed_v.stress(&rest_v, of_v, q_v, ends_v, g)]
+    }
+
+    /// The sums of force at the nodes of group g: of the segment to the right, less that to the left, and the vertical part.
+    #[inline(always)]
+    fn sums<const GRADED: bool>(
+        &mut self,
+        force: [L; 3],
+        vertical: [L; 3],
+        (columns, net): (&Chunk<LINE_PLANES>, &NetRow<'_>),
+        g: usize,
+    ) -> [L; 3] {
         let left = [
             force[0].left_of(self.left_force[0]),
             force[1].left_of(self.left_force[1]),
             force[2].left_of(self.left_force[2]),
         ];
-        let sum = if GRADED {
-            let inverse_width = if L::WIDTH == CHUNK { L::splat(planes.net.inverse_width) } else { self.inverse_width };
+        self.left_force = force;
+        if GRADED {
+            let inverse_width = if L::WIDTH == CHUNK { L::splat(net.inverse_width) } else { self.inverse_width };
             let widths = [L::load(&L::groups(&columns[INVERSE_WIDTH])[g]), inverse_width];
             [
                 graded_with_vertical(force[0], left[0], vertical[0], widths),
@@ -607,13 +635,7 @@ impl<L: Lane> Carried<L> {
                 with_vertical(force[1], left[1], vertical[1]),
                 with_vertical(force[2], left[2], vertical[2]),
             ]
-        };
-        move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
-        let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
-        move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
-        self.low = y.min(self.low);
-        self.high = y.max(self.high);
-        self.left_force = force;
+        }
     }
 }
 
@@ -663,7 +685,31 @@ struct Place {
 }
 
 impl Cold<'_> {
-    /// KEEPS: whether they may keep what they owe. Damages the segments from column `first` on of which some q is at or beyond the limit and above all before.
+    /// Damages the segments of group g along x and y, from this column on, of which some q is at or beyond the limit and above all
+    /// before.
+    #[inline(always)]
+    fn damage_both<L: Lane, const FACTOR: u8>(
+        &mut self,
+        q: [L; 2],
+        limits: [L; 2],
+        column: usize,
+        [of_h, of_v]: [[&mut L::Group; 2]; 2],
+        owed: Option<&mut Chunk<OWED_PLANES>>,
+        g: usize,
+    ) {
+        if let Some([h, v, ..]) = owed
+            && FACTOR == SLACK
+        {
+            let [h, v] = [&mut L::groups_mut(h)[g], &mut L::groups_mut(v)[g]];
+            self.damage_beyond::<L, true>(q[0], limits[0], column, Axis::Horizontal, of_h, Some(h));
+            self.damage_beyond::<L, true>(q[1], limits[1], column, Axis::Vertical, of_v, Some(v));
+        } else {
+            self.damage_beyond::<L, false>(q[0], limits[0], column, Axis::Horizontal, of_h, None);
+            self.damage_beyond::<L, false>(q[1], limits[1], column, Axis::Vertical, of_v, None);
+        }
+    }
+
+    /// The same of one direction. KEEPS: whether they may keep what they owe.
     #[inline(always)]
     fn damage_beyond<L: Lane, const KEEPS: bool>(
         &mut self,

@@ -17,6 +17,14 @@ use crate::sheet::sweep::{Lift, Report};
 use crate::sheet::viscous::MomentsOfRow;
 use crate::step::explicit;
 
+/// What a sweep of rows uses that is not theirs: the row above, the forces from the row below, and the band's own numbers.
+struct Beside<'r> {
+    above: &'r [Chunk<HOT_PLANES>],
+    carry: &'r mut [Chunk<CARRY_PLANES>],
+    kept: &'r mut [[f64; 3]],
+    viscous: &'r mut [Chunk<PAST_PLANES>],
+}
+
 impl Plan {
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
     ///
@@ -210,8 +218,8 @@ impl Plan {
                 if start == low && self.block.is_none() {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
                 }
-                let mut rows =
-                    self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, above, carry, kept, viscous);
+                let beside = Beside { above, carry, kept, viscous };
+                let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, beside);
                 let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
                 let terms = self.terms(fetches);
                 let met = if VISCOUS { rows.sweep_viscous(&terms) } else { rows.sweep(&terms) };
@@ -297,7 +305,8 @@ impl Plan {
         let memory = &self.memory;
         // SAFETY: the caller's promise; there are pulls of every step and row.
         unsafe {
-            let mut row = self.rows(step, [j, j + 1], 0, above, carry, self.scratch(band).kept, &mut []);
+            let beside = Beside { above, carry, kept: self.scratch(band).kept, viscous: &mut [] };
+            let mut row = self.rows(step, [j, j + 1], 0, beside);
             // A row comes from memory in the first step alone.
             let mut report = row.sweep(&self.terms(self.fetches && step == 0));
             report.non_finite |= block.is_met(step, j, memory.ranges.add(j).read());
@@ -325,10 +334,7 @@ impl Plan {
         step: usize,
         [first, end]: [usize; 2],
         ply: usize,
-        above: &'r [Chunk<HOT_PLANES>],
-        carry: &'r mut [Chunk<CARRY_PLANES>],
-        kept: &'r mut [[f64; 3]],
-        beside: &'r mut [Chunk<PAST_PLANES>],
+        Beside { above, carry, kept, viscous }: Beside<'r>,
     ) -> Rows<'r> {
         let (layout, memory, chunks, count) = (&self.layout, &self.memory, self.layout.chunks, end - first);
         // SAFETY: the caller's promise.
@@ -344,7 +350,7 @@ impl Plan {
                 logarithms: if layout.has(Feature::Rate) { rows(memory.logarithms, chunks, first, count) } else { &[] },
                 owed: if layout.has(Feature::Slack) { rows_mut(memory.owed, chunks, first, count) } else { &mut [] },
                 been_slack: if layout.has(Feature::Slack) { rows(memory.been_slack, 1, first, count) } else { &[] },
-                viscous: self.viscous_rows([first, end], ply, beside),
+                viscous: self.viscous_rows([first, end], ply, viscous),
                 taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
                 before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
                 ranges: rows_mut(memory.ranges, 1, first, count),
