@@ -530,11 +530,11 @@ impl<L: Lane> Carried<L> {
             kh = kh.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_h)[g])));
             kv = kv.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_v)[g])));
         }
-        let [mut stress_h, mut stress_v] = match (planes.past.as_deref_mut(), planes.taken.as_deref_mut()) {
+        let [mut stress_v, mut stress_h] = match (planes.past.as_deref_mut(), planes.taken.as_deref_mut()) {
             (Some(past), Some(taken)) if VISCOUS => {
                 self.viscous_stresses::<FACTOR>((past, taken), [kh, kv], [q_h, q_v], g, cold.pass)
             }
-            _ => [law::stress(kh, q_h), law::stress(kv, q_v)],
+            _ => [law::stress(kv, q_v), law::stress(kh, q_h)],
         };
         let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
         if FACTOR == SLACK
@@ -566,7 +566,7 @@ impl<L: Lane> Carried<L> {
         self.high = y.max(self.high);
     }
 
-    /// (M16) The stresses of group g along x and y with their viscous parts; counts what these take.
+    /// (M16) The stresses of group g along y and x with their viscous parts; counts what these take.
     #[inline(always)]
     fn viscous_stresses<const FACTOR: u8>(
         &self,
@@ -583,7 +583,7 @@ impl<L: Lane> Carried<L> {
         let (stress_h, taken_h) = Past { twice_strain: q_x, stress: x }.stress(&of_h, kh, q_h, g);
         let taken = &mut L::groups_mut(taken)[g];
         L::load(taken).add(taken_h.add(taken_v.mul(self.share))).store(taken);
-        [stress_h, stress_v]
+        [stress_v, stress_h]
     }
 
     /// (M23) The stresses that the segments of group g give along x and y. `ends`: displacement and velocity of one end relative to
