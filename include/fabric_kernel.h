@@ -228,12 +228,6 @@
 // step_check: no check, for stability studies only: wrong results without a warning.
 #define FK_STEP_CHECK_NONE 1
 
-// step_after_failure: it stays.
-#define FK_STEP_AFTER_FAILURE_KEEP 0
-
-// step_after_failure: every step is taken as two halves.
-#define FK_STEP_AFTER_FAILURE_HALF 1
-
 // rotation_rule.kind: implicit midpoint rule, which keeps energy and angular momentum.
 #define FK_ROTATION_MIDPOINT 0
 
@@ -567,9 +561,6 @@ typedef struct fk_scene {
     // Whether the time step is checked against its limit. One of FK_STEP_CHECK_REFUSE and FK_STEP_CHECK_NONE. Default
     // FK_STEP_CHECK_REFUSE.
     uint64_t step_check;
-    // The step from the first failed segment on (M9). Velocity Verlet only. One of FK_STEP_AFTER_FAILURE_KEEP and
-    // FK_STEP_AFTER_FAILURE_HALF. Default FK_STEP_AFTER_FAILURE_KEEP.
-    uint64_t step_after_failure;
     // Segments give back the energy that the step makes where they become slack or taut. Velocity Verlet only; not with
     // a dependence on the rate of strain. 0 or 1. Default 0.
     uint64_t slack_balance;
@@ -775,8 +766,6 @@ typedef struct fk_energy {
     double contact_work;
     // Work of the external load on the projectile, J.
     double external_work;
-    // Change of the audited energy when the step was halved, J, of second order in dt; 0 if it was not.
-    double halving;
     // What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     double residual;
     // Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
@@ -836,7 +825,7 @@ typedef struct fk_counters {
     uint64_t most_iterations;
     // Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
     double ply_penetration;
-    // Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
+    // Steps in which the body met the sheet beyond the fine part of a graded network, where nodes may be
     // too far apart to feel it: 0 in a run that is to be trusted.
     uint64_t beyond_fine;
     // Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that closes too fast, a slip that friction
@@ -1007,7 +996,7 @@ int32_t fk_bands_begin(struct fk_sim *sim,
                        void *scratch,
                        uint64_t bytes);
 
-// One band's part of a pass: a pass is a step, or half of one after step_after_failure; a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+// One band's part of a pass: a pass is a step; a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
 // last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 // calls the same band again: until then it is refused. The bits are those of fk_step.
 // Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing

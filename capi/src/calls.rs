@@ -405,7 +405,7 @@ pub unsafe extern "C" fn fk_bands_begin(sim: ToChange, of: u32, steps: u64, scra
     status(in_our_environment(|| block::begin(sim, of, steps, scratch, bytes)))
 }
 
-/// One band's part of a pass: a pass is a step, or half of one after step_after_failure; a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+/// One band's part of a pass: a pass is a step; a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
 /// last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 /// calls the same band again: until then it is refused. The bits are those of fk_step.
 /// Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
@@ -725,7 +725,7 @@ pub unsafe extern "C" fn fk_digest(sim: ToLookAt, mut digest: Output<u64>) -> i3
 mod tests {
     use super::*;
     use fabric::fields::FIELDS;
-    use fabric::{AttachmentKind, Draw, Integrator, RotationRule, Shape, StepAfterFailure, Symmetry, TimeStep};
+    use fabric::{Draw, Integrator, RotationRule, Shape, Symmetry};
 
     #[test]
     fn the_header_says_the_kernels_limits() {
@@ -776,7 +776,7 @@ mod tests {
     }
 
     /// The scenes of tests/c/scenes.h, and small_scene() of tests/c/host.c.
-    fn hosts_scenes() -> [(&'static str, Scene, u64); 8] {
+    fn hosts_scenes() -> [(&'static str, Scene, u64); 7] {
         let mut theta = askew();
         theta.projectile.shape = Shape::Cylinder;
         theta.yarn.draw = Draw::Yarn;
@@ -794,11 +794,6 @@ mod tests {
         (sector.sheet.nodes_x, sector.sheet.nodes_y) = (121, 121);
         sector.projectile.velocity[2] = 400.0;
         sector.projectile.angular_velocity[1] = -2000.0;
-        let mut halved = Scene::sheet_3in_sphere();
-        (halved.sheet.nodes_x, halved.sheet.nodes_y) = (31, 31);
-        halved.attachment.kind = AttachmentKind::TwoSides;
-        halved.time_step = TimeStep::seconds(2e-8);
-        halved.step_after_failure = StepAfterFailure::Half;
         let mut rubs = bullet;
         rubs.contact.friction = 0.25;
         let mut small = Scene::sheet_3in_sphere();
@@ -809,7 +804,6 @@ mod tests {
             ("box", cuboid, 1000),
             ("bullet", bullet, 1000),
             ("sector", sector, 500),
-            ("halved", halved, 3000),
             ("rubs", rubs, 1000),
             ("small", small, 3000),
         ]

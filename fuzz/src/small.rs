@@ -3,7 +3,7 @@
 use crate::bytes::Bytes;
 use fabric::{
     AttachmentKind, Back, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, RotationRule, Scene, Sector, Shape,
-    Stack, StepAfterFailure, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
+    Stack, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
 };
 
 /// Most nodes of a sheet that is stepped.
@@ -24,7 +24,6 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
     scene.yarn.draw = if bit(1) { Draw::Yarn } else { Draw::Segment };
     scene.track_detachment = !bit(2);
     scene.track_support = !bit(3);
-    scene.step_after_failure = if bit(4) { StepAfterFailure::Half } else { StepAfterFailure::Keep };
     scene.slack_balance = bit(5);
     scene.drive = if bit(6) { Drive::Prescribed } else { Drive::Free };
     let kinds =
@@ -111,7 +110,6 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         0 => {
             scene.integrator =
                 Integrator { theta: 0.5, tolerance: 1e-6, max_iterations: MOST_ITERATIONS, ..Integrator::THETA };
-            scene.step_after_failure = StepAfterFailure::Keep;
             scene.slack_balance = false;
         }
         1 => scene.rotation_rule = RotationRule::theta(0.75),

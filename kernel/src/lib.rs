@@ -82,7 +82,7 @@ pub use scene::fields;
 pub use scene::parts::{
     Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES,
     MAX_NODES_PER_SIDE, MAX_PLIES, Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack,
-    StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
+    StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 pub use sheet::textile::{self, TEXTILE_VISCOSITY, Textile, Threads};
 pub use sim::outputs;

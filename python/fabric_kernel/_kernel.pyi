@@ -154,7 +154,7 @@ class Counters(TypedDict):
     candidate_capacity: int  # Places for candidate nodes
     iterations: int  # Iterations of the theta rule; 0 with velocity Verlet
     most_iterations: int  # Most iterations of one step
-    beyond_fine: int  # Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be too far apart to feel it: 0 in a run that is to be trusted
+    beyond_fine: int  # Steps in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be too far apart to feel it: 0 in a run that is to be trusted
 
 class Energy(TypedDict):
     projectile_kinetic: float  # J: Kinetic energy of the projectile; 0 if its mass is unknown
@@ -168,7 +168,6 @@ class Energy(TypedDict):
     contact_work: float  # J: The same as contact.work
     support_work: float  # J: Work of the projectile on held nodes: the part of contact.work that the fabric did not get
     external_work: float  # J: Work of the external load on the projectile
-    halving: float  # J: Change of the audited energy when the step was halved; 0 if it was not
     residual: float  # J: What the energy balance does not close by
 
 class Fabric(TypedDict):

@@ -41,7 +41,7 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
       balance at the end, J;
     - `failed_segments`: segments that have failed;
     - `unconverged`: contact solves that did not converge; `ply_penetration`: deepest that plies were through each other, m;
-      `beyond_fine`: steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network;
+      `beyond_fine`: steps in which the projectile met the sheet beyond the fine part of a graded network;
     - `digest`: hash of the state at the end.
 
     "through" among the outcomes sets `track_through`. After a failure everything but the outcome, steps, these counters and the digest is None.

@@ -105,7 +105,7 @@ static void quarter(fk_scene *scene)
     set3(scene->projectile.angular_velocity, 0.0, 0.0, 0.0);
 }
 
-/* A wedge, edge first; the step is halved after the first failure. */
+/* A wedge, edge first. */
 static void wedge(fk_scene *scene)
 {
     static const double faces[5][4] = {
@@ -120,7 +120,6 @@ static void wedge(fk_scene *scene)
             scene->projectile.faces.planes[face][number] = faces[face][number];
     set3(scene->projectile.moments, 5e-10, 4e-10, 6e-10);
     set3(scene->projectile.position, 0.0, 0.0, -1.3e-3);
-    scene->step_after_failure = FK_STEP_AFTER_FAILURE_HALF;
 }
 
 /* The damage law with a true zero, energy that slack segments give back, the step in seconds, nothing watched. */

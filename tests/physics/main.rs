@@ -14,7 +14,6 @@ mod frames;
 mod free_flight;
 mod friction;
 mod grading;
-mod halving;
 mod ledger;
 mod long_yarn;
 mod oscillator;

@@ -152,7 +152,7 @@ fn options_that_do_not_go_together_are_both_named() {
         ("sheet.grading.largest", &["yarn.viscosity_linear", "yarn.viscosity_quadratic", "yarn.viscosity_bending",
             "yarn.rate_modulus", "yarn.rate_stretch", "contact.friction", "stack.plies"]),
         ("integrator.kind", &["contact.friction", "yarn.rate_modulus", "yarn.rate_stretch", "yarn.viscosity_linear",
-            "yarn.viscosity_quadratic", "yarn.viscosity_bending", "slack_balance", "step_after_failure", "stack.plies"]),
+            "yarn.viscosity_quadratic", "yarn.viscosity_bending", "slack_balance", "stack.plies"]),
         ("stack.plies", &["yarn.rate_modulus", "yarn.rate_stretch"]),
         ("yarn.rate_modulus", &["slack_balance", "sheet.pre_strain[1]"]),
         ("yarn.rate_stretch", &["slack_balance", "sheet.pre_strain[1]"]),

@@ -241,8 +241,6 @@ fn rows() -> Vec<Row> {
         real("sphere", &["time_step.seconds"], &[negative, (To(0.0), Accepted), (About(1e-50), no_step), (To(step_max), Accepted), (End, own(StepTooLarge))], &[1e-52, 1e-30]),
         real("fraction", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (To(0.5), Accepted), beyond], &[1e-30]),
         real("unchecked", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (About(1e140), Accepted), (End, no_step)], &[]),
-        choice("sphere", &["step_after_failure"], 1.0),
-        count("theta", &["step_after_failure"], &[(To(0.0), Accepted), (To(1.0), apart), (End, own(UnknownChoice))], &[]),
         not_read("sphere", &["integrator.theta", "integrator.tolerance", "rotation_rule.theta", "time_step.fraction"]),
         choice("sphere", &["slack_balance"], 1.0),
         count("theta", &["slack_balance"], &[(To(0.0), Accepted), (To(1.0), apart), (End, own(UnknownChoice))], &[]),

@@ -26,7 +26,7 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
         let places = math::length([place.x, place.y, place.z]) + system.model.reach;
         let sums = &mut system.state.sums;
         // Gaps are differences of places: what rounding of these can do to a speed is no lack of convergence.
-        sums.unconverged += u64::from(solved.residual > PLACE_ROUNDING * places / system.model.pass_dt);
+        sums.unconverged += u64::from(solved.residual > PLACE_ROUNDING * places / system.model.limits.dt);
         sums.contact_residual = math::max(solved.residual, sums.contact_residual);
     }
 }

@@ -96,7 +96,7 @@ impl Layout {
     /// Whether a plain sheet is too large for the caches, so that steps go in blocks.
     pub(super) fn can_take_blocks(&self) -> Option<bool> {
         use Feature::*;
-        let options = [Theta, Halving, Slack, Viscosity, Rate, Grading].iter().any(|&feature| self.has(feature));
+        let options = [Theta, Slack, Viscosity, Rate, Grading].iter().any(|&feature| self.has(feature));
         let plain = self.plies == 1 && !(options || self.x.is_mirrored() || self.y.is_mirrored());
         let reals = self.nodes_y.checked_mul(self.chunks)?.checked_mul(CHUNK * HOT_PLANES)?;
         Some(Blocks.is_built() && plain && reals > CACHED_REALS)
@@ -308,11 +308,13 @@ mod tests {
         // Three bands keep a row and its forces, and both of eight steps; then the fixed nodes in whole cache lines.
         let reals: usize = 3 * (9 * 56 * 8 * (HOT_PLANES + CARRY_PLANES) + 1344);
         assert_eq!(Layout::of(&scene).unwrap().band_lines(3).unwrap(), reals.div_ceil(8));
-        // For each of eight steps: carried forces of 56 chunks; for seven more six numbers a row. A step that may be halved is taken alone.
+        // For each of eight steps: carried forces of 56 chunks; for seven more six numbers a row. With slack balance a step is taken alone.
         let blocks = Layout::of(&scene).unwrap();
-        scene.step_after_failure = crate::StepAfterFailure::Half;
+        scene.slack_balance = true;
         let single = Layout::of(&scene).unwrap();
-        assert_eq!((single.in_blocks, blocks.reals - single.reals), (false, 8 * 56 * 8 * CARRY_PLANES + 7 * 6 * 447));
+        let owed = 447 * 56 * 8 * OWED_PLANES;
+        assert!(!single.in_blocks);
+        assert_eq!(blocks.reals + owed - single.reals, 8 * 56 * 8 * CARRY_PLANES + 7 * 6 * 447);
     }
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.
@@ -370,7 +372,6 @@ mod tests {
         // A word for every node, and a bit for every node: 45 in two words.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
         assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));
-        assert_eq!(with(&|scene| scene.step_after_failure = crate::StepAfterFailure::Half).2, 2);
         let theta = |scene: &mut Scene| scene.integrator = crate::scene::parts::Integrator::THETA;
         assert_eq!(with(&theta), (5 * 16 * ITERATE_PLANES + 10, 0, 2));
     }

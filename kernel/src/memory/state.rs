@@ -51,8 +51,6 @@ pub struct Sums {
     pub iterations: u64,
     /// Most iterations of one step.
     pub most_iterations: u64,
-    /// Change of the audited energy when the step was halved, J.
-    pub halving_energy: f64,
     /// Energy that viscosity and rate have taken, J.
     pub viscous: f64,
     /// Energy rubbed away between nodes and projectile, J.
@@ -91,7 +89,6 @@ impl Sums {
         beyond_fine: 0,
         iterations: 0,
         most_iterations: 0,
-        halving_energy: 0.0,
         viscous: 0.0,
         friction: 0.0,
         ply_loss: 0.0,
@@ -121,8 +118,6 @@ pub struct State {
     /// Steps since the load began: since the first contact, or since motion was given by hand; 0 before. Counted for yarn that depends
     /// on the rate.
     pub loaded: u64,
-    /// true once every step is taken as two halves.
-    pub halved: bool,
     /// Path being followed (prescribed body).
     pub track: Track,
     /// Sums and extremes.
@@ -140,7 +135,6 @@ impl State {
             force: ZERO,
             torque: ZERO,
             loaded: 0,
-            halved: false,
             track: Track { first: 0, steps: 0, start: body, end: body },
             sums: Sums::NOTHING,
             watch: Watch::NOTHING,
@@ -161,12 +155,6 @@ impl State {
         if features.has(Feature::Theta) {
             visitor.count(&mut self.sums.iterations);
             visitor.count(&mut self.sums.most_iterations);
-        }
-        if features.has(Feature::Halving) {
-            let mut flag = u64::from(self.halved);
-            visitor.flag(&mut flag);
-            self.halved = flag == 1;
-            visitor.real(&mut self.sums.halving_energy);
         }
         if features.has(Feature::Viscosity) || features.has(Feature::Rate) {
             visitor.real(&mut self.sums.viscous);

@@ -512,22 +512,6 @@ impl System<'_> {
         self.state.sums.add_to_support(kind, at, &pull, symmetry);
     }
 
-    /// Stiffnesses and units of passes over half steps, or whole ones; does nothing if they are that already.
-    pub fn use_half_steps(&mut self, halves: bool) {
-        if halves == (self.model.pass_dt < self.model.limits.dt) {
-            return;
-        }
-        self.model.use_half_steps(halves);
-        self.directions.use_half_steps(halves);
-        let factor = if halves { 0.25 } else { 4.0 };
-        for chunk in self.arrays.hot.iter_mut() {
-            chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
-        }
-        for chunk in self.arrays.yarn.iter_mut() {
-            chunk[..2].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
-        }
-    }
-
     /// Awake rows of a ply and their neighbours.
     pub fn rows_to_step(&self, ply: usize) -> [usize; 2] {
         rows_to_step(self.layout.rows_of(ply), self.awake_of(ply), self.steps_all())

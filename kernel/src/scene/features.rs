@@ -6,7 +6,7 @@
 
 use crate::ground::error::Error;
 use crate::ground::lanes;
-use crate::scene::parts::{Drive, IntegratorKind, RotationKind, Scene, Shape, StepAfterFailure, StrengthDraw, Weft};
+use crate::scene::parts::{Drive, IntegratorKind, RotationKind, Scene, Shape, StrengthDraw, Weft};
 
 /// What a scene may have, or a build: the record of each in [`FEATURES`] says what it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +19,6 @@ pub enum Feature {
     Viscosity,
     Plies,
     Slack,
-    Halving,
     Drawn,
     Strength,
     Prescribed,
@@ -62,7 +61,7 @@ pub struct Record {
 use Feature::*;
 
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
-pub const FEATURES: [Record; 23] = [
+pub const FEATURES: [Record; 22] = [
     Record {
         feature: Rate,
         name: "rate",
@@ -122,18 +121,9 @@ pub const FEATURES: [Record; 23] = [
         built: cfg!(feature = "slack"),
         asked_by: &[("slack_balance", |s| s.slack_balance)],
         // The work of a stress that relaxes is not known within a step.
-        not_with: &[Rate, Theta, Halving],
+        not_with: &[Rate, Theta],
         words: 0,
         about: "Segments that give back the energy which the step makes where they become slack or taut",
-    },
-    Record {
-        feature: Halving,
-        name: "halving",
-        built: cfg!(feature = "halving"),
-        asked_by: &[("step_after_failure", |s| s.step_after_failure != StepAfterFailure::Keep)],
-        not_with: &[Theta],
-        words: 2,
-        about: "A step that is halved after the first failure",
     },
     Record {
         feature: Drawn,

@@ -410,17 +410,6 @@ impl Integrator {
     pub const THETA: Integrator = Integrator { kind: IntegratorKind::Theta, ..Integrator::VERLET };
 }
 
-/// What the step does once a segment has failed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum StepAfterFailure {
-    /// It stays.
-    Keep = 0,
-    /// From the end of the step in which the first segment fails every step is taken as two halves (velocity Verlet only).
-    /// Step count, time, paths, outcomes and force windows go on counting whole steps.
-    Half = 1,
-}
-
 /// How the projectile turns between impulses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -491,8 +480,6 @@ pub struct Scene {
     pub step_check: StepCheck,
     /// How the nodes are stepped.
     pub integrator: Integrator,
-    /// What the step does once a segment has failed.
-    pub step_after_failure: StepAfterFailure,
     /// Whether segments give back the energy that the step makes where they become slack or taut (velocity Verlet only): without it a
     /// sheet that rattles gains energy. See docs/model.md, "Slack and taut".
     pub slack_balance: bool,

@@ -39,7 +39,7 @@ pub(crate) struct Owed<'a> {
 }
 
 impl Owed<'_> {
-    /// (M23) The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one; `d`, `w`: relative
+    /// (M9) The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one; `d`, `w`: relative
     /// displacement and velocity of the ends, in their own axes.
     #[inline(always)]
     pub fn stress<L: Lane>(

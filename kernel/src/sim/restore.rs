@@ -113,7 +113,6 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
 
     // Second pass: take them.
     system.state = state;
-    system.use_half_steps(system.state.halved);
     let mut words = arrays;
     // After a failure nothing is taken for granted.
     let failed = system.failure.is_some();

@@ -94,7 +94,7 @@ pub struct Counters {
     pub most_iterations: u64,
     /// Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
     pub ply_penetration: f64,
-    /// Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
+    /// Steps in which the body met the sheet beyond the fine part of a graded network, where nodes may be
     /// too far apart to feel it: 0 in a run that is to be trusted.
     pub beyond_fine: u64,
     /// Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that closes too fast, a slip that friction
@@ -221,7 +221,6 @@ impl<'a> Sim<'a> {
             let _ = self.system.scene.symmetry.align(&self.system.solid, &mut body, self.system.scene.sheet.spacing);
         }
         self.system.state = State::at_start(body);
-        self.system.use_half_steps(false);
         self.system.clear_state();
         explicit::start_forces(&mut self.system);
         energy::start_audit(&mut self.system);

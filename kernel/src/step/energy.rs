@@ -36,8 +36,6 @@ pub struct Energy {
     pub contact_work: f64,
     /// Work of the external load on the projectile, J.
     pub external_work: f64,
-    /// Change of the audited energy when the step was halved, J, of second order in dt; 0 if it was not.
-    pub halving: f64,
     /// What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     pub residual: f64,
     /// Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
@@ -61,9 +59,9 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     let viscous = sums.viscous + viscosity::open(system);
     let held = fabric_kinetic + strain + dissipated + viscous + sums.friction + sums.ply_loss + sums.loss;
     let residual = if prescribed {
-        held - sums.work - sums.first_energy - sums.halving_energy
+        held - sums.work - sums.first_energy
     } else {
-        held + projectile_kinetic - sums.external_work - sums.first_energy - sums.halving_energy
+        held + projectile_kinetic - sums.external_work - sums.first_energy
     };
     Ok(Energy {
         projectile_kinetic,
@@ -73,7 +71,6 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         contact_loss: sums.loss,
         contact_work: sums.work,
         external_work: sums.external_work,
-        halving: sums.halving_energy,
         residual,
         viscous,
         friction: sums.friction,
@@ -319,7 +316,7 @@ mod tests {
     use super::*;
     use crate::Sim;
     use crate::ground::math;
-    use crate::scene::parts::{AttachmentKind, Drive, Scene, Shape, StepAfterFailure, StrengthDraw};
+    use crate::scene::parts::{AttachmentKind, Drive, Scene, Shape, StrengthDraw};
     use crate::tests::{close, sheet, sim};
     use std::vec::Vec;
 
@@ -448,23 +445,6 @@ mod tests {
             assert!(energy.residual.abs() < 1e-12 * (held + energy.projectile_kinetic));
             let momentum = 441.0 * scene.sheet.node_mass * 10.0;
             assert!(Vector::from(sim.momentum_residual().unwrap()).norm() < 1e-12 * momentum);
-        }
-    }
-
-    /// At the first failure the step is halved, and the energies are others at once: what is no work is not in the balance.
-    #[test]
-    fn the_residual_leaves_out_what_the_halving_of_the_step_changes() {
-        for drive in [Drive::Free, Drive::Prescribed] {
-            let mut scene = cylinder();
-            (scene.drive, scene.step_after_failure) = (drive, StepAfterFailure::Half);
-            let mut sim = sim(&scene);
-            let first = if drive == Drive::Free { of_projectile(&sim) } else { 0.0 };
-            sim.advance(800).unwrap();
-            let energy = sim.energy().unwrap();
-            let held = energy.fabric_kinetic + energy.strain + energy.dissipated + energy.contact_loss;
-            let given = if drive == Drive::Free { first - energy.projectile_kinetic } else { energy.contact_work };
-            assert!(energy.halving.abs() > 1e-6 * held, "{:e} of {held:e}", energy.halving);
-            assert!((held - given - energy.halving - energy.residual).abs() < 1e-9 * (held + first));
         }
     }
 }

@@ -35,7 +35,7 @@ pub(crate) fn find_rates(system: &mut System<'_>, [first, end]: [usize; 2]) {
 fn taken_of_row(system: &mut System<'_>, axis: Axis, j: usize) -> f64 {
     let (chunks, line, law) = (system.layout.chunks, system.layout.x, system.rate_law(axis));
     // The growth of ln t; none before the load has begun.
-    let passed = if system.state.loaded > 0 { system.model.pass_dt / system.load_time() } else { 0.0 };
+    let passed = if system.state.loaded > 0 { system.model.limits.dt / system.load_time() } else { 0.0 };
     let System { directions, arrays, instructions, .. } = &mut *system;
     let direction = directions.of_ply(0).along(axis);
     let job = RowJob {

@@ -218,16 +218,6 @@ impl Viscosity {
         }
     }
 
-    /// The same for passes of another length, in parts of the present one.
-    pub fn of_pass(self, factor: f64) -> Viscosity {
-        Viscosity {
-            linear: self.linear / factor,
-            quadratic: self.quadratic / (factor * factor),
-            bending: self.bending * factor,
-            per_tension: self.per_tension / (factor * factor),
-        }
-    }
-
     /// The same for several segments at once.
     #[inline(always)]
     pub fn lanes<L: Lane>(&self) -> ViscosityLanes<L> {

@@ -248,9 +248,6 @@ pub const FIELDS: &[Field] = &[
         "Time step in seconds, at most 0.5 dt_crit; 0: time_step.fraction says it").image(Image::StepInUse),
     choice("step_check", &STEP_CHECK, |s| s.step_check as u32, |s, k| pick(&mut s.step_check, &STEP_CHECKS, k), 287,
         "Whether the time step is checked against its limit").image(Image::Never),
-    choice("step_after_failure", &STEP_AFTER_FAILURE, |s| s.step_after_failure as u32,
-        |s, k| pick(&mut s.step_after_failure, &STEPS_AFTER_FAILURE, k), 288,
-        "The step from the first failed segment on (M9). Velocity Verlet only").image(Image::Later(0x5_0000)),
     flag("slack_balance", |s| &mut s.slack_balance, 289,
         "Segments give back the energy that the step makes where they become slack or taut. Velocity Verlet only; not with a dependence on the rate of strain")
         .image(Image::Later(0x6_0000)),

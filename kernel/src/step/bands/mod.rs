@@ -1,6 +1,6 @@
 //! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing waits here.
 //!
-//! Method: a pass (a step, or half of one after `step_after_failure`) is one call of
+//! Method: a pass (a step) is one call of
 //! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
 //! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
@@ -243,7 +243,7 @@ impl Drop for Bands<'_, '_> {
         while self.failure().is_none() {
             let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
             let in_block = plan.block.is_some_and(|block| !block.is_at_start());
-            if called == 0 && !plan.second_half && !in_block {
+            if called == 0 && !in_block {
                 return;
             }
             // Only those that have not been called: the last of them completes the pass, and any after it would begin another.

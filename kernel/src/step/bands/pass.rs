@@ -404,10 +404,8 @@ impl Plan {
             explicit::book_taken(system, ply, [first, end]);
             explicit::book_pulls(system, ply, [first, end], 0);
         }
-        explicit::close_pass(system, self.end, &gathered, report)?;
-        if self.end == 1.0 {
-            explicit::end_step(system, self.failed_before)?;
-        }
+        explicit::close_pass(system, &gathered, report)?;
+        explicit::end_step(system);
         Ok(())
     }
 }

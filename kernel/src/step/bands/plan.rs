@@ -17,12 +17,6 @@ use crate::yarn::rate::Rates;
 
 /// What all bands need to know for one pass.
 pub(super) struct Plan {
-    /// Where the pass ends, in parts of the step.
-    pub(super) end: f64,
-    /// Whether it is the second half of a step that is begun.
-    pub(super) second_half: bool,
-    /// Failed segments at the step's start.
-    pub(super) failed_before: u64,
     /// What lies under the projectile, or why the pass cannot be made.
     pub(super) found: Result<Gathered, Failure>,
     /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
@@ -65,17 +59,11 @@ fn prepare_rows(system: &mut System<'_>, sound: bool) -> [usize; 2] {
 impl Plan {
     /// Plans the pass that follows `last`, or the first one. Blocks end at step `until` at the latest.
     pub(super) fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>, of: u32, until: u64) -> Plan {
-        let second_half = last.is_some_and(|last| last.end < 1.0);
-        let end = if system.state.halved && !second_half { 0.5 } else { 1.0 };
-        let failed_before = match last {
-            Some(last) if second_half => last.failed_before,
-            _ => system.failed_segments,
-        };
         let block = last.and_then(Plan::next_part);
         let block = block.or_else(|| BlockInBands::start(system, of as usize, until.saturating_sub(system.state.step)));
         let found = match &block {
             Some(block) => block.look_ahead(system),
-            None => explicit::look_ahead(system, end, [0, system.layout.nodes_y]),
+            None => explicit::look_ahead(system, [0, system.layout.nodes_y]),
         };
         let mut rows = prepare_rows(system, found.is_ok());
         if let Some(block) = &block {
@@ -84,9 +72,6 @@ impl Plan {
         let memory = Pointers::of(system, scratch);
         let all = system.steps_all();
         Plan {
-            end,
-            second_half,
-            failed_before,
             found,
             rows,
             block,
