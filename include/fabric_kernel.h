@@ -583,7 +583,7 @@ typedef struct fk_scene {
 } fk_scene;
 
 // Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-#define FK_ABI_VERSION 6
+#define FK_ABI_VERSION 1
 
 // Success.
 #define FK_OK 0
@@ -841,14 +841,10 @@ typedef struct fk_outcome {
     uint32_t mask;
     // Step count at whose start the first impulse acted; FK_NEVER before.
     uint64_t first_contact;
-    // Step count at which arrested, detached, exited, passed latched, in this order; FK_NEVER before.
-    uint64_t step[4];
+    // Step count at which arrested, detached, exited, passed, through latched, in this order; FK_NEVER before.
+    uint64_t step[5];
     // Work of the projectile on the fabric until then, J; 0 before.
-    double work[4];
-    // Step count at which through latched; FK_NEVER before.
-    uint64_t through_step;
-    // Work until then, J; 0 before.
-    double through_work;
+    double work[5];
 } fk_outcome;
 
 #ifdef __cplusplus

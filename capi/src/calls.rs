@@ -636,17 +636,12 @@ pub unsafe extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>, size
 pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>, size: u64) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let outcomes = sim.outcomes();
-        let step = outcomes.latched.map(|latch| latch.map_or(FK_NEVER, |latch| latch.step));
-        let work = outcomes.latched.map(|latch| latch.map_or(0.0, |latch| latch.work));
-        let ([first @ .., through_step], [works @ .., through_work]) = (step, work);
         Ok(fk_outcome {
             status: outcomes.status as u32,
             mask: outcomes.mask.bits(),
             first_contact: outcomes.first_contact.unwrap_or(FK_NEVER),
-            step: first,
-            work: works,
-            through_step,
-            through_work,
+            step: outcomes.latched.map(|latch| latch.map_or(FK_NEVER, |latch| latch.step)),
+            work: outcomes.latched.map(|latch| latch.map_or(0.0, |latch| latch.work)),
         })
     };
     get(sim, out, size, work)

@@ -16,7 +16,7 @@ pub use fabric::{
 };
 
 /// Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-pub const FK_ABI_VERSION: u32 = 6;
+pub const FK_ABI_VERSION: u32 = 1;
 
 /// Success.
 pub const FK_OK: i32 = 0;
@@ -105,14 +105,10 @@ pub struct fk_outcome {
     pub mask: u32,
     /// Step count at whose start the first impulse acted; FK_NEVER before.
     pub first_contact: u64,
-    /// Step count at which arrested, detached, exited, passed latched, in this order; FK_NEVER before.
-    pub step: [u64; 4],
+    /// Step count at which arrested, detached, exited, passed, through latched, in this order; FK_NEVER before.
+    pub step: [u64; 5],
     /// Work of the projectile on the fabric until then, J; 0 before.
-    pub work: [f64; 4],
-    /// Step count at which through latched; FK_NEVER before.
-    pub through_step: u64,
-    /// Work until then, J; 0 before.
-    pub through_work: f64,
+    pub work: [f64; 5],
 }
 
 /// Every number of a scene: its row and its element, in the order of the structure.
