@@ -9,7 +9,7 @@ use crate::{Result, report, say, threads};
 use clap::Args;
 use fabric::outputs::{OUTPUTS, Readings};
 use fabric::{Energy, Outcome, OutcomeSet, Scene, Sim, StepCheck};
-use fabric_scene::notes;
+use fabric_scene::{notes, textile};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -161,8 +161,9 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     scene.track_through |= until.contains(&Outcome::Through);
     let name = name_of(&options.scene);
     let out = options.out.clone().unwrap_or_else(|| Path::new("target/fabric").join(&name));
-    let mut buffers = Buffers::of(&scene).map_err(|error| with_its_memory(&scene, error))?;
-    let mut sim = buffers.sim(&scene)?;
+    let refused = |error| format!("{}: {}", options.scene.display(), crate::in_words(&*error));
+    let mut buffers = Buffers::of(&scene).map_err(|error| refused(with_its_memory(&scene, error)))?;
+    let mut sim = buffers.sim(&scene).map_err(|error| refused(error.into()))?;
     try_to_make(&out)?;
 
     let mask = event::mask_of(&until);
@@ -177,7 +178,8 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     }
 
     let mut summary = Summary::of(&sim, mask, history[0].energy.projectile_kinetic)?;
-    let [front, back] = fabric_scene::textile::names(&options.scene)?;
+    let mut file = fabric_scene::table_of(&fabric_scene::text_of(&options.scene)?)?;
+    let [front, back] = textile::names(&textile::of(&file));
     for (number, ply) in summary.plies.iter_mut().enumerate() {
         let name = if number < scene.front_plies() as usize { &front } else { &back };
         if let Some(name) = name {
@@ -194,7 +196,7 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     let text = if summary.plies.is_empty() { text } else { format!("{text}\n\n{}", plies(&summary)) };
     say::line(format_args!("{text}"));
     summary.warnings = warnings(&scene, &sim, &summary);
-    if fabric_scene::asks_for_grading(&options.scene)? && !scene.is_graded() {
+    if fabric_scene::takes_automatic_grading(&mut file) && !scene.is_graded() {
         summary.warnings.push(format!(
             "sheet.grading = \"automatic\" left the network whole: for an error of {} % no row of this sheet can be left out, or it is held \
              at its corners (docs/model.md, \"Graded networks\")",

@@ -1,5 +1,6 @@
 //! What must be said of a shot besides its numbers: every report takes it from here.
 
+use crate::derived;
 use fabric::math::sqrt;
 use fabric::{Error, Scene, Shape, Sim, Solid};
 
@@ -20,16 +21,22 @@ pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
     ))
 }
 
-/// Densities between which the sphere around a body has its own, kg/m3: osmium has 22,590, and a rod of foam still 0.1.
-const DENSITIES: [f64; 2] = [0.01, 25_000.0];
+/// Densities of solid bodies, kg/m3: osmium has 22,590.
+const DENSITIES: [f64; 2] = [500.0, 25_000.0];
 
-/// A sentence on a projectile that is too heavy or too light for its size: most likely a length in mm or a mass in g.
+/// A sentence on a projectile that is too heavy or too light for its size: most likely a length in mm or a mass in g. A polyhedron is
+/// lighter than the sphere around it.
 pub fn unlikely_body(scene: &Scene) -> Option<String> {
-    let (mass, reach) = (scene.projectile.mass, Solid::of(&scene.projectile).reach());
-    let density = mass / (4.0 / 3.0 * std::f64::consts::PI * (reach * reach * reach));
-    let word = if density < DENSITIES[0] { "light" } else { "heavy" };
-    (mass > 0.0 && !(DENSITIES[0]..=DENSITIES[1]).contains(&density)).then(|| {
-        format!("a projectile of {mass} kg that reaches {reach} m from its centre is too {word} for its size: lengths are in m, masses in kg")
+    let (body, density) = (&scene.projectile, derived::density(&scene.projectile));
+    let least = if body.shape == Shape::Polyhedron { derived::LIGHTEST } else { DENSITIES[0] };
+    let word = if density < least { "light" } else { "heavy" };
+    (body.mass > 0.0 && !(least..=DENSITIES[1]).contains(&density)).then(|| {
+        let (reach, density) = (Solid::of(body).reach(), 1e-3 * density);
+        format!(
+            "a projectile of {} kg that reaches {reach} m from its centre is too {word} for its size: it has {density:.3} g/cm3, and solid \
+             bodies have 0.5 to 25: a number without a unit is in m or kg",
+            body.mass
+        )
     })
 }
 
