@@ -74,7 +74,8 @@ class Scene:
     """Everything that defines a simulation. It never changes, can be compared and pickled, and is small.
 
     A preset, and what differs from it: `Scene("sheet_3in_sphere", seed=7, projectile={"velocity": [0, 0, 80]})`, or with the whole
-    names `Scene("sheet_3in_sphere", {"projectile.velocity": [0, 0, 80]})`. The names are those of scene files, `fabric` included.
+    names `Scene("sheet_3in_sphere", {"projectile.velocity": [0, 0, 80]})`. Names and values are those of scene files (fabrics/README.md):
+    `Scene(fabric="kevlar_km2_s706", sheet={"width": "102 mm"}, projectile={"diameter": "5.56 mm", "material": "steel"}, aim={"angle": "30 deg"})`.
     Whether the values are of the right type is checked here, whether they can be simulated by `check` and `Simulation`.
 
     Raises Refused with the name.
@@ -117,7 +118,11 @@ class Scene:
         """Every parameter by its name."""
 
     def text(self) -> str:
-        """The scene as a TOML file, with every parameter and its meaning."""
+        """The scene as a TOML file, with its fabrics and their sources, every parameter and its meaning."""
+
+    @property
+    def fabrics(self) -> tuple[str | None, str | None]:
+        """Names of the fabrics of the sheet and of its last plies, as they were given; None for one without a name."""
 
     def unlikely_body(self) -> str | None:
         """What must be said of a projectile that is too heavy or too light for its size, as in a wrong unit; None otherwise."""

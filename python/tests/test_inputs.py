@@ -9,6 +9,7 @@ import signal
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 import unittest
 
@@ -142,7 +143,9 @@ class Inputs(unittest.TestCase):
             ({"sheet": {"window": 1.0}}, "sheet.window"),
             ({"window": 1.0}, "window"),
             ({"sheet": 1.0}, "sheet"),
-            ({"fabric": {"name": "cotton"}}, ""),
+            ({"fabric": {"name": "cotton"}}, "fabric.name"),
+            ({"projectile": {"weight": 1.0}, "sheet": {"widht": 1.0}}, "projectile.weight"),
+            ({"sheet": {"width": "102 mm", "nodes_x": 136}}, "sheet.width"),
         ]:
             with self.assertRaises(fk.Refused) as refused:
                 fk.Scene("sheet_3in_sphere", given)
@@ -313,6 +316,35 @@ class Inputs(unittest.TestCase):
     def test_a_named_fabric(self):
         scene = fk.Scene(fabric={"name": "kevlar_km2_s706"})
         self.assertEqual(scene["yarn.critical_stretch"], 1.0355)
+
+    def test_a_scene_in_words_is_that_of_its_file_and_keeps_its_fabrics(self):
+        words = {
+            "fabric": "kevlar_km2_s706", "back_fabric": {"name": "zylon_as_500_35", "count": "30 /in"}, "stack": {"plies": 3}, "back": {"plies": 1},
+            "sheet": {"width": "60 mm"}, "projectile": {"diameter": "5.556 mm", "material": "steel"},
+            "aim": {"point": ["1 mm", 0], "angle": "30 deg", "speed": "150 m/s"},
+        }
+        scene = fk.Scene("sheet_3in_sphere", words)
+        text = """preset = "sheet_3in_sphere"\nfabric = "kevlar_km2_s706"\nback_fabric = { name = "zylon_as_500_35", count = "30 /in" }
+            stack.plies = 3\nback.plies = 1\nsheet.width = 0.06\nprojectile = { radius = 2.778e-3, density = 7850 }
+            aim = { point = [1e-3, 0], angle = "30 deg", speed = 150 }"""
+        self.assertEqual(fk.Scene.parse(text), scene)
+        # A number that the fabric gives, as the preset has it.
+        other = scene.replace({"yarn.modulus_mean": fk.Scene()["yarn.modulus_mean"]})
+        for made in (scene, other):
+            for again in (eval(repr(made), {"Scene": fk.Scene}), fk.Scene.parse(made.text()), pickle.loads(pickle.dumps(made)), fk.Simulation(made).scene):
+                self.assertEqual(again, made)
+                self.assertEqual(again.fabrics, ("kevlar_km2_s706", "zylon_as_500_35"))
+        alone = scene.replace(back={"plies": 0})
+        self.assertEqual(pickle.loads(pickle.dumps(alone)), alone)
+        self.assertEqual(alone.fabrics, ("kevlar_km2_s706", None))
+
+    def test_a_refusal_of_a_file_names_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "mistake.toml"
+            path.write_text('preset = "sheet_3in_sphere"\nprojectile.weight = 1\n')
+            with self.assertRaisesRegex(fk.Refused, "mistake.toml: unknown key `projectile.weight`; is it `projectile.mass`?") as refused:
+                fk.Scene.read(path)
+        self.assertEqual(refused.exception.field, "projectile.weight")
 
     def test_aimed(self):
         scene = fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41})

@@ -88,13 +88,13 @@ pub fn write(textiles: &Table) -> String {
     for (key, name) in [FRONT, BACK].into_iter().zip(names(textiles)) {
         let Some(textile) = textiles.get(key) else { continue };
         let file = FILES.iter().find(|(known, _)| name.as_deref() == Some(*known)).map_or("", |(_, file)| file);
-        text.extend(file.lines().map(|line| format!("# {line}\n")));
+        text.extend(file.lines().map(|line| format!("{}\n", format!("# {line}").trim_end())));
         let table = if textile.is_str() {
             Table::from_iter([("name".to_string(), textile.clone())]).into()
         } else {
             textile.clone()
         };
-        text.push_str(&format!("{}\n", Table::from_iter([(key.to_string(), table)])));
+        text.push_str(&Table::from_iter([(key.to_string(), table)]).to_string());
     }
     text
 }
