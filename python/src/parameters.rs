@@ -114,22 +114,6 @@ fn toml_value(key: &str, given: &Bound<'_, PyAny>, depth: usize) -> PyResult<Val
     Ok(Value::Float(number))
 }
 
-/// A value of a scene file as Python has it: what [`table`] reads.
-pub fn of_toml<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
-    match value {
-        Value::Table(table) => {
-            let all = PyDict::new(py);
-            table.iter().try_for_each(|(key, value)| all.set_item(key, of_toml(py, value)?))?;
-            Ok(all.into_any())
-        }
-        Value::String(text) => text.into_bound_py_any(py),
-        Value::Integer(whole) => whole.into_bound_py_any(py),
-        Value::Float(number) => number.into_bound_py_any(py),
-        // A textile has no others.
-        other => other.to_string().into_bound_py_any(py),
-    }
-}
-
 /// An argument of so many numbers.
 pub fn array<const N: usize>(name: &str, given: Option<&Bound<'_, PyAny>>, default: [f64; N]) -> PyResult<[f64; N]> {
     let Some(given) = given else { return Ok(default) };

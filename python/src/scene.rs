@@ -7,7 +7,7 @@ use fabric_scene::memory::Buffers;
 use fabric_scene::{PRESETS, UNREAD, derived, short, textile};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyType};
+use pyo3::types::{PyDict, PyMapping, PyType};
 use std::path::PathBuf;
 use toml::Table;
 
@@ -55,9 +55,8 @@ impl Scene {
         for (name, _) in PRESETS {
             let (base, other, kept) =
                 (fabric_scene::base(name, &self.scene, &self.textiles), PyDict::new(py), PyDict::new(py));
-            for (key, textile) in &self.textiles {
-                other.set_item(key, parameters::of_toml(py, textile)?)?;
-            }
+            let textiles = py.import("tomllib")?.call_method1("loads", (self.textiles.to_string(),))?;
+            other.update(textiles.cast::<PyMapping>()?)?;
             for field in FIELDS {
                 let (own, usual) = (parameters::value(py, field, &self.scene)?, parameters::value(py, field, &base)?);
                 // By their words: -0.0 is not 0.0, and what is no number is none again.

@@ -144,7 +144,7 @@ class Inputs(unittest.TestCase):
             ({"window": 1.0}, "window"),
             ({"sheet": 1.0}, "sheet"),
             ({"fabric": {"name": "cotton"}}, "fabric.name"),
-            ({"projectile": {"weight": 1.0}, "sheet": {"widht": 1.0}}, "projectile.weight"),
+            ({"projectile": {"weight": 1.0}, "sheet": {"widht": 1.0}}, "sheet.widht"),
             ({"sheet": {"width": "102 mm", "nodes_x": 136}}, "sheet.width"),
         ]:
             with self.assertRaises(fk.Refused) as refused:

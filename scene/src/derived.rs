@@ -1,28 +1,14 @@
 //! Keys of scene files from which parameters follow: the width of a sheet, a coarser network of its fabric, a projectile of a material
 //! and where it hits.
-//!
-//! ```toml
-//! sheet.width = "102 mm"           # the sheet from edge to edge, to half a node spacing; width_y is as width without it
-//! sheet.yarns_per_bar = 2          # a bar of the network stands for so many yarns: a quarter of the nodes for the same fabric
-//! projectile.diameter = "5.56 mm"
-//! projectile.material = "steel"    # or density; the mass follows from the volume of the shape
-//!
-//! [aim]                            # what is left out: the middle of the sheet, across it, with the speed that it has, no distance
-//! point = ["10 mm", 0]             # of the sheet from its middle, through which the projectile's centre flies
-//! angle = "30 deg"                 # between its flight and the normal of the sheet, 0 to below 90 degrees
-//! towards = "90 deg"               # direction of the flight along the sheet, from the warp (x) towards the weft (y)
-//! speed = "150 m/s"
-//! stand_off = "1 mm"               # between the first ply and the foremost point of the projectile
-//! ```
-//!
-//! A file that gives one of these and a parameter that follows from it is refused.
+//! Meaning and defaults: fabrics/README.md. A file that gives one of these and a parameter that follows from it is refused.
 
-use crate::{BadKey, Result, bad, short, units};
+use crate::notes::unlikely_body;
+use crate::{BadKey, Result, bad, reals, short, units};
 use fabric::math::{abs, cos, length, round, sin};
 use fabric::pose::{Pose, Vector, into_body, normalised};
 use fabric::{Drive, Projectile, Scene, Shape, Solid};
 use std::f64::consts::{FRAC_PI_2, PI};
-use toml::Value;
+use toml::{Table, Value};
 
 /// The keys with their SI units; that of a material is a name.
 pub const KEYS: [(&str, &str); 11] = [
@@ -39,8 +25,8 @@ pub const KEYS: [(&str, &str); 11] = [
     ("aim.stand_off", "m"),
 ];
 
-/// What follows from a key, or stands for the same: one of the two is given.
-const INSTEAD: [(&str, &[&str]); 8] = [
+/// Of a key and a parameter that follows from it one is given.
+const INSTEAD: [(&str, &[&str]); 11] = [
     ("sheet.width", &["sheet.nodes_x", "sheet.nodes_y"]),
     ("sheet.width_y", &["sheet.nodes_y"]),
     (
@@ -50,68 +36,41 @@ const INSTEAD: [(&str, &[&str]); 8] = [
     ("projectile.diameter", &["projectile.radius"]),
     ("projectile.material", &["projectile.density", "projectile.mass"]),
     ("projectile.density", &["projectile.mass"]),
-    ("aim", &["projectile.position"]),
-    ("aim.", &["projectile.velocity"]),
+    ("aim.point", &["projectile.position"]),
+    ("aim.stand_off", &["projectile.position"]),
+    ("aim.angle", &["projectile.position", "projectile.velocity"]),
+    ("aim.towards", &["projectile.position", "projectile.velocity"]),
+    ("aim.speed", &["projectile.position", "projectile.velocity"]),
 ];
 
-/// A material of projectiles: name, density in kg/m3, and its source, in someone else's transcription (mark 2 of `fabrics`).
-pub const MATERIALS: [(&str, f64, &str); 7] = [
-    (
-        "steel",
-        7850.0,
-        "steel alloy 4340: Properties of selected engineering materials, table B.1, as given in scribd.com/document/238232402",
-    ),
-    ("stainless_steel", 8000.0, "alloy 304, as steel"),
-    ("aluminium", 2700.0, "alloy 6061, as steel"),
-    ("titanium", 4430.0, "Ti-6Al-4V: MatWeb, as given in sandialabs/Payette, Source/Materials/Database/ti_6al_4v.py"),
-    (
-        "brass",
-        8530.0,
-        "cartridge brass C26000: Important properties of selected engineering materials, scribd.com/document/372037000",
-    ),
-    ("lead", 11_340.0, "chemical lead: wermac.org/materials/density_of_metal.html"),
-    (
-        "tungsten",
-        19_300.0,
-        "P. M. Polivanov, E. P. Polivanova, Tables for calculating the mass of parts (2006), as given in borgavto.ru",
-    ),
-];
+/// Materials of projectiles with their densities and sources.
+const MATERIALS: &str = include_str!("materials.toml");
 
 /// Keys and their values.
 pub type Given = Vec<(String, Value)>;
 
 /// What is given twice, by its names.
-pub fn conflicts(given: &[(String, Value)]) -> impl Iterator<Item = BadKey> {
+pub fn conflicts(given: &Given) -> impl Iterator<Item = BadKey> {
     let named = |key: &str| given.iter().any(|(name, _)| name == key);
-    // Of the aim its point and its distance go with a velocity.
-    let of_velocity = ["aim.angle", "aim.towards", "aim.speed"];
-    INSTEAD.iter().flat_map(move |(key, others)| {
-        let first = match *key {
-            "aim" => given.iter().map(|(name, _)| &**name).find(|name| name.starts_with("aim.")),
-            "aim." => of_velocity.into_iter().find(|name| named(name)),
-            key => named(key).then_some(key),
-        };
-        let pairs = others.iter().filter(|other| named(other)).filter_map(move |other| Some((first?, *other)));
-        let text = |(key, other)| format!("{key} and {other}: one follows from the other, so give one of them");
-        pairs.map(move |pair| BadKey { key: pair.0.to_string(), text: text(pair) }).collect::<Vec<_>>()
+    let pairs = INSTEAD.iter().flat_map(|(key, others)| others.iter().map(move |other| (*key, *other)));
+    pairs.filter(move |(key, other)| named(key) && named(other)).map(|(key, other)| BadKey {
+        key: key.to_string(),
+        text: format!("{key} and {other}: one follows from the other, so give one of them"),
     })
 }
 
-/// The number of a key, if it is given.
-fn number(given: &Given, key: &str) -> Result<Option<f64>> {
-    let Some((_, value)) = given.iter().find(|(name, _)| name == key) else { return Ok(None) };
-    let si = KEYS.iter().find(|(name, _)| *name == key).map_or("1", |(_, si)| si);
-    let Some(number) = units::number(value, si) else {
-        return bad(key, format!("{key} = {}: must be a number{}", short(&value.to_string()), units::expected(si)));
-    };
-    Ok(Some(number))
+fn of<'a>(given: &'a Given, key: &str) -> Option<&'a Value> {
+    given.iter().find(|(name, _)| name == key).map(|(_, value)| value)
 }
 
-/// The same, from a least to a greatest value; `range` says so.
+/// The number of a key, if it is given; `range` says what is allowed.
 fn within(given: &Given, key: &str, allowed: impl Fn(f64) -> bool, range: &str) -> Result<Option<f64>> {
-    match number(given, key)? {
-        Some(number) if !allowed(number) => bad(key, format!("{key} = {number}: must be {range}")),
-        number => Ok(number),
+    let Some(value) = of(given, key) else { return Ok(None) };
+    let si = KEYS.iter().find(|(name, _)| *name == key).map_or("1", |(_, si)| si);
+    match units::number(value, si) {
+        Some(number) if allowed(number) => Ok(Some(number)),
+        Some(number) => bad(key, format!("{key} = {number}: must be {range}")),
+        None => bad(key, format!("{key} = {}: must be a number{}", short(&value.to_string()), units::expected(si))),
     }
 }
 
@@ -160,22 +119,25 @@ pub fn sheet(given: &Given, scene: &mut Scene, counted: [bool; 2]) -> Result<()>
     Ok(())
 }
 
+/// Density of a material, kg/m^3.
+fn density_of(name: &Value) -> Result<f64> {
+    let known: Table = MATERIALS.parse()?;
+    let material = name.as_str().and_then(|name| known.get(name)?.get("density"));
+    material.and_then(|density| units::number(density, "kg/m3")).map_or_else(
+        || {
+            let names = known.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            let name = short(&name.to_string()).to_string();
+            let text = format!("projectile.material = {name}: one of {names}; of another give projectile.density");
+            bad("projectile.material", text)
+        },
+        Ok,
+    )
+}
+
 /// Mass of a material, and where the projectile hits.
 pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
-    let material = given.iter().find(|(name, _)| name == "projectile.material").map(|(_, value)| value);
-    let mut density = positive(given, "projectile.density")?;
-    if let Some(name) = material {
-        let found = MATERIALS.iter().find(|(known, ..)| name.as_str() == Some(known));
-        let Some((_, of_it, _)) = found else {
-            let names = MATERIALS.map(|(name, ..)| format!("\"{name}\"")).join(", ");
-            let name = name.to_string();
-            let text =
-                format!("projectile.material = {}: one of {names}; of another give projectile.density", short(&name));
-            return bad("projectile.material", text);
-        };
-        density = Some(*of_it);
-    }
-    if let Some(density) = density {
+    let material = of(given, "projectile.material").map(density_of).transpose()?;
+    if let Some(density) = positive(given, "projectile.density")?.or(material) {
         let Some(volume) = volume(&scene.projectile) else {
             let key = if material.is_some() { "projectile.material" } else { "projectile.density" };
             return bad(key, format!("{key}: not with a polyhedron, whose mass and moments are given"));
@@ -189,31 +151,21 @@ pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
     let angle = within(given, "aim.angle", |x| (0.0..FRAC_PI_2).contains(&x), right)?;
     let towards = within(given, "aim.towards", f64::is_finite, "finite")?;
     let speed = positive(given, "aim.speed")?;
-    if angle.is_some() || towards.is_some() || speed.is_some() {
+    if angle.or(towards).or(speed).is_some() {
         let speed = speed.unwrap_or_else(|| length(scene.projectile.velocity));
         let (angle, towards) = (angle.unwrap_or(0.0), towards.unwrap_or(0.0));
         let along = speed * sin(angle);
         let velocity = [along * cos(towards), along * sin(towards), speed * cos(angle)];
         scene.projectile.velocity = Pose::of_sheet(&scene.sheet).vector_out(velocity);
     }
-    let point = match given.iter().find(|(name, _)| name == "aim.point").map(|(_, value)| value) {
-        None => [0.0; 2],
-        Some(value) => {
-            let numbers: Option<Vec<f64>> =
-                value.as_array().and_then(|all| all.iter().map(|x| units::number(x, "m")).collect());
-            let Some([x, y]) = numbers.as_deref() else {
-                let text = format!(
-                    "aim.point = {}: must be an array of 2 numbers{}",
-                    short(&value.to_string()),
-                    units::expected("m")
-                );
-                return bad("aim.point", text);
-            };
-            [*x, *y]
-        }
-    };
+    let mut point = Vec::new();
+    let value = of(given, "aim.point").cloned().unwrap_or_else(|| vec![0, 0].into());
+    if reals(&value, &[2], "m", &mut point).is_none() {
+        let value = short(&value.to_string()).to_string();
+        return bad("aim.point", format!("aim.point = {value}: must be an array of 2 numbers{}", units::expected("m")));
+    }
     let stand_off = within(given, "aim.stand_off", |x| x >= 0.0 && x.is_finite(), "at least 0")?.unwrap_or(0.0);
-    scene.projectile.position = aimed(scene, "aim.point", point, stand_off)?;
+    scene.projectile.position = aimed(scene, "aim.point", [point[0], point[1]], stand_off)?;
     Ok(())
 }
 
@@ -278,22 +230,16 @@ pub fn refuse_what_cannot_be_meant(scene: &Scene) -> Result<()> {
         );
         return bad("projectile.velocity", text);
     }
-    let (density, reach) = (density(body), Solid::of(body).reach());
-    if body.mass > 0.0 && density < LIGHTEST {
-        let key = match body.shape {
-            Shape::Box => "projectile.size",
-            Shape::Polyhedron => "projectile.faces.planes",
-            Shape::DiscSector => "projectile.sector.outer_radius",
-            _ => "projectile.radius",
-        };
-        let text = format!(
-            "{key}: a projectile that reaches {reach} m from its centre and has projectile.mass = {} kg would be lighter than air: a number \
-             without a unit is in m, so write \"{reach} mm\" for millimetres",
-            body.mass
-        );
-        return bad(key, text);
+    let key = match body.shape {
+        Shape::Box => "projectile.size",
+        Shape::Polyhedron => "projectile.faces.planes",
+        Shape::DiscSector => "projectile.sector.outer_radius",
+        _ => "projectile.radius",
+    };
+    match unlikely_body(scene) {
+        Some(note) if density(body) < LIGHTEST => bad(key, format!("{key}: {note}")),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// No solid body has less, kg/m^3.
@@ -396,7 +342,7 @@ mod tests {
         let (position, velocity) = flown(
             "[aim]\npoint = [\"10 mm\", \"-5 mm\"]\nangle = \"30 deg\"\ntowards = \"90 deg\"\nspeed = 80\nstand_off = \"1 mm\"",
         );
-        let (sine, cosine) = (0.5, 0.75_f64.sqrt());
+        let (sine, cosine) = (0.5, fabric::math::sqrt(0.75));
         close(velocity[1], 80.0 * sine);
         close(velocity[2], 80.0 * cosine);
         assert!(velocity[0].abs() < 1e-14);
@@ -404,18 +350,13 @@ mod tests {
         close(position[1], -5e-3 - 7.35e-3 * sine / cosine);
         close(position[0], 10e-3);
         // Another sheet, another way up: the same in its frame.
-        let turned = "sheet.position = [1, 2, 3]\nsheet.orientation = [0.6, 0.8, 0, 0]\n[aim]\nangle = \"30 deg\"\nstand_off = \"1 mm\"";
-        let (turned, plain) = (of(turned), of("[aim]\nangle = \"30 deg\"\nstand_off = \"1 mm\""));
+        let aim = "[aim]\nangle = \"30 deg\"\nstand_off = \"1 mm\"";
+        let turned = of(&format!("sheet.position = [1, 2, 3]\nsheet.orientation = [0.6, 0.8, 0, 0]\n{aim}"));
         let pose = Pose::of_sheet(&turned.sheet);
-        for (own, other) in [
-            (pose.point_in(turned.projectile.position), plain.projectile.position),
-            (pose.vector_in(turned.projectile.velocity), plain.projectile.velocity),
-        ] {
-            assert!(
-                own.iter().zip(other).all(|(own, other)| (own - other).abs() < 1e-12 * (1.0 + other.abs())),
-                "{own:?}"
-            );
-        }
+        let own = [pose.point_in(turned.projectile.position), pose.vector_in(turned.projectile.velocity)].concat();
+        let (position, velocity) = flown(aim);
+        let other = [position, velocity].concat();
+        assert!(own.iter().zip(other).all(|(own, other)| (own - other).abs() < 1e-12 * (1.0 + other.abs())), "{own:?}");
     }
 
     #[test]
@@ -435,13 +376,15 @@ mod tests {
     }
 
     #[test]
-    fn every_material_is_on_the_page_and_has_its_source() {
+    fn every_material_has_a_source_and_every_key_is_on_the_page() {
+        for (name, material) in MATERIALS.parse::<Table>().unwrap() {
+            let source = material["source"].as_str().unwrap();
+            assert!(
+                density_of(&name.clone().into()).unwrap() > 1e3 && source.len() > 5 && material["mark"].is_str(),
+                "{name}"
+            );
+        }
         let page = include_str!("../../fabrics/README.md");
-        for (name, density, source) in MATERIALS {
-            assert!(page.contains(&format!("| `{name}` | {} | {source} |", density / 1e3)), "{name}");
-        }
-        for (key, _) in KEYS {
-            assert!(page.contains(&format!("`{key}`")), "{key} is not on the page");
-        }
+        KEYS.iter().for_each(|(key, _)| assert!(page.contains(&format!("`{key}`")), "{key} is not on the page"));
     }
 }

@@ -34,7 +34,7 @@ pub fn unlikely_body(scene: &Scene) -> Option<String> {
         let (reach, density) = (Solid::of(body).reach(), 1e-3 * density);
         format!(
             "a projectile of {} kg that reaches {reach} m from its centre is too {word} for its size: it has {density:.3} g/cm3, and solid \
-             bodies have 0.5 to 25: a number without a unit is in m or kg",
+             bodies have 0.5 to 25; a number without a unit is in m or kg, so write \"5 mm\" or \"16 g\"",
             body.mass
         )
     })

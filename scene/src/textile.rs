@@ -15,7 +15,8 @@
 
 use crate::{Result, bad, short, units};
 use fabric::textile::centinewton_per_dtex;
-use fabric::{Scene, Textile, Threads};
+use fabric::{Scene, Textile};
+use std::collections::BTreeMap;
 use toml::{Table, Value};
 
 /// The named textiles: their files.
@@ -27,17 +28,9 @@ const FILES: [(&str, &str); 4] = [
 ];
 
 type Place = fn(&mut Textile) -> &mut f64;
-type OfThreads = fn(&mut Threads) -> &mut f64;
 
-/// Numbers of a direction, with their SI units.
-const OF_THREADS: [(&str, OfThreads, &str); 3] = [
-    ("linear_density", |t| &mut t.linear_density, "kg/m"),
-    ("count", |t| &mut t.count, "1/m"),
-    ("crimp", |t| &mut t.crimp, "1"),
-];
-
-/// Numbers of both.
-const OF_BOTH: [(&str, Place, &str); 9] = [
+/// The numbers by their keys, with their SI units. The density goes first: a unit of strength per linear density needs it.
+const NUMBERS: [(&str, Place, &str); 15] = [
     ("fibre_density", |t| &mut t.fibre_density, "kg/m3"),
     ("modulus", |t| &mut t.modulus, "Pa"),
     ("modulus_sd", |t| &mut t.modulus_sd, "Pa"),
@@ -47,6 +40,12 @@ const OF_BOTH: [(&str, Place, &str); 9] = [
     ("damage_rate", |t| &mut t.damage_rate, "1"),
     ("weibull_shape", |t| &mut t.weibull_shape, "1"),
     ("gauge_length", |t| &mut t.gauge_length, "m"),
+    ("warp.linear_density", |t| &mut t.warp.linear_density, "kg/m"),
+    ("warp.count", |t| &mut t.warp.count, "1/m"),
+    ("warp.crimp", |t| &mut t.warp.crimp, "1"),
+    ("weft.linear_density", |t| &mut t.weft.linear_density, "kg/m"),
+    ("weft.count", |t| &mut t.weft.count, "1/m"),
+    ("weft.crimp", |t| &mut t.weft.crimp, "1"),
 ];
 
 /// The tables of the sheet, and of the last plies of a stack.
@@ -84,7 +83,8 @@ pub fn names(textiles: &Table) -> [Option<String>; 2] {
 
 /// The textiles as a scene file has them, behind the file of each that has a name, as a comment: its sources.
 pub fn write(textiles: &Table) -> String {
-    let mut text = String::new();
+    let mut text =
+        String::from(if textiles.is_empty() { "" } else { "\n# The numbers below override those of the fabric.\n" });
     for (key, name) in [FRONT, BACK].into_iter().zip(names(textiles)) {
         let Some(textile) = textiles.get(key) else { continue };
         let file = FILES.iter().find(|(known, _)| name.as_deref() == Some(*known)).map_or("", |(_, file)| file);
@@ -108,70 +108,62 @@ fn textile(table: &str, values: &Value) -> Result<Textile> {
         _ => return bad(table, format!("`{table}` is a table, [{table}], or the name of a fabric: {}", known())),
     };
     let mut all = match own.remove("name") {
-        Some(name) => named(table, &name)?,
-        None => Table::new(),
+        Some(name) => numbers(table, named(table, &name)?)?,
+        None => BTreeMap::new(),
     };
-    // Of strength and failure strain the one that is given replaces the other, and a number of both directions those of each.
+    let own = numbers(table, own)?;
+    // Of strength and failure strain the one that is given replaces the other.
     for (key, other) in [("strength", "failure_strain"), ("failure_strain", "strength")] {
         if own.contains_key(key) {
             all.remove(other);
         }
     }
-    for (key, value) in own {
-        for side in ["warp", "weft"] {
-            if let Some(Value::Table(side)) = all.get_mut(side) {
-                side.remove(&key);
-            }
-        }
-        match (all.get_mut(&key), value) {
-            (Some(Value::Table(side)), Value::Table(more)) if ["warp", "weft"].contains(&key.as_str()) => {
-                side.extend(more)
-            }
-            (_, value) => {
-                all.insert(key, value);
-            }
-        }
-    }
+    all.extend(own);
     let mut textile = Textile::default();
-    // The density goes first: units of strength per linear density need it.
-    if let Some(density) = all.get("fibre_density") {
-        set(&mut textile, table, "fibre_density", density)?;
-    }
-    // Both directions before each.
-    let (sides, others): (Vec<_>, Vec<_>) =
-        all.into_iter().partition(|(key, _)| ["warp", "weft"].contains(&key.as_str()));
-    for (key, value) in others {
-        set(&mut textile, table, &key, &value)?;
-    }
-    for (side, values) in sides {
-        let Value::Table(values) = values else {
-            return bad(&format!("{table}.{side}"), format!("{table}.{side}: must be a table"));
-        };
-        for (key, value) in values {
-            let threads = if side == "warp" { &mut textile.warp } else { &mut textile.weft };
-            let place = format!("{table}.{side}");
-            set_threads(threads, &place, &key, &value).unwrap_or_else(|| unknown(table, &format!("{side}.{key}")))?;
+    for (key, place, si) in NUMBERS {
+        if let Some((given, value)) = all.get(key) {
+            let number = number(&format!("{table}.{given}"), value, si, textile.fibre_density)?;
+            *place(&mut textile) = number;
         }
     }
     refuse_wrong_units(table, &textile)?;
     Ok(textile)
 }
 
-/// Gives a number of a textile its value.
-fn set(textile: &mut Textile, table: &str, key: &str, value: &Value) -> Result<()> {
-    let density = textile.fibre_density;
-    if let Some((_, place, si)) = OF_BOTH.iter().find(|(name, ..)| *name == key) {
-        *place(textile) = number(&format!("{table}.{key}"), value, si, density)?;
-        return Ok(());
+/// The numbers of a table by their whole keys, each with the key that it was given by: one of both directions is that of each which has
+/// none of its own.
+fn numbers(table: &str, given: Table) -> Result<BTreeMap<String, (String, Value)>> {
+    let mut all = BTreeMap::new();
+    let (sides, both): (Table, Table) = given.into_iter().partition(|(key, _)| key == "warp" || key == "weft");
+    for (key, value) in both {
+        let wholes = ["", "warp.", "weft."].map(|side| format!("{side}{key}"));
+        let known: Vec<_> = wholes.into_iter().filter(|whole| NUMBERS.iter().any(|(name, ..)| name == whole)).collect();
+        if known.is_empty() {
+            return unknown(table, &key);
+        }
+        all.extend(known.into_iter().map(|whole| (whole, (key.clone(), value.clone()))));
     }
-    set_threads(&mut textile.warp, table, key, value).unwrap_or_else(|| unknown(table, key))?;
-    set_threads(&mut textile.weft, table, key, value).unwrap_or(Ok(()))
+    for (side, values) in sides {
+        let Value::Table(values) = values else {
+            return bad(&format!("{table}.{side}"), format!("{table}.{side}: must be a table"));
+        };
+        for (key, value) in values {
+            let whole = format!("{side}.{key}");
+            if !NUMBERS.iter().any(|(name, ..)| *name == whole) {
+                return unknown(table, &whole);
+            }
+            all.insert(whole.clone(), (whole, value));
+        }
+    }
+    Ok(all)
 }
 
 /// Says what the table may have.
 fn unknown<T>(table: &str, key: &str) -> Result<T> {
-    let of_threads = OF_THREADS.map(|(name, ..)| name).join(", ");
-    let (both, key) = (OF_BOTH.map(|(name, ..)| name).join(", "), short(key));
+    let known =
+        |of: fn(&str) -> Option<&str>| NUMBERS.iter().filter_map(|(name, ..)| of(name)).collect::<Vec<_>>().join(", ");
+    let both = known(|name| (!name.contains('.')).then_some(name));
+    let (of_threads, key) = (known(|name| name.strip_prefix("warp.")), short(key));
     let text = format!(
         "unknown key `{table}.{key}`; there are name, {both}, and, for both directions or below warp and weft, {of_threads}"
     );
@@ -180,12 +172,11 @@ fn unknown<T>(table: &str, key: &str) -> Result<T> {
 
 /// What textiles are made of, in SI units: a number outside has the wrong unit.
 fn refuse_wrong_units(table: &str, textile: &Textile) -> Result<()> {
-    let titer = |threads: &Threads| threads.linear_density;
     for (key, value, [least, most], unit, example) in [
         ("fibre_density", textile.fibre_density, [500.0, 10_000.0], "kg/m3", "g/cm3"),
         ("modulus", textile.modulus, [1e8, 1e13], "Pa", "GPa"),
-        ("warp.linear_density", titer(&textile.warp), [1e-7, 1e-1], "kg/m", "denier"),
-        ("weft.linear_density", titer(&textile.weft), [1e-7, 1e-1], "kg/m", "denier"),
+        ("warp.linear_density", textile.warp.linear_density, [1e-7, 1e-1], "kg/m", "denier"),
+        ("weft.linear_density", textile.weft.linear_density, [1e-7, 1e-1], "kg/m", "denier"),
         ("warp.count", textile.warp.count, [100.0, 1e5], "1/m", "1/in"),
         ("weft.count", textile.weft.count, [100.0, 1e5], "1/m", "1/in"),
     ] {
@@ -197,12 +188,6 @@ fn refuse_wrong_units(table: &str, textile: &Textile) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Gives a number of one direction its value, if it is one; `place` is the table's name.
-fn set_threads(threads: &mut Threads, place: &str, key: &str, value: &Value) -> Option<Result<()>> {
-    let (_, number_of, si) = OF_THREADS.iter().find(|(name, ..)| *name == key)?;
-    Some(number(&format!("{place}.{key}"), value, si, 0.0).map(|number| *number_of(threads) = number))
 }
 
 /// A number in SI units, or with a unit; of stress also one of tenacity, which needs the fibre's density. `key`: its whole name.
@@ -286,24 +271,6 @@ mod tests {
     }
 
     #[test]
-    fn a_forgotten_unit_and_an_unknown_key_are_refused_with_what_helps() {
-        let mut scene = Scene::sheet_3in_sphere();
-        for (number, part) in [
-            ("fibre_density = 1.44", "fibre_density = 1.44e0 kg/m3: no textile"),
-            ("modulus = 84.6", "modulus = 8.46e1 Pa"),
-            ("linear_density = 600", "linear_density = 6e2 kg/m"),
-            ("weft.count = 1e6", "weft.count = 1e6 1/m"),
-            ("crimp_warp = 0.01", "there are name, fibre_density"),
-            ("warp.crimps = 0.01", "below warp and weft, linear_density, count, crimp"),
-        ] {
-            let file: Table = format!("[fabric]\nname = \"kevlar_km2_s706\"\n{number}").parse().unwrap();
-            let error = apply(&mut scene, &file["fabric"]).unwrap_err().to_string();
-            assert!(error.contains(part), "{error}");
-            assert_eq!(scene, Scene::sheet_3in_sphere());
-        }
-    }
-
-    #[test]
     fn own_numbers_replace_those_of_a_named_textile() {
         let named = of("[fabric]\nname = \"kevlar_49_yarn\"").unwrap();
         let own = of("[fabric]\nname = \"kevlar_49_yarn\"\nfailure_strain = 0.02\ncount = 700\nlinear_density = 1e-4\nweft.crimp = 0.1").unwrap();
@@ -315,44 +282,6 @@ mod tests {
         assert_eq!(own.modulus, named.modulus);
         let both = of("[fabric]\nname = \"kevlar_49_yarn\"\ncrimp = 0.0").unwrap();
         assert_eq!((both.warp.crimp, both.weft.crimp), (0.0, 0.0));
-    }
-
-    #[test]
-    fn what_is_wrong_is_named() {
-        for (text, named) in [
-            ("fabric = 1", "[fabric]"),
-            ("[fabric]\nname = \"cotton\"", "\"kevlar_km2_s706\""),
-            ("[fabric]\ndenier = 600", "fabric.denier"),
-            ("[fabric]\nwarp.ends = 600", "fabric.warp.ends"),
-            ("[fabric]\nmodulus = { value = 1, unit = \"kg\" }", "cN/dtex"),
-            ("[fabric]\ncount = { value = 1 }", "1/in"),
-        ] {
-            let message = of(text).unwrap_err().to_string();
-            assert!(message.contains(named), "{message}");
-        }
-    }
-
-    /// Of the table's own keys, and of those that the kernel refuses.
-    #[test]
-    fn what_is_wrong_of_the_back_fabric_is_named_by_its_key() {
-        for (line, named) in [
-            ("modulus = 84.6", "back_fabric.modulus = 8.46e1 Pa"),
-            ("modulus_mean = 8e10", "`back_fabric.modulus_mean`"),
-            ("modulus = { value = 1, unit = \"kg\" }", "back_fabric.modulus = {"),
-            ("count = \"many\"", "back_fabric.count = \"many\""),
-            ("warp.count = \"many\"", "back_fabric.warp.count = \"many\""),
-            ("warp.ends = 600", "`back_fabric.warp.ends`"),
-            ("warp = 600", "back_fabric.warp: must be a table"),
-            ("weaving_loss = 1.5", "back_fabric.weaving_loss: "),
-            ("weft.crimp = -1.0", "back_fabric.weft.crimp: "),
-            ("strength = 3e9\nfailure_strain = 0.03", "back_fabric.strength: "),
-        ] {
-            let text = format!("preset = \"sheet_3in_sphere\"\n[back_fabric]\nname = \"kevlar_km2_s706\"\n{line}\n");
-            let message = crate::parse(&text).unwrap_err().to_string();
-            assert!(message.contains(named) && !message.contains("textile."), "{message}");
-        }
-        let cotton = crate::parse("preset = \"sheet_3in_sphere\"\n[back_fabric]\nname = \"cotton\"\n").unwrap_err();
-        assert!(cotton.to_string().starts_with("back_fabric.name = \"cotton\""), "{cotton}");
     }
 
     /// The marks of how a number is known: read in the source, in a transcription of it, derived.
@@ -399,7 +328,7 @@ mod tests {
         let example = page.split_once("```toml\n").unwrap().1.split_once("```").unwrap().0;
         let scene = crate::parse(example).unwrap();
         assert_eq!((scene.sheet.crimp, scene.viscosity()), ([0.01, 0.003], fabric::TEXTILE_VISCOSITY));
-        for key in OF_THREADS.iter().map(|(name, ..)| name).chain(OF_BOTH.iter().map(|(name, ..)| name)) {
+        for key in NUMBERS.iter().map(|(name, ..)| name.trim_start_matches("warp.").trim_start_matches("weft.")) {
             assert!(page.contains(&format!("`{key}`")), "{key} is not on the page");
         }
     }

@@ -14,7 +14,7 @@ fn moved(x: f64, places: i32) -> f64 {
 }
 
 /// The units beside those of SI. Inch, foot and grain are those of the international yard and pound, which are exact.
-const UNITS: [Unit; 29] = [
+const UNITS: [Unit; 27] = [
     ("mm", "m", |x| moved(x, -3)),
     ("cm", "m", |x| moved(x, -2)),
     ("um", "m", |x| moved(x, -6)),
@@ -39,11 +39,9 @@ const UNITS: [Unit; 29] = [
     ("tex", "kg/m", |x| moved(x, -6)),
     ("1/in", "1/m", per_inch),
     ("1/cm", "1/m", |x| x * 100.0),
-    ("1/mm", "1/m", |x| x * 1000.0),
     ("%", "1", |x| x / 100.0),
     ("mm2", "m2", |x| moved(x, -6)),
     ("g.mm2", "kg.m2", |x| moved(x, -9)),
-    ("kg.mm2", "kg.m2", |x| moved(x, -6)),
 ];
 
 /// A number without unit.
@@ -98,7 +96,6 @@ mod tests {
             ("16 g", "kg", 16e-3),
             ("5.56mm", "m", 5.56e-3),
             ("-3 mm", "m", -3e-3),
-            ("102 mm", "m", 0.102),
             ("1e3 um", "m", 1e-3),
             ("0.22 in", "m", 0.22 * 0.0254),
             ("30 deg", "rad", PI / 6.0),
@@ -106,10 +103,8 @@ mod tests {
             ("34 /cm", "1/m", 3400.0),
             ("34 1/cm", "1/m", 3400.0),
             ("7.85 g/cm³", "kg/m3", 7850.0),
-            ("150 m/s", "m/s", 150.0),
             ("1.5 %", "1", 0.015),
             ("20 µs", "s", 20e-6),
-            ("9000 denier", "kg/m", 1e-3),
             ("17 grain", "kg", 17.0 * 64.79891e-6),
         ] {
             assert_eq!(of(text, si).to_bits(), expected.to_bits(), "{text}");
