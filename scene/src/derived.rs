@@ -10,38 +10,24 @@ use fabric::{Drive, Projectile, Scene, Shape, Solid};
 use std::f64::consts::{FRAC_PI_2, PI};
 use toml::{Table, Value};
 
-/// The keys with their SI units; that of a material is a name.
-pub const KEYS: [(&str, &str); 11] = [
-    ("sheet.width", "m"),
-    ("sheet.width_y", "m"),
-    ("sheet.yarns_per_bar", "1"),
-    ("projectile.diameter", "m"),
-    ("projectile.material", ""),
-    ("projectile.density", "kg/m3"),
-    ("aim.point", "m"),
-    ("aim.angle", "rad"),
-    ("aim.towards", "rad"),
-    ("aim.speed", "m/s"),
-    ("aim.stand_off", "m"),
+/// A key, its SI unit (that of a material is a name), and the parameters and keys that follow from it, which are not given beside it.
+pub type Key = (&'static str, &'static str, &'static [&'static str]);
+/// The keys.
+pub const KEYS: [Key; 11] = [
+    ("sheet.width", "m", &["sheet.nodes_x", "sheet.nodes_y"]),
+    ("sheet.width_y", "m", &["sheet.nodes_y"]),
+    ("sheet.yarns_per_bar", "1", NETWORK),
+    ("projectile.diameter", "m", &["projectile.radius"]),
+    ("projectile.material", "", &["projectile.density", "projectile.mass"]),
+    ("projectile.density", "kg/m3", &["projectile.mass"]),
+    ("aim.point", "m", &["projectile.position"]),
+    ("aim.stand_off", "m", &["projectile.position"]),
+    ("aim.angle", "rad", &["projectile.position", "projectile.velocity"]),
+    ("aim.towards", "rad", &["projectile.position", "projectile.velocity"]),
+    ("aim.speed", "m/s", &["projectile.position", "projectile.velocity"]),
 ];
-
-/// Of a key and a parameter that follows from it one is given.
-const INSTEAD: [(&str, &[&str]); 11] = [
-    ("sheet.width", &["sheet.nodes_x", "sheet.nodes_y"]),
-    ("sheet.width_y", &["sheet.nodes_y"]),
-    (
-        "sheet.yarns_per_bar",
-        &["sheet.spacing", "sheet.spacing_y", "sheet.node_mass", "sheet.yarn_area", "sheet.yarn_area_y"],
-    ),
-    ("projectile.diameter", &["projectile.radius"]),
-    ("projectile.material", &["projectile.density", "projectile.mass"]),
-    ("projectile.density", &["projectile.mass"]),
-    ("aim.point", &["projectile.position"]),
-    ("aim.stand_off", &["projectile.position"]),
-    ("aim.angle", &["projectile.position", "projectile.velocity"]),
-    ("aim.towards", &["projectile.position", "projectile.velocity"]),
-    ("aim.speed", &["projectile.position", "projectile.velocity"]),
-];
+const NETWORK: &[&str] =
+    &["sheet.spacing", "sheet.spacing_y", "sheet.node_mass", "sheet.yarn_area", "sheet.yarn_area_y"];
 
 /// Materials of projectiles with their densities and sources.
 const MATERIALS: &str = include_str!("materials.toml");
@@ -52,7 +38,7 @@ pub type Given = Vec<(String, Value)>;
 /// What is given twice, by its names.
 pub fn conflicts(given: &Given) -> impl Iterator<Item = BadKey> {
     let named = |key: &str| given.iter().any(|(name, _)| name == key);
-    let pairs = INSTEAD.iter().flat_map(|(key, others)| others.iter().map(move |other| (*key, *other)));
+    let pairs = KEYS.iter().flat_map(|(key, _, others)| others.iter().map(move |other| (*key, *other)));
     pairs.filter(move |(key, other)| named(key) && named(other)).map(|(key, other)| BadKey {
         key: key.to_string(),
         text: format!("{key} and {other}: one follows from the other, so give one of them"),
@@ -66,7 +52,7 @@ fn of<'a>(given: &'a Given, key: &str) -> Option<&'a Value> {
 /// The number of a key, if it is given; `range` says what is allowed.
 fn within(given: &Given, key: &str, allowed: impl Fn(f64) -> bool, range: &str) -> Result<Option<f64>> {
     let Some(value) = of(given, key) else { return Ok(None) };
-    let si = KEYS.iter().find(|(name, _)| *name == key).map_or("1", |(_, si)| si);
+    let si = KEYS.iter().find(|(name, ..)| *name == key).map_or("1", |(_, si, _)| si);
     match units::number(value, si) {
         Some(number) if allowed(number) => Ok(Some(number)),
         Some(number) => bad(key, format!("{key} = {number}: must be {range}")),
@@ -385,6 +371,6 @@ mod tests {
             );
         }
         let page = include_str!("../../fabrics/README.md");
-        KEYS.iter().for_each(|(key, _)| assert!(page.contains(&format!("`{key}`")), "{key} is not on the page"));
+        KEYS.iter().for_each(|(key, ..)| assert!(page.contains(&format!("`{key}`")), "{key} is not on the page"));
     }
 }

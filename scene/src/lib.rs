@@ -147,7 +147,7 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     let nodes = ["sheet.nodes_x", "sheet.nodes_y"].map(|key| counted(key, &given));
     wrong.extend(derived::conflicts(&given).map(Into::into));
     let (own, mut given): (Vec<_>, Vec<_>) =
-        given.into_iter().partition(|(key, _)| derived::KEYS.iter().any(|(known, _)| key == known));
+        given.into_iter().partition(|(key, _)| derived::KEYS.iter().any(|(known, ..)| key == known));
     match derived::radius(&own) {
         Ok(radius) => given.extend(radius.map(|radius| ("projectile.radius".to_string(), radius.into()))),
         Err(error) => wrong.push(error),
@@ -344,7 +344,7 @@ fn real(word: u64) -> String {
 
 /// The names of all keys: those of parameters, and those from which they follow.
 fn names() -> impl Iterator<Item = &'static str> {
-    FIELDS.iter().map(|field| field.name).chain(derived::KEYS.iter().map(|(name, _)| *name))
+    FIELDS.iter().map(|field| field.name).chain(derived::KEYS.iter().map(|(name, ..)| *name))
 }
 
 /// Every key below a table with its whole name, tables of tables taken apart.
