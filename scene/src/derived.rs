@@ -146,7 +146,7 @@ pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
     }
     let mut point = Vec::new();
     let value = of(given, "aim.point").cloned().unwrap_or_else(|| vec![0, 0].into());
-    if reals(&value, &[2], "m", &mut point).is_none() {
+    if reals(&value, &[2], &|_| "m", &mut point).is_none() {
         let value = short(&value.to_string()).to_string();
         return bad("aim.point", format!("aim.point = {value}: must be an array of 2 numbers{}", units::expected("m")));
     }

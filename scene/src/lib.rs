@@ -421,7 +421,10 @@ fn words(field: &Field, value: &Value) -> Option<Vec<u64>> {
     match field.place {
         Place::Reals(_, shape) => {
             let mut numbers = Vec::new();
-            reals(value, shape, unit_of(field), &mut numbers)?;
+            // A plane is a direction and a distance.
+            let of_plane = |k: usize| if k % 4 == 3 { "m" } else { "1" };
+            let si = |k: usize| if field.name.ends_with(".planes") { of_plane(k) } else { unit_of(field) };
+            reals(value, shape, &si, &mut numbers)?;
             Some(numbers.into_iter().map(f64::to_bits).collect())
         }
         Place::Count(_) | Place::Seed(_) => Some(vec![whole(value)?]),
@@ -438,10 +441,10 @@ fn unit_of(field: &Field) -> &'static str {
     field.quantity.map_or("1", |quantity| quantity.unit)
 }
 
-/// Numbers of an array of this shape. Of rows there may be fewer.
-fn reals(value: &Value, shape: &[usize], si: &str, numbers: &mut Vec<f64>) -> Option<()> {
+/// Numbers of an array of this shape, whose SI units are told by their index. Of rows there may be fewer.
+fn reals(value: &Value, shape: &[usize], si: &dyn Fn(usize) -> &'static str, numbers: &mut Vec<f64>) -> Option<()> {
     let Some((size, rest)) = shape.split_first() else {
-        numbers.push(units::number(value, si)?);
+        numbers.push(units::number(value, si(numbers.len()))?);
         return Some(());
     };
     let elements = value.as_array()?;
@@ -619,7 +622,7 @@ mod tests {
         assert_eq!(body("shape = \"hemispherical_cylinder\"").shape, Shape::HemisphericalCylinder);
         let cuboid = body("shape = \"box\"\nsize = [0.01, 0.02, 0.03]");
         assert_eq!((cuboid.shape, cuboid.size), (Shape::Box, [0.01, 0.02, 0.03]));
-        let faces = "faces.planes = [[1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.02]]\nmoments = [1.0, 2.0, 3.0]";
+        let faces = "faces.planes = [[1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, \"20 mm\"]]\nmoments = [1.0, 2.0, 3.0]";
         let given = body(&format!("shape = \"polyhedron\"\n{faces}"));
         assert_eq!(given.faces.in_use(), [[1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.02]]);
         assert_eq!((given.shape, given.moments), (Shape::Polyhedron, [1.0, 2.0, 3.0]));

@@ -14,7 +14,7 @@ fn moved(x: f64, places: i32) -> f64 {
 }
 
 /// The units beside those of SI. Inch, foot and grain are those of the international yard and pound, which are exact.
-const UNITS: [Unit; 27] = [
+const UNITS: [Unit; 26] = [
     ("mm", "m", |x| moved(x, -3)),
     ("cm", "m", |x| moved(x, -2)),
     ("um", "m", |x| moved(x, -6)),
@@ -36,7 +36,6 @@ const UNITS: [Unit; 27] = [
     ("g/cm3", "kg/m3", |x| x * 1e3),
     ("denier", "kg/m", denier),
     ("dtex", "kg/m", dtex),
-    ("tex", "kg/m", |x| moved(x, -6)),
     ("1/in", "1/m", per_inch),
     ("1/cm", "1/m", |x| x * 100.0),
     ("%", "1", |x| x / 100.0),
