@@ -1,9 +1,9 @@
-//! Thirty mistakes of a new user (mistakes.toml): what each gets from the program names the file, the key and the value, and helps.
+//! Mistakes of a new user (mistakes.toml): what each gets from the program names the file, the key and the value, and helps.
 
 use std::{fs, path::Path, process::Command};
 
 #[test]
-fn thirty_mistakes_of_a_new_user_get_an_answer_that_helps() {
+fn the_mistakes_of_a_new_user_get_an_answer_that_helps() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mistakes");
     fs::create_dir_all(&folder).unwrap();
     let table: toml::Table = include_str!("mistakes.toml").parse().unwrap();

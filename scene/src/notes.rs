@@ -31,11 +31,10 @@ pub fn unlikely_body(scene: &Scene) -> Option<String> {
     let least = if body.shape == Shape::Polyhedron { derived::LIGHTEST } else { DENSITIES[0] };
     let word = if density < least { "light" } else { "heavy" };
     (body.mass > 0.0 && !(least..=DENSITIES[1]).contains(&density)).then(|| {
-        let (reach, density) = (Solid::of(body).reach(), 1e-3 * density);
+        let [mass, reach, density] = [1e3 * body.mass, 1e3 * Solid::of(body).reach(), 1e-3 * density];
         format!(
-            "a projectile of {} kg that reaches {reach} m from its centre is too {word} for its size: it has {density:.3} g/cm3, and solid \
-             bodies have 0.5 to 25; a number without a unit is in m or kg, so write \"5 mm\" or \"16 g\"",
-            body.mass
+            "a projectile of {mass:.3} g that reaches {reach:.3} mm from its centre is too {word} for its size: it has {density:.3} g/cm3, and \
+             solid bodies have 0.5 to 25; a number without a unit is in m or kg, so write \"5 mm\" or \"16 g\""
         )
     })
 }
