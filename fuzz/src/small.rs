@@ -24,6 +24,7 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
     scene.yarn.draw = if bit(1) { Draw::Yarn } else { Draw::Segment };
     scene.track_detachment = !bit(2);
     scene.track_support = !bit(3);
+    scene.track_through = bit(4);
     scene.slack_balance = bit(5);
     scene.drive = if bit(6) { Drive::Prescribed } else { Drive::Free };
     let kinds =
