@@ -24,6 +24,7 @@ QUESTIONS = {
     "overshoot": ("strain behind a sudden front, and the velocity that breaks a strip, with viscosity", "2 min", "20 s"),
     "viscosity": ("what viscosity does to whole impacts", "5 min", "30 s"),
     "grading": ("graded networks against the whole fabric", "20 min", "20 s"),
+    "through": ("how often the outcome through is wrong near the ballistic limit", "25 min", "2 min"),
     "coupling": ("schemes for a projectile that its host moves", "10 min", "20 s"),
     "validation": ("the six questions below together, with the table of their verdicts", "20 min", "20 s"),
     "yarn": ("one yarn hit across: strain, waves, critical velocity", "2 min", "5 s"),

@@ -29,7 +29,7 @@ def answer(study):
         "brackets; what is measured is said in [performance.md](../performance.md).\n"
     )
     sections = [
-        ("Goals", page.markdown(heading, goal_rows)), ("Bare sweep", times(rows, "sweep")), ("Whole run", times(rows, "run")), ("Whole run in single steps", times(rows, "run, single steps")),
+        ("Goals", page.markdown(heading, goal_rows)), ("Bare sweep", times(rows, "sweep")), ("Whole run", times(rows, "run")), ("Bare sweep, Kevlar KM2, viscous", times(rows, "KM2 sweep")), ("Whole run, Kevlar KM2, viscous", times(rows, "KM2 run")), ("Whole run in single steps", times(rows, "run, single steps")),
         ("Damage everywhere", times(rows, "dense")), ("Five plies that touch", times(rows, "plies")), ("Peers", peers(rows)), ("Rows at rest", rest(rows)),
     ]
     groups = [
@@ -67,6 +67,13 @@ def goals(rows, figures, widest):
     for instructions, bound in (("avx512", 1.6), ("avx2", 1.4)):
         gain = part(time("run, single steps", 1000, instructions), time("run", 1000, instructions))
         add(f"1000 x 1000 whole run, steps in blocks against single ones, {instructions}", gain, "at least", bound, "x")
+    for size in (105, 350, 1000):
+        for instructions in ("avx512", "avx2"):
+            more = part(time("KM2 sweep", size, instructions), time("sweep", size, instructions))
+            most(f"time of Kevlar KM2, viscous, over that of the paper's sheet, bare sweep, {size} x {size}, {instructions}", more, 1.6, "x")
+    for case, bound in (("viscous", 1.5), ("rate", 1.5), ("fabric", 1.1), ("graded", 1.1)):
+        more = part(value(f"{case} 105, avx2"), value("sweep 105, avx2"))
+        most(f"instructions of {case} over those of the bare sweep, avx2", more, bound, "x")
     for size, bound in ((350, 1.8), (1000, 1.9)):
         gain = part(time("run", size, widest), time("run", size, widest, 2))
         add(f"2 threads, {size} x {size} whole run, {widest}", gain, "at least", bound, "x")

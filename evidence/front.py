@@ -5,8 +5,8 @@ the resolution. The deviation behind it is pooled over the full network's accept
 of ten runs is itself uncertain by a quarter.
 
 A setting is on the front of a measure if no other one costs no more and errs no more, with one of the two less. It is on the front
-of all measures if no other one is at least as good in all of them and in cost, and better in one. Steps that the kernel refuses, a
-toe (it changes the yarn law), and the reference, which is the first setting, do not compete.
+of all measures if no other one is at least as good in all of them and in cost, and better in one. Steps that the kernel
+refuses, and the reference, which is the first setting, do not compete.
 """
 
 import math
@@ -58,7 +58,7 @@ class Judged:
 
 
 def competes(row):
-    return not row["reference"] and row["accepted"] and not row["toe"] and row["runs"] > 0
+    return not row["reference"] and row["accepted"] and row["runs"] > 0
 
 
 def beats(other, row, cost, measures):

@@ -24,8 +24,8 @@ from .study import FULL, QUICK, SMOKE, clock
 
 # Energy of the sphere, J; by which velocities of an ensemble differ: large against rounding, small against everything else; steps of the kernel.
 ENERGY, ROUNDING, DEFAULT, LARGEST = 40.0, 1e-12, 0.4, 0.5
-# Width of the toe in the settings that have one; time after which a run is given up, s.
-TOE, LONGEST = 0.02, 2e-3
+# Time after which a run is given up, s.
+LONGEST = 2e-3
 QUARTER = "quarter"
 
 
@@ -48,23 +48,22 @@ CASES = [
 
 class Setting(NamedTuple):
     """step: dt over dt_crit of its own network. tolerance: of the theta rule, in node spacings; None: velocity Verlet. network: QUARTER, or nodes of
-    the fabric along a side for one of the network's. halved: the step after the first failure."""
+    the fabric along a side for one of the network's. balanced: with slack_balance."""
 
     step: float
     tolerance: float | None = None
     network: str | int = 1
-    halved: bool = False
-    toe: float = 0.0
+    balanced: bool = False
 
     def family(self):
         """The line it belongs to in a plot."""
-        parts = [integrator_name(self.tolerance)] + ["half after failure"] * self.halved + ["toe"] * (self.toe > 0)
+        parts = [integrator_name(self.tolerance)] + ["slack balance"] * self.balanced
         return ", ".join(parts + ["quarter"] * (self.network == QUARTER) + ([f"{self.network} h"] if self.network in (2, 4) else []))
 
     def guess(self):
         """Cost, so that long runs start first."""
         share = 0.3 if self.network == QUARTER else self.network**-3
-        return share * (20 if self.tolerance else 1) * (1.6 if self.halved else 1) * (1.2 if self.toe else 1) / self.step
+        return share * (20 if self.tolerance else 1) * (1.5 if self.balanced else 1) / self.step
 
 
 def integrator_name(tolerance):
@@ -85,8 +84,7 @@ def scene_of(case, setting, faster, smoke):
     scene = Scene("sheet_3in_sphere", sheet={"nodes_x": 41, "nodes_y": 41} if smoke else {})
     speed = math.sqrt(2.0 * ENERGY / scene["projectile.mass"])
     changes = {"attachment.kind": case.kind, "yarn.stochastic": case.stochastic, "projectile.velocity": [0.0, 0.0, speed * (1.0 + faster)]}
-    changes |= integrator(setting.tolerance) | checked(setting.step) | {"time_step.fraction": setting.step, "slack_toe": setting.toe}
-    changes |= {"step_after_failure": "half"} if setting.halved else {}
+    changes |= integrator(setting.tolerance) | checked(setting.step) | {"time_step.fraction": setting.step, "slack_balance": setting.balanced}
     if setting.network == QUARTER:
         changes |= {"symmetry.mirror_x": True, "symmetry.mirror_y": True}
     elif (factor := setting.network) > 1:
@@ -110,21 +108,16 @@ def impact(job):
     """Runs until one of the outcomes. values: the measures in J, m/s, N, us, % of the segments, % of KE0; trouble: why there are none."""
     scene, end = job[:2]
     simulation = Simulation(scene, warns=False)
-    start, nodes = simulation.energy()["projectile_kinetic"], simulation.positions()[..., 0].size
+    start = simulation.energy()["projectile_kinetic"]
     steps = int(LONGEST / simulation.step_limits["dt"])
-    begin, trouble, halved = clock(), None, 0
+    begin, trouble = clock(), None
     try:
-        if scene["step_after_failure"] == "half":
-            simulation.run(end, steps, failed=1)
-            # From here on a step is two passes.
-            halved = simulation.step_count
-        simulation.run(end, steps - simulation.step_count)
+        simulation.run(end, steps)
         trouble = "TIMEOUT" if simulation.step_count >= steps else None
     except Failed as failed:
         trouble = failed.code
     seconds = clock() - begin
-    cost = node_steps(simulation) + (simulation.step_count - halved if halved else 0) * nodes
-    found = {"node_steps": cost, "seconds": seconds, "trouble": trouble}
+    found = {"node_steps": node_steps(simulation), "seconds": seconds, "trouble": trouble}
     if trouble:
         return found
     contact, failed = simulation.contact(), simulation.counters()["failed_segments"]
@@ -144,8 +137,7 @@ def settings(case, effort):
     for step in (0.2, 0.4, 0.5) if full else (0.4,):
         networks = [2, 4] if case.stochastic else [QUARTER, 2, 4]
         found += [(Setting(step, network=network), runs) for network in networks]
-    found += [(Setting(step, halved=True), runs) for step in ((0.3, 0.4, 0.47, 0.5) if full and not corners else (0.4,))]
-    found += [(Setting(step, toe=TOE), runs) for step in ((0.3, 0.35, 0.4) if full and not corners else (0.35,))]
+    found += [(Setting(step, balanced=True), runs) for step in ((0.2, 0.3, 0.4, 0.5) if full and not corners else (0.4,))]
     # The theta rule costs ten times as much: where it is compared, and one point elsewhere.
     implicit = [(0.4, 1e-6)] if case == CASES[0] or (full and case in CASES[1:3]) else []
     if full and case == CASES[0]:
@@ -180,7 +172,7 @@ def summed_up(case, setting, runs):
     row = {
         "case": case.name, "file": case.file, "family": setting.family(), "dt_over_dt_crit": setting.step, "accepted": setting.step <= LARGEST,
         "default": setting == Setting(DEFAULT), "plain": setting == Setting(setting.step), "full_network": setting.network == 1,
-        "toe": setting.toe > 0, "runs": len(good), "node_steps": mean([run["node_steps"] for run in runs]),
+        "runs": len(good), "node_steps": mean([run["node_steps"] for run in runs]),
         "cpu_seconds": min(run["seconds"] for run in runs), "trouble": " ".join(run["trouble"] for run in runs if run["trouble"]),
     }  # fmt: skip
     for name in front.MEASURES:

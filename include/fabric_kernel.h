@@ -228,12 +228,6 @@
 // step_check: no check, for stability studies only: wrong results without a warning.
 #define FK_STEP_CHECK_NONE 1
 
-// step_after_failure: it stays.
-#define FK_STEP_AFTER_FAILURE_KEEP 0
-
-// step_after_failure: every step is taken as two halves.
-#define FK_STEP_AFTER_FAILURE_HALF 1
-
 // rotation_rule.kind: implicit midpoint rule, which keeps energy and angular momentum.
 #define FK_ROTATION_MIDPOINT 0
 
@@ -402,8 +396,7 @@ typedef struct fk_scene_yarn {
     // FK_DRAW_SEGMENT.
     uint64_t draw;
     // Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not
-    // with mirror planes or a toe. One of FK_STRENGTH_DRAW_NONE and FK_STRENGTH_DRAW_WEIBULL. Default
-    // FK_STRENGTH_DRAW_NONE.
+    // with mirror planes. One of FK_STRENGTH_DRAW_NONE and FK_STRENGTH_DRAW_WEIBULL. Default FK_STRENGTH_DRAW_NONE.
     uint64_t strength_draw;
     // Weibull shape m of the critical strain U_c - 1. Read for drawn strength only. 1 to 1000. Default 14.7.
     double weibull_shape;
@@ -422,7 +415,7 @@ typedef struct fk_scene_yarn {
     // Velocity Verlet only. 0 to 0.2. Default 0.
     double viscosity_bending;
     // Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity
-    // Verlet only; not with a toe, pre-tension, separate plies or a graded network. 0 to 1. Default 0.
+    // Verlet only; not with slack_balance, pre-tension, separate plies or a graded network. 0 to 1. Default 0.
     double rate_modulus;
     // Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none. 0 to 1. Default 0.
     double rate_stretch;
@@ -519,11 +512,9 @@ typedef struct fk_scene_integrator {
 
 // The time step, constant for the life of a simulation: a part of fk_scene.
 typedef struct fk_scene_time_step {
-    // Time step as a fraction of dt_crit (M11), at most 0.5 (0.433 with a toe). Read if time_step.seconds is 0. > 0.
-    // Default 0.4.
+    // Time step as a fraction of dt_crit (M11), at most 0.5. Read if time_step.seconds is 0. > 0. Default 0.4.
     double fraction;
-    // Time step in seconds, at most 0.5 dt_crit (0.433 with a toe); 0: time_step.fraction says it. In s, >= 0. Default
-    // 0.
+    // Time step in seconds, at most 0.5 dt_crit; 0: time_step.fraction says it. In s, >= 0. Default 0.
     double seconds;
 } fk_scene_time_step;
 
@@ -570,12 +561,9 @@ typedef struct fk_scene {
     // Whether the time step is checked against its limit. One of FK_STEP_CHECK_REFUSE and FK_STEP_CHECK_NONE. Default
     // FK_STEP_CHECK_REFUSE.
     uint64_t step_check;
-    // The step from the first failed segment on (M9). Velocity Verlet only. One of FK_STEP_AFTER_FAILURE_KEEP and
-    // FK_STEP_AFTER_FAILURE_HALF. Default FK_STEP_AFTER_FAILURE_KEEP.
-    uint64_t step_after_failure;
-    // Toe: Green-Lagrange strain over which the stiffness of a segment sets in that has been slack after the first
-    // failure, in [0.005, 0.05] and not beyond that of U_c; 0 = none. Velocity Verlet only. >= 0. Default 0.
-    double slack_toe;
+    // Segments give back the energy that the step makes where they become slack or taut. Velocity Verlet only; not with
+    // a dependence on the rate of strain. 0 or 1. Default 0.
+    uint64_t slack_balance;
     // How the projectile turns between impulses.
     fk_scene_rotation_rule rotation_rule;
     // Window of the peak force, rounded to whole steps, at least one. Until the first is full the peak force is the
@@ -589,10 +577,13 @@ typedef struct fk_scene {
     // Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with
     // friction); more are a failure. 0 = every node. Default 0.
     uint64_t contact_capacity;
+    // Watch whether held yarn can still stop a free projectile: the outcome through, long before exited. Needs
+    // track_detachment to tell held yarn from loose. 0 or 1. Default 0.
+    uint64_t track_through;
 } fk_scene;
 
 // Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-#define FK_ABI_VERSION 5
+#define FK_ABI_VERSION 1
 
 // Success.
 #define FK_OK 0
@@ -621,6 +612,9 @@ typedef struct fk_scene {
 
 // Bit of the outcome "passed".
 #define FK_PASSED 8
+
+// Bit of the outcome "through"; it comes only with track_through.
+#define FK_THROUGH 16
 
 // fk_outcome's status: no contact in the last step.
 #define FK_STATUS_FLIGHT 0
@@ -715,7 +709,7 @@ typedef struct fk_step_limits {
     double dt;
     // 2/omega_max of the taut sheet at the critical stretch, with the stiffest segment drawn.
     double dt_crit;
-    // Largest accepted step: 0.5 dt_crit, with a toe 0.5 sqrt(3/4) dt_crit.
+    // Largest accepted step: 0.5 dt_crit.
     double step_max;
 } fk_step_limits;
 
@@ -772,8 +766,6 @@ typedef struct fk_energy {
     double contact_work;
     // Work of the external load on the projectile, J.
     double external_work;
-    // Change of the audited energy when the step was halved, J, of second order in dt; 0 if it was not.
-    double halving;
     // What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     double residual;
     // Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
@@ -833,7 +825,7 @@ typedef struct fk_counters {
     uint64_t most_iterations;
     // Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
     double ply_penetration;
-    // Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
+    // Steps in which the body met the sheet beyond the fine part of a graded network, where nodes may be
     // too far apart to feel it: 0 in a run that is to be trusted.
     uint64_t beyond_fine;
     // Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that closes too fast, a slip that friction
@@ -849,10 +841,10 @@ typedef struct fk_outcome {
     uint32_t mask;
     // Step count at whose start the first impulse acted; FK_NEVER before.
     uint64_t first_contact;
-    // Step count at which arrested, detached, exited, passed latched, in this order; FK_NEVER before.
-    uint64_t step[4];
+    // Step count at which arrested, detached, exited, passed, through latched, in this order; FK_NEVER before.
+    uint64_t step[5];
     // Work of the projectile on the fabric until then, J; 0 before.
-    double work[4];
+    double work[5];
 } fk_outcome;
 
 #ifdef __cplusplus
@@ -1000,8 +992,7 @@ int32_t fk_bands_begin(struct fk_sim *sim,
                        void *scratch,
                        uint64_t bytes);
 
-// One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
-// these, and a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+// One band's part of a pass: a pass is a step; a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
 // last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 // calls the same band again: until then it is refused. The bits are those of fk_step.
 // Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing

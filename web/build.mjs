@@ -42,7 +42,8 @@ function parameters(file) {
     const value = line.match(/^"?([\w.]+)"? = (.+)$/);
     // What the scene does not read stands in a table of its own, by its whole name.
     if (group) table = group[1] === "unread" ? "" : `${group[1]}.`;
-    else if (value) found[table + value[1]] = value[2];
+    // A fabric's own table: the numbers that it gives stand below it.
+    else if (value && !/^(back_)?fabric\./.test(table)) found[table + value[1]] = value[2];
   }
   return found;
 }

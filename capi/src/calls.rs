@@ -14,7 +14,7 @@ use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
 use crate::sizes::{Part, Structure, change_scene, put_scene, read, read_scene};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
-use fabric::{Code, Error, Layout, Outcome, OutcomeSet, Scene, Textile};
+use fabric::{Code, Error, Layout, OutcomeSet, Scene, Textile};
 use fabric_host::{Input, Output, in_our_environment};
 
 /// 0 or the error's number.
@@ -405,8 +405,7 @@ pub unsafe extern "C" fn fk_bands_begin(sim: ToChange, of: u32, steps: u64, scra
     status(in_our_environment(|| block::begin(sim, of, steps, scratch, bytes)))
 }
 
-/// One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
-/// these, and a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+/// One band's part of a pass: a pass is a step; a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
 /// last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 /// calls the same band again: until then it is refused. The bits are those of fk_step.
 /// Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
@@ -637,13 +636,12 @@ pub unsafe extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>, size
 pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>, size: u64) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let outcomes = sim.outcomes();
-        let latched = Outcome::ALL.map(|outcome| outcomes.latched.get(outcome as usize).copied().flatten());
         Ok(fk_outcome {
             status: outcomes.status as u32,
             mask: outcomes.mask.bits(),
             first_contact: outcomes.first_contact.unwrap_or(FK_NEVER),
-            step: latched.map(|latch| latch.map_or(FK_NEVER, |latch| latch.step)),
-            work: latched.map(|latch| latch.map_or(0.0, |latch| latch.work)),
+            step: outcomes.latched.map(|latch| latch.map_or(FK_NEVER, |latch| latch.step)),
+            work: outcomes.latched.map(|latch| latch.map_or(0.0, |latch| latch.work)),
         })
     };
     get(sim, out, size, work)
@@ -722,7 +720,7 @@ pub unsafe extern "C" fn fk_digest(sim: ToLookAt, mut digest: Output<u64>) -> i3
 mod tests {
     use super::*;
     use fabric::fields::FIELDS;
-    use fabric::{AttachmentKind, Draw, Integrator, RotationRule, Shape, StepAfterFailure, Symmetry, TimeStep};
+    use fabric::{Draw, Integrator, RotationRule, Shape, Symmetry};
 
     #[test]
     fn the_header_says_the_kernels_limits() {
@@ -773,7 +771,7 @@ mod tests {
     }
 
     /// The scenes of tests/c/scenes.h, and small_scene() of tests/c/host.c.
-    fn hosts_scenes() -> [(&'static str, Scene, u64); 8] {
+    fn hosts_scenes() -> [(&'static str, Scene, u64); 7] {
         let mut theta = askew();
         theta.projectile.shape = Shape::Cylinder;
         theta.yarn.draw = Draw::Yarn;
@@ -791,11 +789,6 @@ mod tests {
         (sector.sheet.nodes_x, sector.sheet.nodes_y) = (121, 121);
         sector.projectile.velocity[2] = 400.0;
         sector.projectile.angular_velocity[1] = -2000.0;
-        let mut halved = Scene::sheet_3in_sphere();
-        (halved.sheet.nodes_x, halved.sheet.nodes_y) = (31, 31);
-        halved.attachment.kind = AttachmentKind::TwoSides;
-        halved.time_step = TimeStep::seconds(2e-8);
-        halved.step_after_failure = StepAfterFailure::Half;
         let mut rubs = bullet;
         rubs.contact.friction = 0.25;
         let mut small = Scene::sheet_3in_sphere();
@@ -806,7 +799,6 @@ mod tests {
             ("box", cuboid, 1000),
             ("bullet", bullet, 1000),
             ("sector", sector, 500),
-            ("halved", halved, 3000),
             ("rubs", rubs, 1000),
             ("small", small, 3000),
         ]

@@ -41,8 +41,8 @@ structures! {
     fk_support: 120,
     fk_energy: 96,
     fk_fabric: 16,
-    fk_counters: 96,
-    fk_outcome: 80,
+    fk_counters: 104,
+    fk_outcome: 96,
     fk_textile: 120,
     fk_ply: 32,
 }

@@ -16,7 +16,7 @@ pub use fabric::{
 };
 
 /// Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-pub const FK_ABI_VERSION: u32 = 5;
+pub const FK_ABI_VERSION: u32 = 1;
 
 /// Success.
 pub const FK_OK: i32 = 0;
@@ -40,6 +40,8 @@ pub const FK_DETACHED: u32 = 2;
 pub const FK_EXITED: u32 = 4;
 /// Bit of the outcome "passed".
 pub const FK_PASSED: u32 = 8;
+/// Bit of the outcome "through"; it comes only with track_through.
+pub const FK_THROUGH: u32 = 16;
 
 /// fk_outcome's status: no contact in the last step.
 pub const FK_STATUS_FLIGHT: u32 = 0;
@@ -103,10 +105,10 @@ pub struct fk_outcome {
     pub mask: u32,
     /// Step count at whose start the first impulse acted; FK_NEVER before.
     pub first_contact: u64,
-    /// Step count at which arrested, detached, exited, passed latched, in this order; FK_NEVER before.
-    pub step: [u64; 4],
+    /// Step count at which arrested, detached, exited, passed, through latched, in this order; FK_NEVER before.
+    pub step: [u64; 5],
     /// Work of the projectile on the fabric until then, J; 0 before.
-    pub work: [f64; 4],
+    pub work: [f64; 5],
 }
 
 /// Every number of a scene: its row and its element, in the order of the structure.

@@ -594,7 +594,7 @@ impl Instance {
 
 /// Said once, as an event.
 const OPEN_BALANCE: &str = "energy.residual: more than 1 % of the impact energy. Yarn that goes slack and taut adds energy: take \
-                            time_step.fraction = 0.2 or yarn viscosity, after a failure step_after_failure = half or slack_toe";
+                            slack_balance = true";
 
 /// Said once, as an event.
 const BEYOND_FINE: &str = "contact.beyond_fine: the projectile met the sheet beyond the fine part of the graded network, where nodes may be \

@@ -384,7 +384,7 @@ const OWN: &[Variable] = &[
         "stop_on_event",
         270,
         Kind::Boolean,
-        "Ask the host to end the simulation at the first outcome (arrested, detached, exited, passed)",
+        "Ask the host to end the simulation at the first outcome (arrested, detached, exited, passed, through)",
     ),
     tunable(
         Id::PlyFirst,
@@ -437,6 +437,8 @@ const OWN: &[Variable] = &[
     at(2, "outcome.detached_time", "When that was found; 0 unless outcome.detached"),
     at(3, "outcome.exited_time", "When that was found; 0 unless outcome.exited"),
     at(4, "outcome.passed_time", "When that was found; 0 unless outcome.passed"),
+    discrete(Id::Happened(5), "outcome.through", 453, Kind::Boolean, "Held yarn does not stop it any more; never without track_through"),
+    Variable { role: Role::Discrete, ..output(Id::HappenedAt(5), "outcome.through_time", 454, &TIME, "When that was found; 0 unless outcome.through") },
 ];
 
 /// Number of variables.

@@ -3,7 +3,7 @@
 use crate::bytes::Bytes;
 use fabric::{
     AttachmentKind, Back, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, RotationRule, Scene, Sector, Shape,
-    Stack, StepAfterFailure, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
+    Stack, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
 };
 
 /// Most nodes of a sheet that is stepped.
@@ -24,8 +24,8 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
     scene.yarn.draw = if bit(1) { Draw::Yarn } else { Draw::Segment };
     scene.track_detachment = !bit(2);
     scene.track_support = !bit(3);
-    scene.step_after_failure = if bit(4) { StepAfterFailure::Half } else { StepAfterFailure::Keep };
-    scene.slack_toe = if bit(5) { 0.02 } else { 0.0 };
+    scene.track_through = bit(4);
+    scene.slack_balance = bit(5);
     scene.drive = if bit(6) { Drive::Prescribed } else { Drive::Free };
     let kinds =
         [AttachmentKind::FourSides, AttachmentKind::TwoSides, AttachmentKind::FourCorners, AttachmentKind::Free];
@@ -111,8 +111,7 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         0 => {
             scene.integrator =
                 Integrator { theta: 0.5, tolerance: 1e-6, max_iterations: MOST_ITERATIONS, ..Integrator::THETA };
-            scene.step_after_failure = StepAfterFailure::Keep;
-            scene.slack_toe = 0.0;
+            scene.slack_balance = false;
         }
         1 => scene.rotation_rule = RotationRule::theta(0.75),
         2 => {
@@ -142,7 +141,6 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
             (yarn.strength_draw, yarn.weibull_shape) = (StrengthDraw::Weibull, bytes.choose(&[14.7, 1.0, 5.0]));
             yarn.weibull_gauge_length = bytes.choose(&[0.0, 0.05, 1e-5]);
             yarn.weibull_correlation = bytes.choose(&[0.0, 0.3, 1.0]);
-            scene.slack_toe = 0.0;
         }
     }
     if scene.integrator.kind == IntegratorKind::Verlet && scene.symmetry == Symmetry::default() {
@@ -151,8 +149,7 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         scene.stack = Stack { plies, gap, turned: scene.sheet.spacing_y == 0.0 && plies == 5 };
         // Of no bytes of its own either.
         if plies == 5 && gap > h {
-            let weibull_shape = if scene.slack_toe == 0.0 { 5.0 } else { 0.0 };
-            scene.back = Back { plies: 2, node_mass: 0.3 * scene.sheet.node_mass, weibull_shape, ..scene.back };
+            scene.back = Back { plies: 2, node_mass: 0.3 * scene.sheet.node_mass, weibull_shape: 5.0, ..scene.back };
         }
     }
     let explicit = scene.integrator.kind == IntegratorKind::Verlet;
@@ -167,7 +164,7 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
             let yarn = &mut scene.yarn;
             (yarn.rate_modulus, yarn.rate_stretch) = (0.13, bytes.choose(&[0.0, 0.16]));
             (yarn.rate_reference, yarn.rate_limit) = (30.0, 170.0);
-            (scene.slack_toe, scene.contact.friction) = (0.0, bytes.choose(&[0.0, 0.3]));
+            (scene.slack_balance, scene.contact.friction) = (false, bytes.choose(&[0.0, 0.3]));
         }
         // Of no bytes of its own either.
         _ if scene.stack.plies == 1 && scene.seed.is_multiple_of(3) => {

@@ -46,7 +46,7 @@ mod ground;
 /// Floor 2: what is simulated. The parts of a scene, and the table of all its parameters.
 mod scene;
 
-/// Floor 3: the law of a yarn. Stress and damage, toe, rate; fibrils, and the law that is fitted to them.
+/// Floor 3: the law of a yarn. Stress and damage, rate; fibrils, and the law that is fitted to them.
 mod yarn;
 
 /// Floor 3: the rigid projectile. Pose, shapes and their gaps, inertia, a prescribed path.
@@ -82,7 +82,7 @@ pub use scene::fields;
 pub use scene::parts::{
     Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES,
     MAX_NODES_PER_SIDE, MAX_PLIES, Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack,
-    StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
+    StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 pub use sheet::textile::{self, TEXTILE_VISCOSITY, Textile, Threads};
 pub use sim::outputs;
@@ -120,7 +120,7 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 mod tests {
     use crate::body::projectile::Motion;
     use crate::ground::random::splitmix64;
-    use crate::scene::parts::{Scene, StepAfterFailure};
+    use crate::scene::parts::Scene;
     use crate::{CacheLine, Layout, Sim};
     use std::vec;
     use std::vec::Vec;
@@ -155,7 +155,7 @@ mod tests {
     pub fn torn_by_a_sphere() -> Scene {
         let mut scene = sheet(21, 21);
         (scene.track_detachment, scene.track_support, scene.projectile.velocity) = (true, true, [0.0, 0.0, 150.0]);
-        (scene.yarn.stochastic, scene.slack_toe, scene.step_after_failure) = (true, 0.02, StepAfterFailure::Half);
+        (scene.yarn.stochastic, scene.slack_balance) = (true, true);
         (scene.yarn.viscosity_linear, scene.yarn.viscosity_bending) = (0.06, 0.06);
         scene
     }

@@ -74,7 +74,8 @@ class Scene:
     """Everything that defines a simulation. It never changes, can be compared and pickled, and is small.
 
     A preset, and what differs from it: `Scene("sheet_3in_sphere", seed=7, projectile={"velocity": [0, 0, 80]})`, or with the whole
-    names `Scene("sheet_3in_sphere", {"projectile.velocity": [0, 0, 80]})`. The names are those of scene files, `fabric` included.
+    names `Scene("sheet_3in_sphere", {"projectile.velocity": [0, 0, 80]})`. Names and values are those of scene files (fabrics/README.md):
+    `Scene(fabric="kevlar_km2_s706", sheet={"width": "102 mm"}, projectile={"diameter": "5.56 mm", "material": "steel"}, aim={"angle": "30 deg"})`.
     Whether the values are of the right type is checked here, whether they can be simulated by `check` and `Simulation`.
 
     Raises Refused with the name.
@@ -117,7 +118,11 @@ class Scene:
         """Every parameter by its name."""
 
     def text(self) -> str:
-        """The scene as a TOML file, with every parameter and its meaning."""
+        """The scene as a TOML file, with its fabrics and their sources, every parameter and its meaning."""
+
+    @property
+    def fabrics(self) -> tuple[str | None, str | None]:
+        """Names of the fabrics of the sheet and of its last plies, as they were given; None for one without a name."""
 
     def unlikely_body(self) -> str | None:
         """What must be said of a projectile that is too heavy or too light for its size, as in a wrong unit; None otherwise."""
@@ -154,7 +159,7 @@ class Counters(TypedDict):
     candidate_capacity: int  # Places for candidate nodes
     iterations: int  # Iterations of the theta rule; 0 with velocity Verlet
     most_iterations: int  # Most iterations of one step
-    beyond_fine: int  # Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be too far apart to feel it: 0 in a run that is to be trusted
+    beyond_fine: int  # Steps in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be too far apart to feel it: 0 in a run that is to be trusted
 
 class Energy(TypedDict):
     projectile_kinetic: float  # J: Kinetic energy of the projectile; 0 if its mass is unknown
@@ -168,7 +173,6 @@ class Energy(TypedDict):
     contact_work: float  # J: The same as contact.work
     support_work: float  # J: Work of the projectile on held nodes: the part of contact.work that the fabric did not get
     external_work: float  # J: Work of the external load on the projectile
-    halving: float  # J: Change of the audited energy when the step was halved; 0 if it was not
     residual: float  # J: What the energy balance does not close by
 
 class Fabric(TypedDict):
@@ -233,7 +237,7 @@ class Simulation:
         """Takes so many steps."""
 
     def run(self, until: str | Sequence[str], steps: int, *, failed: int | None = None) -> int:
-        """Steps until one of the outcomes ("arrested", "detached", "exited", "passed") has come, or so many steps are taken; with
+        """Steps until one of the outcomes ("arrested", "detached", "exited", "passed", "through") has come, or so many steps are taken; with
         `failed` one by one, and only until at least so many segments have failed.
 
         Returns the steps taken. Ctrl-C stops it between two steps.

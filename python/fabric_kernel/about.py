@@ -22,8 +22,7 @@ def scene_named(name: str) -> tuple[Scene, str]:
         return Scene(name), name
     scene = Scene.read(name)
     file = tomllib.loads(Path(name).read_text())
-    fabric = file.get("fabric", {})
-    return scene, (fabric.get("name") or "its own") if fabric else str(file["preset"])
+    return scene, (scene.fabrics[0] or "its own") if "fabric" in file else str(file["preset"])
 
 
 def scene_hash(scene: Scene) -> str:

@@ -18,6 +18,7 @@ from ._kernel import Scene
 from .about import SCENE_HELP, described, noted, positive, scene_named
 from .ensembles import ensemble, vary
 from .files import written
+from .runs import DECIDED, UNTIL
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -43,7 +44,8 @@ def fragment_map(
     - `velocities`: m/s, in the direction that the projectile has in the scene;
     - `attitudes`: by a name each, a unit quaternion (scalar first), or "random": every orientation is equally likely;
     - `points`: where the centre meets the plane of the sheet, m from the middle;
-    - `shots`: of each cell; other `options` are those of `ensemble` (`keep`, `on`, ...).
+    - `shots`: of each cell; other `options` are those of `ensemble` (`keep`, `on`, ...), but a shot ends when it is decided, at
+      `runs.DECIDED`, if `until` does not say otherwise.
 
     Columns: `velocity`, `attitude`, `point_x`, `point_y`; `shots`, of which `through`, `stopped`, `missed` (passed without contact) and
     `unknown` (none of these came, or the computation failed); `perforation`, the share that went through of those known, with its
@@ -68,7 +70,7 @@ def fragment_map(
         orientation = attitudes[attitude]
         cell_seed = seed * 1_000_003 + number
         scenes += vary(shield, shots, seed=cell_seed, speed=velocity, point=about, attitude=orientation)
-    results = ensemble(scenes, **options)
+    results = ensemble(scenes, **{"until": DECIDED} | options)
     rows = []
     for number, (velocity, attitude, (x, y)) in enumerate(cells):
         runs = results.iloc[number * shots : (number + 1) * shots]
@@ -180,6 +182,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--points", type=_point, nargs="+", default=[(0.0, 0.0)], metavar="X,Y", help="m from the middle")
     parser.add_argument("--shots", type=int, default=20, help="of each cell")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
     parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
     parser.add_argument("--out", type=Path, default=Path("fragments"), help="folder for table.csv, map.svg and runs.jsonl")
     given = parser.parse_args(arguments)
@@ -195,6 +198,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             shots=given.shots,
             seed=given.seed,
             keep=given.out / "runs.jsonl",
+            until=UNTIL if given.to_the_end else DECIDED,
             on=int(given.on) if given.on and given.on.isdigit() else given.on,
         )
         print(table.to_string(index=False))

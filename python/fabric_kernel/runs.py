@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 UNTIL = ("arrested", "exited", "passed")
 """Outcomes that end a run, if nothing else is asked for: those of `fabric run`. With "detached" besides, a run ends when the
 contact is with torn cloth only, which is quicker, but that cloth may still slow the projectile."""
+DECIDED = (*UNTIL, "through")
+"""Outcomes that end a run once it is decided whether the fabric stops the projectile: that of `fabric-v50` and `fabric-fragments`. After
+"through" the speed may still change a little (docs/v50.md, "Method")."""
 STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""
 MOST_UNCONVERGED = 0.01
@@ -27,7 +30,7 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     - `outcome`: the outcomes that ended the run, "failed" if the computation could not go on; if the steps ended it, "detached" where
       the projectile carries torn cloth, else "timeout";
     - `failure`: the code of that failure, else None;
-    - `stopped`: whether the fabric stopped the projectile: True if it was arrested, False if it exited or carries torn cloth, None if
+    - `stopped`: whether the fabric stopped the projectile: True if it was arrested, False if it exited, went through or carries torn cloth, None if
       no outcome came: then it is not known; None also if it passed beside the sheet without contact;
     - `detached`: time at which the contact was with torn cloth only, s, else None;
     - `steps`, `time`: steps taken, and the time at the end, s;
@@ -38,10 +41,10 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
       balance at the end, J;
     - `failed_segments`: segments that have failed;
     - `unconverged`: contact solves that did not converge; `ply_penetration`: deepest that plies were through each other, m;
-      `beyond_fine`: steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network;
+      `beyond_fine`: steps in which the projectile met the sheet beyond the fine part of a graded network;
     - `digest`: hash of the state at the end.
 
-    After a failure everything but the outcome, steps, these counters and the digest is None.
+    "through" among the outcomes sets `track_through`. After a failure everything but the outcome, steps, these counters and the digest is None.
 
     Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are, and while it flies when the energy
     balance opens. Raises Refused, with the name of
@@ -55,6 +58,8 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
 
 def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False) -> dict[str, Any]:
     """What `fly` returns, without its warnings at the end, and while it flies if not asked for."""
+    if "through" in until and not scene["track_through"]:
+        scene = scene.replace(track_through=True)
     simulation = Simulation(scene, warns=warns)
     initial = simulation.energy()["projectile_kinetic"]
     row: dict[str, Any] = {"outcome": "failed", "failure": None, "stopped": None}
@@ -111,8 +116,8 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     if gained:
         found.append(
             f"In {gained} of {len(rows)} runs the energy balance is open by more than {100 * MOST_GAINED:g} % of the impact energy "
-            f"(`energy_residual`; at most {100 * max(gains):.2g} %): yarn that goes slack and taut adds energy. Take time_step.fraction = 0.2 or "
-            "the viscosity of the yarn, after the first failure step_after_failure or slack_toe (docs/model.md, \"Slack and taut\")."
+            f"(`energy_residual`; at most {100 * max(gains):.2g} %): yarn that goes slack and taut adds energy. Take "
+            "slack_balance (docs/model.md, \"Slack and taut\")."
         )
     beside = sum(row["beyond_fine"] > 0 for row in rows)
     if beside:

@@ -297,15 +297,16 @@ class Shooter:
 
     - `attitude`, `tilt`: as for `vary`;
     - `keep`: a file that receives each shot as it comes; what is in it is not shot again;
-    - `steps`: most of a shot; default: ten times those of `fly`, as a shot near the limit goes through slowly.
+    - `steps`: most of a shot; default: ten times those of `fly`, as a shot near the limit goes through slowly;
+    - `to_the_end`: whether a shot goes on after "through", until it has exited.
 
-    A shot ends when it is arrested or has exited, or when its contact is with torn cloth only: the shot went through then, but that
-    cloth may still slow it, so that its residual velocity is an upper estimate.
+    A shot ends when it is arrested or has exited, when held yarn does not stop it any more ("through"), or when its contact is with torn
+    cloth only. In the last two cases it went through, but its speed may still change a little (docs/v50.md, "Method").
     A shot that neither stops nor goes through within the steps, misses the sheet, or is too fast for the time step after others that
     were not, raises Unknown, a RuntimeError.
     """
 
-    UNTIL = ("arrested", "detached", "exited", "passed")
+    UNTIL = ("arrested", "detached", "exited", "passed", "through")
 
     def __init__(
         self,
@@ -317,6 +318,7 @@ class Shooter:
         tilt: Any = None,
         keep: str | os.PathLike[str] | None = None,
         steps: int | None = None,
+        to_the_end: bool = False,
     ) -> None:
         import scipy.stats
 
@@ -325,6 +327,7 @@ class Shooter:
 
         self.scene, self.seed, self.attitude, self.tilt = scene, seed, attitude, tilt
         self.steps = 10 * STEPS if steps is None else steps
+        self.until = self.UNTIL[:-1] if to_the_end else self.UNTIL
         spacings = [scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]]
         self.mesh = None if point is None else tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings))
         self.keep = None if keep is None else Path(keep)
@@ -340,12 +343,12 @@ class Shooter:
         from .runs import flown
 
         one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[shot]
-        key = run_key(one, self.UNTIL, self.steps)
+        key = run_key(one, self.until, self.steps)
         self.fastest = max(self.fastest, velocity)
         self.was_kept = key in self.rows
         if not self.was_kept:
             try:
-                self.rows[key] = flown(one, self.UNTIL, self.steps)
+                self.rows[key] = flown(one, self.until, self.steps)
             except Refused as refused:
                 # Of a scene that is sound at its own velocity.
                 if shot and refused.field == "projectile.velocity":
@@ -378,8 +381,14 @@ class Shooter:
         rows = [row for row in self.made.values() if row["stopped"] is not None]
         through = [row for row in rows if not row["stopped"]]
         torn = sum(row["outcome"] == "detached" for row in through)
+        decided = sum("through" in row["outcome"] for row in through)
         absorbed = sum(row["absorbed"] for row in rows)
         notes = []
+        if decided:
+            notes.append(
+                f"{decided} of {len(through)} shots that went through ended when held yarn did not stop them any more: their residual "
+                "velocities may still change a little (docs/v50.md); with --to-the-end they go on."
+            )
         if torn:
             notes.append(
                 f"{torn} of {len(through)} shots that went through ended when their contact was with torn cloth only: that cloth may still "
@@ -427,6 +436,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--tests", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s")
     parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
     parser.add_argument("--steps", type=int, help="most steps of a shot; default: ten times those of an ensemble")
+    parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
     parser.add_argument("--out", type=Path, default=Path("v50"), help="folder for report.html, plot.svg, shots.csv, test.json, runs.jsonl")
@@ -449,6 +459,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             attitude=given.attitude,
             keep=given.out / "runs.jsonl",
             steps=given.steps,
+            to_the_end=given.to_the_end,
         )
         test = v50(
             shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=print,

@@ -56,6 +56,14 @@ pub fn of_scene(error: Box<dyn std::error::Error>) -> PyErr {
     bad(key, error.to_string())
 }
 
+/// A refusal behind the name of the file that it is of.
+pub fn with_file(file: &str, error: PyErr) -> PyErr {
+    Python::attach(|py| {
+        let text = format!("{file}{}", error.value(py));
+        with(error, |refused| refused.setattr("args", (text,)))
+    })
+}
+
 /// A key or an argument that is not what it must be.
 pub fn bad(field: &str, text: String) -> PyErr {
     refused([field, ""], "BadValue", text, [0.0, 0.0])

@@ -1,62 +1,68 @@
 //! Scenes: a preset, a file or a dictionary, and whatever differs from it.
 
 use crate::{errors, parameters};
-use fabric::Solid;
 use fabric::fields::{FIELDS, field};
-use fabric::pose::{Pose, Vector, into_body, normalised};
 use fabric_host::in_our_environment;
 use fabric_scene::memory::Buffers;
-use fabric_scene::{PRESETS, UNREAD, short};
+use fabric_scene::{PRESETS, UNREAD, derived, short, textile};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyType};
+use pyo3::types::{PyDict, PyMapping, PyType};
 use std::path::PathBuf;
+use toml::Table;
 
 /// Everything that defines a simulation. It never changes; `replace` gives another.
 #[pyclass(frozen, module = "fabric_kernel")]
 pub struct Scene {
     /// The kernel's scene.
     pub scene: fabric::Scene,
+    /// The textiles that it was made of, as a scene file has them.
+    textiles: Table,
 }
 
 /// How a scene is pickled: what makes it, and its arguments.
 type Reduced<'py> = (Bound<'py, PyType>, (&'static str, Bound<'py, PyDict>));
 
-/// A preset, and what differs from it.
-fn make(
-    preset: &str,
-    parameters: Option<&Bound<'_, PyDict>>,
-    more: Option<&Bound<'_, PyDict>>,
-) -> PyResult<fabric::Scene> {
-    let mut scene = fabric_scene::preset(Some(preset.into())).map_err(errors::of_scene)?;
-    change(&mut scene, parameters)?;
-    change(&mut scene, more)?;
-    Ok(scene)
-}
-
-fn change(scene: &mut fabric::Scene, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-    let Some(given) = parameters else { return Ok(()) };
-    let mut table = parameters::table("", given, 0)?;
-    // A list of everything, as `values` gives it, has what the scene does not read, too.
-    if FIELDS.iter().all(|field| table.contains_key(field.name)) {
-        table = [(UNREAD.to_string(), table.into())].into_iter().collect();
+impl Scene {
+    /// The same with what differs.
+    fn changed(&self, given: [Option<&Bound<'_, PyDict>>; 2]) -> PyResult<Scene> {
+        let Scene { mut scene, mut textiles } = Scene { scene: self.scene, textiles: self.textiles.clone() };
+        for given in given.into_iter().flatten() {
+            let mut table = parameters::table("", given, 0)?;
+            // A list of everything, as `values` gives it, has what the scene does not read, too.
+            if FIELDS.iter().all(|field| table.contains_key(field.name)) {
+                table = [(UNREAD.to_string(), table.into())].into_iter().collect();
+            }
+            textiles.extend(textile::of(&table));
+            in_our_environment(|| fabric_scene::apply(&mut scene, table)).map_err(errors::of_scene)?;
+        }
+        if scene.back.plies == 0 {
+            textiles.remove("back_fabric");
+        }
+        Ok(Scene { scene, textiles })
     }
-    fabric_scene::apply(scene, table).map_err(errors::of_scene)
+
+    /// With another scene of the same textiles.
+    fn with(&self, scene: fabric::Scene) -> Scene {
+        Scene { scene, textiles: self.textiles.clone() }
+    }
 }
 
 impl Scene {
     /// The nearest preset, and the parameters that differ from it.
     fn difference<'py>(&self, py: Python<'py>) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
         let mut nearest: Option<(&str, Bound<'py, PyDict>)> = None;
-        for (name, preset) in PRESETS {
-            let (base, other, kept) = (preset(), PyDict::new(py), PyDict::new(py));
-            let unread = fabric_scene::unread(name, &self.scene);
+        for (name, _) in PRESETS {
+            let (base, other, kept) =
+                (fabric_scene::base(name, &self.scene, &self.textiles), PyDict::new(py), PyDict::new(py));
+            let textiles = py.import("tomllib")?.call_method1("loads", (self.textiles.to_string(),))?;
+            other.update(textiles.cast::<PyMapping>()?)?;
             for field in FIELDS {
                 let (own, usual) = (parameters::value(py, field, &self.scene)?, parameters::value(py, field, &base)?);
                 // By their words: -0.0 is not 0.0, and what is no number is none again.
                 if own.repr()?.to_cow()? != usual.repr()?.to_cow()? {
-                    let is_unread = unread.iter().any(|unread| unread.name == field.name);
-                    if is_unread { &kept } else { &other }.set_item(field.name, own)?;
+                    let read = fabric_scene::is_read(field, &self.scene);
+                    if read { &other } else { &kept }.set_item(field.name, own)?;
                 }
             }
             if !kept.is_empty() {
@@ -75,7 +81,8 @@ impl Scene {
     #[new]
     #[pyo3(signature = (preset = "sheet_3in_sphere", parameters = None, /, **more))]
     fn new(preset: &str, parameters: Option<&Bound<'_, PyDict>>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
-        Ok(Scene { scene: make(preset, parameters, more)? })
+        let scene = fabric_scene::preset(Some(preset.into())).map_err(errors::of_scene)?;
+        Scene { scene, textiles: Table::new() }.changed([parameters, more])
     }
 
     /// The scene of a file.
@@ -84,22 +91,19 @@ impl Scene {
         // Rust does not say which file it was, Python does.
         let text = fabric_scene::text_of(&path)
             .map_err(|error| PyErr::from(std::io::Error::new(error.kind(), format!("{}: {error}", path.display()))))?;
-        Scene::parse(&text)
+        made_of(&text, &format!("{}: ", path.display()))
     }
 
     /// The scene of a file's text.
     #[staticmethod]
     fn parse(text: &str) -> PyResult<Scene> {
-        Ok(Scene { scene: fabric_scene::parse(text).map_err(errors::of_scene)? })
+        made_of(text, "")
     }
 
     /// The same with other values.
     #[pyo3(signature = (parameters = None, /, **more))]
     fn replace(&self, parameters: Option<&Bound<'_, PyDict>>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
-        let mut scene = self.scene;
-        change(&mut scene, parameters)?;
-        change(&mut scene, more)?;
-        Ok(Scene { scene })
+        self.changed([parameters, more])
     }
 
     /// The same with the projectile just before the sheet, so that its centre flies through a point of it.
@@ -116,19 +120,16 @@ impl Scene {
         body.velocity = parameters::array("velocity", velocity, body.velocity)?;
         body.orientation = parameters::array("orientation", orientation, body.orientation)?;
         scene.check().map_err(errors::of)?;
-        within_the_sheet(&scene, point)?;
-        let position = in_our_environment(|| aim(&scene, point)).ok_or_else(|| {
-            errors::bad("projectile.velocity", "projectile.velocity: does not lead to the sheet".into())
-        })?;
-        scene.projectile.position = position;
-        Ok(Scene { scene })
+        scene.projectile.position =
+            in_our_environment(|| derived::aimed(&scene, "point", point, 0.0)).map_err(errors::of_scene)?;
+        Ok(self.with(scene))
     }
 
     /// The same with the graded network that the kernel chooses for an error.
     fn graded(&self, error: f64) -> PyResult<Scene> {
         let mut scene = self.scene;
         scene.set_grading(error).map_err(errors::of)?;
-        Ok(Scene { scene })
+        Ok(self.with(scene))
     }
 
     /// Refuses a scene that cannot be simulated.
@@ -148,7 +149,13 @@ impl Scene {
 
     /// The scene as a file's text, with every parameter and its meaning.
     fn text(&self) -> String {
-        fabric_scene::write(PRESETS[0].0, &self.scene)
+        fabric_scene::write(PRESETS[0].0, &self.scene, &self.textiles)
+    }
+
+    /// Names of the fabrics of the sheet and of the last plies.
+    #[getter]
+    fn fabrics(&self) -> (Option<String>, Option<String>) {
+        textile::names(&self.textiles).into()
     }
 
     /// What must be said of a projectile that is too heavy or too light for its size.
@@ -180,29 +187,10 @@ impl Scene {
     }
 }
 
-/// Refuses a point beside the sheet, from its middle, m: a millimetre is easily written as a metre. A mesh beyond the edge is allowed.
-fn within_the_sheet(scene: &fabric::Scene, point: [f64; 2]) -> PyResult<()> {
-    let ([x, y], [half_x, half_y]) = (point, scene.half_size());
-    let mesh = scene.sheet.spacing.max(scene.sheet.spacing_y);
-    if fabric::math::abs(x) <= half_x + mesh && fabric::math::abs(y) <= half_y + mesh {
-        return Ok(());
-    }
-    let reach = format!("the sheet reaches {half_x:.4} m and {half_y:.4} m from its middle");
-    Err(errors::bad("point", format!("point: ({x}, {y}) m lies beside the sheet; {reach}")))
-}
-
-/// Where the projectile's centre must be so that it touches the first ply in its way with its foremost point, and flies through a
-/// point of it, given in the sheet's plane. None if its velocity leads along the sheet.
-fn aim(scene: &fabric::Scene, point: [f64; 2]) -> Option<[f64; 3]> {
-    let (body, pose) = (&scene.projectile, Pose::of_sheet(&scene.sheet));
-    let velocity = pose.vector_in(body.velocity);
-    let up = velocity[2] > 0.0;
-    let ahead = Vector::new(0.0, 0.0, if up { 1.0 } else { -1.0 });
-    let orientation = normalised(pose.orientation_in(body.orientation));
-    let reach = Solid::of(body).support(&into_body(&orientation, &ahead));
-    let height = if up { 0.0 } else { scene.stack_height() };
-    let back = -reach / fabric::math::abs(velocity[2]);
-    let position = [point[0] + velocity[0] * back, point[1] + velocity[1] * back, height - ahead.z * reach];
-    let position = pose.point_out(position);
-    position.iter().all(|x| x.is_finite()).then_some(position)
+/// The scene of a file's text. `file`: what goes before a refusal.
+fn made_of(text: &str, file: &str) -> PyResult<Scene> {
+    let scene = in_our_environment(|| fabric_scene::parse(text));
+    let scene = scene.map_err(|error| errors::with_file(file, errors::of_scene(error)))?;
+    let textiles = fabric_scene::table_of(text).map(|file| textile::of(&file)).map_err(errors::of_scene)?;
+    Ok(Scene { scene, textiles })
 }

@@ -26,6 +26,7 @@ pub struct Simulation {
     /// It refers to the lines below, which it outlives in no way: it is private, and nothing it lends leaves a call.
     sim: Sim<'static>,
     _lines: Vec<CacheLine>,
+    scene: Py<Scene>,
     /// Kinetic energy of the projectile at the start, J.
     impact_energy: f64,
     /// Whether it is still to be told that the energy balance is open.
@@ -33,13 +34,14 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    fn of(scene: &fabric::Scene, warns: bool) -> PyResult<Simulation> {
+    fn of(made_of: Py<Scene>, warns: bool) -> PyResult<Simulation> {
+        let scene = &made_of.get().scene;
         let mut lines = Buffers::of(scene).map_err(errors::of_making)?.into_lines();
         // SAFETY: the lines stay where they are until the simulation is dropped together with them, and nobody else uses them.
         let memory = unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr(), lines.len()) };
         let sim = in_our_environment(|| Sim::new(scene, memory)).map_err(errors::of)?;
         let impact_energy = in_our_environment(|| sim.energy()).map_err(errors::failed)?.projectile_kinetic;
-        Ok(Simulation { sim, _lines: lines, impact_energy, warns })
+        Ok(Simulation { sim, _lines: lines, scene: made_of, impact_energy, warns })
     }
 
     /// Works without the interpreter.
@@ -164,6 +166,15 @@ fn outcome_set(until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
     names.iter().map(outcome).collect()
 }
 
+/// The same for a scene.
+fn outcomes_of(scene: &fabric::Scene, until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
+    let set = outcome_set(until)?;
+    if set.has(Outcome::Through) && !scene.track_through {
+        return Err(bad("until", "until: through comes only with track_through, which the scene does not have".into()));
+    }
+    Ok(set)
+}
+
 /// A number of steps.
 fn count(steps: &Bound<'_, PyAny>) -> PyResult<u64> {
     steps.extract().map_err(|_| bad("steps", "steps: must be a whole number, at least 0 and below 2^64".into()))
@@ -174,14 +185,14 @@ impl Simulation {
     #[new]
     #[pyo3(signature = (scene, *, warns = true))]
     fn new(py: Python<'_>, scene: &Bound<'_, Scene>, warns: bool) -> PyResult<Simulation> {
-        let scene = &scene.get().scene;
+        let scene = scene.clone().unbind();
         py.detach(|| Simulation::of(scene, warns))
     }
 
     /// The scene it was made of.
     #[getter]
-    fn scene(&self) -> Scene {
-        Scene { scene: *self.sim.scene() }
+    fn scene(&self, py: Python<'_>) -> Py<Scene> {
+        self.scene.clone_ref(py)
     }
 
     /// Steps taken.
@@ -225,7 +236,7 @@ impl Simulation {
         steps: &Bound<'_, PyAny>,
         failed: Option<u64>,
     ) -> PyResult<u64> {
-        let (until, steps) = (outcome_set(until)?, count(steps)?);
+        let (until, steps) = (outcomes_of(self.sim.scene(), until)?, count(steps)?);
         self.advance(py, until, steps, failed)
     }
 

@@ -9,6 +9,7 @@ import signal
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 import unittest
 
@@ -142,7 +143,9 @@ class Inputs(unittest.TestCase):
             ({"sheet": {"window": 1.0}}, "sheet.window"),
             ({"window": 1.0}, "window"),
             ({"sheet": 1.0}, "sheet"),
-            ({"fabric": {"name": "cotton"}}, ""),
+            ({"fabric": {"name": "cotton"}}, "fabric.name"),
+            ({"projectile": {"weight": 1.0}, "sheet": {"widht": 1.0}}, "sheet.widht"),
+            ({"sheet": {"width": "102 mm", "nodes_x": 136}}, "sheet.width"),
         ]:
             with self.assertRaises(fk.Refused) as refused:
                 fk.Scene("sheet_3in_sphere", given)
@@ -168,6 +171,7 @@ class Inputs(unittest.TestCase):
             (lambda: simulation.step(-5), "steps: must be a whole number"),
             (lambda: simulation.run(["arrested"], 1.5), "steps: must be a whole number"),
             (lambda: simulation.run(3, 5), "until: must be names of outcomes"),
+            (lambda: simulation.run("through", 5), "until: through comes only with track_through"),
             (lambda: fk.Scene().aimed(velocity=80), "velocity: must be 3 numbers"),
             (lambda: fk.Scene().aimed(orientation=(1.0, 0.0)), "orientation: must be 4 numbers"),
             (lambda: fk.Scene().aimed((15.0, 15.0)), "point: .15, 15. m lies beside the sheet"),
@@ -302,7 +306,7 @@ class Inputs(unittest.TestCase):
 
     def test_scenes_are_their_text_their_repr_and_their_values(self):
         for preset in fk.PRESETS:
-            scene = fk.Scene(preset, seed=7, slack_toe=0.02)
+            scene = fk.Scene(preset, seed=7, slack_balance=True)
             self.assertEqual(eval(repr(scene), {"Scene": fk.Scene}), scene)
             self.assertEqual(fk.Scene.parse(scene.text()), scene)
             self.assertEqual(fk.Scene("sheet_3in_sphere", scene.values()), scene)
@@ -312,6 +316,35 @@ class Inputs(unittest.TestCase):
     def test_a_named_fabric(self):
         scene = fk.Scene(fabric={"name": "kevlar_km2_s706"})
         self.assertEqual(scene["yarn.critical_stretch"], 1.0355)
+
+    def test_a_scene_in_words_is_that_of_its_file_and_keeps_its_fabrics(self):
+        words = {
+            "fabric": "kevlar_km2_s706", "back_fabric": {"name": "zylon_as_500_35", "count": "30 /in"}, "stack": {"plies": 3}, "back": {"plies": 1},
+            "sheet": {"width": "60 mm"}, "projectile": {"diameter": "5.556 mm", "material": "steel"},
+            "aim": {"point": ["1 mm", 0], "angle": "30 deg", "speed": "150 m/s"},
+        }
+        scene = fk.Scene("sheet_3in_sphere", words)
+        text = """preset = "sheet_3in_sphere"\nfabric = "kevlar_km2_s706"\nback_fabric = { name = "zylon_as_500_35", count = "30 /in" }
+            stack.plies = 3\nback.plies = 1\nsheet.width = 0.06\nprojectile = { radius = 2.778e-3, density = 7850 }
+            aim = { point = [1e-3, 0], angle = "30 deg", speed = 150 }"""
+        self.assertEqual(fk.Scene.parse(text), scene)
+        # A number that the fabric gives, as the preset has it.
+        other = scene.replace({"yarn.modulus_mean": fk.Scene()["yarn.modulus_mean"]})
+        for made in (scene, other):
+            for again in (eval(repr(made), {"Scene": fk.Scene}), fk.Scene.parse(made.text()), pickle.loads(pickle.dumps(made)), fk.Simulation(made).scene):
+                self.assertEqual(again, made)
+                self.assertEqual(again.fabrics, ("kevlar_km2_s706", "zylon_as_500_35"))
+        alone = scene.replace(back={"plies": 0})
+        self.assertEqual(pickle.loads(pickle.dumps(alone)), alone)
+        self.assertEqual(alone.fabrics, ("kevlar_km2_s706", None))
+
+    def test_a_refusal_of_a_file_names_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "mistake.toml"
+            path.write_text('preset = "sheet_3in_sphere"\nprojectile.weight = 1\n')
+            with self.assertRaisesRegex(fk.Refused, "mistake.toml: unknown key `projectile.weight`; is it `projectile.mass`?") as refused:
+                fk.Scene.read(path)
+        self.assertEqual(refused.exception.field, "projectile.weight")
 
     def test_aimed(self):
         scene = fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41})
@@ -333,8 +366,8 @@ class Inputs(unittest.TestCase):
 
     def test_two_that_do_not_go_together(self):
         with self.assertRaises(fk.Refused) as refused:
-            fk.Scene(slack_toe=0.02, integrator={"kind": "theta"}).check()
-        self.assertEqual((refused.exception.field, refused.exception.other), ("slack_toe", "integrator.kind"))
+            fk.Scene(slack_balance=True, integrator={"kind": "theta"}).check()
+        self.assertEqual((refused.exception.field, refused.exception.other), ("slack_balance", "integrator.kind"))
 
     def test_no_memory_for_a_sheet(self):
         with self.assertRaisesRegex(MemoryError, "GB of memory"):

@@ -39,6 +39,14 @@ class OfAScene(unittest.TestCase):
         self.assertEqual(about(70.0, 2), about(70.0, 2))
         self.assertNotEqual(about(70.0, 2), about(70.0, 1))
 
+    def test_a_shot_ends_when_it_is_decided(self):
+        decided, ended = Shooter(self.scene(), seed=3), Shooter(self.scene(), seed=3, to_the_end=True)
+        self.assertEqual((decided(70.0, 2)[0], ended(70.0, 2)[0]), (False, False))
+        (row,), (whole,) = decided.made.values(), ended.made.values()
+        self.assertEqual((row["outcome"], "through" in whole["outcome"]), ("through", False))
+        self.assertLess(row["steps"], whole["steps"])
+        self.assertIn("1 of 1 shots that went through ended when held yarn did not stop them any more", " ".join(decided.notes()))
+
     def test_the_report_says_what_is_not_to_be_trusted(self):
         shoot = Shooter(self.scene(), seed=3)
         shoot(70.0, 0), shoot(70.0, 1)

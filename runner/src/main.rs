@@ -54,13 +54,18 @@ fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
     let Some(refused) = error.downcast_ref::<fabric::Error>() else { return error.to_string() };
     let fabric::Error { code, value, limit, .. } = *refused;
     match code {
+        // Its text has the number.
+        fabric::Code::NotPositive => refused.to_string(),
         _ if (value, limit) == (0.0, 0.0) => refused.to_string(),
         _ if value.is_nan() => format!("{refused} (given NaN, which is not a number)"),
         fabric::Code::ProjectileTooFast => {
             format!("{refused} (given {value:.6e} m/s): take time_step = {{ seconds = {limit:e} }} or less")
         }
         fabric::Code::InitialOverlap => {
-            format!("{refused}, {:.3e} m deep: move projectile.position away from the sheet", value.abs())
+            format!(
+                "{refused}, {:.3e} m deep: move projectile.position away from the sheet, or give [aim]",
+                value.abs()
+            )
         }
         fabric::Code::OutOfRange => match fabric::fields::field(refused.field).map(|field| field.limits()) {
             Some([least, greatest]) if !(least..=greatest).contains(&value) => {

@@ -9,7 +9,7 @@ use crate::{Result, report, say, threads};
 use clap::Args;
 use fabric::outputs::{OUTPUTS, Readings};
 use fabric::{Energy, Outcome, OutcomeSet, Scene, Sim, StepCheck};
-use fabric_scene::notes;
+use fabric_scene::{notes, textile};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -28,7 +28,7 @@ pub struct Options {
     /// Folder for history.csv, summary.json, summary.txt and the last sheet [default: target/fabric/SCENE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Outcomes that end the run: arrested, detached, exited, passed; `none`: it goes on for its steps.
+    /// Outcomes that end the run: arrested, detached, exited, passed, through (which sets `track_through`); `none`: it goes on for its steps.
     #[arg(long, value_name = "OUTCOME,...", value_delimiter = ',', default_value = "arrested,exited,passed", value_parser = wanted)]
     until: Vec<Option<Outcome>>,
     /// Most steps; a run that these end says TIMEOUT, and has exit status 3.
@@ -156,14 +156,17 @@ fn try_to_make(out: &Path) -> Result<()> {
 
 /// Runs, prints and writes. Returns how it ended.
 pub fn run(options: &Options) -> Result<ExitCode> {
-    let scene = fabric_scene::read(&options.scene)?;
+    let mut scene = fabric_scene::read(&options.scene)?;
+    let until: Vec<Outcome> = options.until.iter().flatten().copied().collect();
+    scene.track_through |= until.contains(&Outcome::Through);
     let name = name_of(&options.scene);
     let out = options.out.clone().unwrap_or_else(|| Path::new("target/fabric").join(&name));
-    let mut buffers = Buffers::of(&scene).map_err(|error| with_its_memory(&scene, error))?;
-    let mut sim = buffers.sim(&scene)?;
+    let refused =
+        |error: Box<dyn std::error::Error>| format!("{}: {}", options.scene.display(), crate::in_words(&*error));
+    let mut buffers = Buffers::of(&scene).map_err(|error| refused(with_its_memory(&scene, error)))?;
+    let mut sim = buffers.sim(&scene).map_err(|error| refused(error.into()))?;
     try_to_make(&out)?;
 
-    let until: Vec<Outcome> = options.until.iter().flatten().copied().collect();
     let mask = event::mask_of(&until);
     let wall = Instant::now();
     let mut series = if options.movie || options.vtk { Some(Series::new(&out, options.sample)?) } else { None };
@@ -176,7 +179,8 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     }
 
     let mut summary = Summary::of(&sim, mask, history[0].energy.projectile_kinetic)?;
-    let [front, back] = fabric_scene::textile::names(&options.scene)?;
+    let mut file = fabric_scene::table_of(&fabric_scene::text_of(&options.scene)?)?;
+    let [front, back] = textile::names(&textile::of(&file));
     for (number, ply) in summary.plies.iter_mut().enumerate() {
         let name = if number < scene.front_plies() as usize { &front } else { &back };
         if let Some(name) = name {
@@ -193,7 +197,7 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     let text = if summary.plies.is_empty() { text } else { format!("{text}\n\n{}", plies(&summary)) };
     say::line(format_args!("{text}"));
     summary.warnings = warnings(&scene, &sim, &summary);
-    if fabric_scene::asks_for_grading(&options.scene)? && !scene.is_graded() {
+    if fabric_scene::takes_automatic_grading(&mut file) && !scene.is_graded() {
         summary.warnings.push(format!(
             "sheet.grading = \"automatic\" left the network whole: for an error of {} % no row of this sheet can be left out, or it is held \
              at its corners (docs/model.md, \"Graded networks\")",

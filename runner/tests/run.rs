@@ -23,6 +23,7 @@ fn scene(test: &str, file: &str, parameters: &str) -> (PathBuf, Command) {
 fn the_exit_status_says_how_a_run_has_ended() {
     for (arguments, parameters, status, ended_by) in [
         (&["--until", "exited"][..], "projectile.velocity = [0.0, 0.0, 300.0]", 0, "exited"),
+        (&["--until", "through"], "projectile.velocity = [0.0, 0.0, 300.0]", 0, "through"),
         (&["--steps", "64"], "", 3, "TIMEOUT"),
         (&["--steps", "64", "--until", "none"], "", 0, "TIMEOUT"),
         (&["--until", "detached", "--steps", "300"], "projectile.velocity = [0.0, 0.0, 300.0]", 3, "TIMEOUT"),

@@ -1,5 +1,6 @@
 //! What must be said of a shot besides its numbers: every report takes it from here.
 
+use crate::derived;
 use fabric::math::sqrt;
 use fabric::{Error, Scene, Shape, Sim, Solid};
 
@@ -20,16 +21,21 @@ pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
     ))
 }
 
-/// Densities between which the sphere around a body has its own, kg/m3: osmium has 22,590, and a rod of foam still 0.1.
-const DENSITIES: [f64; 2] = [0.01, 25_000.0];
+/// Densities of solid bodies, kg/m3: osmium has 22,590.
+const DENSITIES: [f64; 2] = [500.0, 25_000.0];
 
-/// A sentence on a projectile that is too heavy or too light for its size: most likely a length in mm or a mass in g.
+/// A sentence on a projectile that is too heavy or too light for its size: most likely a length in mm or a mass in g. A polyhedron is
+/// lighter than the sphere around it.
 pub fn unlikely_body(scene: &Scene) -> Option<String> {
-    let (mass, reach) = (scene.projectile.mass, Solid::of(&scene.projectile).reach());
-    let density = mass / (4.0 / 3.0 * std::f64::consts::PI * (reach * reach * reach));
-    let word = if density < DENSITIES[0] { "light" } else { "heavy" };
-    (mass > 0.0 && !(DENSITIES[0]..=DENSITIES[1]).contains(&density)).then(|| {
-        format!("a projectile of {mass} kg that reaches {reach} m from its centre is too {word} for its size: lengths are in m, masses in kg")
+    let (body, density) = (&scene.projectile, derived::density(&scene.projectile));
+    let least = if body.shape == Shape::Polyhedron { derived::LIGHTEST } else { DENSITIES[0] };
+    let word = if density < least { "light" } else { "heavy" };
+    (body.mass > 0.0 && !(least..=DENSITIES[1]).contains(&density)).then(|| {
+        let [mass, reach, density] = [1e3 * body.mass, 1e3 * Solid::of(body).reach(), 1e-3 * density];
+        format!(
+            "a projectile of {mass:.3} g that reaches {reach:.3} mm from its centre is too {word} for its size: it has {density:.3} g/cm3, and \
+             solid bodies have 0.5 to 25; a number without a unit is in m or kg, so write \"5 mm\" or \"16 g\""
+        )
     })
 }
 
@@ -37,8 +43,8 @@ pub fn unlikely_body(scene: &Scene) -> Option<String> {
 const OPEN: f64 = 0.01;
 
 /// Why a balance is open, and what helps.
-pub const SLACK_ADDS: &str = "yarn that goes slack and taut adds energy. Take time_step.fraction = 0.2 or the viscosity of the yarn, after the \
-                              first failure step_after_failure = \"half\" or slack_toe (docs/model.md, \"Slack and taut\")";
+pub const SLACK_ADDS: &str = "yarn that goes slack and taut adds energy. Take \
+                              slack_balance = true (docs/model.md, \"Slack and taut\")";
 
 /// What is said where the energy balance is open by more than 1 % of the impact energy: none of a body without energy. `impact_energy`
 /// and `residual`, J.

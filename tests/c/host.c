@@ -496,6 +496,7 @@ static void read_outs(void)
     CHECK(fk_get_outcome(sim, &outcome, sizeof outcome) == FK_OK);
     CHECK(outcome.mask & FK_EXITED && outcome.status == FK_STATUS_FLIGHT);
     CHECK(outcome.first_contact == 0 && outcome.step[2] == taken && outcome.step[0] == FK_NEVER);
+    CHECK(outcome.work[2] > 0.0 && outcome.step[4] == FK_NEVER && outcome.work[4] == 0.0);
     CHECK(fk_get_time(sim, &steps, &seconds) == FK_OK && steps == taken && seconds == (double)steps * limits.dt);
     CHECK(fk_get_time(sim, NULL, NULL) == FK_OK);
     CHECK(fk_get_projectile(sim, &motion, sizeof motion) == FK_OK);

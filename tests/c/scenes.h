@@ -71,14 +71,6 @@ static void sector(fk_scene *scene)
     scene->projectile.angular_velocity[1] = -2000.0;
 }
 
-static void halved(fk_scene *scene)
-{
-    sheet(scene, 31, 31);
-    scene->attachment.kind = FK_ATTACHMENT_TWO_SIDES;
-    scene->time_step.seconds = 2e-8;
-    scene->step_after_failure = FK_STEP_AFTER_FAILURE_HALF;
-}
-
 static void rubs(fk_scene *scene)
 {
     bullet(scene);
@@ -92,7 +84,7 @@ typedef struct test_scene {
     uint64_t steps;
 } test_scene;
 
-enum { TEST_SCENES = 7 };
+enum { TEST_SCENES = 6 };
 
 static const test_scene test_scenes[TEST_SCENES] = {
     {"theta", FK_PRESET_SHEET_3IN_SPHERE, theta, 400},
@@ -100,7 +92,6 @@ static const test_scene test_scenes[TEST_SCENES] = {
     {"box", FK_PRESET_SHEET_3IN_SPHERE, box, 1000},
     {"bullet", FK_PRESET_SHEET_3IN_SPHERE, bullet, 1000},
     {"sector", FK_PRESET_TURBINE_DISC_SECTOR, sector, 500},
-    {"halved", FK_PRESET_SHEET_3IN_SPHERE, halved, 3000},
     {"rubs", FK_PRESET_SHEET_3IN_SPHERE, rubs, 1000},
 };
 

@@ -22,7 +22,7 @@ SCENES = [
      "contact.friction": 0.2, "projectile.start.angular_velocity[2]": 5.0, "sheet.crimp": [1e-3, 2e-3]},
     {**TINY, "projectile.shape": 5, "projectile.start.position[3]": -0.1, "projectile.start.orientation": [0.5, 0.5, -0.5, 0.5],
      "sheet.orientation": TURNED, "sheet.position": [1e-3, 2e-3, 3e-3], "attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 1e-3,
-     "attachment.disc_radius": 8e-4, "slack_toe": 1e-2},
+     "attachment.disc_radius": 8e-4, "slack_balance": True},
     {**SPHERE, **TINY, "projectile.shape": 4, "projectile.faces.count": 4, "projectile.moments": [1e-6, 1e-6, 1e-6], "drive": PRESCRIBED,
      "projectile.faces.planes": [0.0] * 64, "projectile.start.position[3]": -0.1, "attachment.kind": FOUR_SIDES,
      "sheet.grading.largest": 4, "sheet.grading.run": 1, "sheet.grading.half_width": [2e-3, 2e-3]},

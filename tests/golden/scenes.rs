@@ -4,7 +4,7 @@
 #[path = "pins.rs"]
 pub mod pins;
 
-use crate::{as_proposed, halved, rated, rough, set_off, viscous};
+use crate::{as_proposed, rated, rough, set_off, viscous};
 use fabric::{
     AttachmentKind, Draw, Drive, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
     StrengthDraw, Symmetry, TimeStep, Weft,
@@ -20,7 +20,7 @@ pub const SCENES: &[Row] = &[
     ("sheet_10in_cylinder", Scene::sheet_10in_cylinder, 600, false, pins::SHEET_10IN_CYLINDER),
     ("uniform_sphere before failure", uniform_sphere, 400, false, pins::UNIFORM_SPHERE_BEFORE_FAILURE),
     ("uniform_sphere through failure", uniform_sphere, 3000, true, pins::UNIFORM_SPHERE_THROUGH_FAILURE),
-    ("sphere_on_softened_yarn", sphere_on_softened_yarn, 3000, true, pins::SPHERE_ON_SOFTENED_YARN),
+    ("sphere_on_balanced_yarn", sphere_on_balanced_yarn, 3000, true, pins::SPHERE_ON_BALANCED_YARN),
     ("sphere_on_drawn_strength", sphere_on_drawn_strength, 3000, true, pins::SPHERE_ON_DRAWN_STRENGTH),
     ("sphere_on_yarn_that_depends_on_rate", sphere_on_yarn_that_depends_on_rate, 3000, true,
         pins::SPHERE_ON_YARN_THAT_DEPENDS_ON_RATE),
@@ -29,7 +29,6 @@ pub const SCENES: &[Row] = &[
     ("sphere_through_turned_plies", sphere_through_turned_plies, 1200, true, pins::SPHERE_THROUGH_TURNED_PLIES),
     ("cylinder_on_a_graded_sheet", cylinder_on_a_graded_sheet, 2500, true, pins::CYLINDER_ON_A_GRADED_SHEET),
     ("taut_warp_and_crimped_weft", taut_warp_and_crimped_weft, 3000, true, pins::TAUT_WARP_AND_CRIMPED_WEFT),
-    ("uniform_sphere_in_halves", uniform_sphere_in_halves, 3000, true, pins::UNIFORM_SPHERE_IN_HALVES),
     ("tumbling_cylinder_on_corners", tumbling_cylinder_on_corners, 2000, true, pins::TUMBLING_CYLINDER_ON_CORNERS),
     ("free_plies_in_a_turned_frame", free_plies_in_a_turned_frame, 1500, true, pins::FREE_PLIES_IN_A_TURNED_FRAME),
     ("damage_law_with_offset", damage_law_with_offset, 2000, true, pins::DAMAGE_LAW_WITH_OFFSET),
@@ -48,9 +47,9 @@ pub fn uniform_sphere() -> Scene {
     scene
 }
 
-/// The same with a toe, on drawn yarn.
-pub fn sphere_on_softened_yarn() -> Scene {
-    Scene { slack_toe: 0.02, ..sphere_on_drawn_yarn() }
+/// The same on drawn yarn that gives back what slack segments owe.
+pub fn sphere_on_balanced_yarn() -> Scene {
+    Scene { slack_balance: true, ..sphere_on_drawn_yarn() }
 }
 
 fn sphere_on_drawn_yarn() -> Scene {
@@ -90,11 +89,6 @@ pub fn cylinder_on_a_graded_sheet() -> Scene {
     body.velocity = [15.0, -10.0, 300.0];
     body.orientation = [0.96, 0.28, 0.0, 0.0];
     scene
-}
-
-/// The uniform sphere with the step halved after the first failure.
-pub fn uniform_sphere_in_halves() -> Scene {
-    halved(uniform_sphere())
 }
 
 /// The same with strength drawn for every segment, in part alike along a yarn, from data at 50 mm; modulus drawn too.

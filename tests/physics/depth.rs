@@ -1,7 +1,7 @@
 //! How deep nodes get into a body without friction: a search over random scenes.
 
 use fabric::internals::shape::Solid;
-use fabric::{AttachmentKind, Drive, Grading, Projectile, Scene, Shape, StepAfterFailure, TimeStep, pose, prism};
+use fabric::{AttachmentKind, Drive, Grading, Projectile, Scene, Shape, TimeStep, pose, prism};
 use fabric_tests::reference::{V3, add, dot, length, scale, sub};
 use fabric_tests::{number, sim_of, small_sheet, tetrahedron};
 
@@ -35,12 +35,8 @@ fn drawn(k: u64) -> Scene {
         scene.sheet.grading = Grading { largest: 4, run: 2, half_width: [6.0 * h; 2], ..scene.sheet.grading };
     }
     let extra = draw(8);
-    scene.slack_toe = if extra < 0.2 { 0.02 } else { 0.0 };
-    if (0.2..0.4).contains(&extra) {
-        scene.step_after_failure = StepAfterFailure::Half;
-    }
-    let fraction = if scene.slack_toe > 0.0 { between(9, 0.1, 0.43) } else { between(9, 0.1, 0.5) };
-    scene.time_step = TimeStep::fraction(fraction);
+    scene.slack_balance = extra < 0.2;
+    scene.time_step = TimeStep::fraction(between(9, 0.1, 0.5));
     let orientation = pose::normalised([draw(10) - 0.5, draw(11) - 0.5, draw(12) - 0.5, draw(13) - 0.5]);
     let reach = Solid::of(&body).reach();
     let speed = log(14, 10.0, 600.0);
@@ -133,7 +129,7 @@ fn falls(scenes: std::ops::Range<u64>) {
     for k in scenes {
         let mut scene = drawn(k);
         // One mass and one step for all.
-        (scene.sheet.grading, scene.step_after_failure) = (small_sheet(2, 0.0).sheet.grading, StepAfterFailure::Keep);
+        scene.sheet.grading = small_sheet(2, 0.0).sheet.grading;
         if scene.check().is_err() {
             continue;
         }

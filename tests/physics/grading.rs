@@ -32,7 +32,7 @@ fn state_after(scene: &Scene, steps: u64) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<
 #[test]
 fn a_network_of_single_yarns_is_the_fabric_to_the_bit() {
     let mut scenes = [struck(41); 5];
-    scenes[1].slack_toe = 0.02;
+    scenes[1].slack_balance = true;
     (scenes[2].sheet.spacing_y, scenes[2].sheet.crimp) = (9e-4, [0.0, 0.004]);
     scenes[3].yarn.strength_draw = fabric::StrengthDraw::Weibull;
     (scenes[4].integrator, scenes[4].projectile.velocity[2]) = (Integrator::THETA, 600.0);

@@ -14,7 +14,6 @@ mod frames;
 mod free_flight;
 mod friction;
 mod grading;
-mod halving;
 mod ledger;
 mod long_yarn;
 mod oscillator;
@@ -25,6 +24,7 @@ mod prototype;
 mod rate;
 mod rotation;
 mod shapes;
+mod slack;
 mod sliding;
 mod stability;
 mod starts;
@@ -32,7 +32,6 @@ mod strength;
 mod supports;
 mod symmetry;
 mod theta;
-mod toe;
 mod viscosity;
 
 /// So many random cases, the same every time.

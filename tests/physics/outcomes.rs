@@ -219,3 +219,27 @@ fn a_torn_off_corner_sheet_is_detached() {
     assert!(held_before, "64 steps earlier one was");
     assert!(sim.counters().failed_segments > 40);
 }
+
+/// The outcome "through", asked for or not, and the state 20 000 steps on; with a load along z, N.
+fn asked(scene: &Scene, track_through: bool, load: f64) -> (Option<u64>, Option<u64>, Vec<[f64; 3]>) {
+    let mut sim = sim_of(&Scene { track_through, ..*scene });
+    sim.set_external_load([0.0, 0.0, load], [0.0; 3]).unwrap();
+    sim.advance(20_000).unwrap();
+    let step = |outcome: Outcome| sim.outcomes().latched[outcome as usize].map(|latch| latch.step);
+    (step(Outcome::Through), step(Outcome::Exited), positions(&sim))
+}
+
+/// It comes before the exit, changes no node, and never comes where nothing is decided.
+#[test]
+fn through_is_known_before_the_exit_and_changes_nothing() {
+    let mut scene = small_sheet(41, 60.0);
+    scene.attachment.kind = AttachmentKind::FourSides;
+    let (through, exited, with) = asked(&scene, true, 0.0);
+    assert!(through.unwrap() < exited.unwrap(), "{through:?} {exited:?}");
+    let (none, same, without) = asked(&scene, false, 0.0);
+    assert!(none.is_none() && same == exited && with == without);
+    assert_eq!(asked(&scene, true, -1e-3).0, None, "a load turns it back");
+    scene.attachment.kind = AttachmentKind::Free;
+    assert_eq!(asked(&scene, true, 0.0).0, None, "a free sheet stops nothing");
+    assert_eq!(asked(&small_sheet(41, speed(0.5, 8.4e-3)), true, 0.0).0, None, "arrested");
+}

@@ -51,7 +51,7 @@ fn without_contact() -> Vec<(&'static str, Scene, f64)> {
             scenes.extend(kinds.map(|(name, scene)| (name, scene, 1400.0)));
         }
         scene.attachment.kind = FourSides;
-        scenes.push(("toe", Scene { slack_toe: 0.02, ..scene }, 1400.0));
+        scenes.push(("slack balance", Scene { slack_balance: true, ..scene }, 1400.0));
         for (pre_strain, crimp) in
             [([0.004, 0.0], [0.0, 0.004]), ([0.0; 2], [0.003, 0.006]), ([0.002, 0.006], [0.0; 2])]
         {

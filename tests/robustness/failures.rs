@@ -1,9 +1,7 @@
 //! Failures latch: every call but reset, load and the counters says the same until then.
 
 use fabric::Failure::{self, *};
-use fabric::{
-    Code, Drive, Integrator, OutcomeSet, Path, Scene, Shape, Sim, Status, StepAfterFailure, StepCheck, TimeStep,
-};
+use fabric::{Code, Drive, Integrator, OutcomeSet, Path, Scene, Shape, Sim, Status, StepCheck, TimeStep};
 use fabric_tests::{AT_REST, between_supports, image_of, positions, set_off, sim_of, small_sheet, without_projectile};
 
 /// How a failure comes about.
@@ -188,9 +186,8 @@ fn a_sheet_that_blows_up_keeps_to_numbers_until_it_fails() {
     let mut scene = without_projectile(small_sheet(9, 0.0));
     scene.step_check = StepCheck::None;
     (scene.yarn.damage_a, scene.yarn.damage_b) = (0.5, -1.0);
-    let ways = [StepAfterFailure::Keep, StepAfterFailure::Half];
-    for (fraction, after) in [3.0, 30.0, 300.0].into_iter().flat_map(|fraction| ways.map(|after| (fraction, after))) {
-        (scene.time_step, scene.step_after_failure) = (TimeStep::fraction(fraction), after);
+    for fraction in [3.0, 30.0, 300.0] {
+        scene.time_step = TimeStep::fraction(fraction);
         let mut sim = sim_of(&scene);
         set_off(&mut sim, |k, x| [x.map(|x| 1.05 * x), [0.0, 0.0, if k == 40 { 100.0 } else { 0.0 }]]);
         let mut largest = 0.0;

@@ -19,11 +19,13 @@ fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
     let layout = sim.layout();
     let (nx, ny) = (layout.nodes_x, layout.nodes_y);
     let across = layout.x.segments();
-    let marks = if layout.has(fabric::Feature::Toe) { 2 } else { 1 };
+    let slack = layout.has(fabric::Feature::Slack);
+    let (kept, row) = if slack { (3, 1) } else { (1, 0) };
     let flags = if layout.has(fabric::Feature::Detachment) { layout.nodes().div_ceil(32) } else { 0 };
-    let mut word = image.len() / 8 - 1 - flags - 6 * layout.nodes() - marks * layout.segments();
+    let mut word = image.len() / 8 - 1 - flags - 6 * layout.nodes() - kept * layout.segments() - row * ny;
     let mut entries = Vec::new();
     for k in 0..nx * ny {
+        word += if k % nx == 0 { row } else { 0 };
         for entry in [Entry::Displacement, Entry::Velocity] {
             (0..3).for_each(|component| entries.push((k, entry, word + component)));
             word += 3;
@@ -31,7 +33,7 @@ fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
         for exists in [k % nx < across, layout.has_verticals(k / nx)] {
             if exists {
                 entries.push((k, Entry::History, word));
-                word += marks;
+                word += kept;
             }
         }
     }
@@ -43,8 +45,8 @@ fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
 fn a_poisoned_state_is_refused() {
     let mut stochastic = between_supports(small_sheet(13, 250.0), 3.0);
     stochastic.yarn.stochastic = true;
-    let toe = Scene { slack_toe: 0.02, ..between_supports(small_sheet(13, 200.0), 3.0) };
-    let viscous = viscous(Scene { slack_toe: 0.0, ..toe }, [0.06, 0.0, 0.06]);
+    let balanced = Scene { slack_balance: true, ..between_supports(small_sheet(13, 200.0), 3.0) };
+    let viscous = viscous(Scene { slack_balance: false, ..balanced }, [0.06, 0.0, 0.06]);
     let mut stack = stochastic;
     (stack.stack.plies, stack.stack.gap) = (2, 2e-4);
     let mut theta = golden::drawn_yarns_by_the_theta_rule();
@@ -59,7 +61,7 @@ fn a_poisoned_state_is_refused() {
     for (name, scene, steps) in [
         ("stochastic", stochastic, 60),
         ("strength", strength, 60),
-        ("toe", toe, 400),
+        ("slack balance", balanced, 400),
         ("viscous", viscous, 60),
         ("friction", rough(stochastic, 0.3), 60),
         ("stack", stack, 60),

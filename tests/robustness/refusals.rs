@@ -53,9 +53,6 @@ const REFUSED: &[(&str, &Changes, Code, &str)] = &[
         ("back.crimp[0]", 0.01)], DoesNotGoWith, "back.crimp"),
     ("hybrid", &[("back.weibull_shape", 10.0), ("yarn.weibull_correlation", f64::NAN)],
         NotFinite, "yarn.weibull_correlation"),
-    // A toe wider than the critical strain of the weft, of the back fabric.
-    ("sphere", &[("weft.critical_stretch", 1.01), ("slack_toe", 0.02)], OutOfRange, "slack_toe"),
-    ("hybrid", &[("back.critical_stretch", 1.01), ("slack_toe", 0.02)], OutOfRange, "slack_toe"),
     // No step is short enough: within one a segment may become taut, and go on as far as to its critical stretch.
     ("wide", &[("yarn.viscosity_quadratic", 10.0)], OutOfRange, "yarn.viscosity_quadratic"),
     ("fraction", &[("time_step.fraction", 0.4), ("yarn.viscosity_bending", 0.2)], OutOfRange, "time_step.fraction"),
@@ -142,9 +139,7 @@ fn every_sound_neighbour_is_taken_and_runs() {
 #[test]
 fn options_that_do_not_go_together_are_both_named() {
     let value = |name: &str| match name {
-        "yarn.viscosity_linear" | "yarn.viscosity_bending" | "slack_toe" | "sheet.crimp[1]" | "sheet.pre_strain[1]" => {
-            0.02
-        }
+        "yarn.viscosity_linear" | "yarn.viscosity_bending" | "sheet.crimp[1]" | "sheet.pre_strain[1]" => 0.02,
         "yarn.viscosity_quadratic" => 1.5,
         "yarn.rate_modulus" | "yarn.rate_stretch" | "contact.friction" => 0.1,
         "stack.plies" => 2.0,
@@ -153,15 +148,14 @@ fn options_that_do_not_go_together_are_both_named() {
         _ => 1.0,
     };
     #[rustfmt::skip]
-    let pairs: [(&str, &[&str]); 10] = [
+    let pairs: [(&str, &[&str]); 9] = [
         ("sheet.grading.largest", &["yarn.viscosity_linear", "yarn.viscosity_quadratic", "yarn.viscosity_bending",
             "yarn.rate_modulus", "yarn.rate_stretch", "contact.friction", "stack.plies"]),
         ("integrator.kind", &["contact.friction", "yarn.rate_modulus", "yarn.rate_stretch", "yarn.viscosity_linear",
-            "yarn.viscosity_quadratic", "yarn.viscosity_bending", "slack_toe", "step_after_failure", "stack.plies"]),
+            "yarn.viscosity_quadratic", "yarn.viscosity_bending", "slack_balance", "stack.plies"]),
         ("stack.plies", &["yarn.rate_modulus", "yarn.rate_stretch"]),
-        ("yarn.strength_draw", &["slack_toe"]),
-        ("yarn.rate_modulus", &["slack_toe", "sheet.pre_strain[1]"]),
-        ("yarn.rate_stretch", &["slack_toe", "sheet.pre_strain[1]"]),
+        ("yarn.rate_modulus", &["slack_balance", "sheet.pre_strain[1]"]),
+        ("yarn.rate_stretch", &["slack_balance", "sheet.pre_strain[1]"]),
         ("symmetry.mirror_x", &["stack.plies", "yarn.stochastic", "drive"]),
         ("symmetry.mirror_y", &["stack.plies", "yarn.strength_draw", "drive"]),
         ("sheet.pre_strain[1]", &["sheet.crimp[1]"]),

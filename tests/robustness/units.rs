@@ -99,6 +99,7 @@ fn scenes() -> Vec<(&'static str, Scene, u64)> {
     (torn.projectile.radius, torn.projectile.position[2]) = (3e-3, -3e-3);
     let by_outcome = [
         ("exits", small_sheet(31, speed(40.0, 8.4e-3)), 9000),
+        ("goes through", Scene { track_through: true, ..small_sheet(31, speed(40.0, 8.4e-3)) }, 9000),
         ("is arrested", small_sheet(31, speed(0.2, 8.4e-3)), 20_000),
         ("passes", missed, 8000),
         ("tears the sheet off", torn, 6000),

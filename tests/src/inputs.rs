@@ -7,7 +7,7 @@
 use fabric::Code::{self, *};
 use fabric::Scene;
 use fabric::fields::{FIELDS, Field, Place, Range, field};
-use fabric::internals::parts::{MAX_NODES_PER_SIDE, STEP_WITH_TOE};
+use fabric::internals::parts::MAX_NODES_PER_SIDE;
 use fabric::internals::presets::PAPER_SPACING;
 
 /// What is expected of a scene.
@@ -99,7 +99,6 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
     ]),
     ("prescribed", &[("drive", 1.0)]),
     ("fraction", &[("time_step.seconds", 0.0)]),
-    ("toe", &[("time_step.seconds", 0.0), ("slack_toe", 0.02)]),
     ("unchecked", &[("time_step.seconds", 0.0), ("step_check", 1.0)]),
     ("theta", &[("integrator.kind", 1.0)]),
     ("rate", &[("yarn.rate_modulus", 0.13), ("yarn.rate_stretch", 0.16), ("yarn.rate_reference", 30.0), ("yarn.rate_limit", 170.0)]),
@@ -241,13 +240,11 @@ fn rows() -> Vec<Row> {
         // ---- Step, integrator and the rest.
         real("sphere", &["time_step.seconds"], &[negative, (To(0.0), Accepted), (About(1e-50), no_step), (To(step_max), Accepted), (End, own(StepTooLarge))], &[1e-52, 1e-30]),
         real("fraction", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (To(0.5), Accepted), beyond], &[1e-30]),
-        real("toe", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (To(STEP_WITH_TOE * 0.5), Accepted), beyond], &[1e-30]),
         real("unchecked", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (About(1e140), Accepted), (End, no_step)], &[]),
-        choice("sphere", &["step_after_failure"], 1.0),
-        count("theta", &["step_after_failure"], &[(To(0.0), Accepted), (To(1.0), apart), (End, own(UnknownChoice))], &[]),
         not_read("sphere", &["integrator.theta", "integrator.tolerance", "rotation_rule.theta", "time_step.fraction"]),
-        real("sphere", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (About(0.03045), Accepted), beyond], &[0.03, 0.031]),
-        real("wide", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (To(0.05), Accepted), beyond], &[]),
+        choice("sphere", &["slack_balance"], 1.0),
+        count("theta", &["slack_balance"], &[(To(0.0), Accepted), (To(1.0), apart), (End, own(UnknownChoice))], &[]),
+        count("rate", &["slack_balance"], &[(To(0.0), Accepted), (To(1.0), apart), (End, own(UnknownChoice))], &[]),
         not_read("sphere", &["stack.gap"]),
         count("hybrid", &["back.plies"], &[(To(2.0), Accepted), beyond], &[]),
         count("sphere", &["back.plies"], &[(To(0.0), Accepted), beyond], &[]),
@@ -267,14 +264,12 @@ fn rows() -> Vec<Row> {
         count("theta", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (To(1000.0), apart), beyond], &[]),
         count("stack", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (About(1000.0), Accepted), beyond], &[]),
         not_read("sphere", &["yarn.weibull_shape", "yarn.weibull_gauge_length", "yarn.weibull_correlation"]),
-        real("strength", &["slack_toe"], &[negative, (To(0.0), Accepted), (End, apart)], &[0.02]),
-        real("theta", &["slack_toe"], &[negative, (To(0.0), Accepted), (End, apart)], &[0.02]),
         real("sphere", &["yarn.rate_modulus", "yarn.rate_stretch"], &[negative, (To(0.0), Accepted), (To(1.0), Refused(OutOfRange, "yarn.rate_reference")), beyond], &[0.1]),
         not_read("sphere", &["yarn.rate_reference", "yarn.rate_limit"]),
         real("rate", &["yarn.rate_modulus", "yarn.rate_stretch"], &[negative, (To(1.0), Accepted), beyond], &[0.1]),
         real("rate", &["yarn.rate_reference"], &[(Below(1e-9), own(OutOfRange)), (To(170.0), Accepted), (To(1e9), Refused(OutOfRange, "yarn.rate_limit")), beyond], &[1e-8, 1e3]),
         real("rate", &["yarn.rate_limit"], &[(Below(30.0), own(OutOfRange)), (To(1e9), Accepted), beyond], &[1e3]),
-        real("rate", &["sheet.pre_strain[0]", "sheet.pre_strain[1]", "slack_toe"], &[negative, (To(0.0), Accepted), (End, apart)], &[0.02]),
+        real("rate", &["sheet.pre_strain[0]", "sheet.pre_strain[1]"], &[negative, (To(0.0), Accepted), (End, apart)], &[0.02]),
         real("theta", &["yarn.viscosity_linear"], &[negative, (To(0.0), Accepted), (To(1.0), apart), beyond], &[0.02]),
         real("theta", &["yarn.viscosity_quadratic", "contact.friction"], &[negative, (To(0.0), Accepted), (To(10.0), apart), beyond], &[0.02]),
         real("theta", &["yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), (To(0.2), apart), beyond], &[0.02]),

@@ -151,11 +151,6 @@ pub fn rough(mut scene: Scene, coefficient: f64) -> Scene {
     scene
 }
 
-/// With the step halved after the first failure.
-pub fn halved(scene: Scene) -> Scene {
-    Scene { step_after_failure: fabric::StepAfterFailure::Half, ..scene }
-}
-
 /// Positions at t_n, m, one triple per node.
 ///
 /// # Panics

@@ -4,7 +4,7 @@ use crate::{as_proposed, rated, small_sheet};
 use fabric::internals::random::splitmix64;
 use fabric::{
     AttachmentKind, Draw, Drive, Error, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
-    StepAfterFailure, StrengthDraw, Weft,
+    StrengthDraw, Weft,
 };
 use std::collections::BTreeSet;
 
@@ -48,8 +48,7 @@ pub const GROUPS: &[&[Choice]] = &[
     &[of("friction", |s| s.contact.friction = 0.3)],
     &[of("viscosity", |s| *s = as_proposed(*s))],
     &[of("rate of strain", |s| *s = rated(*s, 1700.0))],
-    &[of("toe", |s| s.slack_toe = 0.02), of("theta rule", |s| s.integrator = Integrator::THETA)],
-    &[of("halved step", |s| s.step_after_failure = StepAfterFailure::Half)],
+    &[of("slack balance", |s| s.slack_balance = true), of("theta rule", |s| s.integrator = Integrator::THETA)],
     &[
         of("drawn segments", |s| s.yarn.stochastic = true),
         of("drawn yarns", |s| (s.yarn.stochastic, s.yarn.draw) = (true, Draw::Yarn)),

@@ -112,7 +112,7 @@ fn rust_files(folder: &Path, texts: &mut Vec<String>) -> Outcome {
     Ok(())
 }
 
-/// "StepAfterFailure" as in "FK_STEP_AFTER_FAILURE".
+/// "HemisphericalCylinder" as in "FK_HEMISPHERICAL_CYLINDER".
 fn constant(name: &str) -> String {
     let mut upper = String::from("FK");
     for letter in name.chars() {

@@ -26,7 +26,7 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
         let places = math::length([place.x, place.y, place.z]) + system.model.reach;
         let sums = &mut system.state.sums;
         // Gaps are differences of places: what rounding of these can do to a speed is no lack of convergence.
-        sums.unconverged += u64::from(solved.residual > PLACE_ROUNDING * places / system.model.pass_dt);
+        sums.unconverged += u64::from(solved.residual > PLACE_ROUNDING * places / system.model.limits.dt);
         sums.contact_residual = math::max(solved.residual, sums.contact_residual);
     }
 }
@@ -163,13 +163,6 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
             candidate.normal.dot(&v) * unit_speed
         };
         totals.lose(&candidate, rubbing.as_ref(), given, speed_after, &(v * unit_speed));
-        if system.layout.has(Feature::Viscosity) {
-            // The sweep has counted the viscous push as if the node went on with the velocity before the impulse.
-            let pushes = planes::row(system.arrays.pushes, system.layout.chunks, j);
-            let viscous = [0, 1, 2].map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0));
-            let crossed = 0.5 * push.dot(&Vector::from(viscous)) * system.layout.node_weight(i, j);
-            system.state.sums.viscous -= crossed * (system.model.unit_energy * share);
-        }
     }
     close(system, totals, before);
 }

@@ -98,7 +98,7 @@ pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> 
     let body = &system.state.body;
     let touching = TOUCHING * system.scene.sheet.spacing;
     let held_touching = math::max(2.0 * deepest, touching);
-    let test = EdgeTest::new(&system.solid, body, system.model.pass_dt);
+    let test = EdgeTest::new(&system.solid, body, system.model.limits.dt);
     let (mut c, mut kept) = (0, count);
     while c < kept {
         let candidate = system.arrays.candidates.get(c).map(Candidate::read);
@@ -158,7 +158,7 @@ pub(crate) fn solve_contact(
 fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count: usize) -> usize {
     let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
     let touching = TOUCHING * system.scene.sheet.spacing;
-    let test = EdgeTest::new(&system.solid, &body, system.model.pass_dt);
+    let test = EdgeTest::new(&system.solid, &body, system.model.limits.dt);
     let held_touching = math::max(2.0 * deepest_support(system, &test, alone), touching);
     let mut kept = alone;
     for c in alone..count {

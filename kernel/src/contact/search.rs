@@ -257,7 +257,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
     let (rise, ply_gap) = (system.directions.front.vertical.rest.spacing, system.model.gap);
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
-    let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
+    let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.limits.dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let free_body = system.scene.is_free();
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();

@@ -8,7 +8,6 @@ use crate::ground::math;
 use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, SPEED_Z, Z};
 use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
-use crate::scene::features::Feature;
 
 /// Separates the plies behind the sweep and the projectile's impulses. `count`: candidates.
 #[inline(never)]
@@ -117,10 +116,10 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize) {
         return;
     }
     project(system.arrays.column);
-    let (mut lost, mut viscous) = (0.0, 0.0);
+    let mut lost = 0.0;
     for ply in 0..layout.plies {
         let j = ply * rows + row;
-        let Arrays { hot, column, before, pushes, .. } = &mut system.arrays;
+        let Arrays { hot, column, before, .. } = &mut system.arrays;
         let (Some(Node { speed, mass, .. }), Some(chunk), Some(before)) = (
             column.get(ply).map(Node::read),
             planes::row_mut(hot, chunks, j).get_mut(i / CHUNK),
@@ -136,12 +135,7 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize) {
         chunk[SPEED_Z][lane] = speed;
         chunk[Z][lane] += push;
         lost -= mass * (push * (0.5 * (before[lane] + speed)));
-        if layout.has(Feature::Viscosity) {
-            // The sweep has counted the viscous push as if the node went on with the velocity before the impulse.
-            viscous -= mass * 0.5 * push * planes::get(planes::row(pushes, chunks, j), 2, i).unwrap_or(0.0);
-        }
         system.wake(j);
     }
     system.state.sums.ply_loss += lost * system.model.unit_energy;
-    system.state.sums.viscous += viscous * system.model.unit_energy;
 }

@@ -220,7 +220,7 @@ impl Error {
     }
 
     /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`, `sheet.plies: out of range; it
-    /// is 0`, `back.plies: out of range; it is 2: see stack.plies`, `slack_toe: does not go with another field: integrator.kind`.
+    /// is 0`, `back.plies: out of range; it is 2: see stack.plies`, `slack_balance: does not go with another field: integrator.kind`.
     pub fn text(&self) -> Text {
         let mut text = Text::new();
         let reason = self.code.text().to_str().unwrap_or("");

@@ -120,6 +120,8 @@ pub trait Lane: Copy {
     fn sub(self, other: Self) -> Self;
     /// Product.
     fn mul(self, other: Self) -> Self;
+    /// Quotient.
+    fn div(self, other: Self) -> Self;
     /// The greater; `other` if either is NaN or both are zeros.
     fn max(self, other: Self) -> Self;
     /// The smaller; `other` if either is NaN or both are zeros.
@@ -179,6 +181,10 @@ impl Lane for f64 {
     #[inline(always)]
     fn mul(self, other: f64) -> f64 {
         self * other
+    }
+    #[inline(always)]
+    fn div(self, other: f64) -> f64 {
+        self / other
     }
     #[inline(always)]
     fn max(self, other: f64) -> f64 {
@@ -254,6 +260,10 @@ impl Lane for [f64; 2] {
         [self[0] * other[0], self[1] * other[1]]
     }
     #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        [self[0] / other[0], self[1] / other[1]]
+    }
+    #[inline(always)]
     fn max(self, other: Self) -> Self {
         [if self[0] > other[0] { self[0] } else { other[0] }, if self[1] > other[1] { self[1] } else { other[1] }]
     }
@@ -314,6 +324,20 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
         let _ = set;
         run::<[f64; 2], J>(job)
     }
+}
+
+/// [`dispatch`] at no more than four numbers at a time: for a job whose numbers at eight would take a kilobyte of stack.
+#[inline(always)]
+pub fn dispatch_narrow<J: Job>(set: InstructionSet, job: J) -> J::Output {
+    #[cfg(target_arch = "x86_64")]
+    return match set {
+        // SAFETY: available() has just found the instructions on this machine; AVX2 is part of AVX-512.
+        InstructionSet::Avx512 | InstructionSet::Avx2 if set.available() => unsafe { x86::avx2(job) },
+        InstructionSet::Scalar if set.available() => run::<[f64; 2], J>(job),
+        _ => run::<core::arch::x86_64::__m128d, J>(job),
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    dispatch(set, job)
 }
 
 /// Asks for the chunk that lies `ahead` chunks behind this one in memory: a hint, which changes nothing. Does nothing where the target
@@ -397,6 +421,11 @@ mod x86 {
         fn mul(self, other: Self) -> Self {
             // SAFETY: SSE2 is part of x86-64.
             unsafe { _mm_mul_pd(self, other) }
+        }
+        #[inline(always)]
+        fn div(self, other: Self) -> Self {
+            // SAFETY: SSE2 is part of x86-64.
+            unsafe { _mm_div_pd(self, other) }
         }
         #[inline(always)]
         fn max(self, other: Self) -> Self {
@@ -486,6 +515,11 @@ mod x86 {
         fn mul(self, other: Self) -> Self {
             // SAFETY: only run inside `avx2`.
             unsafe { _mm256_mul_pd(self, other) }
+        }
+        #[inline(always)]
+        fn div(self, other: Self) -> Self {
+            // SAFETY: only run inside `avx2`.
+            unsafe { _mm256_div_pd(self, other) }
         }
         #[inline(always)]
         fn max(self, other: Self) -> Self {
@@ -585,6 +619,11 @@ mod x86 {
             unsafe { _mm512_mul_pd(self, other) }
         }
         #[inline(always)]
+        fn div(self, other: Self) -> Self {
+            // SAFETY: only run inside `avx512`.
+            unsafe { _mm512_div_pd(self, other) }
+        }
+        #[inline(always)]
         fn max(self, other: Self) -> Self {
             // SAFETY: only run inside `avx512`.
             unsafe { _mm512_max_pd(self, other) }
@@ -654,18 +693,18 @@ mod tests {
     /// Every operation on two rows of eight, number by number, as bits.
     struct Everything;
     impl Job for Everything {
-        type Output = [[u64; 8]; 8];
+        type Output = [[u64; 8]; 9];
         #[inline(always)]
         fn run<L: Lane>(self) -> Self::Output {
-            let mut out = [[0.0; 8]; 8];
+            let mut out = [[0.0; 8]; 9];
             let (a, b) = (L::groups(&A), L::groups(&B));
             for k in 0..a.len() {
                 let next = L::load(a.get(k + 1).unwrap_or(&b[0]));
                 let previous = L::load(if k > 0 { &a[k - 1] } else { &b[b.len() - 1] });
                 let (a, b) = (L::load(&a[k]), L::load(&b[k]));
                 let sides = [a.right_of(next), a.left_of(previous)];
-                let results =
-                    [a.add(b), a.sub(b), a.mul(b), a.max(b), a.min(b), sides[0], sides[1], a.or_zero_below(b)];
+                let kept = a.or_zero_below(b);
+                let results = [a.add(b), a.sub(b), a.mul(b), a.div(b), a.max(b), a.min(b), sides[0], sides[1], kept];
                 for (slot, result) in out.iter_mut().zip(results) {
                     result.store(&mut L::groups_mut(slot)[k]);
                 }

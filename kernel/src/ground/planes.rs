@@ -15,8 +15,8 @@ pub const HISTORY_PLANES: usize = 2;
 pub const YARN_PLANES: usize = 4;
 /// Planes of the rows of drawn strength: critical stretch of the horizontal and vertical segment.
 pub const STRENGTH_PLANES: usize = 2;
-/// Planes of the toe's rows: the mark of the horizontal and vertical segment (`toe.rs` says what it means).
-pub const MARK_PLANES: usize = 2;
+/// Planes of what slack segments owe: the energy owed and the stress given of the horizontal and vertical segment (`sheet/slack.rs`).
+pub const OWED_PLANES: usize = 4;
 /// Planes of the rows of the rate: the logarithm of the horizontal and vertical segment (`rate.rs`).
 pub const RATE_PLANES: usize = 2;
 /// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the step's start and
@@ -33,10 +33,13 @@ pub const AT_START: usize = 6;
 pub const AT_GUESS: usize = 9;
 /// Planes of the row that carries vertical forces upwards.
 pub const CARRY_PLANES: usize = 3;
-/// Planes of the rows of what viscosity changes of the velocities.
-pub const PUSH_PLANES: usize = 3;
-/// Planes of the work row of viscosity (`viscosity.rs` names them).
-pub const VISCOUS_PLANES: usize = 22;
+/// Planes of the rows of what viscosity keeps of the last pass: twice the strain of the horizontal and vertical segment, the viscous
+/// part of their stress, and the moments of the yarns along x and along y at the node.
+pub const PAST_PLANES: usize = 6;
+/// First plane of those viscous stresses.
+pub const VISCOUS_STRESS: usize = 2;
+/// First plane of the moments.
+pub const MOMENT: usize = 4;
 /// Eight columns of P planes.
 pub type Chunk<const P: usize> = [[f64; CHUNK]; P];
 

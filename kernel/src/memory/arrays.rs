@@ -4,8 +4,8 @@
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
 use crate::ground::planes::{
-    Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES,
-    RATE_PLANES, STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
+    Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES,
+    RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::memory::layout::{
     BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, TANGENTIAL_REALS, TOUCH_REALS,
@@ -93,14 +93,12 @@ pub(crate) struct Arrays<'a> {
     pub yarn: &'a mut [Chunk<YARN_PLANES>],
     /// Rows of the critical stretches of drawn strength, horizontal and vertical.
     pub strength: &'a mut [Chunk<STRENGTH_PLANES>],
-    /// Rows of the toe's marks, horizontal and vertical.
-    pub marks: &'a mut [Chunk<MARK_PLANES>],
+    /// Rows of what slack segments owe: `planes.rs` names the planes.
+    pub owed: &'a mut [Chunk<OWED_PLANES>],
     /// The theta rule's rows (`theta.rs` names their planes).
     pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
-    /// Rows of what viscosity changes of the velocities.
-    pub pushes: &'a mut [Chunk<PUSH_PLANES>],
-    /// Work row of viscosity.
-    pub viscous: &'a mut [Chunk<VISCOUS_PLANES>],
+    /// Rows of what viscosity keeps of the last pass: `planes.rs` names the planes.
+    pub past: &'a mut [Chunk<PAST_PLANES>],
     /// Rows of the logarithms of the rate, horizontal and vertical.
     pub logarithms: &'a mut [Chunk<RATE_PLANES>],
     /// Energy that viscosity and rate have taken of each row in the present pass, in units of m (h/dt)^2.
@@ -132,6 +130,8 @@ pub(crate) struct Arrays<'a> {
     /// Least and greatest displacement of each row, along y and then along x, as `ranges.rs` keeps them; along x only where contact
     /// asks for it.
     pub ranges: &'a mut [[u32; 4]],
+    /// Of each row the bits of the directions in which a segment has been slack.
+    pub been_slack: &'a mut [u32],
     pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
     /// The candidates' tangential parts, where there is friction.
     pub tangential: &'a mut [[f64; TANGENTIAL_REALS]],
@@ -152,10 +152,9 @@ impl<'a> Arrays<'a> {
             history: &mut [],
             yarn: &mut [],
             strength: &mut [],
-            marks: &mut [],
+            owed: &mut [],
             iterate: &mut [],
-            pushes: &mut [],
-            viscous: &mut [],
+            past: &mut [],
             logarithms: &mut [],
             taken: &mut [],
             columns: &mut [],
@@ -172,6 +171,7 @@ impl<'a> Arrays<'a> {
             pulls: &mut [],
             kept: &mut [],
             ranges: &mut [],
+            been_slack: &mut [],
             candidates: &mut [],
             tangential: &mut [],
             gaps_over_dt: &mut [],
@@ -202,7 +202,7 @@ impl<'a> Arrays<'a> {
     /// The list: of each array whether the scene needs it, and the factors of its length.
     #[inline(never)]
     fn cut(&mut self, reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<()> {
-        use Feature::{Detachment, Friction, Grading, Rate, Strength, Theta, Toe, Viscosity};
+        use Feature::{Detachment, Friction, Grading, Rate, Slack, Strength, Theta, Viscosity};
         let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
         let has = |feature| layout.has(feature);
         let steps = if layout.in_blocks { BLOCK_STEPS } else { 1 };
@@ -212,10 +212,9 @@ impl<'a> Arrays<'a> {
             history: chunked(real(true, [rows, row, CHUNK * HISTORY_PLANES])?),
             yarn: chunked(real(layout.has_constants(), [rows, row, CHUNK * YARN_PLANES])?),
             strength: chunked(real(has(Strength), [rows, row, CHUNK * STRENGTH_PLANES])?),
-            marks: chunked(real(has(Toe), [rows, row, CHUNK * MARK_PLANES])?),
+            owed: chunked(real(has(Slack), [rows, row, CHUNK * OWED_PLANES])?),
             iterate: chunked(real(has(Theta), [layout.stored_rows(), row, CHUNK * ITERATE_PLANES])?),
-            pushes: chunked(real(has(Viscosity), [rows, row, CHUNK * PUSH_PLANES])?),
-            viscous: chunked(real(has(Viscosity), [1, row, CHUNK * VISCOUS_PLANES])?),
+            past: chunked(real(has(Viscosity), [layout.stored_rows(), row, CHUNK * PAST_PLANES])?),
             logarithms: chunked(real(has(Rate), [rows, row, CHUNK * RATE_PLANES])?),
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
@@ -233,6 +232,7 @@ impl<'a> Arrays<'a> {
             pulls: real(layout.supports, [steps, rows, 6])?.as_chunks_mut().0.as_chunks_mut().0,
             runs: words.take(true, [1, rows, 4])?.as_chunks_mut().0,
             ranges: words.take(true, [1, rows, 4])?.as_chunks_mut().0,
+            been_slack: words.take(has(Slack), [1, 1, rows])?,
             flags: words.take(has(Detachment), [1, 1, layout.nodes().div_ceil(32)])?,
             labels: words.take(has(Detachment), [1, 1, layout.nodes()])?,
             candidate_nodes: words.take(true, [1, 1, candidates])?,

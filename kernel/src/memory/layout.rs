@@ -2,7 +2,7 @@
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
-use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK, HOT_PLANES, VISCOUS_PLANES};
+use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK, HOT_PLANES, PAST_PLANES};
 use crate::scene::features::{Feature, Features};
 use crate::sheet::symmetry::Line;
 
@@ -96,21 +96,30 @@ impl Layout {
     /// Whether a plain sheet is too large for the caches, so that steps go in blocks.
     pub(super) fn can_take_blocks(&self) -> Option<bool> {
         use Feature::*;
-        let options = [Theta, Halving, Toe, Viscosity, Rate, Grading].iter().any(|&feature| self.has(feature));
+        let options = [Theta, Slack, Viscosity, Rate, Grading].iter().any(|&feature| self.has(feature));
         let plain = self.plies == 1 && !(options || self.x.is_mirrored() || self.y.is_mirrored());
         let reals = self.nodes_y.checked_mul(self.chunks)?.checked_mul(CHUNK * HOT_PLANES)?;
         Some(Blocks.is_built() && plain && reals > CACHED_REALS)
     }
 
-    /// Words of an image. Node rows: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and
-    /// vertical segment where they exist.
+    /// Words of an image. Node rows: u and v of every node, then the history, and what it owes if it may, of its horizontal and
+    /// vertical segment where they exist. Before a row in which directions segments have been slack.
     pub(super) fn count_image(&self) -> Option<usize> {
         let vertical = self.nodes_x.checked_mul(self.y.segments())?.checked_mul(self.plies)?;
         let segments = self.x.segments().checked_mul(self.nodes_y)?.checked_add(vertical)?;
         self.nodes()
             .checked_mul(6)?
             .checked_add(segments)?
-            .checked_add(if self.has(Feature::Toe) { segments } else { 0 })?
+            .checked_add(if self.has(Feature::Slack) {
+                segments.checked_mul(2)?.checked_add(self.nodes_y)?
+            } else {
+                0
+            })?
+            .checked_add(if self.has(Feature::Viscosity) {
+                segments.checked_add(self.nodes())?.checked_mul(2)?
+            } else {
+                0
+            })?
             .checked_add(if self.has(Feature::Detachment) { self.nodes().div_ceil(32) } else { 0 })?
             .checked_add(frame_words(self.has))
     }
@@ -145,12 +154,16 @@ impl Layout {
         lines.ok_or(Error::plain(Code::TooManyNodes, "of"))
     }
 
-    /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, its work row of viscosity, its
+    /// Rows of what viscosity keeps that a band copies: two at each of its ends.
+    pub(crate) fn viscous_rows_of_a_band(&self) -> usize {
+        if self.has(Feature::Viscosity) { 4 } else { 0 }
+    }
+
+    /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, copies of viscosity's at its ends, its
     /// fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
-        let viscous = if self.has(Feature::Viscosity) { VISCOUS_PLANES } else { 0 };
         let rows = if self.in_blocks { 1 + BLOCK_STEPS } else { 1 };
-        self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + viscous)
+        self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + self.viscous_rows_of_a_band() * PAST_PLANES)
             + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
     }
 
@@ -262,7 +275,7 @@ mod tests {
     use super::*;
     use crate::Scene;
     use crate::ground::planes::{
-        HISTORY_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
+        HISTORY_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
     };
 
     #[test]
@@ -295,11 +308,13 @@ mod tests {
         // Three bands keep a row and its forces, and both of eight steps; then the fixed nodes in whole cache lines.
         let reals: usize = 3 * (9 * 56 * 8 * (HOT_PLANES + CARRY_PLANES) + 1344);
         assert_eq!(Layout::of(&scene).unwrap().band_lines(3).unwrap(), reals.div_ceil(8));
-        // For each of eight steps: carried forces of 56 chunks; for seven more six numbers a row. A step that may be halved is taken alone.
+        // For each of eight steps: carried forces of 56 chunks; for seven more six numbers a row. With slack balance a step is taken alone.
         let blocks = Layout::of(&scene).unwrap();
-        scene.step_after_failure = crate::StepAfterFailure::Half;
+        scene.slack_balance = true;
         let single = Layout::of(&scene).unwrap();
-        assert_eq!((single.in_blocks, blocks.reals - single.reals), (false, 8 * 56 * 8 * CARRY_PLANES + 7 * 6 * 447));
+        let owed = 447 * 56 * 8 * OWED_PLANES;
+        assert!(!single.in_blocks);
+        assert_eq!(blocks.reals + owed - single.reals, 8 * 56 * 8 * CARRY_PLANES + 7 * 6 * 447);
     }
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.
@@ -340,10 +355,11 @@ mod tests {
         assert_eq!(with(&|scene| scene.yarn.stochastic = true), (5 * 16 * YARN_PLANES, 0, 0));
         let drawn = |scene: &mut Scene| scene.yarn.strength_draw = crate::StrengthDraw::Weibull;
         assert_eq!(with(&drawn), (5 * 16 * STRENGTH_PLANES, 0, 0));
-        assert_eq!(with(&|scene| scene.slack_toe = 0.02), (5 * 16 * MARK_PLANES, 0, 76));
-        // Pushes of 5 rows, a work row, the energy of each row; a word of the image.
+        // A word for each row; of the image two for each of 76 segments besides.
+        assert_eq!(with(&|scene| scene.slack_balance = true), (5 * 16 * OWED_PLANES, 5, 5 + 2 * 76));
+        // Past of 5 rows, what each takes; of the image two words for each of 76 segments and 45 nodes, and one more.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
-        assert_eq!(with(&viscous), (5 * 16 * PUSH_PLANES + 16 * VISCOUS_PLANES + 5, 0, 1));
+        assert_eq!(with(&viscous), (5 * 16 * PAST_PLANES + 5, 0, 2 * (76 + 45) + 1));
         // Logarithms of 5 rows, the energy of each row; two words of the image.
         let rate = |scene: &mut Scene| {
             (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.1, 30.0, 170.0);
@@ -356,7 +372,6 @@ mod tests {
         // A word for every node, and a bit for every node: 45 in two words.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
         assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));
-        assert_eq!(with(&|scene| scene.step_after_failure = crate::StepAfterFailure::Half).2, 2);
         let theta = |scene: &mut Scene| scene.integrator = crate::scene::parts::Integrator::THETA;
         assert_eq!(with(&theta), (5 * 16 * ITERATE_PLANES + 10, 0, 2));
     }

@@ -4,4 +4,6 @@ pub mod model;
 pub mod rows;
 pub mod state;
 pub mod system;
+pub mod terms;
+pub mod viscous_rows;
 pub mod watch;

@@ -8,7 +8,6 @@ use crate::ground::error::{Code, Error};
 use crate::ground::math;
 use crate::ground::planes::Axis;
 use crate::scene::parts::{Scene, StepLimits};
-use crate::yarn::toe::Toe;
 
 /// A body faster than so many spacings a step is lost: what its impulses leave of the nodes is no fabric (see
 /// [`crate::yarn::law::LOST`]).
@@ -17,14 +16,10 @@ const LOST_SPEED: f64 = 1e30;
 /// Constants derived from the scene.
 pub(crate) struct Model {
     pub limits: StepLimits,
-    /// Time step of one pass, s: dt, or half of it. The units below are those of a pass.
-    pub pass_dt: f64,
     pub pose: Pose,
     /// Distance of the projectile's farthest surface point from its centre of mass, m.
     pub reach: f64,
     pub inertia: Inertia,
-    /// Toe of segments that have been slack.
-    pub toe: Toe,
     /// Mass of a node of the front fabric, all bonded plies, kg.
     pub node_mass: f64,
     /// Mass of a node of the back fabric over that.
@@ -47,11 +42,9 @@ impl Model {
     /// No constants: a place for [`Model::derive`].
     pub(crate) const NOTHING: Model = Model {
         limits: StepLimits { dt: 0.0, dt_crit: 0.0, step_max: 0.0 },
-        pass_dt: 0.0,
         pose: Pose::IDENTITY,
         reach: 0.0,
         inertia: Inertia::NOTHING,
-        toe: Toe::NONE,
         node_mass: 0.0,
         back_share: 1.0,
         unit_speed: 0.0,
@@ -69,14 +62,12 @@ impl Model {
         let node_mass = scene.lumped_mass();
         let window = math::round(scene.force_window / dt);
         self.limits = limits;
-        self.pass_dt = dt;
         self.pose = Pose::of_sheet(&scene.sheet);
         self.reach = solid.reach();
         self.inertia = Inertia::of(solid, scene.projectile.mass, scene.is_free());
         if scene.contact.friction > 0.0 {
             self.inertia.feel_friction();
         }
-        self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
         self.back_share = if scene.back.plies > 0 { scene.back.node_mass / scene.sheet.node_mass } else { 1.0 };
         self.unit_speed = h / dt;
@@ -85,15 +76,6 @@ impl Model {
         self.unit_energy = node_mass * (h / dt) * (h / dt);
         self.segment_volume = scene.lumped_area() * (h / scene.rest_stretch(Axis::Horizontal));
         self.window_steps = if window >= 1.0 { window as u64 } else { 1 };
-    }
-
-    /// Goes over to passes of half the time, or back: all factors are powers of two, so nothing is rounded.
-    pub(crate) fn use_half_steps(&mut self, halves: bool) {
-        let factor = if halves { 0.5 } else { 2.0 };
-        self.pass_dt *= factor;
-        self.unit_speed /= factor;
-        self.unit_impulse /= factor;
-        self.unit_energy /= factor * factor;
     }
 
     /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.

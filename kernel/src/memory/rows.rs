@@ -1,77 +1,20 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
 use crate::body::pose::Vector;
-use crate::ground::lanes::{self, InstructionSet, Job, Lane};
+use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::planes::{
-    self, AT_REST, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
-    STRENGTH_PLANES, YARN_PLANES,
+    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
+use crate::memory::terms::Terms;
+use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
-use crate::sheet::direction::Directions;
 use crate::sheet::grading::Net;
-use crate::sheet::sweep::{Constants, Pass, Report, Row, YarnRow};
+use crate::sheet::sweep::{Report, Row};
 use crate::sheet::symmetry::Line;
-use crate::yarn::rate::Rates;
-use crate::yarn::toe::Toe;
-
-/// Constants of a sweep.
-#[derive(Clone, Copy)]
-pub(crate) struct Terms<'t> {
-    pub layout: &'t Layout,
-    pub directions: &'t Directions,
-    /// The toe of marked segments.
-    pub toe: Toe,
-    /// Dependence on the rate of strain.
-    pub rates: &'t Rates,
-    /// Whether rows are fetched from memory ahead of their turn.
-    pub fetches: bool,
-    pub instructions: InstructionSet,
-}
-
-impl<'t> Terms<'t> {
-    /// The hot pass with these constants.
-    pub fn pass<'p>(&'p self, net: &'p Net<'p>, ply: usize) -> Pass<'p> {
-        Pass {
-            horizontals: self.layout.x.segments(),
-            verticals: self.layout.nodes_x,
-            directions: self.directions.of_ply(ply),
-            toe: self.toe,
-            net,
-            rates: self.rates,
-            fetches: self.fetches,
-            instructions: self.instructions,
-        }
-    }
-
-    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn, and of
-    /// `logarithms`, empty where yarn does not depend on the rate.
-    pub fn yarn_row<'y>(
-        &self,
-        yarn: &'y [Chunk<YARN_PLANES>],
-        strength: &'y [Chunk<STRENGTH_PLANES>],
-        logarithms: &'y [Chunk<RATE_PLANES>],
-        k: usize,
-        ply: usize,
-    ) -> YarnRow<'y>
-    where
-        't: 'y,
-    {
-        let constants = if self.layout.has_constants() {
-            Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
-        } else {
-            Constants::Uniform(self.directions.of_ply(ply))
-        };
-        let chunks = self.layout.chunks;
-        YarnRow {
-            constants,
-            strength: planes::row(strength, chunks, k),
-            logarithms: if logarithms.is_empty() { &[] } else { planes::row(logarithms, chunks, k) },
-        }
-    }
-}
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
 pub(crate) struct Rows<'r> {
@@ -89,10 +32,11 @@ pub(crate) struct Rows<'r> {
     pub strength: &'r [Chunk<STRENGTH_PLANES>],
     /// Logarithms of the rate from the first row on; empty where yarn does not depend on it.
     pub logarithms: &'r [Chunk<RATE_PLANES>],
-    /// The toe's marks from the first row on; empty for no toe.
-    pub marks: &'r [Chunk<MARK_PLANES>],
-    /// What viscosity changes of the velocities; empty for none.
-    pub pushes: &'r [Chunk<PUSH_PLANES>],
+    /// What slack segments owe from the first row on, and of each row in which directions they have been slack; empty where nobody asks.
+    pub owed: &'r mut [Chunk<OWED_PLANES>],
+    pub been_slack: &'r [u32],
+    /// What viscosity keeps.
+    pub viscous: ViscousRows<'r>,
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
     /// Velocities along z before the sweep; empty for a single sheet.
@@ -111,35 +55,38 @@ pub(crate) struct Rows<'r> {
 }
 
 impl<'r> Rows<'r> {
-    /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `marked`: whether segments may have
-    /// a toe; `in_block`: the step of a block.
+    /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `in_block`: the step of a
+    /// block.
     pub fn of(
         arrays: &'r mut Arrays<'_>,
         layout: &Layout,
         [first, end]: [usize; 2],
         ply: usize,
-        marked: bool,
         in_block: Option<usize>,
     ) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
         let noted = in_block.unwrap_or(0) * layout.nodes_y;
         let (swept, rest) = arrays.hot.split_at_mut_checked(own.end)?;
+        // The row behind is of the next ply.
+        let is_last_of_ply = layout.is_stack() && layout.ply_and_row(end).1 == 0;
+        let (past, above) = arrays.past.split_at_mut(own.end.min(arrays.past.len()));
+        let viscous = ViscousRows {
+            past: if layout.has(Feature::Viscosity) { past.get_mut(own.start..)? } else { &mut [] },
+            above: if is_last_of_ply { &mut [] } else { planes::row_mut(above, layout.chunks, 0) },
+            known: [false; 2],
+        };
         Some(Rows {
             first,
             ply,
             hot: swept.get_mut(own.start..)?,
-            above: if layout.is_stack() && layout.ply_and_row(end).1 == 0 {
-                // The row behind is of the next ply.
-                &[]
-            } else {
-                planes::row(rest, layout.chunks, 0)
-            },
+            above: if is_last_of_ply { &[] } else { planes::row(rest, layout.chunks, 0) },
             history: arrays.history.get_mut(own.clone())?,
             yarn: if layout.has_constants() { arrays.yarn.get(own.clone())? } else { &[] },
             strength: if layout.has(Feature::Strength) { arrays.strength.get(own.clone())? } else { &[] },
             logarithms: if layout.has(Feature::Rate) { arrays.logarithms.get(own.clone())? } else { &[] },
-            marks: if marked { arrays.marks.get(own.clone())? } else { &[] },
-            pushes: if layout.has(Feature::Viscosity) { arrays.pushes.get(own.clone())? } else { &[] },
+            owed: if layout.has(Feature::Slack) { arrays.owed.get_mut(own.clone())? } else { &mut [] },
+            been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
+            viscous,
             taken: if layout.takes_energy() { arrays.taken.get_mut(first..end)? } else { &mut [] },
             before: if layout.is_stack() { arrays.before.get_mut(own)? } else { &mut [] },
             ranges: arrays.ranges.get_mut(first..end)?,
@@ -159,68 +106,121 @@ impl Rows<'_> {
     /// The hot pass over these rows, with fixed nodes put back and their pulls noted.
     pub fn sweep(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
-        let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Toe) && !self.marks.is_empty();
+        if layout.x.is_mirrored() {
+            self.place_images(layout);
+        }
+        let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Slack);
         let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
-        if optional { self.sweep_with::<true>(terms) } else { self.sweep_with::<false>(terms) }
+        if optional { self.sweep_with::<true, false>(terms) } else { self.sweep_with::<false, false>(terms) }
     }
 
-    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, toe or grading; otherwise no row is asked for them.
-    #[inline]
-    fn sweep_with<const OPTIONS: bool>(&mut self, terms: &Terms<'_>) -> Report {
+    /// [`Rows::sweep`] with viscosity.
+    #[inline(always)] // The rows themselves then take no stack.
+    pub fn sweep_viscous(&mut self, terms: &Terms<'_>) -> Report {
+        if terms.layout.x.is_mirrored() {
+            self.place_images(terms.layout);
+        }
+        self.sweep_with::<true, true>(terms)
+    }
+
+    /// The image columns, with velocities for viscosity and slack segments.
+    #[inline(never)]
+    fn place_images(&mut self, layout: &Layout) {
+        for row in self.hot.chunks_exact_mut(layout.chunks.max(1)) {
+            place_image_column(row, layout.x);
+        }
+        if layout.has(Feature::Viscosity) || layout.has(Feature::Slack) {
+            place_image_speeds(self.hot, layout.chunks, layout.x);
+        }
+    }
+
+    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, slack or grading; otherwise no row is asked for them. VISCOUS: with viscosity.
+    #[inline(always)]
+    fn sweep_with<const OPTIONS: bool, const VISCOUS: bool>(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let Rows { hot, history, before, taken, ranges, carry, kept, pulls, .. } = self;
+        let Rows { hot, history, owed, viscous, before, taken, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         if !before.is_empty() {
             lanes::dispatch(terms.instructions, Keep { hot, before });
         }
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
-        let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
-        let (viscous, net) = if OPTIONS { (layout.has(Feature::Viscosity), &self.net) } else { (false, &Net::NONE) };
+        let been_slack = if OPTIONS { self.been_slack } else { &[] };
+        let net = if OPTIONS { &self.net } else { &Net::NONE };
         let pass = terms.pass(net, ply);
-        if layout.x.is_mirrored() {
-            (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
-        }
         // Whether nodes stand for several.
         let weighed = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Grading);
         let (mut report, rows) = (Report::default(), ranges.len());
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;
+            if VISCOUS {
+                viscous.find_moments_ahead(terms, [ply, first, k], [hot, above], taken);
+            }
             let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
-            let pushes = planes::row(pushes, chunks, k);
-            let mut taken = if viscous { taken.get_mut(k) } else { None };
-            if let Some(taken) = &mut taken {
-                let before = if layout.has(Feature::Rate) { **taken } else { 0.0 };
-                **taken = before + half_taken::<true>(row, pushes, terms, j);
-            }
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, logarithms, k, ply);
-            let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
-            let (met, reach) = Row { pass: &pass, j, row, history, above, carry, yarn: &yarn, marks }.step();
-            report = report.merged(met);
-            let pulled = if weighed {
-                restore_fixed(row, kept, run, |i| layout.node_weight(i, j) * net.share(i, j))
+            let history = planes::row_mut(history, chunks, k);
+            let been_slack = been_slack.get(k).copied().unwrap_or(0);
+            let owed = if been_slack != 0 { planes::row_mut(owed, chunks, k) } else { &mut [] };
+            let mut by_column = [0.0; CHUNK];
+            let (viscous_row, last) = if VISCOUS {
+                let (row, last) = viscous.row(layout, pass.directions, (k, rows, first), &mut by_column);
+                (Some(row), last)
             } else {
-                restore_fixed(row, kept, run, |_| 1.0)
+                (None, Last::default())
             };
+            let row_job = Row {
+                pass: &pass,
+                j,
+                row: &mut *row,
+                history,
+                above,
+                carry,
+                yarn: &yarn,
+                owed,
+                been_slack,
+                viscous: viscous_row,
+            };
+            let (met, reach) = row_job.step::<VISCOUS>();
+            report = report.merged(met);
+            let pulled = end_row(terms, if weighed { Some(net) } else { None }, j, row, kept, run, (range, reach));
             if let Some(pulls) = pulls.get_mut(k) {
                 *pulls = pulled;
             }
-            let [low, high, left, right] = range;
-            [*low, *high] = reach.map(end_of_range);
-            if *left != NOT_KEPT {
-                // While the row is at hand.
-                [*left, *right] = spread(row, terms.instructions).map(end_of_range);
-            }
-            if let Some(taken) = taken {
-                *taken += half_taken::<false>(row, pushes, terms, j);
+            if VISCOUS && let Some(taken) = taken.get_mut(k) {
+                *taken += viscous.taken(layout, pass.directions, [k, j], &by_column, &last);
             }
         }
         report
     }
+}
+
+/// Behind the sweep of row j: puts its fixed nodes back and notes how far it reaches, which is `reach` along y. Returns the pull of the
+/// sheet on each run of fixed nodes. `weighed`: where nodes stand for several.
+#[inline(always)]
+fn end_row(
+    terms: &Terms<'_>,
+    weighed: Option<&Net<'_>>,
+    j: usize,
+    row: &mut [Chunk<HOT_PLANES>],
+    kept: &[[f64; 3]],
+    run: &[u32; 4],
+    (range, reach): (&mut [u32; 4], [f64; 2]),
+) -> [[f64; 3]; 2] {
+    let pulled = match weighed {
+        Some(net) => restore_fixed(row, kept, run, |i| terms.layout.node_weight(i, j) * net.share(i, j)),
+        None => restore_fixed(row, kept, run, |_| 1.0),
+    };
+    let [low, high, left, right] = range;
+    [*low, *high] = reach.map(end_of_range);
+    if *left != NOT_KEPT {
+        // While the row is at hand.
+        [*left, *right] = spread(row, terms.instructions).map(end_of_range);
+    }
+    pulled
 }
 
 /// Keeps the velocities along z.
@@ -240,68 +240,6 @@ impl Job for Keep<'_> {
             }
         }
     }
-}
-
-/// Half the energy, in units of m (h/dt)^2, that these pushes take of nodes with the present velocities of row j: once with those
-/// before the pass and once with those behind it, as contact counts its impulses. Fixed nodes have none. PUSH: whether the pushes
-/// then act.
-fn half_taken<const PUSH: bool>(
-    row: &mut [Chunk<HOT_PLANES>],
-    pushes: &[Chunk<PUSH_PLANES>],
-    terms: &Terms<'_>,
-    j: usize,
-) -> f64 {
-    let layout = terms.layout;
-    let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
-    let less = line.node_weight(0) - line.node_weight(last);
-    let on_plane = if less > 0.0 {
-        // Of a node on the plane there is one, of the others there are two.
-        let at = |plane: usize| {
-            planes::get(row, 3 + plane, last).unwrap_or(0.0) * planes::get(pushes, plane, last).unwrap_or(0.0)
-        };
-        less * (0..PUSH_PLANES).map(at).sum::<f64>()
-    } else {
-        0.0
-    };
-    let given = lanes::dispatch(terms.instructions, PushJob::<PUSH> { row, pushes });
-    -0.5 * layout.y.node_weight(j) * (line.node_weight(0) * given.iter().sum::<f64>() - on_plane)
-}
-
-/// Velocities times pushes, summed over the chunks of a row; then the pushes act, if they are to.
-struct PushJob<'a, const PUSH: bool> {
-    row: &'a mut [Chunk<HOT_PLANES>],
-    pushes: &'a [Chunk<PUSH_PLANES>],
-}
-
-impl<const PUSH: bool> Job for PushJob<'_, PUSH> {
-    type Output = [f64; CHUNK];
-
-    #[inline(always)]
-    fn run<L: Lane>(self) -> [f64; CHUNK] {
-        let mut given = [0.0; CHUNK];
-        for (chunk, pushes) in self.row.iter_mut().zip(self.pushes) {
-            let [_, _, _, vx, vy, vz, ..] = chunk;
-            let [px, py, pz] = pushes;
-            for g in 0..CHUNK / L::WIDTH {
-                let sum = &mut L::groups_mut(&mut given)[g];
-                let x = product::<L, PUSH>(&mut L::groups_mut(vx)[g], &L::groups(px)[g]);
-                let y = product::<L, PUSH>(&mut L::groups_mut(vy)[g], &L::groups(py)[g]);
-                let z = product::<L, PUSH>(&mut L::groups_mut(vz)[g], &L::groups(pz)[g]);
-                L::load(sum).add(x.add(y).add(z)).store(sum);
-            }
-        }
-        given
-    }
-}
-
-/// Velocity times push; then the push acts, if it is to.
-#[inline(always)]
-fn product<L: Lane, const PUSH: bool>(velocity: &mut L::Group, push: &L::Group) -> L {
-    let (v, push) = (L::load(velocity), L::load(push));
-    if PUSH {
-        v.add(push).or_zero_below(L::splat(AT_REST)).store(velocity);
-    }
-    v.mul(push)
 }
 
 /// Remembers the displacements of a row's fixed nodes.
@@ -384,9 +322,9 @@ mod tests {
     }
 
     /// The digest after a run in which segments fail, 41 x 41 nodes.
-    fn run(toe: f64, prepare: impl FnOnce(&mut Sim<'_>)) -> u64 {
+    fn run(slack: bool, prepare: impl FnOnce(&mut Sim<'_>)) -> u64 {
         let mut scene = sheet(41, 41);
-        scene.slack_toe = toe;
+        scene.slack_balance = slack;
         let mut sim = sim(&scene);
         assert!(sim.system.directions.front.plain && !sim.system.fetches);
         prepare(&mut sim);
@@ -398,8 +336,8 @@ mod tests {
     /// The path of fabrics that are not plain is the general one: it gives a plain sheet the bits of its own.
     #[test]
     fn a_plain_sheet_moves_alike_on_both_paths() {
-        for toe in [0.0, 0.02] {
-            assert_eq!(run(toe, |_| ()), run(toe, |sim| sim.system.directions.front.plain = false));
+        for slack in [false, true] {
+            assert_eq!(run(slack, |_| ()), run(slack, |sim| sim.system.directions.front.plain = false));
         }
     }
 
@@ -408,7 +346,7 @@ mod tests {
     fn rows_fetched_from_memory_move_as_others_do() {
         for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
             let [near, far] = [false, true].map(|fetches| {
-                run(0.0, |sim| {
+                run(false, |sim| {
                     sim.system.fetches = fetches;
                     sim.use_instructions(set).unwrap();
                 })

@@ -51,8 +51,6 @@ pub struct Sums {
     pub iterations: u64,
     /// Most iterations of one step.
     pub most_iterations: u64,
-    /// Change of the audited energy when the step was halved, J.
-    pub halving_energy: f64,
     /// Energy that viscosity and rate have taken, J.
     pub viscous: f64,
     /// Energy rubbed away between nodes and projectile, J.
@@ -91,7 +89,6 @@ impl Sums {
         beyond_fine: 0,
         iterations: 0,
         most_iterations: 0,
-        halving_energy: 0.0,
         viscous: 0.0,
         friction: 0.0,
         ply_loss: 0.0,
@@ -121,8 +118,6 @@ pub struct State {
     /// Steps since the load began: since the first contact, or since motion was given by hand; 0 before. Counted for yarn that depends
     /// on the rate.
     pub loaded: u64,
-    /// true once every step is taken as two halves.
-    pub halved: bool,
     /// Path being followed (prescribed body).
     pub track: Track,
     /// Sums and extremes.
@@ -140,7 +135,6 @@ impl State {
             force: ZERO,
             torque: ZERO,
             loaded: 0,
-            halved: false,
             track: Track { first: 0, steps: 0, start: body, end: body },
             sums: Sums::NOTHING,
             watch: Watch::NOTHING,
@@ -162,12 +156,6 @@ impl State {
             visitor.count(&mut self.sums.iterations);
             visitor.count(&mut self.sums.most_iterations);
         }
-        if features.has(Feature::Halving) {
-            let mut flag = u64::from(self.halved);
-            visitor.flag(&mut flag);
-            self.halved = flag == 1;
-            visitor.real(&mut self.sums.halving_energy);
-        }
         if features.has(Feature::Viscosity) || features.has(Feature::Rate) {
             visitor.real(&mut self.sums.viscous);
         }
@@ -184,7 +172,7 @@ impl State {
         if features.has(Feature::Grading) {
             visitor.count(&mut self.sums.beyond_fine);
         }
-        visit_watch(&mut self.watch, visitor);
+        visit_watch(&mut self.watch, features.has(Feature::Through), visitor);
     }
 }
 
@@ -244,7 +232,7 @@ fn visit_body(body: &mut Body, visitor: &mut impl Visitor) {
     visitor.vector(&mut body.angular_velocity);
 }
 
-fn visit_watch(watch: &mut Watch, visitor: &mut impl Visitor) {
+fn visit_watch(watch: &mut Watch, through: bool, visitor: &mut impl Visitor) {
     let none = FirstContact { step: 0, direction: Vector::zeros(), kinetic_energy: 0.0 };
     visit_option(&mut watch.first, none, visitor, |first, visitor| {
         visitor.count(&mut first.step);
@@ -254,7 +242,11 @@ fn visit_watch(watch: &mut Watch, visitor: &mut impl Visitor) {
     visitor.vector(&mut watch.checkpoint);
     visitor.real(&mut watch.checkpoint_work);
     visitor.count(&mut watch.checkpoint_impulses);
-    for latch in &mut watch.latched {
+    if through {
+        visitor.real(&mut watch.travel_start);
+        visitor.real(&mut watch.travel_speed);
+    }
+    for latch in watch.latched.iter_mut().take(if through { 5 } else { 4 }) {
         visit_option(latch, Latch { step: 0, work: 0.0 }, visitor, |latch, visitor| {
             visitor.count(&mut latch.step);
             visitor.real(&mut latch.work);

@@ -8,8 +8,7 @@ use crate::ground::error::{Error, Failure};
 use crate::ground::lanes::InstructionSet;
 use crate::ground::math;
 use crate::ground::planes::{
-    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
-    YARN_PLANES,
+    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::Arrays;
@@ -21,12 +20,13 @@ use crate::scene::features::Feature;
 use crate::scene::parts::{CRITICAL_STRETCH_MAX, Scene};
 use crate::sheet::direction::{Along, Direction, Directions};
 use crate::sheet::grading::{self, Net, PLACE};
+use crate::sheet::neighbours::NOTHING;
 use crate::sheet::places::{Places, rest_offset};
+use crate::sheet::slack::{self, GIVEN, NOTHING_OWED, Owed};
 use crate::sheet::sweep;
 use crate::sheet::weave::{self, in_runs};
 use crate::yarn::law::{self, DamageLaw, Rest};
 use crate::yarn::rate::RateLaw;
-use crate::yarn::toe::NO_TOE;
 
 /// What is stepped: constants, state and memory of the sheet and the projectile.
 pub(crate) struct System<'a> {
@@ -90,10 +90,12 @@ pub(crate) struct SegmentView {
     pub critical_stretch: f64,
     /// Largest q beyond critical stored so far.
     pub history: f64,
-    /// The toe's mark (`toe.rs`).
-    pub mark: f64,
+    /// What it owes and the stress that it gave, if it may (`sheet/slack.rs`).
+    pub owed: Option<[f64; 2]>,
     /// Relative displacement of its ends at t_n.
     pub d: [f64; 3],
+    /// Its change in the last step.
+    pub w: [f64; 3],
     /// Relative displacement of its ends at t_{n-1}.
     pub d_before: [f64; 3],
 }
@@ -114,14 +116,18 @@ impl SegmentView {
         self.axis.own_axes(self.rest.force(law::stress(stiffness, twice_strain), self.axis.own_axes(self.d)))
     }
 
-    /// Whether its ends are nearer than its natural length at t_n and were at t_{n-1}.
-    pub fn is_slack(&self) -> bool {
-        self.twice_strain() < 0.0 && self.twice_strain_before() < 0.0
-    }
-
-    /// alpha when the segment got its toe, if it has one.
-    pub fn alpha_when_marked(&self) -> Option<f64> {
-        (self.mark <= 0.0).then_some(1.0 + self.mark)
+    /// Work over 1/4 l^2 that its stress at t_n, with this stiffness, does more in the last step than that at t_{n-1}.
+    pub fn growth_of_work(&self, stiffness: f64) -> f64 {
+        let (q, ends) = (self.twice_strain(), [self.axis.own_axes(self.d), self.axis.own_axes(self.w)]);
+        let mut now = law::stress(stiffness, q);
+        let mut before = law::stress(self.stiffness, self.twice_strain_before());
+        if let Some([energy, given]) = self.owed {
+            before += given;
+            let mut owed = Owed { energy: &mut [energy; CHUNK], given: &mut [given; CHUNK] };
+            now += owed.stress(&self.rest.lanes(), [self.stiffness, stiffness], q, ends, 0);
+        }
+        let [r, r_before] = slack::growths(&self.rest.lanes(), ends);
+        now * r - before * r_before
     }
 }
 
@@ -184,7 +190,7 @@ impl System<'_> {
     #[inline]
     pub fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
         let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
-        let chunk = planes::row(self.arrays.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&sweep::NOTHING);
+        let chunk = planes::row(self.arrays.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&NOTHING);
         let at = |plane: usize, turn: bool| {
             let value = chunk[plane][i % CHUNK];
             if turn { -value } else { value }
@@ -236,11 +242,19 @@ impl System<'_> {
             damage_rate: if stochastic { drawn(2) } else { direction.damage_rate },
             critical_stretch: planes::get(strength, axis as usize, i).unwrap_or(direction.law.critical_stretch),
             history: planes::get(planes::row(self.arrays.history, chunks, j), axis as usize, i)?,
-            mark: planes::get(planes::row(self.arrays.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
+            owed: self.owed(axis, i, j),
+            w: dv,
             d,
             // The theta rule's state is synchronous: its audit looks at t_n alone.
             d_before: if self.layout.has(Feature::Theta) { d } else { [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]] },
         })
+    }
+
+    /// What the segment from node (i, j) owes, and the stress that it gave in the last pass; None where none of its kind has been slack.
+    pub fn owed(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
+        let row = planes::row(self.arrays.owed, self.layout.chunks, j);
+        let at = |plane: usize| planes::get(row, plane + axis as usize, i).unwrap_or(0.0);
+        self.arrays.been_slack.get(j).is_some_and(|bits| bits & slack::bit(axis) != 0).then(|| [at(0), at(GIVEN)])
     }
 
     /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the history of drawn strength
@@ -265,26 +279,31 @@ impl System<'_> {
         RateLaw::of(&self.scene, self.direction(axis, 0).rest.twice_strain, time)
     }
 
-    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n and without viscosity; nothing is committed.
+    /// Stiffness kk of a segment at t_n, with damage up to t_n and rate; nothing is committed.
+    pub fn stiffness_now(&self, segment: &SegmentView) -> f64 {
+        let q = segment.twice_strain();
+        let (seen, stiffening) = if self.layout.has(Feature::Rate) {
+            let rate = self.rate_law(segment.axis);
+            (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
+        } else {
+            (q, 1.0)
+        };
+        let stiffness = if self.direction_of(segment).law.is_damaging(seen, segment.history) {
+            self.law_of(segment).alpha(segment.damage_rate, seen) * segment.undamaged
+        } else {
+            segment.stiffness
+        };
+        stiffness * stiffening
+    }
+
+    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n, without viscosity and what slack segments give; nothing is
+    /// committed.
     /// The same expressions in the same order as the sweep.
     pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
         let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
-            let q = segment.twice_strain();
-            let (seen, stiffening) = if self.layout.has(Feature::Rate) {
-                let rate = self.rate_law(segment.axis);
-                (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
-            } else {
-                (q, 1.0)
-            };
-            let stiffness = if self.direction_of(&segment).law.is_damaging(seen, segment.history) {
-                self.law_of(&segment).alpha(segment.damage_rate, seen) * segment.undamaged
-            } else {
-                segment.stiffness
-            };
-            let stiffness = stiffness * self.model.toe.factor(q, segment.mark) * stiffening;
-            segment.force(stiffness, q)
+            segment.force(self.stiffness_now(&segment), segment.twice_strain())
         };
         let right = force(Axis::Horizontal, Some(i), Some(j));
         let left = force(Axis::Horizontal, i.checked_sub(1), Some(j));
@@ -355,7 +374,15 @@ impl System<'_> {
             *history = strength.map(|plane| plane.map(law::twice_strain_at));
         }
         self.arrays.flags.fill(0);
-        self.clear_marks();
+        self.arrays.owed.fill(NOTHING_OWED);
+        for j in 0..self.arrays.been_slack.len() {
+            let Along { horizontal, vertical, .. } = self.directions_of_row(j);
+            let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * slack::bit(axis);
+            let bits = slack(&horizontal.rest, Axis::Horizontal) | slack(&vertical.rest, Axis::Vertical);
+            if let Some(been_slack) = self.arrays.been_slack.get_mut(j) {
+                *been_slack = bits;
+            }
+        }
         self.rebuild_derived();
     }
 
@@ -369,8 +396,6 @@ impl System<'_> {
     /// whether a history of the row has changed; if not, its stiffnesses are still right.
     pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
-        // Rows at rest have none until they are swept, and contact reads them.
-        self.arrays.pushes.fill([[0.0; CHUNK]; PUSH_PLANES]);
         self.arrays.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
         self.arrays.before.fill([0.0; CHUNK]);
         (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));
@@ -487,22 +512,6 @@ impl System<'_> {
         self.state.sums.add_to_support(kind, at, &pull, symmetry);
     }
 
-    /// Stiffnesses and units of passes over half steps, or whole ones; does nothing if they are that already.
-    pub fn use_half_steps(&mut self, halves: bool) {
-        if halves == (self.model.pass_dt < self.model.limits.dt) {
-            return;
-        }
-        self.model.use_half_steps(halves);
-        self.directions.use_half_steps(halves);
-        let factor = if halves { 0.25 } else { 4.0 };
-        for chunk in self.arrays.hot.iter_mut() {
-            chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
-        }
-        for chunk in self.arrays.yarn.iter_mut() {
-            chunk[..2].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
-        }
-    }
-
     /// Awake rows of a ply and their neighbours.
     pub fn rows_to_step(&self, ply: usize) -> [usize; 2] {
         rows_to_step(self.layout.rows_of(ply), self.awake_of(ply), self.steps_all())
@@ -543,11 +552,6 @@ impl System<'_> {
             return self.velocity_with_forces(self.scene.integrator.theta, i, j);
         }
         Vector::from(self.node(i, j).1)
-    }
-
-    /// No segment has a toe.
-    pub fn clear_marks(&mut self) {
-        self.arrays.marks.fill([[NO_TOE; CHUNK]; MARK_PLANES]);
     }
 
     /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.

@@ -16,11 +16,14 @@ pub enum Outcome {
     Exited = 2,
     /// No contact, and none to come: the body leaves the sheet's box for good.
     Passed = 3,
+    /// Held yarn does not stop the body any more: the rule of docs/model.md, with its measured error. Only with `track_through`.
+    Through = 4,
 }
 
 impl Outcome {
     /// All outcomes in the order of their numbers.
-    pub const ALL: [Outcome; 4] = [Outcome::Arrested, Outcome::Detached, Outcome::Exited, Outcome::Passed];
+    pub const ALL: [Outcome; 5] =
+        [Outcome::Arrested, Outcome::Detached, Outcome::Exited, Outcome::Passed, Outcome::Through];
 
     /// Name for tables.
     pub fn name(self) -> &'static str {
@@ -29,6 +32,7 @@ impl Outcome {
             Outcome::Detached => "detached",
             Outcome::Exited => "exited",
             Outcome::Passed => "passed",
+            Outcome::Through => "through",
         }
     }
 }
@@ -43,7 +47,7 @@ impl OutcomeSet {
 
     /// The outcomes of these bits, bit 0 being the first of [`Outcome::ALL`]; others are not counted.
     pub const fn from_bits(bits: u32) -> OutcomeSet {
-        OutcomeSet(bits & 0b1111)
+        OutcomeSet(bits & 0b1_1111)
     }
 
     /// A bit for each.
@@ -128,8 +132,12 @@ pub struct Watch {
     pub checkpoint_work: f64,
     /// Nodal impulses counted at that checkpoint.
     pub checkpoint_impulses: u64,
+    /// Where the travel began after which "through" is asked next, along the direction at first contact, m.
+    pub travel_start: f64,
+    /// Velocity along that direction there, m/s.
+    pub travel_speed: f64,
     /// Latched outcomes by number.
-    pub latched: [Option<Latch>; 4],
+    pub latched: [Option<Latch>; 5],
 }
 
 impl Watch {
@@ -139,7 +147,9 @@ impl Watch {
         checkpoint: Vector::new(0.0, 0.0, 0.0),
         checkpoint_work: 0.0,
         checkpoint_impulses: 0,
-        latched: [None; 4],
+        travel_start: 0.0,
+        travel_speed: 0.0,
+        latched: [None; 5],
     };
 
     /// Latches an outcome once.

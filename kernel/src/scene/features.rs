@@ -6,7 +6,7 @@
 
 use crate::ground::error::Error;
 use crate::ground::lanes;
-use crate::scene::parts::{Drive, IntegratorKind, RotationKind, Scene, Shape, StepAfterFailure, StrengthDraw, Weft};
+use crate::scene::parts::{Drive, IntegratorKind, RotationKind, Scene, Shape, StrengthDraw, Weft};
 
 /// What a scene may have, or a build: the record of each in [`FEATURES`] says what it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,8 +18,7 @@ pub enum Feature {
     Friction,
     Viscosity,
     Plies,
-    Toe,
-    Halving,
+    Slack,
     Drawn,
     Strength,
     Prescribed,
@@ -31,6 +30,7 @@ pub enum Feature {
     Unlike,
     Polyhedra,
     Detachment,
+    Through,
     Snapshot,
     Bands,
     Blocks,
@@ -116,23 +116,14 @@ pub const FEATURES: [Record; 22] = [
         about: "Separate plies that push on each other, of two fabrics if need be",
     },
     Record {
-        feature: Toe,
-        name: "toe",
-        built: cfg!(feature = "toe"),
-        asked_by: &[("slack_toe", |s| s.slack_toe != 0.0)],
-        // A toe could reach beyond the critical strain of the weakest segments; its energy with a rate is not known.
-        not_with: &[Strength, Rate, Theta],
+        feature: Slack,
+        name: "slack",
+        built: cfg!(feature = "slack"),
+        asked_by: &[("slack_balance", |s| s.slack_balance)],
+        // The work of a stress that relaxes is not known within a step.
+        not_with: &[Rate, Theta],
         words: 0,
-        about: "A soft start of segments that have been slack",
-    },
-    Record {
-        feature: Halving,
-        name: "halving",
-        built: cfg!(feature = "halving"),
-        asked_by: &[("step_after_failure", |s| s.step_after_failure != StepAfterFailure::Keep)],
-        not_with: &[Theta],
-        words: 2,
-        about: "A step that is halved after the first failure",
+        about: "Segments that give back the energy which the step makes where they become slack or taut",
     },
     Record {
         feature: Drawn,
@@ -244,6 +235,15 @@ pub const FEATURES: [Record; 22] = [
         not_with: &[],
         words: 0,
         about: "The outcome that a part of the sheet has torn off its supports",
+    },
+    Record {
+        feature: Through,
+        name: "detachment",
+        built: cfg!(feature = "detachment"),
+        asked_by: &[("track_through", |s| s.track_through)],
+        not_with: &[],
+        words: 5,
+        about: "The outcome that held yarn does not stop the projectile any more",
     },
     Record {
         feature: Snapshot,

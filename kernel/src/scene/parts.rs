@@ -410,17 +410,6 @@ impl Integrator {
     pub const THETA: Integrator = Integrator { kind: IntegratorKind::Theta, ..Integrator::VERLET };
 }
 
-/// What the step does once a segment has failed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum StepAfterFailure {
-    /// It stays.
-    Keep = 0,
-    /// From the end of the step in which the first segment fails every step is taken as two halves (velocity Verlet only).
-    /// Step count, time, paths, outcomes and force windows go on counting whole steps.
-    Half = 1,
-}
-
 /// How the projectile turns between impulses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -491,12 +480,9 @@ pub struct Scene {
     pub step_check: StepCheck,
     /// How the nodes are stepped.
     pub integrator: Integrator,
-    /// What the step does once a segment has failed.
-    pub step_after_failure: StepAfterFailure,
-    /// The toe against the energy creep of slack sheets: Green-Lagrange strain over which the stiffness of a segment sets in
-    /// once it has been slack after the first failure; in [0.005, 0.05] and not beyond that of U_c, 0.02 if in doubt. 0 = no
-    /// toe: the stiffness jumps (velocity Verlet only). See docs/model.md, "The toe".
-    pub slack_toe: f64,
+    /// Whether segments give back the energy that the step makes where they become slack or taut (velocity Verlet only): without it a
+    /// sheet that rattles gains energy. See docs/model.md, "Slack and taut".
+    pub slack_balance: bool,
     /// How the projectile turns.
     pub rotation_rule: RotationRule,
     /// Window of the peak force, s, > 0; rounded to whole steps, at least one. Until the first window is full the peak force is
@@ -505,6 +491,9 @@ pub struct Scene {
     /// Watch whether the nodes in contact are still connected to a support (4 bytes per node). Without it there is no outcome
     /// "detached", and a body that carries torn cloth is never said to have exited.
     pub track_detachment: bool,
+    /// Watch whether held yarn can still stop a free body: the outcome "through", long before "exited". It needs `track_detachment`
+    /// to tell held yarn from loose; without it all yarn counts as held. See docs/model.md, "Outcomes".
+    pub track_through: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
     /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 116 bytes (124 with the
@@ -515,10 +504,6 @@ pub struct Scene {
 
 /// Largest fraction of dt_crit that is accepted.
 pub const STEP_MAX_FRACTION: f64 = 0.5;
-/// sqrt(3/4): what a toe leaves of the largest step, because its tangent modulus is at most 4/3 E.
-pub const STEP_WITH_TOE: f64 = 0.866_025_403_784_438_6;
-/// Narrowest and widest toe.
-pub const TOE_RANGE: [f64; 2] = [0.005, 0.05];
 /// Default fraction of dt_crit.
 pub const STEP_DEFAULT_FRACTION: f64 = 0.4;
 /// Rates of strain accepted, 1/s.
@@ -540,6 +525,6 @@ pub struct StepLimits {
     pub dt: f64,
     /// 2/omega_max of the taut sheet at the critical stretch, with the stiffest segment drawn.
     pub dt_crit: f64,
-    /// Largest accepted step: 0.5 dt_crit, with a toe 0.5 sqrt(3/4) dt_crit.
+    /// Largest accepted step: 0.5 dt_crit.
     pub step_max: f64,
 }

@@ -4,8 +4,7 @@
 
 use crate::scene::parts::{
     Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Grading, Integrator, Projectile, RotationRule,
-    STEP_DEFAULT_FRACTION, Scene, Sector, Shape, Sheet, Stack, StepAfterFailure, StepCheck, StrengthDraw, Symmetry,
-    TimeStep, Weft, Yarn,
+    STEP_DEFAULT_FRACTION, Scene, Sector, Shape, Sheet, Stack, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 
 /// Rest length of a segment in the paper: 35 yarns per inch, m.
@@ -112,11 +111,11 @@ impl Scene {
             time_step: TimeStep::fraction(STEP_DEFAULT_FRACTION),
             step_check: StepCheck::Refuse,
             integrator: Integrator::VERLET,
-            step_after_failure: StepAfterFailure::Keep,
-            slack_toe: 0.0,
+            slack_balance: false,
             rotation_rule: RotationRule::MIDPOINT,
             force_window: 1e-6,
             track_detachment: true,
+            track_through: false,
             track_support: true,
             contact_capacity: 0,
         }

@@ -9,8 +9,8 @@ use crate::ground::planes::{AT_REST, Axis};
 use crate::scene::features::{self, Feature};
 use crate::scene::fields;
 use crate::scene::parts::{
-    AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, MAX_GAP, STEP_MAX_FRACTION, STEP_WITH_TOE,
-    STRAIN_RATES, Scene, Stack, StepCheck, StepLimits, Symmetry, TOE_RANGE, TimeStep, WEIBULL_SHAPES,
+    AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, MAX_GAP, STEP_MAX_FRACTION, STRAIN_RATES, Scene,
+    Stack, StepCheck, StepLimits, Symmetry, TimeStep, WEIBULL_SHAPES,
 };
 use crate::sheet::weave;
 use core::iter::StepBy;
@@ -140,10 +140,9 @@ impl Scene {
     /// K <= 4 C b_1 s U_c^2 + 2 b_2 s q_c U_c^2 + 32 C b_3, because no strain grows by more than q_c within a pass. So Omega^2 + 4 xi Omega
     /// + 4 eta < 4: dt < dt_crit (sqrt(1 - eta + xi^2) - xi).
     fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> Result<f64, Error> {
-        let without = if self.slack_toe > 0.0 { STEP_WITH_TOE } else { 1.0 };
         let [linear, quadratic, bending] = self.viscosity();
         if [linear, quadratic, bending] == [0.0; 3] {
-            return Ok(without * STEP_MAX_FRACTION);
+            return Ok(STEP_MAX_FRACTION);
         }
         let means = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
         let ([kx, ky], [mean_x, mean_y]) = (self.stiffnesses(moduli, back), self.stiffnesses(means, back));
@@ -159,7 +158,7 @@ impl Scene {
             return Err(Error::new(Code::OutOfRange, "yarn.viscosity_quadratic", quadratic, quadratic / eta));
         }
         let stable = math::sqrt(1.0 - eta + xi * xi) - xi;
-        Ok(without * math::min(stable, STEP_MAX_FRACTION))
+        Ok(math::min(stable, STEP_MAX_FRACTION))
     }
 
     /// Segments of the front or of the back fabric to be looked at, by their numbers.
@@ -247,8 +246,7 @@ impl Scene {
         if Feature::Plies.is_built() && self.back.plies > 0 {
             self.check_back()?;
         }
-        self.check_step()?;
-        self.check_toe()
+        self.check_step()
     }
 
     /// What the front fabric must be holds for the back one, too.
@@ -259,7 +257,7 @@ impl Scene {
             return Err(Error::new(Code::OutOfRange, "back.weibull_shape", shape, WEIBULL_SHAPES[0]));
         }
         let back = self.all_of_back();
-        back.check_yarn().and_then(|()| back.check_rest()).and_then(|()| back.check_toe()).map_err(of_back)
+        back.check_yarn().and_then(|()| back.check_rest()).map_err(of_back)
     }
 
     fn check_step(&self) -> Result<(), Error> {
@@ -282,21 +280,6 @@ impl Scene {
         };
         let front = of_means(false)?;
         if self.back.plies > 0 { Ok(math::min(front, of_means(true)?)) } else { Ok(front) }
-    }
-
-    fn check_toe(&self) -> Result<(), Error> {
-        let toe = self.slack_toe;
-        if toe == 0.0 {
-            return Ok(());
-        }
-        let [narrowest, widest] = TOE_RANGE;
-        let [x, y] = [Axis::Horizontal, Axis::Vertical].map(|axis| 0.5 * self.damage_law(axis).critical_twice_strain());
-        let widest = math::min(math::min(x, y), widest);
-        if toe >= narrowest && toe <= widest {
-            return Ok(());
-        }
-        let limit = if toe < narrowest { narrowest } else { widest };
-        Err(Error::new(Code::OutOfRange, "slack_toe", toe, limit))
     }
 
     /// Numbers of one direction that do not go together: crimp and strain along it, plies that are turned and spacings that differ.

@@ -111,17 +111,6 @@ impl Directions {
         }
     }
 
-    /// Goes over to passes of half the time, or back: all factors are powers of two, so nothing is rounded.
-    pub(crate) fn use_half_steps(&mut self, halves: bool) {
-        let factor = if halves { 0.25 } else { 4.0 };
-        let Directions { front, back, .. } = self;
-        for direction in [&mut front.horizontal, &mut front.vertical, &mut back.horizontal, &mut back.vertical] {
-            direction.modulus_per_stiffness /= factor;
-            direction.stiffness *= factor;
-            direction.viscosity = direction.viscosity.of_pass(if halves { 0.5 } else { 2.0 });
-        }
-    }
-
     /// What segments along x and along y have in common in a ply, which may be turned by 90 degrees.
     pub(crate) fn of_ply(&self, ply: usize) -> Along<'_> {
         let WarpAndWeft { horizontal, vertical, plain } = if self.is_back(ply) { &self.back } else { &self.front };

@@ -5,7 +5,7 @@
 //! gives its first node. No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
-//! Where there is a toe (`toe.rs`) or a dependence on the rate (`rate.rs`) the factor on kk has a path of its own, compiled apart; so
+//! What slack segments owe (`slack.rs`) and a dependence on the rate (`rate.rs`) have paths of their own, compiled apart; so
 //! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension; and a graded network
 //! (`grading.rs`), whose bars and nodes differ by column and row.
 //! Limits: dt <= 0.5 dt_crit (see `parts.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
@@ -13,16 +13,18 @@
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
-    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, RATE_PLANES,
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES, RATE_PLANES,
     STRENGTH_PLANES, YARN_PLANES, vertical_axes,
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
-use crate::yarn::law::{self, DamageLaw, LOST, RestLanes};
+use crate::sheet::neighbours::{NOTHING, right_of};
+use crate::sheet::slack::{NOTHING_OWED, Owed, bit, relative_velocities};
+use crate::sheet::viscous::{NO_PAST, Past, ViscousRow, bending_forces};
+use crate::yarn::law::{self, DamageLaw, LOST, RestLanes, ViscosityLanes};
 use crate::yarn::rate::Rates;
-use crate::yarn::toe::{NO_TOE, Toe};
 
 /// What one pass met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,8 +85,6 @@ pub struct Pass<'a> {
     pub verticals: usize,
     /// What the segments of a direction have in common.
     pub directions: Along<'a>,
-    /// The toe of marked segments.
-    pub toe: Toe,
     /// Bars and widths of a graded network.
     pub net: &'a Net<'a>,
     /// Dependence on the rate of strain.
@@ -135,29 +135,37 @@ pub struct Row<'a> {
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     /// Constants of its segments.
     pub yarn: &'a YarnRow<'a>,
-    /// Its toe's marks, empty for no toe.
-    pub marks: &'a [Chunk<MARK_PLANES>],
+    /// What its slack segments owe; empty where none has been slack.
+    pub owed: &'a mut [Chunk<OWED_PLANES>],
+    /// Bits of the directions in which they have been.
+    pub been_slack: u32,
+    /// What viscosity keeps of it; None without.
+    pub viscous: Option<ViscousRow<'a>>,
 }
 
-/// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what the stiffnesses
-/// are multiplied by; FETCH: whether it asks for [`Pass::fetches`].
-struct RowJob<'a, const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool = true>(Row<'a>);
+/// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what else acts on the
+/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity.
+struct RowJob<
+    'a,
+    const PLAIN: bool,
+    const GRADED: bool,
+    const FACTOR: u8,
+    const FETCH: bool = true,
+    const VISCOUS: bool = false,
+>(Row<'a>);
 
 /// Nothing.
 const NONE: u8 = 0;
-/// The toe's factor.
-const TOE: u8 = 1;
-/// That of the rate.
+/// What slack segments owe.
+const SLACK: u8 = 1;
+/// The factor of the rate on the stiffnesses.
 const RATE: u8 = 2;
 
 /// How many chunks a row is fetched ahead: 4 KiB, some 100 ns of work.
 const AHEAD: usize = 8;
 
-/// Marks of no toe.
-const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
-
-/// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
-pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
+/// Without a dependence on the rate.
+const NO_LOGARITHMS: Chunk<RATE_PLANES> = [[0.0; CHUNK]; RATE_PLANES];
 
 /// Columns of no grading.
 const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
@@ -165,14 +173,23 @@ const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
 impl Row<'_> {
     /// Steps the row. Returns what was met, and the least and greatest y displacement.
     #[inline(always)] // A copy of the row would be read before its stores are done: 20 ns.
-    pub fn step(self) -> (Report, [f64; 2]) {
+    pub fn step<const VISCOUS: bool>(self) -> (Report, [f64; 2]) {
         let set = self.pass.instructions;
         // What is not built has no path.
         let plain = self.pass.directions.plain || !(Feature::Crimp.is_built() || Feature::Unlike.is_built());
         let ungraded = self.pass.net.columns.is_empty() || !Feature::Grading.is_built();
-        let unmarked = self.marks.is_empty() || !Feature::Toe.is_built();
+        let unmarked = self.owed.is_empty() || !Feature::Slack.is_built();
         let dependent = Feature::Rate.is_built() && !self.yarn.logarithms.is_empty();
-        // A dependence on the rate excludes the toe and grading.
+        if VISCOUS {
+            // Viscosity excludes grading.
+            return match (plain, unmarked) {
+                _ if dependent => lanes::dispatch_narrow(set, RowJob::<false, false, RATE, true, true>(self)),
+                (_, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, true>(self)),
+                (true, true) => lanes::dispatch(set, RowJob::<true, false, NONE, true, true>(self)),
+                (false, true) => lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true>(self)),
+            };
+        }
+        // A dependence on the rate excludes both.
         match (plain, ungraded, unmarked) {
             _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self)),
             // The commonest path is compiled apart for sheets that lie in the caches.
@@ -180,60 +197,63 @@ impl Row<'_> {
                 lanes::dispatch(set, RowJob::<true, false, NONE, false>(self))
             }
             (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self)),
-            (true, true, false) => lanes::dispatch(set, RowJob::<true, false, TOE>(self)),
             (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self)),
-            (false, true, false) => lanes::dispatch(set, RowJob::<false, false, TOE>(self)),
+            (_, true, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK>(self)),
             (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self)),
-            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, TOE>(self)),
+            (_, false, false) => lanes::dispatch_narrow(set, RowJob::<false, true, SLACK>(self)),
         }
     }
 }
 
-impl Pass<'_> {
-    /// The vertical forces of row j, `row`, on the row `above`, as [`Row::step`] would leave them in `carry`; nothing is stepped and
-    /// no damage is committed. For a band that starts at `above`.
-    #[allow(clippy::too_many_arguments)] // What a row has.
-    pub fn lift(
-        &self,
-        j: usize,
-        row: &[Chunk<HOT_PLANES>],
-        history: &[Chunk<HISTORY_PLANES>],
-        above: &[Chunk<HOT_PLANES>],
-        carry: &mut [Chunk<CARRY_PLANES>],
-        yarn: &YarnRow<'_>,
-        marks: &[Chunk<MARK_PLANES>],
-    ) {
-        lanes::dispatch(self.instructions, LiftJob { pass: self, j, row, history, above, carry, yarn, marks });
+/// The vertical forces of a row, `row`, on the row `above`, as [`Row::step`] would leave them in `carry`; nothing is stepped and no damage is
+/// committed. For a band that starts at `above`.
+pub(crate) struct Lift<'a> {
+    pub pass: &'a Pass<'a>,
+    /// The row's number.
+    pub j: usize,
+    pub row: &'a [Chunk<HOT_PLANES>],
+    pub history: &'a [Chunk<HISTORY_PLANES>],
+    pub above: &'a [Chunk<HOT_PLANES>],
+    pub carry: &'a mut [Chunk<CARRY_PLANES>],
+    pub yarn: &'a YarnRow<'a>,
+    /// What its slack segments owe, and nothing is changed; empty where none has been slack.
+    pub owed: &'a [Chunk<OWED_PLANES>],
+    /// What viscosity keeps of both rows, with the moments of this pass; empty without it.
+    pub viscous: [&'a [Chunk<PAST_PLANES>]; 2],
+}
+
+impl Lift<'_> {
+    /// Finds them.
+    pub fn find(self) {
+        // Two at a time take little stack.
+        lanes::dispatch(InstructionSet::Sse2, self);
     }
 }
 
-/// [`Pass::lift`] as a job for the lanes.
-struct LiftJob<'a> {
-    pass: &'a Pass<'a>,
-    j: usize,
-    row: &'a [Chunk<HOT_PLANES>],
-    history: &'a [Chunk<HISTORY_PLANES>],
-    above: &'a [Chunk<HOT_PLANES>],
-    carry: &'a mut [Chunk<CARRY_PLANES>],
-    yarn: &'a YarnRow<'a>,
-    marks: &'a [Chunk<MARK_PLANES>],
-}
-
-impl Job for LiftJob<'_> {
+impl Job for Lift<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let LiftJob { pass, j, row, history, above, carry, yarn, marks } = self;
+        let Lift { pass, j, row, history, above, carry, yarn, owed, viscous: [past, past_above] } = self;
         let upwards = pass.directions.vertical;
         let dependent = !yarn.logarithms.is_empty();
         let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
         let rest = pass.net.row(j).upwards(&upwards.rest);
+        let viscosity = upwards.viscosity.lanes::<L>();
         let report = Report::default();
-        let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
+        let mut cold = Cold {
+            pass,
+            yarn,
+            horizontal_end: 0,
+            vertical_end: pass.verticals,
+            keeps: if owed.is_empty() { 0 } else { bit(Axis::Vertical) },
+            report,
+        };
         let rows = row.iter().zip(above).zip(history).zip(carry);
-        for (c, (((here, above), [_, history]), carry)) in rows.enumerate() {
-            let [[ux, uy, uz, .., kv], [ax, ay, az, ..]] = [here, above];
+        for (c, (((here, over), [_, history]), carry)) in rows.enumerate() {
+            let [_, energy, _, given] = &mut owed.get(c).copied().unwrap_or(NOTHING_OWED);
+            let [[ux, uy, uz, .., kv], [ax, ay, az, ..]] = [here, over];
             let [cx, cy, cz] = carry;
             for g in 0..CHUNK / L::WIDTH {
                 let d = [
@@ -244,22 +264,37 @@ impl Job for LiftJob<'_> {
                 // Of a plain segment these are the bits of its own functions.
                 let q = rest.twice_strain(vertical_axes(d));
                 let mut stiffness = L::load(&L::groups(kv)[g]);
+                let before = stiffness;
                 let largest = L::load(&L::groups(history)[g]);
                 if q.any_not_below(limit) && q.any_above(largest) {
                     let place = Place { first: c * CHUNK + g * L::WIDTH, end: pass.verticals, axis: Axis::Vertical };
                     let (mut copy, mut damaged) = (L::ZEROS, L::ZEROS);
                     largest.store(&mut copy);
                     stiffness.store(&mut damaged);
-                    cold.damage(q, place, &mut copy, &mut damaged);
+                    cold.damage::<L, true>(q, place, [&mut copy, &mut damaged], Some(&mut L::groups_mut(energy)[g]));
                     stiffness = L::load(&damaged);
-                }
-                if let Some([_, mark]) = marks.get(c) {
-                    stiffness = stiffness.mul(pass.toe.factor(q, L::load(&L::groups(mark)[g])));
                 }
                 if let Some([_, logarithm]) = yarn.logarithms.get(c) {
                     stiffness = stiffness.mul(pass.rates.stiffening(L::load(&L::groups(logarithm)[g])));
                 }
-                let lift = vertical_axes(rest.force(law::stress(stiffness, q), vertical_axes(d)));
+                let mut stress = law::stress(stiffness, q);
+                let mut bent = L::splat(0.0);
+                if let Some(past) = past.get(c) {
+                    [_, bent] = bending_forces(past, &NO_PAST, past_above.get(c).unwrap_or(&NO_PAST), g);
+                    let mut past = *past;
+                    let [_, twice_strain, _, stress_before, ..] = &mut past;
+                    (stress, _) = Past { twice_strain, stress: stress_before }.stress(&viscosity, stiffness, q, g);
+                }
+                if !owed.is_empty() {
+                    let [_, w] = relative_velocities([here, &NOTHING, over], g);
+                    let ends = [vertical_axes(d), vertical_axes(w)];
+                    let mut owed = Owed { energy, given };
+                    stress = stress.add(owed.stress(&rest, [before, stiffness], q, ends, g));
+                }
+                let mut lift = vertical_axes(rest.force(stress, vertical_axes(d)));
+                if !past.is_empty() {
+                    lift[2] = lift[2].add(bent);
+                }
                 lift[0].store(&mut L::groups_mut(cx)[g]);
                 lift[1].store(&mut L::groups_mut(cy)[g]);
                 lift[2].store(&mut L::groups_mut(cz)[g]);
@@ -268,29 +303,39 @@ impl Job for LiftJob<'_> {
     }
 }
 
-impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool> Job
-    for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH>
+impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool, const VISCOUS: bool> Job
+    for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS>
 {
     type Output = (Report, [f64; 2]);
 
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
-        let Row { pass, j, row, history, above, carry, yarn, marks } = self.0;
+        let Row { pass, j, row, history, above, carry, yarn, owed, been_slack, viscous } = self.0;
+        let (share, mut rest_of_past, past_above, mut taken) = match viscous {
+            Some(ViscousRow { share, past, above, taken }) if VISCOUS => (L::splat(share), past, above, Some(taken)),
+            None if VISCOUS => return (Report::LOST, [0.0; 2]),
+            _ => (L::splat(0.0), &mut [][..], &[][..], None),
+        };
         let net = if GRADED { pass.net.row(j) } else { NetRow::NONE };
         let mut cold = Cold {
             pass,
             yarn,
             horizontal_end: pass.horizontals,
             vertical_end: if above.is_empty() { 0 } else { pass.verticals },
+            keeps: been_slack,
             report: Report::default(),
         };
         let zero = L::splat(0.0);
         let Along { horizontal, vertical, .. } = pass.directions;
         let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let limits = [L::splat(limits[0]), L::splat(limits[1])];
+        let viscosity = [horizontal.viscosity.lanes(), vertical.viscosity.lanes()];
         let (rests, inverse_width) =
             ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
-        let mut along = Carried::<L> { limits, rests, inverse_width, left_force: [zero; 3], low: zero, high: zero };
+        let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
+        let left_force = [zero; 3];
+        let mut along =
+            Carried::<L> { limits, viscosity, share, rests, inverse_width, keeps, left_force, low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
@@ -302,26 +347,44 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool>
             }
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
-            let factors = match FACTOR {
-                TOE => marks.get(c).unwrap_or(&NO_MARKS),
-                RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),
-                _ => &NO_MARKS,
-            };
+            let owed = if FACTOR == SLACK { owed.get_mut(c) } else { None };
+            let logarithms = if FACTOR == RATE { yarn.logarithms.get(c) } else { None }.unwrap_or(&NO_LOGARITHMS);
+            let (mut past, mut past_beside) = (None, [&NO_PAST; 2]);
+            if VISCOUS {
+                let Some((first, tail)) = rest_of_past.split_first_mut() else { break };
+                (past, rest_of_past) = (Some(first), tail);
+                past_beside = [rest_of_past.first(), past_above.get(c)].map(|beside| beside.unwrap_or(&NO_PAST));
+            }
+            let column = c * CHUNK;
             let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
-            let mut planes =
-                Planes { chunk, history, above, carry, factors, next, column: c * CHUNK, columns, net: &net };
+            let taken = taken.as_deref_mut();
+            let mut planes = Planes {
+                chunk,
+                history,
+                above,
+                carry,
+                logarithms,
+                next,
+                column,
+                columns,
+                net: &net,
+                owed,
+                past,
+                past_beside,
+                taken,
+            };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -336,8 +399,8 @@ struct Planes<'a> {
     history: &'a mut Chunk<HISTORY_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
-    /// What the factors of the stiffnesses follow from: marks of the toe, or logarithms of the rate.
-    factors: &'a Chunk<MARK_PLANES>,
+    /// Logarithms of the rate.
+    logarithms: &'a Chunk<RATE_PLANES>,
     /// The chunk behind this one.
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
@@ -345,6 +408,13 @@ struct Planes<'a> {
     /// Bars and widths of a graded network.
     columns: &'a Chunk<LINE_PLANES>,
     net: &'a NetRow<'a>,
+    /// What slack segments owe.
+    owed: Option<&'a mut Chunk<OWED_PLANES>>,
+    /// What viscosity keeps of the segments, and what they take.
+    past: Option<&'a mut Chunk<PAST_PLANES>>,
+    taken: Option<&'a mut [f64; CHUNK]>,
+    /// The same of the chunk behind and of the row above.
+    past_beside: [&'a Chunk<PAST_PLANES>; 2],
 }
 
 /// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
@@ -352,10 +422,16 @@ struct Planes<'a> {
 struct Carried<L> {
     /// q at the critical stretch of horizontal and vertical segments.
     limits: [L; 2],
+    /// Viscosity of both.
+    viscosity: [ViscosityLanes<L>; 2],
+    /// [`ViscousRow::share`].
+    share: L,
     /// How both lie in the flat sheet; of no use for plain ones. Of graded horizontal ones it is that of the fabric.
     rests: [RestLanes<L>; 2],
     /// Of the row, in a graded network.
     inverse_width: L,
+    /// 1 of those that keep what they owe, else 0.
+    keeps: [f64; 2],
     left_force: [L; 3],
     low: L,
     high: L,
@@ -369,19 +445,21 @@ struct Cold<'a> {
     horizontal_end: usize,
     /// Vertical segments start before this column.
     vertical_end: usize,
+    /// Bits of the directions in which segments keep what they owe.
+    keeps: u32,
     report: Report,
 }
 
 impl<L: Lane> Carried<L> {
     /// How the segments of group g lie in the flat sheet.
     #[inline(always)]
-    fn rests<const GRADED: bool>(
+    fn rests<const GRADED: bool, const FACTOR: u8>(
         &self,
         (columns, net): (&Chunk<LINE_PLANES>, &NetRow<'_>),
         g: usize,
         pass: &Pass<'_>,
     ) -> [RestLanes<L>; 2] {
-        let [horizontal, vertical] = if L::WIDTH == CHUNK {
+        let [horizontal, vertical] = if FACTOR == SLACK || L::WIDTH == CHUNK {
             // AVX-512 spreads a number as it reads it: eight copies of each on the stack would be no gain.
             [pass.directions.horizontal.rest.lanes(), net.upwards(&pass.directions.vertical.rest)]
         } else {
@@ -398,13 +476,18 @@ impl<L: Lane> Carried<L> {
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8>(
+    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const VISCOUS: bool>(
         &mut self,
         planes: &mut Planes<'_>,
         g: usize,
         cold: &mut Cold<'_>,
     ) {
         let columns = planes.columns;
+        let [w_h, w_v] = if FACTOR == SLACK {
+            relative_velocities([&*planes.chunk, planes.next, planes.above], g)
+        } else {
+            [[L::splat(0.0); 3]; 2]
+        };
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -424,7 +507,7 @@ impl<L: Lane> Carried<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let [rest_h, rest_v] = self.rests::<GRADED>((columns, planes.net), g, cold.pass);
+        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
         let (q_v, q_h) = if PLAIN {
             (law::twice_strain(vertical_axes(up)), law::twice_strain(along))
         } else {
@@ -436,30 +519,110 @@ impl<L: Lane> Carried<L> {
         } else {
             q_h.any_not_below(limit_h) || q_v.any_not_below(limit_v)
         };
+        let before = [L::load(&kh[g]), L::load(&kv[g])];
         if some_beyond {
-            cold.damage_beyond(q_h, limit_h, column, Axis::Horizontal, &mut history_h[g], &mut kh[g]);
-            cold.damage_beyond(q_v, limit_v, column, Axis::Vertical, &mut history_v[g], &mut kv[g]);
+            let of = [[&mut history_h[g], &mut kh[g]], [&mut history_v[g], &mut kv[g]]];
+            cold.damage_both::<L, FACTOR>([q_h, q_v], [limit_h, limit_v], column, of, planes.owed.as_deref_mut(), g);
         }
-        let [factor_h, factor_v] = planes.factors;
-        let kh = factored::<L, FACTOR>(L::load(&kh[g]), q_h, factor_h, g, cold.pass);
-        let kv = factored::<L, FACTOR>(L::load(&kv[g]), q_v, factor_v, g, cold.pass);
-        let (stress_v, stress_h) = (law::stress(kv, q_v), law::stress(kh, q_h));
-        let [rest_h, rest_v] = self.rests::<GRADED>((columns, planes.net), g, cold.pass);
-        let (lift, force) = if PLAIN {
+        let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
+        if FACTOR == RATE {
+            let [of_h, of_v] = planes.logarithms;
+            kh = kh.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_h)[g])));
+            kv = kv.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_v)[g])));
+        }
+        let [mut stress_v, mut stress_h] = match (planes.past.as_deref_mut(), planes.taken.as_deref_mut()) {
+            (Some(past), Some(taken)) if VISCOUS => {
+                self.viscous_stresses::<FACTOR>((past, taken), [kh, kv], [q_h, q_v], g, cold.pass)
+            }
+            _ => [law::stress(kv, q_v), law::stress(kh, q_h)],
+        };
+        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
+        if FACTOR == SLACK
+            && let Some(owed) = planes.owed.as_deref_mut()
+        {
+            let ends = [[along, w_h], [vertical_axes(up), vertical_axes(w_v)]];
+            let given = self.given(owed, [rest_h, rest_v], [before, [kh, kv]], [q_h, q_v], ends, g);
+            (stress_h, stress_v) = (stress_h.add(given[0]), stress_v.add(given[1]));
+        }
+        let (mut lift, mut force) = if PLAIN {
             (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
         } else {
             (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
         };
+        if VISCOUS && let Some(past) = planes.past.as_deref() {
+            let [next, above] = planes.past_beside;
+            let [bent_h, bent_v] = bending_forces::<L>(past, next, above, g);
+            force[2] = force[2].add(bent_h);
+            lift[2] = lift[2].add(bent_v);
+        }
         let lift = vertical_axes(lift);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
+        let sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
+        move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
+        let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
+        move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
+        self.low = y.min(self.low);
+        self.high = y.max(self.high);
+    }
+
+    /// (M16) The stresses of group g along y and x with their viscous parts; counts what these take.
+    #[inline(always)]
+    fn viscous_stresses<const FACTOR: u8>(
+        &self,
+        ([q_x, q_y, x, y, ..], taken): (&mut Chunk<PAST_PLANES>, &mut [f64; CHUNK]),
+        [kh, kv]: [L; 2],
+        [q_h, q_v]: [L; 2],
+        g: usize,
+        pass: &Pass<'_>,
+    ) -> [L; 2] {
+        let Along { horizontal, vertical, .. } = pass.directions;
+        let [of_h, of_v] =
+            if FACTOR == SLACK { [horizontal.viscosity.lanes(), vertical.viscosity.lanes()] } else { self.viscosity };
+        let (stress_v, taken_v) = Past { twice_strain: q_y, stress: y }.stress(&of_v, kv, q_v, g);
+        let (stress_h, taken_h) = Past { twice_strain: q_x, stress: x }.stress(&of_h, kh, q_h, g);
+        let taken = &mut L::groups_mut(taken)[g];
+        L::load(taken).add(taken_h.add(taken_v.mul(self.share))).store(taken);
+        [stress_v, stress_h]
+    }
+
+    /// (M9) The stresses that the segments of group g give along x and y. `ends`: displacement and velocity of one end relative to
+    /// the other, in the axes of each.
+    #[inline(always)]
+    fn given(
+        &self,
+        [energy_h, energy_v, given_h, given_v]: &mut Chunk<OWED_PLANES>,
+        [rest_h, rest_v]: [RestLanes<L>; 2],
+        [before, now]: [[L; 2]; 2],
+        [q_h, q_v]: [L; 2],
+        [ends_h, ends_v]: [[[L; 3]; 2]; 2],
+        g: usize,
+    ) -> [L; 2] {
+        let keeps = [L::splat(self.keeps[0]), L::splat(self.keeps[1])];
+        let of_h = [before[0].mul(keeps[0]), now[0].mul(keeps[0])];
+        let of_v = [before[1].mul(keeps[1]), now[1].mul(keeps[1])];
+        let (mut owed_h, mut owed_v) =
+            (Owed { energy: energy_h, given: given_h }, Owed { energy: energy_v, given: given_v });
+        [owed_h.stress(&rest_h, of_h, q_h, ends_h, g), owed_v.stress(&rest_v, of_v, q_v, ends_v, g)]
+    }
+
+    /// The sums of force at the nodes of group g: of the segment to the right, less that to the left, and the vertical part.
+    #[inline(always)]
+    fn sums<const GRADED: bool>(
+        &mut self,
+        force: [L; 3],
+        vertical: [L; 3],
+        (columns, net): (&Chunk<LINE_PLANES>, &NetRow<'_>),
+        g: usize,
+    ) -> [L; 3] {
         let left = [
             force[0].left_of(self.left_force[0]),
             force[1].left_of(self.left_force[1]),
             force[2].left_of(self.left_force[2]),
         ];
-        let sum = if GRADED {
-            let inverse_width = if L::WIDTH == CHUNK { L::splat(planes.net.inverse_width) } else { self.inverse_width };
+        self.left_force = force;
+        if GRADED {
+            let inverse_width = if L::WIDTH == CHUNK { L::splat(net.inverse_width) } else { self.inverse_width };
             let widths = [L::load(&L::groups(&columns[INVERSE_WIDTH])[g]), inverse_width];
             [
                 graded_with_vertical(force[0], left[0], vertical[0], widths),
@@ -472,32 +635,8 @@ impl<L: Lane> Carried<L> {
                 with_vertical(force[1], left[1], vertical[1]),
                 with_vertical(force[2], left[2], vertical[2]),
             ]
-        };
-        move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
-        let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
-        move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
-        self.low = y.min(self.low);
-        self.high = y.max(self.high);
-        self.left_force = force;
+        }
     }
-}
-
-/// The stiffnesses of group g times what the plane of factors says of them.
-#[inline(always)]
-fn factored<L: Lane, const FACTOR: u8>(stiffness: L, q: L, plane: &[f64; CHUNK], g: usize, pass: &Pass<'_>) -> L {
-    if FACTOR == TOE {
-        stiffness.mul(pass.toe.factor(q, L::load(&L::groups(plane)[g])))
-    } else if FACTOR == RATE {
-        stiffness.mul(pass.rates.stiffening(L::load(&L::groups(plane)[g])))
-    } else {
-        stiffness
-    }
-}
-
-/// The right-hand neighbours of group g: from the same plane, or with the first of the chunk behind.
-#[inline(always)]
-pub(crate) fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUNK], g: usize) -> L {
-    if g + 1 < CHUNK / L::WIDTH { L::load_right(plane, g) } else { here.right_of(L::load(&L::groups(next)[0])) }
 }
 
 /// up - down: the vertical part of a node's sum. Leaves `up` in the carry, as what the row above calls down.
@@ -546,35 +685,74 @@ struct Place {
 }
 
 impl Cold<'_> {
-    /// Damages the segments from column `first` on of which some q is at or beyond the limit and above all before.
+    /// Damages the segments of group g along x and y, from this column on, of which some q is at or beyond the limit and above all
+    /// before.
     #[inline(always)]
-    fn damage_beyond<L: Lane>(
+    fn damage_both<L: Lane, const FACTOR: u8>(
+        &mut self,
+        q: [L; 2],
+        limits: [L; 2],
+        column: usize,
+        [of_h, of_v]: [[&mut L::Group; 2]; 2],
+        owed: Option<&mut Chunk<OWED_PLANES>>,
+        g: usize,
+    ) {
+        if let Some([h, v, ..]) = owed
+            && FACTOR == SLACK
+        {
+            let [h, v] = [&mut L::groups_mut(h)[g], &mut L::groups_mut(v)[g]];
+            self.damage_beyond::<L, true>(q[0], limits[0], column, Axis::Horizontal, of_h, Some(h));
+            self.damage_beyond::<L, true>(q[1], limits[1], column, Axis::Vertical, of_v, Some(v));
+        } else {
+            self.damage_beyond::<L, false>(q[0], limits[0], column, Axis::Horizontal, of_h, None);
+            self.damage_beyond::<L, false>(q[1], limits[1], column, Axis::Vertical, of_v, None);
+        }
+    }
+
+    /// The same of one direction. KEEPS: whether they may keep what they owe.
+    #[inline(always)]
+    fn damage_beyond<L: Lane, const KEEPS: bool>(
         &mut self,
         q: L,
         limit: L,
         first: usize,
         axis: Axis,
-        history: &mut L::Group,
-        stiffness: &mut L::Group,
+        [history, stiffness]: [&mut L::Group; 2],
+        owed: Option<&mut L::Group>,
     ) {
         if q.any_not_below(limit) && q.any_above(L::load(history)) {
             let end = if axis == Axis::Horizontal { self.horizontal_end } else { self.vertical_end };
-            self.damage(q, Place { first, end, axis }, history, stiffness);
+            self.damage::<L, KEEPS>(q, Place { first, end, axis }, [history, stiffness], owed);
         }
     }
 
     /// The cold path: a lane group in which some q is at or beyond the critical one and above all before, or no number.
     #[cold]
     #[inline(never)]
-    fn damage<L: Lane>(&mut self, q: L, place: Place, history: &mut L::Group, stiffness: &mut L::Group) {
+    fn damage<L: Lane, const KEEPS: bool>(
+        &mut self,
+        q: L,
+        place: Place,
+        [history, stiffness]: [&mut L::Group; 2],
+        mut owed: Option<&mut L::Group>,
+    ) {
         let mut strains = L::ZEROS;
         q.store(&mut strains);
         let slots = history.as_mut().iter_mut().zip(stiffness.as_mut());
         for (lane, (&q, (history, stiffness))) in strains.as_ref().iter().zip(slots).enumerate() {
             let column = place.first + lane;
             if column < place.end {
-                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, history, stiffness);
+                let before = *stiffness;
+                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, [history, stiffness]);
                 self.report.add(met);
+                let owed = owed.as_deref_mut().filter(|_| KEEPS && self.keeps & bit(place.axis) != 0);
+                if let Some(owed) = owed.and_then(|owed| owed.as_mut().get_mut(lane))
+                    && *stiffness != before
+                {
+                    for (sign, stiffness) in [(4.0, *stiffness), (-4.0, before)] {
+                        *owed += sign * self.pass.dissipated(self.yarn, place.axis, column, stiffness);
+                    }
+                }
             }
         }
     }
@@ -589,8 +767,7 @@ impl Pass<'_> {
         yarn: &YarnRow<'_>,
         axis: Axis,
         column: usize,
-        history: &mut f64,
-        stiffness: &mut f64,
+        [history, stiffness]: [&mut f64; 2],
     ) -> Report {
         let usable = q <= LOST || q <= *history;
         if !usable {
@@ -606,11 +783,22 @@ impl Pass<'_> {
         }
         let failed_before = *stiffness == 0.0;
         let (undamaged, damage_rate) = yarn.constants(axis, column);
-        let damage = law.at(yarn.critical_stretch(law, axis, column)).damage(damage_rate, q);
+        let law = law.at(yarn.critical_stretch(law, axis, column));
+        let damage = law.damage(damage_rate, q);
         *stiffness = damage.alpha * undamaged;
         // A failed segment never comes here again: no q is above its history.
         *history = damage.history;
         Report { newly_failed: u64::from(damage.alpha == 0.0 && !failed_before), non_finite: false }
+    }
+
+    /// What a segment has dissipated when its stiffness has become this, in the unit of stiffness.
+    #[inline(never)]
+    fn dissipated(&self, yarn: &YarnRow<'_>, axis: Axis, column: usize, stiffness: f64) -> f64 {
+        let law = &self.directions.along(axis).law;
+        let (undamaged, damage_rate) = yarn.constants(axis, column);
+        // Twice the stiffness stands for the modulus.
+        let material = law::Segment { modulus: 2.0 * undamaged, damage_rate };
+        law.at(yarn.critical_stretch(law, axis, column)).dissipated(&material, stiffness / undamaged)
     }
 }
 

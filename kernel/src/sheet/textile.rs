@@ -192,7 +192,7 @@ fn stretch_at(s: f64) -> f64 {
 
 impl Scene {
     /// Makes the sheet of this textile: spacings, areas, node mass, crimp, the yarn law, without a law of the weft's own, and the
-    /// [`TEXTILE_VISCOSITY`], which the theta rule does not take.
+    /// [`TEXTILE_VISCOSITY`]; with crimp also `slack_balance`, but where yarn depends on the rate. The theta rule takes neither.
     /// Number of nodes and plies, place, pre-strain, supports, `yarn.alpha_fail`, `yarn.draw` and all else stay.
     ///
     /// # Errors
@@ -229,6 +229,7 @@ impl Scene {
             strongest = math::min(1.0 + (critical_stretch - 1.0) * factor, CRITICAL_STRETCH_MAX);
         }
         [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = viscosity_at(strongest);
+        self.slack_balance = self.sheet.crimp != [0.0; 2] && !self.depends_on_rate();
         Ok(())
     }
 
@@ -440,7 +441,8 @@ mod tests {
     #[test]
     fn yarn_of_a_textile_is_viscous_and_takes_the_default_step() {
         let scene = scene_of(&plain());
-        assert_eq!(scene.viscosity(), TEXTILE_VISCOSITY);
+        assert_eq!((scene.viscosity(), scene.slack_balance), (TEXTILE_VISCOSITY, false));
+        assert!(scene_of(&unlike()).slack_balance);
         scene.step_limits().unwrap();
         // Yarn that gives more has less of the quadratic part, and takes it too.
         for failure_strain in [0.07, 0.075, 0.15, 0.3, 1.0] {

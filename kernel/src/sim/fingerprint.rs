@@ -18,7 +18,7 @@ pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::parts::{Draw, Integrator, RotationRule, StepAfterFailure, Symmetry};
+    use crate::scene::parts::{Draw, Integrator, RotationRule, Symmetry};
 
     /// So an image of a scene without them fits, whether or not its program knew of them.
     #[test]
@@ -40,8 +40,7 @@ mod tests {
         }
         check(&|s| s.integrator = Integrator::THETA, &[0x3_0000, 0.5_f64.to_bits(), 1e-10_f64.to_bits(), 500]);
         check(&|s| s.rotation_rule = RotationRule::theta(1.0), &[0x4_0000, 1.0_f64.to_bits()]);
-        check(&|s| s.step_after_failure = StepAfterFailure::Half, &[0x5_0001]);
-        check(&|s| s.slack_toe = 0.02, &[0x6_0000, 0.02_f64.to_bits()]);
+        check(&|s| s.slack_balance = true, &[0x6_0001]);
         check(&|s| s.yarn.viscosity_linear = 0.06, &[0x8_0000, 0.06_f64.to_bits()]);
         check(&|s| s.yarn.viscosity_quadratic = 1.5, &[0x8_0001, 1.5_f64.to_bits()]);
         check(&|s| s.yarn.viscosity_bending = 0.06, &[0x8_0002, 0.06_f64.to_bits()]);
@@ -51,9 +50,6 @@ mod tests {
         let bits = [0.125_f64, 30.0, 170.0].map(f64::to_bits);
         check(&with_rate, &[0x67_0000, bits[0], bits[1], bits[2]]);
         // Several at once, in the order in which they came.
-        check(
-            &|s| (s.yarn.draw, s.step_after_failure, s.slack_toe) = (Draw::Yarn, StepAfterFailure::Half, 0.02),
-            &[0x1_0001, 0x5_0001, 0x6_0000, 0.02_f64.to_bits()],
-        );
+        check(&|s| (s.yarn.draw, s.slack_balance) = (Draw::Yarn, true), &[0x1_0001, 0x6_0001]);
     }
 }

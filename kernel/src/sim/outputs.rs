@@ -177,7 +177,6 @@ pub const OUTPUTS: &[Output] = &[
     energy("energy.support_work", ("energy.support_work", 419), |energy| energy.support_work,
         "Work of the projectile on held nodes: the part of contact.work that the fabric did not get"),
     energy("energy.external_work", NO_FMI, |energy| energy.external_work, "Work of the external load on the projectile"),
-    energy("energy.halving", NO_FMI, |energy| energy.halving, "Change of the audited energy when the step was halved; 0 if it was not"),
     energy("energy.residual", ("energy.residual", 414), |energy| energy.residual, "What the energy balance does not close by"),
     row("fabric.max_deflection", ("fabric.max_deflection", 420), &POSITION, &[], Get::Fabric(|fabric| fabric.max_deflection),
         "Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet)"),
@@ -208,7 +207,7 @@ pub const OUTPUTS: &[Output] = &[
     count("counters.iterations", NO_FMI, |counters| counters.iterations as f64, "Iterations of the theta rule; 0 with velocity Verlet"),
     count("counters.most_iterations", NO_FMI, |counters| counters.most_iterations as f64, "Most iterations of one step"),
     count("counters.beyond_fine", ("contact.beyond_fine", 434), |counters| counters.beyond_fine as f64,
-        "Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be \
+        "Steps in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be \
          too far apart to feel it: 0 in a run that is to be trusted"),
 ];
 

@@ -7,17 +7,17 @@
 use crate::body::pose::Vector;
 use crate::ground::error::{Code, Error};
 use crate::ground::hash::Hash;
-use crate::ground::planes::{self, Axis, CHUNK};
+use crate::ground::planes::{self, Axis, CHUNK, MOMENT, VISCOUS_STRESS};
 use crate::memory::layout::HEADER_WORDS;
 use crate::memory::state::{COUNT_MAX, State, Visitor};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
+use crate::sheet::slack::GIVEN;
 use crate::sheet::weave::in_runs;
 use crate::sim::snapshot::header;
 use crate::sim::start::LARGEST_STRETCH;
 use crate::step::explicit;
-use crate::yarn::law::{FAILED, twice_strain_at};
-use crate::yarn::toe::NO_TOE;
+use crate::yarn::law::{FAILED, LOST, twice_strain_at};
 
 /// Displacements and velocities of an image, in spacings and spacings a step: beyond this their energy need not be finite.
 /// A simulation that has not failed stays far below (see [`crate::yarn::law::LOST`]).
@@ -113,7 +113,6 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
 
     // Second pass: take them.
     system.state = state;
-    system.use_half_steps(system.state.halved);
     let mut words = arrays;
     // After a failure nothing is taken for granted.
     let failed = system.failure.is_some();
@@ -125,23 +124,30 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Looks at the words of the arrays: motion whose energy is finite, histories and marks such as there are, fixed nodes at rest, flags 32 bits wide.
+/// Looks at the words of the arrays: motion whose energy is finite, histories such as there are, fixed nodes at rest, flags 32 bits wide.
 fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     // A segment breaks long before: only one that was broken beforehand has such a history.
     let largest = twice_strain_at(LARGEST_STRETCH);
     let possible = -LARGEST_MOTION..=LARGEST_MOTION;
     let (across, layout) = (system.layout.x.segments(), system.layout);
-    let (toe, drawn) = (system.layout.has(Feature::Toe), system.layout.has(Feature::Strength));
+    let (slack, drawn) = (system.layout.has(Feature::Slack), system.layout.has(Feature::Strength));
     let mut sound = true;
     for (j, run) in system.arrays.runs.iter().enumerate() {
         let strength = planes::row(system.arrays.strength, system.layout.chunks, j);
         let verticals = layout.has_verticals(j);
+        if slack {
+            let Some((&been_slack, rest)) = words.split_first() else { return false };
+            sound &= u64::from_le_bytes(been_slack) <= 3;
+            words = rest;
+        }
         for i in 0..system.layout.nodes_x {
             let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
             let node = node.map(real);
             let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
             sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
             words = rest;
+            let viscous = layout.has(Feature::Viscosity);
+            sound &= takes_numbers(&mut words, if viscous { 2 } else { 0 });
             for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, verticals)] {
                 if !exists {
                     continue;
@@ -157,16 +163,19 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
                 let q = real(q);
                 sound &= (q == whole) | (q == FAILED) | ((q > critical) & (q <= largest));
                 words = rest;
-                if toe {
-                    let Some((&mark, rest)) = words.split_first() else { return false };
-                    let mark = real(mark);
-                    sound &= mark == NO_TOE || (-1.0..=0.0).contains(&mark);
-                    words = rest;
-                }
+                sound &= takes_numbers(&mut words, if slack { 2 } else { 0 });
+                sound &= takes_numbers(&mut words, if viscous { 2 } else { 0 });
             }
         }
     }
     sound && words.iter().all(|flags| u64::from_le_bytes(*flags) <= u64::from(u32::MAX))
+}
+
+/// Takes so many words off the front. Whether they are numbers that a fabric can have.
+fn takes_numbers(words: &mut &[[u8; 8]], count: usize) -> bool {
+    let Some((numbers, rest)) = words.split_at_checked(count) else { return false };
+    *words = rest;
+    numbers.iter().all(|&word| (-LOST..=LOST).contains(&real(word)))
 }
 
 /// Takes the words of row j, which are sound, off the front. Returns whether a history has changed.
@@ -176,10 +185,14 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
     let (across, layout) = (system.layout.x.segments(), system.layout);
     let row = planes::row_mut(system.arrays.hot, chunks, j);
     let history = planes::row_mut(system.arrays.history, chunks, j);
-    let marks = planes::row_mut(system.arrays.marks, chunks, j);
+    let owed = planes::row_mut(system.arrays.owed, chunks, j);
+    if let Some(been_slack) = system.arrays.been_slack.get_mut(j) {
+        let Some((&word, rest)) = words.split_first() else { return true };
+        (*been_slack, *words) = (u64::from_le_bytes(word) as u32, rest);
+    }
+    let past = planes::row_mut(system.arrays.past, chunks, j);
     let verticals = layout.has_verticals(j);
     for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
-        let mut marks = marks.get_mut(c);
         #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
         for lane in 0..CHUNK.min(nx.saturating_sub(c * CHUNK)) {
             let i = c * CHUNK + lane;
@@ -187,6 +200,11 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
             *words = rest;
             for (plane, &word) in hot.iter_mut().zip(node) {
                 plane[lane] = real(word);
+            }
+            if let Some(past) = past.get_mut(c) {
+                let Some(([x, y], rest)) = words.split_first_chunk() else { return true };
+                (past[MOMENT][lane], past[MOMENT + 1][lane]) = (real(*x), real(*y));
+                *words = rest;
             }
             for (axis, exists) in [(0, i < across), (1, verticals)] {
                 if !exists {
@@ -197,9 +215,14 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
                 changed |= history[axis][lane] != largest;
                 history[axis][lane] = largest;
                 *words = rest;
-                if let Some(marks) = &mut marks {
-                    let Some((&mark, rest)) = words.split_first() else { return true };
-                    marks[axis][lane] = real(mark);
+                if let Some(owed) = owed.get_mut(c) {
+                    let Some(([energy, given], rest)) = words.split_first_chunk() else { return true };
+                    (owed[axis][lane], owed[GIVEN + axis][lane]) = (real(*energy), real(*given));
+                    *words = rest;
+                }
+                if let Some(past) = past.get_mut(c) {
+                    let Some(([twice_strain, stress], rest)) = words.split_first_chunk() else { return true };
+                    (past[axis][lane], past[VISCOUS_STRESS + axis][lane]) = (real(*twice_strain), real(*stress));
                     *words = rest;
                 }
             }
@@ -292,7 +315,7 @@ mod tests {
     #[test]
     fn each_word_of_an_image_is_taken_where_a_simulation_can_have_it_and_refused_elsewhere() {
         let mut scene = sheet(5, 4);
-        (scene.yarn.stochastic, scene.track_detachment, scene.slack_toe) = (false, true, 0.02);
+        (scene.yarn.stochastic, scene.track_detachment, scene.slack_balance) = (false, true, true);
         scene.attachment.kind = crate::scene::parts::AttachmentKind::TwoSides;
         let mut sim = sim(&scene);
         let (layout, image) = (*sim.layout(), saved(&sim));
@@ -310,8 +333,8 @@ mod tests {
                 assert_eq!(sim.digest() == first, forged == image, "digests tell states apart: {at} {word:x}");
             }
         };
-        // The step count, and the nodes in order: three displacements, three velocities, and for each segment that starts
-        // there its history and its mark.
+        // The step count, and row by row whether it has been slack, and the nodes in order: three displacements, three velocities, and for
+        // each segment that starts there its history, what it owes and what it gave.
         for at in HEADER_WORDS..frame_words(layout.has) - 1 {
             check(at, f64::NAN.to_bits(), false);
         }
@@ -321,6 +344,11 @@ mod tests {
         check(HEADER_WORDS, COUNT_MAX + 1, false);
         let mut at = frame_words(layout.has) - 1;
         for (i, j) in (0..4).flat_map(|j| (0..5).map(move |i| (i, j))) {
+            if i == 0 {
+                check(at, 3, true);
+                check(at, 4, false);
+                at += 1;
+            }
             for k in 0..6 {
                 check(at + k, f64::NAN.to_bits(), false);
                 check(at + k, f64::INFINITY.to_bits(), false);
@@ -333,13 +361,11 @@ mod tests {
                     check(at, q.to_bits(), sound);
                 }
                 check(at, f64::NAN.to_bits(), false);
-                for (mark, sound) in [(NO_TOE, true), (0.0, true), (-1.0, true), (-0.5, true)] {
-                    check(at + 1, mark.to_bits(), sound);
+                for owed in [1, 2] {
+                    check(at + owed, (-1e-9_f64).to_bits(), true);
+                    check(at + owed, f64::NAN.to_bits(), false);
                 }
-                for mark in [1e-9, -1.0 - 1e-9, f64::NAN] {
-                    check(at + 1, mark.to_bits(), mark == NO_TOE);
-                }
-                at += 2;
+                at += 3;
             }
         }
         // One word of flags for 20 nodes, and the checksum.
@@ -359,7 +385,7 @@ mod tests {
     fn two_wrong_numbers_of_a_node_are_refused_as_one_is() {
         let mut sim = sim(&torn_by_a_sphere());
         // The first node is fixed: it may not move.
-        let (image, node) = (saved(&sim), frame_words(sim.layout().has) - 1);
+        let (image, node) = (saved(&sim), frame_words(sim.layout().has));
         for (first, second) in (0..6).flat_map(|second| (0..second).map(move |first| (first, second))) {
             for number in [f64::INFINITY, 1e-3] {
                 let once = forged(&image, node + first, number.to_bits());

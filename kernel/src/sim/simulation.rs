@@ -94,7 +94,7 @@ pub struct Counters {
     pub most_iterations: u64,
     /// Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
     pub ply_penetration: f64,
-    /// Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
+    /// Steps in which the body met the sheet beyond the fine part of a graded network, where nodes may be
     /// too far apart to feel it: 0 in a run that is to be trusted.
     pub beyond_fine: u64,
     /// Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that closes too fast, a slip that friction
@@ -124,7 +124,7 @@ pub struct Outcomes {
     /// First contact: step count at whose start the first impulse acted; None before.
     pub first_contact: Option<u64>,
     /// Step and work of each latched outcome, by its number in [`crate::memory::watch::Outcome::ALL`].
-    pub latched: [Option<Latch>; 4],
+    pub latched: [Option<Latch>; 5],
 }
 
 /// A simulation on the caller's memory.
@@ -221,7 +221,6 @@ impl<'a> Sim<'a> {
             let _ = self.system.scene.symmetry.align(&self.system.solid, &mut body, self.system.scene.sheet.spacing);
         }
         self.system.state = State::at_start(body);
-        self.system.use_half_steps(false);
         self.system.clear_state();
         explicit::start_forces(&mut self.system);
         energy::start_audit(&mut self.system);
@@ -596,14 +595,13 @@ impl<'a> Sim<'a> {
         self.copy_nodes("out", out, |sim, i, j| {
             let (_, v) = sim.system.node(i, j);
             let stored = sim.system.layout.has(Feature::Theta) || sim.system.is_fixed(i, j);
-            let a = if stored { [0.0; 3] } else { sim.system.acceleration(i, j) };
-            let b = if stored || !sim.system.layout.has(Feature::Viscosity) {
-                [0.0; 3]
-            } else {
-                viscosity::push(&sim.system, i, j)
+            let a = match sim.system.layout.has(Feature::Viscosity) {
+                _ if stored => [0.0; 3],
+                true => viscosity::acceleration(&sim.system, i, j),
+                false => sim.system.acceleration(i, j),
             };
             let unit = sim.system.model.unit_speed;
-            let v = [0, 1, 2].map(|k| (v[k] + 0.5 * (a[k] + b[k])) * unit);
+            let v = [0, 1, 2].map(|k| (v[k] + 0.5 * a[k]) * unit);
             sim.system.model.pose.vector_out(v)
         })
     }

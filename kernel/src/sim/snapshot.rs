@@ -1,18 +1,20 @@
 //! Snapshot images and the digest.
 //!
 //! An image is a sequence of little-endian 64-bit words: magic, format version, fingerprint of the scene, number of words,
-//! scalar state, then node by node (row-major, unpadded) displacement and velocity and the history (and the toe's mark) of the
-//! segments that start there, contact flags, and a checksum. No pointers, no `usize`, no padding: the same bytes on every target.
+//! scalar state, then node by node (row-major, unpadded) displacement and velocity and the history of the
+//! segments that start there, with `slack_balance` what each owes and gave, and before a row in which directions segments have been slack; with viscosity its moments at the node, and of a segment the last strain and viscous stress; contact flags,
+//! and a checksum. No pointers, no `usize`, no padding: the same bytes on every target.
 //! Limits: an image fits only the scene it was made with (`fingerprint.rs`).
 //! The checksum finds every change of a single word; it is no protection against forgery.
 
 use crate::ground::error::{Code, Error};
 use crate::ground::hash::Hash;
-use crate::ground::planes;
+use crate::ground::planes::{self, MOMENT, PAST_PLANES, VISCOUS_STRESS};
 use crate::memory::layout::{HEADER_WORDS, MARK_WORDS};
 use crate::memory::state::Visitor;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
+use crate::sheet::slack::GIVEN;
 use crate::sim::fingerprint::fingerprint;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
@@ -107,16 +109,26 @@ fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
     let bits = |number: Option<f64>| number.map_or(0, f64::to_bits);
     for j in 0..ny {
         let (row, history) = (planes::row(system.arrays.hot, chunks, j), planes::row(system.arrays.history, chunks, j));
-        let marks = planes::row(system.arrays.marks, chunks, j);
+        let owed = planes::row(system.arrays.owed, chunks, j);
+        system.arrays.been_slack.get(j).into_iter().for_each(|&been_slack| word(u64::from(been_slack)));
+        let past = planes::row(system.arrays.past, chunks, j);
         let verticals = layout.has_verticals(j);
         for i in 0..nx {
             (0..6).for_each(|plane| word(bits(planes::get(row, plane, i))));
+            if system.layout.has(Feature::Viscosity) {
+                (MOMENT..PAST_PLANES).for_each(|plane| word(bits(planes::get(past, plane, i))));
+            }
             for (axis, exists) in [(0, i < across), (1, verticals)] {
                 if exists {
                     word(bits(planes::get(history, axis, i)));
                 }
-                if exists && system.layout.has(Feature::Toe) {
-                    word(bits(planes::get(marks, axis, i)));
+                if exists && system.layout.has(Feature::Slack) {
+                    word(bits(planes::get(owed, axis, i)));
+                    word(bits(planes::get(owed, GIVEN + axis, i)));
+                }
+                if exists && system.layout.has(Feature::Viscosity) {
+                    word(bits(planes::get(past, axis, i)));
+                    word(bits(planes::get(past, VISCOUS_STRESS + axis, i)));
                 }
             }
         }
@@ -166,8 +178,9 @@ mod tests {
         assert_eq!(word_of(&image, 1), FORMAT);
         assert_eq!(word_of(&image, 2), fingerprint(&scene, sim.step_limits().dt));
         assert_eq!(8 * word_of(&image, 3), image.len() as u64);
-        // Then the scalar state; 6 numbers a node, a history and a mark a segment, a bit a node in words of 32, a checksum.
-        let words = frame_words(sim.layout().has) + 6 * 441 + 2 * (2 * 20 * 21) + 441_usize.div_ceil(32);
+        // Then the scalar state; a word a row; 6 numbers and 2 moments a node; history, what is owed and given, last strain and viscous
+        // stress a segment; a bit a node in words of 32, a checksum.
+        let words = frame_words(sim.layout().has) + 21 + 8 * 441 + 5 * (2 * 20 * 21) + 441_usize.div_ceil(32);
         assert_eq!(image.len(), 8 * words);
     }
 }

@@ -109,7 +109,8 @@ impl Block {
             self.step_near(system, step)?;
         }
         self.step_away(system, above)?;
-        end(system)
+        end(system);
+        Ok(())
     }
 
     /// The numbers [first, end) of the waves below and above the body: row r - s takes step s where r is the number.
@@ -150,7 +151,7 @@ impl Block {
 
     /// The candidates of the next step near the body, or why there can be none.
     pub fn look_ahead(&self, system: &mut System<'_>) -> Result<Gathered, Failure> {
-        explicit::look_ahead(system, 1.0, self.near)
+        explicit::look_ahead(system, self.near)
     }
 
     /// What is left of a step near the body behind its sweep of rows [first, end). What follows the last step is left to do.
@@ -163,12 +164,15 @@ impl Block {
         gathered: &Gathered,
         report: Report,
     ) -> Result<(), Failure> {
-        explicit::close_pass(system, 1.0, gathered, report)?;
+        explicit::close_pass(system, gathered, report)?;
         let ranges = system.arrays.ranges.get(first..end).unwrap_or_default();
         if (first..end).zip(ranges).any(|(j, range)| self.is_met(step, j, *range)) {
             return Err(Failure::NonFinite);
         }
-        if step + 1 < self.steps { explicit::end_step(system, 0) } else { Ok(()) }
+        if step + 1 < self.steps {
+            explicit::end_step(system);
+        }
+        Ok(())
     }
 
     /// Whether a row that was to be beyond the body's reach is not after a step, before the last one.
@@ -201,10 +205,10 @@ pub(crate) fn begin(system: &mut System<'_>) {
 }
 
 /// Ends a block whose last step is swept.
-pub(crate) fn end(system: &mut System<'_>) -> Result<(), Failure> {
+pub(crate) fn end(system: &mut System<'_>) {
     system.set_awake(0, [0, system.layout.nodes_y]);
     (0..system.block_steps).for_each(|step| explicit::book_pulls(system, 0, [0, system.layout.nodes_y], step));
-    explicit::end_step(system, 0)
+    explicit::end_step(system);
 }
 
 #[cfg(test)]

@@ -16,30 +16,26 @@ use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK};
-use crate::memory::rows::{Rows, Terms};
+use crate::memory::rows::Rows;
 use crate::memory::system::System;
+use crate::memory::terms::Terms;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
+use crate::sheet::slack::SEARCH_INTERVAL;
 use crate::sheet::sweep::Report;
 use crate::sheet::weave;
-use crate::step::energy;
-use crate::step::marks;
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
 use crate::step::relaxation;
+use crate::step::slackness;
 use crate::step::theta;
-use crate::step::viscosity;
 use crate::yarn::rate::Rates;
-use crate::yarn::toe::MARK_INTERVAL;
 
 /// One step. A projectile that is too fast and too many candidates are found before anything is changed.
 pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
-    let failed_before = system.failed_segments;
-    if system.state.halved {
-        pass(system, 0.5)?;
-    }
-    pass(system, 1.0)?;
-    end_step(system, failed_before)
+    pass(system)?;
+    end_step(system);
+    Ok(())
 }
 
 /// What the theta rule starts from, if it is in use: to be found anew whenever positions or damage have been changed by hand.
@@ -49,30 +45,25 @@ pub(crate) fn start_forces(system: &mut System<'_>) {
     }
 }
 
-/// What follows the last pass of a step.
-pub(crate) fn end_step(system: &mut System<'_>, failed_before: u64) -> Result<(), Failure> {
-    if system.layout.has(Feature::Halving) && !system.state.halved && system.failed_segments > failed_before {
-        halve_step(system)?;
-    }
+/// What follows the pass of a step.
+pub(crate) fn end_step(system: &mut System<'_>) {
     system.state.step += 1;
     if system.layout.has(Feature::Rate) && (system.state.loaded > 0 || system.state.sums.contacts > 0) {
         system.state.loaded += 1;
     }
-    if system.layout.has(Feature::Toe) && system.failed_segments > 0 && system.state.step.is_multiple_of(MARK_INTERVAL)
-    {
-        marks::mark_slack(system);
+    if system.layout.has(Feature::Slack) && system.state.step % SEARCH_INTERVAL == 1 {
+        slackness::search(system);
     }
     close_window(system);
     if system.state.step.is_multiple_of(TEST_INTERVAL) {
         outcome::test_outcomes(system);
     }
-    Ok(())
 }
 
-/// One pass of the scheme, to the part `end` of the step.
-fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
+/// One pass of the scheme.
+fn pass(system: &mut System<'_>) -> Result<(), Failure> {
     let at_start = system.state.body;
-    let target = motion::prescribe_rates(system, end);
+    let target = motion::prescribe_rates(system);
     let all = [0, system.layout.nodes_y];
     let found = motion::refuse_too_fast(system).and_then(|()| search::gather(system, all));
     let gathered = found.inspect_err(|_| system.state.body = at_start)?;
@@ -103,9 +94,9 @@ fn end_pass(
 /// For bands and blocks, before the sweep: the candidates of the next pass among `rows` [first, end), or why there can be none. The state stays as it
 /// is.
 #[inline(never)]
-pub(crate) fn look_ahead(system: &mut System<'_>, end: f64, rows: [usize; 2]) -> Result<Gathered, Failure> {
+pub(crate) fn look_ahead(system: &mut System<'_>, rows: [usize; 2]) -> Result<Gathered, Failure> {
     let at_start = system.state.body;
-    motion::prescribe_rates(system, end);
+    motion::prescribe_rates(system);
     let found = motion::refuse_too_fast(system).and_then(|()| search::gather(system, rows));
     system.state.body = at_start;
     found
@@ -113,45 +104,11 @@ pub(crate) fn look_ahead(system: &mut System<'_>, end: f64, rows: [usize; 2]) ->
 
 /// For bands and blocks, behind the sweep: the rest of the pass.
 #[inline(never)]
-pub(crate) fn close_pass(
-    system: &mut System<'_>,
-    end: f64,
-    gathered: &Gathered,
-    report: Report,
-) -> Result<(), Failure> {
+pub(crate) fn close_pass(system: &mut System<'_>, gathered: &Gathered, report: Report) -> Result<(), Failure> {
     let at_start = system.state.body;
-    let target = motion::prescribe_rates(system, end);
+    let target = motion::prescribe_rates(system);
     after_sweep(system, report, gathered, &at_start)?;
     end_pass(system, gathered, target)
-}
-
-/// (M9) Goes over to two passes a step. The stored velocities belong to t_n - dt/2 and the halves need them at t_n - dt/4:
-/// a quarter of the change that the forces make in a step, not only another unit. Contact needs nothing: its next impulse covers what is missing.
-fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
-    let before = energy::energy(system).map_or(0.0, |energy| energy.residual);
-    let quarter = 0.25 * system.model.limits.dt;
-    let body = system.state.body;
-    motion::load_body(system, quarter);
-    motion::book_load(system, quarter, &body);
-    for j in 0..system.layout.nodes_y {
-        let share = system.mass_share_of_row(j);
-        for i in 0..system.layout.nodes_x {
-            let a = system.acceleration(i, j);
-            if system.is_fixed(i, j) {
-                system.load_support(i, j, &(Vector::from(a) * (0.25 * share)));
-            } else {
-                let (u, v) = system.node(i, j);
-                system.set_node(i, j, u, [0, 1, 2].map(|k| 0.5 * (v[k] + 0.25 * a[k])));
-            }
-        }
-    }
-    // Impulses on the supports are summed in units of a pass.
-    system.state.sums.support.iter_mut().for_each(|support| *support *= 0.5);
-    system.state.halved = true;
-    system.use_half_steps(true);
-    let after = energy::energy(system).map_or(before, |energy| energy.residual);
-    system.state.sums.halving_energy += after - before;
-    motion::refuse_lost_body(system)
 }
 
 /// What the sweep leaves to do: failures, loads and contact.
@@ -166,7 +123,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
     } else if report.newly_failed > 0 {
         system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
     }
-    motion::load_body(system, system.model.pass_dt);
+    motion::load_body(system, system.model.limits.dt);
     if count > 0 {
         search::complete_candidates(system, count);
         let kept = edge::set_aside(system, count, gathered.deepest);
@@ -183,7 +140,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
     if system.layout.is_stack() {
         separate::separate(system, count);
     }
-    motion::book_load(system, system.model.pass_dt, before);
+    motion::book_load(system, system.model.limits.dt, before);
     Ok(())
 }
 
@@ -203,7 +160,11 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
         return Report::default();
     }
     begin_sweep(system, rows);
-    let report = sweep_rows(system, ply, rows, None);
+    let report = if system.layout.has(Feature::Viscosity) {
+        sweep_rows::<true>(system, ply, rows, None)
+    } else {
+        sweep_rows::<false>(system, ply, rows, None)
+    };
     book_taken(system, ply, rows);
     book_pulls(system, ply, rows, 0);
     system.set_awake(ply, rows);
@@ -217,30 +178,30 @@ fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
     if system.layout.has(Feature::Rate) {
         relaxation::find_rates(system, [first, end]);
     }
-    if system.layout.has(Feature::Viscosity) {
-        viscosity::find_pushes(system, [first, end]);
-    }
     system.arrays.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
 /// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
-    sweep_rows(system, 0, rows, Some(step))
+    sweep_rows::<false>(system, 0, rows, Some(step))
 }
 
-/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
+/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block. VISCOUS: with viscosity.
 #[inline(never)]
-fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
+fn sweep_rows<const VISCOUS: bool>(
+    system: &mut System<'_>,
+    ply: usize,
+    rows: [usize; 2],
+    in_block: Option<usize>,
+) -> Report {
     let rates = rates(system);
-    let failed = system.failed_segments > 0;
-    let System { layout, directions, model, arrays, fetches, instructions, .. } = &mut *system;
+    let System { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
     // In a block rows come from memory in the first step alone.
     let fetches = *fetches && in_block.is_none_or(|step| step == 0);
-    let terms = Terms { layout, directions, toe: model.toe, rates: &rates, fetches, instructions: *instructions };
-    // No mark before the first failure.
-    let marked = layout.has(Feature::Toe) && failed;
+    let terms = Terms { layout, directions, rates: &rates, fetches, instructions: *instructions };
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    match &mut Rows::of(arrays, layout, rows, ply, marked, in_block) {
+    match &mut Rows::of(arrays, layout, rows, ply, in_block) {
+        Some(rows) if VISCOUS => rows.sweep_viscous(&terms),
         Some(rows) => rows.sweep(&terms),
         None => Report::LOST,
     }

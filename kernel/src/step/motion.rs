@@ -20,9 +20,7 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
     ];
     let finite = vectors.iter().all(|vector| vector.iter().all(|x| x.is_finite()))
         && body.orientation.coords.iter().all(|x| x.is_finite())
-        && [sums.work, sums.loss, sums.friction, sums.external_work, sums.halving_energy, sums.viscous]
-            .iter()
-            .all(|x| x.is_finite());
+        && [sums.work, sums.loss, sums.friction, sums.external_work, sums.viscous].iter().all(|x| x.is_finite());
     let (v, w) = (body.velocity, body.angular_velocity);
     let lost = system.model.loses_body(math::length([v.x, v.y, v.z]), math::length([w.x, w.y, w.z]));
     if finite && !lost { Ok(()) } else { Err(Failure::NonFinite) }
@@ -31,10 +29,7 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
 /// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. Behind a path it
 /// coasts with the rates the path ended with.
 #[inline(never)]
-pub(crate) fn prescribe_rates(
-    system: &mut System<'_>,
-    end_of_pass: f64,
-) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
+pub(crate) fn prescribe_rates(system: &mut System<'_>) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
     if system.scene.is_free() {
         return None;
     }
@@ -48,9 +43,9 @@ pub(crate) fn prescribe_rates(
         }
         return None;
     }
-    let dt = system.model.pass_dt;
-    let elapsed = (state.step - track.first) as f64 + end_of_pass;
-    let (position, orientation) = track.pose(elapsed, system.model.limits.dt);
+    let dt = system.model.limits.dt;
+    let elapsed = (state.step - track.first) as f64 + 1.0;
+    let (position, orientation) = track.pose(elapsed, dt);
     state.body.velocity = (position - state.body.position) / dt;
     state.body.angular_velocity = path::cayley_rate(&state.body.orientation, &orientation, dt);
     Some((position, orientation))
@@ -95,7 +90,7 @@ pub(crate) fn book_load(system: &mut System<'_>, dt: f64, before: &Body) {
 }
 
 pub(crate) fn move_body(system: &mut System<'_>, target: Option<(Vector, nalgebra::Quaternion<f64>)>) {
-    let dt = system.model.pass_dt;
+    let dt = system.model.limits.dt;
     let state = &mut system.state;
     match (system.scene.is_free(), target) {
         (true, _) => state.body.drift(&system.model.inertia, system.scene.rotation_rule, dt),

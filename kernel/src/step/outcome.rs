@@ -1,15 +1,16 @@
-//! Outcomes: arrested, detached, exited, passed. They latch with their step and are never acted upon: the physics goes on.
+//! Outcomes: arrested, detached, exited, passed, through. They latch with their step and are never acted upon: the physics goes on.
 //!
 //! Method: tested when the step count is a multiple of 64. All but "passed" need a first contact.
 //! What is joined to a support is found by joining nodes over live segments into components (union by smaller number).
 //! "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited" asks what can still act on
 //! the body: the held part of the sheet must lie behind or beside its flight, and loose pieces in its way must move with it.
+//! "Through" asks whether what has slowed the body lately, over the rest of its way past the held yarn, is little against its energy.
 //! Limits: the body is taken to fly on straight (under its present load), and so are the nodes.
 //! Without `track_detachment` nothing is known to be loose once a segment has failed: then no node at all may be in the way.
 //! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
 
 use crate::body::path;
-use crate::body::pose::Vector;
+use crate::body::pose::{Vector, into_body};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, Chunk, HOT_PLANES};
 use crate::memory::arrays::Arrays;
@@ -24,6 +25,9 @@ pub const TEST_INTERVAL: u64 = 64;
 /// "Exited" beside loose pieces: over a travel of R the work may change by this part of it or, if that is more, by what one node takes that
 /// the body meets at its present speed; and what the pieces can still take may be four times as much.
 pub const SETTLED_PART: f64 = 0.0025;
+/// "Through": the body's energy must be so many times what the held yarn ahead would take if it went on to resist as lately.
+/// Chosen, with the other numbers of [`is_through`], on 380 shots, and checked on others: docs/tables/through.md.
+const THROUGH_MARGIN: f64 = 4.0;
 
 /// The body as it flies on when nothing touches it.
 struct Flight {
@@ -166,6 +170,12 @@ pub(crate) fn test_outcomes(system: &mut System<'_>) {
             system.state.watch.latch(Outcome::Detached, step, work);
         }
         let direction = system.state.watch.direction(&velocity);
+        if system.layout.has(Feature::Through)
+            && !system.state.watch.has(Outcome::Through)
+            && is_through(system, &direction)
+        {
+            system.state.watch.latch(Outcome::Through, step, work);
+        }
         let settled = pass_checkpoint(system);
         if direction == Vector::zeros() {
             // At rest since before the first contact: nothing has been stopped.
@@ -201,6 +211,60 @@ fn has_exited(system: &mut System<'_>, settled: Option<bool>) -> bool {
         // Without a node at the body the end of the travel need not be awaited.
         _ => system.state.sums.contacts == 0 && way_is_clear(system, false),
     }
+}
+
+/// Whether held yarn will not stop the body any more. Asked when it has moved on by half a spacing and by R/16, long enough for
+/// the torn sheet to swing back. What it has lost since, taken over the way to go, must be small against the energy of its motion along
+/// `direction`, and it must not fly mainly sideways, where it meets yarn beside its way.
+fn is_through(system: &mut System<'_>, direction: &Vector) -> bool {
+    let body = system.state.body;
+    let (place, speed) = (body.position.dot(direction), body.velocity.dot(direction));
+    let forward = 2.0 * speed > body.velocity.norm() && system.state.force.dot(direction) >= 0.0;
+    let whole = system.failed_segments == 0;
+    let watch = &mut system.state.watch;
+    let travel = place - watch.travel_start;
+    if !whole && travel < math::max(0.5 * system.scene.sheet.spacing, system.solid.radius() / 16.0) {
+        return false;
+    }
+    let lost = math::max(watch.travel_speed * watch.travel_speed - speed * speed, 0.0);
+    (watch.travel_start, watch.travel_speed) = (place, speed);
+    let held = system.scene.attachment.kind != AttachmentKind::Free;
+    if whole || !(forward && held && system.scene.is_free()) {
+        return false;
+    }
+    let Some(ahead) = way_past_held(system, direction) else { return false };
+    // A body that is no sphere may turn an edge into what is ahead.
+    let (turns, reach) = (system.solid.feels_torque(), system.solid.reach());
+    let way = if turns { reach } else { ahead };
+    !(turns && ahead > 0.0) && speed * speed * travel > THROUGH_MARGIN * lost * way
+}
+
+/// How far held yarn that the body may still touch lies ahead of its centre, m; 0 if there is none. None if some is in its way, deeper
+/// within what the body sweeps by moving along `direction` than R/4.
+fn way_past_held(system: &mut System<'_>, direction: &Vector) -> Option<f64> {
+    let pieces = pieces(system);
+    let (body, solid) = (&system.state.body, &system.solid);
+    let (margin, reach, mut way) = (0.25 * solid.radius(), solid.reach(), 0.0);
+    for (i, j) in system.nodes() {
+        let from_centre = system.position(i, j) - body.position;
+        let ahead = from_centre.dot(direction);
+        let beside = from_centre - direction * ahead;
+        if ahead <= 0.0 || beside.norm() > reach + margin || !pieces.hold(piece(system, &pieces, i, j)) {
+            continue;
+        }
+        // Of what of the body lies behind the node, by steps of R/4, in which the gap changes by no more than that.
+        let (mut along, mut gap) = (-reach, f64::MAX);
+        while along <= math::min(ahead, reach) {
+            let place = into_body(&body.orientation, &(beside + direction * along));
+            gap = math::min(solid.gap(&place).distance, gap);
+            along += margin;
+        }
+        if gap < -margin {
+            return None;
+        }
+        way = if gap < margin { math::max(ahead, way) } else { way };
+    }
+    Some(way)
 }
 
 /// The body has missed the sheet.
@@ -589,6 +653,7 @@ mod tests {
     use crate::Scene;
     use crate::ground::planes::CHUNK;
     use crate::ground::random::splitmix64;
+    use crate::scene::parts::Shape;
     use crate::tests::{sheet, sim};
     use std::vec::Vec;
 
@@ -637,6 +702,33 @@ mod tests {
             }
         }
         assert!(found > 50 && not_found > 50, "{found} {not_found}");
+    }
+
+    /// A sheet at rest with a round hole of radius `hole`, and a sphere or a cylinder of that radius and length whose centre is `behind`
+    /// its plane: R = 5 mm.
+    fn way_through(shape: Shape, hole: f64, behind: f64) -> Option<f64> {
+        let mut scene = sheet(41, 41);
+        let body = &mut scene.projectile;
+        (body.shape, body.radius, body.length, body.position[2]) = (shape, 5e-3, 20e-3, -10e-3);
+        let mut sim = sim(&scene);
+        let at = |k: usize| [k % 41, k / 41].map(|i| (i as f64 - 20.0) * scene.sheet.spacing);
+        let in_hole = |k: usize| at(k).iter().map(|x| x * x).sum::<f64>() < hole * hole;
+        let ends = (0..40 * 41).map(|s| (s / 40 * 41 + s % 40, 1)).chain((0..41 * 40).map(|s| (s, 41)));
+        let stretch = |(k, next): (usize, usize)| if in_hole(k) || in_hole(k + next) { 1.5 } else { 1.0 };
+        sim.set_largest_stretch(&ends.map(stretch).collect::<Vec<_>>()).unwrap();
+        sim.system.state.body.position = Vector::new(0.0, 0.0, -behind);
+        way_past_held(&mut sim.system, &Vector::new(0.0, 0.0, 1.0))
+    }
+
+    #[test]
+    fn the_way_past_held_yarn_is_that_to_the_rim_of_the_hole() {
+        assert_eq!(way_through(Shape::Sphere, 0.0, 2e-3), None, "a whole sheet");
+        assert_eq!(way_through(Shape::Sphere, 3e-3, 2e-3), None, "a hole of 0.6 R");
+        assert_eq!(way_through(Shape::Sphere, 4.5e-3, 2e-3), Some(2e-3), "a hole of 0.9 R");
+        assert_eq!(way_through(Shape::Sphere, 8e-3, 2e-3), Some(0.0), "a rim out of reach");
+        assert_eq!(way_through(Shape::Sphere, 0.0, -1e-6), Some(0.0), "a sheet behind the centre");
+        assert_eq!(way_through(Shape::Cylinder, 3e-3, 9e-3), None, "in the way of the flat end");
+        assert_eq!(way_through(Shape::Cylinder, 5e-3, 9e-3), Some(9e-3), "beside the shank");
     }
 
     #[test]

@@ -9,7 +9,8 @@ use crate::ground::lanes::{Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::memory::system::System;
-use crate::sheet::sweep::{NOTHING, greatest, right_of};
+use crate::sheet::neighbours::{NOTHING, right_of};
+use crate::sheet::sweep::greatest;
 
 /// A chunk of nodes, with those to the right and above.
 pub(crate) struct Around<'a> {
@@ -155,7 +156,7 @@ mod tests {
                 scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
                 scene.yarn.stochastic = false;
             },
-            |scene| scene.slack_toe = 0.01,
+            |scene| scene.slack_balance = true,
             |scene| {
                 (scene.yarn.rate_modulus, scene.yarn.rate_stretch) = (0.02, 0.01);
                 (scene.yarn.rate_reference, scene.yarn.rate_limit) = (1.0, 1e4);

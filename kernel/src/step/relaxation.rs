@@ -10,9 +10,8 @@ use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, RATE_PLANES, vertical_axes};
 use crate::memory::rows::place_image_column;
 use crate::memory::system::System;
-use crate::sheet::sweep::NOTHING;
+use crate::sheet::neighbours::{NOTHING, at, put, to_the_right, upwards};
 use crate::sheet::symmetry::Line;
-use crate::step::viscosity::{at, put, to_the_right, upwards};
 use crate::yarn::law::{Rest, Segment};
 use crate::yarn::rate::RateLaw;
 
@@ -36,7 +35,7 @@ pub(crate) fn find_rates(system: &mut System<'_>, [first, end]: [usize; 2]) {
 fn taken_of_row(system: &mut System<'_>, axis: Axis, j: usize) -> f64 {
     let (chunks, line, law) = (system.layout.chunks, system.layout.x, system.rate_law(axis));
     // The growth of ln t; none before the load has begun.
-    let passed = if system.state.loaded > 0 { system.model.pass_dt / system.load_time() } else { 0.0 };
+    let passed = if system.state.loaded > 0 { system.model.limits.dt / system.load_time() } else { 0.0 };
     let System { directions, arrays, instructions, .. } = &mut *system;
     let direction = directions.of_ply(0).along(axis);
     let job = RowJob {
@@ -126,9 +125,9 @@ impl<const VERTICAL: bool> Job for Along<'_, VERTICAL> {
             let above = above.get(c).unwrap_or(&NOTHING);
             for g in 0..CHUNK / L::WIDTH {
                 let q: L = if VERTICAL {
-                    rest.twice_strain(vertical_axes(upwards(chunk, above, 0, g)))
+                    rest.twice_strain(vertical_axes(upwards(chunk, above, g)))
                 } else {
-                    rest.twice_strain(to_the_right(chunk, next, 0, g))
+                    rest.twice_strain(to_the_right(chunk, next, g))
                 };
                 put(found, plane, g, law.logarithm(q));
                 let sum = &mut L::groups_mut(&mut relaxing)[g];

@@ -147,15 +147,6 @@ impl Rest {
             twice_strain: L::splat(self.twice_strain),
         }
     }
-
-    /// Rate of twice the strain at the present place of the ends: 2 [(rho + d_0) v_0 + d_1 v_1 + d_2 v_2]/l^2. `v`: relative
-    /// velocity of the ends.
-    #[inline(always)]
-    pub fn twice_strain_rate<L: Lane>(&self, d: [L; 3], v: [L; 3]) -> L {
-        let along = d[0].add(L::splat(self.spacing)).mul(v[0]);
-        let approach = along.add(d[1].mul(v[1])).add(d[2].mul(v[2]));
-        approach.mul(L::splat(2.0 * self.inverse_square))
-    }
 }
 
 /// [`Rest`] of several segments at once.
@@ -227,31 +218,42 @@ impl Viscosity {
         }
     }
 
-    /// The same for passes of another length, in parts of the present one.
-    pub fn of_pass(self, factor: f64) -> Viscosity {
-        Viscosity {
-            linear: self.linear / factor,
-            quadratic: self.quadratic / (factor * factor),
-            bending: self.bending * factor,
-            per_tension: self.per_tension / (factor * factor),
+    /// The same for several segments at once.
+    #[inline(always)]
+    pub fn lanes<L: Lane>(&self) -> ViscosityLanes<L> {
+        ViscosityLanes {
+            linear: L::splat(self.linear),
+            quadratic: L::splat(self.quadratic),
+            bending: L::splat(self.bending),
+            bending_per_tension: L::splat(self.bending * self.per_tension),
         }
     }
+}
 
-    /// (M16) Viscous part of the second Piola-Kirchhoff stress. `rate`: of twice the strain.
+/// [`Viscosity`] of several segments at once.
+#[derive(Clone, Copy)]
+pub struct ViscosityLanes<L> {
+    linear: L,
+    quadratic: L,
+    bending: L,
+    bending_per_tension: L,
+}
+
+impl<L: Lane> ViscosityLanes<L> {
+    /// (M16) Twice the strain that would give the stress with its viscous part, at least 0. `now`, `before`: twice the strain of taut
+    /// yarn, 0 of slack one, at t_n and t_{n-1}.
     #[inline(always)]
-    pub fn stress<L: Lane>(&self, stiffness: L, twice_strain: L, rate: L) -> L {
+    pub fn twice_strain(&self, now: L, before: L) -> L {
         let zero = L::splat(0.0);
-        let rate = rate.min(twice_strain);
-        let growing = rate.max(zero).mul(L::splat(self.quadratic)).add(L::splat(self.linear));
-        let slackening = zero.sub(twice_strain.max(zero));
-        stiffness.mul(rate.mul(growing).max(slackening))
+        let growth = now.sub(before);
+        let per_growth = growth.max(zero).mul(self.quadratic).add(self.linear);
+        growth.mul(per_growth).add(now).max(zero)
     }
 
     /// (M17) Factor of the moment between two segments with these stresses: whole where both are taut.
     #[inline(always)]
-    pub fn bending<L: Lane>(&self, before: L, behind: L) -> L {
-        let share = before.min(behind).mul(L::splat(self.per_tension)).min(L::splat(1.0));
-        share.mul(L::splat(self.bending))
+    pub fn bending(&self, before: L, behind: L) -> L {
+        before.min(behind).mul(self.bending_per_tension).min(self.bending)
     }
 }
 
@@ -472,19 +474,20 @@ mod tests {
         close(law.failure_stretch(100.0), 1.03 - math::ln(0.15) / 100.0, 1e-14);
     }
 
-    /// At any stretch and rate: nothing where the segment is slack, never a push in all, never work out of nothing, and no jump
+    /// At any strain and growth: nothing where the segment is slack, never a push in all, never work out of nothing, and no jump
     /// where the segment becomes taut.
     #[test]
     fn viscosity_only_takes() {
-        let viscosity = Viscosity::of([0.5, 3.0, 0.1], 0.07, LAW.critical_twice_strain());
+        let viscosity = Viscosity::of([0.5, 3.0, 0.1], 0.07, LAW.critical_twice_strain()).lanes::<f64>();
         for k in -400..400 {
-            let q = 1e-4 * f64::from(k);
-            for n in -300..300 {
-                let rate = 2e-3 * f64::from(n);
-                let (elastic, viscous) = (stress(0.07, q), viscosity.stress(0.07, q, rate));
-                assert!(viscous * rate >= 0.0 && elastic + viscous >= -1e-17, "{q} {rate}");
-                assert!(q > 0.0 || viscous == 0.0, "{q} {rate}");
-                assert!(viscous.abs() <= 0.07 * q.max(0.0) * 20.0);
+            let now = math::max(1e-4 * f64::from(k), 0.0);
+            for n in -400..400 {
+                let before = math::max(1e-4 * f64::from(n), 0.0);
+                let both = viscosity.twice_strain(now, before);
+                let viscous = both - now;
+                assert!(viscous * (now - before) >= 0.0 && both >= 0.0, "{now} {before}");
+                assert!(now > 0.0 || viscous == 0.0, "{now} {before}");
+                assert!(viscous.abs() <= now * 20.0);
             }
         }
     }
@@ -492,7 +495,7 @@ mod tests {
     #[test]
     fn the_moment_is_whole_from_a_tenth_of_the_critical_tension_on() {
         let (kk, critical) = (0.07, LAW.critical_twice_strain());
-        let viscosity = Viscosity::of([0.0, 0.0, 0.06], kk, critical);
+        let viscosity = Viscosity::of([0.0, 0.0, 0.06], kk, critical).lanes::<f64>();
         let whole = 0.06 * math::sqrt(2.0 * kk);
         let at = |part: f64, other: f64| viscosity.bending(kk * critical * part, kk * critical * other);
         close(at(0.1001, 0.9), whole, 1e-15);

@@ -4,4 +4,3 @@ pub mod calibrate;
 pub mod fibril;
 pub mod law;
 pub mod rate;
-pub mod toe;

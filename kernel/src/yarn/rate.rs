@@ -9,7 +9,7 @@
 //! b = e(r_1). It is never negative, so no way of loading gains energy. A segment breaks at a higher strain than damage sees, and
 //! what rupture dissipates beyond the law of the reference rate is counted too.
 //! Before a pass the logarithms of its rows are found (`relaxation.rs`), and what is dissipated in them; the sweep reads the logarithms.
-//! Limits: one event that begins with the first contact. Velocity Verlet; no toe, no pre-tension.
+//! Limits: one event that begins with the first contact. Velocity Verlet; no pre-tension.
 //! Reference: docs/model.md, "Rate of strain".
 
 use crate::ground::lanes::Lane;

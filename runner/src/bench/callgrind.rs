@@ -61,7 +61,7 @@ fn collected(text: &str) -> Option<f64> {
 pub fn step(case: &str, set: &str, steps: u64) -> Result<()> {
     let set = InstructionSet::ALL.into_iter().find(|known| known.name() == set).ok_or("unknown instruction set")?;
     let (_, case) = sheets::COUNTED.into_iter().find(|(name, _)| *name == case).ok_or("unknown case")?;
-    let case = sheets::Case { before: BEFORE, ..case(SIZE) };
+    let case = sheets::Case { before: BEFORE, ..case(SIZE)? };
     let mut buffers = Buffers::of(&case.scene)?;
     let (mut sim, _) = sheets::prepare(&case, &mut buffers)?;
     sheets::advance(&mut sim, sheets::Way { instructions: set, threads: 1, single_steps: false }, steps)

@@ -75,10 +75,16 @@ const NOT: &[u32] = &[];
 
 /// Every group: its sizes in full, with --quick and with --smoke. The first steps of the largest peers alone take longer than the rest of
 /// the short form.
-const GROUPS: [(&str, [&[u32]; 3], Measure); 16] = [
+const GROUPS: [(&str, [&[u32]; 3], Measure); 18] = [
     ("ports", [ONCE, ONCE, ONCE], |bench, _| ports::measure(bench)),
     ("sweep", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| sheets::measure(bench, &sheets::sweep(size))),
+    ("KM2 sweep", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| {
+        sheets::measure(bench, &sheets::of_kevlar(sheets::sweep(size), "KM2 sweep")?)
+    }),
     ("run", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| sheets::measure(bench, &sheets::whole_run(size))),
+    ("KM2 run", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| {
+        sheets::measure(bench, &sheets::of_kevlar(sheets::whole_run(size), "KM2 run")?)
+    }),
     ("dense", [&[105]; 3], |bench, size| sheets::measure(bench, &sheets::dense(size))),
     ("plies", [&[105]; 3], |bench, size| sheets::measure(bench, &sheets::plies(size))),
     ("peers", [&[105, 350, 1000], &[105, 350], &[35]], peers::measure),

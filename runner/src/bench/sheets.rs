@@ -6,6 +6,7 @@ use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::{Result, threads};
 use fabric::{AttachmentKind, InstructionSet, Scene, Sim, Stack, StrengthDraw};
+use fabric_scene::textile;
 use std::time::Instant;
 
 /// A sheet that is stepped.
@@ -99,12 +100,28 @@ fn fabric(size: u32) -> Case {
     })
 }
 
+/// A case of the paper's sheet with a sheet of Kevlar KM2, style S706, in its place: viscous, as textiles are. The sphere comes at 150 m/s.
+pub fn of_kevlar(case: Case, name: &'static str) -> Result<Case> {
+    let named = textile::all()?.into_iter().find(|named| named.name == "kevlar_km2_s706").ok_or("no textile KM2")?;
+    let mut scene = case.scene;
+    scene.set_textile(&named.textile)?;
+    scene.projectile.velocity[2] = scene.projectile.velocity[2].min(150.0);
+    Ok(Case { name, scene, ..case })
+}
+
 /// The hot pass of viscous yarn.
 fn viscous(size: u32) -> Case {
     swept(size, |scene| {
         let yarn = &mut scene.yarn;
         (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
     })
+}
+
+/// The hot pass of a crimped sheet whose segments give back what slack ones owe.
+fn slack(size: u32) -> Case {
+    let mut case = fabric(size);
+    case.scene.slack_balance = true;
+    case
 }
 
 /// The hot pass of a graded network, of as many nodes: its fine part covers the sheet.
@@ -124,18 +141,21 @@ fn rate(size: u32) -> Case {
 }
 
 /// A case of so many nodes along each side.
-type OfSize = fn(u32) -> Case;
+type OfSize = fn(u32) -> Result<Case>;
 
 /// The cases whose instructions are counted.
-pub const COUNTED: [(&str, OfSize); 8] = [
-    ("sweep", sweep),
-    ("fabric", fabric),
-    ("graded", graded),
-    ("viscous", viscous),
-    ("rate", rate),
-    ("run", whole_run),
-    ("strength", strength),
-    ("plies", plies),
+pub const COUNTED: [(&str, OfSize); 11] = [
+    ("sweep", |size| Ok(sweep(size))),
+    ("fabric", |size| Ok(fabric(size))),
+    ("slack", |size| Ok(slack(size))),
+    ("graded", |size| Ok(graded(size))),
+    ("viscous", |size| Ok(viscous(size))),
+    ("rate", |size| Ok(rate(size))),
+    ("KM2 sweep", |size| of_kevlar(sweep(size), "KM2 sweep")),
+    ("run", |size| Ok(whole_run(size))),
+    ("KM2 run", |size| of_kevlar(whole_run(size), "KM2 run")),
+    ("strength", |size| Ok(strength(size))),
+    ("plies", |size| Ok(plies(size))),
 ];
 
 /// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail or are about to.

@@ -1,8 +1,6 @@
 //! Choices of a scene: the names of their items, and what the scene calls them.
 
-use crate::scene::parts::{
-    AttachmentKind, Draw, Drive, IntegratorKind, RotationKind, Shape, StepAfterFailure, StepCheck, StrengthDraw,
-};
+use crate::scene::parts::{AttachmentKind, Draw, Drive, IntegratorKind, RotationKind, Shape, StepCheck, StrengthDraw};
 
 /// A choice among named numbers 0, 1, 2, ...
 #[derive(Debug, PartialEq)]
@@ -88,11 +86,6 @@ pub const STEP_CHECK: Choice = Choice {
 };
 pub(super) const STEP_CHECKS: [StepCheck; 2] = [StepCheck::Refuse, StepCheck::None];
 
-/// What the step does once a segment has failed.
-pub const STEP_AFTER_FAILURE: Choice =
-    Choice { name: "StepAfterFailure", items: &[("keep", "it stays"), ("half", "every step is taken as two halves")] };
-pub(super) const STEPS_AFTER_FAILURE: [StepAfterFailure; 2] = [StepAfterFailure::Keep, StepAfterFailure::Half];
-
 /// How the projectile turns.
 pub const ROTATION: Choice = Choice {
     name: "Rotation",
@@ -105,4 +98,4 @@ pub(super) const ROTATIONS: [RotationKind; 2] = [RotationKind::Midpoint, Rotatio
 
 /// Every choice of a scene.
 pub const CHOICES: &[&Choice] =
-    &[&ATTACHMENT, &DRAW, &STRENGTH_DRAW, &SHAPE, &DRIVE, &INTEGRATOR, &STEP_CHECK, &STEP_AFTER_FAILURE, &ROTATION];
+    &[&ATTACHMENT, &DRAW, &STRENGTH_DRAW, &SHAPE, &DRIVE, &INTEGRATOR, &STEP_CHECK, &ROTATION];

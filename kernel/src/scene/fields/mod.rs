@@ -10,10 +10,7 @@ mod quantities;
 mod row;
 mod table;
 
-pub use choices::{
-    ATTACHMENT, CHOICES, Choice, DRAW, DRIVE, INTEGRATOR, ROTATION, SHAPE, STEP_AFTER_FAILURE, STEP_CHECK,
-    STRENGTH_DRAW,
-};
+pub use choices::{ATTACHMENT, CHOICES, Choice, DRAW, DRIVE, INTEGRATOR, ROTATION, SHAPE, STEP_CHECK, STRENGTH_DRAW};
 pub use lookup::{SLOTS, check, field, fingerprint_words, slot_of};
 pub use quantities::{
     ANGLE, ANGULAR_VELOCITY, ANY_SIGN, AREA, DAMAGE_SLOPE, DURATION, INERTIA, LENGTH, MASS, MODULUS, POSITION,

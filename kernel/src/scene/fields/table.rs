@@ -138,7 +138,7 @@ pub const FIELDS: &[Field] = &[
         .read(|s| if_so(s.yarn.stochastic)).image(Image::Later(0x1_0000)),
     choice("yarn.strength_draw", &STRENGTH_DRAW, |s| s.yarn.strength_draw as u32,
         |s, k| pick(&mut s.yarn.strength_draw, &STRENGTH_DRAWS, k), 660,
-        "Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not with mirror planes or a toe")
+        "Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not with mirror planes")
         .image(Image::Later(0x66_0000)),
     real("yarn.weibull_shape", |s| one(&mut s.yarn.weibull_shape), &RATIO, Range::Within(WEIBULL_SHAPES[0], WEIBULL_SHAPES[1]), 661,
         "Weibull shape m of the critical strain U_c - 1. Read for drawn strength only").read(drawn_strength).image(Image::LaterWhereRead),
@@ -157,7 +157,7 @@ pub const FIELDS: &[Field] = &[
         "Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none. Velocity Verlet only")
         .image(Image::Later(0x8_0002)),
     real("yarn.rate_modulus", |s| one(&mut s.yarn.rate_modulus), &RATIO, Range::Within(0.0, 1.0), 680,
-        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with a toe, pre-tension, separate plies or a graded network")
+        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with slack_balance, pre-tension, separate plies or a graded network")
         .image(Image::Later(0x67_0000)),
     real("yarn.rate_stretch", |s| one(&mut s.yarn.rate_stretch), &RATIO, Range::Within(0.0, 1.0), 681,
         "Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none").image(Image::Later(0x67_0001)),
@@ -242,17 +242,14 @@ pub const FIELDS: &[Field] = &[
     row("seed", Place::Seed(|s| &mut s.seed), Range::Any, 260, "Seed of the draws"),
     // ---- Time step
     real("time_step.fraction", |s| one(&mut s.time_step.fraction), &RATIO, Range::Positive, 286,
-        "Time step as a fraction of dt_crit (M11), at most 0.5 (0.433 with a toe). Read if time_step.seconds is 0")
+        "Time step as a fraction of dt_crit (M11), at most 0.5. Read if time_step.seconds is 0")
         .read(|s| if_so(s.time_step.seconds == 0.0)).image(Image::Never),
     real("time_step.seconds", |s| one(&mut s.time_step.seconds), &DURATION, Range::NotNegative, 261,
-        "Time step in seconds, at most 0.5 dt_crit (0.433 with a toe); 0: time_step.fraction says it").image(Image::StepInUse),
+        "Time step in seconds, at most 0.5 dt_crit; 0: time_step.fraction says it").image(Image::StepInUse),
     choice("step_check", &STEP_CHECK, |s| s.step_check as u32, |s, k| pick(&mut s.step_check, &STEP_CHECKS, k), 287,
         "Whether the time step is checked against its limit").image(Image::Never),
-    choice("step_after_failure", &STEP_AFTER_FAILURE, |s| s.step_after_failure as u32,
-        |s, k| pick(&mut s.step_after_failure, &STEPS_AFTER_FAILURE, k), 288,
-        "The step from the first failed segment on (M9). Velocity Verlet only").image(Image::Later(0x5_0000)),
-    real("slack_toe", |s| one(&mut s.slack_toe), &RATIO, Range::NotNegative, 289,
-        "Toe: Green-Lagrange strain over which the stiffness of a segment sets in that has been slack after the first failure, in [0.005, 0.05] and not beyond that of U_c; 0 = none. Velocity Verlet only")
+    flag("slack_balance", |s| &mut s.slack_balance, 289,
+        "Segments give back the energy that the step makes where they become slack or taut. Velocity Verlet only; not with a dependence on the rate of strain")
         .image(Image::Later(0x6_0000)),
     choice("rotation_rule.kind", &ROTATION, |s| s.rotation_rule.kind as u32, |s, k| pick(&mut s.rotation_rule.kind, &ROTATIONS, k), 290,
         "The implicit midpoint rule, or the paper's theta rule").image(Image::Later(0x3_FFFF)),
@@ -268,6 +265,9 @@ pub const FIELDS: &[Field] = &[
     count("contact_capacity", |s| &mut s.contact_capacity, Range::Any, 293,
         "Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with friction); more are a failure. 0 = every node")
         .image(Image::Never),
+    flag("track_through", |s| &mut s.track_through, 298,
+        "Watch whether held yarn can still stop a free projectile: the outcome through, long before exited. Needs track_detachment to tell held yarn from loose")
+        .image(Image::Later(0x6b_0000)),
 ];
 
 /// All elements, or none.

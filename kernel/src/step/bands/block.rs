@@ -172,7 +172,10 @@ impl BlockInBands {
         } else {
             system.failed_segments += report.newly_failed;
         }
-        if self.next().is_none() { blocks::end(system) } else { Ok(()) }
+        if self.next().is_none() {
+            blocks::end(system);
+        }
+        Ok(())
     }
 }
 

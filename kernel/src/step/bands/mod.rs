@@ -1,11 +1,10 @@
 //! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing waits here.
 //!
-//! Method: a pass (a step, or half of one after `step_after_failure`; with viscosity two make one of these) is one call of
+//! Method: a pass (a step) is one call of
 //! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
 //! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
-//! called again before all have arrived is refused. Of viscous yarn the first pass finds what viscosity changes, from velocities
-//! that none has changed yet, and the second one sweeps. If the caller says how many steps it wants, a sheet beyond the caches takes eight
+//! called again before all have arrived is refused. If the caller says how many steps it wants, a sheet beyond the caches takes eight
 //! of them in a block of nine passes (`bands/block.rs`). The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
@@ -60,7 +59,6 @@ use crate::ground::lanes::CacheLine;
 use crate::memory::layout::MAX_BANDS;
 use crate::memory::system::System;
 use crate::memory::watch::OutcomeSet;
-use crate::scene::features::Feature;
 use crate::sheet::sweep::Report;
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
@@ -160,7 +158,6 @@ impl Bands<'_, '_> {
         unsafe {
             let plan = &*self.plan.get();
             let met = match &plan.block {
-                _ if plan.pushing => plan.push(self.of, band),
                 Some(block) if block.is_at_start() => plan.step_away(band, block),
                 Some(block) => plan.sweep(self.of, band).merged(plan.fill_cut(band, block)),
                 None => plan.sweep(self.of, band),
@@ -216,10 +213,6 @@ impl Bands<'_, '_> {
     unsafe fn complete(&self) -> Result<(), Failure> {
         // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
         let (system, plan) = unsafe { (&mut *self.system, &mut *self.plan.get()) };
-        if plan.pushing {
-            plan.pushing = false;
-            return Ok(());
-        }
         let mut report = Report::default();
         for cell in self.reports.iter().take(self.of as usize) {
             // SAFETY: the band has arrived.
@@ -249,9 +242,8 @@ impl Drop for Bands<'_, '_> {
     fn drop(&mut self) {
         while self.failure().is_none() {
             let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
-            let pushed = plan.layout.has(Feature::Viscosity) && plan.found.is_ok() && !plan.pushing;
             let in_block = plan.block.is_some_and(|block| !block.is_at_start());
-            if called == 0 && !plan.second_half && !pushed && !in_block {
+            if called == 0 && !in_block {
                 return;
             }
             // Only those that have not been called: the last of them completes the pass, and any after it would begin another.

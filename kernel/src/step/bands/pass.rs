@@ -1,4 +1,4 @@
-//! What a band does in a pass: the copies that it needs of its neighbours before, the push of viscosity, the sweep of its rows, and its part of a
+//! What a band does in a pass: the copies that it needs of its neighbours before, the sweep of its rows, and its part of a
 //! block of steps; and behind the last band the part that is not cut.
 
 use super::block::{BlockInBands, Edge, RowsAway};
@@ -6,14 +6,24 @@ use super::plan::Plan;
 use super::pointers::{rows, rows_mut};
 use super::scratch::Scratch;
 use crate::ground::error::Failure;
-use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES};
+use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
 use crate::memory::rows::Rows;
 use crate::memory::system::System;
+use crate::memory::viscous_rows::{ViscousRows, find_moments_of_row, place_image_moments};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
-use crate::sheet::sweep::Report;
+use crate::sheet::slack::bit;
+use crate::sheet::sweep::{Lift, Report};
+use crate::sheet::viscous::MomentsOfRow;
 use crate::step::explicit;
-use crate::step::viscosity;
+
+/// What a sweep of rows uses that is not theirs: the row above, the forces from the row below, and the band's own numbers.
+struct Beside<'r> {
+    above: &'r [Chunk<HOT_PLANES>],
+    carry: &'r mut [Chunk<CARRY_PLANES>],
+    kept: &'r mut [[f64; 3]],
+    viscous: &'r mut [Chunk<PAST_PLANES>],
+}
 
 impl Plan {
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
@@ -29,17 +39,31 @@ impl Plan {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the arrays; the caller has them and the scratch to itself.
         unsafe {
-            let Scratch { above, carry, .. } = self.scratch(band);
+            let Scratch { above, carry, viscous, .. } = self.scratch(band);
             // The plies that the band's first row and the row above it belong to, and their rows.
-            let [(lowest, low), (_, [_, top])] = [first, end - 1].map(|j| {
+            let [(lowest, low), (highest, [_, top])] = [first, end - 1].map(|j| {
                 let (ply, _) = layout.ply_and_row(j);
                 (ply, self.rows_of_ply(ply))
             });
             if end < top {
-                copy_displacements(above, rows(memory.hot, chunks, end, 1));
+                copy_motion(above, rows(memory.hot, chunks, end, 1));
             }
-            if first > low[0] && first < low[1] {
-                self.lift(first, lowest, carry);
+            let is_cut = first > low[0] && first < low[1];
+            if layout.has(Feature::Viscosity) {
+                let mut slots = viscous.chunks_exact_mut(chunks.max(1));
+                let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));
+                // What a row takes is counted once, and by the band that has it.
+                if is_cut {
+                    self.find_moments(first - 1, lowest, below, false);
+                    self.find_moments(first, lowest, bottom, true);
+                }
+                if end < top {
+                    self.find_moments(end - 1, highest, last, !(is_cut && end - 1 == first));
+                    self.find_moments(end, highest, above, false);
+                }
+            }
+            if is_cut {
+                self.lift(first, lowest, carry, viscous);
             } else if let Some(step) = self.step_in_block() {
                 copy_row(carry, rows(memory.carries, chunks, step, 1));
             }
@@ -51,7 +75,7 @@ impl Plan {
     /// # Safety
     /// Nothing changes the two rows.
     #[inline(never)]
-    unsafe fn lift(&self, j: usize, ply: usize, carry: &mut [Chunk<CARRY_PLANES>]) {
+    unsafe fn lift(&self, j: usize, ply: usize, carry: &mut [Chunk<CARRY_PLANES>], viscous: &[Chunk<PAST_PLANES>]) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the arrays; the caller's promise.
         unsafe {
@@ -61,49 +85,83 @@ impl Plan {
             let below = rows(memory.hot, chunks, j - 1, 1);
             let history = rows(memory.history, chunks, j - 1, 1);
             let here = rows(memory.hot, chunks, j, 1);
-            let marks = if self.marked { rows(memory.marks, chunks, j - 1, 1) } else { &[] };
+            let is_slack = layout.has(Feature::Slack) && memory.been_slack.add(j - 1).read() & bit(Axis::Vertical) != 0;
+            let owed = if is_slack { rows(memory.owed, chunks, j - 1, 1) } else { &[] };
             let terms = self.terms(false);
             let yarn = terms.yarn_row(yarn, strength, logarithms, 0, ply);
-            terms.pass(&self.net(), ply).lift(j - 1, below, history, here, carry, &yarn, marks);
+            let (net, viscous) = (self.net(), [0, 1].map(|slot| planes::row(viscous, chunks, slot)));
+            let pass = terms.pass(&net, ply);
+            let (row, above, yarn) = (below, here, &yarn);
+            Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, owed, viscous }.find();
         }
     }
 
-    /// Finds what viscosity changes of a band's rows; none is swept yet.
+    /// The viscous moments of row j of a ply, beside a cut. `counts`: whether what they take is counted.
     ///
     /// # Safety
-    /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    /// Nothing changes the row and those beside it; nothing else uses what is counted of it.
     #[inline(never)]
-    pub(super) unsafe fn push(&self, of: u32, band: u32) -> Report {
-        let [first, end] = self.rows_of(of, band);
-        if first == end {
-            return Report::default();
-        }
+    unsafe fn find_moments(&self, j: usize, ply: usize, past: &mut [Chunk<PAST_PLANES>], counts: bool) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
-        for ply in layout.ply_and_row(first).0..=layout.ply_and_row(end - 1).0 {
-            // SAFETY: rows_of() cuts the rows without overlap and inside the arrays, so the pushes written here are this band's
-            // alone; hot rows and marks are only read by all bands.
-            unsafe {
-                let [low, top] = self.rows_of_ply(ply);
-                let (start, stop) = (first.max(low), end.min(top));
-                if start >= stop {
-                    continue;
-                }
-                let pushing = viscosity::Pushing {
-                    layout,
-                    directions: self.directions().of_ply(ply),
-                    toe: &self.toe,
-                    instructions: self.instructions,
-                    all: [low, top],
-                    own: [start, stop],
-                    hot: rows(memory.hot, chunks, 0, layout.stored_rows()),
-                    marks: if self.marked { rows(memory.marks, chunks, 0, layout.nodes_y) } else { &[] },
-                    work: self.scratch(band).work,
-                    pushes: rows_mut(memory.pushes, chunks, start, stop - start),
-                };
-                pushing.find();
-            }
+        let [low, _] = layout.rows_of(ply);
+        // SAFETY: the rows lie inside the arrays; the caller's promise.
+        unsafe {
+            copy_row(past, rows(memory.past, chunks, j, 1));
+            let row = MomentsOfRow {
+                directions: self.directions().of_ply(ply),
+                row: rows(memory.hot, chunks, j, 1),
+                below: if j > low { rows(memory.hot, chunks, j - 1, 1) } else { &[] },
+                past_below: if j > low { rows(memory.past, chunks, j - 1, 1) } else { &[] },
+                above: if layout.has_verticals(j) { rows(memory.hot, chunks, j + 1, 1) } else { &[] },
+                past,
+            };
+            let mut ignored = 0.0;
+            let taken = if counts { &mut *memory.taken.add(j) } else { &mut ignored };
+            find_moments_of_row(&self.terms(false), j, row, taken);
         }
-        Report::default()
+    }
+
+    /// What viscosity keeps of rows [first, end) of a ply.
+    ///
+    /// # Safety
+    /// As for [`Plan::rows`].
+    #[inline(never)]
+    unsafe fn viscous_rows<'r>(
+        &self,
+        [first, end]: [usize; 2],
+        ply: usize,
+        beside: &'r mut [Chunk<PAST_PLANES>],
+    ) -> ViscousRows<'r> {
+        let (layout, memory, chunks, count) = (&self.layout, &self.memory, self.layout.chunks, end - first);
+        if !layout.has(Feature::Viscosity) {
+            return ViscousRows { past: &mut [], above: &mut [], known: [false; 2] };
+        }
+        // Behind the mirror plane lie the images of a row, which may be the one below the band.
+        let images = layout.y.is_mirrored() && end == layout.nodes_y;
+        let mut slots = beside.chunks_exact_mut(chunks.max(1));
+        let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));
+        // SAFETY: the caller's promise; the images are the last band's.
+        unsafe {
+            let [low, top] = self.rows_of_ply(ply);
+            let (known, past) = ([first > low, end < top], rows_mut(memory.past, chunks, first, count));
+            if known[0] {
+                copy_row(past, bottom);
+            }
+            if known[1] {
+                copy_row(planes::row_mut(past, chunks, count - 1), last);
+            }
+            let above = if known[1] {
+                above
+            } else if images {
+                rows_mut(memory.past, chunks, end, 1)
+            } else {
+                &mut []
+            };
+            if images && layout.y.node(layout.y.modelled()).0 < first {
+                place_image_moments(above, below);
+            }
+            ViscousRows { past, above, known }
+        }
     }
 
     /// Sweeps a band's rows.
@@ -112,6 +170,22 @@ impl Plan {
     /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and the scratch.
     #[inline(never)]
     pub(super) unsafe fn sweep(&self, of: u32, band: u32) -> Report {
+        // SAFETY: the caller's promise.
+        unsafe {
+            if self.layout.has(Feature::Viscosity) {
+                self.sweep_with::<true>(of, band)
+            } else {
+                self.sweep_with::<false>(of, band)
+            }
+        }
+    }
+
+    /// [`Plan::sweep`]. VISCOUS: with viscosity.
+    ///
+    /// # Safety
+    /// The same.
+    #[inline(never)]
+    unsafe fn sweep_with<const VISCOUS: bool>(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
             return Report::default();
@@ -129,7 +203,7 @@ impl Plan {
                 if start >= stop {
                     continue;
                 }
-                let Scratch { above, carry, kept, .. } = self.scratch(band);
+                let Scratch { above, carry, viscous, kept } = self.scratch(band);
                 let above: &[_] = if stop < top {
                     above
                 } else if let Some(step) = self.step_in_block().filter(|_| stop < ply_end) {
@@ -144,9 +218,12 @@ impl Plan {
                 if start == low && self.block.is_none() {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
                 }
-                let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, above, carry, kept);
+                let beside = Beside { above, carry, kept, viscous };
+                let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, beside);
                 let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
-                report = report.merged(rows.sweep(&self.terms(fetches)));
+                let terms = self.terms(fetches);
+                let met = if VISCOUS { rows.sweep_viscous(&terms) } else { rows.sweep(&terms) };
+                report = report.merged(met);
             }
         }
         report
@@ -185,8 +262,8 @@ impl Plan {
             if j == 0 {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             } else if part.starts_at_gap(step, j) {
-                self.lift(j, 0, carry);
-                copy_displacements(self.above_gap(part.lower, step), rows(hot, self.layout.chunks, j, 1));
+                self.lift(j, 0, carry, &[]);
+                copy_motion(self.above_gap(part.lower, step), rows(hot, self.layout.chunks, j, 1));
             }
             self.step_row(band, block, step, j, self.row_above(j), carry)
         }
@@ -228,7 +305,8 @@ impl Plan {
         let memory = &self.memory;
         // SAFETY: the caller's promise; there are pulls of every step and row.
         unsafe {
-            let mut row = self.rows(step, [j, j + 1], 0, above, carry, self.scratch(band).kept);
+            let beside = Beside { above, carry, kept: self.scratch(band).kept, viscous: &mut [] };
+            let mut row = self.rows(step, [j, j + 1], 0, beside);
             // A row comes from memory in the first step alone.
             let mut report = row.sweep(&self.terms(self.fetches && step == 0));
             report.non_finite |= block.is_met(step, j, memory.ranges.add(j).read());
@@ -256,9 +334,7 @@ impl Plan {
         step: usize,
         [first, end]: [usize; 2],
         ply: usize,
-        above: &'r [Chunk<HOT_PLANES>],
-        carry: &'r mut [Chunk<CARRY_PLANES>],
-        kept: &'r mut [[f64; 3]],
+        Beside { above, carry, kept, viscous }: Beside<'r>,
     ) -> Rows<'r> {
         let (layout, memory, chunks, count) = (&self.layout, &self.memory, self.layout.chunks, end - first);
         // SAFETY: the caller's promise.
@@ -272,8 +348,9 @@ impl Plan {
                 yarn: if layout.has_constants() { rows(memory.yarn, chunks, first, count) } else { &[] },
                 strength: if layout.has(Feature::Strength) { rows(memory.strength, chunks, first, count) } else { &[] },
                 logarithms: if layout.has(Feature::Rate) { rows(memory.logarithms, chunks, first, count) } else { &[] },
-                marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
-                pushes: if layout.has(Feature::Viscosity) { rows(memory.pushes, chunks, first, count) } else { &[] },
+                owed: if layout.has(Feature::Slack) { rows_mut(memory.owed, chunks, first, count) } else { &mut [] },
+                been_slack: if layout.has(Feature::Slack) { rows(memory.been_slack, 1, first, count) } else { &[] },
+                viscous: self.viscous_rows([first, end], ply, viscous),
                 taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
                 before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
                 ranges: rows_mut(memory.ranges, 1, first, count),
@@ -327,10 +404,8 @@ impl Plan {
             explicit::book_taken(system, ply, [first, end]);
             explicit::book_pulls(system, ply, [first, end], 0);
         }
-        explicit::close_pass(system, self.end, &gathered, report)?;
-        if self.end == 1.0 {
-            explicit::end_step(system, self.failed_before)?;
-        }
+        explicit::close_pass(system, &gathered, report)?;
+        explicit::end_step(system);
         Ok(())
     }
 }
@@ -340,10 +415,10 @@ fn copy_row<const P: usize>(copy: &mut [Chunk<P>], row: &[Chunk<P>]) {
     copy.iter_mut().zip(row).for_each(|(copy, chunk)| *copy = *chunk);
 }
 
-/// Copies the displacements of a row, which are all that is read of a row above.
+/// Copies the displacements and velocities of a row, which are all that is read of a row above.
 #[inline(never)]
-fn copy_displacements(copy: &mut [Chunk<HOT_PLANES>], row: &[Chunk<HOT_PLANES>]) {
+fn copy_motion(copy: &mut [Chunk<HOT_PLANES>], row: &[Chunk<HOT_PLANES>]) {
     for (copy, chunk) in copy.iter_mut().zip(row) {
-        copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);
+        copy.iter_mut().zip(chunk).take(6).for_each(|(copy, plane)| *copy = *plane);
     }
 }

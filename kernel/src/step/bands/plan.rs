@@ -6,42 +6,30 @@ use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
 use crate::memory::layout::Layout;
-use crate::memory::rows::Terms;
 use crate::memory::system::{self, System};
+use crate::memory::terms::Terms;
+use crate::memory::viscous_rows::place_image_speeds;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
 use crate::step::explicit;
 use crate::step::relaxation;
-use crate::step::viscosity;
 use crate::yarn::rate::Rates;
-use crate::yarn::toe::Toe;
 
 /// What all bands need to know for one pass.
 pub(super) struct Plan {
-    /// Where the pass ends, in parts of the step.
-    pub(super) end: f64,
-    /// Whether it is the second half of a step that is begun.
-    pub(super) second_half: bool,
-    /// Failed segments at the step's start.
-    pub(super) failed_before: u64,
     /// What lies under the projectile, or why the pass cannot be made.
     pub(super) found: Result<Gathered, Failure>,
     /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
     /// rest are left out.
     pub(super) rows: [usize; 2],
-    /// Whether the bands find now what viscosity changes, and sweep afterwards.
-    pub(super) pushing: bool,
     /// The block of steps that the pass is part of, if it is.
     pub(super) block: Option<BlockInBands>,
     /// Whether rows at rest are swept.
     pub(super) all: bool,
     pub(super) layout: Layout,
-    pub(super) toe: Toe,
     pub(super) rates: Rates,
     pub(super) fetches: bool,
     pub(super) instructions: InstructionSet,
-    /// Whether segments may have a toe's mark.
-    pub(super) marked: bool,
     pub(super) memory: Pointers,
 }
 
@@ -58,8 +46,11 @@ fn prepare_rows(system: &mut System<'_>, sound: bool) -> [usize; 2] {
         if system.layout.has(Feature::Rate) && sound {
             relaxation::find_rates(system, [first, end]);
         }
-        if system.layout.has(Feature::Viscosity) && sound {
-            viscosity::place_images(system, [first, end]);
+        if (system.layout.has(Feature::Viscosity) || system.layout.has(Feature::Slack)) && system.layout.x.is_mirrored()
+        {
+            let (line, chunks) = (system.layout.x, system.layout.chunks);
+            let rows = system.arrays.hot.get_mut(first * chunks..end * chunks);
+            place_image_speeds(rows.unwrap_or(&mut []), chunks, line);
         }
     }
     [rows[0].min(rows[1]), rows[1]]
@@ -68,41 +59,27 @@ fn prepare_rows(system: &mut System<'_>, sound: bool) -> [usize; 2] {
 impl Plan {
     /// Plans the pass that follows `last`, or the first one. Blocks end at step `until` at the latest.
     pub(super) fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>, of: u32, until: u64) -> Plan {
-        let second_half = last.is_some_and(|last| last.end < 1.0);
-        let end = if system.state.halved && !second_half { 0.5 } else { 1.0 };
-        let failed_before = match last {
-            Some(last) if second_half => last.failed_before,
-            _ => system.failed_segments,
-        };
         let block = last.and_then(Plan::next_part);
         let block = block.or_else(|| BlockInBands::start(system, of as usize, until.saturating_sub(system.state.step)));
         let found = match &block {
             Some(block) => block.look_ahead(system),
-            None => explicit::look_ahead(system, end, [0, system.layout.nodes_y]),
+            None => explicit::look_ahead(system, [0, system.layout.nodes_y]),
         };
-        let pushing = system.layout.has(Feature::Viscosity) && found.is_ok();
         let mut rows = prepare_rows(system, found.is_ok());
         if let Some(block) = &block {
             rows = block.rows_near();
         }
-        let marked = system.layout.has(Feature::Toe) && system.failed_segments > 0;
         let memory = Pointers::of(system, scratch);
         let all = system.steps_all();
         Plan {
-            end,
-            second_half,
-            failed_before,
             found,
             rows,
-            pushing,
             block,
             all,
             layout: system.layout,
-            toe: system.model.toe,
             rates: explicit::rates(system),
             fetches: system.fetches,
             instructions: system.instructions,
-            marked,
             memory,
         }
     }
@@ -147,7 +124,7 @@ impl Plan {
 
     /// Constants of the sweep.
     pub(super) fn terms(&self, fetches: bool) -> Terms<'_> {
-        let Plan { layout, toe, rates, instructions, .. } = self;
-        Terms { layout, directions: self.directions(), toe: *toe, rates, fetches, instructions: *instructions }
+        let Plan { layout, rates, instructions, .. } = self;
+        Terms { layout, directions: self.directions(), rates, fetches, instructions: *instructions }
     }
 }

@@ -1,7 +1,7 @@
 //! Where the rows are: bare pointers into the simulation's arrays, which all bands share, and slices of rows made of them.
 
 use crate::ground::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES, RATE_PLANES, STRENGTH_PLANES,
     YARN_PLANES,
 };
 use crate::memory::arrays::Arrays;
@@ -19,8 +19,9 @@ pub(super) struct Pointers {
     pub(super) yarn: *const Chunk<YARN_PLANES>,
     pub(super) strength: *const Chunk<STRENGTH_PLANES>,
     pub(super) logarithms: *const Chunk<RATE_PLANES>,
-    pub(super) marks: *const Chunk<MARK_PLANES>,
-    pub(super) pushes: *mut Chunk<PUSH_PLANES>,
+    pub(super) owed: *mut Chunk<OWED_PLANES>,
+    pub(super) been_slack: *const u32,
+    pub(super) past: *mut Chunk<PAST_PLANES>,
     pub(super) taken: *mut f64,
     pub(super) columns: *const Chunk<LINE_PLANES>,
     pub(super) lines: *const Chunk<LINE_PLANES>,
@@ -43,8 +44,9 @@ impl Pointers {
             yarn,
             strength,
             logarithms,
-            marks,
-            pushes,
+            owed,
+            been_slack,
+            past,
             taken,
             columns,
             lines,
@@ -63,8 +65,9 @@ impl Pointers {
             yarn: yarn.as_ptr(),
             strength: strength.as_ptr(),
             logarithms: logarithms.as_ptr(),
-            marks: marks.as_ptr(),
-            pushes: pushes.as_mut_ptr(),
+            owed: owed.as_mut_ptr(),
+            been_slack: been_slack.as_ptr(),
+            past: past.as_mut_ptr(),
             taken: taken.as_mut_ptr(),
             columns: columns.as_ptr(),
             lines: lines.as_ptr(),

@@ -3,9 +3,8 @@
 use super::block::Edge;
 use super::plan::Plan;
 use super::pointers::rows_mut;
-use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, VISCOUS_PLANES};
+use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
 use crate::memory::layout::BLOCK_STEPS;
-use crate::scene::features::Feature;
 use core::slice::from_raw_parts_mut;
 
 /// A band's own numbers.
@@ -14,8 +13,9 @@ pub(super) struct Scratch<'r> {
     pub(super) above: &'r mut [Chunk<HOT_PLANES>],
     /// Vertical forces from the row below the band.
     pub(super) carry: &'r mut [Chunk<CARRY_PLANES>],
-    /// Work row of viscosity.
-    pub(super) work: &'r mut [Chunk<VISCOUS_PLANES>],
+    /// What viscosity keeps beside the cuts, with the moments of this pass: of the row below the band, its first, its last, and the row
+    /// above it.
+    pub(super) viscous: &'r mut [Chunk<PAST_PLANES>],
     pub(super) kept: &'r mut [[f64; 3]],
 }
 
@@ -25,7 +25,7 @@ pub(super) struct Scratch<'r> {
 struct Places {
     above: *mut f64,
     carry: *mut f64,
-    work: *mut f64,
+    viscous: *mut f64,
     aboves: *mut f64,
     carries: *mut f64,
     kept: *mut f64,
@@ -64,14 +64,13 @@ impl Plan {
     /// Nothing else uses them while they are held.
     pub(super) unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
         let chunks = self.layout.chunks;
-        let worked = if self.layout.has(Feature::Viscosity) { chunks } else { 0 };
-        let Places { above, carry, work, kept, .. } = self.places(band);
+        let Places { above, carry, viscous, kept, .. } = self.places(band);
         // SAFETY: Bands::of has found room for as many bands, one behind the other; the caller's promise.
         unsafe {
             Scratch {
                 above: from_raw_parts_mut(above.cast(), chunks),
                 carry: from_raw_parts_mut(carry.cast(), chunks),
-                work: from_raw_parts_mut(work.cast(), worked),
+                viscous: from_raw_parts_mut(viscous.cast(), self.layout.viscous_rows_of_a_band() * chunks),
                 kept: from_raw_parts_mut(kept.cast(), self.layout.nodes_x),
             }
         }
@@ -85,9 +84,9 @@ impl Plan {
         let steps = if layout.in_blocks { BLOCK_STEPS } else { 0 };
         let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
         let carry = above.wrapping_add(HOT_PLANES * row);
-        let work = carry.wrapping_add(CARRY_PLANES * row);
-        let aboves = work.wrapping_add(if layout.has(Feature::Viscosity) { VISCOUS_PLANES * row } else { 0 });
+        let viscous = carry.wrapping_add(CARRY_PLANES * row);
+        let aboves = viscous.wrapping_add(layout.viscous_rows_of_a_band() * PAST_PLANES * row);
         let carries = aboves.wrapping_add(steps * HOT_PLANES * row);
-        Places { above, carry, work, aboves, carries, kept: carries.wrapping_add(steps * CARRY_PLANES * row) }
+        Places { above, carry, viscous, aboves, carries, kept: carries.wrapping_add(steps * CARRY_PLANES * row) }
     }
 }

@@ -27,7 +27,7 @@
  * and with subnormal numbers, whatever the host has set, and puts the host's floating-point environment back: the bits do not
  * depend on it. On other processors, such as RISC-V, the host must leave it at that.
  *
- * Units are SI; vectors are in the host's frame unless said otherwise; quaternions are scalar first. M1 to M15 are the equations
+ * Units are SI; vectors are in the host's frame unless said otherwise; quaternions are scalar first. M1 to M22 are the equations
  * of docs/model.md. docs/embedding.md shows how to size memory, meet a deadline, drive the projectile and use several sheets.
  */
 
@@ -228,12 +228,6 @@
 // step_check: no check, for stability studies only: wrong results without a warning.
 #define FK_STEP_CHECK_NONE 1
 
-// step_after_failure: it stays.
-#define FK_STEP_AFTER_FAILURE_KEEP 0
-
-// step_after_failure: every step is taken as two halves.
-#define FK_STEP_AFTER_FAILURE_HALF 1
-
 // rotation_rule.kind: implicit midpoint rule, which keeps energy and angular momentum.
 #define FK_ROTATION_MIDPOINT 0
 
@@ -402,8 +396,7 @@ typedef struct fk_scene_yarn {
     // FK_DRAW_SEGMENT.
     uint64_t draw;
     // Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not
-    // with mirror planes or a toe. One of FK_STRENGTH_DRAW_NONE and FK_STRENGTH_DRAW_WEIBULL. Default
-    // FK_STRENGTH_DRAW_NONE.
+    // with mirror planes. One of FK_STRENGTH_DRAW_NONE and FK_STRENGTH_DRAW_WEIBULL. Default FK_STRENGTH_DRAW_NONE.
     uint64_t strength_draw;
     // Weibull shape m of the critical strain U_c - 1. Read for drawn strength only. 1 to 1000. Default 14.7.
     double weibull_shape;
@@ -411,7 +404,7 @@ typedef struct fk_scene_yarn {
     // by (L/h)^(1/m). 0: L is h. Read for drawn strength only. In m, >= 0. Default 0.
     double weibull_gauge_length;
     // Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0.
-    // Read for drawn strength only. 0 to 1. Default 0.
+    // Read for drawn strength only, that of the back fabric included. 0 to 1. Default 0.
     double weibull_correlation;
     // Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity
     // Verlet only. 0 to 1. Default 0.
@@ -422,7 +415,7 @@ typedef struct fk_scene_yarn {
     // Velocity Verlet only. 0 to 0.2. Default 0.
     double viscosity_bending;
     // Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity
-    // Verlet only; not with a toe, pre-tension, separate plies or a graded network. 0 to 1. Default 0.
+    // Verlet only; not with slack_balance, pre-tension, separate plies or a graded network. 0 to 1. Default 0.
     double rate_modulus;
     // Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none. 0 to 1. Default 0.
     double rate_stretch;
@@ -519,11 +512,9 @@ typedef struct fk_scene_integrator {
 
 // The time step, constant for the life of a simulation: a part of fk_scene.
 typedef struct fk_scene_time_step {
-    // Time step as a fraction of dt_crit (M11), at most 0.5 (0.433 with a toe). Read if time_step.seconds is 0. > 0.
-    // Default 0.4.
+    // Time step as a fraction of dt_crit (M11), at most 0.5. Read if time_step.seconds is 0. > 0. Default 0.4.
     double fraction;
-    // Time step in seconds, at most 0.5 dt_crit (0.433 with a toe); 0: time_step.fraction says it. In s, >= 0. Default
-    // 0.
+    // Time step in seconds, at most 0.5 dt_crit; 0: time_step.fraction says it. In s, >= 0. Default 0.
     double seconds;
 } fk_scene_time_step;
 
@@ -570,12 +561,9 @@ typedef struct fk_scene {
     // Whether the time step is checked against its limit. One of FK_STEP_CHECK_REFUSE and FK_STEP_CHECK_NONE. Default
     // FK_STEP_CHECK_REFUSE.
     uint64_t step_check;
-    // The step from the first failed segment on (M9). Velocity Verlet only. One of FK_STEP_AFTER_FAILURE_KEEP and
-    // FK_STEP_AFTER_FAILURE_HALF. Default FK_STEP_AFTER_FAILURE_KEEP.
-    uint64_t step_after_failure;
-    // Toe: Green-Lagrange strain over which the stiffness of a segment sets in that has been slack after the first
-    // failure, in [0.005, 0.05] and not beyond that of U_c; 0 = none. Velocity Verlet only. >= 0. Default 0.
-    double slack_toe;
+    // Segments give back the energy that the step makes where they become slack or taut. Velocity Verlet only; not with
+    // a dependence on the rate of strain. 0 or 1. Default 0.
+    uint64_t slack_balance;
     // How the projectile turns between impulses.
     fk_scene_rotation_rule rotation_rule;
     // Window of the peak force, rounded to whole steps, at least one. Until the first is full the peak force is the
@@ -589,10 +577,13 @@ typedef struct fk_scene {
     // Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with
     // friction); more are a failure. 0 = every node. Default 0.
     uint64_t contact_capacity;
+    // Watch whether held yarn can still stop a free projectile: the outcome through, long before exited. Needs
+    // track_detachment to tell held yarn from loose. 0 or 1. Default 0.
+    uint64_t track_through;
 } fk_scene;
 
 // Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-#define FK_ABI_VERSION 4
+#define FK_ABI_VERSION 1
 
 // Success.
 #define FK_OK 0
@@ -621,6 +612,9 @@ typedef struct fk_scene {
 
 // Bit of the outcome "passed".
 #define FK_PASSED 8
+
+// Bit of the outcome "through"; it comes only with track_through.
+#define FK_THROUGH 16
 
 // fk_outcome's status: no contact in the last step.
 #define FK_STATUS_FLIGHT 0
@@ -715,7 +709,7 @@ typedef struct fk_step_limits {
     double dt;
     // 2/omega_max of the taut sheet at the critical stretch, with the stiffest segment drawn.
     double dt_crit;
-    // Largest accepted step: 0.5 dt_crit, with a toe 0.5 sqrt(3/4) dt_crit.
+    // Largest accepted step: 0.5 dt_crit.
     double step_max;
 } fk_step_limits;
 
@@ -772,8 +766,6 @@ typedef struct fk_energy {
     double contact_work;
     // Work of the external load on the projectile, J.
     double external_work;
-    // Change of the audited energy when the step was halved, J, of second order in dt; 0 if it was not.
-    double halving;
     // What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     double residual;
     // Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
@@ -782,6 +774,9 @@ typedef struct fk_energy {
     double friction;
     // Kinetic energy lost where separate plies meet, J.
     double ply_loss;
+    // Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
+    // `contact_loss` and `friction` hold it.
+    double support_work;
 } fk_energy;
 
 // What one ply of a stack holds.
@@ -813,15 +808,16 @@ typedef struct fk_counters {
     uint64_t failed_segments;
     // Nodes with a contact impulse in the last step.
     uint64_t contacts;
-    // Contact solves (M8) that ran out of sweeps; harmless below 1 % of the steps.
+    // Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how far they were off.
     uint64_t unconverged;
-    // Most Gauss-Seidel sweeps of one solve, at most 200, or 4000 where a fixed node takes an impulse.
+    // Most Gauss-Seidel sweeps of one solve, at most 300 (4000 in a stack whose held nodes are hit): sweeps and, behind 200
+    // of them, passes of Newton's method.
     uint64_t most_sweeps;
     // Most candidate nodes of one step.
     uint64_t most_candidates;
     // Places for candidate nodes: `contact_capacity`, or every node modelled.
     uint64_t candidate_capacity;
-    // Deepest penetration met, m: rounding in a sound run; also that of fixed nodes in a prescribed body, which passes through them.
+    // Deepest penetration met, m: rounding where the body does not turn, up to 2e-2 spacings where it does; also that of fixed nodes in a prescribed body, which passes through them.
     double worst_penetration;
     // Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.
     uint64_t iterations;
@@ -829,9 +825,12 @@ typedef struct fk_counters {
     uint64_t most_iterations;
     // Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
     double ply_penetration;
-    // Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
+    // Steps in which the body met the sheet beyond the fine part of a graded network, where nodes may be
     // too far apart to feel it: 0 in a run that is to be trusted.
     uint64_t beyond_fine;
+    // Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that closes too fast, a slip that friction
+    // should have stopped; 0 if all converged.
+    double contact_residual;
 } fk_counters;
 
 // Outcomes; FK_NEVER for what has not happened.
@@ -842,10 +841,10 @@ typedef struct fk_outcome {
     uint32_t mask;
     // Step count at whose start the first impulse acted; FK_NEVER before.
     uint64_t first_contact;
-    // Step count at which arrested, detached, exited, passed latched, in this order; FK_NEVER before.
-    uint64_t step[4];
+    // Step count at which arrested, detached, exited, passed, through latched, in this order; FK_NEVER before.
+    uint64_t step[5];
     // Work of the projectile on the fabric until then, J; 0 before.
-    double work[4];
+    double work[5];
 } fk_outcome;
 
 #ifdef __cplusplus
@@ -905,30 +904,34 @@ int32_t fk_scene_set_grading(fk_scene *scene,
                              struct fk_fault *fault,
                              uint64_t fault_size);
 
-// Checks a scene, the time step (M11) included. `fault` may be null; on an error it receives the number, the first bad
-// field, its value and the limit. `fault_size` is its sizeof.
-// Threads: any. Time: draws every segment of a stochastic sheet (some 0.1 us each). Touches: `fault`, on an error.
+// Refuses what fk_init refuses of a scene, whatever block it is given, in some milliseconds for any scene. The answer is that of fk_init,
+// unless more than 8192 segments are drawn or nodes lie under the projectile: only so many are looked at then, evenly spread, and what
+// another one alone forbids is found by fk_init. `fault` may be null; on an error it receives the number, the first bad field, its
+// value and the limit. `fault_size` is its sizeof.
+// Threads: any. Time: at most milliseconds. Touches: `fault`, on an error.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE; of the scene, each where a field of it says so or the
 // constant's text does: FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_UNKNOWN_CHOICE, FK_BAD_QUATERNION,
 // FK_TOO_MANY_NODES, FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL, FK_PROJECTILE_TOO_LIGHT,
 // FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
-// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM, FK_DOES_NOT_GO_WITH.
-int32_t fk_scene_check(const fk_scene *scene, struct fk_fault *fault, uint64_t fault_size);
+// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM, FK_DOES_NOT_GO_WITH,
+// FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST.
+int32_t fk_scene_check(const fk_scene *scene,
+                       struct fk_fault *fault,
+                       uint64_t fault_size);
 
 // Bytes of the block that fk_init needs for a scene, wherever it starts. They depend on the nodes, the projectile's
 // size and the options, not on material or motion; they may differ between versions of the library.
 // Threads: any. Time: constant. Touches: `bytes`, not on an error.
-// Errors: those of fk_scene_check but for the time step.
+// Errors: those of fk_scene_check but for the time step and the projectile's start.
 int32_t fk_memory_size(const fk_scene *scene, uint64_t *bytes);
 
 // Makes a simulation of `scene` at step 0 in the caller's block, which may start anywhere, and hands back its handle in
 // `out`: sheet flat and at rest, projectile in its start motion. The scene is copied; the block's old content does not
 // matter. The block must not be moved or copied while the handle is used (use fk_state_save and fk_state_load); simply
 // let go of it when done.
-// Threads: any, each with its own block. Time: as fk_scene_check and a pass over the block. Touches: the block and
-// `out`; on an error only `fault`, which may be null.
-// Errors: those of fk_scene_check, FK_SHORT_BUFFER, FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST,
-// FK_OUT_OF_RANGE (a projectile too heavy for its energy to be a number).
+// Threads: any, each with its own block. Time: draws every segment of a stochastic sheet (some 0.1 us each), and a pass over the
+// block. Touches: the block and `out`; on an error only `fault`, which may be null.
+// Errors: those of fk_scene_check, FK_SHORT_BUFFER.
 int32_t fk_init(void *memory,
                 uint64_t bytes,
                 const fk_scene *scene,
@@ -989,8 +992,7 @@ int32_t fk_bands_begin(struct fk_sim *sim,
                        void *scratch,
                        uint64_t bytes);
 
-// One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
-// these, and a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+// One band's part of a pass: a pass is a step; a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
 // last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 // calls the same band again: until then it is refused. The bits are those of fk_step.
 // Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing

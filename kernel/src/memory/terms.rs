@@ -1,0 +1,62 @@
+//! What all rows of a sweep have in common.
+
+use crate::ground::lanes::InstructionSet;
+use crate::ground::planes::{self, Chunk, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES};
+use crate::memory::layout::Layout;
+use crate::sheet::direction::Directions;
+use crate::sheet::grading::Net;
+use crate::sheet::sweep::{Constants, Pass, YarnRow};
+use crate::yarn::rate::Rates;
+
+/// Constants of a sweep.
+#[derive(Clone, Copy)]
+pub(crate) struct Terms<'t> {
+    pub layout: &'t Layout,
+    pub directions: &'t Directions,
+    /// Dependence on the rate of strain.
+    pub rates: &'t Rates,
+    /// Whether rows are fetched from memory ahead of their turn.
+    pub fetches: bool,
+    pub instructions: InstructionSet,
+}
+
+impl<'t> Terms<'t> {
+    /// The hot pass with these constants.
+    pub fn pass<'p>(&'p self, net: &'p Net<'p>, ply: usize) -> Pass<'p> {
+        Pass {
+            horizontals: self.layout.x.segments(),
+            verticals: self.layout.nodes_x,
+            directions: self.directions.of_ply(ply),
+            net,
+            rates: self.rates,
+            fetches: self.fetches,
+            instructions: self.instructions,
+        }
+    }
+
+    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn, and of
+    /// `logarithms`, empty where yarn does not depend on the rate.
+    pub fn yarn_row<'y>(
+        &self,
+        yarn: &'y [Chunk<YARN_PLANES>],
+        strength: &'y [Chunk<STRENGTH_PLANES>],
+        logarithms: &'y [Chunk<RATE_PLANES>],
+        k: usize,
+        ply: usize,
+    ) -> YarnRow<'y>
+    where
+        't: 'y,
+    {
+        let constants = if self.layout.has_constants() {
+            Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
+        } else {
+            Constants::Uniform(self.directions.of_ply(ply))
+        };
+        let chunks = self.layout.chunks;
+        YarnRow {
+            constants,
+            strength: planes::row(strength, chunks, k),
+            logarithms: if logarithms.is_empty() { &[] } else { planes::row(logarithms, chunks, k) },
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! Viscosity of taut yarn within the hot pass (`sweep.rs`): the stress of each segment, and the moments of a row.
+//!
+//! Method: (M16) takes what the strain of a segment has grown by since the last pass, which is kept for it, so stress and viscous part
+//! are one force. (M17) along z needs the velocities of nodes two away, all as they were: the moments of row j + 1 are found before
+//! row j is swept, here as -M_i. The forces belong to t_n and their rates to t_{n-1/2}, an error of first order in dt of a force that
+//! vanishes with the spacing; the tensions that open the moments are those of t_{n-1}, at the latest damage. As a force of the segment between nodes i and i + 1 the moments are M_i - M_{i+1}.
+//! What viscosity takes in a step is force times the mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a pass
+//! takes half of the rate behind it times the forces of the last pass and of its own (`step/viscosity.rs` adds what is open).
+//! Limits: velocity Verlet, no graded network. The step limit is in `check.rs`.
+//! Reference: docs/model.md, "Viscosity".
+
+use crate::ground::lanes::{Job, Lane};
+use crate::ground::planes::{CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z};
+use crate::sheet::direction::Along;
+use crate::sheet::neighbours::{NOTHING, at, right_of};
+use crate::yarn::law::{self, ViscosityLanes};
+
+/// What viscosity keeps of a row that is swept; no chunks without it.
+pub struct ViscousRow<'a> {
+    /// Of its segments in the last pass, and the moments of its nodes in this one.
+    pub past: &'a mut [Chunk<PAST_PLANES>],
+    /// The same of the row above; empty for none.
+    pub above: &'a [Chunk<PAST_PLANES>],
+    /// What of a vertical segment counts, over that of a horizontal one.
+    pub share: f64,
+    /// Receives what its segments take, by columns, as if all were horizontal ones: over 1/4 l^2.
+    pub taken: &'a mut [f64; CHUNK],
+}
+
+/// Without a past.
+pub(crate) const NO_PAST: Chunk<PAST_PLANES> = [[0.0; CHUNK]; PAST_PLANES];
+
+/// The same of eight segments of one direction.
+pub(crate) struct Past<'a> {
+    pub twice_strain: &'a mut [f64; CHUNK],
+    pub stress: &'a mut [f64; CHUNK],
+}
+
+impl Past<'_> {
+    /// Stress of group g with its viscous part, whose past becomes the present; and what it takes, over 1/4 l^2.
+    #[inline(always)]
+    pub fn stress<L: Lane>(self, viscosity: &ViscosityLanes<L>, stiffness: L, q: L, g: usize) -> (L, L) {
+        let (before, last) = (&mut L::groups_mut(self.twice_strain)[g], &mut L::groups_mut(self.stress)[g]);
+        let (zero, past) = (L::splat(0.0), L::load(before));
+        let taut = q.max(zero);
+        let strain = viscosity.twice_strain(taut, past.max(zero));
+        let viscous = stiffness.mul(strain.sub(taut));
+        let taken = L::load(last).add(viscous).mul(q.sub(past));
+        q.store(before);
+        viscous.store(last);
+        (stiffness.mul(strain), taken)
+    }
+}
+
+/// The moments of a row of nodes, along z, of the yarns along x and y. Gives twice what they take in a pass, by columns.
+pub(crate) struct MomentsOfRow<'a> {
+    pub directions: Along<'a>,
+    pub row: &'a [Chunk<HOT_PLANES>],
+    /// The row below and its past; empty below the first.
+    pub below: &'a [Chunk<HOT_PLANES>],
+    pub past_below: &'a [Chunk<PAST_PLANES>],
+    /// Empty above the last.
+    pub above: &'a [Chunk<HOT_PLANES>],
+    /// Its past, whose moments they replace.
+    pub past: &'a mut [Chunk<PAST_PLANES>],
+}
+
+impl Job for MomentsOfRow<'_> {
+    type Output = [f64; CHUNK];
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> [f64; CHUNK] {
+        let MomentsOfRow { directions, row, below, past_below, above, past } = self;
+        let zero = L::splat(0.0);
+        let [horizontal, vertical] = [directions.horizontal.viscosity.lanes(), directions.vertical.viscosity.lanes()];
+        let mut along = Carried { horizontal, vertical, last: [zero; 2], taken: [0.0; CHUNK] };
+        for (c, (chunk, past)) in row.iter().zip(past).enumerate() {
+            let next = row.get(c + 1).unwrap_or(&NOTHING);
+            let (above, below) = (above.get(c).unwrap_or(&NOTHING), below.get(c).unwrap_or(&NOTHING));
+            let past_below = past_below.get(c).unwrap_or(&NO_PAST);
+            let nodes = Nodes { chunk, next, above, below, past_below };
+            // Written out, so that every place in the chunk is a constant, as in the sweep.
+            match CHUNK / L::WIDTH {
+                1 => along.group(&nodes, past, 0),
+                2 => {
+                    along.group(&nodes, past, 0);
+                    along.group(&nodes, past, 1);
+                }
+                _ => {
+                    along.group(&nodes, past, 0);
+                    along.group(&nodes, past, 1);
+                    along.group(&nodes, past, 2);
+                    along.group(&nodes, past, 3);
+                }
+            }
+        }
+        along.taken
+    }
+}
+
+/// Eight columns of what the moments of a row follow from.
+struct Nodes<'a> {
+    chunk: &'a Chunk<HOT_PLANES>,
+    /// The chunk behind it.
+    next: &'a Chunk<HOT_PLANES>,
+    above: &'a Chunk<HOT_PLANES>,
+    below: &'a Chunk<HOT_PLANES>,
+    past_below: &'a Chunk<PAST_PLANES>,
+}
+
+/// What is carried along a row.
+struct Carried<L> {
+    horizontal: ViscosityLanes<L>,
+    vertical: ViscosityLanes<L>,
+    /// Velocity of the group to the left, and the stress of its segments.
+    last: [L; 2],
+    taken: [f64; CHUNK],
+}
+
+impl<L: Lane> Carried<L> {
+    #[inline(always)]
+    fn group(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, g: usize) {
+        let Nodes { chunk, next, above, below, past_below } = *nodes;
+        let (v, stress): (L, L) = (at(chunk, SPEED_Z, g), law::stress(at(chunk, 6, g), at(past, 0, g)));
+        let right = v.sub(right_of(v, &chunk[SPEED_Z], &next[SPEED_Z], g));
+        let left = v.sub(v.left_of(self.last[0]));
+        let bending = self.horizontal.bending(stress.left_of(self.last[1]), stress);
+        let along_x = moment(left.add(right), bending, &mut L::groups_mut(&mut past[MOMENT])[g]);
+        self.last = [v, stress];
+
+        let (up, down) = (v.sub(at(above, SPEED_Z, g)), v.sub(at(below, SPEED_Z, g)));
+        let before = law::stress::<L>(at(below, 7, g), at(past_below, 1, g));
+        let bending = self.vertical.bending(before, law::stress(at(chunk, 7, g), at(past, 1, g)));
+        let along_y = moment(down.add(up), bending, &mut L::groups_mut(&mut past[MOMENT + 1])[g]);
+        let taken = &mut L::groups_mut(&mut self.taken)[g];
+        L::load(taken).add(along_x.add(along_y)).store(taken);
+    }
+}
+
+/// The moment at this change of the rate along the yarn. Gives twice what it takes.
+#[inline(always)]
+fn moment<L: Lane>(change: L, bending: L, slot: &mut L::Group) -> L {
+    let moment = change.mul(bending);
+    let both = L::load(slot).add(moment);
+    moment.store(slot);
+    both.mul(change)
+}
+
+/// Force along z of the moments at both ends of the segments from group g, to the right and upwards.
+#[inline(always)]
+pub(crate) fn bending_forces<L: Lane>(
+    past: &Chunk<PAST_PLANES>,
+    next: &Chunk<PAST_PLANES>,
+    above: &Chunk<PAST_PLANES>,
+    g: usize,
+) -> [L; 2] {
+    let (x, y): (L, L) = (at(past, MOMENT, g), at(past, MOMENT + 1, g));
+    [right_of(x, &past[MOMENT], &next[MOMENT], g).sub(x), at::<L, PAST_PLANES>(above, MOMENT + 1, g).sub(y)]
+}

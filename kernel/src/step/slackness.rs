@@ -1,0 +1,40 @@
+//! The search for rows with slack segments, which begin to keep what these owe (`sheet/slack.rs`).
+
+use crate::ground::lanes;
+use crate::ground::planes::{self, Axis};
+use crate::memory::rows::place_image_column;
+use crate::memory::system::System;
+use crate::sheet::slack::{FindSlack, bit};
+
+/// The bits of a row in which both directions have been slack.
+const ALL: u32 = bit(Axis::Horizontal) | bit(Axis::Vertical);
+
+/// Searches the rows that are stepped and have not been slack in both directions.
+pub(crate) fn search(system: &mut System<'_>) {
+    let (chunks, line) = (system.layout.chunks, system.layout.x);
+    if system.layout.y.is_mirrored() {
+        system.place_image_row();
+    }
+    for ply in 0..system.layout.plies {
+        let [first, end] = system.rows_to_step(ply);
+        for j in first..end {
+            if system.arrays.been_slack.get(j) == Some(&ALL) {
+                continue;
+            }
+            if line.is_mirrored() {
+                place_image_column(planes::row_mut(system.arrays.hot, chunks, j), line);
+            }
+            // Above the top row of a ply the stiffnesses are 0.
+            let job = FindSlack {
+                row: planes::row(system.arrays.hot, chunks, j),
+                above: planes::row(system.arrays.hot, chunks, j + 1),
+                directions: system.directions_of_row(j),
+                net: system.net().row(j),
+            };
+            let found = lanes::dispatch(system.instructions, job);
+            if let Some(been_slack) = system.arrays.been_slack.get_mut(j) {
+                *been_slack |= found;
+            }
+        }
+    }
+}

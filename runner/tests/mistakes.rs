@@ -1,0 +1,26 @@
+//! Mistakes of a new user (mistakes.toml): what each gets from the program names the file, the key and the value, and helps.
+
+use std::{fs, path::Path, process::Command};
+
+#[test]
+fn the_mistakes_of_a_new_user_get_an_answer_that_helps() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mistakes");
+    fs::create_dir_all(&folder).unwrap();
+    let table: toml::Table = include_str!("mistakes.toml").parse().unwrap();
+    let mistakes = table["mistake"].as_array().unwrap();
+    assert!(mistakes.len() >= 30);
+    for (number, mistake) in mistakes.iter().enumerate() {
+        let file = folder.join(format!("mistake_{number}.toml"));
+        let text = mistake["file"].as_str().unwrap();
+        fs::write(&file, format!("preset = \"sheet_3in_sphere\"\n{text}")).unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_fabric"));
+        let output =
+            program.arg("run").arg(&file).args(["--steps", "1", "--out"]).arg(folder.join("out")).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        let refused = said.starts_with(&format!("error: {}: ", file.display())) && output.status.code() == Some(2);
+        assert!((refused || said.contains("warning: ")) && !said.contains("textile."), "{text}\n{said}");
+        for part in mistake["gets"].as_array().unwrap() {
+            assert!(said.contains(part.as_str().unwrap()), "{text}\n{said}\nhas not: {part}");
+        }
+    }
+}

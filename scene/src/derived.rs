@@ -1,0 +1,376 @@
+//! Keys of scene files from which parameters follow: the width of a sheet, a coarser network of its fabric, a projectile of a material
+//! and where it hits.
+//! Meaning and defaults: fabrics/README.md. A file that gives one of these and a parameter that follows from it is refused.
+
+use crate::notes::unlikely_body;
+use crate::{BadKey, Result, bad, reals, short, units};
+use fabric::math::{abs, cos, length, round, sin};
+use fabric::pose::{Pose, Vector, into_body, normalised};
+use fabric::{Drive, Projectile, Scene, Shape, Solid};
+use std::f64::consts::{FRAC_PI_2, PI};
+use toml::{Table, Value};
+
+/// A key, its SI unit (that of a material is a name), and the parameters and keys that follow from it, which are not given beside it.
+pub type Key = (&'static str, &'static str, &'static [&'static str]);
+/// The keys.
+pub const KEYS: [Key; 11] = [
+    ("sheet.width", "m", &["sheet.nodes_x", "sheet.nodes_y"]),
+    ("sheet.width_y", "m", &["sheet.nodes_y"]),
+    ("sheet.yarns_per_bar", "1", NETWORK),
+    ("projectile.diameter", "m", &["projectile.radius"]),
+    ("projectile.material", "", &["projectile.density", "projectile.mass"]),
+    ("projectile.density", "kg/m3", &["projectile.mass"]),
+    ("aim.point", "m", &["projectile.position"]),
+    ("aim.stand_off", "m", &["projectile.position"]),
+    ("aim.angle", "rad", &["projectile.position", "projectile.velocity"]),
+    ("aim.towards", "rad", &["projectile.position", "projectile.velocity"]),
+    ("aim.speed", "m/s", &["projectile.position", "projectile.velocity"]),
+];
+const NETWORK: &[&str] =
+    &["sheet.spacing", "sheet.spacing_y", "sheet.node_mass", "sheet.yarn_area", "sheet.yarn_area_y"];
+
+/// Materials of projectiles with their densities and sources.
+const MATERIALS: &str = include_str!("materials.toml");
+
+/// Keys and their values.
+pub type Given = Vec<(String, Value)>;
+
+/// What is given twice, by its names.
+pub fn conflicts(given: &Given) -> impl Iterator<Item = BadKey> {
+    let named = |key: &str| given.iter().any(|(name, _)| name == key);
+    let pairs = KEYS.iter().flat_map(|(key, _, others)| others.iter().map(move |other| (*key, *other)));
+    pairs.filter(move |(key, other)| named(key) && named(other)).map(|(key, other)| BadKey {
+        key: key.to_string(),
+        text: format!("{key} and {other}: one follows from the other, so give one of them"),
+    })
+}
+
+fn of<'a>(given: &'a Given, key: &str) -> Option<&'a Value> {
+    given.iter().find(|(name, _)| name == key).map(|(_, value)| value)
+}
+
+/// The number of a key, if it is given; `range` says what is allowed.
+fn within(given: &Given, key: &str, allowed: impl Fn(f64) -> bool, range: &str) -> Result<Option<f64>> {
+    let Some(value) = of(given, key) else { return Ok(None) };
+    let si = KEYS.iter().find(|(name, ..)| *name == key).map_or("1", |(_, si, _)| si);
+    match units::number(value, si) {
+        Some(number) if allowed(number) => Ok(Some(number)),
+        Some(number) => bad(key, format!("{key} = {number}: must be {range}")),
+        None => bad(key, format!("{key} = {}: must be a number{}", short(&value.to_string()), units::expected(si))),
+    }
+}
+
+fn positive(given: &Given, key: &str) -> Result<Option<f64>> {
+    within(given, key, |x| x > 0.0 && x.is_finite(), "greater than 0")
+}
+
+/// The radius of a diameter.
+pub fn radius(given: &Given) -> Result<Option<f64>> {
+    Ok(positive(given, "projectile.diameter")?.map(|diameter| 0.5 * diameter))
+}
+
+/// Network and number of nodes. `counted`: whether the file has the number of nodes along x and along y.
+pub fn sheet(given: &Given, scene: &mut Scene, counted: [bool; 2]) -> Result<()> {
+    let before = scene.half_size();
+    let yarns = within(given, "sheet.yarns_per_bar", |n| (0.1..=100.0).contains(&n), "from 0.1 to 100")?;
+    if let Some(n) = yarns {
+        let sheet = &mut scene.sheet;
+        (sheet.spacing, sheet.spacing_y, sheet.node_mass) =
+            (sheet.spacing * n, sheet.spacing_y * n, sheet.node_mass * (n * n));
+        (sheet.yarn_area, sheet.yarn_area_y) = (sheet.yarn_area * n, sheet.yarn_area_y * n);
+        if scene.back.plies > 0 {
+            let back = &mut scene.back;
+            (back.node_mass, back.yarn_area, back.yarn_area_y) =
+                (back.node_mass * (n * n), back.yarn_area * n, back.yarn_area_y * n);
+        }
+    }
+    let width = positive(given, "sheet.width")?;
+    let width_y = positive(given, "sheet.width_y")?.or(width);
+    let spacings = scene.spacings();
+    for (k, (key, width)) in [("sheet.width", width), ("sheet.width_y", width_y)].into_iter().enumerate() {
+        // A coarser network keeps the size of the sheet.
+        let kept = (yarns.is_some() && !counted[k]).then_some(2.0 * before[k]);
+        let Some(width) = width.or(kept) else { continue };
+        let nodes = round(width / spacings[k]) + 1.0;
+        // So many in both directions are the most that the kernel counts.
+        if !(2.0..=65_535.0).contains(&nodes) {
+            let text = format!(
+                "{key} = {width}: of so many m there are {nodes} nodes, {} m apart; there may be 2 to 65535",
+                spacings[k]
+            );
+            return bad(key, text);
+        }
+        *[&mut scene.sheet.nodes_x, &mut scene.sheet.nodes_y][k] = nodes as u32;
+    }
+    Ok(())
+}
+
+/// Density of a material, kg/m^3.
+fn density_of(name: &Value) -> Result<f64> {
+    let known: Table = MATERIALS.parse()?;
+    let material = name.as_str().and_then(|name| known.get(name)?.get("density"));
+    material.and_then(|density| units::number(density, "kg/m3")).map_or_else(
+        || {
+            let names = known.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            let name = short(&name.to_string()).to_string();
+            let text = format!("projectile.material = {name}: one of {names}; of another give projectile.density");
+            bad("projectile.material", text)
+        },
+        Ok,
+    )
+}
+
+/// Mass of a material, and where the projectile hits.
+pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
+    let material = of(given, "projectile.material").map(density_of).transpose()?;
+    if let Some(density) = positive(given, "projectile.density")?.or(material) {
+        let Some(volume) = volume(&scene.projectile) else {
+            let key = if material.is_some() { "projectile.material" } else { "projectile.density" };
+            return bad(key, format!("{key}: not with a polyhedron, whose mass and moments are given"));
+        };
+        scene.projectile.mass = density * volume;
+    }
+    if !given.iter().any(|(name, _)| name.starts_with("aim.")) {
+        return Ok(());
+    }
+    let right = "from 0 to below 90 deg; a number without a unit is in rad";
+    let angle = within(given, "aim.angle", |x| (0.0..FRAC_PI_2).contains(&x), right)?;
+    let towards = within(given, "aim.towards", f64::is_finite, "finite")?;
+    let speed = positive(given, "aim.speed")?;
+    if angle.or(towards).or(speed).is_some() {
+        let speed = speed.unwrap_or_else(|| length(scene.projectile.velocity));
+        let (angle, towards) = (angle.unwrap_or(0.0), towards.unwrap_or(0.0));
+        let along = speed * sin(angle);
+        let velocity = [along * cos(towards), along * sin(towards), speed * cos(angle)];
+        scene.projectile.velocity = Pose::of_sheet(&scene.sheet).vector_out(velocity);
+    }
+    let mut point = Vec::new();
+    let value = of(given, "aim.point").cloned().unwrap_or_else(|| vec![0, 0].into());
+    if reals(&value, &[2], &|_| "m", &mut point).is_none() {
+        let value = short(&value.to_string()).to_string();
+        return bad("aim.point", format!("aim.point = {value}: must be an array of 2 numbers{}", units::expected("m")));
+    }
+    let stand_off = within(given, "aim.stand_off", |x| x >= 0.0 && x.is_finite(), "at least 0")?.unwrap_or(0.0);
+    scene.projectile.position = aimed(scene, "aim.point", [point[0], point[1]], stand_off)?;
+    Ok(())
+}
+
+/// Volume of a projectile, m^3; none of a polyhedron.
+pub fn volume(body: &Projectile) -> Option<f64> {
+    let (r, sector) = (body.radius, &body.sector);
+    let (disc, ball) = (PI * (r * r), 4.0 / 3.0 * PI * (r * r * r));
+    match body.shape {
+        Shape::Sphere => Some(ball),
+        Shape::Cylinder => Some(disc * body.length),
+        Shape::HemisphericalCylinder => Some(disc * (body.length - r) + 0.5 * ball),
+        Shape::Box => Some(body.size[0] * body.size[1] * body.size[2]),
+        Shape::DiscSector => {
+            // Eight chords of the rim, less the triangle below the one chord of the bore.
+            let (outer, inner) = (sector.outer_radius, sector.inner_radius);
+            let area = 4.0 * (outer * outer) * sin(sector.angle / 8.0) - 0.5 * (inner * inner) * sin(sector.angle);
+            Some(area * sector.thickness)
+        }
+        Shape::Polyhedron => None,
+    }
+}
+
+/// Where the projectile's centre must be, m, in the host's frame, so that it has this distance from the first ply in its way with its
+/// foremost point, and flies through a point of it, given in the sheet's plane from its middle, m.
+///
+/// # Errors
+/// A point that lies more than a mesh beside the sheet, by its `key`: a millimetre is easily written as a metre. A velocity that leads
+/// along the sheet.
+pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Result<[f64; 3]> {
+    let ([x, y], [half_x, half_y]) = (point, scene.half_size());
+    let mesh = scene.largest_spacing();
+    if !(abs(x) <= half_x + mesh && abs(y) <= half_y + mesh) {
+        let reach = format!("the sheet reaches {half_x:.4} m and {half_y:.4} m from its middle");
+        return bad(key, format!("{key}: ({x}, {y}) m lies beside the sheet; {reach}"));
+    }
+    let (body, pose) = (&scene.projectile, Pose::of_sheet(&scene.sheet));
+    let velocity = pose.vector_in(body.velocity);
+    let up = velocity[2] > 0.0;
+    let ahead = Vector::new(0.0, 0.0, if up { 1.0 } else { -1.0 });
+    let orientation = normalised(pose.orientation_in(body.orientation));
+    let reach = Solid::of(body).support(&into_body(&orientation, &ahead)) + stand_off;
+    let height = if up { 0.0 } else { scene.stack_height() };
+    let back = -reach / abs(velocity[2]);
+    let position = [x + velocity[0] * back, y + velocity[1] * back, height - ahead.z * reach];
+    let position = pose.point_out(position);
+    if position.iter().all(|x| x.is_finite()) {
+        return Ok(position);
+    }
+    bad("projectile.velocity", "projectile.velocity: does not lead to the sheet".into())
+}
+
+/// Refuses a free projectile that flies away from the sheet or along it, and one that is lighter than any body of its size.
+pub fn refuse_what_cannot_be_meant(scene: &Scene) -> Result<()> {
+    let (body, pose) = (&scene.projectile, Pose::of_sheet(&scene.sheet));
+    let (height, speed) = (pose.point_in(body.position)[2], pose.vector_in(body.velocity)[2]);
+    let away = (height < 0.0 && speed <= 0.0) || (height > scene.stack_height() && speed >= 0.0);
+    if away && scene.drive == Drive::Free && length(body.velocity) > 0.0 {
+        let ([x, y, z], [u, v, w]) = (body.position, body.velocity);
+        let text = format!(
+            "projectile.velocity = [{u}, {v}, {w}]: never leads from projectile.position = [{x}, {y}, {z}] to the sheet; turn one of the two \
+             round, or give [aim]"
+        );
+        return bad("projectile.velocity", text);
+    }
+    let key = match body.shape {
+        Shape::Box => "projectile.size",
+        Shape::Polyhedron => "projectile.faces.planes",
+        Shape::DiscSector => "projectile.sector.outer_radius",
+        _ => "projectile.radius",
+    };
+    match unlikely_body(scene) {
+        Some(note) if density(body) < LIGHTEST => bad(key, format!("{key}: {note}")),
+        _ => Ok(()),
+    }
+}
+
+/// No solid body has less, kg/m^3.
+pub const LIGHTEST: f64 = 0.01;
+
+/// Density of a projectile, kg/m^3; of a polyhedron the least that it may have, that of the sphere around it.
+pub fn density(body: &Projectile) -> f64 {
+    let reach = Solid::of(body).reach();
+    body.mass / volume(body).unwrap_or(4.0 / 3.0 * PI * (reach * reach * reach))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{parse, textile, write};
+
+    const PRESET: &str = "preset = \"sheet_3in_sphere\"\n";
+
+    #[track_caller]
+    fn of(text: &str) -> Scene {
+        parse(&format!("{PRESET}{text}\n")).unwrap()
+    }
+
+    #[track_caller]
+    fn close(value: f64, expected: f64) {
+        assert!((value / expected - 1.0).abs() < 1e-12, "{value:e} is not {expected:e}");
+    }
+
+    /// The scene of fabrics/README.md with a data sheet's words is that of its numbers, to the last bit.
+    #[test]
+    fn a_scene_in_words_is_the_scene_in_numbers() {
+        let words = "fabric = \"kevlar_km2_s706\"\nsheet.width = \"101 mm\"\nprojectile.diameter = \"5.556 mm\"\nprojectile.mass = \"0.69 g\"\n\
+                     aim.speed = \"150 m/s\"";
+        let numbers = "[fabric]\nname = \"kevlar_km2_s706\"\n[sheet]\nnodes_x = 136\nnodes_y = 136\n[projectile]\nradius = 2.778e-3\n\
+                       mass = 6.9e-4\nposition = [0, 0, -2.778e-3]\nvelocity = [0, 0, 150]";
+        assert_eq!(of(words), of(numbers));
+    }
+
+    #[test]
+    fn a_coarser_network_keeps_weight_stiffness_and_size_of_the_fabric() {
+        let text = "stack.plies = 2\nback.plies = 1\nback_fabric = \"zylon_as_500_35\"\nsheet.width = \"100 mm\"\nsheet.width_y = \"60 mm\"\n\
+                    fabric = { name = \"kevlar_km2_s706\", warp.count = \"30 /in\" }";
+        let (fine, coarse) = (of(text), of(&format!("{text}\nsheet.yarns_per_bar = 2")));
+        let per_area = |scene: &Scene| {
+            let ([h_x, h_y], sheet, back) = (scene.spacings(), scene.sheet, scene.back);
+            [sheet.node_mass / (h_x * h_y), sheet.yarn_area / h_y, back.node_mass / (h_x * h_y), back.yarn_area / h_y]
+        };
+        per_area(&fine).iter().zip(per_area(&coarse)).for_each(|(fine, coarse)| close(coarse, *fine));
+        close(coarse.spacings()[1], 2.0 * 0.0254 / 30.0);
+        // To half a spacing of 1.49 mm along x and 1.69 mm along y.
+        let [half_x, half_y] = coarse.half_size();
+        assert!((half_x - 0.05).abs() < 0.38e-3 && (half_y - 0.03).abs() < 0.43e-3, "{half_x} {half_y}");
+        assert_eq!((fine.sheet.nodes_x, coarse.sheet.nodes_x), (135, 68));
+        // Of a sheet without a width that of the preset; of a scene that has its back fabric already that, too.
+        let mut again = fine;
+        let table = "sheet.yarns_per_bar = 2".parse().unwrap();
+        crate::apply(&mut again, table).unwrap();
+        per_area(&fine).iter().zip(per_area(&again)).for_each(|(fine, coarse)| close(coarse, *fine));
+        assert_eq!(again.sheet.nodes_x, 68);
+    }
+
+    #[test]
+    fn the_mass_is_that_of_the_volume() {
+        let mass = |shape: &str| {
+            of(&format!("projectile.density = \"2 g/cm3\"\n{shape}\nprojectile.position = [0, 0, -1]")).projectile.mass
+        };
+        close(mass("projectile.diameter = \"10 mm\""), 2000.0 * PI * 1e-6 / 6.0);
+        let round = "projectile.radius = \"5 mm\"\nprojectile.length = \"20 mm\"";
+        close(mass(&format!("projectile.shape = \"cylinder\"\n{round}")), 2000.0 * PI * 0.5e-6);
+        // A cylinder of 15 mm and half a sphere.
+        let nose = PI * (25e-6 * 15e-3 + 2.0 / 3.0 * 125e-9);
+        close(mass(&format!("projectile.shape = \"hemispherical_cylinder\"\n{round}")), 2000.0 * nose);
+        close(mass("projectile.shape = \"box\"\nprojectile.size = [\"1 cm\", 0.02, \"30 mm\"]"), 0.012);
+        // By the corners of the kernel's polygon, whose area is half the sum of their cross products.
+        let (outer, inner, angle) = (0.03, 0.01, PI / 3.0);
+        let rim = (0..=8).map(|k| (outer, angle * f64::from(k) / 8.0));
+        let corners: Vec<_> =
+            rim.chain([(inner, angle), (inner, 0.0)]).map(|(r, a)| [r * cos(a), r * sin(a)]).collect();
+        let next = |k: usize| corners[(k + 1) % corners.len()];
+        let area: f64 =
+            (0..corners.len()).map(|k| 0.5 * (corners[k][0] * next(k)[1] - next(k)[0] * corners[k][1])).sum();
+        let sector = "projectile.shape = \"disc_sector\"\nprojectile.sector = { inner_radius = \"1 cm\", outer_radius = \"3 cm\", \
+                      angle = \"60 deg\", thickness = \"8 mm\" }";
+        close(mass(sector), 2000.0 * 8e-3 * area);
+        close(
+            of("projectile.material = \"steel\"").projectile.mass,
+            7850.0 * 4.0 / 3.0 * PI * 0.00635 * 0.00635 * 0.00635,
+        );
+        let faces = format!("{PRESET}projectile.shape = \"polyhedron\"\nprojectile.material = \"steel\"");
+        assert!(parse(&faces).unwrap_err().to_string().starts_with("projectile.material: not with a polyhedron"));
+    }
+
+    #[test]
+    fn a_projectile_is_placed_where_it_hits() {
+        let flown = |text: &str| {
+            let body = of(text).projectile;
+            (body.position, body.velocity)
+        };
+        assert_eq!(flown("[aim]"), flown(""));
+        let (position, velocity) = flown(
+            "[aim]\npoint = [\"10 mm\", \"-5 mm\"]\nangle = \"30 deg\"\ntowards = \"90 deg\"\nspeed = 80\nstand_off = \"1 mm\"",
+        );
+        let (sine, cosine) = (0.5, fabric::math::sqrt(0.75));
+        close(velocity[1], 80.0 * sine);
+        close(velocity[2], 80.0 * cosine);
+        assert!(velocity[0].abs() < 1e-14);
+        close(position[2], -7.35e-3);
+        close(position[1], -5e-3 - 7.35e-3 * sine / cosine);
+        close(position[0], 10e-3);
+        // Another sheet, another way up: the same in its frame.
+        let aim = "[aim]\nangle = \"30 deg\"\nstand_off = \"1 mm\"";
+        let turned = of(&format!("sheet.position = [1, 2, 3]\nsheet.orientation = [0.6, 0.8, 0, 0]\n{aim}"));
+        let pose = Pose::of_sheet(&turned.sheet);
+        let own = [pose.point_in(turned.projectile.position), pose.vector_in(turned.projectile.velocity)].concat();
+        let (position, velocity) = flown(aim);
+        let other = [position, velocity].concat();
+        assert!(own.iter().zip(other).all(|(own, other)| (own - other).abs() < 1e-12 * (1.0 + other.abs())), "{own:?}");
+    }
+
+    #[test]
+    fn a_scene_written_back_keeps_its_fabric_and_the_sources() {
+        let text = "fabric = \"kevlar_km2_s706\"\nstack.plies = 2\n[yarn]\nmodulus_mean = \"140.21 GPa\"\n\
+                    [back_fabric]\nname = \"zylon_as_500_35\"\ncount = { value = 30, unit = \"1/in\", source = \"counted\" }\n\
+                    [back]\nplies = 1\nmodulus_mean = \"140.21 GPa\"";
+        let textiles = textile::of(&crate::table_of(text).unwrap());
+        let written = write("sheet_3in_sphere", &of(text), &textiles);
+        assert_eq!(parse(&written).unwrap(), of(text));
+        let again = textile::of(&crate::table_of(&written).unwrap());
+        assert_eq!(textile::names(&again), ["kevlar_km2_s706", "zylon_as_500_35"].map(|name| Some(name.to_string())));
+        for part in ["source = \"counted\"", "# modulus = { value = 84.62, unit = \"GPa\", mark = \"2\", source = "] {
+            assert!(written.contains(part), "{written}");
+        }
+        assert_eq!(write("sheet_3in_sphere", &parse(&written).unwrap(), &again), written);
+    }
+
+    #[test]
+    fn every_material_has_a_source_and_every_key_is_on_the_page() {
+        for (name, material) in MATERIALS.parse::<Table>().unwrap() {
+            let source = material["source"].as_str().unwrap();
+            assert!(
+                density_of(&name.clone().into()).unwrap() > 1e3 && source.len() > 5 && material["mark"].is_str(),
+                "{name}"
+            );
+        }
+        let page = include_str!("../../fabrics/README.md");
+        KEYS.iter().for_each(|(key, ..)| assert!(page.contains(&format!("`{key}`")), "{key} is not on the page"));
+    }
+}

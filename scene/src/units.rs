@@ -1,0 +1,127 @@
+//! Units of numbers in scene files, one rule for the whole file: a number is in SI units; a text has its unit, `"16 g"`; and so has
+//! `{ value = 16, unit = "g" }`. A number of an array may be such a text, too.
+
+use fabric::textile::{denier, dtex, per_inch};
+use std::f64::consts::PI;
+use toml::Value;
+
+/// A unit's name, the SI unit of its kind, and so many of it in that.
+type Unit = (&'static str, &'static str, fn(f64) -> f64);
+
+/// The decimal number with its point moved by so many places: "2.778 mm" has the bits of 2.778e-3.
+fn moved(x: f64, places: i32) -> f64 {
+    format!("{x}e{places}").parse().unwrap_or(f64::NAN)
+}
+
+/// The units beside those of SI. Inch, foot and grain are those of the international yard and pound, which are exact.
+const UNITS: [Unit; 26] = [
+    ("mm", "m", |x| moved(x, -3)),
+    ("cm", "m", |x| moved(x, -2)),
+    ("um", "m", |x| moved(x, -6)),
+    ("in", "m", |x| x * 0.0254),
+    ("g", "kg", |x| moved(x, -3)),
+    ("mg", "kg", |x| moved(x, -6)),
+    ("grain", "kg", |x| x * 64.79891e-6),
+    ("km/s", "m/s", |x| moved(x, 3)),
+    ("ft/s", "m/s", |x| x * 0.3048),
+    ("deg", "rad", |x| x * PI / 180.0),
+    ("deg/s", "rad/s", |x| x * PI / 180.0),
+    ("rpm", "rad/s", |x| x * PI / 30.0),
+    ("ms", "s", |x| moved(x, -3)),
+    ("us", "s", |x| moved(x, -6)),
+    ("ns", "s", |x| moved(x, -9)),
+    ("MPa", "Pa", |x| x * 1e6),
+    ("GPa", "Pa", |x| x * 1e9),
+    ("1/GPa", "1/Pa", |x| moved(x, -9)),
+    ("g/cm3", "kg/m3", |x| x * 1e3),
+    ("denier", "kg/m", denier),
+    ("dtex", "kg/m", dtex),
+    ("1/in", "1/m", per_inch),
+    ("1/cm", "1/m", |x| x * 100.0),
+    ("%", "1", |x| x / 100.0),
+    ("mm2", "m2", |x| moved(x, -6)),
+    ("g.mm2", "kg.m2", |x| moved(x, -9)),
+];
+
+/// A number without unit.
+pub fn plain(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+}
+
+/// Number and unit of a text or a table `{ value, unit }`; "34 /cm" is 34 and "1/cm", and "cm³" is "cm3".
+pub fn with_unit(value: &Value) -> Option<(f64, String)> {
+    let (number, unit) = match value {
+        Value::Table(table) => (plain(table.get("value")?)?, table.get("unit")?.as_str()?),
+        // No number is longer.
+        Value::String(text) if text.len() <= 80 => {
+            let number = |end: usize| Some((text.get(..end)?.parse().ok()?, text.get(end..)?));
+            (1..=text.len()).rev().find_map(number)?
+        }
+        _ => return None,
+    };
+    let unit = unit.trim().replace('^', "").replace('²', "2").replace('³', "3").replace(['µ', 'μ'], "u");
+    let unit = unit.replace('°', "deg");
+    Some((number, if unit.starts_with('/') { format!("1{unit}") } else { unit }))
+}
+
+/// A number in SI units, whose unit is `si`; none if it is no number of this kind.
+pub fn number(value: &Value, si: &str) -> Option<f64> {
+    if let Some(number) = plain(value) {
+        return Some(number);
+    }
+    let (number, unit) = with_unit(value)?;
+    let known = UNITS.iter().find(|(name, kind, _)| *name == unit && *kind == si);
+    known.map(|(.., in_si)| in_si(number)).or_else(|| (unit == si).then_some(number))
+}
+
+/// What a number of this kind must be, in words: behind "a number" or "an array of 3 numbers".
+pub fn expected(si: &str) -> String {
+    let names: Vec<_> = UNITS.iter().filter(|(_, kind, _)| *kind == si).map(|(name, ..)| *name).collect();
+    match (si, names.first()) {
+        (_, None) => format!(", in {si}"),
+        ("1", _) => ", or with %, as in \"5 %\"".to_string(),
+        (_, Some(first)) => format!(", in {si}, or with its unit, as in \"5 {first}\" ({si}, {})", names.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_way_to_write_a_unit_gives_the_number_in_si_units() {
+        let of = |text: &str, si: &str| number(&Value::from(text), si).unwrap_or_else(|| panic!("{text}"));
+        for (text, si, expected) in [
+            ("16 g", "kg", 16e-3),
+            ("5.56mm", "m", 5.56e-3),
+            ("-3 mm", "m", -3e-3),
+            ("1e3 um", "m", 1e-3),
+            ("0.22 in", "m", 0.22 * 0.0254),
+            ("30 deg", "rad", PI / 6.0),
+            ("30°", "rad", PI / 6.0),
+            ("34 /cm", "1/m", 3400.0),
+            ("34 1/cm", "1/m", 3400.0),
+            ("7.85 g/cm³", "kg/m3", 7850.0),
+            ("1.5 %", "1", 0.015),
+            ("20 µs", "s", 20e-6),
+            ("17 grain", "kg", 17.0 * 64.79891e-6),
+        ] {
+            assert_eq!(of(text, si).to_bits(), expected.to_bits(), "{text}");
+        }
+        for (text, si) in [("16", "kg"), ("16 mm", "kg"), ("mm", "m"), ("", "m"), ("5,56 mm", "m"), ("sixteen g", "kg")]
+        {
+            assert_eq!(number(&Value::from(text), si), None, "{text}");
+        }
+        let table: toml::Table = "x = { value = 16, unit = \"g\" }".parse().unwrap();
+        assert_eq!(number(&table["x"], "kg"), Some(0.016));
+    }
+
+    /// What may be shown by another program may be written here.
+    #[test]
+    fn every_display_unit_of_the_table_of_parameters_is_known() {
+        for quantity in fabric::fields::FIELDS.iter().filter_map(|field| field.quantity) {
+            let known = UNITS.iter().any(|(name, si, _)| (*name, *si) == (quantity.display, quantity.unit));
+            assert!(quantity.display.is_empty() || known, "{}", quantity.display);
+        }
+    }
+}
