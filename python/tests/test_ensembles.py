@@ -314,7 +314,7 @@ class Ensembles(unittest.TestCase):
             fabric={"name": "kevlar_km2_s706"},
             sheet={"nodes_x": 61, "nodes_y": 61},
             attachment={"kind": "two_sides"},
-            projectile={"shape": "cylinder", "radius": 4e-3, "length": 20e-3, "mass": 8.4e-3, "velocity": [0.0, 0.0, 70.0]},
+            projectile={"shape": "cylinder", "radius": 4e-3, "length": 20e-3, "mass": 8.4e-3, "velocity": [0.0, 0.0, 80.0]},
         ).aimed()
         short = fk.fly(scene, until=[*UNTIL, "detached"])
         row = fk.fly(scene, steps=2 * short["steps"])
