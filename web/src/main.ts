@@ -41,7 +41,7 @@ const FIELDS: [string, keyof Choices, string][] = [
   ["projectile.sector.inner_radius", "bore", "m"], ["projectile.sector.outer_radius", "radius", "m"], ["projectile.sector.angle", "angle", "rad"],
   ["projectile.sector.thickness", "length", "m"], ["projectile.radius", "radius", "m"], ["projectile.length", "length", "m"], ["projectile.mass", "mass", "kg"],
   ["projectile.velocity", "speed", "m/s"], ["contact.friction", "friction", ""], ["projectile.position", "x", "m"], ["projectile.orientation", "tiltX", ""],
-  ["projectile.size[0]", "edgeX", "m"], ["projectile.size[1]", "edgeY", "m"], ["projectile.size", "length", "m"],
+  ["projectile.size", "edgeX", "m"],
   ["attachment", "attachment", ""], ["sheet.plies", "plies", ""], ["sheet", "nodes", ""],
 ];
 
@@ -287,8 +287,9 @@ function again(): boolean {
   return end !== undefined && (frame?.row === deepest() || rest?.ended !== "");
 }
 
-/** The row at which the held sheet is deepest. */
+/** The row at which the held sheet is deepest; the last if it stays where it is. */
 function deepest(): number {
+  if (history.every((row) => row.max_deflection_m === 0)) return history.length - 1;
   return history.reduce((best, row, k) => (row.max_deflection_m > (history[best]?.max_deflection_m ?? 0) ? k : best), 0);
 }
 element("step", HTMLButtonElement).addEventListener("click", () => goTo((frame?.row ?? 0) + 1));
@@ -317,7 +318,9 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       return;
     case "refused": {
       const [, field = "", unit = ""] = FIELDS.find(([start]) => data.field.startsWith(start)) ?? [];
-      return refuse(field, data.text.replace(/; it is \S+$/, (value) => `${value} ${unit}`).trim(), "The kernel");
+      // Of a box the least edge is refused.
+      const least = (["edgeX", "edgeY", "length"] as const).reduce((a, b) => (choices[b] < choices[a] ? b : a));
+      return refuse(field === "edgeX" ? least : field, data.text.replace(/; it is \S+$/, (value) => `${value} ${unit}`).trim(), "The kernel");
     }
     case "failed":
       running = false;
@@ -439,7 +442,7 @@ function update(): void {
 function whatIsSeen(): [number, string][] {
   const start = history[0]?.velocity_z_m_per_s ?? 0;
   const fails = history.findIndex((row) => row.failed_segments > 0);
-  const last: [number, string] = fails >= 0 ? [fails, "The first yarns fail, and a hole opens."] : [history.findIndex((row) => row.velocity_z_m_per_s <= 0), "The sheet holds: it is at its deepest, and throws the fragment back."];
+  const last: [number, string] = fails >= 0 ? [fails, "The first yarns fail, and a hole opens."] : [history.some((row) => row.velocity_z_m_per_s <= 0) ? deepest() : -1, "The sheet holds: it is at its deepest, and throws the fragment back."];
   const all: [number, string][] = [
     [0, `The ${inWords(shown.shape)} of ${shown.mass} g comes at ${shown.speed} m/s. Strain, in colour, runs out along the yarns that it hits.`],
     [history.findIndex((row) => row.velocity_z_m_per_s < 0.95 * start), "It has lost 5 % of its velocity: the cloth around it moves with it, in a pyramid."],
@@ -467,9 +470,9 @@ function drawCurve(): void {
   swift.setAttribute("aria-valuetext", `${swift.value} m/s`);
   residuals.draw(shots, swift.valueAsNumber, Number(swift.max));
   const [low, high] = bracket(shots);
-  const between = high < Infinity && low > 0 ? `Through at ${high} m/s, not at ${low} m/s.` : shots.length > 0 ? `${high < Infinity ? `Through at ${high}` : `Not through at ${low}`} m/s.` : "";
+  const between = high < Infinity && low > 0 ? `Limit: through at ${high} m/s, not at ${low} m/s.` : shots.length > 0 ? `${high < Infinity ? `Through at ${high}` : `Not through at ${low}`} m/s.` : "";
   search.textContent = busy ? "Stop" : "Find the limit";
-  element("found", HTMLElement).textContent = `${swift.value} m/s. ${between} ${busy ? `${shots.length} shots ...` : ""} ${problem}`.replace(/ +/g, " ").trim();
+  element("found", HTMLElement).textContent = `Impact at ${swift.value} m/s. ${between} ${busy ? `${shots.length} shots ...` : ""} ${problem}`.replace(/ +/g, " ").trim();
 }
 
 // The targets' test scenes.
