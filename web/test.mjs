@@ -105,6 +105,12 @@ const tests = {
     assert.equal(await text(page, "card"), "Stopped");
     assert.match(await text(page, "found"), /Limit: through at/, "the curve stays");
     await page.screenshot({ path: join(shots, "1280-limit.png"), fullPage: true });
+    await page.fill("#friction", "-1");
+    await page.locator("#friction").blur();
+    await page.waitForFunction(() => /refuses/.test(document.getElementById("outcome").textContent));
+    assert.match(await text(page, "found"), /Limit: through at/, "a refused scene leaves it, too");
+    assert.ok(await page.isDisabled("#search"));
+    await page.fill("#friction", "0");
     await page.fill("#mass", "0.8");
     await page.locator("#mass").blur();
     await says(page, /Ready/);

@@ -215,8 +215,6 @@ function take(play = false): void {
   complain("", "");
   fit();
   playing = play;
-  swift.max = String(Math.ceil(curve.take(choices) ? 2 * choices.speed : Math.max(Number(swift.max), choices.speed)));
-  swift.value = String(choices.speed);
   const address = toAddress(choices);
   window.history.replaceState(null, "", `#${address}`);
   tell({ kind: "scene", number, fabric: choices.fabric, values: assignments(choices) });
@@ -313,6 +311,8 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
     case "made":
       dt = data.dt;
       shown = choices;
+      swift.max = String(Math.ceil(curve.take(shown) ? 2 * shown.speed : Math.max(Number(swift.max), shown.speed)));
+      swift.value = String(shown.speed);
       [history, frame, rest, speed, end] = [[], undefined, undefined, undefined, undefined];
       view?.make(data.nodes, (data.nodes[0] - 1) * spacing(shown.fabric), shown, side.value as Side);
       return;
@@ -461,7 +461,7 @@ function shootAt(speed: number): void {
 }
 swift.addEventListener("input", () => drawCurve());
 swift.addEventListener("change", () => shootAt(swift.valueAsNumber));
-search.addEventListener("click", () => (curve.busy ? curve.stop() : curve.begin(choices)));
+search.addEventListener("click", () => (curve.busy ? curve.stop() : curve.begin(shown)));
 
 function drawCurve(): void {
   const { shots, busy, problem } = curve;
