@@ -51,7 +51,7 @@ let shown = choices;
 let number = 0;
 /** Whether the form's scene was refused: the picture of the last one stays, and stands still. */
 let refused = false;
-/** Whether the scene runs as soon as it is there. */
+/** Whether the scene runs as soon as it is seen. */
 let playing = false;
 let running = false;
 let dt = 1;
@@ -275,7 +275,7 @@ runButton.addEventListener("click", () => {
 });
 function play(): void {
   tell({ kind: "run", anew: again() });
-  [running, end, wanted] = [true, undefined, undefined];
+  [running, playing, end, wanted] = [true, false, undefined, undefined];
   outcome.textContent = "Running ...";
   update();
 }
@@ -339,8 +339,6 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
         outcome.textContent = frame.row > 0 ? `Stopped at ${microseconds(frame.row)}.` : `Ready: ${inWords(shown.shape)} at ${shown.speed} m/s. Press Run.`;
       }
       show();
-      if (playing) play();
-      playing = false;
       if (wanted !== undefined && wanted !== frame.row && !running && (wanted < frame.row || !rest?.ended)) {
         goTo(wanted);
       } else {
@@ -350,6 +348,7 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
         if (picture.dataset.row === undefined) performance.mark("first picture");
         picture.dataset.row = String(data.frame.row);
         tell({ kind: "drawn" });
+        if (playing && data.number === number) play();
       });
       return;
     case "checked":
@@ -444,7 +443,7 @@ function whatIsSeen(): [number, string][] {
   const fails = history.findIndex((row) => row.failed_segments > 0);
   const last: [number, string] = fails >= 0 ? [fails, "The first yarns fail, and a hole opens."] : [history.some((row) => row.velocity_z_m_per_s <= 0) ? deepest() : -1, "The sheet holds: it is at its deepest, and throws the fragment back."];
   const all: [number, string][] = [
-    [0, `The ${inWords(shown.shape)} of ${shown.mass} g comes at ${shown.speed} m/s. Strain, in colour, runs out along the yarns that it hits.`],
+    [0, `The ${inWords(shown.shape)} of ${shown.mass} g comes at ${shown.speed} m/s. Strain, in colour, runs out along the yarns it hits.`],
     [history.findIndex((row) => row.velocity_z_m_per_s < 0.95 * start), "It has lost 5 % of its velocity: the cloth around it moves with it, in a pyramid."],
     last,
   ];
