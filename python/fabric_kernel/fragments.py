@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._kernel import Scene
-from .about import SCENE_HELP, described, noted, positive, scene_named
+from .about import SCENE_HELP, cautions, described, noted, positive, scene_named
 from .ensembles import ensemble, vary
 from .files import written
+from .model_error import model_error
 from .runs import DECIDED, UNTIL
 
 if TYPE_CHECKING:
@@ -188,7 +189,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     try:
         scene, fabric = scene_named(given.scene)
-        about = (*described(scene, fabric), *noted(scene, max(given.velocities)))
+        error = model_error(scene, CONFIDENCE).sentence()
+        about = (error, *cautions(scene), *described(scene, fabric), *noted(scene, max(given.velocities)))
         print("\n".join(about))
         table = fragment_map(
             scene,

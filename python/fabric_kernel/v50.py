@@ -8,6 +8,7 @@ docs/tables/v50.md.
 import argparse
 import base64
 import csv
+import functools
 import html
 import io
 import json
@@ -59,6 +60,17 @@ class Test(NamedTuple):
     residual: limit.Residual
     notes: tuple[str, ...]
     about: tuple[str, ...] = ()  # what was shot at
+    against: str = ""  # how far the model may be off, where a scene was shot at
+    cautions: tuple[str, ...] = ()  # what the reader must know first
+
+    def answer(self) -> list[str]:
+        """The limit, how far the model may be off, and the first caution, a line each."""
+        fit, lines = self.fit, []
+        for share, value, interval in zip(fit.shares, fit.velocities, fit.intervals):
+            if share == 0.5:
+                number = f"{value:.1f} m/s, {100 * fit.confidence:g} % interval {interval}" if math.isfinite(value) else f"{interval} m/s"
+                lines.append(f"V50 {number}, of the model with its draws.")
+        return [*lines, *filter(None, [self.against]), *self.cautions[:1]]
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """For each share: its name, estimate, interval and the plain profile-likelihood interval, m/s."""
@@ -72,7 +84,7 @@ class Test(NamedTuple):
     def sentences(self) -> list[str]:
         """What the numbers are and what the reader must know of them."""
         fit, average, residual = self.fit, self.average, self.residual
-        lines = [*self.about, f"Design: {self.design}.", f"{self.seeds}", f"{fit.shots} shots, {fit.through} went through."]
+        lines = [*self.about, self.seeds, f"Design: {self.design}.", f"{fit.shots} shots, {fit.through} went through."]
         if fit.method != "none":
             method = "maximum likelihood" if fit.method == "maximum likelihood" else "Firth's penalised likelihood"
             lines.append(f"Fit: {fit.link}, {method}: V50 {fit.mu:.2f} m/s, standard deviation of single limits {fit.deviation:.2f} m/s.")
@@ -86,13 +98,13 @@ class Test(NamedTuple):
                 f"Residual velocity after Lambert and Jonas: a (v^p - v_l^p)^(1/p) with v_l {residual.limit:.1f} m/s, a {residual.a:.3f}, "
                 f"p {residual.p:.2f}, error {residual.error:.1f} m/s; stopped shots are censored at 0."
             )
-        return lines + [note for note in (residual.note, *fit.notes, *self.notes) if note]
+        return lines + [note for note in (*self.cautions[1:], residual.note, *fit.notes, *self.notes) if note]
 
     def text(self) -> str:
         """Design, seeds, every shot, fit and intervals, for the terminal."""
         percent = f"{100 * self.fit.confidence:g} %"
-        lines = [self.title, "", *self.sentences(), ""]
-        lines += [_columns(("", "m/s", f"{percent} interval", "plain profile likelihood"), self.rows()), ""]
+        lines = [self.title, "", *self.answer(), ""]
+        lines += [_columns(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows()), "", *self.sentences(), ""]
         shots = [(str(k), f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}") for k, s in enumerate(self.shots, 1)]
         return "\n".join([*lines, _columns(("shot", "m/s", "result", "residual m/s"), shots)]) + "\n"
 
@@ -174,13 +186,16 @@ class Test(NamedTuple):
         data = base64.b64encode(picture).decode()
         body = [
             f"<h1>{html.escape(self.title)}</h1>",
+            '<div class="answer">' + "".join(f"<p>{html.escape(line)}</p>" for line in self.answer()) + "</div>",
+            f'<figure><img alt="" src="data:image/svg+xml;base64,{data}"></figure>',
+            _html_table(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows()),
+            "<details><summary>What was shot, how, and what to know of it</summary>",
             *(f"<p>{html.escape(line)}</p>" for line in self.sentences()),
-            _html_table(("", "m/s", f"{percent} interval", "plain profile likelihood"), self.rows()),
             "<p>The interval is calibrated by simulated tests of the same design. The plain profile likelihood is that of the textbooks; with few "
             "shots it holds the truth less often than it says.</p>",
-            f'<figure><img alt="" src="data:image/svg+xml;base64,{data}"></figure>',
             "<h2>Shots</h2>",
             _html_table(("shot", "m/s", "result", "residual m/s"), shots),
+            "</details>",
         ]
         head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{html.escape(self.title)}</title><style>{STYLE}</style>'
         return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n' + "\n".join(body) + "\n</body></html>\n"
@@ -189,7 +204,8 @@ class Test(NamedTuple):
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1000px; margin: 2rem auto; padding: 0 1.2rem; }
 h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2rem; border-bottom: 1px solid #d5dbe2; }
-figure { margin: 1rem 0; } figure img { max-width: 100%; height: auto; }
+.answer { border-left: 4px solid #0072b2; background: #f3f7fb; padding: 0.3rem 1rem; } .answer p:first-child { font-size: 1.35rem; font-weight: 600; }
+summary { cursor: pointer; font-weight: 600; } figure { margin: 1rem 0; } figure img { max-width: 100%; height: auto; }
 table { border-collapse: collapse; font-size: 0.9rem; margin: 0.8rem 0; }
 th, td { text-align: right; padding: 0.25rem 0.7rem; border-bottom: 1px solid #e3e7eb; } th { background: #f3f5f8; }
 td:first-child, th:first-child { text-align: left; }
@@ -286,9 +302,18 @@ def v50(
         simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
     words = f"{seeds} {simulated}".strip()
+    against, cautions = "", ()
     if isinstance(shoot, Shooter):
-        notes += shoot.notes()
-    return Test(title, design.words(), words, tuple(made), found, limit.standard_average(v, y), residual, tuple(notes), tuple(about))
+        from .about import cautions as known
+        from .model_error import model_error
+        from .textile import axes
+
+        scaled = axes(shoot.scene)
+        notes += [*shoot.notes(), *([scaled.words(found.mu)] if scaled else [])]
+        interval = next(interval for share, interval in zip(found.shares, found.intervals) if share == 0.5)
+        against, cautions = model_error(shoot.scene, confidence).sentence(*interval), known(shoot.scene)
+    average = limit.standard_average(v, y)
+    return Test(title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, cautions)
 
 
 class Shooter:
@@ -371,7 +396,8 @@ class Shooter:
         yarn = "yarns drawn for each" if yarns else "the same yarns in each, as the scene draws none"
         where = "as the scene says" if self.mesh is None else "through a point drawn within one mesh about the middle"
         attitude = ", every orientation equally likely" if self.attitude == "random" else ""
-        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}."
+        kept = ["fragment", "fabric", "support"] + ([] if attitude else ["attitude"]) + ["angle of impact"]
+        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}; not drawn: {', '.join(kept)}."
 
     def notes(self) -> list[str]:
         """What the reader of the shots made so far must know."""
@@ -462,7 +488,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             to_the_end=given.to_the_end,
         )
         test = v50(
-            shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=print,
+            shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=functools.partial(print, flush=True),
             title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=shoot.drawn(),
         )  # fmt: skip
         print()
