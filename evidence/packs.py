@@ -17,11 +17,12 @@ import math
 import tomllib
 from typing import NamedTuple
 
-from . import page, plot
+from fabric_kernel import page, plot
+from fabric_kernel.plot import Series
+
 from .comparison import Comparison, Point, about, mean_of
 from .hits import BISECTION, limit, sheet
 from .overshoot import VISCOUS, viscous
-from .plot import Series
 from .statistics import Estimate, deviation, mean
 from .study import FULL, TOP
 

@@ -98,51 +98,11 @@ def fragment_map(
     return pandas.DataFrame(rows)
 
 
-def draw_map(
-    table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()
-) -> "matplotlib.figure.Figure":
-    """Draws a table of `fragment_map`: for each impact point the probability of perforation with its interval, and the kinetic
-    energy that is left, over velocity and attitude. Writes it to `path` if one is given. `about`: lines that say what was shot at."""
-    import matplotlib
-    from matplotlib.figure import Figure
+def draw_map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()) -> "matplotlib.figure.Figure":
+    """Draws a table of `fragment_map`: `plot.map`."""
+    from . import plot
 
-    points = list(dict.fromkeys(zip(table["point_x"], table["point_y"])))
-    attitudes, velocities = list(dict.fromkeys(table["attitude"])), sorted(set(table["velocity"]))
-    size = (max(1.6 + 1.15 * len(velocities) * len(points), 5.0), 2.2 + 1.3 * len(attitudes) + (1.2 if about else 0.0))
-    figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(2, len(points), squeeze=False)
-    most = table["residual_kinetic"].max()
-    for column, (x, y) in enumerate(points):
-        here = table[(table["point_x"] == x) & (table["point_y"] == y)]
-        cells = {(row.attitude, row.velocity): row for row in here.itertuples()}
-        for panel, name, top in ((panels[0][column], "perforation", 1.0), (panels[1][column], "residual_kinetic", most)):
-            numbers = [[getattr(cells[a, v], name) for v in velocities] for a in attitudes]
-            image = panel.imshow(numbers, vmin=0.0, vmax=top, cmap="YlOrRd", aspect="auto", origin="lower")
-            for (i, attitude), (j, velocity) in itertools.product(enumerate(attitudes), enumerate(velocities)):
-                cell = cells[attitude, velocity]
-                if name == "perforation":
-                    text = f"{cell.through}/{cell.shots}\n{cell.low:.2f} to {cell.high:.2f}"
-                else:
-                    text = f"{cell.residual_kinetic:.3g} J" if cell.through else "none"
-                dark = (numbers[i][j] or 0.0) > 0.6 * top
-                panel.text(j, i, text, ha="center", va="center", fontsize=8, color="white" if dark else "black")
-            panel.set_xticks(range(len(velocities)), [f"{v:g}" for v in velocities])
-            panel.set_yticks(range(len(attitudes)), attitudes)
-            panel.set_xlabel("velocity, m/s")
-            panel.set_title(f"at ({1e3 * x:g}, {1e3 * y:g}) mm", fontsize=9)
-            label = "share through, and its interval" if name == "perforation" else "mean kinetic energy left, J"
-            if column == len(points) - 1:
-                figure.colorbar(image, ax=panel, label=label)
-    if about:
-        width = int(13.0 * size[0])
-        figure.suptitle("\n".join(part for line in about for part in textwrap.wrap(line, width)), fontsize=7)
-    if path is not None:
-        picture, kind = io.BytesIO(), Path(path).suffix.lstrip(".") or "png"
-        # The same table gives the same bytes.
-        with matplotlib.rc_context({"svg.hashsalt": "fabric", "svg.fonttype": "none"}):
-            figure.savefig(picture, format=kind, metadata={"Date": None} if kind == "svg" else None)
-        written(path, picture.getvalue())
-    return figure
+    return plot.map(table, path, about)
 
 
 def _attitude(text: str) -> tuple[str, str | tuple[float, ...]]:

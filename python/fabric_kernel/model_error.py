@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy
-import scipy.special
 
 from ._kernel import Scene
 from .textile import areal_density
@@ -72,6 +71,8 @@ def compared(kind: str = "limit") -> list[Series]:
 
 def factor(series: Sequence[Sequence[float]], confidence: float = 0.95) -> float:
     """The factor within which a new comparison lies, from ln(computed/measured) of the cases of each series; infinite without any."""
+    import scipy.special  # Which workers need not load.
+
     if not series:
         return math.inf
     squares = [float(numpy.mean(numpy.square(errors))) for errors in series]

@@ -6,10 +6,8 @@ docs/tables/v50.md.
 """
 
 import argparse
-import base64
 import csv
 import functools
-import html
 import io
 import json
 import math
@@ -23,6 +21,7 @@ import numpy
 from . import designs, limit
 from .files import written
 from .likelihood import LINKS
+from .page import Page
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -104,68 +103,30 @@ class Test(NamedTuple):
         """Design, seeds, every shot, fit and intervals, for the terminal."""
         percent = f"{100 * self.fit.confidence:g} %"
         lines = [self.title, "", *self.answer(), ""]
-        lines += [_columns(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows()), "", *self.sentences(), ""]
+        lines += [columns(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows()), "", *self.sentences(), ""]
         shots = [(str(k), f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}") for k, s in enumerate(self.shots, 1)]
-        return "\n".join([*lines, _columns(("shot", "m/s", "result", "residual m/s"), shots)]) + "\n"
+        return "\n".join([*lines, columns(("shot", "m/s", "result", "residual m/s"), shots)]) + "\n"
 
     def draw(self) -> "matplotlib.figure.Figure":
-        """The share that goes through over velocity, with a band that joins the intervals, and the residual velocities."""
-        from matplotlib.figure import Figure
+        """The share that goes through over velocity, and the residual velocities: `plot.limit`."""
+        from . import plot
 
-        fit, law = self.fit, LINKS[self.fit.link]
-        velocities = numpy.array([shot.velocity for shot in self.shots])
-        stopped = numpy.array([shot.stopped for shot in self.shots])
-        residuals = numpy.array([shot.residual for shot in self.shots])
-        # A bracket may begin far away: what lies within a factor of two of V50 is drawn, if there is a V50.
-        near = (velocities >= 0.5 * fit.mu) & (velocities <= 2.0 * fit.mu)
-        drawn = velocities[near] if near.sum() > 1 else velocities
-        margin = 0.15 * float(numpy.ptp(drawn)) or 0.1 * abs(float(drawn[0])) or 1.0
-        left, right = max(0.0, float(drawn.min()) - margin), float(drawn.max()) + margin
-        outside = f" ({len(velocities) - len(drawn)} shots lie outside)" if len(drawn) < len(velocities) else ""
-        figure = Figure(figsize=(8.5, 8.0), layout="constrained")
-        upper, lower = figure.subplots(2, 1, sharex=True)
-        if fit.method != "none":
-            quantiles = law.quantile(numpy.array(fit.shares))
-            far = 10 * (right - left)
-            low, high = (numpy.clip(side, left - far, right + far) for side in zip(*fit.intervals))
-            z = numpy.linspace(quantiles.min(), quantiles.max(), 201)
-            share = law.share(z)
-            label = f"{100 * fit.confidence:g} %, joined between V01, V50 and V99"
-            band = [numpy.interp(z, quantiles, side) for side in (low, high)]
-            upper.fill_betweenx(share, *band, color="#0072b2", alpha=0.2, linewidth=0, label=label)
-            upper.plot(fit.mu + z * fit.sigma, share, color="#0072b2", label=f"{fit.link}, {fit.method}")
-        for panel, heights in ((upper, numpy.where(stopped, 0.0, 1.0)), (lower, residuals)):
-            panel.plot(velocities[~stopped], heights[~stopped], "o", color="#d55e00", label="through")
-            panel.plot(velocities[stopped], heights[stopped], "o", color="#464646", fillstyle="none", label="stopped")
-            panel.grid(color="#e3e3e3")
-            panel.set_axisbelow(True)
-        if math.isfinite(self.residual.limit):
-            grid = numpy.linspace(left, right, 400)
-            lower.plot(grid, self.residual.curve(grid), color="#009e73", label="Lambert and Jonas")
-        upper.set(xlim=(left, right), ylabel="share that goes through", title=self.title)
-        lower.set(xlabel=f"impact velocity, m/s{outside}", ylabel="residual velocity, m/s")
-        for panel in (upper, lower):
-            panel.legend(loc="best", fontsize=8)
-        return figure
+        return plot.limit(self)
 
     def write(self, folder: str | os.PathLike[str]) -> None:
         """report.html (everything inside), plot.svg, shots.csv and test.json, each whole or as it was before. Raises OSError with the
         name of the file, as where the disk is full."""
         folder = Path(folder)
-        import matplotlib
+        from . import plot
 
-        picture = io.BytesIO()
-        # The same test gives the same bytes.
-        with matplotlib.rc_context({"svg.hashsalt": "fabric", "svg.fonttype": "none"}):
-            self.draw().savefig(picture, format="svg", metadata={"Date": None, "Creator": None})
         table = io.StringIO()
         lines = csv.writer(table)
         lines.writerow(("shot", "velocity_m_per_s", "stopped", "residual_m_per_s"))
         lines.writerows((k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate(self.shots, 1))
-        written(folder / "plot.svg", picture.getvalue())
+        plot.limit(self, folder / "plot.svg")
         written(folder / "shots.csv", table.getvalue())
         written(folder / "test.json", json.dumps(self.plain(), indent=1) + "\n")
-        written(folder / "report.html", self.page(picture.getvalue()))
+        written(folder / "report.html", self.page((folder / "plot.svg").read_bytes()))
 
     def plain(self) -> dict[str, Any]:
         """Everything as numbers and words; an open end or a missing estimate is None."""
@@ -183,44 +144,24 @@ class Test(NamedTuple):
         """The report as one HTML file."""
         percent = f"{100 * self.fit.confidence:g} %"
         shots = [(k, f"{s.velocity:.3f}", "stopped" if s.stopped else "through", f"{s.residual:.3f}") for k, s in enumerate(self.shots, 1)]
-        data = base64.b64encode(picture).decode()
-        body = [
-            f"<h1>{html.escape(self.title)}</h1>",
-            '<div class="answer">' + "".join(f"<p>{html.escape(line)}</p>" for line in self.answer()) + "</div>",
-            f'<figure><img alt="" src="data:image/svg+xml;base64,{data}"></figure>',
-            _html_table(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows()),
-            "<details><summary>What was shot, how, and what to know of it</summary>",
-            *(f"<p>{html.escape(line)}</p>" for line in self.sentences()),
-            "<p>The interval is calibrated by simulated tests of the same design. The plain profile likelihood is that of the textbooks; with few "
-            "shots it holds the truth less often than it says.</p>",
-            "<h2>Shots</h2>",
-            _html_table(("shot", "m/s", "result", "residual m/s"), shots),
-            "</details>",
-        ]
-        head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{html.escape(self.title)}</title><style>{STYLE}</style>'
-        return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n' + "\n".join(body) + "\n</body></html>\n"
+        page = Page(self.title)
+        page.answer(self.answer())
+        page.picture(picture, ".svg")
+        page.table(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows())
+        page.fold("What was shot, how, and what to know of it")
+        for line in self.sentences():
+            page.text(line)
+        page.text(
+            "The interval is calibrated by simulated tests of the same design. The plain profile likelihood is that of the textbooks; with few "
+            "shots it holds the truth less often than it says."
+        )
+        page.table(("shot", "m/s", "result", "residual m/s"), shots)
+        return page.html()
 
 
-STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1000px; margin: 2rem auto; padding: 0 1.2rem; }
-h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2rem; border-bottom: 1px solid #d5dbe2; }
-.answer { border-left: 4px solid #0072b2; background: #f3f7fb; padding: 0.3rem 1rem; } .answer p:first-child { font-size: 1.35rem; font-weight: 600; }
-summary { cursor: pointer; font-weight: 600; } figure { margin: 1rem 0; } figure img { max-width: 100%; height: auto; }
-table { border-collapse: collapse; font-size: 0.9rem; margin: 0.8rem 0; }
-th, td { text-align: right; padding: 0.25rem 0.7rem; border-bottom: 1px solid #e3e7eb; } th { background: #f3f5f8; }
-td:first-child, th:first-child { text-align: left; }
-"""
-
-
-def _columns(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def columns(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     widths = [max(len(row[k]) for row in [heading, *rows]) for k in range(len(heading))]
     return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(row, widths)) for row in [heading, *rows])
-
-
-def _html_table(heading: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    lines = ["".join(f"<th>{html.escape(cell)}</th>" for cell in heading)]
-    lines += ["".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) for row in rows]
-    return "<table>" + "".join(f"<tr>{line}</tr>\n" for line in lines) + "</table>"
 
 
 def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) -> tuple[list[Shot], list[str]]:

@@ -267,10 +267,11 @@ fn studies() -> Outcome {
 
 /// The pictures and tables of what a study has written, beside its numbers.
 fn report(name: &str, folder: &str) -> Outcome {
+    if name == "run" {
+        return command(python()?, &["-m", "fabric_kernel.report", folder]);
+    }
     let docs = format!("{folder}/docs");
-    let arguments = ["-m", "evidence", name, folder, "--out", folder, "--docs", &docs];
-    // A single run has no table.
-    command(python()?, if name == "run" { &arguments[..4] } else { &arguments })
+    command(python()?, &["-m", "evidence", name, folder, "--out", folder, "--docs", &docs])
 }
 
 fn runner(arguments: &[&str]) -> Outcome {

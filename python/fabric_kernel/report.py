@@ -1,31 +1,27 @@
-"""One run of a scene, of which `fabric run` has written the numbers: velocity, force and energies over time, and the sheet at the end; all is
-written into its folder."""
+"""`fabric-report FOLDER`: the pictures and the page of a run, of which `fabric run` has written the numbers into the folder: velocity, force
+and energies over time, and the sheet at the end."""
 
+import argparse
 import json
+import pathlib
+import re
 
-from . import page, plot
-from . import sheets
+import pandas
+
+from . import movie, page, plot, sheets
 
 
-def answer(study):
-    folder = study.folder = study.source
-    history = [{name: float(value) for name, value in row.items()} for row in page.rows_of(folder / "history.csv")]
+def report(folder):
+    """Draws everything into the folder; OSError where a file is missing."""
+    folder = pathlib.Path(folder)
     summary, about = json.loads((folder / "summary.json").read_text()), json.loads((folder / "sheet.json").read_text())
-    marks = [(1e6 * latched["time"], latched["outcome"]) for latched in summary["outcomes"]]
     name = about["name"]
-
-    def draw(file, title, y, columns):
-        lines = [plot.Series(words, [(1e6 * row["time_s"], sign * row[key]) for row in history], "line") for words, key, sign in columns]
-        plot.draw(folder / file, f"{name}: {title}", "time (µs)", y, lines, marks=marks)
-
-    axes = lambda key, first, sign: [(first, key.format("z"), sign), ("along x", key.format("x"), 1), ("along y", key.format("y"), 1)]
-    draw("velocity.svg", "velocity of the projectile", "velocity (m/s)", axes("velocity_{}_m_per_s", "along z", 1))
-    draw("force.svg", "force on the projectile, mean between samples", "force (N)", axes("force_{}_n", "against z", -1))
-    energies = [
-        ("absorbed", "contact_work_j"), ("of it by held nodes", "support_work_j"), ("fabric kinetic", "fabric_kinetic_j"), ("strain", "strain_j"),
-        ("dissipated by rupture", "dissipated_j"), ("taken by viscosity", "viscous_j"), ("friction", "friction_j"), ("lost where plies meet", "ply_loss_j"), ("contact loss", "contact_loss_j"), ("residual", "energy_residual_j"),
-    ]
-    draw("energies.svg", "where the absorbed energy is", "energy (J)", [(words, key, 1) for words, key in energies])
+    rows = pandas.read_csv(folder / "history.csv")
+    # Named as by `fabric_kernel.history`, without the units.
+    rows.columns = [re.sub(r"_(s|m|m_per_s|rad_per_s|n|j)$", "", column) for column in rows.columns]
+    rows = rows.rename(columns={"contact_work": "work", "energy_residual": "residual"})
+    marks = [(latched["time"], latched["outcome"]) for latched in summary["outcomes"]]
+    plot.history(rows, folder / "history.svg", title=name, marks=marks)
     plies = [sheets.Sheet(folder, about, ply) for ply in range(about["plies"])]
     sheet, failed = plies[0], sum(ply.failed() for ply in plies)
     at = f"{name}: {'first ply' if plies[1:] else 'sheet'} at {1e6 * sheet.time:.1f} µs, {sheet.failed()} failed segments"
@@ -34,7 +30,7 @@ def answer(study):
     kept = json.loads((folder / "frames.json").read_text())
     frames = [about | {"file": file} for file in kept["frames"]]
     if kept["movie"]:
-        sheets.movie(folder, frames, folder / "movie.gif")
+        movie.written([sheets.Sheet(folder, one) for one in frames], folder / "movie.gif")
         pictures.append(("movie.gif", "The same from the start."))
     if kept["vtk"]:
         sheets.vtk_series(folder, frames)
@@ -46,7 +42,7 @@ def answer(study):
     html = page.Page(f"{name}: {summary['ended_by']} at {1e6 * summary['time']:.1f} µs")
     for file, caption in [
         *pictures, ("damage.png", "Damage on the undeformed grid, seen along the line of flight; held nodes in grey."),
-        ("velocity.svg", "Velocity of the projectile."), ("force.svg", "Force on the projectile, mean between samples."), ("energies.svg", "Where the absorbed energy is."),
+        ("history.svg", "Velocity of the projectile, mean force on it between samples, and where the absorbed energy is."),
     ]:
         html.figure(folder / file, caption)
     if summary.get("warnings"):
@@ -65,3 +61,18 @@ def ply_table(summary):
     heading = ["ply, from the side that is hit", "fabric", "turned by 90°", "failed segments", "kinetic, J", "strain, J", "dissipated, J"]
     energies = lambda ply: [f"{ply[key]:.4f}" for key in ("kinetic", "strain", "dissipated")]
     return heading, [[k + 1, ply["fabric"], "yes" if ply["turned"] else "no", ply["failed_segments"], *energies(ply)] for k, ply in enumerate(summary["plies"])]
+
+
+def main(arguments=None):
+    """The command `fabric-report`."""
+    parser = argparse.ArgumentParser(prog="fabric-report", description="The pictures and the page of a run of `fabric run`.")
+    parser.add_argument("folder", type=pathlib.Path, help="what `fabric run` has written")
+    given = parser.parse_args(arguments)
+    try:
+        report(given.folder)
+    except OSError as error:
+        parser.exit(1, f"error: {error}; `fabric run SCENE --out {given.folder}` writes it\n")
+
+
+if __name__ == "__main__":
+    main()
