@@ -6,10 +6,9 @@ shots allow.
 """
 
 import argparse
-import io
 import itertools
+import math
 import os
-import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +26,46 @@ if TYPE_CHECKING:
 
 CONFIDENCE = 0.95
 """Of the intervals, if nothing else is asked for."""
+UNITS = {"velocity": "m_per_s", "point_x": "m", "point_y": "m", "residual_speed": "m_per_s", "residual_kinetic": "j", "absorbed": "j", "viscous": "j"}
+"""Of the columns of the table, in the names of table.csv."""
+
+
+def bracket(
+    shield: Scene,
+    attitudes: Mapping[str, str | Sequence[float]],
+    points: Sequence[tuple[float, float]] = ((0.0, 0.0),),
+    *,
+    count: int = 5,
+    seed: int = 1,
+    keep: str | os.PathLike[str] | None = None,
+    on: Any = None,
+) -> list[float]:
+    """Velocities for `fragment_map`, m/s, from 0.8 of the lowest to 1.25 of the highest limit of one shot at each attitude and point:
+    slow shots are stopped and fast ones go through.
+
+    The search begins with the velocity of the scene. Raises ValueError if no limit is found."""
+
+
+    import numpy
+
+    from .sensitivity import limits
+
+    speed = math.hypot(*shield["projectile.velocity"])
+    if not speed > 0.0:
+        raise ValueError("projectile.velocity: must not be zero: it is the first velocity and the direction of the shots")
+    shield.check()
+    for point in points:
+        shield.aimed(point)
+    jobs = [[shield, 0, seed, speed, attitude, None, tuple(point)] for attitude in attitudes.values() for point in points]
+    found = [limit for limit in limits(jobs, keep=keep, on=on, name="bracket") if limit]
+    if not found:
+        raise ValueError(f"velocities: no limit was found near {speed:g} m/s, the velocity of the scene: give velocities")
+    return [float(f"{velocity:.3g}") for velocity in numpy.geomspace(0.8 * min(found), 1.25 * max(found), count)]
+
+
+def with_units(table: "pandas.DataFrame") -> "pandas.DataFrame":
+    """The table with its units in the names of its columns, as in table.csv."""
+    return table.rename(columns=lambda name: f"{name}_{UNITS[name.removesuffix('_sd')]}" if name.removesuffix("_sd") in UNITS else name)
 
 
 def fragment_map(
@@ -135,7 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description="How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point.",
     )
     parser.add_argument("scene", help=SCENE_HELP)
-    parser.add_argument("--velocities", type=positive, nargs="+", required=True, metavar="V", help="m/s")
+    parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: five about the limits, which are bracketed first")
     parser.add_argument(
         "--attitudes", type=_attitude, nargs="+", default=[], metavar="NAME=W,X,Y,Z",
         help='unit quaternions with a name each, or "random"; default: that of the scene',
@@ -149,22 +188,28 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     try:
         scene, fabric = scene_named(given.scene)
-        error = model_error(scene, CONFIDENCE).sentence()
-        about = (error, *cautions(scene), *described(scene, fabric), *noted(scene, max(given.velocities)))
-        print("\n".join(about))
+        attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
+        on = int(given.on) if given.on and given.on.isdigit() else given.on
+        velocities = given.velocities
+        if not velocities:
+            velocities = bracket(scene, attitudes, given.points, seed=given.seed, keep=given.out / "bracket.jsonl", on=on)
+            print(f"Velocities about the limits that were bracketed: {', '.join(f'{velocity:g}' for velocity in velocities)} m/s.", flush=True)
+        first, *others = cautions(scene)
+        about = (model_error(scene, CONFIDENCE).sentence(), *others, *described(scene, fabric), *noted(scene, max(velocities)))
+        print("\n".join([about[0], first, *about[1:]]), flush=True)
         table = fragment_map(
             scene,
-            velocities=given.velocities,
-            attitudes=dict(given.attitudes) or {"as given": scene["projectile.orientation"]},
+            velocities=velocities,
+            attitudes=attitudes,
             points=given.points,
             shots=given.shots,
             seed=given.seed,
             keep=given.out / "runs.jsonl",
             until=UNTIL if given.to_the_end else DECIDED,
-            on=int(given.on) if given.on and given.on.isdigit() else given.on,
+            on=on,
         )
-        print(table.to_string(index=False))
-        written(given.out / "table.csv", table.to_csv(index=False))
+        print(with_units(table).to_string(index=False))
+        written(given.out / "table.csv", with_units(table).to_csv(index=False))
         draw_map(table, given.out / "map.svg", about)
     except (ValueError, RuntimeError, OSError) as error:
         parser.exit(1, f"error: {error}\n")

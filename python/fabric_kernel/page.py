@@ -124,7 +124,8 @@ class Page:
     def picture(self, data, suffix, caption=""):
         """The same of its bytes."""
         kind, data = {".svg": "image/svg+xml", ".gif": "image/gif"}.get(suffix, "image/png"), base64.b64encode(data).decode()
-        self.parts.append(f'<figure><img alt="" src="data:{kind};base64,{data}"><figcaption>{escaped(caption)}</figcaption></figure>')
+        below = f"<figcaption>{escaped(caption)}</figcaption>" if caption else ""
+        self.parts.append(f'<figure><img alt="" src="data:{kind};base64,{data}">{below}</figure>')
 
     def table(self, heading, rows, text=()):
         """text: columns besides the first that hold words."""

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import pandas
 
     from .residual import Curve
+    from .sensitivity import Sensitivity
     from .v50 import Test
 
 # Colours that differ for colour-blind eyes too (Okabe and Ito), and more for crowded plots.
@@ -167,6 +168,24 @@ def sheet(simulation: Any, path: str | os.PathLike[str] | None = None, *, title:
 
 
 @styled
+def tornado(found: "Sensitivity", path: str | os.PathLike[str] | None = None) -> Figure:
+    """The change of a limit by each variant, with its interval; the largest above."""
+    rows = [one for one in found.changes if math.isfinite(one.percent)][::-1]
+    figure, axis = new(9.0, 1.6 + 0.38 * len(rows))
+    places = range(len(rows))
+    axis.barh(places, [one.percent for one in rows], color=[COLOURS[0] if one.percent > 0 else COLOURS[1] for one in rows], height=0.62)
+    ends = [[max(0.0, sign * (getattr(one, end) - one.percent)) for one in rows] for end, sign in (("low", -1), ("high", 1))]
+    reach = 1.3 * max((abs(one.percent) for one in rows), default=1.0) + 2.0
+    # An end that is not known runs out of the picture.
+    axis.errorbar([one.percent for one in rows], places, xerr=numpy.minimum(ends, 4 * reach), fmt="none", color=COLOURS[6], capsize=3, linewidth=1)
+    axis.set_yticks(places, [one.variant for one in rows])
+    axis.axvline(0.0, color="#888888", linewidth=1)
+    axis.set(xlim=(-reach, reach), xlabel=f"change of the limit (%), from {found.limit:.1f} m/s; bars: intervals")
+    axis.grid(visible=False, axis="y")
+    return saved(figure, path)
+
+
+@styled
 def residual(curve: "Curve", path: str | os.PathLike[str] | None = None) -> Figure:
     """Residual over impact velocity, with the curves that were fitted and the bands of their intervals."""
     figure, axis = new(8.5, 5.6)
@@ -217,6 +236,7 @@ def limit(test: "Test", path: str | os.PathLike[str] | None = None) -> Figure:
         grid = numpy.linspace(left, right, 400)
         lower.plot(grid, test.residual.curve(grid), color="#009e73", label="Lambert and Jonas")
     upper.set(xlim=(left, right), ylabel="share that goes through", title=test.title)
+    lower.set_ylim(top=1.15 * max(float(residuals[(velocities >= left) & (velocities <= right)].max(initial=0.0)), 1.0))
     lower.set(xlabel=f"impact velocity, m/s{outside}", ylabel="residual velocity, m/s")
     for panel in (upper, lower):
         panel.legend(loc="best", fontsize=8)

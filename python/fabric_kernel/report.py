@@ -3,12 +3,21 @@ and energies over time, and the sheet at the end."""
 
 import argparse
 import json
+import math
 import pathlib
 import re
 
 import pandas
 
+from . import about as about_scenes
 from . import movie, page, plot, sheets
+
+UNITS = dict.fromkeys(("dt", "time", "force_window"), "s") | {"peak_force": "N", "initial_momentum": "N s", "momentum_residual": "N s"}
+UNITS |= dict.fromkeys(("ply_penetration", "worst_penetration"), "m")
+UNITS |= dict.fromkeys((
+    "initial_kinetic_energy", "absorbed", "support_work", "fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "contact_loss",
+    "energy_residual",
+), "J")  # fmt: skip
 
 
 def report(folder):
@@ -40,16 +49,19 @@ def report(folder):
         pictures.append(("plies.png", all_of_them))
     sheets.damage_map(sheet, folder / "damage.png", f"{name}: damage on the undeformed grid (node numbers)")
     html = page.Page(f"{name}: {summary['ended_by']} at {1e6 * summary['time']:.1f} µs")
+    speed = math.hypot(*summary["residual_velocity"])
+    html.answer([
+        f"{summary['ended_by'].capitalize()}: {speed:.4g} m/s left, {summary['absorbed']:.4g} J of {summary['initial_kinetic_energy']:.4g} J absorbed.",
+        *summary.get("warnings", []), f"One run of the model with its draws. {about_scenes.CAVEAT}",
+    ])  # fmt: skip
     for file, caption in [
         *pictures, ("damage.png", "Damage on the undeformed grid, seen along the line of flight; held nodes in grey."),
         ("history.svg", "Velocity of the projectile, mean force on it between samples, and where the absorbed energy is."),
     ]:
         html.figure(folder / file, caption)
-    if summary.get("warnings"):
-        html.section("Warnings")
-        html.table([""], [[warning] for warning in summary["warnings"]])
-    html.section("Numbers")
-    html.table(["", ""], [[key.replace("_", " "), value] for key, value in summary.items() if not isinstance(value, (list, dict))], (1,))
+    html.fold("All numbers")
+    unit = lambda key: f", {UNITS[key]}" if key in UNITS else ""
+    html.table(["", ""], [[key.replace("_", " ") + unit(key), value] for key, value in summary.items() if not isinstance(value, (list, dict))], (1,))
     if plies[1:]:
         html.section("Plies")
         html.table(*ply_table(summary), (1, 2))

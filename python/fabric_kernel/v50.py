@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import matplotlib.figure
 
     from . import Scene
+    from .sensitivity import Sensitivity
 
 Shoot = Callable[[float, int], tuple[bool, float]]
 """Shoots with a velocity (m/s) and the number of the shot, from 0: whether the fabric stopped it, and the residual velocity (m/s). The
@@ -61,15 +62,18 @@ class Test(NamedTuple):
     about: tuple[str, ...] = ()  # what was shot at
     against: str = ""  # how far the model may be off, where a scene was shot at
     cautions: tuple[str, ...] = ()  # what the reader must know first
+    sensitivity: "Sensitivity | None" = None
 
     def answer(self) -> list[str]:
         """The limit, how far the model may be off, and the first caution, a line each."""
         fit, lines = self.fit, []
         for share, value, interval in zip(fit.shares, fit.velocities, fit.intervals):
             if share == 0.5:
-                number = f"{value:.1f} m/s, {100 * fit.confidence:g} % interval {interval}" if math.isfinite(value) else f"{interval} m/s"
+                bounded = f"{interval} m/s" if any(math.isfinite(end) for end in interval) else "not bounded by these shots"
+                number = f"{value:.1f} m/s, {100 * fit.confidence:g} % interval {bounded}" if math.isfinite(value) else bounded
                 lines.append(f"V50 {number}, of the model with its draws.")
-        return [*lines, *filter(None, [self.against]), *self.cautions[:1]]
+        width = self.sensitivity.sentence() if self.sensitivity else ""
+        return [*lines, *filter(None, [self.against]), *([width] if width else self.cautions[:1])]
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """For each share: its name, estimate, interval and the plain profile-likelihood interval, m/s."""
@@ -105,6 +109,8 @@ class Test(NamedTuple):
         lines = [self.title, "", *self.answer(), ""]
         lines += [columns(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows()), "", *self.sentences(), ""]
         shots = [(str(k), f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}") for k, s in enumerate(self.shots, 1)]
+        if self.sensitivity:
+            lines += [columns(self.sensitivity.heading(), self.sensitivity.rows()), "", *self.sensitivity.notes, ""]
         return "\n".join([*lines, columns(("shot", "m/s", "result", "residual m/s"), shots)]) + "\n"
 
     def draw(self) -> "matplotlib.figure.Figure":
@@ -123,10 +129,17 @@ class Test(NamedTuple):
         lines = csv.writer(table)
         lines.writerow(("shot", "velocity_m_per_s", "stopped", "residual_m_per_s"))
         lines.writerows((k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate(self.shots, 1))
-        plot.limit(self, folder / "plot.svg")
         written(folder / "shots.csv", table.getvalue())
+        plot.limit(self, folder / "plot.svg")
+        if self.sensitivity:
+            self.sensitivity.draw(folder / "sensitivity.svg")
+            table = io.StringIO()
+            lines = csv.writer(table)
+            lines.writerow(("variant", "change_percent", "low_percent", "high_percent", "shots"))
+            lines.writerows(one[1:] for one in self.sensitivity.changes)
+            written(folder / "sensitivity.csv", table.getvalue())
         written(folder / "test.json", json.dumps(self.plain(), indent=1) + "\n")
-        written(folder / "report.html", self.page((folder / "plot.svg").read_bytes()))
+        written(folder / "report.html", self.page((folder / "plot.svg").read_bytes(), (folder / "sensitivity.svg").read_bytes() if self.sensitivity else b""))
 
     def plain(self) -> dict[str, Any]:
         """Everything as numbers and words; an open end or a missing estimate is None."""
@@ -140,14 +153,20 @@ class Test(NamedTuple):
 
         return simple(self)
 
-    def page(self, picture: bytes) -> str:
-        """The report as one HTML file."""
+    def page(self, picture: bytes, tornado: bytes = b"") -> str:
+        """The report as one HTML file, with the pictures of the limit and of the sensitivity as SVG."""
         percent = f"{100 * self.fit.confidence:g} %"
         shots = [(k, f"{s.velocity:.3f}", "stopped" if s.stopped else "through", f"{s.residual:.3f}") for k, s in enumerate(self.shots, 1)]
         page = Page(self.title)
         page.answer(self.answer())
         page.picture(picture, ".svg")
         page.table(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows())
+        if self.sensitivity:
+            page.section("Sensitivity of the limit")
+            page.picture(tornado, ".svg")
+            page.table(self.sensitivity.heading(), self.sensitivity.rows())
+            for note in self.sensitivity.notes:
+                page.text(note)
         page.fold("What was shot, how, and what to know of it")
         for line in self.sentences():
             page.text(line)
@@ -242,16 +261,19 @@ def v50(
     if tests:
         simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
-    words = f"{seeds} {simulated}".strip()
+    drawn = seeds or (shoot.drawn() if isinstance(shoot, Shooter) else "")
+    words = f"{drawn} {simulated}".strip()
     against, cautions = "", ()
     if isinstance(shoot, Shooter):
         from .about import cautions as known
+        from .about import described
         from .model_error import model_error
         from .textile import axes
 
         scaled = axes(shoot.scene)
         notes += [*shoot.notes(), *([scaled.words(found.mu)] if scaled else [])]
         interval = next(interval for share, interval in zip(found.shares, found.intervals) if share == 0.5)
+        about = about or described(shoot.scene)
         against, cautions = model_error(shoot.scene, confidence).sentence(*interval), known(shoot.scene)
     average = limit.standard_average(v, y)
     return Test(title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, cautions)
@@ -406,6 +428,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
+    parser.add_argument("--sensitivity", action="store_true", help="also how the limit changes with width, spacing, time step, viscosity, crimp, strength, friction, support")
     parser.add_argument("--out", type=Path, default=Path("v50"), help="folder for report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     given = parser.parse_args(arguments)
     for design, names in {"three-phase": ("aim", "last"), "plan": ("plan",)}.items():
@@ -432,6 +455,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=functools.partial(print, flush=True),
             title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=shoot.drawn(),
         )  # fmt: skip
+        if given.sensitivity and math.isfinite(test.fit.mu):
+            from .sensitivity import sensitivity
+
+            keep = given.out / "sensitivity.jsonl"
+            found = sensitivity(scene, test.fit.mu, seed=given.seed, attitude=given.attitude, steps=given.steps, keep=keep)
+            test = test._replace(sensitivity=found)
         print()
         print(test.text())
         test.write(given.out)

@@ -369,6 +369,17 @@ class Fragments(unittest.TestCase):
                 self.assertIn("Projectile: sphere", text)
                 self.assertIn("Not validated", text)
 
+    def test_without_velocities_a_map_has_both_colours(self):
+        with tempfile.TemporaryDirectory() as name:
+            (pathlib.Path(name) / "scene.toml").write_text(BASE.text())
+            with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()):
+                main([str(pathlib.Path(name) / "scene.toml"), "--shots", "2", "--out", name])
+            table = pandas.read_csv(pathlib.Path(name) / "table.csv")
+        self.assertIn("Velocities about the limits that were bracketed", said.getvalue())
+        self.assertIn("residual_speed_sd_m_per_s", table.columns)
+        shares = list(table["perforation"])
+        self.assertEqual((len(shares), shares[0], shares[-1]), (5, 0.0, 1.0))
+
     def test_table_and_picture(self):
         cylinder = BASE.replace(projectile={"shape": "cylinder", "length": 0.01, "radius": 4e-3, "mass": 4e-3})
         with tempfile.TemporaryDirectory() as folder:
