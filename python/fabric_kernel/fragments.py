@@ -6,6 +6,7 @@ shots allow.
 """
 
 import argparse
+import functools
 import itertools
 import math
 import os
@@ -13,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from . import lookup
 from ._kernel import Scene
 from .about import SCENE_HELP, cautions, described, noted, positive, scene_named
 from .ensembles import ensemble, vary
@@ -183,6 +185,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--shots", type=int, default=20, help="of each cell")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
+    parser.add_argument(
+        "--table", action="store_true",
+        help="also write table.h, a table for a real-time host in C; its error is found by as many shots half way between the velocities",
+    )  # fmt: skip
     parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
     parser.add_argument("--out", type=Path, default=Path("fragments"), help="folder for table.csv, map.svg and runs.jsonl")
     given = parser.parse_args(arguments)
@@ -191,28 +197,34 @@ def main(arguments: Sequence[str] | None = None) -> None:
         attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
         on = int(given.on) if given.on and given.on.isdigit() else given.on
         velocities = given.velocities
+        if given.table and velocities and len(set(velocities)) < 2:
+            raise ValueError("--table: needs two velocities or more")
         if not velocities:
             velocities = bracket(scene, attitudes, given.points, seed=given.seed, keep=given.out / "bracket.jsonl", on=on)
             print(f"Velocities about the limits that were bracketed: {', '.join(f'{velocity:g}' for velocity in velocities)} m/s.", flush=True)
         first, *others = cautions(scene)
         about = (model_error(scene, CONFIDENCE).sentence(), *others, *described(scene, fabric), *noted(scene, max(velocities)))
         print("\n".join([about[0], first, *about[1:]]), flush=True)
-        table = fragment_map(
+        shot = functools.partial(
+            fragment_map,
             scene,
-            velocities=velocities,
             attitudes=attitudes,
             points=given.points,
             shots=given.shots,
-            seed=given.seed,
             keep=given.out / "runs.jsonl",
             until=UNTIL if given.to_the_end else DECIDED,
             on=on,
         )
+        table = shot(velocities=velocities, seed=given.seed)
         print(with_units(table).to_string(index=False))
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
         draw_map(table, given.out / "map.svg", about)
+        if given.table:
+            said = lookup.error(table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1), scene["projectile.mass"])
+            print(said)
+            written(given.out / "table.h", lookup.c_header(table, "\n".join([*about, said])))
     except (ValueError, RuntimeError, OSError) as error:
         parser.exit(1, f"error: {error}\n")
     except KeyboardInterrupt:
         parser.exit(130, f"interrupted: what has ended is in {given.out / 'runs.jsonl'}, and the same command goes on from there\n")
-    print(f"written to {given.out}: table.csv, map.svg, runs.jsonl")
+    print(f"written to {given.out}: table.csv, map.svg, runs.jsonl" + (", table.h" if given.table else ""))
