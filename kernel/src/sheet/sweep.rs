@@ -586,7 +586,7 @@ impl<L: Lane> Carried<L> {
         [stress_v, stress_h]
     }
 
-    /// (M9) The stresses that the segments of group g give along x and y. `ends`: displacement and velocity of one end relative to
+    /// The stresses of (M9) that the segments of group g give along x and y. `ends`: displacement and velocity of one end relative to
     /// the other, in the axes of each.
     #[inline(always)]
     fn given(
