@@ -566,7 +566,7 @@ impl<L: Lane> Carried<L> {
         self.high = y.max(self.high);
     }
 
-    /// (M16) The stresses of group g along y and x with their viscous parts; counts what these take.
+    /// The stresses of (M16) of group g along y and x with their viscous parts; counts what these take.
     #[inline(always)]
     fn viscous_stresses<const FACTOR: u8>(
         &self,
