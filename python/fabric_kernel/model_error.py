@@ -124,3 +124,22 @@ def model_error(scene: Scene, confidence: float = 0.95) -> ModelError:
     series = f"{len(near)} independent series of tests" if len(near) > 1 else f"one series of tests, which counts once ({near[0].name})"
     words = f"within a factor of {found:.2g} in {100 * confidence:g} %, from {series}, where limits were off by {min(errors):+.0f} to {max(errors):+.0f} %."
     return ModelError(found, confidence, words)
+
+
+def main() -> None:
+    """`python -m fabric_kernel.model_error`: every comparison, and what each series gives with and without each case."""
+    from .v50 import columns
+
+    for kind in ("limit", "strength"):
+        series = compared(kind)
+        rows = [("series", "case", "measured", "computed", "computed/measured", "factor of the others", "within")]
+        for (name, case, worst, others, within), one in zip(left_out(series), (case for each in series for case in each.cases)):
+            computed = ", ".join(f"{value:g}" for value in one.computed)
+            rows.append((name, case, f"{one.measured:g}", computed, f"{worst:.2f}", f"{others:.2f}", "yes" if within else "no"))
+        units, sources = ({one.about[key] for one in series} for key in ("unit", "source"))
+        print(f"{kind}, {'; '.join(units)}: a new one lies within a factor of {factor([one.errors() for one in series]):.2f} in 95 %")
+        print(columns(rows[0], rows[1:]), "", *sources, "", sep="\n")
+
+
+if __name__ == "__main__":
+    main()

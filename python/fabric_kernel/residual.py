@@ -146,8 +146,8 @@ def residual_curve(
     """Shoots the projectile of a scene at its sheet over a range of velocities, and fits both curves.
 
     velocities: of the shots, m/s; None: `shots` of them, the first of which bracket the limit, beginning with the velocity of the scene, and
-    the others go up to `fastest` limits. about: what was shot at, for the report; say: receives a line after each shot; the other `options` are those of `Shooter` (`point`, `attitude`,
-    `keep`, `steps`). A shot of unknown end is left out, which the notes say.
+    the others go up to `fastest` limits. about: what was shot at, for the report; say: receives a line after each shot; the other `options`
+    are those of `Shooter` (`point`, `attitude`, `keep`, `steps`). A shot of unknown end is left out, which the notes say.
     Raises ValueError with the name of the argument, Refused with the field of the scene."""
     from .about import cautions
     from .model_error import model_error
@@ -202,7 +202,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-residual`."""
     from .about import SCENE_HELP, described, positive, scene_named
 
-    parser = argparse.ArgumentParser(prog="fabric-residual", description="The residual over the impact velocity of the projectile of a scene, with fitted curves.")
+    about = "The residual over the impact velocity of the projectile of a scene, with fitted curves."
+    parser = argparse.ArgumentParser(prog="fabric-residual", description=about)
     parser.add_argument("scene", help=SCENE_HELP)
     parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: the limit is bracketed, then from it up to --fastest limits")
     parser.add_argument("--shots", type=int, default=24, help="default: %(default)s")

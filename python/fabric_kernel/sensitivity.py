@@ -145,7 +145,8 @@ def sensitivity(
     scene: Scene, guess: float, *, shots: int = SHOTS, seed: int = 1, attitude: str | None = None, steps: int | None = None,
     keep: Path | None = None, on: object = None, progress: bool | None = None,
 ) -> Sensitivity:  # fmt: skip
-    """How the limit changes with each of `variants`. guess: the limit of the scene, m/s; keep, on, progress: as for `ensemble`.
+    """How the limit changes with each of `variants`. guess: the limit of the scene, m/s; steps: most of a shot, after which its end counts
+    as not known; keep, on, progress: as for `ensemble`.
 
     Raises Refused if the scene cannot be simulated; a variant that cannot is left out, which the notes say."""
     changed, notes = variants(scene), []
@@ -156,7 +157,8 @@ def sensitivity(
             notes.append(f"{name}: left out: {refused}.")
             del changed[name]
     done = functools.partial(limits, keep=keep, on=on, progress=progress, name="sensitivity")
-    job = lambda of, shot, near: [of, shot, seed, near, attitude, steps, (0.0, 0.0)]
+    finer = lambda of: max(scene["time_step.fraction"] / of["time_step.fraction"], scene["time_step.seconds"] / (of["time_step.seconds"] or 1.0))
+    job = lambda of, shot, near: [of, shot, seed, near, attitude, steps and round(steps * finer(of)), (0.0, 0.0)]
     own = done([job(scene, shot, float(guess)) for shot in range(shots)])
     pairs = [(name, shot) for name in changed for shot in range(shots) if own[shot]]
     found = dict(zip(pairs, done([job(changed[name][1], shot, own[shot]) for name, shot in pairs])))
