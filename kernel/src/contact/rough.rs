@@ -181,12 +181,6 @@ impl Joint<'_, '_> {
         self.system.arrays.springs.get(c).map(Spring::read).unwrap_or_default()
     }
 
-    fn set_spring(&mut self, c: usize, spring: &Spring) {
-        if let Some(slot) = self.system.arrays.springs.get_mut(c) {
-            spring.write(slot);
-        }
-    }
-
     fn node(&self, c: usize) -> Node {
         self.system.arrays.column.get(self.ply(c)).map(Node::read).unwrap_or_default()
     }
@@ -233,21 +227,26 @@ impl Joint<'_, '_> {
             let Some(contact) = self.contact(c) else { break };
             let (own, trial) = contact.error();
             error = math::max(own, error);
-            let before = self.spring(c).before;
-            self.set_spring(c, &Spring { before, ..contact.spring(trial) });
+            self.set_spring(c, &contact, &contact.spring(trial));
             next = self.behind(c);
         }
         error
     }
 
-    /// Hangs the spring of a candidate on its node, and keeps its impulses if asked to.
-    fn hang(&mut self, c: usize, contact: &Contact, spring: &Spring, keeps: bool) {
+    /// Keeps the spring of a candidate and what it does to its node, in units of the column.
+    fn set_spring(&mut self, c: usize, contact: &Contact, spring: &Spring) {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
-        let before = if keeps { contact.impulse } else { self.spring(c).before };
-        self.set_spring(c, &Spring { before, ..*spring });
         let push = (contact.lift(&spring.base) - contact.lift(&contact.impulse)) / unit_impulse;
         let grip = -contact.lift(&spring.slope) * (unit_speed / unit_impulse);
-        let ply = self.ply(c);
+        if let Some(slot) = self.system.arrays.springs.get_mut(c) {
+            let before = Spring::read(slot).before;
+            Spring { before, push, grip, ..*spring }.write(slot);
+        }
+    }
+
+    /// Hangs the spring of a candidate on its node.
+    fn hang(&mut self, c: usize) {
+        let (ply, Spring { push, grip, .. }) = (self.ply(c), self.spring(c));
         if let Some(place) = self.system.arrays.column.get_mut(ply) {
             let mut node = Node::read(place);
             (node.push, node.grip) = (push, grip);
@@ -259,8 +258,14 @@ impl Joint<'_, '_> {
     fn step(&mut self, leader: usize, keeps: bool) {
         let (unit_speed, mut next) = (self.system.model.unit_speed, Some(leader));
         while let Some(c) = next {
-            let Some(contact) = self.contact(c) else { break };
-            self.hang(c, &contact, &self.spring(c), keeps);
+            if keeps
+                && let Some([.., normal]) = self.system.arrays.candidates.get(c)
+                && let Some([.., p, q]) = self.system.arrays.tangential.get(c)
+                && let Some(slot) = self.system.arrays.springs.get_mut(c)
+            {
+                Spring { before: [*normal, *p, *q], ..Spring::read(slot) }.write(slot);
+            }
+            self.hang(c);
             next = self.behind(c);
         }
         hold(self.system.arrays.column);
@@ -273,8 +278,8 @@ impl Joint<'_, '_> {
                 && let Some(contact) = self.contact(c)
             {
                 let lets_go = contact.rate[0] > 0.0;
-                let spring = if lets_go { Spring::default() } else { contact.sticking() };
-                self.hang(c, &contact, &spring, false);
+                self.set_spring(c, &contact, &if lets_go { Spring::default() } else { contact.sticking() });
+                self.hang(c);
             }
             next = self.behind(c);
         }
@@ -289,8 +294,11 @@ impl Joint<'_, '_> {
 
     /// Gives a candidate the nearest impulses that are allowed, and the body what they change.
     fn give_impulses(&mut self, c: usize, [normal, p, q]: [f64; 3]) {
-        let (candidate, Some(t)) = (self.candidate(c), self.tangential(c)) else { return };
-        let normal = math::max(normal, 0.0);
+        let (candidate, normal) = (self.candidate(c), math::max(normal, 0.0));
+        if candidate.impulse == 0.0 && normal == 0.0 {
+            return;
+        }
+        let Some(t) = self.tangential(c) else { return };
         let impulse = friction::limited([p, q], self.system.scene.contact.friction * normal);
         let (given, along) = (normal - candidate.impulse, [0, 1].map(|k| impulse[k] - t.impulse[k]));
         self.velocity -= (candidate.normal * given + t.push(along)) * self.inertia.inverse_mass;

@@ -93,15 +93,18 @@ pub(super) struct Spring {
     pub slope: [f64; 3],
     /// Its impulses before a step, N s.
     pub before: [f64; 3],
+    /// What it changes of the impulse on its node without a change, and takes of it with one, in units of the column.
+    pub push: f64,
+    pub grip: f64,
 }
 
 impl Spring {
-    pub fn read(&[a, b, c, d, e, f, g, h, i]: &[f64; SPRING_REALS]) -> Spring {
-        Spring { base: [a, b, c], slope: [d, e, f], before: [g, h, i] }
+    pub fn read(&[a, b, c, d, e, f, g, h, i, push, grip]: &[f64; SPRING_REALS]) -> Spring {
+        Spring { base: [a, b, c], slope: [d, e, f], before: [g, h, i], push, grip }
     }
 
     pub fn write(&self, slot: &mut [f64; SPRING_REALS]) {
         let ([a, b, c], [d, e, f], [g, h, i]) = (self.base, self.slope, self.before);
-        *slot = [a, b, c, d, e, f, g, h, i];
+        *slot = [a, b, c, d, e, f, g, h, i, self.push, self.grip];
     }
 }
