@@ -26,7 +26,7 @@ const EVEN: f64 = 1e-6;
 /// Gap rates and slips count as settled below this, in parts of the fastest before contact and of the speeds that they are differences of.
 const SETTLED: [f64; 2] = [1e-12, 4e-15];
 /// A gap rate that does not count if no velocity changes any more, spacings a pass.
-pub(super) const HARMLESS: f64 = 1e-9;
+const HARMLESS: f64 = 1e-9;
 /// Sweeps before impulses along the surface that go back and forth take shorter ways, and by how much those grow that go on.
 const PATIENCE: u32 = 4;
 const GROWTH: f64 = 1.1;
@@ -228,7 +228,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         while self.sweeps < most && !converged {
             converged = true;
             for c in 0..count {
-                let rubs = rough && self.leads(c) && !self.candidate(c).is_fixed();
+                // A fixed node is alone, too.
+                let rubs = rough && self.leads(c) && self.behind(c).is_some();
                 converged &= if rubs { self.visit_rough(c) } else { self.visit(c) };
             }
             self.sweeps += 1;

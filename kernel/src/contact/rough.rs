@@ -1,4 +1,4 @@
-//! Columns of free nodes that rub on the projectile: normal and tangential impulses of their candidates, and the velocities of their nodes, at once.
+//! Columns with several candidates that rub on the projectile: normal and tangential impulses of their candidates, and the velocities of their nodes, at once.
 //!
 //! Method: semismooth Newton. Under an impulse r in the frame (n, t0, t1) of a candidate its node moves along the sheet by P r/m; so gap rate and
 //! slips change by A dr + q dl, with q the parts of the z axis in the frame, the change dl of the node's velocity along z, and
@@ -13,7 +13,7 @@
 
 use crate::contact::column::{Node, hold, shift};
 use crate::contact::friction::{self, Tangential};
-use crate::contact::joint::{HARMLESS, Joint};
+use crate::contact::joint::Joint;
 use crate::contact::touch::{Spring, Touch};
 use crate::ground::math;
 
@@ -113,14 +113,10 @@ impl Contact {
 }
 
 impl Joint<'_, '_> {
-    /// Solves the column of free nodes that this candidate leads. Returns whether it was solved already.
+    /// Solves the column of several candidates that this one leads. Returns whether it was solved already.
     pub(super) fn visit_rough(&mut self, leader: usize) -> bool {
         let (unit_speed, touch) = (self.system.model.unit_speed, self.touch(leader));
-        let [enough, settled] = match self.behind(leader) {
-            Some(_) => ROUGH.map(|part| part * unit_speed),
-            None => [HARMLESS * unit_speed, 0.0],
-        };
-        let settled = math::max(settled, self.tolerance);
+        let [enough, settled] = ROUGH.map(|part| math::max(part * unit_speed, self.tolerance));
         if touch.stale && self.sweeps == 0 {
             self.solve_column(leader);
             self.rub(leader);
