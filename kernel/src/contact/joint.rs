@@ -103,6 +103,8 @@ pub(super) struct Joint<'s, 'a> {
     supported: bool,
     /// Sweeps done.
     pub(super) sweeps: u32,
+    /// What Newton's method adds to the body's give, over that of a node (`rough.rs`).
+    pub(super) damping: f64,
     pub(super) velocity: Vector,
     pub(super) rate: Vector,
 }
@@ -116,8 +118,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         let scene = &system.scene;
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (velocity, rate) = (body.velocity, body.angular_velocity);
-        let (tolerance, arm, widest, supported, sweeps) = (0.0, 0.0, 0.0, false, 0);
-        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, supported, sweeps, velocity, rate }
+        let (tolerance, arm, widest, supported, sweeps, damping) = (0.0, 0.0, 0.0, false, 0, 0.0);
+        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, supported, sweeps, damping, velocity, rate }
     }
 
     /// Begins before any impulse. Returns the growth of a gap beyond which no impulse is to be expected, m/s.

@@ -4,12 +4,14 @@
 //! slips change by A dr + q dl, with q the parts of the z axis in the frame, the change dl of the node's velocity along z, and
 //! A = D + (I - q q^T)/m, where D is what the body gives way by, a little more than it does. A candidate that sticks loses all three; one that slides
 //! loses its gap rate, and its friction is mu lambda along p - s/W, which turns. Either way r is linear in dl: with these springs each pool of the
-//! column moves on by one number, and then plies are separated anew. Steps need not go downhill, but a few that end no lower are undone, and
-//! the column takes one sweep of Gauss-Seidel instead (`joint.rs`).
+//! column moves on by one number, and then plies are separated anew. A step that ends higher is undone and tried again with a larger D (Levenberg
+//! and Marquardt): where two plies of a pool stick to places of the body that part, impulses have to go far before one of them slides, and steps
+//! with the body's own D go too far. If none helps the column takes one sweep of Gauss-Seidel instead (`joint.rs`).
 //! Where tan < mu a sliding candidate may be wedged: its impulse would grow with the force that it gives the pool. It lets go if
 //! its gap grows, and sticks if it closes, as it does in time.
-//! Limits: a few columns in which wedged candidates share a pool are left over, and counted.
-//! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math. Program. 58 (1993) 353.
+//! Limits: a few columns in which wedged candidates share a pool, or plies between which nothing passes, are left over, and counted.
+//! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math. Program. 58 (1993) 353;
+//! D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
 
 use crate::contact::column::{Node, hold, shift};
 use crate::contact::friction::{self, Tangential};
@@ -17,13 +19,12 @@ use crate::contact::joint::Joint;
 use crate::contact::touch::{Spring, Touch};
 use crate::ground::math;
 
-/// Steps of Newton's method that need not go downhill, and sweeps in which there are so many.
-const STEPS: u32 = 6;
-const FREE_SWEEPS: u32 = 8;
 /// Steps for a column in a sweep at the most.
 const MOST_STEPS: u32 = 30;
-/// What is left of an error after steps that went downhill, at the most.
-const DOWNHILL: f64 = 0.9;
+/// What is left of an error after a step at the most, undamped and damped: damped steps go on along a face on which nothing but impulses changes.
+const LEFT: [f64; 2] = [0.9, 1.01];
+/// By how much more the body is taken to give way in a damped step, over what a node does: first, growing by, and no more than.
+const DAMPING: [f64; 3] = [1e-3, 10.0, 0.2];
 /// Gap rates and slips that do not count where several candidates share a column, spacings a pass: to end with, and of one column.
 const ROUGH: [f64; 2] = [1e-7, 2e-8];
 /// Slopes of a sliding candidate below this, over what its node gives way by, are no slopes.
@@ -143,24 +144,19 @@ impl Joint<'_, '_> {
         if !self.touch(leader).stale {
             self.balance(leader);
         }
-        let (mut rates, mut best, mut since) = ((self.velocity, self.rate), first, 0);
-        let patience = if self.sweeps < FREE_SWEEPS { STEPS } else { 1 };
+        let (mut rates, mut best) = ((self.velocity, self.rate), first);
+        let [least, growth, most] = DAMPING;
         for _ in 0..MOST_STEPS {
-            self.step(leader, since == 0);
+            self.step(leader);
             self.balance(leader);
             let error = self.set_springs(leader);
-            since += 1;
-            if error <= settled {
-                return error;
+            if error <= settled || error < LEFT[usize::from(self.damping > 0.0)] * best {
+                (rates, best) = ((self.velocity, self.rate), math::min(error, best));
+                if best <= settled {
+                    break;
+                }
+                continue;
             }
-            if error < DOWNHILL * best {
-                (rates, best, since) = ((self.velocity, self.rate), error, 0);
-            }
-            if since == patience {
-                break;
-            }
-        }
-        if since > 0 {
             let mut next = Some(leader);
             while let Some(c) = next {
                 let before = self.spring(c).before;
@@ -169,7 +165,13 @@ impl Joint<'_, '_> {
             }
             (self.velocity, self.rate) = rates;
             self.balance(leader);
+            self.damping = math::max(growth * self.damping, least);
+            if self.damping > most {
+                break;
+            }
+            self.set_springs(leader);
         }
+        self.damping = 0.0;
         best
     }
 
@@ -183,12 +185,14 @@ impl Joint<'_, '_> {
 
     fn contact(&self, c: usize) -> Option<Contact> {
         let (candidate, t, touch) = (self.candidate(c), self.tangential(c)?, self.touch(c));
+        let softer = self.damping * touch.own;
         let mut contact = Contact {
             up: [candidate.normal.z, t.tangents[0].z, t.tangents[1].z],
             impulse: [candidate.impulse, t.impulse[0], t.impulse[1]],
             rate: [0.0; 3],
             own: touch.own,
-            body: [touch.give - touch.own * (1.0 - candidate.normal.z * candidate.normal.z), touch.slide],
+            body: [touch.give - touch.own * (1.0 - candidate.normal.z * candidate.normal.z), touch.slide]
+                .map(|d| d + softer),
             mass: t.effective_mass,
             friction: self.system.scene.contact.friction,
         };
@@ -250,12 +254,11 @@ impl Joint<'_, '_> {
         }
     }
 
-    /// A step of Newton's method. `keeps`: whether the impulses before it are to be kept.
-    fn step(&mut self, leader: usize, keeps: bool) {
+    /// A step of Newton's method. The impulses before it are kept.
+    fn step(&mut self, leader: usize) {
         let (unit_speed, mut next) = (self.system.model.unit_speed, Some(leader));
         while let Some(c) = next {
-            if keeps
-                && let Some([.., normal]) = self.system.arrays.candidates.get(c)
+            if let Some([.., normal]) = self.system.arrays.candidates.get(c)
                 && let Some([.., p, q]) = self.system.arrays.tangential.get(c)
                 && let Some(slot) = self.system.arrays.springs.get_mut(c)
             {
