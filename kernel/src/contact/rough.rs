@@ -198,9 +198,9 @@ impl Joint<'_, '_> {
         };
         let [s0, s1] = t.slip(&self.velocity, &self.rate);
         let (lift, rates) = (contact.lift(&contact.impulse), [self.body_rate(&candidate), s0, s1]);
-        for k in 0..3 {
+        for (k, rate) in rates.into_iter().enumerate() {
             let along = contact.impulse[k] - contact.up[k] * lift;
-            contact.rate[k] = rates[k] + touch.own * along + contact.up[k] * touch.lift;
+            contact.rate[k] = rate + touch.own * along + contact.up[k] * touch.lift;
         }
         Some(contact)
     }
