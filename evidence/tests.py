@@ -203,7 +203,7 @@ class ClosedForms(unittest.TestCase):
 
     def test_cunniffs_velocity_and_what_packs_weigh(self):
         # KM2 before weaving: 3.88 GPa x 0.0452/(2 x 1440) x sqrt(84.62e9/1440) = 4.668e8, its cube root 775.7.
-        self.assertAlmostEqual(packs.cunniff(3.88e9, 0.0452, 84.62e9, 1440.0), 775.7, delta=0.1)
+        self.assertAlmostEqual(packs.cunniff_velocity(3.88e9, 0.0452, 84.62e9, 1440.0), 775.7, delta=0.1)
         others, twaron = packs.packs()
         self.assertEqual(len(twaron), 5)
         self.assertAlmostEqual(twaron[0].plies * twaron[0].areal_density(), 2.5, delta=1e-12)
