@@ -46,6 +46,7 @@ const FIRST: &[Step] = &[
     ("web page in a browser", crate::web::check),
     ("digests on other targets", crate::digests::short),
     ("studies in short form", studies),
+    ("tutorial", tutorial),
 ];
 
 /// The other half.
@@ -63,6 +64,13 @@ const SECOND: &[Step] = &[
 
 /// What the kernel does not have by default. Where a step builds it with others, it is one more build.
 const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
+
+/// The page of the tutorial has what its programs print, and the notebook is that page.
+fn tutorial() -> Outcome {
+    let python = crate::wheel::installed()?;
+    python_with("examples/notebooks/requirements.txt")?;
+    command(python, &["examples/notebooks/make.py"])
+}
 
 /// The long checks, by hand before a release.
 const VERIFY: &[Step] = &[
