@@ -55,6 +55,9 @@ class Times:
         self.marks = []
         if "detached" in results:
             self.marks.append((1e6 * (results["detached"]["time"] - self.zero), "detached"))
+        elif self.through:
+            work = self.column("contact.work")
+            self.marks.append((self.t[work >= 0.99 * work.max()][0], "99 % absorbed"))
         self.marks.append((1e6 * (results["end_time"] - self.zero), results["end"]))
 
     def column(self, name):
@@ -147,11 +150,11 @@ LIGHT = np.array([-0.5, -0.35, 0.8]) / np.linalg.norm([-0.5, -0.35, 0.8])
 
 def sheet(snapshots, results, path):
     """Four oblique views of the whole sheet, seen from the side the fragment leaves by."""
-    last = snapshots.pictures[-1]
     half, depth = 0.5e3 * SPACING * (snapshots.nx - 1), 0.5e3 * SPACING * np.sin(VIEW) * (snapshots.ny - 1)
-    tops = [projected(picture["nodes"])[..., 1].max() for picture in snapshots.pictures]
-    highest = max(projected(outline)[:, 1].max() for outline, _ in fragment_faces(last, results["body"]))
-    low, high = -1.06 * depth, max(1.06 * depth, *tops, highest + 2.0)
+    seen = [picture["nodes"] for picture in snapshots.pictures]
+    seen += [outline for picture in snapshots.pictures for outline, _ in fragment_faces(picture, results["body"])]
+    heights = [projected(points)[..., 1] for points in seen]
+    low, high = min(h.min() for h in heights) - 0.04 * depth, max(h.max() for h in heights) + 0.04 * depth
     width = 5.2
     figure, grid = plt.subplots(2, 2, figsize=(2 * width + 1.0, 2 * (width * (high - low) / (2.04 * half) + 0.35)),
                                 layout="constrained")  # fmt: skip

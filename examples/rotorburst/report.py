@@ -86,18 +86,24 @@ def card(results):
     """The answer of a run: stopped or not, the residual velocity, the absorbed energy."""
     through, stopped, detached = went_through(results), results["end"] == "arrested", results.get("detached")
     answer = "went through" if through else "stopped" if stopped else "not decided when the time was over"
-    absorbed, when = results["outputs"]["contact.work"], f"until the end ({results['end']})"
-    if through and detached:
-        absorbed, when = detached["absorbed"], "until it left the cloth"
+    absorbed = (detached if through and detached else {"absorbed": results["outputs"]["contact.work"]})["absorbed"]
     lines = [
-        f"Residual velocity: {0.0 if stopped else results['velocity'][2]:.1f} m/s of {results['impact_speed']:.1f} m/s at impact.",
-        f"Absorbed energy: {absorbed:.1f} J of {results['impact_energy']:.1f} J, {when}.",
+        f"Residual velocity along the flight: {0.0 if stopped else results['velocity'][2]:.1f} m/s of {results['impact_speed']:.1f} m/s.",
+        f"Absorbed energy: {absorbed:.1f} J of {results['impact_energy']:.1f} J.",
     ]
     if stopped:
-        lines.append(f"Largest deflection of the sheet: {1e3 * results['outputs']['fabric.max_deflection']:.1f} mm.")
+        sideways, spin = np.hypot(*results["velocity"][:2]), np.linalg.norm(results["angular_velocity"])
+        lines += [
+            f"Largest deflection of the sheet: {1e3 * results['outputs']['fabric.max_deflection']:.1f} mm.",
+            f"Left in the fragment as it turns back: {sideways:.0f} m/s sideways and {spin:.0f} rad/s of spin.",
+        ]
+    if results["options"]["plies"] > 1:
+        lines.append("The plies are bonded into one network, as if they could not move apart.")
+    name = f"{results['plies']} separate plies" if results["plies"] > 1 else f"{results['options']['plies']} plies"
+    name = "1 ply" if name == "1 plies" else name
+    print(f"{name}: {answer}. {' '.join(lines[:2])}")
     kind = "through" if through else "stopped" if stopped else ""
-    print(f"{plies_of(results)}: {answer}. {' '.join(lines)}")
-    return f'<div class="card {kind}"><b>{plies_of(results)}: {answer}</b>{"".join(f"<p>{line}</p>" for line in lines)}</div>'
+    return f'<div class="card {kind}"><b>{name}: {answer}</b>{"".join(f"<p>{line}</p>" for line in lines)}</div>'
 
 
 def folded(title, *parts):

@@ -22,7 +22,7 @@ pub fn run(options: &Options) -> Outcome {
     )?;
 
     // One ply lets the fragment through; the second number of plies was searched for by hand, so that they stop it.
-    let (folder, case, pack) = if options.quick { ("demo-quick", "small", "6") } else { ("demo", "disc", "8") };
+    let (folder, case, pack) = if options.quick { ("demo-quick", "small", "10") } else { ("demo", "disc", "12") };
     let out = tools::target().join(folder);
     let text = |path: &Path| path.to_string_lossy().into_owned();
     let program = |name: &str| text(&tools::top().join("examples/rotorburst").join(name));
