@@ -151,10 +151,10 @@ LIGHT = np.array([-0.5, -0.35, 0.8]) / np.linalg.norm([-0.5, -0.35, 0.8])
 def sheet(snapshots, results, path):
     """Four oblique views of the whole sheet, seen from the side the fragment leaves by."""
     half, depth = 0.5e3 * SPACING * (snapshots.nx - 1), 0.5e3 * SPACING * np.sin(VIEW) * (snapshots.ny - 1)
-    seen = [picture["nodes"] for picture in snapshots.pictures]
-    seen += [outline for picture in snapshots.pictures for outline, _ in fragment_faces(picture, results["body"])]
-    heights = [projected(points)[..., 1] for points in seen]
-    low, high = min(h.min() for h in heights) - 0.04 * depth, max(h.max() for h in heights) + 0.04 * depth
+    # The fragment is where the sheet is deepest; what is torn off may fly out of the picture.
+    outlines = np.concatenate([outline for picture in snapshots.pictures for outline, _ in fragment_faces(picture, results["body"])])
+    heights = [-depth, depth, *projected(outlines)[:, 1]]
+    low, high = min(heights) - 0.06 * depth, max(heights) + 0.06 * depth
     width = 5.2
     figure, grid = plt.subplots(2, 2, figsize=(2 * width + 1.0, 2 * (width * (high - low) / (2.04 * half) + 0.35)),
                                 layout="constrained")  # fmt: skip
@@ -221,14 +221,18 @@ def share_of_damaging(segments):
 
 
 def is_before(points, picture, body):
-    """Whether points of the sheet are nearer to the eye than the fragment: ahead of its nose, or on its near side."""
+    """Whether points of the sheet are nearer to the eye than the fragment: outside of a face that the eye sees."""
     away = points - picture["position"]
     if body["shape"] == "sphere":
         return away @ EYE > 0.0
     if body["shape"] == "disc sector":
-        turn = rotation(picture["orientation"])
-        ahead = max((np.array(body["corners"]) @ turn[:, :2].T)[:, 2])
-        return (away[..., 2] > ahead - 5e-4) | (away[..., 1] < 0.0)
+        turn, corners = rotation(picture["orientation"]), np.array(body["corners"])
+        edges = np.roll(corners, -1, axis=0) - corners
+        outward = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
+        normals = np.vstack([np.pad(outward, ((0, 0), (0, 1))), [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]]) @ turn.T
+        reach = np.append((outward * corners).sum(axis=1), [0.5 * body["thickness"]] * 2)
+        seen = normals @ EYE > 0.0
+        return (away @ normals[seen].T > reach[seen] - 5e-4).any(axis=-1)
     nose = away @ rotation(picture["orientation"])[:, 2] > 0.5 * body["length"] - 5e-4
     return nose | (away[..., 1] < 0.0)
 

@@ -79,14 +79,14 @@ def plies_of(results):
     bonded, separate = results["options"]["plies"], results["plies"]
     if separate > 1:
         return f"{separate} separate plies" + (f" of {bonded} bonded ones each" if bonded > 1 else "")
-    return f"{bonded} plies bonded into one network" if bonded > 1 else "1 ply"
+    return f"{bonded} bonded plies" if bonded > 1 else "1 ply"
 
 
 def card(results):
     """The answer of a run: stopped or not, the residual velocity, the absorbed energy."""
     through, stopped, detached = went_through(results), results["end"] == "arrested", results.get("detached")
     answer = "went through" if through else "stopped" if stopped else "not decided when the time was over"
-    absorbed = (detached if through and detached else {"absorbed": results["outputs"]["contact.work"]})["absorbed"]
+    absorbed = detached["absorbed"] if through and detached else results["outputs"]["contact.work"]
     lines = [
         f"Residual velocity along the flight: {0.0 if stopped else results['velocity'][2]:.1f} m/s of {results['impact_speed']:.1f} m/s.",
         f"Absorbed energy: {absorbed:.1f} J of {results['impact_energy']:.1f} J.",
@@ -98,12 +98,10 @@ def card(results):
             f"Left in the fragment as it turns back: {sideways:.0f} m/s sideways and {spin:.0f} rad/s of spin.",
         ]
     if results["options"]["plies"] > 1:
-        lines.append("The plies are bonded into one network, as if they could not move apart.")
-    name = f"{results['plies']} separate plies" if results["plies"] > 1 else f"{results['options']['plies']} plies"
-    name = "1 ply" if name == "1 plies" else name
-    print(f"{name}: {answer}. {' '.join(lines[:2])}")
+        lines.append("The plies are one network (sheet.plies): none of them moves apart from the others.")
+    print(f"{plies_of(results)}: {answer}. {' '.join(lines[:2])}")
     kind = "through" if through else "stopped" if stopped else ""
-    return f'<div class="card {kind}"><b>{name}: {answer}</b>{"".join(f"<p>{line}</p>" for line in lines)}</div>'
+    return f'<div class="card {kind}"><b>{plies_of(results)}: {answer}</b>{"".join(f"<p>{line}</p>" for line in lines)}</div>'
 
 
 def folded(title, *parts):
@@ -143,8 +141,7 @@ def main():
         '<p class="caveat"><b>Not yet the numbers of a real fabric.</b> The yarn area of the source paper is about 3.7 times too large '
         "for its mass, so the yarn is as much too stiff and strong: calibrate the area before using absolute numbers.</p>",
     ]  # fmt: skip
-    pictures = [("one", folder, results)] + ([("pack", pack, packed)] if packed else [])
-    for name, place, run in pictures:
+    for place, run in [(folder, results)] + ([(pack, packed)] if packed else []):
         if (place / "snapshots.bin").exists():
             plots.sheet(plots.Snapshots(place / "snapshots.bin"), run, place / "sheet.png")
             parts.append(figure(place / "sheet.png", f"{plies_of(run)}: the whole sheet from the side the fragment leaves by, coloured by "

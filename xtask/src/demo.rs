@@ -1,4 +1,5 @@
-//! `cargo xtask demo`: a rotorburst fragment, flown by a host in Python, hits the fabric FMU; tables, plots and a report come out.
+//! `cargo xtask demo`: a rotorburst fragment, flown by a host in Python, hits the fabric FMU, one ply of it and a pack that stops it;
+//! tables, plots and a report come out.
 
 use crate::tools::{self, Outcome, cargo};
 use std::path::Path;
@@ -21,7 +22,7 @@ pub fn run(options: &Options) -> Outcome {
         &[&["build", "--quiet", "--release", "-p", "fabric-kernel", "--example", "snapshots"], &features[..]].concat(),
     )?;
 
-    // One ply lets the fragment through; the second number of plies was searched for by hand, so that they stop it.
+    // The pack is the fewest bonded plies that stopped the fragment, found by hand.
     let (folder, case, pack) = if options.quick { ("demo-quick", "small", "10") } else { ("demo", "disc", "12") };
     let out = tools::target().join(folder);
     let text = |path: &Path| path.to_string_lossy().into_owned();
@@ -29,7 +30,7 @@ pub fn run(options: &Options) -> Outcome {
     let fmu = text(&tools::target().join("fmu/FabricShield-fmi2.fmu"));
     let snapshots = tools::target().join("release/examples/snapshots");
     for (out, plies) in [(&out, "1"), (&out.join("pack"), pack)] {
-        println!("\nThe fragment against {plies} bonded plies ...");
+        println!("\nNumber of bonded plies: {plies}");
         let run = ["--case", case, "--plies", plies, "--fmu", &fmu, "--out", &text(out)];
         tools::run(&python, &[&[&*program("rotorburst.py")], &run[..]].concat())?;
         println!("\nThe same impact with the kernel moving the projectile, for the pictures of the sheet ...");
