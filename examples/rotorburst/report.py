@@ -97,6 +97,8 @@ def card(results):
             f"Largest deflection of the sheet: {1e3 * results['outputs']['fabric.max_deflection']:.1f} mm.",
             f"Left in the fragment as it turns back: {sideways:.0f} m/s sideways and {spin:.0f} rad/s of spin.",
         ]
+    else:
+        lines.append(f"Failed yarn segments: {results['outputs']['fabric.failed_segments']:.0f} of {results['segments']}.")
     if results["options"]["plies"] > 1:
         lines.append("The plies are one network (sheet.plies): none of them moves apart from the others.")
     print(f"{plies_of(results)}: {answer}. {' '.join(lines[:2])}")
@@ -153,7 +155,7 @@ def main():
         figure(folder / "force.png", "Force on the fragment against its flight. A flat end sweeps up its nodes within the first step: "
                "an impulse, whose mean force depends on the time over which it is taken."),
         figure(folder / "energies.png", "Energy the fabric has absorbed, and where it is."
-               + (" After perforation (grey) the torn cloth goes on moving: what changes then is not the fragment's." if went_through(results) else "")),
+               + (" After perforation (grey) the torn cloth goes on moving without it." if went_through(results) else "")),
         figure(folder / "failed_segments.png", "Yarn segments that have lost all stiffness."),
         "</div>",
     ]  # fmt: skip
