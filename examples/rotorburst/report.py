@@ -65,7 +65,7 @@ def parameter_rows(results):
         size += f", {1e3 * body['length']:.1f} mm long, flat ends"
     return [
         ("Sheet", f"{width}, {plies_of(results)} of {results['nodes']} x {results['nodes']} nodes, {results['segments']} yarn "
-         f"segments, held at {options['attachment'].replace('_', ' ')}, the paper's yarn (Zylon), stochastic, seed {options['seed']}"),
+         f"segments, held at {options['attachment'].replace('_', ' ')}, the yarn of Powell and Zohdi (2009), stochastic, seed {options['seed']}"),
         ("Fragment", f"{body['shape']}, {1e3 * body['mass']:.1f} g, {size}"),
         ("Flight", f"{options['speed']:g} m/s at {options['standoff']:g} m before the sheet; gravity, quadratic drag (coefficient "
          f"{body['drag_coefficient']:g}); spin {options['spin']:g} rad/s about the axis, tilt {options['tilt']:g} degrees"),
@@ -138,7 +138,7 @@ def main():
     parts = [
         "<h1>A rotorburst fragment against a fabric shield</h1>",
         f'<p class="lead">A {body["shape"]} of {1e3 * body["mass"]:.1f} g at {results["impact_speed"]:.0f} m/s against a sheet of the '
-        f"paper's yarn (Zylon), held at {options['attachment'].replace('_', ' ')}: a host flies the fragment, an FMU holds the fabric.</p>",
+        f"yarn of Powell and Zohdi (2009), held at {options['attachment'].replace('_', ' ')}: a host flies the fragment, an FMU holds the fabric.</p>",
         f'<div class="pair">{card(results)}{card(packed) if packed else ""}</div>',
         '<p class="caveat"><b>Not yet the numbers of a real fabric.</b> The yarn area of the source paper is about 3.7 times too large '
         "for its mass, so the yarn is as much too stiff and strong: calibrate the area before using absolute numbers.</p>",
