@@ -13,7 +13,6 @@ QUESTIONS = {
     "edges": ("from which velocity on bars break at once under a flat face and a sphere", "10 s", "2 s"),
     "stability": ("the energy that the time step creates, over step and impact velocity", "1 min", "10 s"),
     "bench": ("the goals beside what `cargo xtask bench` has measured", "2 s", "2 s"),
-    "run": ("the pictures of a run: the folder that `fabric run` has written", "5 s", "5 s"),
     "friction": ("what friction on the projectile does to energy and ballistic limit", "6 min", "3 min"),
     "plies": ("many thin plies against a thick one, gaps, turned plies", "3 min", "2 min"),
     "smooth": ("error and order of both integrators in a smooth motion", "5 s", "5 s"),
@@ -37,7 +36,7 @@ QUESTIONS = {
 
 
 # What is read in another folder, and must be there.
-READS = {"bench": "bench.json", "run": "summary.json"}
+READS = {"bench": "bench.json"}
 
 
 def listed():
@@ -51,7 +50,7 @@ def main():
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("question", nargs="?", choices=list(QUESTIONS), metavar="QUESTION", help="the one to answer")
-    parser.add_argument("folder", nargs="?", type=pathlib.Path, help="what bench and run read [default: target/fabric/QUESTION]")
+    parser.add_argument("folder", nargs="?", type=pathlib.Path, help="what bench reads [default: target/fabric/QUESTION]")
     effort = parser.add_mutually_exclusive_group()
     effort.add_argument("--quick", action="store_const", const="quick", dest="effort", help="fewer points and runs; without a question all are answered")
     effort.add_argument("--smoke", action="store_const", const="smoke", dest="effort", help="the least that runs every line: a check, not a result")
@@ -76,8 +75,6 @@ def main():
             print(f"{name}: there is no {asked.source / READS[name]}; `fabric {name}` writes it")
             sound &= not given.question
             continue
-        if name not in READS and not study.fabric_kernel:
-            sys.exit("error: `python -m pip install ./python` installs the package that runs the kernel")
         if given.anew:
             asked.kept.unlink(missing_ok=True)
         question = importlib.import_module(f"evidence.{name}")

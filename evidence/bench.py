@@ -3,9 +3,10 @@
 import json
 from types import SimpleNamespace
 
-from . import page, plot
+from fabric_kernel import page, plot
+from fabric_kernel.plot import Series
+
 from .page import significant
-from .plot import Series
 
 NS, US, MS = "ns per node-step", "us", "ms"
 TIGHT = "contact_capacity 7250"

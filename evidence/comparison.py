@@ -3,7 +3,8 @@
 import math
 from typing import NamedTuple
 
-from . import page
+from fabric_kernel import page
+
 from .statistics import Estimate, verdict_of_all
 
 RULE = (

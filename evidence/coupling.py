@@ -16,9 +16,8 @@ interface energy error, which is what the host's sphere lost less the work done 
 import math
 from typing import NamedTuple
 
-from fabric_kernel import Simulation
+from fabric_kernel import Simulation, page, plot
 
-from . import page, plot
 from .impact import CASES, DEFAULT, ROUNDING, Setting, node_steps, scene_of
 from .statistics import deviation, mean
 from .study import SMOKE, clock

@@ -5,9 +5,8 @@ bar for each yarn, the flat-ended cylinder as long as wide and the sphere of equ
 Limit: one hit each; the node spacing decides, too (docs/validation.md, "Spacing").
 """
 
-from fabric_kernel import Scene, Simulation
+from fabric_kernel import Scene, Simulation, page
 
-from . import page
 from .overshoot import NONE, viscous
 from .study import FULL
 

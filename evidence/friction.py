@@ -10,9 +10,9 @@ Limit: beyond the first failure the model is chaotic, so a run is one sample; bi
 
 import math
 
-from fabric_kernel import Scene
+from fabric_kernel import Scene, page
 
-from . import page, plies
+from . import plies
 from .hits import BISECTION, impact, limit, shot
 from .statistics import Estimate, standard_error
 from .study import QUICK, SMOKE, TOP

@@ -15,10 +15,10 @@ stiffness and strength per width stay. What does not stay: the energy to break a
 import math
 from typing import NamedTuple
 
-from fabric_kernel import Failed, Scene, Simulation
+from fabric_kernel import Failed, Scene, Simulation, page, plot
+from fabric_kernel.plot import Series
 
-from . import front, page, plot
-from .plot import Series
+from . import front
 from .statistics import deviation, mean
 from .study import FULL, QUICK, SMOKE, clock
 

@@ -7,7 +7,8 @@ is what a user of the scatter takes. The error of a mean of n is the deviation o
 
 import math
 
-from . import page, plot
+from fabric_kernel import page, plot
+
 from .impact import CASES, DEFAULT, ROUNDING, Setting, impact, scene_of
 from .statistics import deviation, mean
 from .study import SMOKE

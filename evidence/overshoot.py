@@ -20,11 +20,10 @@ its k m/s: 1 to 4 us for R = 6.35 mm. The strain is never above the closed form'
 import math
 from typing import NamedTuple
 
-from fabric_kernel import Scene, Simulation
+from fabric_kernel import Scene, Simulation, page, plot
+from fabric_kernel.plot import Series
 
-from . import page, plot
 from .impact import DEFAULT
-from .plot import Series
 from .study import FULL, SMOKE
 
 # Yarn spacings on each side of the impact; how far the front may come; yarn spacings on each side that count as near the contact.

@@ -17,11 +17,13 @@ import math
 import tomllib
 from typing import NamedTuple
 
-from . import page, plot
+from fabric_kernel import page, plot
+from fabric_kernel.plot import Series
+from fabric_kernel.textile import cunniff_velocity
+
 from .comparison import Comparison, Point, about, mean_of
 from .hits import BISECTION, limit, sheet
 from .overshoot import VISCOUS, viscous
-from .plot import Series
 from .statistics import Estimate, deviation, mean
 from .study import FULL, TOP
 
@@ -72,11 +74,6 @@ def packs():
     return [Pack("Kevlar KM2 S706", plies, KM2, math.nan) for plies in PLIES], shot_at
 
 
-def cunniff(strength, strain, modulus, density):
-    """(U*)^(1/3), m/s."""
-    return math.cbrt(0.5 * strength * strain / density * math.sqrt(modulus / density))
-
-
 def measured(job):
     scene, guess, hit, longest = job
     return limit(scene, guess, hit, longest)
@@ -100,7 +97,7 @@ def compared(study):
     for n, ((pack, form, bar, width), scene) in enumerate(zip(networks, scenes)):
         limits, density = [found[n, hit] for hit in hits(form)], pack.plies * pack.areal_density()
         modulus, stretch = scene["yarn.modulus_mean"], scene["yarn.critical_stretch"]
-        axis = cunniff(0.5 * modulus * stretch * (stretch * stretch - 1.0), stretch - 1.0, modulus, FIBRE)
+        axis = cunniff_velocity(0.5 * modulus * stretch * (stretch * stretch - 1.0), stretch - 1.0, modulus, FIBRE)
         rows.append({
             "pack": pack.name, "form": form, "yarns a bar": bar, "width mm": 1e3 * width, "plies": pack.plies, "areal density kg/m2": density,
             "A_d A_p/m_p": density * math.pi * radius * radius / mass, "(U*)^(1/3) m/s": axis, "hits": len(limits), "limit m/s": mean(limits),
@@ -184,6 +181,6 @@ def fibres():
     """Cunniff's velocity of each fibre, before weaving."""
     file, lines = toml("fibres"), []
     for fibre in file["fibre"]:
-        velocity = cunniff(1e9 * fibre["strength_gpa"], 1e-2 * fibre["failure_strain_percent"], 1e9 * fibre["modulus_gpa"], 1e3 * fibre["density_g_per_cm3"])
+        velocity = cunniff_velocity(1e9 * fibre["strength_gpa"], 1e-2 * fibre["failure_strain_percent"], 1e9 * fibre["modulus_gpa"], 1e3 * fibre["density_g_per_cm3"])
         lines.append([fibre["name"], f"{velocity:.0f}", fibre.get("mark", file["mark"])])
     return page.markdown(["fibre", "m/s", "mark"], lines)

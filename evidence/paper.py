@@ -10,13 +10,25 @@ import math
 from types import SimpleNamespace
 
 import numpy
-from fabric_kernel import yarn_of_fibrils, yarns_of_fibrils
+from fabric_kernel import page, plot, yarn_of_fibrils, yarns_of_fibrils
+from fabric_kernel.plot import Series
 
-from . import claims, page, plot
+from . import claims
 from .paper_runs import (
-    ATTACHMENTS, CORNERS, FOUR_SIDES, LARGE, SMALL, STOCHASTIC, SYMMETRIC, TWO_SIDES, UNIFORM, VELOCITIES, WOVEN, Runs, number,
+    ATTACHMENTS,
+    CORNERS,
+    FOUR_SIDES,
+    LARGE,
+    SMALL,
+    STOCHASTIC,
+    SYMMETRIC,
+    TWO_SIDES,
+    UNIFORM,
+    VELOCITIES,
+    WOVEN,
+    Runs,
+    number,
 )  # fmt: skip
-from .plot import Series
 from .statistics import Estimate, arrest_limit
 from .study import SMOKE, clock
 

@@ -10,9 +10,11 @@ The measured packs are in packs.py.
 
 import math
 
-from . import friction, page, plot
+from fabric_kernel import page, plot
+from fabric_kernel.plot import Series
+
+from . import friction
 from .hits import BISECTION, impact, limit, sheet, shot
-from .plot import Series
 from .statistics import Estimate
 from .study import SMOKE
 

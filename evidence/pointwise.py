@@ -9,9 +9,8 @@ and the return of tension come at slightly other times: there differences grow. 
 import math
 
 import numpy
-from fabric_kernel import Scene, Simulation
+from fabric_kernel import Scene, Simulation, page
 
-from . import page
 from .impact import ROUNDING
 
 # Steps between two comparisons, steps that get a row (the last comparison gets one too), steps after which a scene is given up.

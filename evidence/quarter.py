@@ -5,9 +5,8 @@ Contact amplifies rounding too, long before the first failure: nodes that leave 
 sheet stands beside the quarter, whose impact velocity differs by 1e-12: what the two whole sheets differ by, no comparison can do better.
 """
 
-from fabric_kernel import Simulation
+from fabric_kernel import Simulation, page
 
-from . import page
 from .impact import CASES, DEFAULT, QUARTER, ROUNDING, Setting, scene_of
 from .study import SMOKE
 

@@ -7,9 +7,8 @@ with the same run of velocity Verlet. The second case ends before the first segm
 import math
 
 import numpy
-from fabric_kernel import Scene, Simulation
+from fabric_kernel import Scene, Simulation, page, plot
 
-from . import page, plot
 from .impact import checked, integrator, integrator_name, node_steps
 from .study import SMOKE
 

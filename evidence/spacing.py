@@ -13,11 +13,12 @@ a cell. The energy is that at twice a velocity near the limit; the same for all 
 
 import math
 
-from . import page, plot
+from fabric_kernel import page, plot
+from fabric_kernel.plot import Series
+
 from .comparison import Comparison, Point, about, mean_of
 from .hits import BISECTION, impact, limit, sheet, shot
 from .overshoot import NONE, VISCOUS, viscosity_name, viscous
-from .plot import Series
 from .statistics import Estimate, deviation, mean
 from .study import FULL
 

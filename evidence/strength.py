@@ -11,9 +11,8 @@ import math
 import tomllib
 
 import numpy
-from fabric_kernel import Scene, Simulation
+from fabric_kernel import Scene, Simulation, page
 
-from . import page
 from .comparison import Comparison, Point, about
 from .statistics import Estimate, deviation, mean
 from .study import FULL, TOP

@@ -13,11 +13,11 @@ import tomllib
 
 import numpy
 import scipy.optimize
-from fabric_kernel import Scene, Simulation
+from fabric_kernel import Scene, Simulation, page, plot
+from fabric_kernel.plot import Series
 
-from . import page, plot, strength
+from . import strength
 from .comparison import about
-from .plot import Series
 from .statistics import Estimate
 from .study import FULL, TOP
 

@@ -14,14 +14,11 @@ import shutil
 import sys
 import time
 
-from . import page
+import fabric_kernel
+from fabric_kernel import Scene, ensembles, page, plot
+from fabric_kernel.about import scene_hash
 
-try:
-    import fabric_kernel
-    from fabric_kernel import Scene, ensembles
-    from fabric_kernel.about import scene_hash
-except ModuleNotFoundError:
-    fabric_kernel = None  # What draws the numbers of `fabric` needs no runs.
+plot.use()
 
 TOP = pathlib.Path(__file__).parent.parent
 FULL, QUICK, SMOKE = "full", "quick", "smoke"

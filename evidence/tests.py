@@ -10,9 +10,9 @@ import unittest
 from xml.etree import ElementTree
 
 import numpy
-from fabric_kernel import Scene, Simulation
+from fabric_kernel import Scene, Simulation, page, report, sheets
 
-from . import claims, comparison, friction, front, hits, impact, overshoot, packs, page, paper_runs, run, sheets, strength, strips, study, yarn
+from . import claims, comparison, friction, front, hits, impact, overshoot, packs, paper_runs, strength, strips, study, yarn
 from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, arrest_limit, student, verdict_of_all, verdict_of_any
 
 
@@ -203,7 +203,7 @@ class ClosedForms(unittest.TestCase):
 
     def test_cunniffs_velocity_and_what_packs_weigh(self):
         # KM2 before weaving: 3.88 GPa x 0.0452/(2 x 1440) x sqrt(84.62e9/1440) = 4.668e8, its cube root 775.7.
-        self.assertAlmostEqual(packs.cunniff(3.88e9, 0.0452, 84.62e9, 1440.0), 775.7, delta=0.1)
+        self.assertAlmostEqual(packs.cunniff_velocity(3.88e9, 0.0452, 84.62e9, 1440.0), 775.7, delta=0.1)
         others, twaron = packs.packs()
         self.assertEqual(len(twaron), 5)
         self.assertAlmostEqual(twaron[0].plies * twaron[0].areal_density(), 2.5, delta=1e-12)
@@ -365,7 +365,7 @@ class Run(unittest.TestCase):
     def test_every_ply_has_its_fabric_and_its_energies(self):
         ply = {"failed_segments": 3, "kinetic": 1.0, "strain": 2.0, "dissipated": 3.0}
         summary = {"plies": [ply | {"fabric": "one", "turned": False}, ply | {"fabric": "two", "turned": True}]}
-        heading, rows = run.ply_table(summary)
+        heading, rows = report.ply_table(summary)
         self.assertEqual(rows, [[1, "one", "no", 3, "1.0000", "2.0000", "3.0000"], [2, "two", "yes", 3, "1.0000", "2.0000", "3.0000"]])
         self.assertEqual(len(heading), len(rows[0]))
 

@@ -6,9 +6,8 @@ time; its runs differ by 1e-12 in the impact velocity.
 
 import math
 
-from fabric_kernel import Scene, Simulation
+from fabric_kernel import Scene, Simulation, page
 
-from . import page
 from .impact import ROUNDING, segments
 from .overshoot import VISCOSITIES, viscosity_name, viscous
 from .statistics import deviation, mean

@@ -16,12 +16,11 @@ import math
 from typing import NamedTuple
 
 import numpy
-from fabric_kernel import Scene, Simulation
+from fabric_kernel import Scene, Simulation, page, plot
+from fabric_kernel.plot import Series
 
-from . import page, plot
 from .comparison import Comparison, Point, about, exact
 from .overshoot import NONE, PLATEAU, TRAVEL, VISCOUS, lying, smith, transverse, viscosity_name, viscous
-from .plot import Series
 from .study import FULL
 
 YARNS = ("zylon_as_500_35", "kevlar_km2_s706")

@@ -19,10 +19,12 @@ const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.mi
 const browser = await start(program);
 /** When the page was painted first, and when the sheet was drawn first, ms. */
 const firsts = (page) => page.evaluate(() => ["first-contentful-paint", "first picture"].map((name) => Math.round(performance.getEntriesByName(name)[0]?.startTime)));
+/** The paper's sheet and sphere, which stand still at first. */
+const PAPER = "#shape=sphere";
 const text = (page, id) => page.textContent(`#${id}`);
 
 /** A new page; what it loads from elsewhere, and every error, fails the test at its end. */
-async function open(hash = "", { graphics = true, ...options } = {}, from = address) {
+async function open(hash = PAPER, { graphics = true, ...options } = {}, from = address) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true, ...options });
   const page = await context.newPage();
   if (!graphics) await page.addInitScript(() => (HTMLCanvasElement.prototype.getContext = () => null));
@@ -49,22 +51,79 @@ const tests = {
   async "is one file below 1 MB"() {
     const bytes = statSync(file).size;
     assert.ok(bytes < 1e6, `${bytes} bytes`);
-    const page = await open();
-    await says(page, /Ready/);
+    const page = await open("");
+    await page.waitForSelector("#picture[data-row]");
     const cold = await firsts(page);
     await close(page);
-    const again = await open();
-    await says(again, /Ready/);
+    const again = await open("");
+    await again.waitForSelector("#picture[data-row]");
     const warm = await firsts(again);
     console.log(`    ${Math.round(bytes / 1000)} kB; first paint and first picture of the sheet in a browser that has just started after ${cold.join(" and ")} ms, in one that runs after ${warm.join(" and ")} ms; load ${loadavg()[0]}`);
     await close(again);
   },
 
-  async "gives every pinned digest, from a server too"() {
-    const server = createServer((_, answer) => answer.setHeader("content-type", "text/html").end(readFileSync(file))).listen(0, "127.0.0.1");
-    await new Promise((done) => server.once("listening", done));
-    const page = await open("", {}, `http://127.0.0.1:${server.address().port}/`);
+  async "opens on a real fabric, says what is seen when, and ends at its deepest"() {
+    const page = await open("");
+    await page.waitForSelector("#card:visible");
+    await says(page, /Exited/);
+    assert.equal(await page.inputValue("#fabric"), "kevlar_km2_s706");
+    assert.match(await text(page, "card"), /^Through at \d+ m\/s$/);
+    assert.deepEqual((await page.locator("#captions li").allTextContents()).map((words) => words.match(/sphere of 0.69 g|5 %|first yarns fail/)?.[0]), ["sphere of 0.69 g", "5 %", "first yarns fail"]);
+    assert.equal(await text(page, "value-same"), "yes");
+    const [table] = await Promise.all([page.waitForEvent("download"), page.click("#csv")]);
+    const [head, ...rows] = readFileSync(await table.path(), "utf8").trim().split("\n").map((line) => line.split(","));
+    const deep = rows.map((row) => Number(row[head.indexOf("max_deflection_m")]));
+    await page.waitForFunction((row) => document.getElementById("picture").dataset.row === row, String(deep.indexOf(Math.max(...deep))));
+    await page.screenshot({ path: join(shots, "1280-opening.png") });
+    await close(page);
+    // Not where the reader does not want motion.
+    const still = await open("", { reducedMotion: "reduce" });
+    await says(still, /Ready/);
+    await close(still);
+  },
+
+  async "finds the limit in workers, as the native library has it"() {
+    const page = await open("#fabric=kevlar_km2_s706&nodes=61&radius=2.778&mass=0.69&speed=150");
     await says(page, /Ready/);
+    await page.click("#search");
+    await page.waitForFunction(() => document.getElementById("search").textContent === "Find the limit", undefined, { timeout: 120_000 });
+    const [, high, low] = (await text(page, "found")).match(/through at ([\d.]+) m\/s, not at ([\d.]+) m\/s\.$/).map(Number);
+    assert.ok(low < high && high - low <= 0.025 * high, `${low} to ${high} m/s`);
+    for (const [speed, end] of [[high, "exited"], [low, "arrested"]]) {
+      await page.fill("#speed", String(speed));
+      await page.locator("#speed").blur();
+      await says(page, /Ready/);
+      const scene = join(folder, "scenes", "limit.toml");
+      const [download] = await Promise.all([page.waitForEvent("download"), page.click("#toml")]);
+      await download.saveAs(scene);
+      execFileSync(runner, ["run", scene, "--out", join(folder, "native", "limit")], { stdio: "ignore" });
+      assert.equal(JSON.parse(readFileSync(join(folder, "native", "limit", "summary.json"), "utf8")).ended_by, end);
+    }
+    await page.selectOption("#pace", "0");
+    await page.locator("#swift").fill(String(Math.floor(0.8 * low)));
+    await says(page, /Arrested/);
+    assert.equal(await text(page, "card"), "Stopped");
+    assert.match(await text(page, "found"), /Limit: through at/, "the curve stays");
+    await page.screenshot({ path: join(shots, "1280-limit.png"), fullPage: true });
+    await page.fill("#friction", "-1");
+    await page.locator("#friction").blur();
+    await page.waitForFunction(() => /refuses/.test(document.getElementById("outcome").textContent));
+    assert.match(await text(page, "found"), /Limit: through at/, "a refused scene leaves it, too");
+    assert.ok(await page.isDisabled("#search"));
+    await page.fill("#friction", "0");
+    await page.fill("#mass", "0.8");
+    await page.locator("#mass").blur();
+    await says(page, /Ready/);
+    assert.doesNotMatch(await text(page, "found"), /hrough at/, "another scene has another curve");
+    await close(page);
+  },
+
+  async "gives every pinned digest, from a server too"() {
+    const server = createServer((_, answer) => answer.setHeader("content-type", "text/html").end(readFileSync(file))).listen(0, "127.0.0.1").unref();
+    await new Promise((done) => server.once("listening", done));
+    const page = await open(undefined, {}, `http://127.0.0.1:${server.address().port}/`);
+    await says(page, /Ready/);
+    await page.click("#fold summary");
     await page.click("#check");
     await page.waitForSelector("#pinned table");
     const pins = readFileSync("../tests/golden/digests", "utf8").trim().split("\n").filter((line) => !line.startsWith("#"));
@@ -89,9 +148,8 @@ const tests = {
       await toTheEnd(page);
       const seconds = ((Date.now() - start) / 1000).toFixed(1);
       const { digest } = JSON.parse(readFileSync(join(folder, "native", name, "summary.json"), "utf8"));
-      assert.equal(await text(page, "value-digest"), digest);
+      assert.equal(await text(page, "value-end"), digest);
       assert.equal(await text(page, "value-same"), "yes");
-      assert.match(await text(page, "outcome"), /Same bits as the native library/);
       const longest = Math.round(await page.evaluate(() => window.longest));
       console.log(`    ${name}: ${seconds} s, ${await text(page, "value-speed")}, ${await text(page, "value-slower")} slower than reality, page never busy for more than ${longest} ms`);
       await close(page);
@@ -114,7 +172,7 @@ const tests = {
     const before = await seen();
     assert.ok(before[2].length > 10_000, "there is a picture");
     await toTheEnd(page);
-    assert.notEqual(await text(page, "value-digest"), before[0]);
+    assert.notEqual(await text(page, "value-end"), before[0]);
     await goTo(page, row);
     const again = await seen();
     assert.deepEqual(again.slice(0, 2), before.slice(0, 2));
@@ -155,16 +213,20 @@ const tests = {
       ["x", "500", /does not meet the sheet/],
       ["oblique", "90", /takes -80 to 80/],
       ["friction", "-1", /friction/],
+      ["plies", "0", /takes 1 to 1000/],
+      ["edgeX", "-3", /size.*it is -3e-3 m/],
     ]) {
+      await page.selectOption("#shape", field === "edgeX" ? "box" : "sphere");
       const good = await page.inputValue(`#${field}`);
       await page.fill(`#${field}`, value);
       await page.locator(`#${field}`).blur();
       await page.waitForFunction(([source]) => new RegExp(source).test(document.getElementById("problem").textContent), [message.source]);
       assert.equal(await page.getAttribute(`#${field}`, "aria-invalid"), "true", `${field} = ${value}`);
+      assert.equal(await page.evaluate((id) => document.getElementById(id).closest(".field").nextElementSibling.id, field), "problem", "at the field");
       assert.ok(await page.isDisabled("#run"));
       await page.fill(`#${field}`, good);
       await page.locator(`#${field}`).blur();
-      await page.waitForFunction(() => document.getElementById("problem").textContent === "" && !document.getElementById("run").disabled);
+      await page.waitForFunction(() => document.getElementById("problem").textContent === "" && !document.getElementById("run").matches(":disabled"));
     }
     await close(page);
   },
@@ -195,20 +257,23 @@ const tests = {
     await close(page);
   },
 
-  async "shows nothing of the run before when a change is refused"() {
+  async "keeps the last picture when a change is refused"() {
     for (const [field, value, message] of [["friction", "-1", /friction.*; it is -1$/], ["radius", "-1", /radius.*; it is -1e-3 m$/], ["speed", "0", /takes 0.1/]]) {
       const page = await open();
       await says(page, /Ready/);
-      await page.selectOption("#pace", "20");
+      await page.selectOption("#pace", "10");
       await page.click("#run");
       await page.waitForFunction(() => Number(document.getElementById("time").value) > 3);
+      await page.click("#run");
+      await says(page, /Stopped/);
+      const before = await drawn(page);
       const good = await page.inputValue(`#${field}`);
       await page.fill(`#${field}`, value);
       await page.locator(`#${field}`).blur();
       await page.waitForFunction(([source]) => new RegExp(source).test(document.getElementById("problem").textContent), [message.source]);
-      assert.match(await text(page, "outcome"), /refuses this scene/);
-      assert.equal(await text(page, "run"), "Run");
-      assert.equal(await text(page, "value-velocity"), "-");
+      assert.match(await text(page, "outcome"), /refuses this scene. The picture is that of the scene before/);
+      assert.ok(before.length > 10_000 && (await drawn(page)) === before, "the picture stays");
+      assert.ok(await page.isDisabled("#time"));
       await page.fill(`#${field}`, good);
       await page.locator(`#${field}`).blur();
       await says(page, /Ready/);
@@ -240,40 +305,42 @@ const tests = {
   },
 
   async "shares a scene by its address, and as a file that runs natively to the same bits"() {
-    const page = await open();
-    await says(page, /Ready/);
-    await page.selectOption("#fabric", "zylon_as_500_35");
-    for (const [field, value] of Object.entries({ nodes: 53, mass: 3, speed: 210, oblique: 25, friction: 0.2, x: 2.5, y: -1.7, seed: 7 })) await page.fill(`#${field}`, String(value));
-    await page.selectOption("#shape", "cylinder");
-    for (const [field, value] of Object.entries({ radius: 4, length: 9, tiltX: 33, tiltY: -12, turn: 20 })) await page.fill(`#${field}`, String(value));
-    await page.locator("#turn").blur();
-    await says(page, /Ready: cylinder at 210/);
-    const other = await open(await page.evaluate(() => location.hash));
-    await says(other, /Ready/);
-    assert.equal(await text(other, "value-digest"), await text(page, "value-digest"));
-    await toTheEnd(other);
-    const [download] = await Promise.all([other.waitForEvent("download"), other.click("#toml")]);
-    const scene = join(folder, "scenes", "shared.toml");
-    await download.saveAs(scene);
-    const native = join(folder, "native", "shared");
-    execFileSync(runner, ["run", scene, "--out", native], { stdio: "ignore" });
-    assert.equal(await text(other, "value-digest"), JSON.parse(readFileSync(join(native, "summary.json"), "utf8")).digest);
-    // The history too: the same numbers, printed in another way.
-    const [table] = await Promise.all([other.waitForEvent("download"), other.click("#csv")]);
-    const numbers = (path) => readFileSync(path, "utf8").trim().split("\n").map((line, k) => (k === 0 ? line : line.split(",").map(Number)));
-    const [here, there] = [numbers(await table.path()), numbers(join(native, "history.csv"))];
-    const column = here[0].split(",").indexOf("momentum_residual_n_s");
-    // Math.hypot and the library's length differ in the last digit.
-    for (const rows of [here, there]) for (const row of rows.slice(1)) row[column] = 0;
-    assert.deepEqual(here, there);
-    await close(page);
-    await close(other);
+    for (const [shape, dimensions] of Object.entries({ cylinder: { radius: 4 }, box: { edgeX: 5, edgeY: 7 } })) {
+      const page = await open();
+      await says(page, /Ready/);
+      await page.selectOption("#fabric", "zylon_as_500_35");
+      await page.selectOption("#shape", shape);
+      for (const [field, value] of Object.entries({ nodes: 53, plies: 2, mass: 3, speed: 210, oblique: 25, friction: 0.2, x: 2.5, y: -1.7, seed: 7 })) await page.fill(`#${field}`, String(value));
+      for (const [field, value] of Object.entries({ ...dimensions, length: 9, tiltX: 33, tiltY: -12, turn: 20 })) await page.fill(`#${field}`, String(value));
+      await page.locator("#turn").blur();
+      await says(page, new RegExp(`Ready: ${shape} at 210`));
+      const other = await open(await page.evaluate(() => location.hash));
+      await says(other, /Ready/);
+      assert.equal(await text(other, "value-digest"), await text(page, "value-digest"));
+      await toTheEnd(other);
+      const [download] = await Promise.all([other.waitForEvent("download"), other.click("#toml")]);
+      const scene = join(folder, "scenes", "shared.toml");
+      await download.saveAs(scene);
+      const native = join(folder, "native", "shared");
+      execFileSync(runner, ["run", scene, "--out", native], { stdio: "ignore" });
+      assert.equal(await text(other, "value-end"), JSON.parse(readFileSync(join(native, "summary.json"), "utf8")).digest);
+      // The history too: the same numbers, printed in another way.
+      const [table] = await Promise.all([other.waitForEvent("download"), other.click("#csv")]);
+      const numbers = (path) => readFileSync(path, "utf8").trim().split("\n").map((line, k) => (k === 0 ? line : line.split(",").map(Number)));
+      const [here, there] = [numbers(await table.path()), numbers(join(native, "history.csv"))];
+      const column = here[0].split(",").indexOf("momentum_residual_n_s");
+      // Math.hypot and the library's length differ in the last digit.
+      for (const rows of [here, there]) for (const row of rows.slice(1)) row[column] = 0;
+      assert.deepEqual(here, there);
+      await close(page);
+      await close(other);
+    }
   },
 
   async "runs by the keyboard"() {
     const page = await open("#nodes=41");
     await says(page, /Ready/);
-    await page.selectOption("#pace", "20");
+    await page.selectOption("#pace", "10");
     await page.focus("#side");
     await page.keyboard.press("Tab");
     assert.equal(await page.evaluate(() => document.activeElement?.id), "run");
@@ -293,15 +360,15 @@ const tests = {
   async "has no error of accessibility, wide and narrow, light and dark"() {
     for (const width of [1280, 390]) {
       for (const colorScheme of ["light", "dark"]) {
-        const page = await open("", { viewport: { width, height: width === 390 ? 844 : 900 }, colorScheme });
+        const page = await open("", { viewport: { width, height: width === 390 ? 844 : 900 }, colorScheme, reducedMotion: "reduce" });
         const shot = (when) => page.screenshot({ path: join(shots, `${width}-${colorScheme}-${when}.png`), fullPage: true });
         await says(page, /Ready/);
         await shot("before");
         await toTheEnd(page);
         await shot("after");
-        await goTo(page, 54);
+        await goTo(page, 12);
         await shot("during");
-        await page.evaluate(() => (document.getElementById("more").open = true));
+        await page.evaluate(() => ["more", "fold"].forEach((id) => (document.getElementById(id).open = true)));
         await page.click("#check");
         await page.waitForSelector("#pinned table");
         const { violations } = await page.evaluate(`${axe}; axe.run()`);

@@ -52,6 +52,11 @@ class Ledger:
         }
 
 
+def went_through(results):
+    """Whether the fragment left the sheet behind."""
+    return results["end"] in ("exited", "passed")
+
+
 def result_rows(results):
     """The results as (name, value) in words, for the terminal and the report."""
     outputs, body = results["outputs"], results["body"]
@@ -62,6 +67,7 @@ def result_rows(results):
         return f"{1e6 * (t - contact):.0f} us after first contact" if contact >= 0.0 else "no contact"
 
     absorbed = outputs["contact.work"]
+    end = results["end"] + (": after perforation" if went_through(results) else "")
     detached = results.get("detached")
     rows = [
         ("Speed at the sheet", f"{results['impact_speed']:.3f} m/s ({energy:.2f} J)"),
@@ -70,7 +76,7 @@ def result_rows(results):
         ("Residual velocity (z)", f"{results['velocity'][2]:.3f} m/s"),
         ("Absorbed energy at detachment", f"{detached['absorbed']:.3f} J, {since(detached['time'])}" if detached
          else "not detached before the end of the run"),
-        (f"Absorbed energy at the end ({results['end']})", f"{absorbed:.3f} J = {100.0 * absorbed / energy:.1f} %"),
+        (f"Absorbed energy at the end ({end})", f"{absorbed:.3f} J = {100.0 * absorbed / energy:.1f} %"),
         ("Peak force (mean over 1 us)", f"{1e-3 * outputs['contact.force_peak']:.2f} kN"),
         ("Failed segments", f"{outputs['fabric.failed_segments']:.0f} of {results['segments']}"),
         ("Largest deflection of what is still held", f"{1e3 * outputs['fabric.max_deflection']:.1f} mm"),

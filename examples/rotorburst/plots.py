@@ -11,10 +11,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 
+from balances import went_through
 from fragment import rotation
 
 BLUE, RED, GREEN, ORANGE, GREY = "#1f5a94", "#b8322a", "#3c7d4a", "#d98a1f", "#6b7280"
-DAMAGE = LinearSegmentedColormap.from_list("damage", ["#f2c14e", "#e4572e", "#7a0c1e"])
+STRAIN = LinearSegmentedColormap.from_list("strain", ["#9ebdd9", "#f4e38b", "#f28e2b", "#d7191c"])
+SPACING = 0.0254 / 35.0  # of the nodes at rest, m: all cases have the paper's mesh
+DAMAGED = 0.5 * (1.03**2 - 1.0)  # strain from which the paper's yarn is damaged; the colours end there
+BEHIND = "#1f2937"  # what is seen through a hole
 
 plt.rcParams.update(
     {
@@ -47,9 +51,13 @@ class Times:
         self.rows = history["time"] > results["start"]
         self.t = 1e6 * (history["time"][self.rows] - self.zero)
         self.history = history
+        self.through = went_through(results)
         self.marks = []
         if "detached" in results:
             self.marks.append((1e6 * (results["detached"]["time"] - self.zero), "detached"))
+        elif self.through:
+            work = self.column("contact.work")
+            self.marks.append((self.t[work >= 0.99 * work.max()][0], "99 % absorbed"))
         self.marks.append((1e6 * (results["end_time"] - self.zero), results["end"]))
 
     def column(self, name):
@@ -59,6 +67,9 @@ class Times:
         """A figure with time along x."""
         figure, axes = plt.subplots(figsize=(7.2, 3.6))
         axes.set(xlabel="time since first contact / µs", ylabel=label, xlim=(min(self.t[0], 0.0), self.t[-1] * 1.02))
+        if self.through and len(self.marks) == 2:
+            axes.axvspan(self.marks[0][0], axes.get_xlim()[1], color="#f3f4f6", zorder=0)
+            axes.text(0.995, 0.5, "after perforation", rotation=90, ha="right", va="center", transform=axes.transAxes, color=GREY, fontsize=8)
         for time, name in self.marks:
             axes.axvline(time, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
             axes.annotate(name, (time, 1.0), (0, 2), xycoords=("data", "axes fraction"), textcoords="offset points",
@@ -135,27 +146,26 @@ class Snapshots:
 VIEW = np.radians(28.0)  # elevation of the eye above the sheet; it looks along +y
 EYE = np.array([0.0, -np.cos(VIEW), np.sin(VIEW)])
 LIGHT = np.array([-0.5, -0.35, 0.8]) / np.linalg.norm([-0.5, -0.35, 0.8])
-CLOTH = np.array([0.62, 0.74, 0.85])
 
 
 def sheet(snapshots, results, path):
-    """Four oblique views of the sheet, seen from the side the fragment leaves by."""
-    first, last = snapshots.pictures[0]["nodes"], snapshots.pictures[-1]
-    half = 0.5e3 * np.ptp(first[0, :, 0])
-    depth = 0.5e3 * np.sin(VIEW) * np.ptp(first[:, 0, 1])
-    highest = max(projected(outline)[:, 1].max() for outline, _ in fragment_faces(last, results["body"]))
-    low, high = -1.03 * depth, max(1.03 * depth, highest + 2.0)
+    """Four oblique views of the whole sheet, seen from the side the fragment leaves by."""
+    half, depth = 0.5e3 * SPACING * (snapshots.nx - 1), 0.5e3 * SPACING * np.sin(VIEW) * (snapshots.ny - 1)
+    # The fragment is where the sheet is deepest; what is torn off may fly out of the picture.
+    outlines = np.concatenate([outline for picture in snapshots.pictures for outline, _ in fragment_faces(picture, results["body"])])
+    heights = [-depth, depth, *projected(outlines)[:, 1]]
+    low, high = min(heights) - 0.06 * depth, max(heights) + 0.06 * depth
     width = 5.2
     figure, grid = plt.subplots(2, 2, figsize=(2 * width + 1.0, 2 * (width * (high - low) / (2.04 * half) + 0.35)),
                                 layout="constrained")  # fmt: skip
     zero = max(results["first_contact"] - results["start"], 0.0)
     for axes, picture in zip(grid.flat, snapshots.pictures):
         draw_sheet(axes, picture, results["body"])
-        axes.set(xlim=(-1.02 * half, 1.02 * half), ylim=(low, high), aspect="equal")
-        axes.axis("off")
+        axes.set(xlim=(-1.04 * half, 1.04 * half), ylim=(low, high), aspect="equal", xticks=[], yticks=[], facecolor=BEHIND)
+        axes.spines[:].set_visible(False)
         axes.set_title(f"{1e6 * (picture['time'] - zero):.0f} µs after first contact", fontsize=10)
-    bar = figure.colorbar(ScalarMappable(Normalize(0.0, 1.0), DAMAGE), ax=grid, shrink=0.6, aspect=28, pad=0.01)
-    bar.set_label("damage 1 - α of a segment that still holds")
+    bar = figure.colorbar(ScalarMappable(Normalize(0.0, 100.0 * DAMAGED), STRAIN), ax=grid, shrink=0.6, aspect=28, pad=0.01, extend="max")
+    bar.set_label("Green-Lagrange strain of what still holds / % (above: damage)")
     bar.outline.set_visible(False)
     save(figure, path)
 
@@ -168,14 +178,16 @@ def projected(points):
 
 def draw_sheet(axes, picture, body):
     """The fragment (dashed where it is hidden), what of the sheet is behind it, and what is before it: cells of four segments that
-    hold as shaded faces, damaged or loose segments as lines."""
+    hold as shaded faces, coloured by their most strained segment; damaged or loose segments as lines."""
     nodes, along, up = picture["nodes"], picture["alpha_x"] > 0.0, picture["alpha_y"] > 0.0
     whole = along[:-1] & along[1:] & up[:, :-1] & up[:, 1:]
     corners = np.stack([nodes[:-1, :-1], nodes[:-1, 1:], nodes[1:, 1:], nodes[1:, :-1]], axis=2)[whole]
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     shade = 0.1 + 1.05 * np.abs(normals @ LIGHT)
-    colours = np.clip(shade[:, None] * CLOTH, 0.0, 1.0)
+    strain_x, strain_y = (share_of_damaging(np.diff(nodes, axis=axis)) for axis in (1, 0))
+    most = np.maximum.reduce([strain_x[:-1], strain_x[1:], strain_y[:, :-1], strain_y[:, 1:]])[whole]
+    colours = np.clip(shade[:, None] * STRAIN(most)[:, :3], 0.0, 1.0)
     before = is_before(corners.mean(axis=1), picture, body)
     for part, layer in [(~before, 1), (before, 4)]:
         order = np.argsort(corners[part].mean(axis=1) @ EYE, kind="stable")
@@ -185,14 +197,14 @@ def draw_sheet(axes, picture, body):
     bordering = np.pad(whole, 1)
     single_x = along & ~(bordering[:-1, 1:-1] | bordering[1:, 1:-1])
     single_y = up & ~(bordering[1:-1, :-1] | bordering[1:-1, 1:])
-    for alpha, single, a, b in [
-        (picture["alpha_x"], single_x, nodes[:, :-1], nodes[:, 1:]),
-        (picture["alpha_y"], single_y, nodes[:-1], nodes[1:]),
+    for alpha, strain, single, a, b in [
+        (picture["alpha_x"], strain_x, single_x, nodes[:, :-1], nodes[:, 1:]),
+        (picture["alpha_y"], strain_y, single_y, nodes[:-1], nodes[1:]),
     ]:
         damaged = (alpha > 0.0) & (alpha < 0.999)
         drawn = single | damaged
         lines = np.stack([projected(a[drawn]), projected(b[drawn])], axis=1)
-        colours = np.where(damaged[drawn, None], DAMAGE(1.0 - alpha[drawn]), [*(0.8 * CLOTH), 1.0])
+        colours = STRAIN(strain[drawn])
         widths = np.where(damaged[drawn], 1.8, 0.5)
         before = is_before(0.5 * (a[drawn] + b[drawn]), picture, body)
         for part, layer in [(~before, 2), (before, 5)]:
@@ -203,15 +215,24 @@ def draw_sheet(axes, picture, body):
         axes.fill(*projected(outline).T, fill=False, edgecolor="#111827", linewidth=0.5, linestyle=(0, (2, 3)), alpha=0.6, zorder=6)
 
 
+def share_of_damaging(segments):
+    """Green-Lagrange strain of segments, over that from which the yarn is damaged."""
+    return 0.5 * ((segments**2).sum(axis=2) / SPACING**2 - 1.0) / DAMAGED
+
+
 def is_before(points, picture, body):
-    """Whether points of the sheet are nearer to the eye than the fragment: ahead of its nose, or on its near side."""
+    """Whether points of the sheet are nearer to the eye than the fragment: outside of a face that the eye sees."""
     away = points - picture["position"]
     if body["shape"] == "sphere":
         return away @ EYE > 0.0
     if body["shape"] == "disc sector":
-        turn = rotation(picture["orientation"])
-        ahead = max((np.array(body["corners"]) @ turn[:, :2].T)[:, 2])
-        return (away[..., 2] > ahead - 5e-4) | (away[..., 1] < 0.0)
+        turn, corners = rotation(picture["orientation"]), np.array(body["corners"])
+        edges = np.roll(corners, -1, axis=0) - corners
+        outward = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
+        normals = np.vstack([np.pad(outward, ((0, 0), (0, 1))), [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]]) @ turn.T
+        reach = np.append((outward * corners).sum(axis=1), [0.5 * body["thickness"]] * 2)
+        seen = normals @ EYE > 0.0
+        return (away @ normals[seen].T > reach[seen] - 5e-4).any(axis=-1)
     nose = away @ rotation(picture["orientation"])[:, 2] > 0.5 * body["length"] - 5e-4
     return nose | (away[..., 1] < 0.0)
 

@@ -2,7 +2,8 @@
 
     python report.py results
 
-Reads what rotorburst.py wrote, and snapshots.bin of the kernel's example `snapshots` if it is there.
+Reads what rotorburst.py wrote, and snapshots.bin of the kernel's example `snapshots` if it is there; the same of a second run with
+more plies in the folder `pack`, if that is there.
 """
 
 import base64
@@ -13,16 +14,17 @@ import sys
 
 import numpy as np
 import plots
-from balances import result_rows
+from balances import result_rows, went_through
 
 STYLE = """
 body { font: 16px/1.55 system-ui, sans-serif; color: #1f2937; max-width: 62rem; margin: 2.5rem auto; padding: 0 1.25rem; }
 h1 { font-size: 1.75rem; line-height: 1.2; margin-bottom: .3rem; }
 h2 { font-size: 1.2rem; margin-top: 2.4rem; border-bottom: 1px solid #d1d5db; padding-bottom: .25rem; }
 p.lead { color: #4b5563; margin-top: 0; }
-.headline { display: grid; grid-template-columns: repeat(auto-fit, minmax(9.5rem, 1fr)); gap: .8rem; margin: 1.6rem 0; }
-.headline div { background: #f3f4f6; border-radius: .4rem; padding: .7rem .9rem; font-size: .85rem; color: #4b5563; }
-.headline b { display: block; font-size: 1.35rem; color: #1f5a94; font-weight: 600; }
+.card { border-left: .4rem solid #6b7280; background: #f3f4f6; border-radius: .4rem; padding: .7rem 1.1rem; }
+.card b { display: block; font-size: 1.35rem; } .through { border-color: #b8322a; } .stopped { border-color: #3c7d4a; }
+.card p { margin: .2rem 0; } p.caveat { border: 1px solid #d98a1f; border-radius: .4rem; padding: .7rem 1.1rem; }
+details { border-top: 1px solid #d1d5db; padding: .5rem 0; } summary { font-weight: 600; cursor: pointer; }
 table { border-collapse: collapse; width: 100%; font-size: .92rem; }
 td, th { padding: .3rem .8rem .3rem 0; border-bottom: 1px solid #e5e7eb; text-align: left; vertical-align: top; }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
@@ -62,8 +64,8 @@ def parameter_rows(results):
     if body["shape"] == "cylinder":
         size += f", {1e3 * body['length']:.1f} mm long, flat ends"
     return [
-        ("Sheet", f"{width}, {'' if results['plies'] == 1 else str(results['plies']) + ' separate plies of '}{results['nodes']} x {results['nodes']} nodes, {results['segments']} yarn "
-         f"segments, held at {options['attachment'].replace('_', ' ')}, stochastic yarn, seed {options['seed']}"),
+        ("Sheet", f"{width}, {plies_of(results)} of {results['nodes']} x {results['nodes']} nodes, {results['segments']} yarn "
+         f"segments, held at {options['attachment'].replace('_', ' ')}, the yarn of Powell and Zohdi (2009), stochastic, seed {options['seed']}"),
         ("Fragment", f"{body['shape']}, {1e3 * body['mass']:.1f} g, {size}"),
         ("Flight", f"{options['speed']:g} m/s at {options['standoff']:g} m before the sheet; gravity, quadratic drag (coefficient "
          f"{body['drag_coefficient']:g}); spin {options['spin']:g} rad/s about the axis, tilt {options['tilt']:g} degrees"),
@@ -72,17 +74,41 @@ def parameter_rows(results):
     ]  # fmt: skip
 
 
-def headline(results):
-    """The few numbers that people look for."""
-    outputs, detached = results["outputs"], results.get("detached")
-    items = [
-        (f"{results['velocity'][2]:.2f} m/s", "residual velocity"),
-        (f"{detached['absorbed']:.2f} J" if detached else "-", "absorbed at detachment" if detached else "not detached"),
-        (f"{outputs['contact.work']:.2f} J", f"absorbed at the end ({results['end']})"),
-        (f"{1e-3 * outputs['contact.force_peak']:.2f} kN", "peak force (1 µs mean)"),
-        (f"{outputs['fabric.failed_segments']:.0f}", "failed segments"),
+def plies_of(results):
+    """How many plies, and how they are connected."""
+    bonded, separate = results["options"]["plies"], results["plies"]
+    if separate > 1:
+        return f"{separate} separate plies" + (f" of {bonded} bonded ones each" if bonded > 1 else "")
+    return f"{bonded} bonded plies" if bonded > 1 else "1 ply"
+
+
+def card(results):
+    """The answer of a run: stopped or not, the residual velocity, the absorbed energy."""
+    through, stopped, detached = went_through(results), results["end"] == "arrested", results.get("detached")
+    answer = "went through" if through else "stopped" if stopped else "not decided when the time was over"
+    absorbed = detached["absorbed"] if through and detached else results["outputs"]["contact.work"]
+    lines = [
+        f"Residual velocity along the flight: {0.0 if stopped else results['velocity'][2]:.1f} m/s of {results['impact_speed']:.1f} m/s.",
+        f"Absorbed energy: {absorbed:.1f} J of {results['impact_energy']:.1f} J.",
     ]
-    return '<div class="headline">' + "".join(f"<div><b>{value}</b>{html.escape(name)}</div>" for value, name in items) + "</div>"
+    if stopped:
+        sideways, spin = np.hypot(*results["velocity"][:2]), np.linalg.norm(results["angular_velocity"])
+        lines += [
+            f"Largest deflection of the sheet: {1e3 * results['outputs']['fabric.max_deflection']:.1f} mm.",
+            f"Left in the fragment as it turns back: {sideways:.0f} m/s sideways and {spin:.0f} rad/s of spin.",
+        ]
+    else:
+        lines.append(f"Failed yarn segments: {results['outputs']['fabric.failed_segments']:.0f} of {results['segments']}.")
+    if results["options"]["plies"] > 1:
+        lines.append("The plies are one network (sheet.plies): none of them moves apart from the others.")
+    print(f"{plies_of(results)}: {answer}. {' '.join(lines[:2])}")
+    kind = "through" if through else "stopped" if stopped else ""
+    return f'<div class="card {kind}"><b>{plies_of(results)}: {answer}</b>{"".join(f"<p>{line}</p>" for line in lines)}</div>'
+
+
+def folded(title, *parts):
+    """What a reader opens if needed."""
+    return f"<details><summary>{title}</summary>{''.join(parts)}</details>"
 
 
 def comparison(results, snapshots):
@@ -106,49 +132,38 @@ def main():
     plots.force(times, folder / "force.png", results["options"]["step"])
     plots.energies(times, folder / "energies.png")
     plots.damage(times, folder / "failed_segments.png")
+    pack = folder / "pack"
+    packed = json.loads((pack / "results.json").read_text()) if (pack / "results.json").exists() else None
+    body, options = results["body"], results["options"]
     parts = [
         "<h1>A rotorburst fragment against a fabric shield</h1>",
-        f'<p class="lead">Co-simulation of a host that flies the fragment and an FMU that holds the fabric. The run ended: '
-        f"{results['end']}.</p>",
-        headline(results),
-        "<h2>What was simulated</h2>",
-        table(parameter_rows(results)),
-        "<h2>The event</h2>",
+        f'<p class="lead">A {body["shape"]} of {1e3 * body["mass"]:.1f} g at {results["impact_speed"]:.0f} m/s against a sheet of the '
+        f"yarn of Powell and Zohdi (2009), held at {options['attachment'].replace('_', ' ')}: a host flies the fragment, an FMU holds the fabric.</p>",
+        f'<div class="pair">{card(results)}{card(packed) if packed else ""}</div>',
+        '<p class="caveat"><b>Not yet the numbers of a real fabric.</b> The yarn area of the source paper is about 3.7 times too large '
+        "for its mass, so the yarn is as much too stiff and strong: calibrate the area before using absolute numbers.</p>",
+    ]  # fmt: skip
+    for place, run in [(folder, results)] + ([(pack, packed)] if packed else []):
+        if (place / "snapshots.bin").exists():
+            plots.sheet(plots.Snapshots(place / "snapshots.bin"), run, place / "sheet.png")
+            parts.append(figure(place / "sheet.png", f"{plies_of(run)}: the whole sheet from the side the fragment leaves by, coloured by "
+                                "strain until it fails; dark is what is behind it. The fragment is dashed where the sheet hides it."))  # fmt: skip
+    parts += [
+        f"<h2>The event, {plies_of(results)}</h2>",
         '<div class="pair">',
         figure(folder / "velocity.png", "Velocity of the fragment."),
         figure(folder / "force.png", "Force on the fragment against its flight. A flat end sweeps up its nodes within the first step: "
                "an impulse, whose mean force depends on the time over which it is taken."),
-        figure(folder / "energies.png", "Energy the fabric has absorbed, and where it is."),
+        figure(folder / "energies.png", "Energy the fabric has absorbed, and where it is."
+               + (" After perforation (grey) the torn cloth goes on moving without it." if went_through(results) else "")),
         figure(folder / "failed_segments.png", "Yarn segments that have lost all stiffness."),
         "</div>",
     ]  # fmt: skip
-    binary = folder / "snapshots.bin"
-    if binary.exists():
-        snapshots = plots.Snapshots(binary)
-        plots.sheet(snapshots, results, folder / "sheet.png")
-        parts += [
-            figure(folder / "sheet.png", "The sheet from the side the fragment leaves by: segments that still hold, coloured by damage "
-                   "where there is any; the fragment is dashed where the sheet hides it. The FMU gives no node positions: this is the "
-                   "reference run of the same impact with the kernel moving the fragment itself, without gravity and drag during contact."),
-            "<p>The two runs are the same up to the coupling error until the first segment fails. From then on rounding decides which "
-            "segment fails next, so they differ as two runs of the same set-up differ:</p>",
-            comparison(results, snapshots),
-        ]  # fmt: skip
-    if results["plies"] > 1:
-        names = ["ply.failed_segments", "ply.kinetic", "ply.strain", "ply.dissipated"]
-        rows = [[k, *(f"{results['outputs'][name][k]:.4g}" for name in names)] for k in range(min(results["plies"], 8))]
-        parts += ["<h2>Each ply at the end</h2>", table(rows, numbers=(1, 2, 3, 4), header=("ply", "failed segments", "kinetic, J", "strain, J", "dissipated, J"))]
     entries = results["balances"].items()
     balances = [(name, entry["unit"], f"{entry['ours']:.6g}", f"{entry['theirs']:.6g}", f"{entry['difference']:.2e}",
               f"{entry['relative']:.1e}", entry["scale"]) for name, entry in entries]  # fmt: skip
+    after = ", after perforation" if went_through(results) else ""
     parts += [
-        "<h2>Results</h2>",
-        table([(name.replace(" us", " µs"), value.replace(" us", " µs")) for name, value in result_rows(results)]),
-        "<h2>Balances between host and shield</h2>",
-        "<p>The host's own bookkeeping against the FMU's outputs at the end of the run. Gravity and drag are taken out of the "
-        "host's side. The difference in energy is the error of the coupling at this communication step; the shield's own energy "
-        "balance shows the error of its time step.</p>",
-        table(balances, numbers=(1, 2, 3, 4, 5), header=("balance", "unit", "one side", "other side", "difference", "relative", "to")),
         "<h2>What these numbers mean</h2>",
         "<ul><li>After the first failed segment the model is chaotic: a change of the speed in the 13th digit changes the pattern of "
         "failure. One run is one draw; residual velocity, absorbed energy and failed segments are to be compared as "
@@ -157,15 +172,39 @@ def main():
         "<li>Not modelled: friction between yarns, bending, slip of yarns at crossings and clamps, interchange of crimp, deformation of the "
         "fragment. Options that this run does not use are friction on the fragment and dependence on strain rate"
         f"{', and separate plies' if results['plies'] == 1 else ''}.</li>"
-        "<li>The yarn area of the source paper is about 3.7 times too large for its mass: calibrate the area before "
-        "using absolute numbers.</li>"
         "<li>The host's drag is that of a body flying straight; lift and tumbling drag are left out.</li></ul>",
-        "<h2>How to run it again</h2>",
-        "<pre>cargo xtask demo\n\n"
-        "# other cases, with the environment and the FMU that the demo has made:\n"
-        "target/venv/bin/python examples/rotorburst/rotorburst.py --fmu target/fmu/FabricShield-fmi2.fmu \\\n"
-        f"    --out results{shown_options(results)}\n"
-        "target/venv/bin/python examples/rotorburst/report.py results</pre>",
+        folded("What was simulated", table(parameter_rows(results))),
+        folded("All results", table([(name.replace(" us", " µs"), value.replace(" us", " µs")) for name, value in result_rows(results)])),
+    ]  # fmt: skip
+    if results["plies"] > 1:
+        names = ["ply.failed_segments", "ply.kinetic", "ply.strain", "ply.dissipated"]
+        rows = [[k, *(f"{results['outputs'][name][k]:.4g}" for name in names)] for k in range(min(results["plies"], 8))]
+        header = ("ply", "failed segments", "kinetic, J", "strain, J", "dissipated, J")
+        parts.append(folded(f"Each ply at the end{after}", table(rows, numbers=(1, 2, 3, 4), header=header)))
+    if (folder / "snapshots.bin").exists():
+        parts.append(folded(
+            "The run of the pictures beside that of the numbers",
+            "<p>The FMU gives no node positions: the pictures are of the reference run of the same impact with the kernel moving the "
+            "fragment itself, without gravity and drag during contact. The two runs are the same up to the coupling error until the first "
+            "segment fails. From then on rounding decides which segment fails next, so they differ as two runs of the same set-up differ:</p>",
+            comparison(results, plots.Snapshots(folder / "snapshots.bin")),
+        ))  # fmt: skip
+    parts += [
+        folded(
+            f"Balances between host and shield, at the end of the run{after}",
+            "<p>The host's own bookkeeping against the FMU's outputs at the end of the run. Gravity and drag are taken out of the "
+            "host's side. The difference in energy is the error of the coupling at this communication step; the shield's own energy "
+            "balance shows the error of its time step.</p>",
+            table(balances, numbers=(1, 2, 3, 4, 5), header=("balance", "unit", "one side", "other side", "difference", "relative", "to")),
+        ),
+        folded(
+            "How to run it again",
+            "<pre>cargo xtask demo\n\n"
+            "# other cases, with the environment and the FMU that the demo has made:\n"
+            "target/venv/bin/python examples/rotorburst/rotorburst.py --fmu target/fmu/FabricShield-fmi2.fmu \\\n"
+            f"    --out results{shown_options(results)}\n"
+            "target/venv/bin/python examples/rotorburst/report.py results</pre>",
+        ),
     ]  # fmt: skip
     page = f"<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>Rotorburst fragment against a fabric shield</title><style>{STYLE}</style></head><body>\n"
     path = folder / "report.html"

@@ -124,6 +124,7 @@ def scene_of(arguments, width, body):
     return parameters | {
         "attachment.kind": ATTACHMENTS[arguments.attachment],
         "seed": arguments.seed,
+        "sheet.plies": arguments.plies,
         "time_step.seconds": INTERNAL_STEP,
         "projectile.mass": body.mass,
     }
@@ -133,6 +134,7 @@ def impact_of(arguments, fragment):
     """The impact in a few lines, for a run of the same impact elsewhere."""
     width, _, body = CASES[arguments.case]
     words = {"sheet": f"{width}in", "attachment": arguments.attachment, "seed": arguments.seed, "dt": INTERNAL_STEP}
+    words["plies"] = arguments.plies
     if isinstance(body, DiscSector):
         words |= {"sector": joined([getattr(body, name) for name in SECTOR]), "mass": repr(body.mass)}
     return {**words, **{name: joined(value) for name, value in zip(MOTION, motions(fragment))}}
@@ -159,6 +161,7 @@ def parsed():
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("results"), help="folder of the results")
     parser.add_argument("--case", choices=CASES, default="disc", help="sheet and fragment (default: %(default)s)")
     parser.add_argument("--attachment", choices=ATTACHMENTS, help="how the sheet is held (default: four sides; the paper's sheets as there)")
+    parser.add_argument("--plies", type=int, default=1, help="plies bonded into one network, sheet.plies (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the yarns' scatter (default: %(default)s)")
     parser.add_argument("--speed", type=float, default=100.0, help="speed at the stand-off, m/s (default: %(default)s)")
     parser.add_argument("--standoff", type=float, default=0.3, help="distance flown before the sheet, m (default: %(default)s)")

@@ -3,7 +3,7 @@
 //! ```text
 //! cargo run --release -p fabric-kernel --example snapshots -- IMPACT OUT
 //! ```
-//! IMPACT is a text of lines `name value...` as examples/rotorburst writes it: which sheet; a disc sector's dimensions and mass, if it
+//! IMPACT is a text of lines `name value...` as examples/rotorburst writes it: which sheet and how many bonded plies; a disc sector's dimensions and mass, if it
 //! is not the paper's projectile; number and gap of separate plies; its motion when it comes near the sheet; the times of the pictures and the latest end, s. OUT is a
 //! file of little-endian f64 numbers: nodes along x and y, number of pictures; then for each picture: its time, position (3) and
 //! orientation (4) of the projectile, positions of the nodes (3 each) and alpha of the segments (1 whole, 0 failed); then how it
@@ -110,6 +110,7 @@ fn scene_of(lines: &Lines) -> Result<Scene, Box<dyn Error>> {
         let [plies, gap] = numbers(lines, "stack")?;
         scene.stack = Stack { plies: plies as u32, gap, turned: false };
     }
+    scene.sheet.plies = word(lines, "plies")?.parse()?;
     scene.seed = word(lines, "seed")?.parse()?;
     let [dt] = numbers(lines, "dt")?;
     scene.time_step = TimeStep::seconds(dt);

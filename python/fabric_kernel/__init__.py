@@ -7,6 +7,7 @@ All numbers are in SI units.
 from ._kernel import PRESETS, VERSION, Failed, Refused, Scene, Simulation, parameters, yarn_of_fibrils, yarns_of_fibrils
 from .ensembles import ClusterLost, ensemble, vary
 from .fragments import draw_map, fragment_map
+from .model_error import model_error
 from .runs import fly, history
 
 __version__ = VERSION
@@ -23,6 +24,7 @@ __all__ = [
     "fly",
     "fragment_map",
     "history",
+    "model_error",
     "parameters",
     "vary",
     "yarn_of_fibrils",

@@ -8,11 +8,15 @@ import tomllib
 from pathlib import Path
 
 from ._kernel import PRESETS, VERSION, Scene
+from .textile import areal_density, of_the_paper, sides, spacings
 
-CAVEAT = (
-    "Not validated: the agreement with reality. docs/validation.md has the comparisons with measurements, misses among them. "
-    "The yarn of the presets is about 3.7 times too stiff and strong for its mass, and results depend on the viscosity of the yarn."
+WIDTH = (
+    "The limit is that of a sheet of this width and support: one ply of Kevlar KM2 S706 has 55, 72, 94, 124 and 137 m/s "
+    "with a width of 45, 60, 75, 102 and 149 mm (docs/v50.md). fabric-v50 --sensitivity measures it for this scene."
 )
+CAVEAT = "Not validated: the agreement with reality. docs/validation.md has the comparisons with measurements, misses among them."
+PAPER = "The yarn is that of the source paper, about 3.7 times too stiff and strong for its mass."
+VISCOSITY = "Results depend on the viscosity of the yarn."
 SCENE_HELP = f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}"
 
 
@@ -31,11 +35,10 @@ def scene_hash(scene: Scene) -> str:
 
 
 def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
-    """Sheet, projectile, version and caveat, a sentence each."""
+    """Sheet, projectile and version, a sentence each."""
     value = scene.values()
-    spacing = value["sheet.spacing"]
-    sizes = [(value["sheet.nodes_x"], spacing), (value["sheet.nodes_y"], value["sheet.spacing_y"] or spacing)]
-    size = " x ".join(f"{1e3 * (nodes - 1) * h:.4g}" for nodes, h in sizes)
+    size = " x ".join(f"{1e3 * side:.4g}" for side in sides(scene))
+    bar = " x ".join(f"{1e3 * h:.3g}" for h in dict.fromkeys(spacings(scene)))
     lumped = "1 ply" if value["sheet.plies"] == 1 else f"{value['sheet.plies']} plies lumped into one sheet"
     plies = lumped
     if value["stack.plies"] > 1:
@@ -54,13 +57,19 @@ def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
         body.append(f"outer radius {1e3 * value['projectile.sector.outer_radius']:.4g} mm")
     body.append(f"friction {value['contact.friction']:g}")
     name = f"{fabric}, " if fabric else ""
-    nodes = " x ".join(str(count) for count, _ in sizes)
+    nodes = f"{value['sheet.nodes_x']} x {value['sheet.nodes_y']}"
+    held = value["attachment.kind"].replace("_", " ")
     return (
-        f"Sheet: {name}{plies}, {nodes} nodes, {size} mm, held: {value['attachment.kind'].replace('_', ' ')}; yarn: {yarn}, viscosity {viscosity}.",
+        f"Sheet: {name}{plies}, {areal_density(scene):.4g} kg/m², {size} mm, held: {held}; {nodes} nodes {bar} mm apart; yarn: {yarn}, viscosity {viscosity}.",
         f"Projectile: {', '.join(body)}.",
         f"fabric_kernel {VERSION}, scene {scene_hash(scene)} (the start of the SHA-256 of its parameters).",
-        CAVEAT,
     )
+
+
+def cautions(scene: Scene) -> tuple[str, ...]:
+    """What a reader of a limit must know first, a sentence or two each."""
+    yarn = PAPER if of_the_paper(scene) else VISCOSITY
+    return (WIDTH, f"{CAVEAT} {yarn}")
 
 
 def noted(scene: Scene, speed: float) -> list[str]:

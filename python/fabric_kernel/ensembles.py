@@ -13,7 +13,9 @@ import multiprocessing
 import os
 import platform
 import signal
+import sys
 import threading
+import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -65,7 +67,7 @@ def ensemble(
     - `on`: where it runs. None: a process for each core; a number: so many processes; the address of a Dask scheduler, or a
       `distributed.Client` or cluster (for SLURM `dask_jobqueue.SLURMCluster`).
     - `batch`: runs that a worker gets at a time. A task should take a second or so on a large cluster.
-    - `progress`: whether to show a progress bar; None: on a terminal.
+    - `progress`: whether to show a progress bar; None: on a terminal; elsewhere a line on stderr each half minute.
 
     Warns (RuntimeWarning) if some of the results are not to be trusted as they are (`fly`), or if runs of different scenes are equal,
     as where a scene draws nothing from its seed. Raises Refused, with the name of the field, if a scene cannot be simulated;
@@ -104,7 +106,8 @@ def each(
         rows = {key: row for key, row in kept(Path(keep)) if key in jobs}
     left = [(key, job) for key, job in jobs.items() if key not in rows]
     tasks = [left[first : first + batch] for first in range(0, len(left), batch)]
-    hidden = None if progress is None else not progress
+    hidden, told = None if progress is None else not progress, time.monotonic()
+    lines = progress is None and not sys.stderr.isatty()
     with tqdm(total=len(jobs), initial=len(rows), unit="run", desc=name, disable=hidden) as bar:
         try:
             for results in _results(functools.partial(_work, BUILD, work), tasks, on):
@@ -112,6 +115,9 @@ def each(
                     append(Path(keep), results)
                 rows.update((key, json.loads(line)) for key, line in results)
                 bar.update(len(results))
+                if lines and time.monotonic() - told > 30.0:
+                    told = time.monotonic()
+                    print(f"{name or 'runs'}: {len(rows)} of {len(jobs)}", file=sys.stderr, flush=True)
         except ClusterLost as lost:
             where = f"; they are in {keep}: the same call goes on from there" if keep is not None else ""
             raise ClusterLost(f"{lost} after {len(rows)} of {len(jobs)} runs{where}") from lost.__cause__

@@ -6,18 +6,20 @@ shots allow.
 """
 
 import argparse
-import io
+import functools
 import itertools
+import math
 import os
-import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from . import lookup
 from ._kernel import Scene
-from .about import SCENE_HELP, described, noted, positive, scene_named
+from .about import SCENE_HELP, cautions, described, noted, positive, scene_named
 from .ensembles import ensemble, vary
 from .files import written
+from .model_error import model_error
 from .runs import DECIDED, UNTIL
 
 if TYPE_CHECKING:
@@ -26,6 +28,46 @@ if TYPE_CHECKING:
 
 CONFIDENCE = 0.95
 """Of the intervals, if nothing else is asked for."""
+UNITS = {"velocity": "m_per_s", "point_x": "m", "point_y": "m", "residual_speed": "m_per_s", "residual_kinetic": "j", "absorbed": "j", "viscous": "j"}
+"""Of the columns of the table, in the names of table.csv."""
+
+
+def bracket(
+    shield: Scene,
+    attitudes: Mapping[str, str | Sequence[float]],
+    points: Sequence[tuple[float, float]] = ((0.0, 0.0),),
+    *,
+    count: int = 5,
+    seed: int = 1,
+    keep: str | os.PathLike[str] | None = None,
+    on: Any = None,
+) -> list[float]:
+    """Velocities for `fragment_map`, m/s, from 0.8 of the lowest to 1.25 of the highest limit of one shot at each attitude and point:
+    slow shots are stopped and fast ones go through.
+
+    The search begins with the velocity of the scene. Raises ValueError if no limit is found."""
+
+
+    import numpy
+
+    from .sensitivity import limits
+
+    speed = math.hypot(*shield["projectile.velocity"])
+    if not speed > 0.0:
+        raise ValueError("projectile.velocity: must not be zero: it is the first velocity and the direction of the shots")
+    shield.check()
+    for point in points:
+        shield.aimed(point)
+    jobs = [[shield, 0, seed, speed, attitude, None, tuple(point)] for attitude in attitudes.values() for point in points]
+    found = [limit for limit in limits(jobs, keep=keep, on=on, name="bracket") if limit]
+    if not found:
+        raise ValueError(f"velocities: no limit was found near {speed:g} m/s, the velocity of the scene: give velocities")
+    return [float(f"{velocity:.3g}") for velocity in numpy.geomspace(0.8 * min(found), 1.25 * max(found), count)]
+
+
+def with_units(table: "pandas.DataFrame") -> "pandas.DataFrame":
+    """The table with its units in the names of its columns, as in table.csv."""
+    return table.rename(columns=lambda name: f"{name}_{UNITS[name.removesuffix('_sd')]}" if name.removesuffix("_sd") in UNITS else name)
 
 
 def fragment_map(
@@ -97,51 +139,11 @@ def fragment_map(
     return pandas.DataFrame(rows)
 
 
-def draw_map(
-    table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()
-) -> "matplotlib.figure.Figure":
-    """Draws a table of `fragment_map`: for each impact point the probability of perforation with its interval, and the kinetic
-    energy that is left, over velocity and attitude. Writes it to `path` if one is given. `about`: lines that say what was shot at."""
-    import matplotlib
-    from matplotlib.figure import Figure
+def draw_map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()) -> "matplotlib.figure.Figure":
+    """Draws a table of `fragment_map`: `plot.map`."""
+    from . import plot
 
-    points = list(dict.fromkeys(zip(table["point_x"], table["point_y"])))
-    attitudes, velocities = list(dict.fromkeys(table["attitude"])), sorted(set(table["velocity"]))
-    size = (max(1.6 + 1.15 * len(velocities) * len(points), 5.0), 2.2 + 1.3 * len(attitudes) + (1.2 if about else 0.0))
-    figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(2, len(points), squeeze=False)
-    most = table["residual_kinetic"].max()
-    for column, (x, y) in enumerate(points):
-        here = table[(table["point_x"] == x) & (table["point_y"] == y)]
-        cells = {(row.attitude, row.velocity): row for row in here.itertuples()}
-        for panel, name, top in ((panels[0][column], "perforation", 1.0), (panels[1][column], "residual_kinetic", most)):
-            numbers = [[getattr(cells[a, v], name) for v in velocities] for a in attitudes]
-            image = panel.imshow(numbers, vmin=0.0, vmax=top, cmap="YlOrRd", aspect="auto", origin="lower")
-            for (i, attitude), (j, velocity) in itertools.product(enumerate(attitudes), enumerate(velocities)):
-                cell = cells[attitude, velocity]
-                if name == "perforation":
-                    text = f"{cell.through}/{cell.shots}\n{cell.low:.2f} to {cell.high:.2f}"
-                else:
-                    text = f"{cell.residual_kinetic:.3g} J" if cell.through else "none"
-                dark = (numbers[i][j] or 0.0) > 0.6 * top
-                panel.text(j, i, text, ha="center", va="center", fontsize=8, color="white" if dark else "black")
-            panel.set_xticks(range(len(velocities)), [f"{v:g}" for v in velocities])
-            panel.set_yticks(range(len(attitudes)), attitudes)
-            panel.set_xlabel("velocity, m/s")
-            panel.set_title(f"at ({1e3 * x:g}, {1e3 * y:g}) mm", fontsize=9)
-            label = "share through, and its interval" if name == "perforation" else "mean kinetic energy left, J"
-            if column == len(points) - 1:
-                figure.colorbar(image, ax=panel, label=label)
-    if about:
-        width = int(13.0 * size[0])
-        figure.suptitle("\n".join(part for line in about for part in textwrap.wrap(line, width)), fontsize=7)
-    if path is not None:
-        picture, kind = io.BytesIO(), Path(path).suffix.lstrip(".") or "png"
-        # The same table gives the same bytes.
-        with matplotlib.rc_context({"svg.hashsalt": "fabric", "svg.fonttype": "none"}):
-            figure.savefig(picture, format=kind, metadata={"Date": None} if kind == "svg" else None)
-        written(path, picture.getvalue())
-    return figure
+    return plot.map(table, path, about)
 
 
 def _attitude(text: str) -> tuple[str, str | tuple[float, ...]]:
@@ -174,7 +176,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description="How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point.",
     )
     parser.add_argument("scene", help=SCENE_HELP)
-    parser.add_argument("--velocities", type=positive, nargs="+", required=True, metavar="V", help="m/s")
+    parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: five about the limits, which are bracketed first")
     parser.add_argument(
         "--attitudes", type=_attitude, nargs="+", default=[], metavar="NAME=W,X,Y,Z",
         help='unit quaternions with a name each, or "random"; default: that of the scene',
@@ -183,29 +185,46 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--shots", type=int, default=20, help="of each cell")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
+    parser.add_argument(
+        "--table", action="store_true",
+        help="also write table.h, a table for a real-time host in C; its error is found by as many shots half way between the velocities",
+    )  # fmt: skip
     parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
     parser.add_argument("--out", type=Path, default=Path("fragments"), help="folder for table.csv, map.svg and runs.jsonl")
     given = parser.parse_args(arguments)
     try:
         scene, fabric = scene_named(given.scene)
-        about = (*described(scene, fabric), *noted(scene, max(given.velocities)))
-        print("\n".join(about))
-        table = fragment_map(
+        attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
+        on = int(given.on) if given.on and given.on.isdigit() else given.on
+        velocities = given.velocities
+        if given.table and velocities and len(set(velocities)) < 2:
+            raise ValueError("--table: needs two velocities or more")
+        if not velocities:
+            velocities = bracket(scene, attitudes, given.points, seed=given.seed, keep=given.out / "bracket.jsonl", on=on)
+            print(f"Velocities about the limits that were bracketed: {', '.join(f'{velocity:g}' for velocity in velocities)} m/s.", flush=True)
+        first, *others = cautions(scene)
+        about = (model_error(scene, CONFIDENCE).sentence(), *others, *described(scene, fabric), *noted(scene, max(velocities)))
+        print("\n".join([about[0], first, *about[1:]]), flush=True)
+        shot = functools.partial(
+            fragment_map,
             scene,
-            velocities=given.velocities,
-            attitudes=dict(given.attitudes) or {"as given": scene["projectile.orientation"]},
+            attitudes=attitudes,
             points=given.points,
             shots=given.shots,
-            seed=given.seed,
             keep=given.out / "runs.jsonl",
             until=UNTIL if given.to_the_end else DECIDED,
-            on=int(given.on) if given.on and given.on.isdigit() else given.on,
+            on=on,
         )
-        print(table.to_string(index=False))
-        written(given.out / "table.csv", table.to_csv(index=False))
+        table = shot(velocities=velocities, seed=given.seed)
+        print(with_units(table).to_string(index=False))
+        written(given.out / "table.csv", with_units(table).to_csv(index=False))
         draw_map(table, given.out / "map.svg", about)
+        if given.table:
+            said = lookup.error(table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1), scene["projectile.mass"])
+            print(said)
+            written(given.out / "table.h", lookup.c_header(table, "\n".join([*about, said])))
     except (ValueError, RuntimeError, OSError) as error:
         parser.exit(1, f"error: {error}\n")
     except KeyboardInterrupt:
         parser.exit(130, f"interrupted: what has ended is in {given.out / 'runs.jsonl'}, and the same command goes on from there\n")
-    print(f"written to {given.out}: table.csv, map.svg, runs.jsonl")
+    print(f"written to {given.out}: table.csv, map.svg, runs.jsonl" + (", table.h" if given.table else ""))

@@ -30,6 +30,8 @@ from . import designs
 from .likelihood import LARGEST, LINKS, ends, firth, maximum, possible, possible_ratio, ratio
 
 SHARES = (0.01, 0.5, 0.99)
+BAD = 0.05
+"""Error of a fit of residual velocities, over its limit, above which the fit is bad."""
 
 
 class Interval(NamedTuple):
@@ -333,38 +335,51 @@ def lambert_jonas(velocities, limit, a, p):
     return a * velocities * numpy.power(1 - numpy.power(part, p), 1 / p)
 
 
-def residual_fit(velocities: ArrayLike, through: ArrayLike, residuals: ArrayLike) -> Residual:
-    """The fit of Lambert and Jonas to residual velocities, stopped shots censored at 0 (Tobit).
+def residual_fit(
+    velocities: ArrayLike, through: ArrayLike, residuals: ArrayLike, power: float | None = None, start: "Residual | None" = None
+) -> Residual:
+    """The fit of Lambert and Jonas to residual velocities, stopped shots censored at 0 (Tobit), by maximum likelihood.
 
-    a from 0 to 1 and p from 1 to 10; p is 2 (Recht and Ipson) and not fitted if fewer than five shots went through at different
-    velocities; none fitted for fewer than three."""
+    velocities, residuals: m/s; through: whether each shot went through, whose residual velocities alone count. a from 0 to 1 and p from
+    1 to 10. power: p is this and not fitted; 2 is the curve of Recht and Ipson. Without it p is 2 too if fewer than five shots went through
+    at different velocities; nothing is fitted for fewer than three. start: where the search begins, for speed; else in eight places.
+    `note` says what the reader must know: also that p lies at its bound, or that the error is above 5 % of the limit, where the curve does
+    not describe the shots."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
     residuals = numpy.where(through, numpy.asarray(residuals, float), 0.0)
     different = len(numpy.unique(velocities[through]))
     if different < 3:
         note = "Fewer than three shots went through at different velocities: no fit of the residual velocities."
         return Residual(math.nan, math.nan, math.nan, math.nan, note)
-    free = different >= 5
+    free, held = power is None and different >= 5, power or 2.0
     scale = float(velocities.max())
     v, r = velocities / scale, residuals / scale
     least = 1e-5
 
     def cost(x):
-        limit, a, p, error = x[0], x[1], x[2] if free else 2.0, math.exp(x[-1])
+        limit, a, p, error = x[0], x[1], x[2] if free else held, math.exp(x[-1])
         expected = lambert_jonas(v, limit, a, p)
         density = -0.5 * ((r - expected) / error) ** 2 - math.log(error) - 0.5 * math.log(2 * math.pi)
         return -float(numpy.where(through, density, scipy.special.log_ndtr(-expected / error)).sum())
 
     slow, fast = float(v[through].min()), float(v.max())
-    best = None
-    for limit in (0.7 * slow, 0.95 * slow, slow, min(fast, 1.02 * slow)):
-        for p in (2.0, 4.0) if free else (2.0,):
-            start = [limit, 0.9, *([p] if free else []), math.log(0.05)]
-            bounds = [(0.0, fast), (0.01, 1.0), *([(1.0, 10.0)] if free else []), (math.log(least), 0.0)]
-            options = {"xatol": 1e-8, "fatol": 1e-10, "maxiter": 4000, "maxfev": 4000}
-            found = scipy.optimize.minimize(cost, start, method="Nelder-Mead", bounds=bounds, options=options)
-            if best is None or found.fun < best.fun:
-                best = found
-    limit, a, p, error = best.x[0] * scale, best.x[1], best.x[2] if free else 2.0, math.exp(best.x[-1]) * scale
-    note = "" if free else "p is 2 and not fitted: fewer than five shots went through at different velocities."
-    return Residual(float(limit), float(a), float(p), float(error), note)
+    starts = [
+        (limit, 0.9, p, 0.05) for limit in (0.7 * slow, 0.95 * slow, slow, min(fast, 1.02 * slow)) for p in ((2.0, 4.0) if free else (held,))
+    ]
+    if start is not None:
+        starts = [(start.limit / scale, start.a, start.p, max(start.error / scale, 2 * least))]
+    best, fine = None, 1.0 if start is None else 1e4
+    for limit, a, p, error in starts:
+        first = [limit, a, *([p] if free else []), math.log(error)]
+        bounds = [(0.0, fast), (0.01, 1.0), *([(1.0, 10.0)] if free else []), (math.log(least), 0.0)]
+        options = {"xatol": 1e-8 * fine, "fatol": 1e-10 * fine, "maxiter": 4000, "maxfev": 4000}
+        found = scipy.optimize.minimize(cost, first, method="Nelder-Mead", bounds=bounds, options=options)
+        if best is None or found.fun < best.fun:
+            best = found
+    limit, a, p, error = best.x[0] * scale, best.x[1], best.x[2] if free else held, math.exp(best.x[-1]) * scale
+    notes = [] if free or power else ["p is 2 and not fitted: fewer than five shots went through at different velocities."]
+    if free and not 1.001 < p < 9.99:
+        notes.append(f"The fit of the residual velocities is bad: p is {p:.3g}, at its bound.")
+    if error > BAD * limit:
+        notes.append(f"The fit of the residual velocities is bad: its error, {error:.2g} m/s, is above {100 * BAD:g} % of its limit.")
+    return Residual(float(limit), float(a), float(p), float(error), " ".join(notes))

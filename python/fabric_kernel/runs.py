@@ -44,7 +44,8 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
       `beyond_fine`: steps in which the projectile met the sheet beyond the fine part of a graded network;
     - `digest`: hash of the state at the end.
 
-    "through" among the outcomes sets `track_through`. After a failure everything but the outcome, steps, these counters and the digest is None.
+    "through" among the outcomes sets `track_through`. The numbers are of the model with its draws; of the model against tests `model_error(scene)` says how far a limit may be off.
+    After a failure everything but the outcome, steps, these counters and the digest is None.
 
     Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are, and while it flies when the energy
     balance opens. Raises Refused, with the name of

@@ -6,9 +6,8 @@ docs/tables/v50.md.
 """
 
 import argparse
-import base64
 import csv
-import html
+import functools
 import io
 import json
 import math
@@ -22,11 +21,13 @@ import numpy
 from . import designs, limit
 from .files import written
 from .likelihood import LINKS
+from .page import Page
 
 if TYPE_CHECKING:
     import matplotlib.figure
 
     from . import Scene
+    from .sensitivity import Sensitivity
 
 Shoot = Callable[[float, int], tuple[bool, float]]
 """Shoots with a velocity (m/s) and the number of the shot, from 0: whether the fabric stopped it, and the residual velocity (m/s). The
@@ -59,6 +60,20 @@ class Test(NamedTuple):
     residual: limit.Residual
     notes: tuple[str, ...]
     about: tuple[str, ...] = ()  # what was shot at
+    against: str = ""  # how far the model may be off, where a scene was shot at
+    cautions: tuple[str, ...] = ()  # what the reader must know first
+    sensitivity: "Sensitivity | None" = None
+
+    def answer(self) -> list[str]:
+        """The limit, how far the model may be off, and the first caution, a line each."""
+        fit, lines = self.fit, []
+        for share, value, interval in zip(fit.shares, fit.velocities, fit.intervals):
+            if share == 0.5:
+                bounded = f"{interval} m/s" if any(math.isfinite(end) for end in interval) else "not bounded by these shots"
+                number = f"{value:.1f} m/s, {100 * fit.confidence:g} % interval {bounded}" if math.isfinite(value) else bounded
+                lines.append(f"V50 {number}, of the model with its draws.")
+        width = self.sensitivity.sentence() if self.sensitivity else ""
+        return [*lines, *filter(None, [self.against]), *([width] if width else self.cautions[:1])]
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """For each share: its name, estimate, interval and the plain profile-likelihood interval, m/s."""
@@ -72,7 +87,7 @@ class Test(NamedTuple):
     def sentences(self) -> list[str]:
         """What the numbers are and what the reader must know of them."""
         fit, average, residual = self.fit, self.average, self.residual
-        lines = [*self.about, f"Design: {self.design}.", f"{self.seeds}", f"{fit.shots} shots, {fit.through} went through."]
+        lines = [*self.about, self.seeds, f"Design: {self.design}.", f"{fit.shots} shots, {fit.through} went through."]
         if fit.method != "none":
             method = "maximum likelihood" if fit.method == "maximum likelihood" else "Firth's penalised likelihood"
             lines.append(f"Fit: {fit.link}, {method}: V50 {fit.mu:.2f} m/s, standard deviation of single limits {fit.deviation:.2f} m/s.")
@@ -86,74 +101,45 @@ class Test(NamedTuple):
                 f"Residual velocity after Lambert and Jonas: a (v^p - v_l^p)^(1/p) with v_l {residual.limit:.1f} m/s, a {residual.a:.3f}, "
                 f"p {residual.p:.2f}, error {residual.error:.1f} m/s; stopped shots are censored at 0."
             )
-        return lines + [note for note in (residual.note, *fit.notes, *self.notes) if note]
+        return lines + [note for note in (*self.cautions[1:], residual.note, *fit.notes, *self.notes) if note]
 
     def text(self) -> str:
         """Design, seeds, every shot, fit and intervals, for the terminal."""
         percent = f"{100 * self.fit.confidence:g} %"
-        lines = [self.title, "", *self.sentences(), ""]
-        lines += [_columns(("", "m/s", f"{percent} interval", "plain profile likelihood"), self.rows()), ""]
+        lines = [self.title, "", *self.answer(), ""]
+        lines += [columns(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows()), "", *self.sentences(), ""]
         shots = [(str(k), f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}") for k, s in enumerate(self.shots, 1)]
-        return "\n".join([*lines, _columns(("shot", "m/s", "result", "residual m/s"), shots)]) + "\n"
+        if self.sensitivity:
+            lines += [columns(self.sensitivity.heading(), self.sensitivity.rows()), "", *self.sensitivity.notes, ""]
+        return "\n".join([*lines, columns(("shot", "m/s", "result", "residual m/s"), shots)]) + "\n"
 
     def draw(self) -> "matplotlib.figure.Figure":
-        """The share that goes through over velocity, with a band that joins the intervals, and the residual velocities."""
-        from matplotlib.figure import Figure
+        """The share that goes through over velocity, and the residual velocities: `plot.limit`."""
+        from . import plot
 
-        fit, law = self.fit, LINKS[self.fit.link]
-        velocities = numpy.array([shot.velocity for shot in self.shots])
-        stopped = numpy.array([shot.stopped for shot in self.shots])
-        residuals = numpy.array([shot.residual for shot in self.shots])
-        # A bracket may begin far away: what lies within a factor of two of V50 is drawn, if there is a V50.
-        near = (velocities >= 0.5 * fit.mu) & (velocities <= 2.0 * fit.mu)
-        drawn = velocities[near] if near.sum() > 1 else velocities
-        margin = 0.15 * float(numpy.ptp(drawn)) or 0.1 * abs(float(drawn[0])) or 1.0
-        left, right = max(0.0, float(drawn.min()) - margin), float(drawn.max()) + margin
-        outside = f" ({len(velocities) - len(drawn)} shots lie outside)" if len(drawn) < len(velocities) else ""
-        figure = Figure(figsize=(8.5, 8.0), layout="constrained")
-        upper, lower = figure.subplots(2, 1, sharex=True)
-        if fit.method != "none":
-            quantiles = law.quantile(numpy.array(fit.shares))
-            far = 10 * (right - left)
-            low, high = (numpy.clip(side, left - far, right + far) for side in zip(*fit.intervals))
-            z = numpy.linspace(quantiles.min(), quantiles.max(), 201)
-            share = law.share(z)
-            label = f"{100 * fit.confidence:g} %, joined between V01, V50 and V99"
-            band = [numpy.interp(z, quantiles, side) for side in (low, high)]
-            upper.fill_betweenx(share, *band, color="#0072b2", alpha=0.2, linewidth=0, label=label)
-            upper.plot(fit.mu + z * fit.sigma, share, color="#0072b2", label=f"{fit.link}, {fit.method}")
-        for panel, heights in ((upper, numpy.where(stopped, 0.0, 1.0)), (lower, residuals)):
-            panel.plot(velocities[~stopped], heights[~stopped], "o", color="#d55e00", label="through")
-            panel.plot(velocities[stopped], heights[stopped], "o", color="#464646", fillstyle="none", label="stopped")
-            panel.grid(color="#e3e3e3")
-            panel.set_axisbelow(True)
-        if math.isfinite(self.residual.limit):
-            grid = numpy.linspace(left, right, 400)
-            lower.plot(grid, self.residual.curve(grid), color="#009e73", label="Lambert and Jonas")
-        upper.set(xlim=(left, right), ylabel="share that goes through", title=self.title)
-        lower.set(xlabel=f"impact velocity, m/s{outside}", ylabel="residual velocity, m/s")
-        for panel in (upper, lower):
-            panel.legend(loc="best", fontsize=8)
-        return figure
+        return plot.limit(self)
 
     def write(self, folder: str | os.PathLike[str]) -> None:
         """report.html (everything inside), plot.svg, shots.csv and test.json, each whole or as it was before. Raises OSError with the
         name of the file, as where the disk is full."""
         folder = Path(folder)
-        import matplotlib
+        from . import plot
 
-        picture = io.BytesIO()
-        # The same test gives the same bytes.
-        with matplotlib.rc_context({"svg.hashsalt": "fabric", "svg.fonttype": "none"}):
-            self.draw().savefig(picture, format="svg", metadata={"Date": None, "Creator": None})
         table = io.StringIO()
         lines = csv.writer(table)
         lines.writerow(("shot", "velocity_m_per_s", "stopped", "residual_m_per_s"))
         lines.writerows((k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate(self.shots, 1))
-        written(folder / "plot.svg", picture.getvalue())
         written(folder / "shots.csv", table.getvalue())
+        plot.limit(self, folder / "plot.svg")
+        if self.sensitivity:
+            self.sensitivity.draw(folder / "sensitivity.svg")
+            table = io.StringIO()
+            lines = csv.writer(table)
+            lines.writerow(("variant", "change_percent", "low_percent", "high_percent", "shots"))
+            lines.writerows(one[1:] for one in self.sensitivity.changes)
+            written(folder / "sensitivity.csv", table.getvalue())
         written(folder / "test.json", json.dumps(self.plain(), indent=1) + "\n")
-        written(folder / "report.html", self.page(picture.getvalue()))
+        written(folder / "report.html", self.page((folder / "plot.svg").read_bytes(), (folder / "sensitivity.svg").read_bytes() if self.sensitivity else b""))
 
     def plain(self) -> dict[str, Any]:
         """Everything as numbers and words; an open end or a missing estimate is None."""
@@ -167,44 +153,34 @@ class Test(NamedTuple):
 
         return simple(self)
 
-    def page(self, picture: bytes) -> str:
-        """The report as one HTML file."""
+    def page(self, picture: bytes, tornado: bytes = b"") -> str:
+        """The report as one HTML file, with the pictures of the limit and of the sensitivity as SVG."""
         percent = f"{100 * self.fit.confidence:g} %"
         shots = [(k, f"{s.velocity:.3f}", "stopped" if s.stopped else "through", f"{s.residual:.3f}") for k, s in enumerate(self.shots, 1)]
-        data = base64.b64encode(picture).decode()
-        body = [
-            f"<h1>{html.escape(self.title)}</h1>",
-            *(f"<p>{html.escape(line)}</p>" for line in self.sentences()),
-            _html_table(("", "m/s", f"{percent} interval", "plain profile likelihood"), self.rows()),
-            "<p>The interval is calibrated by simulated tests of the same design. The plain profile likelihood is that of the textbooks; with few "
-            "shots it holds the truth less often than it says.</p>",
-            f'<figure><img alt="" src="data:image/svg+xml;base64,{data}"></figure>',
-            "<h2>Shots</h2>",
-            _html_table(("shot", "m/s", "result", "residual m/s"), shots),
-        ]
-        head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{html.escape(self.title)}</title><style>{STYLE}</style>'
-        return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n' + "\n".join(body) + "\n</body></html>\n"
+        page = Page(self.title)
+        page.answer(self.answer())
+        page.picture(picture, ".svg")
+        page.table(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows())
+        if self.sensitivity:
+            page.section("Sensitivity of the limit")
+            page.picture(tornado, ".svg")
+            page.table(self.sensitivity.heading(), self.sensitivity.rows())
+            for note in self.sensitivity.notes:
+                page.text(note)
+        page.fold("What was shot, how, and what to know of it")
+        for line in self.sentences():
+            page.text(line)
+        page.text(
+            "The interval is calibrated by simulated tests of the same design. The plain profile likelihood is that of the textbooks; with few "
+            "shots it holds the truth less often than it says."
+        )
+        page.table(("shot", "m/s", "result", "residual m/s"), shots)
+        return page.html()
 
 
-STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1000px; margin: 2rem auto; padding: 0 1.2rem; }
-h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2rem; border-bottom: 1px solid #d5dbe2; }
-figure { margin: 1rem 0; } figure img { max-width: 100%; height: auto; }
-table { border-collapse: collapse; font-size: 0.9rem; margin: 0.8rem 0; }
-th, td { text-align: right; padding: 0.25rem 0.7rem; border-bottom: 1px solid #e3e7eb; } th { background: #f3f5f8; }
-td:first-child, th:first-child { text-align: left; }
-"""
-
-
-def _columns(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def columns(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     widths = [max(len(row[k]) for row in [heading, *rows]) for k in range(len(heading))]
     return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(row, widths)) for row in [heading, *rows])
-
-
-def _html_table(heading: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    lines = ["".join(f"<th>{html.escape(cell)}</th>" for cell in heading)]
-    lines += ["".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) for row in rows]
-    return "<table>" + "".join(f"<tr>{line}</tr>\n" for line in lines) + "</table>"
 
 
 def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) -> tuple[list[Shot], list[str]]:
@@ -285,10 +261,22 @@ def v50(
     if tests:
         simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
-    words = f"{seeds} {simulated}".strip()
+    drawn = seeds or (shoot.drawn() if isinstance(shoot, Shooter) else "")
+    words = f"{drawn} {simulated}".strip()
+    against, cautions = "", ()
     if isinstance(shoot, Shooter):
-        notes += shoot.notes()
-    return Test(title, design.words(), words, tuple(made), found, limit.standard_average(v, y), residual, tuple(notes), tuple(about))
+        from .about import cautions as known
+        from .about import described
+        from .model_error import model_error
+        from .textile import axes
+
+        scaled = axes(shoot.scene)
+        notes += [*shoot.notes(), *([scaled.words(found.mu)] if scaled else [])]
+        interval = next(interval for share, interval in zip(found.shares, found.intervals) if share == 0.5)
+        about = about or described(shoot.scene)
+        against, cautions = model_error(shoot.scene, confidence).sentence(*interval), known(shoot.scene)
+    average = limit.standard_average(v, y)
+    return Test(title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, cautions)
 
 
 class Shooter:
@@ -371,7 +359,8 @@ class Shooter:
         yarn = "yarns drawn for each" if yarns else "the same yarns in each, as the scene draws none"
         where = "as the scene says" if self.mesh is None else "through a point drawn within one mesh about the middle"
         attitude = ", every orientation equally likely" if self.attitude == "random" else ""
-        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}."
+        kept = ["fragment", "fabric", "support"] + ([] if attitude else ["attitude"]) + ["angle of impact"]
+        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}; not drawn: {', '.join(kept)}."
 
     def notes(self) -> list[str]:
         """What the reader of the shots made so far must know."""
@@ -439,6 +428,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
+    changed = "width, spacing, time step, viscosity, crimp, strength, friction, support"
+    parser.add_argument("--sensitivity", action="store_true", help=f"also how the limit changes with {changed}")
     parser.add_argument("--out", type=Path, default=Path("v50"), help="folder for report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     given = parser.parse_args(arguments)
     for design, names in {"three-phase": ("aim", "last"), "plan": ("plan",)}.items():
@@ -462,9 +453,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
             to_the_end=given.to_the_end,
         )
         test = v50(
-            shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=print,
+            shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=functools.partial(print, flush=True),
             title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=shoot.drawn(),
         )  # fmt: skip
+        if given.sensitivity and math.isfinite(test.fit.mu):
+            from .sensitivity import sensitivity
+
+            # A variant whose shots take much longer than those of the test would take longer than all others.
+            steps = given.steps or 3 * max(row["steps"] for row in shoot.made.values())
+            found = sensitivity(scene, test.fit.mu, seed=given.seed, attitude=given.attitude, steps=steps, keep=given.out / "sensitivity.jsonl")
+            test = test._replace(sensitivity=found)
         print()
         print(test.text())
         test.write(given.out)

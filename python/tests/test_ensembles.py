@@ -314,7 +314,7 @@ class Ensembles(unittest.TestCase):
             fabric={"name": "kevlar_km2_s706"},
             sheet={"nodes_x": 61, "nodes_y": 61},
             attachment={"kind": "two_sides"},
-            projectile={"shape": "cylinder", "radius": 4e-3, "length": 20e-3, "mass": 8.4e-3, "velocity": [0.0, 0.0, 70.0]},
+            projectile={"shape": "cylinder", "radius": 4e-3, "length": 20e-3, "mass": 8.4e-3, "velocity": [0.0, 0.0, 80.0]},
         ).aimed()
         short = fk.fly(scene, until=[*UNTIL, "detached"])
         row = fk.fly(scene, steps=2 * short["steps"])
@@ -368,6 +368,17 @@ class Fragments(unittest.TestCase):
             for text in (said.getvalue(), (pathlib.Path(name) / "map.svg").read_text()):
                 self.assertIn("Projectile: sphere", text)
                 self.assertIn("Not validated", text)
+
+    def test_without_velocities_a_map_has_both_colours(self):
+        with tempfile.TemporaryDirectory() as name:
+            (pathlib.Path(name) / "scene.toml").write_text(BASE.text())
+            with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()):
+                main([str(pathlib.Path(name) / "scene.toml"), "--shots", "2", "--out", name])
+            table = pandas.read_csv(pathlib.Path(name) / "table.csv")
+        self.assertIn("Velocities about the limits that were bracketed", said.getvalue())
+        self.assertIn("residual_speed_sd_m_per_s", table.columns)
+        shares = list(table["perforation"])
+        self.assertEqual((len(shares), shares[0], shares[-1]), (5, 0.0, 1.0))
 
     def test_table_and_picture(self):
         cylinder = BASE.replace(projectile={"shape": "cylinder", "length": 0.01, "radius": 4e-3, "mass": 4e-3})

@@ -201,6 +201,24 @@ class OfAScene(unittest.TestCase):
                 self.assertIn(text, said.getvalue())
                 self.assertIn(text, page)
 
+    def test_a_page_begins_with_the_answer(self):
+        from fabric_kernel import Scene
+        from fabric_kernel.designs import Plan
+        from fabric_kernel.v50 import v50
+
+        for scene, own, others in (
+            (self.scene(), "that of the source paper", "On Cunniff's axes"),
+            (Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 31, "nodes_y": 31}), "On Cunniff's axes", "that of the source paper"),
+        ):
+            test = v50(Shooter(scene), Plan([200.0]), 1, tests=0)
+            page = test.page(b"<svg/>")
+            places = [page.index(words) for words in (
+                "V50 not bounded by these shots", "nothing is known of the error", "a sheet of this width", "<details>", "Projectile:", own,
+            )]
+            self.assertEqual(places, sorted(places))
+            self.assertNotIn(others, page)
+            self.assertIn("not drawn: fragment, fabric, support, attitude, angle of impact", page)
+
     def test_an_interrupt_tells_how_to_go_on(self):
         with tempfile.TemporaryDirectory() as name, mock.patch("fabric_kernel.v50.v50", side_effect=KeyboardInterrupt):
             errors = io.StringIO()

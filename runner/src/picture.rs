@@ -1,4 +1,4 @@
-//! A sheet and its projectile at one time, kept for the pictures that `evidence/sheets.py` draws.
+//! A sheet and its projectile at one time, kept for the pictures that `python/fabric_kernel/sheets.py` draws.
 //!
 //! The file is little-endian: time, position (3) and orientation (4) of the projectile as f64; then as f32 three coordinates of
 //! every node, three components of its velocity, and the stretch of every segment; then alpha of every segment as a byte, 0 to

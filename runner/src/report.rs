@@ -20,7 +20,8 @@ pub fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
 
 /// Where the numbers of a study are, and what makes a report of them.
 pub fn written(out: &Path, study: &str) -> String {
-    format!("written: {}; pictures: target/venv/bin/python -m evidence {study} {0}", out.display())
+    let command = if study == "run" { "fabric-report".into() } else { format!("python -m evidence {study}") };
+    format!("written: {}; pictures, after pip install ./python: {command} {0}", out.display())
 }
 
 /// The middle value; the mean of the two middle ones of an even number. NaN for none.

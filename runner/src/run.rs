@@ -1,4 +1,4 @@
-//! One run of a scene: table, history, and the sheet at the end. `python -m evidence run` draws them.
+//! One run of a scene: table, history, and the sheet at the end. `fabric-report` draws them.
 
 use crate::event::{self, Summary};
 use crate::machine::Clock;
@@ -37,10 +37,10 @@ pub struct Options {
     /// Steps between two rows of the history.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..))]
     sample: u64,
-    /// Keep sheets on the way, of which `evidence run` makes an animation, movie.gif.
+    /// Keep sheets on the way, of which `fabric-report` makes an animation, movie.gif.
     #[arg(long)]
     movie: bool,
-    /// Keep sheets on the way, of which `evidence run` makes a series for ParaView, vtk/run.pvd.
+    /// Keep sheets on the way, of which `fabric-report` makes a series for ParaView, vtk/run.pvd.
     #[arg(long)]
     vtk: bool,
     /// Threads that step the sheet, a band of rows each; the bits do not depend on them. Pays from some 200 x 200 nodes on,

@@ -2,12 +2,13 @@
 //! and where it hits.
 //! Meaning and defaults: fabrics/README.md. A file that gives one of these and a parameter that follows from it is refused.
 
+use crate::density::{LIGHTEST, density, volume};
 use crate::notes::unlikely_body;
 use crate::{BadKey, Result, bad, reals, short, units};
 use fabric::math::{abs, cos, length, round, sin};
 use fabric::pose::{Pose, Vector, into_body, normalised};
-use fabric::{Drive, Projectile, Scene, Shape, Solid};
-use std::f64::consts::{FRAC_PI_2, PI};
+use fabric::{Drive, Scene, Shape, Solid};
+use std::f64::consts::FRAC_PI_2;
 use toml::{Table, Value};
 
 /// A key, its SI unit (that of a material is a name), and the parameters and keys that follow from it, which are not given beside it.
@@ -155,25 +156,6 @@ pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
     Ok(())
 }
 
-/// Volume of a projectile, m^3; none of a polyhedron.
-pub fn volume(body: &Projectile) -> Option<f64> {
-    let (r, sector) = (body.radius, &body.sector);
-    let (disc, ball) = (PI * (r * r), 4.0 / 3.0 * PI * (r * r * r));
-    match body.shape {
-        Shape::Sphere => Some(ball),
-        Shape::Cylinder => Some(disc * body.length),
-        Shape::HemisphericalCylinder => Some(disc * (body.length - r) + 0.5 * ball),
-        Shape::Box => Some(body.size[0] * body.size[1] * body.size[2]),
-        Shape::DiscSector => {
-            // Eight chords of the rim, less the triangle below the one chord of the bore.
-            let (outer, inner) = (sector.outer_radius, sector.inner_radius);
-            let area = 4.0 * (outer * outer) * sin(sector.angle / 8.0) - 0.5 * (inner * inner) * sin(sector.angle);
-            Some(area * sector.thickness)
-        }
-        Shape::Polyhedron => None,
-    }
-}
-
 /// Where the projectile's centre must be, m, in the host's frame, so that it has this distance from the first ply in its way with its
 /// foremost point, and flies through a point of it, given in the sheet's plane from its middle, m.
 ///
@@ -228,19 +210,11 @@ pub fn refuse_what_cannot_be_meant(scene: &Scene) -> Result<()> {
     }
 }
 
-/// No solid body has less, kg/m^3.
-pub const LIGHTEST: f64 = 0.01;
-
-/// Density of a projectile, kg/m^3; of a polyhedron the least that it may have, that of the sphere around it.
-pub fn density(body: &Projectile) -> f64 {
-    let reach = Solid::of(body).reach();
-    body.mass / volume(body).unwrap_or(4.0 / 3.0 * PI * (reach * reach * reach))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{parse, textile, write};
+    use std::f64::consts::PI;
 
     const PRESET: &str = "preset = \"sheet_3in_sphere\"\n";
 

@@ -27,6 +27,7 @@
 //!
 //! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given.
 
+mod density;
 pub mod derived;
 pub mod memory;
 pub mod notes;

@@ -1,6 +1,6 @@
 //! What must be said of a shot besides its numbers: every report takes it from here.
 
-use crate::derived;
+use crate::density::{LIGHTEST, density};
 use fabric::math::sqrt;
 use fabric::{Error, Scene, Shape, Sim, Solid};
 
@@ -27,8 +27,8 @@ const DENSITIES: [f64; 2] = [500.0, 25_000.0];
 /// A sentence on a projectile that is too heavy or too light for its size: most likely a length in mm or a mass in g. A polyhedron is
 /// lighter than the sphere around it.
 pub fn unlikely_body(scene: &Scene) -> Option<String> {
-    let (body, density) = (&scene.projectile, derived::density(&scene.projectile));
-    let least = if body.shape == Shape::Polyhedron { derived::LIGHTEST } else { DENSITIES[0] };
+    let (body, density) = (&scene.projectile, density(&scene.projectile));
+    let least = if body.shape == Shape::Polyhedron { LIGHTEST } else { DENSITIES[0] };
     let word = if density < least { "light" } else { "heavy" };
     (body.mass > 0.0 && !(least..=DENSITIES[1]).contains(&density)).then(|| {
         let [mass, reach, density] = [1e3 * body.mass, 1e3 * Solid::of(body).reach(), 1e-3 * density];

@@ -155,9 +155,9 @@ class Structure {
   }
 }
 
-/** Outcomes in the order of their numbers, and those that end a run, as in `fabric run`. */
-export const OUTCOMES = ["arrested", "detached", "exited", "passed"] as const;
-const ENDS = ["FK_ARRESTED", "FK_EXITED", "FK_PASSED"];
+/** Outcomes in the order of their numbers, and those that end a run, as in `fabric run`; through only where the scene watches it. */
+export const OUTCOMES = ["arrested", "detached", "exited", "passed", "through"] as const;
+const ENDS = ["FK_ARRESTED", "FK_EXITED", "FK_PASSED", "FK_THROUGH"];
 
 export interface Motion {
   position: number[];

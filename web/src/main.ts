@@ -2,9 +2,12 @@
 import { native, pinned } from "built:data";
 import kernelText from "built:kernel";
 import workerText from "built:worker";
+import { Curve, bracket } from "./curve";
+import type { Shot } from "./curve";
 import { COLUMNS, ROW } from "./messages";
 import type { Frame, FromWorker, Rest, Row, Speed, ToWorker } from "./messages";
 import { Plot } from "./plots";
+import type { Axis } from "./plots";
 import { DEFAULTS, DIMENSIONS, NAMED, assignments, changesOf, fromAddress, misses, nameOf, spacing, toAddress, toToml } from "./scene";
 import type { Choices, Shape } from "./scene";
 import { View } from "./view";
@@ -24,28 +27,39 @@ const pace = element("pace", HTMLSelectElement);
 const picture = element("picture", HTMLCanvasElement);
 const runButton = element("run", HTMLButtonElement);
 const time = element("time", HTMLInputElement);
+const swift = element("swift", HTMLInputElement);
+const search = element("search", HTMLButtonElement);
 const outcome = element("outcome", HTMLElement);
+const card = element("card", HTMLElement);
 const problem = element("problem", HTMLElement);
 
 /** Least and most of what the page itself limits: 501 x 501 nodes take some 60 MB. */
-const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3], oblique: [-80, 80], speed: [0.1, 1e6], mass: [1e-3, 1e6] };
-const WHOLE: (keyof Choices)[] = ["nodes", "seed"];
+const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], plies: [1, 1000], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3], oblique: [-80, 80], speed: [0.1, 1e6], mass: [1e-3, 1e6] };
+const WHOLE: (keyof Choices)[] = ["nodes", "plies", "seed"];
 /** The field of the form that a parameter of the kernel comes from, and the parameter's unit in the kernel. */
 const FIELDS: [string, keyof Choices, string][] = [
   ["projectile.sector.inner_radius", "bore", "m"], ["projectile.sector.outer_radius", "radius", "m"], ["projectile.sector.angle", "angle", "rad"],
   ["projectile.sector.thickness", "length", "m"], ["projectile.radius", "radius", "m"], ["projectile.length", "length", "m"], ["projectile.mass", "mass", "kg"],
   ["projectile.velocity", "speed", "m/s"], ["contact.friction", "friction", ""], ["projectile.position", "x", "m"], ["projectile.orientation", "tiltX", ""],
-  ["attachment", "attachment", ""], ["sheet", "nodes", ""],
+  ["projectile.size", "edgeX", "m"],
+  ["attachment", "attachment", ""], ["sheet.plies", "plies", ""], ["sheet", "nodes", ""],
 ];
 
-/** What the page shows now. */
+/** What the form says, and what the picture shows: the last scene that was taken. */
 let choices: Choices = { ...DEFAULTS };
+let shown = choices;
 let number = 0;
+/** Whether the form's scene was refused: the picture of the last one stays, and stands still. */
+let refused = false;
+/** Whether the scene runs as soon as it is seen. */
+let playing = false;
 let running = false;
 let dt = 1;
 let history: Row[] = [];
 let frame: Frame | undefined;
 let rest: Rest | undefined;
+/** How the run ended, and its last row. */
+let end: { rest: Rest; row: Row } | undefined;
 let speed: Speed | undefined;
 /** The row that was asked for last, and whether an answer is due. */
 let wanted: number | undefined;
@@ -55,7 +69,8 @@ let latched: string[] = [];
 /** What of the address was left out, in words. */
 let leftOut = "";
 
-const worker = new Worker(URL.createObjectURL(new Blob([workerText], { type: "text/javascript" })));
+const program = URL.createObjectURL(new Blob([workerText], { type: "text/javascript" }));
+const worker = new Worker(program);
 const tell = (message: ToWorker): void => worker.postMessage(message);
 
 // The worker unpacks the kernel and makes the first scene while the page sets up its picture: beginPicture, at the end of this file.
@@ -65,10 +80,10 @@ tell({ kind: "pace", pace: Number(pace.value) });
 let view: View | undefined;
 
 const plots = element("plots", HTMLElement);
-const atTime = (seconds: number): void => goTo(Math.round(seconds / (ROW * dt)));
+const axis: Axis<Row> = { unit: "µs", of: (row) => 1e6 * row.time_s, chosen: (time) => goTo(Math.round((1e-6 * time) / (ROW * dt))) };
 const PLOTS = [
-  new Plot(plots, "Velocity normal to the sheet", "m/s", [{ name: "normal", colour: "--a", of: (row) => row.velocity_z_m_per_s }], atTime),
-  new Plot(plots, "Force normal to the sheet, mean of 64 steps", "N", [{ name: "force", colour: "--b", of: (row) => -row.force_z_n }], atTime),
+  new Plot(plots, "Velocity normal to the sheet", "m/s", [{ name: "normal", colour: "--a", of: (row) => row.velocity_z_m_per_s }], axis),
+  new Plot(plots, "Force normal to the sheet, mean of 64 steps", "N", [{ name: "force", colour: "--b", of: (row) => -row.force_z_n }], axis),
   new Plot(plots, "Energy absorbed", "J", [
     { name: "all", colour: "--a", of: (row) => row.contact_work_j },
     { name: "strain", colour: "--b", of: (row) => row.strain_j },
@@ -76,13 +91,17 @@ const PLOTS = [
     { name: "rupture", colour: "--d", of: (row) => row.dissipated_j },
     { name: "contact loss and friction", colour: "--e", of: (row) => row.contact_loss_j + row.friction_j },
     { name: "viscous", colour: "--f", of: (row) => row.viscous_j },
-  ], atTime),
-  new Plot(plots, "Energy balance: what does not close", "% of the impact", [{ name: "residual", colour: "--d", of: (row) => (100 * row.energy_residual_j) / Math.max(history[0]?.projectile_kinetic_j ?? 1, 1e-12) }], atTime),
+  ], axis),
+  new Plot(plots, "Energy balance: what does not close", "% of the impact", [{ name: "residual", colour: "--d", of: (row) => (100 * row.energy_residual_j) / Math.max(history[0]?.projectile_kinetic_j ?? 1, 1e-12) }], axis),
 ];
+const limit = element("limit", HTMLElement);
+const residuals = new Plot<Shot>(limit, "Residual over impact velocity", "m/s", [{ name: "residual", colour: "--a", of: (shot) => shot.residual }], { unit: "m/s", of: (shot) => shot.speed, chosen: (speed) => shootAt(Math.round(speed)), dots: true });
+swift.before(residuals.figure);
+const curve = new Curve(() => new Worker(program), { kind: "kernel", packed: kernelText }, () => drawCurve());
 
 const VALUES = {
   time: "Time", velocity: "Velocity normal to the sheet", absorbed: "Energy absorbed", peak: "Peak force (mean of 1 µs)", failed: "Failed segments",
-  balance: "Energy balance", outcomes: "Outcomes", digest: "Digest here", native: "Digest, native library", same: "Same bits", speed: "Speed of the steps", slower: "Slower than reality",
+  balance: "Energy balance", outcomes: "Outcomes", digest: "Digest here", end: "Digest at the end", native: "Native library's at the end", same: "Same bits", speed: "Speed of the steps", slower: "Slower than reality",
 };
 const values = Object.fromEntries(
   Object.entries(VALUES).map(([id, words]) => {
@@ -90,7 +109,7 @@ const values = Object.fromEntries(
     name.textContent = words;
     value.id = `value-${id}`;
     group.append(name, value);
-    element("values", HTMLElement).append(group);
+    element(["digest", "end", "native", "same"].includes(id) ? "digests" : "values", HTMLElement).append(group);
     return [id, value];
   }),
 ) as Record<keyof typeof VALUES, HTMLElement>;
@@ -146,14 +165,19 @@ function fit(): void {
     if (field) field.hidden = !shownBy(input.name as keyof Choices, choices.shape);
   }
   const label = (id: string, text: string): void => void (form.querySelector(`label[for=${id}]`)!.textContent = text);
-  label("length", choices.shape === "disc_sector" ? "Thickness, mm" : "Length, mm");
+  label("length", choices.shape === "disc_sector" ? "Thickness, mm" : choices.shape === "box" ? "Edge along z, mm" : "Length, mm");
   label("radius", choices.shape === "disc_sector" ? "Radius of the rim, mm" : "Radius, mm");
   const millimetres = 1e3 * (choices.nodes - 1) * spacing(choices.fabric);
   element("size", HTMLElement).textContent = `${millimetres.toFixed(0)} x ${millimetres.toFixed(0)} mm, ${(2 * choices.nodes * (choices.nodes - 1)).toLocaleString("en")} yarn segments`;
   named.value = nameOf(choices) ?? "";
 }
 
+/** Says what is wrong, at the field; what belongs to none, under the form. */
 function complain(field: string, text: string): void {
+  const more = element("more", HTMLDetailsElement);
+  const place = inputs.find((input) => input.name === field)?.closest(".field");
+  (place ?? more).after(problem);
+  if (place) more.open = true;
   problem.textContent = `${text} ${leftOut}`.trim();
   for (const input of inputs) {
     const bad = input.name === field;
@@ -165,32 +189,34 @@ function complain(field: string, text: string): void {
       input.removeAttribute("aria-describedby");
     }
   }
-  runButton.disabled = text !== "";
+  refused = text !== "";
+  element("transport", HTMLFieldSetElement).disabled = search.disabled = refused;
 }
 
-/** Gives up the scene before: what the worker still says of it is not heard. */
-function drop(): void {
+/** Leaves the scene before: what the worker still says of it is not heard. Its picture and results stay until there is another. */
+function leave(): void {
   number += 1;
-  [history, frame, rest, speed, wanted, waiting, running] = [[], undefined, undefined, undefined, undefined, false, false];
+  [wanted, waiting, running] = [undefined, false, false];
 }
 
-/** Says why there is no scene, and shows none: the results of the scene before are not those of the form. */
+/** Says why there is no scene. */
 function refuse(field: string, text: string, who: string): void {
-  drop();
+  leave();
   tell({ kind: "pause" });
+  curve.stop();
   complain(field, text);
-  outcome.textContent = `${who} refuses this scene.`;
-  view?.hide();
+  outcome.textContent = `${who} refuses this scene.${frame ? " The picture is that of the scene before." : ""}`;
   update();
 }
 
 /** Takes the choices up: a new scene in the worker, and in the address. */
-function take(): void {
-  drop();
+function take(play = false): void {
+  leave();
   complain("", "");
   fit();
+  playing = play;
   const address = toAddress(choices);
-  window.history.replaceState(null, "", address === "" ? location.pathname + location.search : `#${address}`);
+  window.history.replaceState(null, "", `#${address}`);
   tell({ kind: "scene", number, fabric: choices.fabric, values: assignments(choices) });
 }
 
@@ -213,8 +239,13 @@ named.addEventListener("change", () => {
 });
 window.addEventListener("hashchange", () => open());
 
-/** Takes the scene of the address. */
+/** Takes the scene of the address; without one the first with a name, which runs by itself where the reader does not mind motion. */
 function open(): void {
+  if (location.hash.length < 2) {
+    choices = { ...DEFAULTS, ...NAMED[0]?.changes };
+    write();
+    return take(!matchMedia("(prefers-reduced-motion: reduce)").matches);
+  }
   const { choices: found, unknown } = fromAddress(location.hash.slice(1));
   choices = found;
   write();
@@ -233,18 +264,32 @@ function open(): void {
 
 function goTo(row: number): void {
   wanted = Math.max(0, row);
-  if (waiting || history.length === 0) return;
+  if (refused || waiting || history.length === 0) return;
   waiting = true;
   tell({ kind: "go", row: wanted });
 }
 
 runButton.addEventListener("click", () => {
-  if (running) return tell({ kind: "pause" });
-  tell({ kind: "run" });
-  running = true;
+  if (running) tell({ kind: "pause" });
+  else play();
+});
+function play(): void {
+  tell({ kind: "run", anew: again() });
+  [running, playing, end, wanted] = [true, false, undefined, undefined];
   outcome.textContent = "Running ...";
   update();
-});
+}
+
+/** Whether the run has ended, and the picture is where the page went then, or at the end. */
+function again(): boolean {
+  return end !== undefined && (frame?.row === deepest() || rest?.ended !== "");
+}
+
+/** The row at which the held sheet is deepest; the last if it stays where it is. */
+function deepest(): number {
+  if (history.every((row) => row.max_deflection_m === 0)) return history.length - 1;
+  return history.reduce((best, row, k) => (row.max_deflection_m > (history[best]?.max_deflection_m ?? 0) ? k : best), 0);
+}
 element("step", HTMLButtonElement).addEventListener("click", () => goTo((frame?.row ?? 0) + 1));
 element("back", HTMLButtonElement).addEventListener("click", () => goTo((frame?.row ?? 0) - 1));
 element("start", HTMLButtonElement).addEventListener("click", () => goTo(0));
@@ -265,11 +310,17 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       return;
     case "made":
       dt = data.dt;
-      view?.make(data.nodes, (data.nodes[0] - 1) * spacing(choices.fabric), choices, side.value as Side);
+      shown = choices;
+      swift.max = String(Math.ceil(curve.take(shown) ? 2 * shown.speed : Math.max(Number(swift.max), shown.speed)));
+      swift.value = String(shown.speed);
+      [history, frame, rest, speed, end] = [[], undefined, undefined, undefined, undefined];
+      view?.make(data.nodes, (data.nodes[0] - 1) * spacing(shown.fabric), shown, side.value as Side);
       return;
     case "refused": {
       const [, field = "", unit = ""] = FIELDS.find(([start]) => data.field.startsWith(start)) ?? [];
-      return refuse(field, data.text.replace(/; it is \S+$/, (value) => `${value} ${unit}`).trim(), "The kernel");
+      // Of a box the least edge is refused.
+      const least = (["edgeX", "edgeY", "length"] as const).reduce((a, b) => (choices[b] < choices[a] ? b : a));
+      return refuse(field === "edgeX" ? least : field, data.text.replace(/; it is \S+$/, (value) => `${value} ${unit}`).trim(), "The kernel");
     }
     case "failed":
       running = false;
@@ -281,8 +332,13 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       ({ frame, speed, rest, running, latched } = data);
       if (running && latched.includes("detached")) outcome.textContent = "Running: only torn cloth is touched now. Pause when you like.";
       waiting = false;
+      if (rest?.ended && !end) {
+        finish(rest);
+        wanted = deepest();
+      } else if (rest && !end) {
+        outcome.textContent = frame.row > 0 ? `Stopped at ${microseconds(frame.row)}.` : `Ready: ${inWords(shown.shape)} at ${shown.speed} m/s. Press Run.`;
+      }
       show();
-      if (rest) announce(rest);
       if (wanted !== undefined && wanted !== frame.row && !running && (wanted < frame.row || !rest?.ended)) {
         goTo(wanted);
       } else {
@@ -292,6 +348,7 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
         if (picture.dataset.row === undefined) performance.mark("first picture");
         picture.dataset.row = String(data.frame.row);
         tell({ kind: "drawn" });
+        if (playing && data.number === number) play();
       });
       return;
     case "checked":
@@ -299,31 +356,32 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
   }
 };
 
-/** What came out, in words. */
-function announce({ ended }: Rest): void {
-  const row = frame && history[frame.row];
+/** The end of a run, in words; it is a point of the curve, too. */
+function finish(last: Rest): void {
+  const row = history[history.length - 1];
   if (!row) return;
-  const at = `at ${microseconds(frame?.row ?? 0)}`;
-  if (ended === "") {
-    outcome.textContent = row.step > 0 ? `Stopped ${at}.` : `Ready: ${inWords(choices.shape)} at ${choices.speed} m/s. Press Run.`;
-    return;
-  }
+  end = { rest: last, row };
+  const { ended } = last;
+  const at = `at ${microseconds(history.length - 1)}`;
+  const fast = Math.hypot(row.velocity_x_m_per_s, row.velocity_y_m_per_s, row.velocity_z_m_per_s);
+  const through = ended.includes("exited");
+  card.textContent = ended.includes("arrested") ? "Stopped" : through ? `Through at ${fast.toFixed(0)} m/s` : ended === "passed" ? "Passed by" : "Not decided";
+  if (through || ended.includes("arrested")) curve.add({ speed: shown.speed, through, residual: through ? fast : 0 });
   const residual = `velocity ${row.velocity_z_m_per_s.toFixed(1)} m/s, ${row.contact_work_j.toFixed(2)} J absorbed`;
   const name = ended.charAt(0).toUpperCase() + ended.slice(1);
   const open = Math.abs(row.energy_residual_j) > 0.01 * (history[0]?.projectile_kinetic_j ?? 0) ? "The energy balance is open by more than 1 %: slack yarn adds energy, see \"Slack and taut\" in docs/model.md. " : "";
-  outcome.textContent = `${name} ${at}: ${residual}. ${open} ${latched.includes("detached") ? "The sheet has torn off. " : ""}${sameBits() === true ? "Same bits as the native library." : ""}`;
+  outcome.textContent = `${name} ${at}: ${residual}. ${open} ${latched.includes("detached") ? "The sheet has torn off. " : ""}The picture: the sheet at its deepest.`;
 }
 
 /** Whether this end has the native library's digest; undefined where there is none to compare. */
 function sameBits(): boolean | undefined {
-  const name = nameOf(choices);
-  const pin = name === undefined ? undefined : native[name];
-  return rest?.ended && pin ? rest.digest === pin.digest : undefined;
+  const pin = native[nameOf(shown) ?? ""];
+  return end && pin ? end.rest.digest === pin.digest : undefined;
 }
 
 /** Strain at which the yarn begins to fail. */
 function critical(): number {
-  return (changesOf(choices.fabric)["yarn.critical_stretch"]?.[0] ?? 1.03) - 1;
+  return (changesOf(shown.fabric)["yarn.critical_stretch"]?.[0] ?? 1.03) - 1;
 }
 
 function show(): void {
@@ -333,7 +391,9 @@ function show(): void {
 }
 
 function update(): void {
-  runButton.textContent = running ? "Pause" : rest?.ended ? "Run again" : "Run";
+  runButton.textContent = running ? "Pause" : again() ? "Run again" : "Run";
+  card.hidden = !end;
+  drawCurve();
   const row = frame && history[frame.row];
   if (!frame || !row) {
     for (const value of Object.values(values)) [value.textContent, value.className] = ["-", ""];
@@ -346,10 +406,18 @@ function update(): void {
   time.setAttribute("aria-valuetext", microseconds(frame.row));
   const { failed_segments: failed } = row;
   element("clock", HTMLElement).textContent = `${microseconds(frame.row)}\n${row.velocity_z_m_per_s.toFixed(1)} m/s\n${failed} failed`;
-  picture.setAttribute("aria-label", `The sheet at ${microseconds(frame.row)}: deflection ${(1e3 * row.max_deflection_m).toFixed(1)} mm, ${failed} failed segments, ${inWords(choices.shape)} at ${(1e3 * row.position_z_m).toFixed(1)} mm`);
+  picture.setAttribute("aria-label", `The sheet at ${microseconds(frame.row)}: deflection ${(1e3 * row.max_deflection_m).toFixed(1)} mm, ${failed} failed segments, ${inWords(shown.shape)} at ${(1e3 * row.position_z_m).toFixed(1)} mm`);
 
   const start = history[0]?.projectile_kinetic_j ?? 0;
-  const pin = native[nameOf(choices) ?? ""];
+  const captions = whatIsSeen();
+  const seen = captions.filter(([at]) => at <= (frame?.row ?? 0)).length;
+  element("captions", HTMLElement).replaceChildren(...captions.map(([at, words], k) => {
+    const item = document.createElement("li");
+    item.textContent = `${microseconds(at)}: ${words}`;
+    item.className = k === seen - 1 ? "now" : "";
+    return item;
+  }));
+  const pin = native[nameOf(shown) ?? ""];
   values.time.textContent = `${microseconds(frame.row)}, step ${row.step.toLocaleString("en")}`;
   values.velocity.textContent = `${row.velocity_z_m_per_s.toFixed(3)} m/s`;
   values.absorbed.textContent = `${row.contact_work_j.toFixed(4)} J of ${start.toFixed(2)} J${row.support_work_j > 0 ? `, ${row.support_work_j.toFixed(4)} J of it by held nodes` : ""}`;
@@ -359,13 +427,51 @@ function update(): void {
   values.balance.textContent = `open by ${(100 * open).toFixed(4)} %${Math.abs(open) > 0.01 ? ": slack yarn adds energy" : ""}`;
   values.outcomes.textContent = latched.join(", ") || "none yet";
   values.digest.textContent = rest?.digest ?? "at the next stop";
-  values.native.textContent = pin ? `${pin.digest} at the end` : "run the TOML natively";
+  values.end.textContent = end?.rest.digest ?? "at the end";
+  values.native.textContent = pin ? pin.digest : "run the TOML natively";
   const same = sameBits();
   values.same.textContent = same === undefined ? (pin ? "compared at the end" : "own scene") : same ? "yes" : "NO";
   values.same.className = same === undefined ? "" : same ? "yes" : "no";
   values.speed.textContent = speed ? `${speed.nanosecondsPerNodeStep.toFixed(2)} ns per node-step` : "not run yet";
   values.slower.textContent = speed ? `${Math.round(speed.slowerThanReality).toLocaleString("en")} times` : "not run yet";
-  for (const plot of PLOTS) plot.draw(history, frame.row);
+  for (const plot of PLOTS) plot.draw(history, 1e6 * row.time_s);
+}
+
+/** What is seen, and from which row on. */
+function whatIsSeen(): [number, string][] {
+  const start = history[0]?.velocity_z_m_per_s ?? 0;
+  const fails = history.findIndex((row) => row.failed_segments > 0);
+  const last: [number, string] = fails >= 0 ? [fails, "The first yarns fail, and a hole opens."] : [history.some((row) => row.velocity_z_m_per_s <= 0) ? deepest() : -1, "The sheet holds: it is at its deepest, and throws the fragment back."];
+  const all: [number, string][] = [
+    [0, `The ${inWords(shown.shape)} of ${shown.mass} g comes at ${shown.speed} m/s. Strain, in colour, runs out along the yarns it hits.`],
+    [history.findIndex((row) => row.velocity_z_m_per_s < 0.95 * start), "It has lost 5 % of its velocity: the cloth around it moves with it, in a pyramid."],
+    last,
+  ];
+  return all.filter(([row]) => row >= 0).sort(([a], [b]) => a - b);
+}
+
+// The limit.
+
+function shootAt(speed: number): void {
+  if (refused || speed < 1) return;
+  choices = { ...choices, speed };
+  write();
+  take(true);
+}
+swift.addEventListener("input", () => drawCurve());
+swift.addEventListener("change", () => shootAt(swift.valueAsNumber));
+search.addEventListener("click", () => (curve.busy ? curve.stop() : curve.begin(shown)));
+
+function drawCurve(): void {
+  const { shots, busy, problem } = curve;
+  swift.max = String(Math.max(Number(swift.max), ...shots.map(({ speed }) => Math.ceil(speed))));
+  swift.disabled = refused;
+  swift.setAttribute("aria-valuetext", `${swift.value} m/s`);
+  residuals.draw(shots, swift.valueAsNumber, Number(swift.max));
+  const [low, high] = bracket(shots);
+  const between = high < Infinity && low > 0 ? `Limit: through at ${high} m/s, not at ${low} m/s.` : shots.length > 0 ? `${high < Infinity ? `Through at ${high}` : `Not through at ${low}`} m/s.` : "";
+  search.textContent = busy ? "Stop" : "Find the limit";
+  element("found", HTMLElement).textContent = `Impact at ${swift.value} m/s. ${between} ${busy ? `${shots.length} shots ...` : ""} ${problem}`.replace(/ +/g, " ").trim();
 }
 
 // The targets' test scenes.

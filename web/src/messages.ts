@@ -17,8 +17,9 @@ export const COLUMNS = [
 export type Column = (typeof COLUMNS)[number];
 export type Row = Record<Column, number>;
 
-/** The sheet at one row. */
+/** The sheet at one time. */
 export interface Frame {
+  /** The last row; the sheet may be up to a row of steps further while it moves. */
   row: number;
   motion: Motion;
   /** Three coordinates of each node, m. */
@@ -51,13 +52,15 @@ export type ToWorker =
   | { kind: "scene"; number: number; fabric: string; values: Assignment[] }
   /** Microseconds of the event in a second; 0: as fast as it computes. */
   | { kind: "pace"; pace: number }
-  /** From the start again after the end. */
-  | { kind: "run" }
+  /** anew: from the start, as always after the end. */
+  | { kind: "run"; anew: boolean }
   | { kind: "pause" }
   /** To a row that may be new, and stay there. */
   | { kind: "go"; row: number }
   /** The page has drawn the last frame. */
   | { kind: "drawn" }
+  /** Computes one shot to its end, as soon as that is certain. */
+  | { kind: "shot"; fabric: string; values: Assignment[] }
   | { kind: "check" };
 
 export type FromWorker =
@@ -70,4 +73,6 @@ export type FromWorker =
   | { kind: "shown"; number: number; rows: Row[]; frame: Frame; speed: Speed | undefined; rest: Rest | undefined; running: boolean; latched: string[] }
   /** number: of the scene; without one the kernel itself cannot run. */
   | { kind: "failed"; number: number | undefined; text: string }
+  /** How a shot ended. */
+  | { kind: "shot"; through: boolean; residual: number }
   | { kind: "checked"; digests: Record<string, string>; seconds: number };

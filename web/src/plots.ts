@@ -1,11 +1,18 @@
-/** Small plots of the history over time. */
-import type { Row } from "./messages";
-
-export interface Series {
+/** Small plots: the history over time, and the limit's curve. */
+export interface Series<T> {
   name: string;
   /** Style sheet's variable with its colour. */
   colour: string;
-  of: (row: Row) => number;
+  of: (row: T) => number;
+}
+
+/** What stands along the plot, and what a click into it does. */
+export interface Axis<T> {
+  unit: string;
+  of: (row: T) => number;
+  chosen: (value: number) => void;
+  /** Whether each row is a point. */
+  dots?: boolean;
 }
 
 /** 1, 2 or 5 times a power of ten, so that at most five steps cover a range. */
@@ -23,12 +30,11 @@ export function marks(low: number, high: number): [number, string][] {
   return found;
 }
 
-export class Plot {
+export class Plot<T> {
+  readonly figure = document.createElement("figure");
   private readonly canvas: HTMLCanvasElement;
 
-  /** chosen: called with a time, s, when the reader points into the plot. */
-  constructor(parent: HTMLElement, private readonly title: string, private readonly unit: string, private readonly series: Series[], chosen: (time: number) => void) {
-    const figure = document.createElement("figure");
+  constructor(parent: HTMLElement, private readonly title: string, private readonly unit: string, private readonly series: Series<T>[], private readonly axis: Axis<T>) {
     const caption = document.createElement("figcaption");
     caption.append(`${title}, ${unit}`);
     if (series.length > 1) {
@@ -42,12 +48,13 @@ export class Plot {
     }
     this.canvas = document.createElement("canvas");
     this.canvas.setAttribute("role", "img");
-    figure.append(caption, this.canvas);
-    parent.append(figure);
+    this.canvas.setAttribute("aria-label", title);
+    this.figure.append(caption, this.canvas);
+    parent.append(this.figure);
     const pointed = (event: PointerEvent): void => {
       if (event.buttons === 0) return;
       const part = (event.offsetX - this.left) / (this.canvas.clientWidth - this.left - 6);
-      chosen(Math.min(1, Math.max(0, part)) * this.last);
+      axis.chosen(Math.min(1, Math.max(0, part)) * this.last);
     };
     this.canvas.addEventListener("pointerdown", pointed);
     this.canvas.addEventListener("pointermove", pointed);
@@ -56,8 +63,8 @@ export class Plot {
   private left = 44;
   private last = 0;
 
-  /** rows: the history; at: the row that the picture shows. */
-  draw(rows: readonly Row[], at: number): void {
+  /** at: the place along the axis that the picture shows; most: where the axis ends. */
+  draw(rows: readonly T[], at: number, most = 0): void {
     const { canvas } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     // Drawn by the processor: for so few lines the graphics processor takes longer to set up.
@@ -70,12 +77,13 @@ export class Plot {
     const style = getComputedStyle(canvas);
     const colour = (name: string): string => style.getPropertyValue(name).trim();
 
-    this.last = Math.max(rows[rows.length - 1]?.time_s ?? 0, 1e-6);
+    const { of: along, unit } = this.axis;
+    this.last = Math.max(most, 1, ...rows.slice(-1).map(along));
     let [low, high] = [0, 0];
     for (const { of } of this.series) for (const row of rows) [low, high] = [Math.min(low, of(row)), Math.max(high, of(row))];
     if (high - low < 1e-12) high = low + 1;
     const bottom = height - 18;
-    const x = (time: number): number => this.left + (time / this.last) * (width - this.left - 6);
+    const x = (value: number): number => this.left + (value / this.last) * (width - this.left - 6);
     const y = (value: number): number => bottom - ((value - low) / (high - low)) * (bottom - 6);
 
     context.font = "11px system-ui, sans-serif";
@@ -92,28 +100,31 @@ export class Plot {
       context.fillText(label, this.left - 5, y(value));
     }
     context.textAlign = "center";
-    const stepTime = stepOf(1e6 * this.last);
-    for (let time = 0; time <= 1e6 * this.last; time += stepTime) context.fillText(`${Number(time.toPrecision(4))} µs`, Math.min(width - 18, Math.max(this.left, x(1e-6 * time))), height - 7);
+    for (const [value, label] of marks(0, this.last)) context.fillText(`${label} ${unit}`, Math.min(width - 22, Math.max(this.left, x(value))), height - 7);
 
     context.lineWidth = 1.6;
     context.lineJoin = "round";
     for (const { colour: name, of } of this.series) {
       context.strokeStyle = colour(name);
       context.beginPath();
-      for (const row of rows) context.lineTo(x(row.time_s), y(of(row)));
+      for (const row of rows) context.lineTo(x(along(row)), y(of(row)));
       context.stroke();
+      context.fillStyle = colour(name);
+      for (const row of this.axis.dots ? rows : []) context.fillRect(x(along(row)) - 3, y(of(row)) - 3, 6, 6);
     }
-    const now = rows[at];
-    if (now) {
+    if (rows.length > 0) {
       context.strokeStyle = colour("--text");
       context.lineWidth = 1;
       context.setLineDash([3, 3]);
       context.beginPath();
-      context.moveTo(x(now.time_s), 4);
-      context.lineTo(x(now.time_s), bottom);
+      context.moveTo(x(at), 4);
+      context.lineTo(x(at), bottom);
       context.stroke();
+    }
+    const now = rows.find((row) => along(row) === at);
+    if (now) {
       const values = this.series.map(({ name, of }) => `${this.series.length > 1 ? `${name} ` : ""}${of(now).toPrecision(4)}`);
-      canvas.setAttribute("aria-label", `${this.title} at ${(1e6 * now.time_s).toFixed(1)} µs: ${values.join(", ")} ${this.unit}`);
+      canvas.setAttribute("aria-label", `${this.title} at ${at.toFixed(1)} ${unit}: ${values.join(", ")} ${this.unit}`);
     }
   }
 }

@@ -5,18 +5,23 @@
 import { fabrics } from "built:data";
 
 export type Attachment = "two_sides" | "four_sides" | "four_corners" | "free";
-export type Shape = "sphere" | "cylinder" | "disc_sector";
+export type Shape = "sphere" | "cylinder" | "box" | "disc_sector";
 
 /** What the form has, in its units: mm, g, m/s, degrees. */
 export interface Choices {
   /** "" is the paper's yarn with its scatter; else a file of the folder fabrics. */
   fabric: string;
   nodes: number;
+  /** Bonded into one network. */
+  plies: number;
   attachment: Attachment;
   shape: Shape;
   radius: number;
   bore: number;
   length: number;
+  /** Of a box, whose third edge is the length. */
+  edgeX: number;
+  edgeY: number;
   angle: number;
   mass: number;
   speed: number;
@@ -33,18 +38,18 @@ export interface Choices {
 }
 
 export const DEFAULTS: Choices = {
-  fabric: "", nodes: 105, attachment: "four_sides", shape: "sphere", radius: 6.35, bore: 10, length: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
+  fabric: "", nodes: 105, plies: 1, attachment: "four_sides", shape: "sphere", radius: 6.35, bore: 10, length: 12.7, edgeX: 12.7, edgeY: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
   tiltX: 0, tiltY: 0, turn: 0, x: 0, y: 0, seed: 1,
 };
 
-/** Scenes with a name; their digests are computed by the native library when the page is built. */
+/** Scenes with a name; their digests are computed by the native library when the page is built. The page opens with the first. */
 export const NAMED: { name: string; title: string; changes: Partial<Choices> }[] = [
+  { name: "kevlar", title: "One ply of Kevlar KM2 S706, steel sphere, 150 m/s", changes: { fabric: "kevlar_km2_s706", nodes: 136, radius: 2.778, mass: 0.69, speed: 150 } },
   { name: "hole", title: "Sphere, 100 m/s: a hole", changes: {} },
   { name: "held", title: "Sphere, 40 m/s: arrested", changes: { speed: 40 } },
   { name: "corners", title: "Four corners held", changes: { attachment: "four_corners" } },
   { name: "cylinder", title: "Tilted cylinder, off the middle", changes: { shape: "cylinder", length: 20, mass: 14, speed: 110, tiltX: 35, tiltY: 10, x: 8, y: -5 } },
   { name: "sector", title: "Sector of a turbine disc, rim first", changes: { shape: "disc_sector", radius: 30, length: 8, mass: 28, speed: 80, tiltY: 20 } },
-  { name: "kevlar", title: "Kevlar KM2, sphere, 150 m/s", changes: { fabric: "kevlar_km2_s706", speed: 150 } },
   { name: "large", title: "10 in sheet, cylinder (350 x 350 nodes: slow)", changes: { nodes: 350, attachment: "two_sides", shape: "cylinder", length: 38.1, mass: 37, speed: 100 } },
 ];
 
@@ -58,6 +63,7 @@ export function nameOf(choices: Choices): string | undefined {
 export const DIMENSIONS: Record<Shape, (keyof Choices)[]> = {
   sphere: ["radius"],
   cylinder: ["radius", "length", "tiltX", "tiltY", "turn"],
+  box: ["edgeX", "edgeY", "length", "tiltX", "tiltY", "turn"],
   disc_sector: ["radius", "bore", "length", "angle", "tiltX", "tiltY", "turn"],
 };
 
@@ -109,10 +115,10 @@ export function profile(choices: Choices): [number, number][] {
   return corners.map(([x, y]) => [x - moment / area, y]);
 }
 
-/** How the body is turned: a cylinder stands on the sheet, a sector strikes it with its rim; then the tilts, then the turn. */
+/** How the body is turned: a cylinder or a box stands on the sheet, a sector strikes it with its rim; then the tilts, then the turn. */
 function orientation(choices: Choices): Quaternion {
   if (choices.shape === "sphere") return [1, 0, 0, 0];
-  const start: Quaternion = choices.shape === "cylinder" ? [1, 0, 0, 0] : [0.5, -0.5, -0.5, -0.5];
+  const start: Quaternion = choices.shape === "disc_sector" ? [0.5, -0.5, -0.5, -0.5] : [1, 0, 0, 0];
   const tilted = product(about(1, choices.tiltY), product(about(0, choices.tiltX), start));
   return product(about(2, choices.turn), tilted).map(rounded) as Quaternion;
 }
@@ -121,6 +127,10 @@ function orientation(choices: Choices): Quaternion {
 function reach(choices: Choices, q: Quaternion): number {
   const [radius, half] = [1e-3 * choices.radius, 5e-4 * choices.length];
   if (choices.shape === "sphere") return radius;
+  if (choices.shape === "box") {
+    const [x, y] = [5e-4 * choices.edgeX, 5e-4 * choices.edgeY];
+    return x * Math.abs(height(q, [1, 0, 0])) + y * Math.abs(height(q, [0, 1, 0])) + half * Math.abs(height(q, [0, 0, 1]));
+  }
   if (choices.shape === "cylinder") {
     const axis = height(q, [0, 0, 1]);
     return half * Math.abs(axis) + radius * Math.sqrt(Math.max(0, 1 - axis * axis));
@@ -134,7 +144,7 @@ function reach(choices: Choices, q: Quaternion): number {
 export function misses(choices: Choices): boolean {
   const half = 0.5 * (choices.nodes - 1) * spacing(choices.fabric);
   const [radius, length, x, y] = [choices.radius, choices.length, choices.x, choices.y].map((value) => 1e-3 * value) as [number, number, number, number];
-  const flat = choices.shape === "disc_sector" ? Math.max(...profile(choices).map((corner) => Math.hypot(...corner))) : radius;
+  const flat = choices.shape === "disc_sector" ? Math.max(...profile(choices).map((corner) => Math.hypot(...corner))) : choices.shape === "box" ? 5e-4 * Math.hypot(choices.edgeX, choices.edgeY) : radius;
   const ball = choices.shape === "sphere" ? Math.abs(radius) : Math.hypot(flat, length / 2);
   const way = 2 * ball * Math.tan((choices.oblique * Math.PI) / 180);
   return x + Math.min(0, way) - ball > half || x + Math.max(0, way) + ball < -half || Math.abs(y) - ball > half;
@@ -160,6 +170,7 @@ export function assignments(choices: Choices): Assignment[] {
     { key: "seed", value: [choices.seed] },
     { key: "sheet.nodes_x", value: [choices.nodes] },
     { key: "sheet.nodes_y", value: [choices.nodes] },
+    { key: "sheet.plies", value: [choices.plies] },
     { key: "attachment.kind", value: choices.attachment },
   ];
   if (choices.attachment === "four_corners") {
@@ -172,6 +183,8 @@ export function assignments(choices: Choices): Assignment[] {
       ["inner_radius", 1e-3 * choices.bore], ["outer_radius", 1e-3 * choices.radius], ["angle", (choices.angle * Math.PI) / 180], ["thickness", 1e-3 * choices.length],
     ];
     all.push(...sector.map(([key, value]) => ({ key: `projectile.sector.${key}`, value: [rounded(value)] })));
+  } else if (choices.shape === "box") {
+    all.push({ key: "projectile.size", value: [choices.edgeX, choices.edgeY, choices.length].map((edge) => rounded(1e-3 * edge)) });
   } else {
     all.push({ key: "projectile.radius", value: [rounded(1e-3 * choices.radius)] });
     if (choices.shape === "cylinder") all.push({ key: "projectile.length", value: [rounded(1e-3 * choices.length)] });
@@ -207,10 +220,10 @@ export function toToml(choices: Choices): string {
   return lines.join("\n") + "\n";
 }
 
-/** What differs from the defaults, as the part of an address behind "#". */
+/** What differs from the defaults, as the part of an address behind "#". It is never empty: without it the page opens with its first scene. */
 export function toAddress(choices: Choices): string {
   const differing = (Object.keys(DEFAULTS) as (keyof Choices)[]).filter((key) => choices[key] !== DEFAULTS[key]);
-  return new URLSearchParams(differing.map((key) => [key, String(choices[key])])).toString();
+  return new URLSearchParams(differing.length > 0 ? differing.map((key) => [key, String(choices[key])]) : [["shape", choices.shape]]).toString();
 }
 
 /** Choices from an address, and what it has and the page does not understand, with the reason. */
@@ -220,7 +233,7 @@ export function fromAddress(address: string): { choices: Choices; unknown: strin
   const allowed: Partial<Record<keyof Choices, readonly string[]>> = {
     fabric: ["", ...Object.keys(fabrics)],
     attachment: ["two_sides", "four_sides", "four_corners", "free"],
-    shape: ["sphere", "cylinder", "disc_sector"],
+    shape: ["sphere", "cylinder", "box", "disc_sector"],
   };
   for (const [key, text] of new URLSearchParams(address)) {
     const known = key in DEFAULTS ? (key as keyof Choices) : undefined;

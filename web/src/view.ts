@@ -1,6 +1,6 @@
 /** The picture: the sheet as a lit surface with its yarns, holes where segments have failed, and the projectile. Metres. */
 import {
-  BufferAttribute, BufferGeometry, CylinderGeometry, DirectionalLight, DoubleSide, Group, HemisphereLight, LineBasicMaterial, LineSegments, Mesh,
+  BoxGeometry, BufferAttribute, BufferGeometry, CylinderGeometry, DirectionalLight, DoubleSide, Group, HemisphereLight, LineBasicMaterial, LineSegments, Mesh,
   GreaterDepth, MeshBasicMaterial, MeshLambertMaterial, MeshPhongMaterial, PerspectiveCamera, Scene, SphereGeometry, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
@@ -57,7 +57,6 @@ export class View {
   /** A new sheet and body. The camera moves only if the sheet has another size; then it looks from the side `view`. */
   make(nodes: [number, number], side: number, choices: Choices, view: Side): void {
     this.nodes = nodes;
-    this.scene.visible = true;
     const count = nodes[0] * nodes[1];
     for (const thing of [this.cloth, this.yarns]) {
       thing.geometry.dispose();
@@ -84,12 +83,6 @@ export class View {
       this.resize();
       this.look(view);
     }
-  }
-
-  /** Nothing until the next sheet. */
-  hide(): void {
-    this.scene.visible = false;
-    this.draw();
   }
 
   look(side: Side): void {
@@ -210,6 +203,7 @@ function solid(choices: Choices): BufferGeometry {
   const [radius, length] = [1e-3 * choices.radius, 1e-3 * choices.length];
   if (choices.shape === "sphere") return new SphereGeometry(radius, 48, 32);
   if (choices.shape === "cylinder") return new CylinderGeometry(radius, radius, length, 64).rotateX(Math.PI / 2);
+  if (choices.shape === "box") return new BoxGeometry(1e-3 * choices.edgeX, 1e-3 * choices.edgeY, length);
   const corners = profile(choices);
   const points: number[] = [];
   const at = (k: number, z: number): number[] => [...(corners[k % corners.length] ?? [0, 0]), z];

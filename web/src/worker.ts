@@ -11,6 +11,8 @@ const page = self as unknown as Page;
 
 /** Time in one piece of work, ms. */
 const PIECE = 14;
+/** Steps between two pictures at a pace, at least: a row is too long for slow motion. */
+const FINE = 8;
 /** Most memory and number of snapshots. */
 const MOST_BYTES = 160e6;
 const MOST_IMAGES = 64;
@@ -43,7 +45,7 @@ class Images {
 
 /** A scene that runs. */
 class Run {
-  row = 0;
+  steps = 0;
   running = false;
   readonly sim: Simulation;
   private readonly images: Images;
@@ -60,18 +62,30 @@ class Run {
     this.record();
   }
 
-  get ended(): boolean {
-    return this.sim.outcome().ended !== "" || this.row * ROW >= MOST_STEPS;
+  /** Rows so far; the last may be shorter. */
+  get row(): number {
+    return this.steps === MOST_STEPS ? Math.ceil(this.steps / ROW) : Math.floor(this.steps / ROW);
   }
 
-  /** One row of steps. */
-  advance(): void {
+  get ended(): boolean {
+    return this.sim.outcome().ended !== "" || this.steps >= MOST_STEPS;
+  }
+
+  /** So many steps, at most to the end of the row. */
+  advance(most: number): void {
     const start = performance.now();
-    this.sim.advance(Math.min(ROW, MOST_STEPS - this.row * ROW));
+    const steps = Math.min(most, ROW - (this.steps % ROW), MOST_STEPS - this.steps);
+    this.sim.advance(steps);
     this.spent += performance.now() - start;
-    this.taken += ROW;
-    this.row += 1;
-    this.record();
+    this.taken += steps;
+    this.steps += steps;
+    if (this.steps % ROW === 0 || this.steps === MOST_STEPS) this.record();
+  }
+
+  /** Stands still at a whole row only. */
+  stop(): void {
+    this.running = false;
+    while (this.steps % ROW !== 0 && !this.ended) this.advance(ROW);
   }
 
   /** Goes to a row, from the last snapshot before it or from here. */
@@ -79,10 +93,10 @@ class Run {
     const image = this.images.before(row);
     if (image && (row < this.row || image[0] > this.row)) {
       this.sim.load(image[1]);
-      this.row = image[0];
+      this.steps = this.sim.counters().steps;
       this.lastImpulse = this.sim.contact().impulse;
     }
-    while (this.row < row && !this.ended) this.advance();
+    while (this.row < row && !this.ended) this.advance(ROW);
   }
 
   private record(): void {
@@ -159,7 +173,7 @@ class Run {
 let kernel: Kernel | undefined;
 let run: Run | undefined;
 let pace = 0;
-/** When a paced run began, ms, and at which row. */
+/** When a paced run began, ms, and at which step. */
 let paced: [number, number] = [0, 0];
 let drawn = true;
 let queued = false;
@@ -178,23 +192,23 @@ function queue(): void {
 function work(): void {
   if (!run?.running) return;
   const start = performance.now();
-  const due = pace === 0 ? Infinity : paced[1] + ((start - paced[0]) * 1e-9 * pace) / (ROW * run.sim.dt);
-  while (run.row < due && performance.now() - start < PIECE && !run.ended) run.advance();
+  const due = pace === 0 ? Infinity : paced[1] + ((start - paced[0]) * 1e-9 * pace) / run.sim.dt;
+  while (run.steps < due && performance.now() - start < PIECE && !run.ended) run.advance(pace === 0 ? ROW : FINE);
   if (run.ended) run.running = false;
   if (drawn || !run.running) {
     drawn = false;
     run.show();
   }
   if (!run.running) return;
-  if (run.row < due) queue();
+  if (run.steps < due) queue();
   else setTimeout(queue, 5);
 }
 
-function start(): void {
+function start(anew: boolean): void {
   if (!run) return;
-  if (run.ended) run.go(0);
+  if (anew || run.ended) run.go(0);
   run.running = true;
-  paced = [performance.now(), run.row];
+  paced = [performance.now(), run.steps];
   queue();
 }
 
@@ -220,6 +234,14 @@ function make(order: ToWorker & { kind: "scene" }): void {
   }
   page.postMessage({ kind: "made", number: order.number, nodes: run.sim.nodes, dt: run.sim.dt });
   run.show();
+}
+
+function shoot({ fabric, values }: ToWorker & { kind: "shot" }): void {
+  if (!kernel) return;
+  const sim = new Simulation(kernel, fabric, [...values, { key: "track_through", value: [1] }]);
+  sim.advance(MOST_STEPS);
+  const { ended } = sim.outcome();
+  page.postMessage({ kind: "shot", through: ended !== "" && !ended.includes("arrested"), residual: Math.hypot(...sim.projectile().velocity) });
 }
 
 /** Unpacks and compiles the kernel. */
@@ -253,19 +275,21 @@ function answer(data: ToWorker): void {
       return make(data);
     case "pace":
       pace = data.pace;
-      paced = [performance.now(), run?.row ?? 0];
+      paced = [performance.now(), run?.steps ?? 0];
       return;
     case "run":
-      return start();
+      return start(data.anew);
     case "pause":
     case "go":
       if (!run) return;
-      run.running = false;
+      run.stop();
       if (data.kind === "go") run.go(data.row);
       return run.show();
     case "drawn":
       drawn = true;
       return;
+    case "shot":
+      return shoot(data);
     case "check":
       return module && check(module);
   }

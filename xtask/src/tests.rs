@@ -46,6 +46,7 @@ const FIRST: &[Step] = &[
     ("web page in a browser", crate::web::check),
     ("digests on other targets", crate::digests::short),
     ("studies in short form", studies),
+    ("tutorial", tutorial),
 ];
 
 /// The other half.
@@ -63,6 +64,13 @@ const SECOND: &[Step] = &[
 
 /// What the kernel does not have by default. Where a step builds it with others, it is one more build.
 const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
+
+/// The page of the tutorial has what its programs print, and the notebook is that page.
+fn tutorial() -> Outcome {
+    let python = crate::wheel::installed()?;
+    python_with("examples/notebooks/requirements.txt")?;
+    command(python, &["examples/notebooks/make.py"])
+}
 
 /// The long checks, by hand before a release.
 const VERIFY: &[Step] = &[
@@ -267,10 +275,11 @@ fn studies() -> Outcome {
 
 /// The pictures and tables of what a study has written, beside its numbers.
 fn report(name: &str, folder: &str) -> Outcome {
+    if name == "run" {
+        return command(python()?, &["-m", "fabric_kernel.report", folder]);
+    }
     let docs = format!("{folder}/docs");
-    let arguments = ["-m", "evidence", name, folder, "--out", folder, "--docs", &docs];
-    // A single run has no table.
-    command(python()?, if name == "run" { &arguments[..4] } else { &arguments })
+    command(python()?, &["-m", "evidence", name, folder, "--out", folder, "--docs", &docs])
 }
 
 fn runner(arguments: &[&str]) -> Outcome {

@@ -2,7 +2,7 @@
 //! (web/, docs/web.md); and the page's test in a browser.
 
 use crate::needs::BROWSERS;
-use crate::tools::{Outcome, cargo, first_found, make_folder, python, read, run as command, target, top, wait, write};
+use crate::tools::{Outcome, cargo, first_found, make_folder, read, run as command, target, top, wait, write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -34,7 +34,7 @@ fn movie(path: &Path) -> Outcome {
     let folder = target().join("movie");
     let (scene, out) = ("runner/scenes/turbine_disc_sector.toml", folder.to_string_lossy());
     command(runner(), &["run", scene, "--movie", "--steps", "17000", "--until", "none", "--out", &out])?;
-    command(python()?, &["-m", "evidence", "run", &out])?;
+    command(crate::wheel::installed()?, &["-m", "fabric_kernel.report", &out])?;
     let copied = std::fs::copy(folder.join("movie.gif"), path);
     copied.map(|_| ()).map_err(|error| format!("{}: {error}", path.display()))
 }

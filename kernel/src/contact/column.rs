@@ -17,7 +17,7 @@ use crate::memory::system::System;
 const MAX_NEWTON: u32 = 60;
 
 /// A node in a column, as it lies in the scratch block.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Node {
     /// Velocity along z before contact, spacings a pass.
     pub before: f64,
@@ -170,14 +170,40 @@ pub(super) fn project(column: &mut [[f64; COLUMN_REALS]]) {
         pool.write(place);
         pools += 1;
     }
-    let mut start = 0;
-    for pool in 0..pools {
-        let Some(pool) = column.get(pool).map(Pool::read) else { return };
-        let end = start + pool.nodes as usize;
+    each_pool(column, move_together);
+}
+
+/// The pools of a solved column and their nodes.
+fn each_pool(column: &mut [[f64; COLUMN_REALS]], mut each: impl FnMut(&mut [[f64; COLUMN_REALS]], &Pool)) {
+    let (mut start, mut pool) = (0, 0);
+    while start < column.len() {
+        let Some(found) = column.get(pool).map(Pool::read) else { return };
+        let end = start + (found.nodes as usize).max(1);
         let Some(nodes) = column.get_mut(start..end) else { return };
-        move_together(nodes, &pool);
-        start = end;
+        each(nodes, &found);
+        (start, pool) = (end, pool + 1);
     }
+}
+
+/// What holds each pool of a column that was solved without candidates: its mass, and grips that are positive; left in `room` of its nodes.
+pub(super) fn hold(column: &mut [[f64; COLUMN_REALS]]) {
+    each_pool(column, |nodes, pool| {
+        let room = nodes.iter().fold(pool.weight, |held, place| held + math::max(Node::read(place).grip, 0.0));
+        nodes.iter_mut().for_each(|place| Node { room, ..Node::read(place) }.write(place));
+    });
+}
+
+/// By how much the speed of each pool changes if its nodes get the impulses `push` and, for each change of speed, less by `grip`; left in
+/// `release` of its nodes.
+pub(super) fn shift(column: &mut [[f64; COLUMN_REALS]]) {
+    each_pool(column, |nodes, pool| {
+        let [push, held] = nodes
+            .iter()
+            .map(Node::read)
+            .fold([0.0, pool.weight], |[push, held], node| [push + node.push, held + node.grip]);
+        let release = if math::abs(held) > 1e-9 * pool.weight { push / held } else { 0.0 };
+        nodes.iter_mut().for_each(|place| Node { release, ..Node::read(place) }.write(place));
+    });
 }
 
 /// Moves the nodes of a pool.

@@ -27,9 +27,6 @@ const EVEN: f64 = 1e-6;
 const SETTLED: [f64; 2] = [1e-12, 4e-15];
 /// A gap rate that does not count if no velocity changes any more, spacings a pass.
 const HARMLESS: f64 = 1e-9;
-/// The same with friction where several candidates share a column, and changes that do not count there: some of them stick and some slide, and
-/// which they are may change in every sweep.
-const ROUGH: f64 = 1e-7;
 /// Sweeps before impulses along the surface that go back and forth take shorter ways, and by how much those grow that go on.
 const PATIENCE: u32 = 4;
 const GROWTH: f64 = 1.1;
@@ -87,13 +84,13 @@ fn link(system: &mut System<'_>, count: usize) {
 
 /// Gauss-Seidel over the columns with candidates. Each is solved for all its nodes and candidates at once, with a body that gives way to
 /// several of them a little more than it does, so that they never go too far.
-struct Joint<'s, 'a> {
-    system: &'s mut System<'a>,
-    inertia: Inertia,
+pub(super) struct Joint<'s, 'a> {
+    pub(super) system: &'s mut System<'a>,
+    pub(super) inertia: Inertia,
     /// 1/m of a node of the front fabric, 1/kg.
     give: f64,
     /// A gap rate or a slip that does not count, m/s.
-    tolerance: f64,
+    pub(super) tolerance: f64,
     /// Whether the body turns, now or by contact.
     turns: bool,
     /// Masses of the nodes of a column.
@@ -101,13 +98,15 @@ struct Joint<'s, 'a> {
     /// Longest arm of a candidate, m.
     arm: f64,
     /// The most by which a node without an included candidate is moved along z, m/s.
-    widest: f64,
+    pub(super) widest: f64,
     /// Whether a fixed node has taken an impulse.
     supported: bool,
     /// Sweeps done.
-    sweeps: u32,
-    velocity: Vector,
-    rate: Vector,
+    pub(super) sweeps: u32,
+    /// What Newton's method adds to the body's give, over that of a node (`rough.rs`).
+    pub(super) damping: f64,
+    pub(super) velocity: Vector,
+    pub(super) rate: Vector,
 }
 
 impl<'s, 'a> Joint<'s, 'a> {
@@ -119,8 +118,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         let scene = &system.scene;
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (velocity, rate) = (body.velocity, body.angular_velocity);
-        let (tolerance, arm, widest, supported, sweeps) = (0.0, 0.0, 0.0, false, 0);
-        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, supported, sweeps, velocity, rate }
+        let (tolerance, arm, widest, supported, sweeps, damping) = (0.0, 0.0, 0.0, false, 0, 0.0);
+        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, supported, sweeps, damping, velocity, rate }
     }
 
     /// Begins before any impulse. Returns the growth of a gap beyond which no impulse is to be expected, m/s.
@@ -213,8 +212,12 @@ impl<'s, 'a> Joint<'s, 'a> {
             while let Some(k) = next {
                 let own = self.own_give(k);
                 let give = self.give_besides(&self.candidate(k), own, &first, members);
-                let soft = if members > 1.0 && !first.is_fixed() { EVEN * own } else { 0.0 };
-                self.set_touch(k, Touch { lift: 0.0, give, soft, own, last: 0.0, stale: true });
+                let rubbing = self.tangential(k);
+                // With friction the limits of friction would differ from those of plies that share evenly.
+                let soft = if members > 1.0 && !first.is_fixed() && rubbing.is_none() { EVEN * own } else { 0.0 };
+                let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
+                let slide = math::max(members * of_body, EVEN * own);
+                self.set_touch(k, Touch { lift: 0.0, give, soft, own, last: 0.0, stale: true, slide });
                 next = self.behind(k);
             }
         }
@@ -223,10 +226,13 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// Sweeps until nothing changes any more, or too often. Returns whether nothing does.
     fn settle(&mut self, count: usize) -> bool {
         let (mut most, mut converged) = (MAX_SWEEPS, false);
+        let rough = self.system.layout.has(Feature::Friction);
         while self.sweeps < most && !converged {
             converged = true;
             for c in 0..count {
-                converged &= self.visit(c);
+                // A fixed node is alone, too.
+                let rubs = rough && self.leads(c) && self.behind(c).is_some();
+                converged &= if rubs { self.visit_rough(c) } else { self.visit(c) };
             }
             self.sweeps += 1;
             if self.supported {
@@ -287,21 +293,21 @@ impl<'s, 'a> Joint<'s, 'a> {
         one.normal.dot(&other.normal) * self.inertia.inverse_mass + turning
     }
 
-    fn candidate(&self, c: usize) -> Candidate {
+    pub(super) fn candidate(&self, c: usize) -> Candidate {
         self.system.arrays.candidates.get(c).map(Candidate::read).unwrap_or_default()
     }
 
-    fn tangential(&self, c: usize) -> Option<Tangential> {
+    pub(super) fn tangential(&self, c: usize) -> Option<Tangential> {
         self.system.arrays.tangential.get(c).map(Tangential::read)
     }
 
-    fn set_tangential(&mut self, c: usize, t: &Tangential) {
+    pub(super) fn set_tangential(&mut self, c: usize, t: &Tangential) {
         if let Some(place) = self.system.arrays.tangential.get_mut(c) {
             t.write(place);
         }
     }
 
-    fn set_impulse(&mut self, c: usize, impulse: f64) {
+    pub(super) fn set_impulse(&mut self, c: usize, impulse: f64) {
         if let Some(slot) = self.system.arrays.candidates.get_mut(c) {
             candidate::set_impulse(slot, impulse);
         }
@@ -321,26 +327,26 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.link(c).leads
     }
 
-    fn ply(&self, c: usize) -> usize {
+    pub(super) fn ply(&self, c: usize) -> usize {
         self.link(c).ply
     }
 
-    fn behind(&self, c: usize) -> Option<usize> {
+    pub(super) fn behind(&self, c: usize) -> Option<usize> {
         self.link(c).behind
     }
 
-    fn touch(&self, c: usize) -> Touch {
+    pub(super) fn touch(&self, c: usize) -> Touch {
         self.system.arrays.touches.get(c).map(Touch::read).unwrap_or_default()
     }
 
-    fn set_touch(&mut self, c: usize, touch: Touch) {
+    pub(super) fn set_touch(&mut self, c: usize, touch: Touch) {
         if let Some(slot) = self.system.arrays.touches.get_mut(c) {
             touch.write(slot);
         }
     }
 
     /// How fast a candidate's gap grows if its node feels no impulse, m/s.
-    fn body_rate(&self, candidate: &Candidate) -> f64 {
+    pub(super) fn body_rate(&self, candidate: &Candidate) -> f64 {
         if self.turns {
             candidate.gap_rate(&self.velocity, &self.rate)
         } else {
@@ -392,14 +398,8 @@ impl<'s, 'a> Joint<'s, 'a> {
             return false;
         }
         let moved = self.rub(c);
-        let shared = self.touch(c).soft > 0.0;
-        let [harmless, still] = if friction && shared {
-            [ROUGH * unit_speed; 2]
-        } else {
-            // What candidates of one column pass on between them moves nothing.
-            [HARMLESS * unit_speed, self.tolerance]
-        };
-        error <= harmless && math::max(lifted, moved) <= still
+        // What candidates of one column pass on between them moves nothing.
+        error <= HARMLESS * unit_speed && math::max(lifted, moved) <= self.tolerance
     }
 
     /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s. What comes behind more than `enough` is not
@@ -444,7 +444,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     /// The nodes of a column and its candidates' normal impulses. Returns the largest change of the candidates' velocities along z, m/s.
-    fn solve_column(&mut self, leader: usize) -> f64 {
+    pub(super) fn solve_column(&mut self, leader: usize) -> f64 {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
         let (i, row) = place(self.system, leader);
         load(self.system, i, row);
@@ -500,9 +500,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         moved
     }
 
-    /// What the plies of a column do to each other under the candidates' impulses: impulses times relative velocities before, with those
-    /// at which gaps would close; and the square of what all impulses change of the velocities along z. In units of m (h/dt)^2.
-    fn of_plies(&mut self, leader: usize) -> [f64; 2] {
+    /// The nodes of a column under its candidates' impulses.
+    pub(super) fn push_column(&mut self, leader: usize) {
         let (i, row) = place(self.system, leader);
         load(self.system, i, row);
         let mut next = Some(leader);
@@ -518,6 +517,12 @@ impl<'s, 'a> Joint<'s, 'a> {
             next = self.behind(c);
         }
         project(self.system.arrays.column);
+    }
+
+    /// What the plies of a column do to each other under the candidates' impulses: impulses times relative velocities before, with those
+    /// at which gaps would close; and the square of what all impulses change of the velocities along z. In units of m (h/dt)^2.
+    fn of_plies(&mut self, leader: usize) -> [f64; 2] {
+        self.push_column(leader);
         let (mut work, mut moved, mut from_below) = (0.0, 0.0, 0.0);
         for node in self.system.arrays.column.iter().map(Node::read) {
             let change = node.speed - node.before;
@@ -556,7 +561,7 @@ impl<'s, 'a> Joint<'s, 'a> {
 
     /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest change of the velocities along the
     /// sheet since the column was solved last, of fixed nodes of the slip, m/s.
-    fn rub(&mut self, leader: usize) -> f64 {
+    pub(super) fn rub(&mut self, leader: usize) -> f64 {
         let (mut moved, mut next) = (0.0, Some(leader));
         let mut stale = false;
         while let Some(c) = next {

@@ -5,6 +5,7 @@ pub mod edge;
 pub mod friction;
 pub mod joint;
 pub(crate) mod newton;
+pub(crate) mod rough;
 pub mod search;
 pub(crate) mod separate;
 pub mod solve;

@@ -65,8 +65,18 @@ fn separate_rows(system: &mut System<'_>, ply: usize, row: usize) {
         };
         let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };
         from = chunk + 1;
-        for i in chunk * CHUNK..(from * CHUNK).min(system.layout.nodes_x) {
-            if !system.is_fixed(i, row) {
+        let [at, next] = system.layout.stacked(chunk * CHUNK, row);
+        let columns = Columns {
+            hot: system.arrays.hot.get(at..).unwrap_or(&[]),
+            next,
+            plies: system.layout.plies,
+            gap: system.model.gap,
+            rise: system.directions.front.vertical.rest.spacing,
+            deepest: system.state.sums.ply_penetration / system.scene.sheet.spacing * (1.0 - 1e-9),
+        };
+        let pressed = lanes::dispatch(system.instructions, columns);
+        for (i, pressed) in (chunk * CHUNK..system.layout.nodes_x).zip(pressed) {
+            if pressed > 0.0 && !system.is_fixed(i, row) {
                 separate_column(system, i, row);
             }
         }
@@ -103,6 +113,53 @@ impl Job for Pressed<'_> {
             }
         }
         None
+    }
+}
+
+/// Which of eight columns there is something to do in: a number above 0 for those in which facing nodes press on each other, or are
+/// through each other by more than any were; for all if some of their nodes do not face each other.
+struct Columns<'a> {
+    /// From their chunk of the first ply on, and chunks from ply to ply.
+    hot: &'a [Chunk<HOT_PLANES>],
+    next: usize,
+    plies: usize,
+    /// As in `column.rs`.
+    gap: f64,
+    rise: f64,
+    /// Depth that was met, spacings.
+    deepest: f64,
+}
+
+impl Job for Columns<'_> {
+    type Output = [f64; CHUNK];
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> [f64; CHUNK] {
+        let (gap, deepest, zero) = (L::splat(self.gap), L::splat(self.deepest), L::splat(0.0));
+        let (one, rise) = (L::splat(1.0), L::splat(self.rise));
+        let mut found = [0.0; CHUNK];
+        for (g, found) in L::groups_mut(&mut found).iter_mut().enumerate() {
+            let at = |chunk: &Chunk<HOT_PLANES>, plane: usize| L::load(&L::groups(&chunk[plane])[g]);
+            // The same operations as in `load`, so that the answers are the same.
+            let Some(mut below) = self.hot.first() else { break };
+            let (mut speed_below, mut place) = (at(below, SPEED_Z), self.next);
+            let (mut most, mut offset, mut apart_x, mut apart_y) = (zero, zero, zero, zero);
+            for _ in 1..self.plies {
+                let Some(above) = self.hot.get(place) else { break };
+                let growth = |plane: usize| at(above, plane).sub(at(below, plane));
+                let start = gap.add(growth(Z)).sub(growth(SPEED_Z));
+                offset = offset.add(start.max(zero));
+                let speed = at(above, SPEED_Z).add(offset);
+                most = speed_below.sub(speed).max(zero.sub(start).sub(deepest)).max(most);
+                let (x, y) = (growth(0), growth(1));
+                apart_x = x.max(zero.sub(x)).max(apart_x);
+                apart_y = y.max(zero.sub(y)).max(apart_y);
+                (below, speed_below, place) = (above, speed, place + self.next);
+            }
+            let face = !apart_x.any_above(one) && !apart_y.any_above(rise);
+            (if face { most } else { one }).store(found);
+        }
+        found
     }
 }
 

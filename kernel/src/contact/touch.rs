@@ -1,6 +1,6 @@
 //! What is kept of a candidate in a stack besides, as it lies in the scratch block.
 
-use crate::memory::layout::{PACE_REALS, TOUCH_REALS};
+use crate::memory::layout::{PACE_REALS, SPRING_REALS, TOUCH_REALS};
 
 /// What the plies do to a candidate.
 #[derive(Clone, Copy, Default)]
@@ -17,16 +17,18 @@ pub(super) struct Touch {
     pub last: f64,
     /// Of the candidate that leads a column: whether impulses along the surface have changed since the column was solved.
     pub stale: bool,
+    /// What the body gives way by across the normal, with friction, 1/kg.
+    pub slide: f64,
 }
 
 impl Touch {
     pub fn read(slot: &[f64; TOUCH_REALS]) -> Touch {
-        let [lift, give, soft, own, last, stale] = *slot;
-        Touch { lift, give, soft, own, last, stale: stale != 0.0 }
+        let [lift, give, soft, own, last, stale, slide] = *slot;
+        Touch { lift, give, soft, own, last, stale: stale != 0.0, slide }
     }
 
     pub fn write(&self, slot: &mut [f64; TOUCH_REALS]) {
-        *slot = [self.lift, self.give, self.soft, self.own, self.last, f64::from(u8::from(self.stale))];
+        *slot = [self.lift, self.give, self.soft, self.own, self.last, f64::from(u8::from(self.stale)), self.slide];
     }
 }
 
@@ -79,5 +81,30 @@ impl Pace {
     pub fn write(&self, slot: &mut [f64; PACE_REALS]) {
         let [p, q] = self.way;
         *slot = [self.part, p, q];
+    }
+}
+
+/// Impulses of a candidate along its normal and its tangents, N s, as linear functions of the change of its node's velocity along z, m/s.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Spring {
+    /// Impulses without a change.
+    pub base: [f64; 3],
+    /// For each m/s, kg.
+    pub slope: [f64; 3],
+    /// Its impulses before a step, N s.
+    pub before: [f64; 3],
+    /// What it changes of the impulse on its node without a change, and takes of it with one, in units of the column.
+    pub push: f64,
+    pub grip: f64,
+}
+
+impl Spring {
+    pub fn read(&[a, b, c, d, e, f, g, h, i, push, grip]: &[f64; SPRING_REALS]) -> Spring {
+        Spring { base: [a, b, c], slope: [d, e, f], before: [g, h, i], push, grip }
+    }
+
+    pub fn write(&self, slot: &mut [f64; SPRING_REALS]) {
+        let ([a, b, c], [d, e, f], [g, h, i]) = (self.base, self.slope, self.before);
+        *slot = [a, b, c, d, e, f, g, h, i, self.push, self.grip];
     }
 }

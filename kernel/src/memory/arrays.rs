@@ -8,7 +8,7 @@ use crate::ground::planes::{
     RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::memory::layout::{
-    BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, TANGENTIAL_REALS, TOUCH_REALS,
+    BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, SPRING_REALS, TANGENTIAL_REALS, TOUCH_REALS,
 };
 use crate::scene::features::{Feature, Features};
 use crate::scene::parts::Scene;
@@ -115,6 +115,8 @@ pub(crate) struct Arrays<'a> {
     pub touches: &'a mut [[f64; TOUCH_REALS]],
     /// How far each candidate's impulse along the surface goes in a sweep: a part of the way that it last wanted to go, and that way, N s; with friction.
     pub paces: &'a mut [[f64; PACE_REALS]],
+    /// Impulses of each candidate as functions of its node's velocity, and those before a step of Newton's method; with friction in a stack.
+    pub springs: &'a mut [[f64; SPRING_REALS]],
     /// Awake rows [first, end) of each ply.
     pub awake: &'a mut [[u32; 2]],
     /// The last candidate found so far in each column.
@@ -162,6 +164,7 @@ impl<'a> Arrays<'a> {
             before: &mut [],
             column: &mut [],
             touches: &mut [],
+            springs: &mut [],
             paces: &mut [],
             awake: &mut [],
             last: &mut [],
@@ -226,6 +229,7 @@ impl<'a> Arrays<'a> {
             before: real(layout.is_stack(), [rows, row, CHUNK])?.as_chunks_mut().0,
             column: real(layout.is_stack(), [1, layout.plies, COLUMN_REALS])?.as_chunks_mut().0,
             touches: real(layout.is_stack(), [1, candidates, TOUCH_REALS])?.as_chunks_mut().0,
+            springs: real(layout.is_stack() && has(Friction), [1, candidates, SPRING_REALS])?.as_chunks_mut().0,
             paces: real(layout.is_stack() && has(Friction), [1, candidates, PACE_REALS])?.as_chunks_mut().0,
             tangential: real(has(Friction), [1, candidates, TANGENTIAL_REALS])?.as_chunks_mut().0,
             gaps_over_dt: real(has(Theta), [1, 1, candidates])?,

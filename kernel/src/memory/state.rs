@@ -45,7 +45,7 @@ pub struct Sums {
     pub contact_residual: f64,
     /// Most candidates of one step.
     pub most_candidates: u64,
-    /// Passes in which the body met the sheet beyond the fine part of a graded network.
+    /// Steps in which the body met the sheet beyond the fine part of a graded network.
     pub beyond_fine: u64,
     /// Iterations of the theta rule, all steps together.
     pub iterations: u64,

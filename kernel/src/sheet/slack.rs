@@ -5,7 +5,9 @@
 //! t_n, its last change w, the natural length l, r = 2 x.w/l^2 and p = |w|^2/l^2, q was q_0 = q - r + p, so with the stress k q+ + g of each
 //! step, k_0 and g_0 in the last one, a segment makes
 //!
-//!     k q+ (q+ - r) - k_0 q_0+ (q_0+ + r - 2 p) + 4 (D - D_0) - g_0 (r - 2 p) - g r,  in units of l^2/4 m h^2/dt^2.
+//! ```text
+//! k q+ (q+ - r) - k_0 q_0+ (q_0+ + r - 2 p) + 4 (D - D_0) - g_0 (r - 2 p) - g r,  in units of l^2/4 m h^2/dt^2.
+//! ```
 //!
 //! The sum of all but the last part is what it owes, b. The stress g = b/(2 r) takes half of that in its own step and half in the next one.
 //! It acts along the segment, also while it is slack, so momentum and angular momentum stay exact.

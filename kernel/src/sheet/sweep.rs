@@ -566,7 +566,7 @@ impl<L: Lane> Carried<L> {
         self.high = y.max(self.high);
     }
 
-    /// (M16) The stresses of group g along y and x with their viscous parts; counts what these take.
+    /// The stresses of (M16) of group g along y and x with their viscous parts; counts what these take.
     #[inline(always)]
     fn viscous_stresses<const FACTOR: u8>(
         &self,
@@ -586,7 +586,7 @@ impl<L: Lane> Carried<L> {
         [stress_v, stress_h]
     }
 
-    /// (M9) The stresses that the segments of group g give along x and y. `ends`: displacement and velocity of one end relative to
+    /// The stresses of (M9) that the segments of group g give along x and y. `ends`: displacement and velocity of one end relative to
     /// the other, in the axes of each.
     #[inline(always)]
     fn given(

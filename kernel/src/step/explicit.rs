@@ -33,7 +33,18 @@ use crate::yarn::rate::Rates;
 
 /// One step. A projectile that is too fast and too many candidates are found before anything is changed.
 pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
-    pass(system)?;
+    let at_start = system.state.body;
+    let target = motion::prescribe_rates(system);
+    let all = [0, system.layout.nodes_y];
+    let found = motion::refuse_too_fast(system).and_then(|()| search::gather(system, all));
+    let gathered = found.inspect_err(|_| system.state.body = at_start)?;
+    if system.layout.has(Feature::Theta) {
+        theta::iterate(system, system.scene.integrator, &gathered, &at_start)?;
+    } else {
+        let report = sweep(system);
+        after_sweep(system, report, &gathered, &at_start)?;
+    }
+    end_pass(system, &gathered, target)?;
     end_step(system);
     Ok(())
 }
@@ -58,22 +69,6 @@ pub(crate) fn end_step(system: &mut System<'_>) {
     if system.state.step.is_multiple_of(TEST_INTERVAL) {
         outcome::test_outcomes(system);
     }
-}
-
-/// One pass of the scheme.
-fn pass(system: &mut System<'_>) -> Result<(), Failure> {
-    let at_start = system.state.body;
-    let target = motion::prescribe_rates(system);
-    let all = [0, system.layout.nodes_y];
-    let found = motion::refuse_too_fast(system).and_then(|()| search::gather(system, all));
-    let gathered = found.inspect_err(|_| system.state.body = at_start)?;
-    if system.layout.has(Feature::Theta) {
-        theta::iterate(system, system.scene.integrator, &gathered, &at_start)?;
-    } else {
-        let report = sweep(system);
-        after_sweep(system, report, &gathered, &at_start)?;
-    }
-    end_pass(system, &gathered, target)
 }
 
 /// The body moves; high-water marks.
@@ -123,7 +118,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
     } else if report.newly_failed > 0 {
         system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
     }
-    motion::load_body(system, system.model.limits.dt);
+    motion::load_body(system);
     if count > 0 {
         search::complete_candidates(system, count);
         let kept = edge::set_aside(system, count, gathered.deepest);
@@ -140,7 +135,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
     if system.layout.is_stack() {
         separate::separate(system, count);
     }
-    motion::book_load(system, system.model.limits.dt, before);
+    motion::book_load(system, before);
     Ok(())
 }
 

@@ -61,9 +61,9 @@ pub(crate) fn refuse_too_fast(system: &System<'_>) -> Result<(), Failure> {
     if system.model.too_fast(speed, rate) { Err(Failure::TooFast) } else { Ok(()) }
 }
 
-/// The external load on the body during dt.
-pub(crate) fn load_body(system: &mut System<'_>, dt: f64) {
-    let (force, torque) = (system.state.force, system.state.torque);
+/// The external load on the body during a step.
+pub(crate) fn load_body(system: &mut System<'_>) {
+    let (force, torque, dt) = (system.state.force, system.state.torque, system.model.limits.dt);
     if system.scene.is_free() {
         let body = &mut system.state.body;
         body.velocity += force * (dt * system.model.inertia.inverse_mass);
@@ -74,9 +74,9 @@ pub(crate) fn load_body(system: &mut System<'_>, dt: f64) {
     }
 }
 
-/// The external load's work and impulse during dt.
-pub(crate) fn book_load(system: &mut System<'_>, dt: f64, before: &Body) {
-    let (force, torque) = (system.state.force, system.state.torque);
+/// The external load's work and impulse during a step.
+pub(crate) fn book_load(system: &mut System<'_>, before: &Body) {
+    let (force, torque, dt) = (system.state.force, system.state.torque, system.model.limits.dt);
     if system.scene.is_free() {
         let mean = (before.velocity + system.state.body.velocity) * 0.5;
         let mut work = force.dot(&mean) * dt;

@@ -52,7 +52,7 @@ pub(crate) fn iterate(
     let mut kept = 0;
     for iteration in 1..=rule.max_iterations {
         system.state.body = rates;
-        motion::load_body(system, system.model.limits.dt);
+        motion::load_body(system);
         approach_with_forces(system, rule, count);
         // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
         // not end.
@@ -69,7 +69,7 @@ pub(crate) fn iterate(
             apply::set_rates(system, &solved);
             commit(system, rule);
             apply::apply_impulses(system, count, before);
-            motion::book_load(system, system.model.limits.dt, before);
+            motion::book_load(system, before);
             let sums = &mut system.state.sums;
             sums.iterations = (sums.iterations + iteration as u64).min(COUNT_MAX);
             sums.most_iterations = sums.most_iterations.max(iteration as u64);

@@ -11,6 +11,7 @@ use crate::sheet::sweep::node_sum;
 use crate::yarn::law;
 
 /// Starts from the present state: the strain of the last pass is that of the displacements less the velocities, and nothing has acted.
+#[inline(never)]
 pub(crate) fn start(system: &mut System<'_>) {
     if !system.layout.has(Feature::Viscosity) {
         return;

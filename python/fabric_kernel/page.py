@@ -5,6 +5,8 @@ import csv
 import html
 import math
 
+from .files import written
+
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1240px; margin: 2rem auto; padding: 0 1.2rem; }
 h1 { font-size: 1.7rem; line-height: 1.25; } h2 { font-size: 1.3rem; margin-top: 2.6rem; border-bottom: 1px solid #d5dbe2; }
@@ -17,6 +19,8 @@ table { border-collapse: collapse; font-size: 0.87rem; margin: 0.8rem 0; }
 th, td { text-align: right; padding: 0.25rem 0.6rem; border-bottom: 1px solid #e3e7eb; vertical-align: top; }
 th { background: #f3f5f8; font-weight: 600; } td:first-child, th:first-child, td.text, th.text { text-align: left; }
 td:not(.text) { white-space: nowrap; }
+.answer { border-left: 4px solid #0072b2; background: #f3f7fb; padding: 0.3rem 1rem; } .answer p:first-child { font-size: 1.35rem; font-weight: 600; }
+summary { cursor: pointer; font-weight: 600; }
 td.lines { min-width: 21rem; }
 td.agrees { background: #e2f4ea; } td.doesnot { background: #fde5dc; } td.cannotbetold { background: #fdf4d3; }
 """
@@ -92,7 +96,7 @@ class Page:
     """The page under construction."""
 
     def __init__(self, title):
-        self.title = title
+        self.title, self.folded = title, ""
         self.parts = [f"<h1>{escaped(title)}</h1>"]
 
     def section(self, title):
@@ -104,11 +108,24 @@ class Page:
     def text(self, text):
         self.parts.append(f"<p>{escaped(text)}</p>")
 
+    def answer(self, lines):
+        """What a reader came for, in a box; the first line is the largest."""
+        self.parts.append('<div class="answer">' + "".join(f"<p>{escaped(line)}</p>" for line in lines) + "</div>")
+
+    def fold(self, title):
+        """What follows is folded below this title, until another one."""
+        self.parts.append(f"{self.folded}<details><summary>{escaped(title)}</summary>")
+        self.folded = "</details>\n"
+
     def figure(self, path, caption):
         """A picture, kept inside the page."""
-        kind = {".svg": "image/svg+xml", ".gif": "image/gif"}.get(path.suffix, "image/png")
-        data = base64.b64encode(path.read_bytes()).decode()
-        self.parts.append(f'<figure><img alt="" src="data:{kind};base64,{data}"><figcaption>{escaped(caption)}</figcaption></figure>')
+        self.picture(path.read_bytes(), path.suffix, caption)
+
+    def picture(self, data, suffix, caption=""):
+        """The same of its bytes."""
+        kind, data = {".svg": "image/svg+xml", ".gif": "image/gif"}.get(suffix, "image/png"), base64.b64encode(data).decode()
+        below = f"<figcaption>{escaped(caption)}</figcaption>" if caption else ""
+        self.parts.append(f'<figure><img alt="" src="data:{kind};base64,{data}">{below}</figure>')
 
     def table(self, heading, rows, text=()):
         """text: columns besides the first that hold words."""
@@ -126,8 +143,11 @@ class Page:
             lines.append(line)
         self.parts.append('<div class="scroll"><table>' + "".join(f"<tr>{line}</tr>\n" for line in lines) + "</table></div>")
 
-    def write(self, path):
+    def html(self):
         head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>{escaped(self.title)}</title><style>{STYLE}</style>'
-        body = "\n".join(self.parts)
-        path.write_text(f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n')
+        body = "\n".join([*self.parts, self.folded])
+        return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'
+
+    def write(self, path):
+        written(path, self.html())
         print(f"written: {path}")

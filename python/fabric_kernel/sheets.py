@@ -1,4 +1,4 @@
-"""Sheets that `fabric` has kept (runner/src/picture.rs has the format): pictures, and files for ParaView."""
+"""Sheets of a simulation, or that `fabric run` has kept (runner/src/picture.rs has the format): pictures, and files for ParaView."""
 
 import base64
 
@@ -6,10 +6,10 @@ import numpy
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
-from PIL import Image
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from . import plot
+from .textile import sides
 
 # Dark red for failed, over orange, to yellow for the first damage.
 DAMAGE = LinearSegmentedColormap.from_list("damage", ["#8c0014", "#f06e14", "#f5c83c"])
@@ -28,10 +28,10 @@ MOST_MESHES = 130
 
 class Sheet:
     """positions: m, one row a node, and velocities likewise; segments: the two nodes of each; stretch, and alpha, 0 only where it
-    has failed, of each. ply: of a stack."""
+    has failed, of each. about: what sheet.json has of it, its file in the folder, or its bytes as `data`. ply: of a stack."""
 
-    def __init__(self, folder, about, ply=0):
-        data = (folder / about["file"]).read_bytes()
+    def __init__(self, folder, about, ply=0, data=None):
+        data = (folder / about["file"]).read_bytes() if data is None else data
         nx, ny = about["nodes"]
         self.about, self.nodes = about, (nx, ny)
         head = numpy.frombuffer(data, "<f8", 8)
@@ -49,6 +49,22 @@ class Sheet:
         self.stretch = self.drawn(singles[plies * 6 * nodes :][of_ply], along_x, along_y)
         self.alpha = self.drawn(damage[of_ply], along_x, along_y)
         self.outline = [self.centre + turned(head[4:8], numpy.array(line, float)) for line in about["outline"]]
+
+    @classmethod
+    def of(cls, simulation, ply=0):
+        """A sheet as it is now; Refused for a projectile whose lines are not known here."""
+        scene, body, positions = simulation.scene, simulation.projectile(), simulation.positions()
+        plies = scene["stack.plies"]
+        about = {
+            "name": "", "plies": plies, "nodes": [positions.shape[1], positions.shape[0] // plies],
+            "mirrored": [scene["symmetry.mirror_x"], scene["symmetry.mirror_y"]],
+            "half_size_m": [0.5 * side for side in sides(scene)], "critical_strain": scene["yarn.critical_stretch"] - 1.0,
+            "sphere_m": scene["projectile.radius"] if scene["projectile.shape"] == "sphere" else 0.0, "held": [], "outline": outline(scene),
+        }  # fmt: skip
+        head = numpy.array([simulation.time, *body["position"], *body["orientation"]], "<f8").tobytes()
+        singles = [positions, simulation.velocities(), simulation.stretch()]
+        alpha = numpy.ceil(255.0 * simulation.damage()).astype("u1").tobytes()
+        return cls(None, about, ply, b"".join([head, *(part.astype("<f4").tobytes() for part in singles), alpha]))
 
     def drawn(self, values, along_x, along_y):
         """Of a number for each segment those that are drawn."""
@@ -184,6 +200,41 @@ class Sheet:
         poly_data(path, points, numpy.arange(len(points)), numpy.cumsum([len(line) for line in self.outline]), {})
 
 
+def outline(scene):
+    """Lines on the surface of the projectile of a scene, m, in its own axes; ValueError for a shape that is not known here."""
+    shape, radius = scene["projectile.shape"], scene["projectile.radius"]
+    round_about = numpy.linspace(0.0, 2.0 * numpy.pi, 49)
+    ring = numpy.stack([numpy.cos(round_about), numpy.sin(round_about), 0.0 * round_about], 1)
+    if shape == "sphere":
+        return [radius * ring[:, order] for order in ([0, 1, 2], [0, 2, 1], [2, 0, 1])]
+    if shape == "cylinder":
+        face, half = radius * ring, 0.5 * scene["projectile.length"]
+    elif shape == "box":
+        x, y, z = 0.5 * numpy.array(scene["projectile.size"])
+        face, half = numpy.array([[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0]]), z
+    elif shape == "disc_sector":
+        inner, outer, angle, thickness = (scene[f"projectile.sector.{name}"] for name in ("inner_radius", "outer_radius", "angle", "thickness"))
+        middle = 4.0 * numpy.sin(0.5 * angle) / (3.0 * angle) * (outer**3 - inner**3) / (outer**2 - inner**2)
+        arc = numpy.linspace(-0.5 * angle, 0.5 * angle, 25)
+        bow = numpy.stack([numpy.cos(arc), numpy.sin(arc), 0.0 * arc], 1)
+        face, half = numpy.concatenate([outer * bow, inner * bow[::-1], outer * bow[:1]]) - [middle, 0.0, 0.0], 0.5 * thickness
+    elif shape == "polyhedron":
+        planes = numpy.array(scene["projectile.faces.planes"])[: scene["projectile.faces.count"]]
+        corners = HalfspaceIntersection(planes * [1.0, 1.0, 1.0, -1.0], numpy.zeros(3)).intersections
+        lines = []
+        for *normal, distance in planes:
+            face = corners[numpy.abs(corners @ normal - distance) < 1e-6 * distance]
+            first = numpy.cross(normal, numpy.eye(3)[numpy.abs(normal).argmin()])
+            angles = numpy.arctan2((face - face.mean(0)) @ numpy.cross(normal, first), (face - face.mean(0)) @ first)
+            face = face[numpy.argsort(angles)]
+            lines.append(numpy.concatenate([face, face[:1]]))
+        return lines
+    else:
+        raise ValueError(f"projectile.shape: a {shape} is not drawn from Python; `fabric run` keeps sheets of it that fabric-report draws")
+    ends = [face + [0.0, 0.0, z] for z in (-half, half)]
+    return [*ends, *(numpy.stack([ends[0][k], ends[1][k]]) for k in range(0, len(face), max(1, len(face) // 8)))]
+
+
 def turned(q, points):
     """Points turned by a quaternion q = (w, u): x + 2 w (u x x) + 2 u x (u x x)."""
     once = 2 * numpy.cross(q[1:], points)
@@ -244,15 +295,17 @@ def bar(figure, axis, sheet, label="strain (%), up to where the yarn begins to f
     figure.colorbar(ScalarMappable(percent, STRAIN), ax=axis, shrink=0.6, aspect=24, pad=0.02, label=label).outline.set_visible(False)
 
 
+@plot.styled
 def picture(sheet, path, title):
     """One large picture of the sheet."""
     figure, axis = plot.new(10.5, 7.2)
     sheet.draw_oblique(axis)
     bar(figure, axis, sheet)
     axis.set_title(title)
-    plot.save(figure, path)
+    return plot.saved(figure, path)
 
 
+@plot.styled
 def damage_map(sheet, path, title):
     """Damage on the grid of nodes: the part where there is any, at least a third of the sheet."""
     figure, axis = plot.new(7.2, 7.2)
@@ -268,45 +321,7 @@ def damage_map(sheet, path, title):
     plot.save(figure, path)
 
 
-# Most pictures of a movie.
-MOST_PICTURES = 48
-
-
-def movie_colours():
-    """The colours that all pictures of a movie share: cloth and body in more and less light, and greys."""
-    cloth = [light * numpy.array(STRAIN(k / 27)[:3]) for k in range(28) for light in (0.7, 0.8, 0.87, 0.93, 0.98, 1.02, 1.08)]
-    body = [light * STEEL for light in numpy.linspace(0.5, 1.3, 10)]
-    return numpy.clip([*cloth, *body, *([k / 15] * 3 for k in range(16))], 0, 1)
-
-
-def movie(folder, frames, path, seconds=6.0):
-    """The oblique view over time, as an animated GIF."""
-    chosen = [frames[k] for k in numpy.unique(numpy.linspace(0, len(frames) - 1, MOST_PICTURES).round().astype(int))]
-    axis = plot.new()[1]
-    Sheet(folder, frames[-1]).draw_oblique(axis)
-    (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
-    plot.matplotlib.pyplot.close(axis.figure)
-    images = []
-    for about in chosen:
-        sheet = Sheet(folder, about)
-        # As much room in every picture as the last one needs.
-        figure, axis = plot.new(6.4, 5.2 * (high - low) / (right - left) + 0.5)
-        sheet.draw_oblique(axis, meshes=1.0)
-        axis.set(xlim=(left, right), ylim=(low, high))
-        bar(figure, axis, sheet, "strain (%)")
-        figure.suptitle(f"{1e6 * sheet.time:.0f} µs, {sheet.failed()} failed segments", fontsize=10)
-        figure.set_dpi(100)
-        figure.canvas.draw()
-        images.append(Image.fromarray(numpy.asarray(figure.canvas.buffer_rgba())[..., :3].copy()))
-        plot.matplotlib.pyplot.close(figure)
-    palette = Image.new("P", (1, 1))
-    palette.putpalette([int(255 * part) for colour in movie_colours() for part in colour])
-    images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    pause = max(40, round(1e3 * seconds / len(images) / 10) * 10)
-    images[0].save(path, save_all=True, append_images=images[1:], duration=[pause] * (len(images) - 1) + [1500], loop=0, optimize=True)
-    print(f"written: {path}, {path.stat().st_size / 1e6:.2f} MB")
-
-
+@plot.styled
 def picture_of_stack(sheets, path, title):
     """Of separate plies a section along x through the middle, and how many segments failed in each."""
     figure, (left, right) = plot.new(12.6, 6.4, 2)

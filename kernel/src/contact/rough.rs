@@ -1,0 +1,308 @@
+//! Columns with several candidates that rub on the projectile: normal and tangential impulses of their candidates, and the velocities of their nodes, at once.
+//!
+//! Method: semismooth Newton. Under an impulse r in the frame (n, t0, t1) of a candidate its node moves along the sheet by P r/m; so gap rate and
+//! slips change by A dr + q dl, with q the parts of the z axis in the frame, the change dl of the node's velocity along z, and
+//! A = D + (I - q q^T)/m, where D is what the body gives way by, a little more than it does. A candidate that sticks loses all three; one that slides
+//! loses its gap rate, and its friction is mu lambda along p - s/W, which turns. Either way r is linear in dl: with these springs each pool of the
+//! column moves on by one number, and then plies are separated anew. A step that ends higher is undone and tried again with a larger D (Levenberg
+//! and Marquardt): where two plies of a pool stick to places of the body that part, impulses have to go far before one of them slides, and steps
+//! with the body's own D go too far. If none helps the column takes one sweep of Gauss-Seidel instead (`joint.rs`).
+//! Where tan < mu a sliding candidate may be wedged: its impulse would grow with the force that it gives the pool. It lets go if
+//! its gap grows, and sticks if it closes, as it does in time.
+//! Limits: a few columns in which wedged candidates share a pool, or plies between which nothing passes, are left over, and counted.
+//! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math. Program. 58 (1993) 353;
+//! D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
+
+use crate::contact::column::{Node, hold, shift};
+use crate::contact::friction::{self, Tangential};
+use crate::contact::joint::Joint;
+use crate::contact::touch::{Spring, Touch};
+use crate::ground::math;
+
+/// Steps for a column in a sweep at the most.
+const MOST_STEPS: u32 = 30;
+/// What is left of an error after a step at the most, undamped and damped: damped steps go on along a face on which nothing but impulses changes.
+const LEFT: [f64; 2] = [0.9, 1.01];
+/// By how much more the body is taken to give way in a damped step, over what a node does: first, growing by, and no more than.
+const DAMPING: [f64; 3] = [1e-3, 10.0, 0.2];
+/// Gap rates and slips that do not count where several candidates share a column, spacings a pass: to end with, and of one column.
+const ROUGH: [f64; 2] = [1e-7, 2e-8];
+/// Slopes of a sliding candidate below this, over what its node gives way by, are no slopes.
+const FLAT: f64 = 1e-6;
+
+/// A candidate as its column sees it.
+struct Contact {
+    /// The parts of the z axis along normal and tangents.
+    up: [f64; 3],
+    /// Impulses, N s, gap rate and slips, m/s, along them.
+    impulse: [f64; 3],
+    rate: [f64; 3],
+    /// 1/m of its node, and what the body gives way by along the normal and across, 1/kg.
+    own: f64,
+    body: [f64; 2],
+    /// 1/W of friction, kg, and its coefficient.
+    mass: f64,
+    friction: f64,
+}
+
+impl Contact {
+    /// By how much it fails the laws of contact and friction, m/s; and where its impulse along the surface goes.
+    fn error(&self) -> (f64, [f64; 2]) {
+        let ([normal, p, q], [gap_rate, s, t]) = (self.impulse, self.rate);
+        let error = if normal > 0.0 { math::abs(gap_rate) } else { math::max(-gap_rate, 0.0) };
+        let trial = [p - s * self.mass, q - t * self.mass];
+        let next = friction::limited(trial, self.friction * normal);
+        let change = math::max(math::abs(next[0] - p), math::abs(next[1] - q));
+        (if self.mass > 0.0 { math::max(change / self.mass, error) } else { error }, trial)
+    }
+
+    /// The spring that Newton's method takes it for.
+    fn spring(&self, trial: [f64; 2]) -> Spring {
+        let [_, body] = self.body;
+        let give = self.body[0] + self.own * (1.0 - self.up[0] * self.up[0]);
+        if self.impulse[0] * give <= self.rate[0] || body + self.own == 0.0 {
+            return Spring::default();
+        }
+        let (size, most) = (math::length([trial[0], trial[1], 0.0]), self.friction * self.impulse[0]);
+        let slides = if size > most { self.sliding(trial.map(|p| p / size), most / size) } else { None };
+        slides.unwrap_or_else(|| self.sticking())
+    }
+
+    /// No speed is left.
+    fn sticking(&self) -> Spring {
+        let ([d, e], q) = (self.body, self.up);
+        let body = [d, e, e];
+        let part = body.map(|body| 1.0 / (body + self.own));
+        // 1 - q.(part q)/m, without rounding.
+        let [a, b, c]: [f64; 3] = core::array::from_fn(|k| q[k] * q[k] * (body[k] * part[k]));
+        let rest = a + b + c;
+        let [a, b, c]: [f64; 3] = core::array::from_fn(|k| q[k] * (part[k] * self.rate[k]));
+        let along = self.own * ((a + b + c) / rest);
+        let base = core::array::from_fn(|k| self.impulse[k] - part[k] * (self.rate[k] + q[k] * along));
+        Spring { base, slope: core::array::from_fn(|k| -part[k] * q[k] / rest), ..Spring::default() }
+    }
+
+    /// No gap rate is left, and friction goes along the unit vector [c, s]. `part`: its size over that of the trial impulse.
+    fn sliding(&self, [c, s]: [f64; 2], part: f64) -> Option<Spring> {
+        let (own, mu, [up, u, v]) = (self.own, self.friction, self.up);
+        // Along friction and across it.
+        let (along, across) = (u * c + v * s, v * c - u * s);
+        let ([normal, p, q], [gap_rate, slip, slip_across]) = (self.impulse, self.rate);
+        let (p, q, slip) = (p * c + q * s, q * c - p * s, slip_across * c - slip * s);
+        let [nn, na, nc] = [self.body[0] + own * (1.0 - up * up), -own * up * along, -own * up * across];
+        let [ac, cc] = [-own * along * across, self.body[1] + own * (1.0 - across * across)];
+        // Two equations for the normal impulse and that across.
+        let turn = part * self.mass;
+        let [a, b, f, g] = [nn + mu * na, nc, turn * (nc + mu * ac), turn * cc + (1.0 - part)];
+        let det = a * g - b * f;
+        if math::abs(a) < FLAT * own || math::abs(det) < FLAT * math::abs(a * g) {
+            return None;
+        }
+        let solved = |x: f64, y: f64| {
+            let (normal, across) = ((x * g - b * y) / det, (a * y - f * x) / det);
+            [normal, mu * normal * c - across * s, mu * normal * s + across * c]
+        };
+        let x = nn * normal + na * p + nc * q - gap_rate;
+        let y = turn * (nc * normal + ac * p + cc * q - slip);
+        Some(Spring { base: solved(x, y), slope: solved(-up, -turn * across), ..Spring::default() })
+    }
+
+    /// The part along z of impulses.
+    fn lift(&self, [normal, p, q]: &[f64; 3]) -> f64 {
+        self.up[0] * normal + self.up[1] * p + self.up[2] * q
+    }
+}
+
+impl Joint<'_, '_> {
+    /// Solves the column of several candidates that this one leads. Returns whether it was solved already.
+    pub(super) fn visit_rough(&mut self, leader: usize) -> bool {
+        let (unit_speed, touch) = (self.system.model.unit_speed, self.touch(leader));
+        let [enough, settled] = ROUGH.map(|part| math::max(part * unit_speed, self.tolerance));
+        if touch.stale && self.sweeps == 0 {
+            self.solve_column(leader);
+            self.rub(leader);
+        }
+        if touch.stale {
+            self.balance(leader);
+        }
+        let first = self.set_springs(leader);
+        let mut stale = false;
+        if first > settled {
+            let last = self.newton(leader, first, settled);
+            stale = last == first && last > enough;
+        }
+        if stale {
+            self.solve_column(leader);
+            self.rub(leader);
+        }
+        self.set_touch(leader, Touch { stale, ..self.touch(leader) });
+        first <= enough
+    }
+
+    /// Steps of Newton's method for a column whose springs are known. Returns by how much it fails the laws then, m/s.
+    fn newton(&mut self, leader: usize, first: f64, settled: f64) -> f64 {
+        if !self.touch(leader).stale {
+            self.balance(leader);
+        }
+        let (mut rates, mut best) = ((self.velocity, self.rate), first);
+        let [least, growth, most] = DAMPING;
+        for _ in 0..MOST_STEPS {
+            self.step(leader);
+            self.balance(leader);
+            let error = self.set_springs(leader);
+            if error <= settled || error < LEFT[usize::from(self.damping > 0.0)] * best {
+                (rates, best) = ((self.velocity, self.rate), math::min(error, best));
+                if best <= settled {
+                    break;
+                }
+                continue;
+            }
+            let mut next = Some(leader);
+            while let Some(c) = next {
+                let before = self.spring(c).before;
+                self.give_impulses(c, before);
+                next = self.behind(c);
+            }
+            (self.velocity, self.rate) = rates;
+            self.balance(leader);
+            self.damping = math::max(growth * self.damping, least);
+            if self.damping > most {
+                break;
+            }
+            self.set_springs(leader);
+        }
+        self.damping = 0.0;
+        best
+    }
+
+    fn spring(&self, c: usize) -> Spring {
+        self.system.arrays.springs.get(c).map(Spring::read).unwrap_or_default()
+    }
+
+    fn node(&self, c: usize) -> Node {
+        self.system.arrays.column.get(self.ply(c)).map(Node::read).unwrap_or_default()
+    }
+
+    fn contact(&self, c: usize) -> Option<Contact> {
+        let (candidate, t, touch) = (self.candidate(c), self.tangential(c)?, self.touch(c));
+        let softer = self.damping * touch.own;
+        let mut contact = Contact {
+            up: [candidate.normal.z, t.tangents[0].z, t.tangents[1].z],
+            impulse: [candidate.impulse, t.impulse[0], t.impulse[1]],
+            rate: [0.0; 3],
+            own: touch.own,
+            body: [touch.give - touch.own * (1.0 - candidate.normal.z * candidate.normal.z), touch.slide]
+                .map(|d| d + softer),
+            mass: t.effective_mass,
+            friction: self.system.scene.contact.friction,
+        };
+        let [s0, s1] = t.slip(&self.velocity, &self.rate);
+        let (lift, rates) = (contact.lift(&contact.impulse), [self.body_rate(&candidate), s0, s1]);
+        for (k, rate) in rates.into_iter().enumerate() {
+            let along = contact.impulse[k] - contact.up[k] * lift;
+            contact.rate[k] = rate + touch.own * along + contact.up[k] * touch.lift;
+        }
+        Some(contact)
+    }
+
+    /// Finds the velocities along z in a column under the impulses on it.
+    fn balance(&mut self, leader: usize) {
+        let unit_speed = self.system.model.unit_speed;
+        self.push_column(leader);
+        for node in self.system.arrays.column.iter().map(Node::read).filter(|node| node.push == 0.0) {
+            self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
+        }
+        let mut next = Some(leader);
+        while let Some(c) = next {
+            let node = self.node(c);
+            self.set_touch(c, Touch { lift: (node.speed - node.before) * unit_speed, ..self.touch(c) });
+            next = self.behind(c);
+        }
+    }
+
+    /// Takes the candidates of a column for springs. Returns by how much they fail the laws of contact and friction at the most, m/s.
+    fn set_springs(&mut self, leader: usize) -> f64 {
+        let (mut error, mut next) = (0.0, Some(leader));
+        while let Some(c) = next {
+            let Some(contact) = self.contact(c) else { break };
+            let (own, trial) = contact.error();
+            error = math::max(own, error);
+            self.set_spring(c, &contact, &contact.spring(trial));
+            next = self.behind(c);
+        }
+        error
+    }
+
+    /// Keeps the spring of a candidate and what it does to its node, in units of the column.
+    fn set_spring(&mut self, c: usize, contact: &Contact, spring: &Spring) {
+        let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
+        let push = (contact.lift(&spring.base) - contact.lift(&contact.impulse)) / unit_impulse;
+        let grip = -contact.lift(&spring.slope) * (unit_speed / unit_impulse);
+        if let Some(slot) = self.system.arrays.springs.get_mut(c) {
+            let before = Spring::read(slot).before;
+            Spring { before, push, grip, ..*spring }.write(slot);
+        }
+    }
+
+    /// Hangs the spring of a candidate on its node.
+    fn hang(&mut self, c: usize) {
+        let (ply, Spring { push, grip, .. }) = (self.ply(c), self.spring(c));
+        if let Some(place) = self.system.arrays.column.get_mut(ply) {
+            let mut node = Node::read(place);
+            (node.push, node.grip) = (push, grip);
+            node.write(place);
+        }
+    }
+
+    /// A step of Newton's method. The impulses before it are kept.
+    fn step(&mut self, leader: usize) {
+        let (unit_speed, mut next) = (self.system.model.unit_speed, Some(leader));
+        while let Some(c) = next {
+            if let Some([.., normal]) = self.system.arrays.candidates.get(c)
+                && let Some([.., p, q]) = self.system.arrays.tangential.get(c)
+                && let Some(slot) = self.system.arrays.springs.get_mut(c)
+            {
+                Spring { before: [*normal, *p, *q], ..Spring::read(slot) }.write(slot);
+            }
+            self.hang(c);
+            next = self.behind(c);
+        }
+        hold(self.system.arrays.column);
+        next = Some(leader);
+        while let Some(c) = next {
+            let node = self.node(c);
+            // Wedged: the others of its pool hold it where it would give way.
+            if node.grip < 0.0
+                && -node.grip < node.room
+                && let Some(contact) = self.contact(c)
+            {
+                let lets_go = contact.rate[0] > 0.0;
+                self.set_spring(c, &contact, &if lets_go { Spring::default() } else { contact.sticking() });
+                self.hang(c);
+            }
+            next = self.behind(c);
+        }
+        shift(self.system.arrays.column);
+        next = Some(leader);
+        while let Some(c) = next {
+            let (spring, change) = (self.spring(c), self.node(c).release * unit_speed);
+            self.give_impulses(c, core::array::from_fn(|k| spring.base[k] + spring.slope[k] * change));
+            next = self.behind(c);
+        }
+    }
+
+    /// Gives a candidate the nearest impulses that are allowed, and the body what they change.
+    fn give_impulses(&mut self, c: usize, [normal, p, q]: [f64; 3]) {
+        let (candidate, normal) = (self.candidate(c), math::max(normal, 0.0));
+        if candidate.impulse == 0.0 && normal == 0.0 {
+            return;
+        }
+        let Some(t) = self.tangential(c) else { return };
+        let impulse = friction::limited([p, q], self.system.scene.contact.friction * normal);
+        let (given, along) = (normal - candidate.impulse, [0, 1].map(|k| impulse[k] - t.impulse[k]));
+        self.velocity -= (candidate.normal * given + t.push(along)) * self.inertia.inverse_mass;
+        self.rate -= (candidate.arm * given + t.twist(along)).component_mul(&self.inertia.inverse_moments);
+        self.set_tangential(c, &Tangential { impulse, ..t });
+        self.set_impulse(c, normal);
+    }
+}

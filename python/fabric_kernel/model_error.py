@@ -1,0 +1,145 @@
+"""How far the model may be off: from published tests that it was compared with, comparisons.toml, to a factor for a new one.
+
+Method: e = ln(computed/measured) of each case. The e of one series of tests are not independent, so a series counts once: m_k is the
+mean of e² in it, over all cases and networks, and s² the mean of the m_k of the K series. A new comparison lies within exp(± t s), with
+Student's t of K degrees of freedom. The spread is about no error, and no computed number is corrected.
+Where the e of a series are one number and have mean 0 this holds the new one with exactly the confidence; where they differ within a
+series, or have another mean, more often (python/tests/test_model_error.py).
+Limits: one series of limits was found, so that t is 12.7 for 95 %. The e contain the errors of the tests and of the computed limits.
+What counts as compared is a choice: an areal density within that of the series, its support, and a fragment from half to 1.1 times its
+mass; nothing is said of the rest.
+"""
+
+import math
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy
+
+from ._kernel import Scene
+from .textile import areal_density
+
+LIGHTEST, HEAVIEST = 0.5, 1.1
+"""Masses of a fragment, over that of a series, that count as compared."""
+
+
+class Case(NamedTuple):
+    name: str
+    measured: float
+    computed: tuple[float, ...]  # with each network
+
+    def errors(self) -> list[float]:
+        return [math.log(value / self.measured) for value in self.computed]
+
+
+class Series(NamedTuple):
+    """Tests of one source. `about`: its entries in comparisons.toml."""
+
+    name: str
+    cases: tuple[Case, ...]
+    about: dict[str, Any]
+
+    def errors(self) -> list[float]:
+        return [error for case in self.cases for error in case.errors()]
+
+    def lacks(self, scene: Scene) -> list[str]:
+        """Why a scene is none of those that were compared; nothing if it is."""
+        found, density = [], areal_density(scene)
+        least, most = (end(case["areal_density_kg_per_m2"] for case in self.about["case"]) for end in (min, max))
+        if not least <= density * (1 + 1e-9) <= most * (1 + 2e-9):
+            ply = ", one ply" if scene["sheet.plies"] * scene["stack.plies"] == 1 else ""
+            found.append(f"{least:g} to {most:g} kg/m² (here {density:.3g}{ply})")
+        mass, own = 1e3 * scene["projectile.mass"], self.about["mass_g"]
+        if not LIGHTEST * own <= mass <= HEAVIEST * own:
+            found.append(f"{LIGHTEST * own:g} to {HEAVIEST * own:.3g} g (here {mass:.3g})")
+        if scene["attachment.kind"] != self.about["support"]:
+            found.append(f"{self.about['support'].replace('_', ' ')} held (here {scene['attachment.kind'].replace('_', ' ')})")
+        return found
+
+
+def compared(kind: str = "limit") -> list[Series]:
+    """The series of a kind, "limit" or "strength"."""
+    file = tomllib.loads((Path(__file__).parent / "comparisons.toml").read_text())
+    return [
+        Series(one["name"], tuple(Case(case["name"], case["measured"], tuple(case["computed"])) for case in one["case"]), one)
+        for one in file["series"]
+        if one["kind"] == kind
+    ]
+
+
+def factor(series: Sequence[Sequence[float]], confidence: float = 0.95) -> float:
+    """The factor within which a new comparison lies, from ln(computed/measured) of the cases of each series; infinite without any."""
+    import scipy.special  # Which workers need not load.
+
+    if not series:
+        return math.inf
+    squares = [float(numpy.mean(numpy.square(errors))) for errors in series]
+    t = float(scipy.special.stdtrit(len(series), 0.5 + 0.5 * confidence))
+    with numpy.errstate(over="ignore"):
+        return float(numpy.exp(t * math.sqrt(sum(squares) / len(squares))))
+
+
+def left_out(series: Sequence[Series], confidence: float = 0.95) -> list[tuple[str, str, float, float, bool]]:
+    """For each case its series, its name, the error that is largest (computed over measured), the factor that all other cases give,
+    and whether the error lies within it."""
+    rows = []
+    for one in series:
+        for case in one.cases:
+            others = [[e for other in each.cases if other is not case for e in other.errors()] for each in series]
+            found, worst = factor([errors for errors in others if errors], confidence), max(case.errors(), key=abs)
+            rows.append((one.name, case.name, math.exp(worst), found, abs(worst) <= math.log(found)))
+    return rows
+
+
+class ModelError(NamedTuple):
+    """factor: within which a measured limit lies of the computed one, with the confidence; NaN where nothing like it was compared."""
+
+    factor: float
+    confidence: float
+    words: str
+
+    def band(self, low: float, high: float) -> tuple[float, float] | None:
+        """Of a computed limit with its interval, m/s; None where nothing is known."""
+        return (low / self.factor, high * self.factor) if math.isfinite(self.factor) else None
+
+    def sentence(self, low: float = math.nan, high: float = math.nan) -> str:
+        """One line for a report on a limit whose interval is given, m/s."""
+        band = self.band(low, high)
+        if band is None or not all(math.isfinite(end) for end in band):
+            return f"Of the model against tests: {self.words}"
+        return f"Of the model against tests: [{band[0]:.0f}, {band[1]:.0f}] m/s; {self.words}"
+
+
+def model_error(scene: Scene, confidence: float = 0.95) -> ModelError:
+    """How far the ballistic limit of a scene may be off, from the published limits that the model was compared with."""
+    every = compared()
+    near = [one for one in every if not one.lacks(scene)]
+    if not near:
+        missing = " or ".join(dict.fromkeys("; ".join(one.lacks(scene)) for one in every))
+        return ModelError(math.nan, confidence, f"no comparison within {missing}; nothing is known of the error.")
+    found = factor([one.errors() for one in near], confidence)
+    errors = [100 * math.expm1(e) for one in near for e in one.errors()]
+    series = f"{len(near)} independent series of tests" if len(near) > 1 else f"one series of tests, which counts once ({near[0].name})"
+    words = f"within a factor of {found:.2g} in {100 * confidence:g} %, from {series}, where limits were off by {min(errors):+.0f} to {max(errors):+.0f} %."
+    return ModelError(found, confidence, words)
+
+
+def main() -> None:
+    """`python -m fabric_kernel.model_error`: every comparison, and what each series gives with and without each case."""
+    from .v50 import columns
+
+    for kind in ("limit", "strength"):
+        series = compared(kind)
+        rows = [("series", "case", "measured", "computed", "computed/measured", "factor of the others", "within")]
+        for (name, case, worst, others, within), one in zip(left_out(series), (case for each in series for case in each.cases)):
+            computed = ", ".join(f"{value:g}" for value in one.computed)
+            rows.append((name, case, f"{one.measured:g}", computed, f"{worst:.2f}", f"{others:.2f}", "yes" if within else "no"))
+        units, sources = ({one.about[key] for one in series} for key in ("unit", "source"))
+        print(f"{kind}, {'; '.join(units)}: a new one lies within a factor of {factor([one.errors() for one in series]):.2f} in 95 %")
+        print(columns(rows[0], rows[1:]), "", *sources, "", sep="\n")
+
+
+if __name__ == "__main__":
+    main()

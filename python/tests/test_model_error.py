@@ -1,0 +1,111 @@
+"""The error of the model against tests: coverage with invented data, what counts as compared, and where the numbers come from."""
+
+import importlib.util
+import math
+import pathlib
+import unittest
+
+import numpy
+import scipy.stats
+
+from fabric_kernel.model_error import compared, factor, left_out, model_error
+from fabric_kernel.textile import areal_density, axes, cunniff_velocity, presented_area
+
+TOP = pathlib.Path(__file__).parents[2]
+BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
+SETS = 2000
+
+
+def held(series, members, alike, mean, seed):
+    """How many of SETS invented data sets give a factor that holds a new comparison. alike: the part of the variance that the
+    members of a series share; the new comparison is one of a new series."""
+    random = numpy.random.default_rng(seed)
+    count = 0
+    for _ in range(SETS):
+        shared = random.standard_normal(series + 1)[:, None] * math.sqrt(alike)
+        errors = 0.1 * (mean + shared + random.standard_normal((series + 1, members)) * math.sqrt(1.0 - alike))
+        count += abs(errors[-1, 0]) <= math.log(factor(list(errors[:-1])))
+    return count
+
+
+@unittest.skipUnless(BUILT, "the kernel is not built")
+class ModelError(unittest.TestCase):
+    def test_coverage_is_exact_where_series_are_one_number(self):
+        low, high = scipy.stats.binom.interval(0.999, SETS, 0.95)
+        for series in (1, 2, 5):
+            count = held(series, 5, 1.0, 0.0, series)
+            self.assertTrue(low <= count <= high, (series, count))
+
+    def test_coverage_is_never_below(self):
+        least = scipy.stats.binom.interval(0.999, SETS, 0.95)[0]
+        for series in (1, 3):
+            for alike in (0.0, 0.5, 1.0):
+                for mean in (0.0, 0.5, 1.0, 3.0):
+                    count = held(series, 5, alike, mean, 100 * series + round(10 * (alike + mean)))
+                    self.assertGreaterEqual(count, least, (series, alike, mean))
+
+    def test_more_cases_of_one_series_do_not_narrow_the_band(self):
+        self.assertAlmostEqual(factor([[0.1, -0.1]]), factor([[0.1, -0.1] * 50]), places=12)
+        self.assertAlmostEqual(math.log(factor([[0.1]])), 12.706 * 0.1, places=3)
+        self.assertLess(factor([[0.1], [0.1]]), factor([[0.1]]))
+        self.assertEqual(factor([]), math.inf)
+
+    def test_the_numbers_are_those_of_the_tables(self):
+        tables = [(TOP / f"docs/tables/{name}.md").read_text().splitlines() for name in ("validation", "strips")]
+        packs, strips = compared("limit"), compared("strength")
+        self.assertEqual([len(packs), len(strips)], [1, 1])
+        for case in packs[0].cases:
+            density = next(one["areal_density_kg_per_m2"] for one in packs[0].about["case"] if one["name"] == case.name)
+            plies = case.name.split()[0]
+            rows = [line for line in tables[0] if line.startswith("| Twaron CT612 |") and f"| {plies} | {density:.2f} |" in line]
+            self.assertEqual([f" {value} [" in row for value, row in zip(case.computed, rows, strict=True)], [True] * 4)
+            self.assertTrue(all(f"| {case.measured} ± " in row for row in rows))
+        for case in strips[0].cases[:4]:
+            self.assertTrue(any(f"| {case.name} | {case.measured} |" in line and f"| {case.computed[0]} [" in line for line in tables[1]))
+        self.assertIn(f"100/s, MPa: {strips[0].cases[4].computed[0]} [", "".join(tables[0]))
+
+    def test_each_case_left_out_lies_within_what_the_others_give(self):
+        rows = left_out(compared())
+        self.assertEqual(len(rows), 5)
+        self.assertTrue(all(within for *_, within in rows))
+
+    def pack(self, plies, mass=1.1e-3):
+        from fabric_kernel import Scene
+
+        body = {"shape": "cylinder", "radius": 2.73e-3, "length": 6e-3, "mass": mass, "position": [0, 0, -3e-3], "velocity": [0, 0, 500]}
+        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"plies": plies, "nodes_x": 51, "nodes_y": 51}, projectile=body)
+
+    def test_what_was_not_compared_gets_no_band(self):
+        within = model_error(self.pack(20))
+        self.assertGreater(within.factor, 1.2)
+        low, high = within.band(400.0, 420.0)
+        self.assertLess(low, 400.0 / 1.16)
+        self.assertGreater(high, 420.0 * 1.16)
+        self.assertRegex(within.sentence(400.0, 420.0), r"^Of the model against tests: \[\d+, \d+\] m/s; within a factor of")
+        for scene, told in (
+            (self.pack(1), "here 0.178, one ply"),
+            (self.pack(20, 5e-3), "here 5"),
+            (self.pack(20).replace({"attachment.kind": "two_sides"}), "here two sides"),
+        ):
+            error = model_error(scene)
+            self.assertTrue(math.isnan(error.factor))
+            self.assertIsNone(error.band(1.0, 2.0))
+            self.assertIn(told, error.sentence(1.0, 2.0))
+            self.assertIn("nothing is known of the error", error.sentence(1.0, 2.0))
+
+    def test_the_numbers_of_cunniffs_axes(self):
+        scene = self.pack(21)
+        self.assertAlmostEqual(areal_density(scene) / 21, 2 * 600e-3 / 9000 * 34 / 0.0254, places=6)
+        self.assertAlmostEqual(presented_area(scene), math.pi * 2.73e-3**2, places=12)
+        side = scene.replace({"projectile.orientation": [math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0]})
+        self.assertAlmostEqual(presented_area(side), 2 * 2.73e-3 * 6e-3, places=10)
+        found = axes(scene)
+        self.assertAlmostEqual(found.velocity, cunniff_velocity(0.5 * 84.62e9 * 1.0355 * (1.0355**2 - 1), 0.0355, 84.62e9, 1440.0), places=3)
+        self.assertAlmostEqual(found.ratio, areal_density(scene) * math.pi * 2.73e-3**2 / 1.1e-3, places=9)
+        from fabric_kernel import Scene
+
+        self.assertIsNone(axes(Scene("sheet_3in_sphere")))
+
+
+if __name__ == "__main__":
+    unittest.main()

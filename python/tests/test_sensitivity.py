@@ -1,0 +1,127 @@
+"""The change of a limit with what was chosen, and the pictures of the package."""
+
+import contextlib
+import importlib.util
+import io
+import math
+import pathlib
+import tempfile
+import unittest
+
+import scipy.stats
+
+from fabric_kernel.v50 import main
+
+BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
+
+
+@unittest.skipUnless(BUILT, "the kernel is not built")
+class Sensitivity(unittest.TestCase):
+    def scene(self, **sheet):
+        from fabric_kernel import Scene
+
+        body = {"radius": 2.778e-3, "mass": 6.9e-4, "position": [0.0, 0.0, -2.778e-3]}
+        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 41, "nodes_y": 41} | sheet, projectile=body)
+
+    def test_a_crossing_is_found_from_both_sides_and_far_away(self):
+        from fabric_kernel.sensitivity import WIDTH, crossing
+
+        for limit in (20.0, 95.0, 100.0, 105.0, 700.0):
+            self.assertLess(abs(math.log(crossing(100.0, lambda velocity: velocity > limit) / limit)), 0.5 * math.log(WIDTH) + 1e-9)
+        self.assertTrue(math.isnan(crossing(100.0, lambda velocity: False)))
+
+    def test_the_interval_is_that_of_student_and_not_below_the_bisection(self):
+        from fabric_kernel.sensitivity import WIDTH, interval
+
+        mean, low, high = interval([0.1, 0.2, 0.3])
+        half = scipy.stats.t.ppf(0.975, 2) * 0.1 / math.sqrt(3)
+        self.assertAlmostEqual(mean, 100 * math.expm1(0.2))
+        self.assertAlmostEqual(high, 100 * math.expm1(0.2 + half))
+        _, low, high = interval([0.0, 0.0, 0.0])
+        self.assertAlmostEqual(high, 100 * math.expm1(scipy.stats.t.ppf(0.975, 2) * math.log(WIDTH) / math.sqrt(18)))
+        self.assertEqual(interval([0.1])[1:], (-math.inf, math.inf))
+
+    def test_every_variant_differs_by_what_it_says_and_can_be_simulated(self):
+        from fabric_kernel.sensitivity import variants
+        from fabric_kernel.textile import areal_density, sides
+
+        scene = self.scene()
+        found = {name: other for name, (_, other) in variants(scene).items()}
+        self.assertEqual(len(found), 9)
+        for name, other in found.items():
+            other.check()
+            self.assertNotEqual(other, scene, name)
+        coarse = next(other for name, other in found.items() if name.startswith("spacing"))
+        self.assertAlmostEqual(areal_density(coarse), areal_density(scene))
+        self.assertAlmostEqual(sides(coarse)[0], sides(scene)[0])
+        narrow = next(other for name, other in found.items() if name.startswith("width"))
+        self.assertAlmostEqual(sides(narrow)[0] / sides(scene)[0], math.sqrt(0.5), delta=0.02)
+        dry = scene.replace({f"yarn.viscosity_{kind}": 0.0 for kind in ("linear", "quadratic", "bending")})
+        self.assertIn("viscosity of the yarn: that of real fabrics", variants(dry))
+
+    def test_the_command_shows_what_the_width_does(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "scene.toml").write_text(self.scene().text())
+            words = [str(folder / "scene.toml"), "--shots", "10", "--tests", "0", "--sensitivity", "--out", name]
+            with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()):
+                main(words)
+            rows = [line.split(",") for line in (folder / "sensitivity.csv").read_text().splitlines()]
+            self.assertEqual(rows[0], ["variant", "change_percent", "low_percent", "high_percent", "shots"])
+            change = {row[0]: float(row[1]) for row in rows[1:] if len(row) == 5}
+            wide = [change[name] for name in change if name.startswith("width")]
+            self.assertLess(min(wide), -10.0)
+            self.assertGreater(max(wide), 10.0)
+            self.assertGreater(next(change[name] for name in change if name.startswith("failure strain")), 3.0)
+            page = (folder / "report.html").read_text()
+            for text in (said.getvalue(), page):
+                self.assertIn("The limit depends on the width of the sheet: it changes by", text)
+            self.assertEqual(page.count("data:image/svg+xml"), 2)
+
+
+@unittest.skipUnless(BUILT, "the kernel is not built")
+class Pictures(unittest.TestCase):
+    def test_each_is_drawn_the_same_twice_and_leaves_the_settings_of_the_user(self):
+        import matplotlib
+        from fabric_kernel import PRESETS, Scene, Simulation, history, plot
+
+        before = dict(matplotlib.rcParams)
+        simulation = Simulation(Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}), warns=False)
+        rows = history(simulation, steps=640)
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            for number in (0, 1):
+                plot.history(rows, folder / f"history{number}.svg", marks=[(1e-5, "detached")])
+                plot.sheet(simulation, folder / f"sheet{number}.png")
+            for kind in ("history0.svg", "sheet0.png"):
+                self.assertEqual((folder / kind).read_bytes(), (folder / kind.replace("0", "1")).read_bytes())
+            for preset in PRESETS:
+                plot.sheet(Simulation(Scene(preset, sheet={"nodes_x": 61, "nodes_y": 61})), folder / "preset.png")
+        self.assertEqual(before, dict(matplotlib.rcParams))
+
+    def test_a_movie_has_pictures_of_the_whole_run(self):
+        from fabric_kernel import Scene
+        from fabric_kernel.movie import movie
+        from PIL import Image
+
+        with tempfile.TemporaryDirectory() as name:
+            path = pathlib.Path(name) / "movie.gif"
+            movie(Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}), path, steps=320, every=64)
+            with Image.open(path) as pictures:
+                self.assertEqual(pictures.n_frames, 6)
+
+    def test_the_lines_of_every_body_enclose_it(self):
+        import numpy
+        from fabric_kernel import Scene
+        from fabric_kernel.sheets import outline
+
+        for preset, farthest in (("sheet_3in_sphere", 6.35e-3), ("sheet_10in_cylinder", None), ("turbine_disc_sector", None)):
+            points = numpy.concatenate(outline(Scene(preset)))
+            reach = float(numpy.linalg.norm(points, axis=1).max())
+            self.assertTrue(1e-3 < reach < 0.1)
+            self.assertTrue(farthest is None or abs(reach - farthest) < 1e-9)
+            self.assertTrue((points.min(0) < 0).all() and (points.max(0) > 0).all())
+
+
+if __name__ == "__main__":
+    unittest.main()
