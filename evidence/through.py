@@ -8,9 +8,8 @@ Limit: what the numbers of the rule were chosen on, 380 other shots at six of th
 
 import numpy
 import scipy.stats
-from fabric_kernel import Scene, Simulation, vary
+from fabric_kernel import Scene, Simulation, page, vary
 
-from . import page
 from .study import SMOKE, clock
 
 SEED = 2026
