@@ -4,9 +4,8 @@ import json
 from types import SimpleNamespace
 
 from fabric_kernel import page, plot
+from fabric_kernel.page import significant
 from fabric_kernel.plot import Series
-
-from .page import significant
 
 NS, US, MS = "ns per node-step", "us", "ms"
 TIGHT = "contact_capacity 7250"

@@ -132,8 +132,8 @@ class Sensitivity(NamedTuple):
     def sentence(self):
         """What the width does, for the head of a report."""
         wide = [one for one in self.changes if one.what == "width of the sheet" and math.isfinite(one.percent)]
-        told = " and ".join(f"{one.percent:+.0f} % with {one.variant.split(': ')[1]}" for one in wide)
-        return f"The limit depends on the width of the sheet: it changes by {told}." if wide else ""
+        told = " and ".join(f"{one.percent:+.0f} % [{one.low:+.0f}, {one.high:+.0f}] with {one.variant.split(': ')[1]}" for one in wide)
+        return f"The width of the sheet changes the limit by {told}." if wide else ""
 
     def draw(self, path=None) -> "matplotlib.figure.Figure":
         from . import plot

@@ -75,7 +75,7 @@ class Sensitivity(unittest.TestCase):
             self.assertGreater(next(change[name] for name in change if name.startswith("failure strain")), 3.0)
             page = (folder / "report.html").read_text()
             for text in (said.getvalue(), page):
-                self.assertIn("The limit depends on the width of the sheet: it changes by", text)
+                self.assertIn("The width of the sheet changes the limit by", text)
             self.assertEqual(page.count("data:image/svg+xml"), 2)
 
 
