@@ -101,7 +101,7 @@ pub(crate) struct Arrays<'a> {
     pub past: &'a mut [Chunk<PAST_PLANES>],
     /// Rows of the logarithms of the rate, horizontal and vertical.
     pub logarithms: &'a mut [Chunk<RATE_PLANES>],
-    /// Energy that viscosity and rate have taken of each row in the present pass, in units of m (h/dt)^2.
+    /// Energy that viscosity and rate have taken of each row in the present pass, or in each step of a block, in units of m (h/dt)^2.
     pub taken: &'a mut [f64],
     /// Constants of a row of nodes of a graded network, chunk by chunk of its columns (`grading.rs`).
     pub columns: &'a mut [Chunk<LINE_PLANES>],
@@ -224,7 +224,7 @@ impl<'a> Arrays<'a> {
             carry: chunked(real(true, [1, row, CHUNK * CARRY_PLANES])?),
             carries: chunked(real(layout.in_blocks, [steps, row, CHUNK * CARRY_PLANES])?),
             kept: real(true, [1, nx, 3])?.as_chunks_mut().0,
-            taken: real(layout.takes_energy(), [1, 1, rows])?,
+            taken: real(layout.takes_energy(), [1, steps, rows])?,
             candidates: real(true, [1, candidates, CANDIDATE_REALS])?.as_chunks_mut().0,
             before: real(layout.is_stack(), [rows, row, CHUNK])?.as_chunks_mut().0,
             column: real(layout.is_stack(), [1, layout.plies, COLUMN_REALS])?.as_chunks_mut().0,

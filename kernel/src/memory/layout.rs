@@ -98,7 +98,7 @@ impl Layout {
     /// Whether a plain sheet is too large for the caches, so that steps go in blocks.
     pub(super) fn can_take_blocks(&self) -> Option<bool> {
         use Feature::*;
-        let options = [Theta, Slack, Viscosity, Rate, Grading].iter().any(|&feature| self.has(feature));
+        let options = [Theta, Slack, Rate, Grading].iter().any(|&feature| self.has(feature));
         let plain = self.plies == 1 && !(options || self.x.is_mirrored() || self.y.is_mirrored());
         let reals = self.nodes_y.checked_mul(self.chunks)?.checked_mul(CHUNK * HOT_PLANES)?;
         Some(Blocks.is_built() && plain && reals > CACHED_REALS)
@@ -161,10 +161,15 @@ impl Layout {
         if self.has(Feature::Viscosity) { 4 } else { 0 }
     }
 
+    /// Steps of a block whose rows a band keeps; with viscosity bands take single steps.
+    pub(crate) fn block_steps_of_a_band(&self) -> usize {
+        if self.in_blocks && !self.has(Feature::Viscosity) { BLOCK_STEPS } else { 0 }
+    }
+
     /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, copies of viscosity's at its ends, its
     /// fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
-        let rows = if self.in_blocks { 1 + BLOCK_STEPS } else { 1 };
+        let rows = 1 + self.block_steps_of_a_band();
         self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + self.viscous_rows_of_a_band() * PAST_PLANES)
             + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
     }

@@ -73,7 +73,8 @@ impl<'r> Rows<'r> {
         let viscous = ViscousRows {
             past: if layout.has(Feature::Viscosity) { past.get_mut(own.start..)? } else { &mut [] },
             above: if is_last_of_ply { &mut [] } else { planes::row_mut(above, layout.chunks, 0) },
-            known: [false; 2],
+            // In a block they were found for the row below.
+            known: [in_block.is_some() && first > 0, false],
         };
         Some(Rows {
             first,
@@ -87,7 +88,7 @@ impl<'r> Rows<'r> {
             owed: if layout.has(Feature::Slack) { arrays.owed.get_mut(own.clone())? } else { &mut [] },
             been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
             viscous,
-            taken: if layout.takes_energy() { arrays.taken.get_mut(first..end)? } else { &mut [] },
+            taken: if layout.takes_energy() { arrays.taken.get_mut(noted + first..noted + end)? } else { &mut [] },
             before: if layout.is_stack() { arrays.before.get_mut(own)? } else { &mut [] },
             ranges: arrays.ranges.get_mut(first..end)?,
             runs: arrays.runs.get(first..end)?,

@@ -2,11 +2,11 @@
 //! that it comes from memory once and not once a step.
 //!
 //! Method: a row can take a step as soon as the row above it has taken the one before. So rows are stepped in a skewed order: where row r
-//! takes the first step of the block, row r - s takes step s. Rows below the body take all steps in this order; then the rows that the
+//! takes the first step of the block, row r - s takes step s; with viscosity, whose moments reach one row further (M17), row r - 2 s. Rows below the body take all steps in this order; then the rows that the
 //! body may reach take them one by one, with contact and all else that belongs to a step; then those above. Each row has the neighbours and
 //! the forces from below that it has in single steps, and the pulls on the supports are summed in the order of single steps: the bits are
 //! the same.
-//! With bands the order is another one (`bands/block.rs`).
+//! With bands the order is another one (`bands/block.rs`), without viscosity.
 //! Limits: one ply, velocity Verlet, nothing that takes two passes or looks at the whole sheet between two steps (`Layout::in_blocks`); every
 //! row awake; no fixed node within the body's reach. Otherwise, and for what is left of less than a block, single steps are taken.
 //! The surface of the body crosses less than a spacing in a step, so what it may reach in a block is known; a row beyond [`APPROACH`] that
@@ -23,6 +23,7 @@ use crate::ground::planes::{CARRY_PLANES, CHUNK};
 use crate::ground::ranges::range_of;
 use crate::memory::layout::{BLOCK_STEPS, Layout};
 use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::sheet::places::rest_offset;
 use crate::sheet::sweep::Report;
 use crate::step::explicit;
@@ -52,6 +53,8 @@ pub(crate) struct Block {
     pub near: [usize; 2],
     pub steps: usize,
     pub rows: usize,
+    /// By how many rows a step lags behind the one before.
+    pub lag: usize,
     reach: Reach,
 }
 
@@ -97,7 +100,8 @@ impl Block {
             let [a, b, c, d] = system.arrays.runs.get(j).copied().unwrap_or([0; 4]);
             (a..b).chain(c..d).any(|i| search.candidate(&system.position(i as usize, j)).is_some())
         });
-        (!is_held && 2 * (end - first + steps) <= rows).then_some(Block { near, steps, rows, reach })
+        let lag = if system.layout.has(Feature::Viscosity) { 2 } else { 1 };
+        (!is_held && 2 * (end - first + lag * steps) <= rows).then_some(Block { near, steps, rows, lag, reach })
     }
 
     /// Takes the steps.
@@ -113,23 +117,24 @@ impl Block {
         Ok(())
     }
 
-    /// The numbers [first, end) of the waves below and above the body: row r - s takes step s where r is the number.
+    /// The numbers [first, end) of the waves below and above the body: row r - lag s takes step s where r is the number.
     fn skewed(&self) -> [[usize; 2]; 2] {
-        let ([bottom, end], steps) = (self.near, self.steps);
-        [[0, bottom], [end + steps - 1, self.rows + steps - 1]]
+        let ([bottom, end], last) = (self.near, self.lag * (self.steps - 1));
+        [[0, bottom], [end + last, self.rows + last]]
     }
 
     /// Rows [first, end), those that the body may reach among them, that take a step after all of the wave below.
     fn rows_near(&self, step: usize) -> [usize; 2] {
-        let ([bottom, end], steps) = (self.near, self.steps);
-        [bottom.saturating_sub(step), (end + steps - 1 - step).min(self.rows)]
+        let ([bottom, end], steps, lag) = (self.near, self.steps, self.lag);
+        [bottom.saturating_sub(lag * step), (end + lag * (steps - 1 - step)).min(self.rows)]
     }
 
     /// All steps of the rows away from the body.
     #[inline(never)]
     fn step_away(&self, system: &mut System<'_>, [first, end]: [usize; 2]) -> Result<(), Failure> {
         for r in first..end {
-            for (step, j) in (0..self.steps.min(r + 1)).map(|step| (step, r - step)).filter(|&(_, j)| j < self.rows) {
+            let steps = self.steps.min(r / self.lag + 1);
+            for (step, j) in (0..steps).map(|step| (step, r - self.lag * step)).filter(|&(_, j)| j < self.rows) {
                 let report = explicit::sweep_in_block(system, step, [j, j + 1]);
                 let range = system.arrays.ranges.get(j).copied().unwrap_or_default();
                 if report.non_finite || self.is_met(step, j, range) {
@@ -186,7 +191,7 @@ impl Block {
 impl Block {
     /// A block of some steps and rows, for tests of what is stepped when.
     pub fn of_rows(near: [usize; 2], steps: usize, rows: usize) -> Block {
-        Block { near, steps, rows, reach: Reach { low: 0.0, high: 0.0, h: 1.0, rise: 1.0, nodes_y: rows as u32 } }
+        Block { near, steps, rows, lag: 1, reach: Reach { low: 0.0, high: 0.0, h: 1.0, rise: 1.0, nodes_y: rows as u32 } }
     }
 }
 
@@ -207,7 +212,10 @@ pub(crate) fn begin(system: &mut System<'_>) {
 /// Ends a block whose last step is swept.
 pub(crate) fn end(system: &mut System<'_>) {
     system.set_awake(0, [0, system.layout.nodes_y]);
-    (0..system.block_steps).for_each(|step| explicit::book_pulls(system, 0, [0, system.layout.nodes_y], step));
+    for step in 0..system.block_steps {
+        explicit::book_taken(system, 0, [0, system.layout.nodes_y], step);
+        explicit::book_pulls(system, 0, [0, system.layout.nodes_y], step);
+    }
     explicit::end_step(system);
 }
 

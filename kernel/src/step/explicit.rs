@@ -15,14 +15,16 @@ use crate::contact::separate;
 use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
-use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK};
+use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK};
 use crate::memory::rows::Rows;
 use crate::memory::system::System;
 use crate::memory::terms::Terms;
+use crate::memory::viscous_rows::find_moments_of_row;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 use crate::sheet::slack::SEARCH_INTERVAL;
 use crate::sheet::sweep::Report;
+use crate::sheet::viscous::MomentsOfRow;
 use crate::sheet::weave;
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
@@ -160,7 +162,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     } else {
         sweep_rows::<false>(system, ply, rows, None)
     };
-    book_taken(system, ply, rows);
+    book_taken(system, ply, rows, 0);
     book_pulls(system, ply, rows, 0);
     system.set_awake(ply, rows);
     report
@@ -178,7 +180,31 @@ fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
 
 /// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
+    if system.layout.has(Feature::Viscosity) {
+        find_moments_above(system, step, rows[1]);
+        return sweep_rows::<true>(system, 0, rows, Some(step));
+    }
     sweep_rows::<false>(system, 0, rows, Some(step))
+}
+
+/// The viscous moments of row j in a step of a block, which the row below it needs; nothing above the top row.
+#[inline(never)]
+fn find_moments_above(system: &mut System<'_>, step: usize, j: usize) {
+    let rates = rates(system);
+    let System { layout, directions, arrays, instructions, .. } = &mut *system;
+    let chunks = layout.chunks;
+    let (past_below, past) = arrays.past.split_at_mut((j * chunks).min(arrays.past.len()));
+    let Some(taken) = arrays.taken.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y) else { return };
+    let row = MomentsOfRow {
+        directions: directions.of_ply(0),
+        row: planes::row(arrays.hot, chunks, j),
+        below: planes::row(arrays.hot, chunks, j - 1),
+        past_below: planes::row(past_below, chunks, j - 1),
+        above: planes::row(arrays.hot, chunks, j + 1),
+        past: planes::row_mut(past, chunks, 0),
+    };
+    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    find_moments_of_row(&terms, j, row, taken);
 }
 
 /// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block. VISCOUS: with viscosity.
@@ -202,12 +228,12 @@ fn sweep_rows<const VISCOUS: bool>(
     }
 }
 
-/// Books the energy that viscosity and rate have taken of rows [first, end) of a ply, lowest row first.
+/// Books the energy that viscosity and rate have taken of rows [first, end) of a ply in a step of a block, the first one otherwise, lowest row first.
 #[inline(never)]
-pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
+pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let unit = system.model.unit_energy * system.mass_share(ply);
-    let taken = system.arrays.taken.get(first..end).unwrap_or(&[]);
-    taken.iter().for_each(|taken| system.state.sums.viscous += unit * taken);
+    let taken = system.arrays.taken.get(step * system.layout.nodes_y..).and_then(|taken| taken.get(first..end));
+    taken.into_iter().flatten().for_each(|taken| system.state.sums.viscous += unit * taken);
 }
 
 /// The row of images above a sweep that reaches the plane.

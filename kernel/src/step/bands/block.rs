@@ -5,7 +5,7 @@
 //! and the rows that the body may reach. They take a step a pass; the body's gap is cut into bands as a whole sheet is. A row above a
 //! gap needs the forces from below: they are found from the gap's row, which has come as far. A gap needs the displacements of the row
 //! above it and the forces from the row below it as they were in each step: both are kept.
-//! Limits: those of a block. Where a cut lies close to the body's gap, that gap takes the place of the cut; a sheet of few rows has fewer bands away from
+//! Limits: those of a block; no viscosity. Where a cut lies close to the body's gap, that gap takes the place of the cut; a sheet of few rows has fewer bands away from
 //! the body.
 //! Reference: D. Wonnacott, Int. J. Parallel Programming 30 (2002) 181 (time skewing for parallel computers).
 #![deny(unsafe_code)]
@@ -74,9 +74,9 @@ impl RowsAway {
 }
 
 impl BlockInBands {
-    /// The block that may begin now for `of` bands, as [`Block::plan`].
+    /// The block that may begin now for `of` bands, as [`Block::plan`]; none with viscosity, whose gaps would grow by two rows in a step.
     pub fn start(system: &mut System<'_>, of: usize, most: u64) -> Option<BlockInBands> {
-        let block = Block::plan(system, most)?;
+        let block = Block::plan(system, most).filter(|block| block.lag == 1)?;
         blocks::begin(system);
         // Far more rows than gaps; at least 1, so that no division by zero has to be compiled in.
         let bands = of.min(block.rows / (4 * block.steps).max(1)).max(1);

@@ -401,7 +401,7 @@ impl Plan {
                 continue;
             }
             system.set_awake(ply, [first, end]);
-            explicit::book_taken(system, ply, [first, end]);
+            explicit::book_taken(system, ply, [first, end], 0);
             explicit::book_pulls(system, ply, [first, end], 0);
         }
         explicit::close_pass(system, &gathered, report)?;

@@ -4,7 +4,6 @@ use super::block::Edge;
 use super::plan::Plan;
 use super::pointers::rows_mut;
 use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
-use crate::memory::layout::BLOCK_STEPS;
 use core::slice::from_raw_parts_mut;
 
 /// A band's own numbers.
@@ -81,7 +80,7 @@ impl Plan {
     fn places(&self, band: u32) -> Places {
         let layout = &self.layout;
         let row = layout.chunks * CHUNK;
-        let steps = if layout.in_blocks { BLOCK_STEPS } else { 0 };
+        let steps = layout.block_steps_of_a_band();
         let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
         let carry = above.wrapping_add(HOT_PLANES * row);
         let viscous = carry.wrapping_add(CARRY_PLANES * row);
