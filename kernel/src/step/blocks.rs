@@ -133,8 +133,8 @@ impl Block {
     #[inline(never)]
     fn step_away(&self, system: &mut System<'_>, [first, end]: [usize; 2]) -> Result<(), Failure> {
         for r in first..end {
-            let steps = self.steps.min(r / self.lag + 1);
-            for (step, j) in (0..steps).map(|step| (step, r - self.lag * step)).filter(|&(_, j)| j < self.rows) {
+            for step in 0..self.steps {
+                let Some(j) = r.checked_sub(self.lag * step).filter(|&j| j < self.rows) else { continue };
                 let report = explicit::sweep_in_block(system, step, [j, j + 1]);
                 let range = system.arrays.ranges.get(j).copied().unwrap_or_default();
                 if report.non_finite || self.is_met(step, j, range) {
@@ -191,7 +191,13 @@ impl Block {
 impl Block {
     /// A block of some steps and rows, for tests of what is stepped when.
     pub fn of_rows(near: [usize; 2], steps: usize, rows: usize) -> Block {
-        Block { near, steps, rows, lag: 1, reach: Reach { low: 0.0, high: 0.0, h: 1.0, rise: 1.0, nodes_y: rows as u32 } }
+        Block {
+            near,
+            steps,
+            rows,
+            lag: 1,
+            reach: Reach { low: 0.0, high: 0.0, h: 1.0, rise: 1.0, nodes_y: rows as u32 },
+        }
     }
 }
 
@@ -225,6 +231,7 @@ mod tests {
     use crate::ground::planes::{CARRY_PLANES, CHUNK};
     use crate::ground::random::splitmix64;
     use crate::memory::layout::BLOCK_STEPS;
+    use crate::scene::features::Feature;
     use crate::scene::parts::{AttachmentKind, Draw, Drive, StrengthDraw};
     use crate::tests::{saved, sheet, sim};
     use crate::{CacheLine, Failure, Outcome, Scene, Sim};
@@ -238,7 +245,9 @@ mod tests {
         let (rows, chunks) = (sim.system.layout.nodes_y, sim.system.layout.chunks);
         let carries = vec![[[0.0; CHUNK]; CARRY_PLANES]; BLOCK_STEPS * chunks];
         let pulls = vec![[[0.0; 3]; 2]; BLOCK_STEPS * rows];
+        let taken = if sim.layout().takes_energy() { vec![0.0; BLOCK_STEPS * rows] } else { Vec::new() };
         (sim.system.arrays.carries, sim.system.arrays.pulls) = (carries.leak(), pulls.leak());
+        sim.system.arrays.taken = taken.leak();
         (sim.system.layout.in_blocks, sim.system.block_steps) = (true, BLOCK_STEPS);
     }
 
@@ -295,7 +304,8 @@ mod tests {
             let taken = advance_in_blocks(&mut blocked, at_once);
             blocks += taken;
             let of = 1 + (single.step_count() / at_once % 11) as u32;
-            assert_eq!(advance_in_bands(&mut banded, of, at_once), taken, "{of} bands");
+            let in_bands = if single.layout().has(Feature::Viscosity) { 0 } else { taken };
+            assert_eq!(advance_in_bands(&mut banded, of, at_once), in_bands, "{of} bands");
             let here = (single.digest(), single.counters());
             assert_eq!(here, (blocked.digest(), blocked.counters()), "step {}", single.step_count());
             assert_eq!(here, (banded.digest(), banded.counters()), "{of} bands");
@@ -315,7 +325,20 @@ mod tests {
     #[test]
     fn blocks_give_the_bits_of_single_steps_in_other_scenes() {
         type Change = fn(&mut Scene);
-        let changes: [(Change, u64); 5] = [
+        let viscous = |scene: &mut Scene| {
+            let yarn = &mut scene.yarn;
+            (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
+        };
+        let changes: [(Change, u64); 7] = [
+            (viscous, 64),
+            (
+                |scene| {
+                    scene.yarn.viscosity_bending = 0.06;
+                    (scene.projectile.position[1], scene.sheet.crimp, scene.yarn.stochastic) =
+                        (0.012, [0.002, 0.004], false);
+                },
+                40,
+            ),
             (|scene| scene.yarn.strength_draw = StrengthDraw::Weibull, 37),
             (|scene| scene.attachment.kind = AttachmentKind::Free, 8),
             (|scene| (scene.sheet.pre_strain, scene.yarn.draw) = ([0.004, 0.002], Draw::Yarn), 64),
@@ -370,6 +393,9 @@ mod tests {
             };
             scene.yarn.stochastic = number(11).is_multiple_of(2);
             (scene.track_support, scene.seed) = (!number(12).is_multiple_of(4), k);
+            if number(13).is_multiple_of(3) {
+                (scene.yarn.viscosity_quadratic, scene.yarn.viscosity_bending) = (1.5, 0.06);
+            }
             let [mut single, mut blocked] = [sim(&scene), sim(&scene)];
             if k % 2 == 0 {
                 single.step_every_row();
