@@ -34,7 +34,9 @@ const APPROACH: f64 = 8.0;
 /// How many steps a block has with these instructions. The wider they are, the more a sweep waits for memory.
 pub(crate) fn block_steps(layout: &Layout, instructions: InstructionSet) -> usize {
     let pays = matches!(instructions, InstructionSet::Avx512 | InstructionSet::Avx2);
-    if layout.in_blocks && pays { BLOCK_STEPS } else { 1 }
+    // With viscosity a step reaches twice as many rows, which are to stay in the caches.
+    let steps = if layout.has(Feature::Viscosity) { BLOCK_STEPS / 2 } else { BLOCK_STEPS };
+    if layout.in_blocks && pays { steps } else { 1 }
 }
 
 /// Takes a block of steps, if `most` steps allow one now: how many, or 0.
