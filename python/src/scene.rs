@@ -36,6 +36,7 @@ impl Scene {
             textiles.extend(textile::of(&table));
             in_our_environment(|| fabric_scene::apply(&mut scene, table)).map_err(errors::of_scene)?;
         }
+        derived::refuse_what_cannot_be_meant(&scene).map_err(errors::of_scene)?;
         if scene.back.plies == 0 {
             textiles.remove("back_fabric");
         }
@@ -60,9 +61,9 @@ impl Scene {
             for field in FIELDS {
                 let (own, usual) = (parameters::value(py, field, &self.scene)?, parameters::value(py, field, &base)?);
                 // By their words: -0.0 is not 0.0, and what is no number is none again.
-                if own.repr()?.to_cow()? != usual.repr()?.to_cow()? {
-                    let read = fabric_scene::is_read(field, &self.scene);
-                    if read { &other } else { &kept }.set_item(field.name, own)?;
+                if own.repr()?.to_cow()? != usual.repr()?.to_cow()? || fabric_scene::is_needed(field, &self.scene, &base) {
+                    let is_kept = fabric_scene::is_kept(field, &self.scene, &self.textiles);
+                    if is_kept { &kept } else { &other }.set_item(field.name, own)?;
                 }
             }
             if !kept.is_empty() {

@@ -197,6 +197,7 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     let text = if summary.plies.is_empty() { text } else { format!("{text}\n\n{}", plies(&summary)) };
     say::line(format_args!("{text}"));
     summary.warnings = warnings(&scene, &sim, &summary);
+    summary.warnings.extend(fabric_scene::derived::unplaced(&file, &scene));
     if fabric_scene::takes_automatic_grading(&mut file) && !scene.is_graded() {
         summary.warnings.push(format!(
             "sheet.grading = \"automatic\" left the network whole: for an error of {} % no row of this sheet can be left out, or it is held \
