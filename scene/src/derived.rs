@@ -194,8 +194,12 @@ pub fn unplaced(file: &Table, scene: &Scene) -> Option<String> {
     let sized = ["shape", "radius", "diameter", "length", "size", "sector"].iter().any(|key| body.contains_key(*key));
     let speed = length(scene.projectile.velocity);
     (sized && !body.contains_key("position") && !file.contains_key("aim")).then(|| {
-        let of = if body.contains_key("velocity") { "begins where the preset's does" } else { "begins where the preset's does and as fast" };
-        format!("the projectile {of} ({speed:.4} m/s): give [aim], as in [aim] speed = \"150 m/s\"")
+        let of = if body.contains_key("velocity") {
+            "begins where the preset's does"
+        } else {
+            "begins where the preset's does and as fast"
+        };
+        format!("the projectile {of} ({speed} m/s): give [aim], as in [aim] speed = \"150 m/s\"")
     })
 }
 

@@ -118,8 +118,10 @@ pub fn table_of(text: &str) -> Result<Table> {
         let before = text.get(..error.span().map_or(0, |span| span.start)).unwrap_or("");
         let (number, start) = (before.matches('\n').count(), before.rfind('\n').map_or(0, |end| end + 1));
         let line = text.get(start..).and_then(|rest| rest.lines().next()).unwrap_or("");
-        let bare = line.split_once('=').is_some_and(|(_, value)| value.trim_start().starts_with(|c: char| c.is_ascii_digit()));
-        let quotes = if bare { "; a number with its unit stands in quotes, with a decimal point: \"5.4 mm\"" } else { "" };
+        let bare =
+            line.split_once('=').is_some_and(|(_, value)| value.trim_start().starts_with(|c: char| c.is_ascii_digit()));
+        let quotes =
+            if bare { "; a number with its unit stands in quotes, with a decimal point: \"5.4 mm\"" } else { "" };
         format!("line {}: {}: {}{quotes}", number + 1, short(line), short(error.message())).into()
     })
 }
@@ -179,8 +181,13 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     }
     wrong.extend(derived::projectile(&own, scene).err());
     // The preset has numbers of other shapes, too, which nobody chose.
-    for Field { name, .. } in FIELDS.iter().filter(|field| is_needed(field, scene, &before) && !counted(field.name, &given)) {
-        wrong.push(BadKey { key: name.to_string(), text: format!("{name}: missing; this shape has it, the preset's has not") }.into());
+    for Field { name, .. } in
+        FIELDS.iter().filter(|field| is_needed(field, scene, &before) && !counted(field.name, &given))
+    {
+        wrong.push(
+            BadKey { key: name.to_string(), text: format!("{name}: missing; this shape has it, the preset's has not") }
+                .into(),
+        );
     }
     all_of(wrong)?;
     let numbers = given.iter().any(|(key, _)| key.starts_with("back.") && key != "back.plies");
@@ -390,6 +397,13 @@ fn flat(prefix: &str, value: Value, all: &mut derived::Given, wrong: &mut Vec<Bo
     }
 }
 
+/// The keys of a table with their whole names, and their values.
+pub fn given(table: &Table) -> derived::Given {
+    let mut all = Vec::new();
+    flat("", Value::Table(table.clone()), &mut all, &mut Vec::new());
+    all
+}
+
 /// A key without its table.
 fn last_of(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
@@ -416,7 +430,8 @@ fn meant(key: &str) -> String {
     let likeness = |name: &str| (1e3 * strsim::normalized_levenshtein(key, name)) as u32;
     let tables = ["fabric", "back_fabric"].into_iter().chain(names().filter_map(|name| Some(name.split_once('.')?.0)));
     if key.starts_with("fabric.") || key.starts_with("back_fabric.") {
-        return "; a textile is one table with its name or all of its numbers: fabric = { name = ..., modulus = ... }".into();
+        return "; a textile is one table with its name or all of its numbers: fabric = { name = ..., modulus = ... }"
+            .into();
     }
     let mut near: Vec<&str> =
         CALLED.iter().filter(|(other, _)| *other == key || *other == last).map(|(_, name)| *name).collect();

@@ -67,10 +67,18 @@ fn refused<T>(table: &str, error: fabric::Error) -> Result<T> {
     bad(&error.field.replace("textile", table), error.to_string().replace("textile.", &format!("{table}.")))
 }
 
-/// The textiles of a scene file, `fabric` and `back_fabric`, as it has them.
+/// The textiles of a scene file, `fabric` and `back_fabric`, as it has them; and of `projectile` the material or the density.
 pub fn of(file: &Table) -> Table {
     let keys = [FRONT, BACK];
-    keys.iter().filter_map(|key| Some((key.to_string(), file.get(*key)?.clone()))).collect()
+    let mut all: Table = keys.iter().filter_map(|key| Some((key.to_string(), file.get(*key)?.clone()))).collect();
+    let body = crate::given(file)
+        .into_iter()
+        .filter_map(|(key, value)| Some((key.strip_prefix("projectile.")?.to_string(), value)));
+    let body: Table = body.filter(|(key, _)| key == "material" || key == "density").collect();
+    if !body.is_empty() {
+        all.insert("projectile".to_string(), body.into());
+    }
+    all
 }
 
 /// Their names; none where there is no textile, or it has no name.
@@ -83,8 +91,11 @@ pub fn names(textiles: &Table) -> [Option<String>; 2] {
 
 /// The textiles as a scene file has them, behind the file of each that has a name, as a comment: its sources.
 pub fn write(textiles: &Table) -> String {
-    let mut text =
-        String::from(if textiles.is_empty() { "" } else { "\n# The numbers below override those of the fabric.\n" });
+    let mut text = String::from(if names(textiles) == [None, None] && !textiles.contains_key(FRONT) {
+        ""
+    } else {
+        "\n# The numbers below override those of the fabric.\n"
+    });
     for (key, name) in [FRONT, BACK].into_iter().zip(names(textiles)) {
         let Some(textile) = textiles.get(key) else { continue };
         let file = FILES.iter().find(|(known, _)| name.as_deref() == Some(*known)).map_or("", |(_, file)| file);
@@ -134,7 +145,8 @@ fn textile(table: &str, values: &Value) -> Result<Textile> {
 /// The same with all that a sheet needs.
 fn whole(table: &str, values: &Value) -> Result<Textile> {
     let mut textile = textile(table, values)?;
-    let given: Vec<_> = NUMBERS.iter().filter(|(_, place, _)| *place(&mut textile) != 0.0).map(|(key, ..)| *key).collect();
+    let given: Vec<_> =
+        NUMBERS.iter().filter(|(_, place, _)| *place(&mut textile) != 0.0).map(|(key, ..)| *key).collect();
     refuse_missing(table, |key| given.contains(&key))?;
     Ok(textile)
 }
@@ -143,15 +155,18 @@ fn whole(table: &str, values: &Value) -> Result<Textile> {
 fn refuse_missing(table: &str, has: impl Fn(&str) -> bool) -> Result<()> {
     let mut missing = Vec::new();
     for key in ["linear_density", "count"] {
-        let lacking: Vec<_> = ["warp", "weft"].iter().map(|side| format!("{side}.{key}")).filter(|key| !has(key)).collect();
+        let lacking: Vec<_> =
+            ["warp", "weft"].iter().map(|side| format!("{side}.{key}")).filter(|key| !has(key)).collect();
         missing.extend(if lacking.len() == 2 { vec![key.to_string()] } else { lacking });
     }
-    missing.extend(["fibre_density", "modulus", "damage_rate"].iter().filter(|key| !has(key)).map(|key| key.to_string()));
+    missing
+        .extend(["fibre_density", "modulus", "damage_rate"].iter().filter(|key| !has(key)).map(|key| key.to_string()));
     if !has("failure_strain") && !has("strength") {
         missing.push("failure_strain (or strength)".to_string());
     }
     let Some(first) = missing.first() else { return Ok(()) };
-    let text = format!("{table}.{}: missing or 0 in [{table}]; fabrics/README.md has an example with all", missing.join(", "));
+    let text =
+        format!("{table}.{}: missing or 0 in [{table}]; fabrics/README.md has an example with all", missing.join(", "));
     bad(&format!("{table}.{first}"), text)
 }
 
