@@ -140,14 +140,15 @@ def alike(velocities, through, share, confidence):
     return Interval(float(ordered[-needed]), math.inf) if all_stopped else Interval(-math.inf, float(ordered[needed - 1]))
 
 
-FALSE_ALARM = 0.01
-"""How often `falling` doubts shots whose share grows with the velocity, at most (python/tests/test_limit.py)."""
+RARE, FALSE_ALARM = 0.002, 0.01
+"""`falling` names what is drawn no more often than RARE. The share that it draws from follows the chances of the shots, so it doubts shots
+whose share grows with the velocity, or stays, somewhat more often than that, but at most in FALSE_ALARM (python/tests/test_limit.py)."""
 
 
 def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int = 999) -> str:
     """A sentence if the shots contradict a share that grows with the velocity; else nothing.
 
-    Counted are the pairs in which the slower shot went through and the faster was stopped; there are too many if at most FALSE_ALARM of as
+    Counted are the pairs in which the slower shot went through and the faster was stopped; there are too many if at most RARE of as
     many draws from the growing share that fits the shots best (isotonic regression) have so many."""
     v, results = numpy.asarray(velocities, float), numpy.asarray(through, float)
     speeds, place = numpy.unique(v, return_inverse=True)
@@ -160,7 +161,7 @@ def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int
     pairs = lambda y: ((y @ slower) * (1.0 - y)).sum(-1)
     drawn = numpy.random.default_rng(seed).random((draws, len(v))) < numpy.array(share)[place]
     rarity = (1 + int((pairs(drawn.astype(float)) >= pairs(results)).sum())) / (draws + 1)
-    if rarity > FALSE_ALARM:
+    if rarity > RARE:
         return ""
     return (
         f"The share that goes through does not grow with the velocity: shots that contradict it so are drawn in {100 * rarity:.2g} % where it does. "

@@ -31,7 +31,7 @@ UNITS = {
     "rad/s": ("angular_velocity_",),
     "N": ("force_",),
     "J": (
-        "work", "initial_kinetic", "residual_kinetic", "absorbed", "support_work", "projectile_kinetic", "fabric_kinetic", "strain", "dissipated",
+        "work", "external_work", "initial_kinetic", "residual_kinetic", "absorbed", "support_work", "projectile_kinetic", "fabric_kinetic", "strain", "dissipated",
         "viscous", "friction", "ply_loss", "contact_loss", "energy_residual", "residual",
     ),
 }  # fmt: skip

@@ -27,6 +27,7 @@ impl Scene {
     /// The same with what differs.
     fn changed(&self, given: [Option<&Bound<'_, PyDict>>; 2]) -> PyResult<Scene> {
         let Scene { mut scene, mut textiles } = Scene { scene: self.scene, textiles: self.textiles.clone() };
+        let mut as_it_is = false;
         for given in given.into_iter().flatten() {
             let mut table = parameters::table("", given, 0)?;
             // A list of everything, as `values` gives it, has what the scene does not read, too.
@@ -34,10 +35,13 @@ impl Scene {
                 table = [(UNREAD.to_string(), table.into())].into_iter().collect();
             }
             follow(&mut textiles, &mut table);
+            as_it_is |= table.contains_key(UNREAD);
             textiles.extend(textile::of(&table));
             in_our_environment(|| fabric_scene::apply(&mut scene, table)).map_err(errors::of_scene)?;
         }
-        derived::refuse_what_cannot_be_meant(&scene).map_err(errors::of_scene)?;
+        if !as_it_is {
+            derived::refuse_what_cannot_be_meant(&scene).map_err(errors::of_scene)?;
+        }
         if scene.back.plies == 0 {
             textiles.remove("back_fabric");
         }
