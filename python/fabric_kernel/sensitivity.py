@@ -4,8 +4,8 @@ Method: a few shots each have their own yarns and impact point, and their own li
 shots is found: strides from the limit of the scene itself, each twice as long as the one before, until it lies between two velocities, then
 bisection to WIDTH. The change is the mean of the logarithms of variant over scene, with Student's interval over the shots, in which the
 width of the bisection counts as an error that is evenly distributed.
-Cost: with three shots a test of 20 has about the cost of four variants; width and time step cost twice as much as others, half a width
-and a coarse network less, so that all together stay below ten times the test.
+Cost: in node-steps that of the limits of the scene itself times the nodes and the time step of each variant; the command takes two shots
+where three would cost more than ten times the test.
 Limits: one change at a time; three shots give wide intervals; where the model is chaotic, bisection finds one of several crossings.
 """
 
@@ -155,10 +155,10 @@ class Sensitivity(NamedTuple):
 
 def sensitivity(
     scene: Scene, guess: float, *, shots: int = SHOTS, seed: int = 1, attitude: str | None = None, steps: int | None = None,
-    keep: Path | None = None, on: object = None, progress: bool | None = None,
+    most: float | None = None, keep: Path | None = None, on: object = None, progress: bool | None = None,
 ) -> Sensitivity:  # fmt: skip
     """How the limit changes with each of `variants`. guess: the limit of the scene, m/s; steps: most of a shot, after which its end counts
-    as not known; keep, on, progress: as for `ensemble`.
+    as not known; most: node-steps, for which two shots are taken if more would cost so much; keep, on, progress: as for `ensemble`.
 
     Raises Refused if the scene cannot be simulated; a variant that cannot is left out, which the notes say."""
     changed, notes = variants(scene), []
@@ -174,6 +174,10 @@ def sensitivity(
     finer = lambda of: max(scene["time_step.fraction"] / of["time_step.fraction"], scene["time_step.seconds"] / (of["time_step.seconds"] or 1.0))
     job = lambda of, shot, near: [of, shot, seed, near, attitude, steps and round(steps * finer(of)), (0.0, 0.0)]
     own, costs = zip(*done([job(scene, shot, float(guess)) for shot in range(shots)]))
+    # The limits of variants lie farther from the guess.
+    weights = [1.5 * nodes(other) / nodes(scene) * finer(other) for _, other in changed.values()]
+    while most is not None and shots > 2 and sum(costs[:shots]) * (1.0 + sum(weights)) > most:
+        shots -= 1
     pairs = [(name, shot) for name in changed for shot in range(shots) if own[shot]]
     results = done([job(changed[name][1], shot, own[shot]) for name, shot in pairs])
     found = {pair: limit for pair, (limit, _) in zip(pairs, results)}

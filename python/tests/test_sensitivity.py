@@ -68,7 +68,7 @@ class Sensitivity(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             (folder / "scene.toml").write_text(self.scene().text())
-            words = [str(folder / "scene.toml"), "--shots", "10", "--tests", "0", "--sensitivity", "--out", name]
+            words = [str(folder / "scene.toml"), "--shots", "20", "--tests", "0", "--sensitivity", "--out", name]
             with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()):
                 main(words)
             rows = [line.split(",") for line in (folder / "sensitivity.csv").read_text().splitlines()]
