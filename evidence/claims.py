@@ -7,7 +7,7 @@ import math
 from typing import NamedTuple
 
 from .paper_runs import ATTACHMENTS, CORNERS, FOUR_SIDES, STOCHASTIC, SYMMETRIC, TWO_SIDES, UNIFORM, WOVEN, number
-from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, mean, verdict_of_all, verdict_of_any
+from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, verdict_of_all, verdict_of_any
 
 CLOSE = 1.5  # "Close", "similar": at most this factor apart. The paper's other factors are 2 and 3.
 THREEFOLD, TWO_TO_FOUR, TWOFOLD = (2.0, 4.0), (2.0, 4.0), (1.5, 2.5)  # "about three times", "two to four times", "about twofold"

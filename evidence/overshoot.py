@@ -78,7 +78,7 @@ def smith(scene, speed):
 
 def lying(radius, speed, **more):
     """A cylinder along y that touches the sheet, moved by its host."""
-    body = {"shape": "cylinder", "radius": radius, "position": [0, 0, -radius], "velocity": [0, 0, speed], "orientation": [math.sqrt(0.5), math.sqrt(0.5), 0, 0]}
+    body = {"shape": "cylinder", "radius": radius, "length": 12.7e-3, "position": [0, 0, -radius], "velocity": [0, 0, speed], "orientation": [math.sqrt(0.5), math.sqrt(0.5), 0, 0]}
     return {"drive": "prescribed", "projectile": body | more}
 
 

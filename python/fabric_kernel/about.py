@@ -1,13 +1,16 @@
 """What the commands share: scenes by file or preset, and what a report must say of the scene."""
 
 import argparse
+import contextlib
 import hashlib
 import json
 import math
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 from ._kernel import PRESETS, VERSION, Scene
+from .files import written
 from .textile import areal_density, of_the_paper, sides, spacings
 
 WIDTH = (
@@ -76,6 +79,29 @@ def noted(scene: Scene, speed: float) -> list[str]:
     """What a report must say of shots of a scene that are no faster than this, m/s."""
     notes = scene.unlikely_body(), scene.sharp_edges(speed)
     return [f"{note[0].upper()}{note[1:]}." for note in notes if note]
+
+
+SHOT_AT = "shot_at.toml"
+"""The scene whose results a folder has."""
+
+
+@contextlib.contextmanager
+def command(parser: argparse.ArgumentParser, out: Path) -> Iterator[None]:
+    """The work of a command, which writes into `out`: what goes wrong ends it with one line."""
+    try:
+        yield
+    except (ValueError, RuntimeError, OSError) as error:
+        parser.exit(1, f"error: {error}\n")
+    except KeyboardInterrupt:
+        parser.exit(130, f"interrupted: what has ended is in {out / 'runs.jsonl'}, and the same command goes on from there\n")
+
+
+def claim(out: Path, scene: Scene) -> None:
+    """Makes a folder that of a scene. Raises ValueError if it has the results of another one."""
+    text, path = f"# scene {scene_hash(scene)}\n{scene.text()}", out / SHOT_AT
+    if path.exists() and path.read_text().partition("\n")[0] != text.partition("\n")[0]:
+        raise ValueError(f"--out: {out} has the results of another scene ({SHOT_AT}): give another folder, or delete this one")
+    written(path, text)
 
 
 def positive(text: str) -> float:

@@ -29,7 +29,7 @@ from tqdm.auto import tqdm
 from . import _kernel
 from ._kernel import Scene
 from .files import naming
-from .runs import STEPS, UNTIL, doubts, flown
+from .runs import STEPS, UNTIL, doubts, flown, with_attrs
 
 if TYPE_CHECKING:
     import pandas
@@ -276,9 +276,7 @@ def _table(keys: list[str], scenes: Sequence[Scene], rows: Mapping[str, dict[str
     values = [_flat(scene.values()) for scene in scenes]
     names = {name: None for one in values for name in one}
     differ = [name for name in names if len({json.dumps(one.get(name)) for one in values}) > 1]
-    return pandas.DataFrame(
-        [{"key": key} | {name: one.get(name) for name in differ} | rows[key] for key, one in zip(keys, values)]
-    )
+    return with_attrs(pandas.DataFrame([{"key": key} | {name: one.get(name) for name in differ} | rows[key] for key, one in zip(keys, values)]))
 
 
 def _flat(values: Mapping[str, Any]) -> dict[str, Any]:

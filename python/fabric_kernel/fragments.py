@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 from . import lookup
 from ._kernel import Scene
-from .about import SCENE_HELP, cautions, described, noted, positive, scene_named
+from .about import SCENE_HELP, cautions, claim, command, described, noted, positive, scene_named
 from .ensembles import ensemble, vary
 from .files import written
 from .model_error import model_error
-from .runs import DECIDED, UNTIL
+from .page import Page
+from .runs import DECIDED, UNTIL, with_attrs
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -59,7 +60,7 @@ def bracket(
     for point in points:
         shield.aimed(point)
     jobs = [[shield, 0, seed, speed, attitude, None, tuple(point)] for attitude in attitudes.values() for point in points]
-    found = [limit for limit in limits(jobs, keep=keep, on=on, name="bracket") if limit]
+    found = [limit for limit, _ in limits(jobs, keep=keep, on=on, name="bracket") if limit]
     if not found:
         raise ValueError(f"velocities: no limit was found near {speed:g} m/s, the velocity of the scene: give velocities")
     return [float(f"{velocity:.3g}") for velocity in numpy.geomspace(0.8 * min(found), 1.25 * max(found), count)]
@@ -136,7 +137,7 @@ def fragment_map(
         ):
             row |= {name: of[column].astype(float).mean(), f"{name}_sd": of[column].astype(float).std()}
         rows.append(row)
-    return pandas.DataFrame(rows)
+    return with_attrs(pandas.DataFrame(rows))
 
 
 def draw_map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()) -> "matplotlib.figure.Figure":
@@ -190,10 +191,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         help="also write table.h, a table for a real-time host in C; its error is found by as many shots half way between the velocities",
     )  # fmt: skip
     parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
-    parser.add_argument("--out", type=Path, default=Path("fragments"), help="folder for table.csv, map.svg and runs.jsonl")
+    parser.add_argument("--out", type=Path, default=Path("fragments"), help="folder for report.html, table.csv, map.svg, runs.jsonl")
     given = parser.parse_args(arguments)
-    try:
+    with command(parser, given.out):
         scene, fabric = scene_named(given.scene)
+        claim(given.out, scene)
         attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
         on = int(given.on) if given.on and given.on.isdigit() else given.on
         velocities = given.velocities
@@ -219,12 +221,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(with_units(table).to_string(index=False))
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
         draw_map(table, given.out / "map.svg", about)
+        report = Page(f"Fragments of {given.scene}")
+        report.answer((about[0], first))
+        report.figure(given.out / "map.svg", "")
+        report.fold("What was shot, and each cell")
+        for line in about[1:]:
+            report.text(line)
+        report.table(tuple(with_units(table).columns), [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in table.itertuples(index=False)])
+        written(given.out / "report.html", report.html())
         if given.table:
             said = lookup.error(table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1), scene["projectile.mass"])
             print(said)
             written(given.out / "table.h", lookup.c_header(table, "\n".join([*about, said])))
-    except (ValueError, RuntimeError, OSError) as error:
-        parser.exit(1, f"error: {error}\n")
-    except KeyboardInterrupt:
-        parser.exit(130, f"interrupted: what has ended is in {given.out / 'runs.jsonl'}, and the same command goes on from there\n")
-    print(f"written to {given.out}: table.csv, map.svg, runs.jsonl" + (", table.h" if given.table else ""))
+    print(f"written to {given.out}: report.html, table.csv, map.svg, runs.jsonl" + (", table.h" if given.table else ""))

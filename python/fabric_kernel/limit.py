@@ -140,6 +140,35 @@ def alike(velocities, through, share, confidence):
     return Interval(float(ordered[-needed]), math.inf) if all_stopped else Interval(-math.inf, float(ordered[needed - 1]))
 
 
+RARE, FALSE_ALARM = 0.002, 0.01
+"""`falling` names what is drawn no more often than RARE. The share that it draws from follows the chances of the shots, so it doubts shots
+whose share grows with the velocity, or stays, somewhat more often than that, but at most in FALSE_ALARM (python/tests/test_limit.py)."""
+
+
+def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int = 999) -> str:
+    """A sentence if the shots contradict a share that grows with the velocity; else nothing.
+
+    Counted are the pairs in which the slower shot went through and the faster was stopped; there are too many if at most RARE of as
+    many draws from the growing share that fits the shots best (isotonic regression) have so many."""
+    v, results = numpy.asarray(velocities, float), numpy.asarray(through, float)
+    speeds, place = numpy.unique(v, return_inverse=True)
+    sums = [numpy.concatenate([[0.0], numpy.cumsum(numpy.bincount(place, weights))]) for weights in (results, numpy.ones(len(v)))]
+    first, last = numpy.arange(len(speeds))[:, None], numpy.arange(1, len(speeds) + 1)[None]
+    with numpy.errstate(divide="ignore", invalid="ignore"):
+        means = (sums[0][last] - sums[0][first]) / (sums[1][last] - sums[1][first])
+    share = [max(means[i, k:].min() for i in range(k + 1)) for k in range(len(speeds))]
+    slower = (v[:, None] < v[None]).astype(float)
+    pairs = lambda y: ((y @ slower) * (1.0 - y)).sum(-1)
+    drawn = numpy.random.default_rng(seed).random((draws, len(v))) < numpy.array(share)[place]
+    rarity = (1 + int((pairs(drawn.astype(float)) >= pairs(results)).sum())) / (draws + 1)
+    if rarity > RARE:
+        return ""
+    return (
+        f"The share that goes through does not grow with the velocity: shots that contradict it so are drawn in {100 * rarity:.2g} % where it does. "
+        "V50 and its interval mean little here: look at the shots, and shoot at lower velocities, too."
+    )
+
+
 def name(share):
     """V01, V50, V99."""
     return f"V{100 * share:04.1f}" if round(100 * share, 6) % 1 else f"V{100 * share:02.0f}"

@@ -6,8 +6,8 @@ Student's t of K degrees of freedom. The spread is about no error, and no comput
 Where the e of a series are one number and have mean 0 this holds the new one with exactly the confidence; where they differ within a
 series, or have another mean, more often (python/tests/test_model_error.py).
 Limits: one series of limits was found, so that t is 12.7 for 95 %. The e contain the errors of the tests and of the computed limits.
-What counts as compared is a choice: an areal density within that of the series, its support, and a fragment from half to 1.1 times its
-mass; nothing is said of the rest.
+What counts as compared is a choice: an areal density within that of the series, its support and shape, a fragment from half to 1.1 times its
+mass, its widths, moduli and failure strains within a third, and flight and axis within 5 degrees of the normal; nothing is said of the rest.
 """
 
 import math
@@ -19,10 +19,30 @@ from typing import Any, NamedTuple
 import numpy
 
 from ._kernel import Scene
-from .textile import areal_density
+from .textile import areal_density, sides
 
 LIGHTEST, HEAVIEST = 0.5, 1.1
 """Masses of a fragment, over that of a series, that count as compared."""
+
+
+STRAIGHT = 5.0
+"""Degrees: angle of impact and attitude that count as compared."""
+
+
+ALIKE = 4.0 / 3.0
+"""Factor within which modulus and failure strain of a yarn count as compared."""
+
+
+def about_as(number: float) -> tuple[float, float]:
+    return number / ALIKE, number * ALIKE
+
+
+def ahead(scene: Scene, orientation: str) -> float:
+    """Degrees between the flight and the axis z, either way, of the sheet or the projectile."""
+    velocity, (w, x, y, z) = numpy.array(scene["projectile.velocity"]), scene[orientation]
+    axis = numpy.array([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z])
+    lengths = float(numpy.linalg.norm(velocity) * numpy.linalg.norm(axis))
+    return math.degrees(math.acos(min(1.0, abs(float(velocity @ axis)) / lengths))) if lengths else 0.0
 
 
 class Case(NamedTuple):
@@ -56,6 +76,18 @@ class Series(NamedTuple):
             found.append(f"{LIGHTEST * own:g} to {HEAVIEST * own:.3g} g (here {mass:.3g})")
         if scene["attachment.kind"] != self.about["support"]:
             found.append(f"{self.about['support'].replace('_', ' ')} held (here {scene['attachment.kind'].replace('_', ' ')})")
+        for (least, most), here, text in (
+            (self.about["width_mm"], [1e3 * side for side in sides(scene)], "{} to {} mm wide"),
+            (about_as(self.about["modulus_gpa"]), [1e-9 * scene["yarn.modulus_mean"]], "a yarn of {} to {} GPa"),
+            (about_as(self.about["failure_strain_percent"]), [100 * (scene["yarn.critical_stretch"] - 1)], "a yarn that fails at {} to {} %"),
+        ):
+            if not all(0.99 * least <= one <= 1.01 * most for one in here):
+                found.append(f"{text.format(f'{least:.3g}', f'{most:.3g}')} (here {' x '.join(f'{one:.3g}' for one in dict.fromkeys(here))})")
+        if scene["projectile.shape"] != self.about["shape"]:
+            return [*found, f"a {self.about['shape']} (here {scene['projectile.shape'].replace('_', ' ')})"]
+        for name, angle in (("angle of impact", ahead(scene, "sheet.orientation")), ("attitude", ahead(scene, "projectile.orientation"))):
+            if angle > STRAIGHT:
+                found.append(f"{name} of at most {STRAIGHT:g} degrees (here {angle:.0f})")
         return found
 
 

@@ -178,9 +178,12 @@ def tornado(found: "Sensitivity", path: str | os.PathLike[str] | None = None) ->
     reach = 1.3 * max((abs(one.percent) for one in rows), default=1.0) + 2.0
     # An end that is not known runs out of the picture.
     axis.errorbar([one.percent for one in rows], places, xerr=numpy.minimum(ends, 4 * reach), fmt="none", color=COLOURS[6], capsize=3, linewidth=1)
+    for end, sign, mark in (("low", -1, "<"), ("high", 1, ">")):
+        beyond = [place for place, one in zip(places, rows) if sign * getattr(one, end) > reach]
+        axis.plot([sign * 0.985 * reach] * len(beyond), beyond, mark, color=COLOURS[6])
     axis.set_yticks(places, [one.variant for one in rows])
     axis.axvline(0.0, color="#888888", linewidth=1)
-    axis.set(xlim=(-reach, reach), xlabel=f"change of the limit (%), from {found.limit:.1f} m/s; bars: intervals")
+    axis.set(xlim=(-reach, reach), xlabel=f"change of the limit (%), from {found.limit:.1f} m/s; bars: intervals, arrows: beyond the picture")
     axis.grid(visible=False, axis="y")
     return saved(figure, path)
 

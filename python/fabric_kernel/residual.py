@@ -194,14 +194,14 @@ def residual_curve(
     if not found:
         lines.append("Fewer than three shots went through at different velocities: no fit of the residual velocities.")
     bad = [f"{fit.name}: {fit.best.note}" for fit in found if fit.best.note]
-    answer = [*lines, *bad, model_error(scene, confidence).sentence(), cautions(scene)[0]]
+    answer = [*bad, *lines, model_error(scene, confidence).sentence(), cautions(scene)[0]]
     notes = [*about, shoot.drawn(), *cautions(scene)[1:], *left_out, *shoot.notes()]
     return Curve(title, tuple(made), found, confidence, tuple(answer), tuple(notes))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-residual`."""
-    from .about import SCENE_HELP, described, positive, scene_named
+    from .about import SCENE_HELP, claim, command, described, positive, scene_named
 
     about = "The residual over the impact velocity of the projectile of a scene, with fitted curves."
     parser = argparse.ArgumentParser(prog="fabric-residual", description=about)
@@ -214,8 +214,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     parser.add_argument("--out", type=Path, default=Path("residual"), help="folder for report.html, residual.svg, residual.csv, runs.jsonl")
     given = parser.parse_args(arguments)
-    try:
+    with command(parser, given.out):
         scene, fabric = scene_named(given.scene)
+        claim(given.out, scene)
         curve = residual_curve(
             scene, given.velocities, shots=given.shots, fastest=given.fastest, seed=given.seed, confidence=given.confidence,
             title=f"Residual velocity of {given.scene}", about=described(scene, fabric), say=functools.partial(print, flush=True),
@@ -224,10 +225,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print()
         print(curve.text())
         curve.write(given.out)
-    except (ValueError, RuntimeError, OSError) as error:
-        parser.exit(1, f"error: {error}\n")
-    except KeyboardInterrupt:
-        parser.exit(130, f"interrupted: the shots so far are in {given.out / 'runs.jsonl'}, and the same command goes on from there\n")
     print(f"written to {given.out}: report.html, residual.svg, residual.csv, runs.jsonl")
 
 

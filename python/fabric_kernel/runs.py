@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ._kernel import Failed, Scene, Simulation
+from ._kernel import Failed, Scene, Simulation, parameters
 
 if TYPE_CHECKING:
     import pandas
@@ -24,6 +24,31 @@ MOST_GAINED = 0.01
 """Largest part of the impact energy by which an energy balance may be open (docs/model.md, "Slack and taut")."""
 
 
+UNITS = {
+    "m": ("position_", "ply_penetration", "max_deflection", "point_"),
+    "s": ("time", "detached", "wall"),
+    "m/s": ("velocity", "speed", "residual_speed"),
+    "rad/s": ("angular_velocity_",),
+    "N": ("force_",),
+    "J": (
+        "work", "external_work", "initial_kinetic", "residual_kinetic", "absorbed", "support_work", "projectile_kinetic", "fabric_kinetic", "strain", "dissipated",
+        "viscous", "friction", "ply_loss", "contact_loss", "energy_residual", "residual",
+    ),
+}  # fmt: skip
+"""SI units of the columns of tables, by the beginnings of their names."""
+
+
+def with_attrs(table: "pandas.DataFrame") -> "pandas.DataFrame":
+    """The table with the units of its columns, as far as they have one, in `table.attrs["units"]`."""
+    known = {row["name"]: row["unit"] for row in parameters() if row["unit"] not in ("", "1")}
+    begins = sorted(((begin, unit) for unit, names in UNITS.items() for begin in names), key=lambda one: -len(one[0]))
+    for column in map(str, table.columns):
+        unit = known.get(column.split("[")[0]) or next((unit for begin, unit in begins if column.startswith(begin)), None)
+        if unit:
+            table.attrs.setdefault("units", {})[column] = unit
+    return table
+
+
 def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> dict[str, Any]:
     """Runs a scene to one of the outcomes `until`, or for so many steps, and returns what came of it as one row of a table.
 
@@ -34,7 +59,7 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
       no outcome came: then it is not known; None also if it passed beside the sheet without contact;
     - `detached`: time at which the contact was with torn cloth only, s, else None;
     - `steps`, `time`: steps taken, and the time at the end, s;
-    - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s; `angular_velocity_x`, `_y`, `_z`, rad/s;
+    - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s: after "arrested" that of the rebound; `angular_velocity_x`, `_y`, `_z`, rad/s;
     - `initial_kinetic`, `residual_kinetic`: kinetic energy of the projectile at the start and at the end, J;
     - `absorbed`: work of the projectile on the fabric, J; `support_work`: what of it went into held nodes; `force_peak`: largest mean force over a force window, N;
     - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `contact_loss`, `energy_residual`: the energy
@@ -151,7 +176,7 @@ def history(
     while simulation.step_count < last and not any(name in until for name in simulation.outcomes()):
         simulation.run(until, min(every, last - simulation.step_count))
         rows.append(_sample(simulation, rows[-1]))
-    return pandas.DataFrame(rows).drop(columns=["impulse_x", "impulse_y", "impulse_z"])
+    return with_attrs(pandas.DataFrame(rows).drop(columns=["impulse_x", "impulse_y", "impulse_z"]))
 
 
 def _sample(simulation: Simulation, before: dict[str, Any] | None) -> dict[str, Any]:

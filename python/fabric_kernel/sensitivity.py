@@ -4,8 +4,8 @@ Method: a few shots each have their own yarns and impact point, and their own li
 shots is found: strides from the limit of the scene itself, each twice as long as the one before, until it lies between two velocities, then
 bisection to WIDTH. The change is the mean of the logarithms of variant over scene, with Student's interval over the shots, in which the
 width of the bisection counts as an error that is evenly distributed.
-Cost: with three shots a test of 20 has about the cost of four variants; width and time step cost twice as much as others, half a width
-and a coarse network less, so that all together stay below ten times the test.
+Cost: in node-steps that of the limits of the scene itself times the nodes and the time step of each variant; the command takes two shots
+where three would cost more than ten times the test.
 Limits: one change at a time; three shots give wide intervals; where the model is chaotic, bisection finds one of several crossings.
 """
 
@@ -69,7 +69,16 @@ def variants(scene: Scene) -> dict[str, tuple[str, Scene]]:
     add("friction on the projectile", f"{value['contact.friction'] + 0.2:g}", {"contact.friction": value["contact.friction"] + 0.2})
     other = "two_sides" if value["attachment.kind"] == "four_sides" else "four_sides"
     add("support", other.replace("_", " "), {"attachment.kind": other})
+    if value["projectile.shape"] != "sphere":
+        (w, x, y, z), half = value["projectile.orientation"], math.sqrt(0.5)
+        turned = tuple(half * part for part in (w - x, x + w, y - z, z + y))
+        found["attitude: turned by 90 degrees about x"] = "attitude", scene.aimed((0.0, 0.0), orientation=turned)
     return found
+
+
+def nodes(scene: Scene) -> int:
+    """Of a scene, whose cost is nodes times steps."""
+    return scene["sheet.nodes_x"] * scene["sheet.nodes_y"] * scene["stack.plies"]
 
 
 def crossing(guess: float, through: Callable[[float], bool]) -> float:
@@ -87,24 +96,26 @@ def crossing(guess: float, through: Callable[[float], bool]) -> float:
     return math.nan
 
 
-def limit_of(job: list) -> float | None:
-    """The limit of one shot of a scene, m/s; None if it has none, or a shot's end is not known. job: scene, number of the shot, seed,
-    guess, attitude, steps, point."""
+def limit_of(job: list) -> tuple[float | None, int]:
+    """The limit of one shot of a scene, m/s, and the node-steps of its search; None if it has no limit, or a shot's end is not known. job:
+    scene, number of the shot, seed, guess, attitude, steps, point."""
     scene, shot, seed, guess, attitude, steps, point = job
-    shooter = Shooter(scene, seed=seed, attitude=attitude, steps=steps, point=point)
+    shooter, cost = Shooter(scene, seed=seed, attitude=attitude, steps=steps, point=point), 0
 
     def through(velocity):
+        nonlocal cost
         one = ensembles.vary(scene, shot + 1, seed=seed, speed=velocity, point=shooter.mesh, attitude=attitude)[shot]
-        stopped = flown(one, shooter.UNTIL, shooter.steps)["stopped"]
-        if stopped is None:
+        row = flown(one, shooter.UNTIL, shooter.steps)
+        cost += row["steps"] * nodes(scene)
+        if row["stopped"] is None:
             raise ArithmeticError
-        return not stopped
+        return not row["stopped"]
 
     try:
         found = crossing(guess, through)
     except (ArithmeticError, ValueError):  # Among them a velocity that is refused as too fast for the time step.
-        return None
-    return found if math.isfinite(found) else None
+        return None, cost
+    return found if math.isfinite(found) else None, cost
 
 
 class Change(NamedTuple):
@@ -120,6 +131,7 @@ class Sensitivity(NamedTuple):
     limit: float  # of the shots of the scene itself, m/s
     changes: tuple[Change, ...]  # the largest first
     notes: tuple[str, ...]
+    cost: int = 0  # node-steps
 
     def heading(self):
         return ("change", f"limit, %, from {self.limit:.1f} m/s", f"{100 * CONFIDENCE:g} % interval, %", "shots")
@@ -143,13 +155,15 @@ class Sensitivity(NamedTuple):
 
 def sensitivity(
     scene: Scene, guess: float, *, shots: int = SHOTS, seed: int = 1, attitude: str | None = None, steps: int | None = None,
-    keep: Path | None = None, on: object = None, progress: bool | None = None,
+    most: float | None = None, keep: Path | None = None, on: object = None, progress: bool | None = None,
 ) -> Sensitivity:  # fmt: skip
     """How the limit changes with each of `variants`. guess: the limit of the scene, m/s; steps: most of a shot, after which its end counts
-    as not known; keep, on, progress: as for `ensemble`.
+    as not known; most: node-steps, for which two shots are taken if more would cost so much; keep, on, progress: as for `ensemble`.
 
     Raises Refused if the scene cannot be simulated; a variant that cannot is left out, which the notes say."""
     changed, notes = variants(scene), []
+    if attitude:
+        changed.pop("attitude: turned by 90 degrees about x", None)
     for name in list(changed):
         try:
             changed[name][1].check()
@@ -159,17 +173,25 @@ def sensitivity(
     done = functools.partial(limits, keep=keep, on=on, progress=progress, name="sensitivity")
     finer = lambda of: max(scene["time_step.fraction"] / of["time_step.fraction"], scene["time_step.seconds"] / (of["time_step.seconds"] or 1.0))
     job = lambda of, shot, near: [of, shot, seed, near, attitude, steps and round(steps * finer(of)), (0.0, 0.0)]
-    own = done([job(scene, shot, float(guess)) for shot in range(shots)])
+    own, costs = zip(*done([job(scene, shot, float(guess)) for shot in range(shots)]))
+    # The limits of variants lie farther from the guess.
+    weights = [1.5 * nodes(other) / nodes(scene) * finer(other) for _, other in changed.values()]
+    while most is not None and shots > 2 and sum(costs[:shots]) * (1.0 + sum(weights)) > most:
+        shots -= 1
     pairs = [(name, shot) for name in changed for shot in range(shots) if own[shot]]
-    found = dict(zip(pairs, done([job(changed[name][1], shot, own[shot]) for name, shot in pairs])))
+    results = done([job(changed[name][1], shot, own[shot]) for name, shot in pairs])
+    found = {pair: limit for pair, (limit, _) in zip(pairs, results)}
     rows = []
     for name, (what, _) in changed.items():
         logarithms = [math.log(found[name, shot] / own[shot]) for shot in range(shots) if found.get((name, shot))]
         rows.append(Change(what, name, *interval(logarithms), len(logarithms)))
     rows.sort(key=lambda one: -abs(one.percent) if math.isfinite(one.percent) else math.inf)
     mean = float(numpy.mean([one for one in own if one])) if any(own) else math.nan
-    notes.append(f"Changes are of the limits of the same {shots} shots, each found to {100 * (WIDTH - 1):.0f} %, one change at a time.")
-    return Sensitivity(mean, tuple(rows), tuple(notes))
+    notes.append(
+        f"Changes are of the limits of those of {shots} shots that have one with and without the change (the last column), each found to "
+        f"{100 * (WIDTH - 1):.0f} %, one change at a time."
+    )
+    return Sensitivity(mean, tuple(rows), tuple(notes), sum(costs) + sum(cost for _, cost in results))
 
 
 def interval(logarithms: Sequence[float]) -> tuple[float, float, float]:
@@ -187,8 +209,8 @@ def interval(logarithms: Sequence[float]) -> tuple[float, float, float]:
     return tuple(100 * math.expm1(end) for end in (mean, mean - half, mean + half))
 
 
-def limits(jobs: Sequence[list], **options: object) -> list[float | None]:
+def limits(jobs: Sequence[list], **options: object) -> list[tuple[float | None, int]]:
     """`limit_of` each job; the options are those of `ensembles.each`."""
-    keys = [f"limit {ensembles.run_key(job[0])} {job[1:]}" for job in jobs]
+    keys = [f"limit and cost {ensembles.run_key(job[0])} {job[1:]}" for job in jobs]
     results = ensembles.each(limit_of, dict(zip(keys, jobs)), **options)
     return [results[key] for key in keys]

@@ -16,7 +16,7 @@ use toml::Table;
 pub struct Scene {
     /// The kernel's scene.
     pub scene: fabric::Scene,
-    /// The textiles that it was made of, as a scene file has them.
+    /// The textiles that it was made of, and the projectile's material, as a scene file has them.
     textiles: Table,
 }
 
@@ -27,14 +27,20 @@ impl Scene {
     /// The same with what differs.
     fn changed(&self, given: [Option<&Bound<'_, PyDict>>; 2]) -> PyResult<Scene> {
         let Scene { mut scene, mut textiles } = Scene { scene: self.scene, textiles: self.textiles.clone() };
+        let mut as_it_is = false;
         for given in given.into_iter().flatten() {
             let mut table = parameters::table("", given, 0)?;
             // A list of everything, as `values` gives it, has what the scene does not read, too.
             if FIELDS.iter().all(|field| table.contains_key(field.name)) {
                 table = [(UNREAD.to_string(), table.into())].into_iter().collect();
             }
+            follow(&mut textiles, &mut table);
+            as_it_is |= table.contains_key(UNREAD);
             textiles.extend(textile::of(&table));
             in_our_environment(|| fabric_scene::apply(&mut scene, table)).map_err(errors::of_scene)?;
+        }
+        if !as_it_is {
+            derived::refuse_what_cannot_be_meant(&scene).map_err(errors::of_scene)?;
         }
         if scene.back.plies == 0 {
             textiles.remove("back_fabric");
@@ -48,6 +54,19 @@ impl Scene {
     }
 }
 
+/// The mass of a material follows the size of the projectile, until another mass is given.
+fn follow(kept: &mut Table, table: &mut Table) {
+    let given: Vec<String> = fabric_scene::given(table).into_iter().map(|(key, _)| key).collect();
+    let has = |key: &str| given.iter().any(|name| name == key);
+    if has("projectile.mass") || table.contains_key(UNREAD) {
+        kept.remove("projectile");
+    }
+    let own = has("projectile.material") || has("projectile.density");
+    if let (Some(toml::Value::Table(body)), false) = (kept.get("projectile"), own) {
+        table.extend(body.iter().map(|(key, value)| (format!("projectile.{key}"), value.clone())));
+    }
+}
+
 impl Scene {
     /// The nearest preset, and the parameters that differ from it.
     fn difference<'py>(&self, py: Python<'py>) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
@@ -57,12 +76,18 @@ impl Scene {
                 (fabric_scene::base(name, &self.scene, &self.textiles), PyDict::new(py), PyDict::new(py));
             let textiles = py.import("tomllib")?.call_method1("loads", (self.textiles.to_string(),))?;
             other.update(textiles.cast::<PyMapping>()?)?;
-            for field in FIELDS {
+            // The mass follows from the material.
+            for field in FIELDS
+                .iter()
+                .filter(|field| field.name != "projectile.mass" || !self.textiles.contains_key("projectile"))
+            {
                 let (own, usual) = (parameters::value(py, field, &self.scene)?, parameters::value(py, field, &base)?);
                 // By their words: -0.0 is not 0.0, and what is no number is none again.
-                if own.repr()?.to_cow()? != usual.repr()?.to_cow()? {
-                    let read = fabric_scene::is_read(field, &self.scene);
-                    if read { &other } else { &kept }.set_item(field.name, own)?;
+                if own.repr()?.to_cow()? != usual.repr()?.to_cow()?
+                    || fabric_scene::is_needed(field, &self.scene, &base)
+                {
+                    let is_kept = fabric_scene::is_kept(field, &self.scene, &self.textiles);
+                    if is_kept { &kept } else { &other }.set_item(field.name, own)?;
                 }
             }
             if !kept.is_empty() {
@@ -81,6 +106,13 @@ impl Scene {
     #[new]
     #[pyo3(signature = (preset = "sheet_3in_sphere", parameters = None, /, **more))]
     fn new(preset: &str, parameters: Option<&Bound<'_, PyDict>>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+        if preset.ends_with(".toml") {
+            let text = format!(
+                "preset = \"{}\": a file is read by Scene.read; presets have names without an end",
+                short(preset)
+            );
+            return Err(errors::bad("preset", text));
+        }
         let scene = fabric_scene::preset(Some(preset.into())).map_err(errors::of_scene)?;
         Scene { scene, textiles: Table::new() }.changed([parameters, more])
     }

@@ -286,6 +286,38 @@ class Inputs(unittest.TestCase):
         ):
             self.assertEqual(other, scene)
 
+    def test_the_mass_of_a_material_follows_the_size(self):
+        steel = fk.Scene(projectile={"diameter": "5 mm", "material": "steel"})
+        large = steel.replace({"projectile.diameter": "10 mm"}).aimed()
+        self.assertAlmostEqual(large["projectile.mass"], 8.0 * steel["projectile.mass"], places=15)
+        for other in (eval(repr(steel), {"Scene": fk.Scene}), pickle.loads(pickle.dumps(steel))):
+            self.assertEqual(other, steel)
+            self.assertEqual(other.replace({"projectile.diameter": "10 mm"}).aimed(), large)
+        given = steel.replace({"projectile.mass": "1 g"}).replace({"projectile.diameter": "10 mm"})
+        self.assertEqual(given["projectile.mass"], 1e-3)
+        self.assertEqual(fk.Scene.parse(steel.text()), steel)
+
+    def test_what_a_file_refuses_a_dictionary_refuses(self):
+        for call, said in (
+            (lambda: fk.Scene("mine.toml"), "a file is read by Scene.read"),
+            (lambda: fk.Scene(projectile={"velocity": [0, 0, -80]}), "never leads from projectile.position"),
+            (lambda: fk.Scene("sheet_3in_sphere", {"fabric.modulus": 9e10}), "a textile is one table"),
+            (lambda: fk.Scene(projectile={"shape": "cylinder"}), "projectile.length: missing"),
+            (lambda: fk.Scene(fabric="kevlar_km2_s706", sheet={"crimp": [0.1, 0]}), "it follows from fabric.crimp"),
+        ):
+            with self.assertRaisesRegex(fk.Refused, said):
+                call()
+        # What a fabric determines is changed afterwards, and kept.
+        coarse = fk.Scene(fabric="kevlar_km2_s706").replace(sheet={"node_mass": 2e-7})
+        for other in (eval(repr(coarse), {"Scene": fk.Scene}), fk.Scene.parse(coarse.text()), pickle.loads(pickle.dumps(coarse))):
+            self.assertEqual(other, coarse)
+
+    def test_tables_have_units(self):
+        history = fk.history(fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41}), steps=64)
+        units = history.attrs["units"]
+        self.assertEqual([units[name] for name in ("time", "velocity_z", "angular_velocity_x", "force_z", "work", "max_deflection")], ["s", "m/s", "rad/s", "N", "J", "m"])
+        self.assertEqual(set(history.columns) - set(units), {"step", "failed_segments", "contacts", "max_stretch"})
+
     def test_messages_repeat_little_of_their_input(self):
         long = "a" * 100_000
         simulation = small_simulation()

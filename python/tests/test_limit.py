@@ -28,6 +28,28 @@ def random_test(seed, shots=20, mu=100.0, sigma=5.0):
     return velocities, velocities > random.normal(mu, sigma, shots)
 
 
+class Falling(unittest.TestCase):
+    """False alarms with invented data, and the shots that gave rise to the test."""
+
+    def test_a_share_that_falls_is_named_and_one_that_grows_is_not(self):
+        velocities, through = groups((350, 8, 8), (450, 1, 8), (600, 8, 8))
+        self.assertIn("does not grow with the velocity", limit.falling(velocities[0], through[0]))
+        self.assertEqual(limit.falling(*(one[0] for one in groups((350, 1, 8), (450, 4, 8), (600, 8, 8)))), "")
+        self.assertEqual(limit.falling([100.0], [True]), "")
+
+    def test_false_alarms_are_no_more_than_stated(self):
+        tests, alarms = 400, {}
+        random = numpy.random.default_rng(1)
+        for sigma in (2.0, 20.0, 1e6):
+            limits = 100.0 + sigma * random.standard_normal((tests, 20))
+            fixed = random.uniform(70.0, 130.0, (tests, 20))
+            neyer = designs.simulate(designs.Neyer(80.0, 120.0, 5.0), 20, limits)
+            for name, (v, y) in {"fixed": (fixed, fixed > limits), "Neyer": neyer}.items():
+                alarms[name, sigma] = sum(bool(limit.falling(v[k], y[k], seed=k)) for k in range(tests))
+        most = scipy.stats.binom.ppf(0.999, tests, limit.FALSE_ALARM)
+        self.assertLessEqual(max(alarms.values()), most, alarms)
+
+
 class Likelihood(unittest.TestCase):
     def test_a_published_fit(self):
         # Beetles and carbon disulphide: C. I. Bliss, Ann. Appl. Biol. 22 (1935) 134; fits: A. J. Dobson, An Introduction to Generalized

@@ -73,7 +73,7 @@ class ModelError(unittest.TestCase):
         from fabric_kernel import Scene
 
         body = {"shape": "cylinder", "radius": 2.73e-3, "length": 6e-3, "mass": mass, "position": [0, 0, -3e-3], "velocity": [0, 0, 500]}
-        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"plies": plies, "nodes_x": 51, "nodes_y": 51}, projectile=body)
+        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"plies": plies, "nodes_x": 121, "nodes_y": 121}, projectile=body)
 
     def test_what_was_not_compared_gets_no_band(self):
         within = model_error(self.pack(20))
@@ -86,6 +86,12 @@ class ModelError(unittest.TestCase):
             (self.pack(1), "here 0.178, one ply"),
             (self.pack(20, 5e-3), "here 5"),
             (self.pack(20).replace({"attachment.kind": "two_sides"}), "here two sides"),
+            (self.pack(20).replace({"sheet.nodes_x": 51}), "80 to 160 mm wide (here 37.4 x 89.6)"),
+            (self.pack(20).replace({"yarn.modulus_mean": 140e9}), "a yarn of 54 to 96 GPa (here 140)"),
+            (self.pack(20).replace({"yarn.critical_stretch": 1.1}), "fails at 2.62 to 4.67 % (here 10)"),
+            (self.pack(20).replace({"projectile.shape": "sphere"}), "a cylinder (here sphere)"),
+            (self.pack(20).aimed(velocity=[300, 0, 300]), "angle of impact of at most 5 degrees (here 45)"),
+            (self.pack(20).aimed(orientation=[0.6, 0.8, 0, 0]), "attitude of at most 5 degrees (here 74)"),
         ):
             error = model_error(scene)
             self.assertTrue(math.isnan(error.factor))

@@ -5,6 +5,7 @@ import importlib.util
 import io
 import math
 import pathlib
+import re
 import tempfile
 import unittest
 
@@ -56,6 +57,10 @@ class Sensitivity(unittest.TestCase):
         self.assertAlmostEqual(sides(coarse)[0], sides(scene)[0])
         narrow = next(other for name, other in found.items() if name.startswith("width"))
         self.assertAlmostEqual(sides(narrow)[0] / sides(scene)[0], math.sqrt(0.5), delta=0.02)
+        flat = scene.replace(projectile={"shape": "cylinder", "length": 5e-3}).aimed()
+        turned = variants(flat)["attitude: turned by 90 degrees about x"][1]
+        turned.check()
+        self.assertAlmostEqual(turned["projectile.position"][2], -2.778e-3)
         dry = scene.replace({f"yarn.viscosity_{kind}": 0.0 for kind in ("linear", "quadratic", "bending")})
         self.assertIn("viscosity of the yarn: that of real fabrics", variants(dry))
 
@@ -63,7 +68,7 @@ class Sensitivity(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             (folder / "scene.toml").write_text(self.scene().text())
-            words = [str(folder / "scene.toml"), "--shots", "10", "--tests", "0", "--sensitivity", "--out", name]
+            words = [str(folder / "scene.toml"), "--shots", "20", "--tests", "0", "--sensitivity", "--out", name]
             with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()):
                 main(words)
             rows = [line.split(",") for line in (folder / "sensitivity.csv").read_text().splitlines()]
@@ -74,6 +79,8 @@ class Sensitivity(unittest.TestCase):
             self.assertGreater(max(wide), 10.0)
             self.assertGreater(next(change[name] for name in change if name.startswith("failure strain")), 3.0)
             page = (folder / "report.html").read_text()
+            found = re.search(r"The changes took ([\d.]+) times the node-steps of the test", page)
+            self.assertLess(float(found[1]), 10.0)
             for text in (said.getvalue(), page):
                 self.assertIn("The width of the sheet changes the limit by", text)
             self.assertEqual(page.count("data:image/svg+xml"), 2)

@@ -161,8 +161,9 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     scene.track_through |= until.contains(&Outcome::Through);
     let name = name_of(&options.scene);
     let out = options.out.clone().unwrap_or_else(|| Path::new("target/fabric").join(&name));
+    let doubt = notes::unlikely_body(&scene).map_or(String::new(), |note| format!("; {note}"));
     let refused =
-        |error: Box<dyn std::error::Error>| format!("{}: {}", options.scene.display(), crate::in_words(&*error));
+        |error: Box<dyn std::error::Error>| format!("{}: {}{doubt}", options.scene.display(), crate::in_words(&*error));
     let mut buffers = Buffers::of(&scene).map_err(|error| refused(with_its_memory(&scene, error)))?;
     let mut sim = buffers.sim(&scene).map_err(|error| refused(error.into()))?;
     try_to_make(&out)?;
@@ -197,6 +198,7 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     let text = if summary.plies.is_empty() { text } else { format!("{text}\n\n{}", plies(&summary)) };
     say::line(format_args!("{text}"));
     summary.warnings = warnings(&scene, &sim, &summary);
+    summary.warnings.extend(fabric_scene::derived::unplaced(&file, &scene));
     if fabric_scene::takes_automatic_grading(&mut file) && !scene.is_graded() {
         summary.warnings.push(format!(
             "sheet.grading = \"automatic\" left the network whole: for an error of {} % no row of this sheet can be left out, or it is held \

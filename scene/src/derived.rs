@@ -57,7 +57,10 @@ fn within(given: &Given, key: &str, allowed: impl Fn(f64) -> bool, range: &str) 
     match units::number(value, si) {
         Some(number) if allowed(number) => Ok(Some(number)),
         Some(number) => bad(key, format!("{key} = {number}: must be {range}")),
-        None => bad(key, format!("{key} = {}: must be a number{}", short(&value.to_string()), units::expected(si))),
+        None => {
+            let [expected, meant] = [units::expected(si), units::meant(value, si)];
+            bad(key, format!("{key} = {}: must be a number{expected}{meant}", short(&value.to_string())))
+        }
     }
 }
 
@@ -183,6 +186,21 @@ pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Resul
         return Ok(position);
     }
     bad("projectile.velocity", "projectile.velocity: does not lead to the sheet".into())
+}
+
+/// A sentence on a file that says what flies but not where it begins: then place and speed are those of the preset.
+pub fn unplaced(file: &Table, scene: &Scene) -> Option<String> {
+    let body = file.get("projectile")?.as_table()?;
+    let sized = ["shape", "radius", "diameter", "length", "size", "sector"].iter().any(|key| body.contains_key(*key));
+    let speed = length(scene.projectile.velocity);
+    (sized && !body.contains_key("position") && !file.contains_key("aim")).then(|| {
+        let of = if body.contains_key("velocity") {
+            "begins where the preset's does"
+        } else {
+            "begins where the preset's does and as fast"
+        };
+        format!("the projectile {of} ({speed} m/s): give [aim], as in [aim] speed = \"150 m/s\"")
+    })
 }
 
 /// Refuses a free projectile that flies away from the sheet or along it, and one that is lighter than any body of its size.

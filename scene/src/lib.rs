@@ -22,8 +22,8 @@
 //!
 //! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric scene PRESET`, which writes such a file.
 //!
-//! A key that the scene does not read (`weibull_shape` without drawn strength) is refused if it changes the number. The table `[unread]`
-//! keeps such numbers, with their whole names.
+//! A key that the scene does not read (`weibull_shape` without drawn strength) is refused if it changes the number, and so is one of the
+//! sheet that `[fabric]` determines. The table `[unread]` keeps such numbers, with their whole names.
 //!
 //! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given.
 
@@ -118,7 +118,11 @@ pub fn table_of(text: &str) -> Result<Table> {
         let before = text.get(..error.span().map_or(0, |span| span.start)).unwrap_or("");
         let (number, start) = (before.matches('\n').count(), before.rfind('\n').map_or(0, |end| end + 1));
         let line = text.get(start..).and_then(|rest| rest.lines().next()).unwrap_or("");
-        format!("line {}: {}: {}", number + 1, short(line), short(error.message())).into()
+        let bare =
+            line.split_once('=').is_some_and(|(_, value)| value.trim_start().starts_with(|c: char| c.is_ascii_digit()));
+        let quotes =
+            if bare { "; a number with its unit stands in quotes, with a decimal point: \"5.4 mm\"" } else { "" };
+        format!("line {}: {}: {}{quotes}", number + 1, short(line), short(error.message())).into()
     })
 }
 
@@ -145,6 +149,7 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     let (mut given, mut wrong) = (Vec::new(), Vec::new());
     flat("", Value::Table(table), &mut given, &mut wrong);
     let counted = |key: &str, given: &[(String, Value)]| given.iter().any(|(name, _)| name == key);
+    let before = *scene;
     let nodes = ["sheet.nodes_x", "sheet.nodes_y"].map(|key| counted(key, &given));
     wrong.extend(derived::conflicts(&given).map(Into::into));
     let (own, mut given): (Vec<_>, Vec<_>) =
@@ -155,9 +160,12 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     }
     // The back fabric lies in the grid of the sheet; all other keys override it.
     let (sheet, others): (Vec<_>, Vec<_>) = given.iter().partition(|(key, _)| key.starts_with("sheet."));
-    let mut changed = Vec::new();
+    let mut changed: Vec<&Field> = Vec::new();
     for (key, value) in sheet {
         assign(scene, key, value).map_or_else(|error| wrong.push(error), |field| changed.extend(field));
+    }
+    if fabric.is_some() {
+        wrong.extend(changed.iter().filter_map(|field| textile::determined(field.name)).map(Into::into));
     }
     wrong.extend(derived::sheet(&own, scene, nodes).err());
     if let (Some(textile), true) = (&back, wrong.is_empty()) {
@@ -172,6 +180,15 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
         scene.projectile.faces.count = planes.len() as u32;
     }
     wrong.extend(derived::projectile(&own, scene).err());
+    // The preset has numbers of other shapes, too, which nobody chose.
+    for Field { name, .. } in
+        FIELDS.iter().filter(|field| is_needed(field, scene, &before) && !counted(field.name, &given))
+    {
+        wrong.push(
+            BadKey { key: name.to_string(), text: format!("{name}: missing; this shape has it, the preset's has not") }
+                .into(),
+        );
+    }
     all_of(wrong)?;
     let numbers = given.iter().any(|(key, _)| key.starts_with("back.") && key != "back.plies");
     if back.is_some() && scene.back.plies == 0 {
@@ -233,6 +250,17 @@ pub fn is_read(field: &Field, scene: &Scene) -> bool {
     }
 }
 
+/// Whether a parameter is a dimension of the projectile that this scene reads and another does not.
+pub fn is_needed(field: &Field, scene: &Scene, other: &Scene) -> bool {
+    let dimensions = ["projectile.length", "projectile.size", "projectile.sector."];
+    dimensions.iter().any(|name| field.name.starts_with(name)) && is_read(field, scene) && !is_read(field, other)
+}
+
+/// Whether a number that differs from the preset's with these textiles is kept under `[unread]`.
+pub fn is_kept(field: &Field, scene: &Scene, textiles: &Table) -> bool {
+    !is_read(field, scene) || textiles.contains_key("fabric") && textile::determined(field.name).is_some()
+}
+
 /// Whether the table of the sheet says `grading = "automatic"`, which may leave a network whole; takes it out.
 pub fn takes_automatic_grading(file: &mut Table) -> bool {
     let Some(Value::Table(sheet)) = file.get_mut("sheet") else { return false };
@@ -264,13 +292,13 @@ pub fn whole(name: &str) -> Result<String> {
 }
 
 /// A scene as such a file, with its textiles ([`textile::of`]) and their sources, every key and what it is; under `[unread]` those that
-/// it does not read and the preset has otherwise.
+/// it does not read, or that its textile determines, and the preset has otherwise.
 pub fn write(name: &str, scene: &Scene, textiles: &Table) -> String {
     let mut copy = *scene;
     let mut base = base(name, scene, textiles);
     let mut differs = |field: &Field| (0..field.size()).any(|k| field.word(&mut base, k) != field.word(&mut copy, k));
     let (read, unread): (Vec<&Field>, Vec<&Field>) =
-        FIELDS.iter().partition(|field| is_read(field, scene) || !differs(field));
+        FIELDS.iter().partition(|field| !is_kept(field, scene, textiles) || !differs(field));
     let mut text = format!("# Every parameter. Those left out keep the preset's value.\npreset = \"{name}\"\n\n");
     // TOML wants the keys without a table first.
     let (inner, outer): (Vec<&Field>, Vec<&Field>) = read.into_iter().partition(|field| field.name.contains('.'));
@@ -286,7 +314,7 @@ pub fn write(name: &str, scene: &Scene, textiles: &Table) -> String {
         text.push_str(&format!("# {unit}{}\n{key} = {}\n", about(field), value(field, &mut copy)));
     }
     if !unread.is_empty() {
-        text.push_str(&format!("\n# Kept, but not read in this scene.\n[{UNREAD}]\n"));
+        text.push_str(&format!("\n# Kept beside the fabric, or not read in this scene.\n[{UNREAD}]\n"));
     }
     for field in unread {
         text.push_str(&format!("\"{}\" = {}\n", field.name, value(field, &mut copy)));
@@ -369,13 +397,29 @@ fn flat(prefix: &str, value: Value, all: &mut derived::Given, wrong: &mut Vec<Bo
     }
 }
 
+/// The keys of a table with their whole names, and their values.
+pub fn given(table: &Table) -> derived::Given {
+    let mut all = Vec::new();
+    flat("", Value::Table(table.clone()), &mut all, &mut Vec::new());
+    all
+}
+
 /// A key without its table.
 fn last_of(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
-/// What people call a parameter otherwise.
-const CALLED: [(&str, &str); 2] = [("weight", "projectile.mass"), ("caliber", "projectile.diameter")];
+/// What people call a parameter or a table otherwise.
+const CALLED: [(&str, &str); 8] = [
+    ("weight", "projectile.mass"),
+    ("caliber", "projectile.diameter"),
+    ("fragment", "projectile"),
+    ("bullet", "projectile"),
+    ("textile", "fabric"),
+    ("sheet.size", "sheet.width"),
+    ("aim.velocity", "aim.speed"),
+    ("aim.position", "aim.point"),
+];
 
 /// What somebody may have meant who wrote a key that there is not.
 fn meant(key: &str) -> String {
@@ -385,9 +429,14 @@ fn meant(key: &str) -> String {
     }
     let likeness = |name: &str| (1e3 * strsim::normalized_levenshtein(key, name)) as u32;
     let tables = ["fabric", "back_fabric"].into_iter().chain(names().filter_map(|name| Some(name.split_once('.')?.0)));
-    let mut near: Vec<&str> = names().filter(|name| last_of(name) == last).collect();
+    if key.starts_with("fabric.") || key.starts_with("back_fabric.") {
+        return "; a textile is one table with its name or all of its numbers: fabric = { name = ..., modulus = ... }"
+            .into();
+    }
+    let mut near: Vec<&str> =
+        CALLED.iter().filter(|(other, _)| *other == key || *other == last).map(|(_, name)| *name).collect();
     if near.is_empty() {
-        near = CALLED.iter().filter(|(other, _)| *other == last).map(|(_, name)| *name).collect();
+        near = names().filter(|name| last_of(name) == last).collect();
     }
     if near.is_empty() {
         // Of `projectile.wight` and `projectile.length` only the table is alike.
@@ -406,7 +455,8 @@ fn assign(scene: &mut Scene, key: &str, value: &Value) -> Result<Option<&'static
         return bad(key, format!("unknown key `{key}`{}", meant(key)));
     };
     let Some(words) = words(field, value) else {
-        return bad(key, format!("{key} = {}: must be {}", short(&value.to_string()), expected(field)));
+        let meant = if value.is_str() { units::meant(value, unit_of(field)) } else { String::new() };
+        return bad(key, format!("{key} = {}: must be {}{meant}", short(&value.to_string()), expected(field)));
     };
     let mut changed = false;
     for (element, word) in words.into_iter().enumerate() {
@@ -462,7 +512,10 @@ fn expected(field: &Field) -> String {
         Place::Reals(_, []) => format!("a number{}", units::expected(unit_of(field))),
         Place::Reals(_, [size]) => format!("an array of {size} numbers{}", units::expected(unit_of(field))),
         Place::Reals(_, [rows, columns, ..]) => format!("at most {rows} rows of {columns} numbers"),
-        Place::Count(_) | Place::Seed(_) => "a whole number, not below 0".to_string(),
+        Place::Count(_) | Place::Seed(_) => match field.limits() {
+            [least, most] if most < 1e6 => format!("a whole number from {least} to {most}"),
+            _ => "a whole number, not below 0".to_string(),
+        },
         Place::Flag(_) => "true or false".to_string(),
         Place::Choice(choice, ..) => {
             let names: Vec<_> = choice.items.iter().map(|(name, _)| format!("\"{name}\"")).collect();
@@ -600,7 +653,7 @@ mod tests {
         assert!((scene.sheet.spacing * 34.0 / 0.0254 - 1.0).abs() < 1e-12);
         scene.step_limits().unwrap();
         let bare = parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_49_yarn\"\n").unwrap_err();
-        assert!(bare.to_string().contains("fabric.warp.linear_density"), "{bare}");
+        assert!(bare.to_string().contains("fabric.linear_density, count: missing or 0"), "{bare}");
     }
 
     #[test]
@@ -620,7 +673,7 @@ mod tests {
     fn shapes_and_their_dimensions() {
         let parsed = |shape: &str| parse(&format!("preset = \"sheet_3in_sphere\"\n[projectile]\n{shape}"));
         let body = |text: &str| parsed(text).unwrap().projectile;
-        assert_eq!(body("shape = \"hemispherical_cylinder\"").shape, Shape::HemisphericalCylinder);
+        assert_eq!(body("shape = \"hemispherical_cylinder\"\nlength = 0.02").shape, Shape::HemisphericalCylinder);
         let cuboid = body("shape = \"box\"\nsize = [0.01, 0.02, 0.03]");
         assert_eq!((cuboid.shape, cuboid.size), (Shape::Box, [0.01, 0.02, 0.03]));
         let faces = "faces.planes = [[1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, \"20 mm\"]]\nmoments = [1.0, 2.0, 3.0]";

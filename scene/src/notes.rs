@@ -24,14 +24,24 @@ pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
 /// Densities of solid bodies, kg/m3: osmium has 22,590.
 const DENSITIES: [f64; 2] = [500.0, 25_000.0];
 
-/// A sentence on a projectile that is too heavy or too light for its size: most likely a length in mm or a mass in g. A polyhedron is
-/// lighter than the sphere around it.
+/// A sentence on a projectile that is too heavy or too light for its size, or reaches farther from its centre than the sheet is across: most
+/// likely a length in mm or a mass in g. A polyhedron is lighter than the sphere around it.
 pub fn unlikely_body(scene: &Scene) -> Option<String> {
     let (body, density) = (&scene.projectile, density(&scene.projectile));
     let least = if body.shape == Shape::Polyhedron { LIGHTEST } else { DENSITIES[0] };
     let word = if density < least { "light" } else { "heavy" };
+    let ([half_x, half_y], reach) = (scene.half_size(), Solid::of(body).reach());
+    let across = 2.0 * sqrt(half_x * half_x + half_y * half_y);
+    if body.mass > 0.0 && (least..=DENSITIES[1]).contains(&density) && reach > across {
+        return Some(format!(
+            "a projectile that reaches {:.3} mm from its centre is larger than the sheet, which is {:.3} mm across; a number without a unit is in m, \
+             so write \"5 mm\"",
+            1e3 * reach,
+            1e3 * across
+        ));
+    }
     (body.mass > 0.0 && !(least..=DENSITIES[1]).contains(&density)).then(|| {
-        let [mass, reach, density] = [1e3 * body.mass, 1e3 * Solid::of(body).reach(), 1e-3 * density];
+        let [mass, reach, density] = [1e3 * body.mass, 1e3 * reach, 1e-3 * density];
         format!(
             "a projectile of {mass:.3} g that reaches {reach:.3} mm from its centre is too {word} for its size: it has {density:.3} g/cm3, and \
              solid bodies have 0.5 to 25; a number without a unit is in m or kg, so write \"5 mm\" or \"16 g\""

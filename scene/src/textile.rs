@@ -13,7 +13,7 @@
 //! and `crimp` are those of both directions, below `warp` and `weft` those of one. A number written `{ value, unit }` may have its
 //! `source` and `mark`; those of the folder must.
 
-use crate::{Result, bad, short, units};
+use crate::{BadKey, Result, bad, short, units};
 use fabric::textile::centinewton_per_dtex;
 use fabric::{Scene, Textile};
 use std::collections::BTreeMap;
@@ -54,12 +54,12 @@ const BACK: &str = "back_fabric";
 
 /// Makes the sheet of a scene that of its table `[fabric]`.
 pub fn apply(scene: &mut Scene, table: &Value) -> Result<()> {
-    scene.set_textile(&textile(FRONT, table)?).or_else(|error| refused(FRONT, error))
+    scene.set_textile(&whole(FRONT, table)?).or_else(|error| refused(FRONT, error))
 }
 
 /// Makes the fabric of the last plies of a scene that of its table `[back_fabric]`.
 pub fn apply_back(scene: &mut Scene, table: &Value) -> Result<()> {
-    scene.set_back_textile(&textile(BACK, table)?).or_else(|error| refused(BACK, error))
+    scene.set_back_textile(&whole(BACK, table)?).or_else(|error| refused(BACK, error))
 }
 
 /// The kernel's refusal of a textile with the names of the table's keys.
@@ -67,10 +67,18 @@ fn refused<T>(table: &str, error: fabric::Error) -> Result<T> {
     bad(&error.field.replace("textile", table), error.to_string().replace("textile.", &format!("{table}.")))
 }
 
-/// The textiles of a scene file, `fabric` and `back_fabric`, as it has them.
+/// The textiles of a scene file, `fabric` and `back_fabric`, as it has them; and of `projectile` the material or the density.
 pub fn of(file: &Table) -> Table {
     let keys = [FRONT, BACK];
-    keys.iter().filter_map(|key| Some((key.to_string(), file.get(*key)?.clone()))).collect()
+    let mut all: Table = keys.iter().filter_map(|key| Some((key.to_string(), file.get(*key)?.clone()))).collect();
+    let body = crate::given(file)
+        .into_iter()
+        .filter_map(|(key, value)| Some((key.strip_prefix("projectile.")?.to_string(), value)));
+    let body: Table = body.filter(|(key, _)| key == "material" || key == "density").collect();
+    if !body.is_empty() {
+        all.insert("projectile".to_string(), body.into());
+    }
+    all
 }
 
 /// Their names; none where there is no textile, or it has no name.
@@ -83,8 +91,11 @@ pub fn names(textiles: &Table) -> [Option<String>; 2] {
 
 /// The textiles as a scene file has them, behind the file of each that has a name, as a comment: its sources.
 pub fn write(textiles: &Table) -> String {
-    let mut text =
-        String::from(if textiles.is_empty() { "" } else { "\n# The numbers below override those of the fabric.\n" });
+    let mut text = String::from(if names(textiles) == [None, None] && !textiles.contains_key(FRONT) {
+        ""
+    } else {
+        "\n# The numbers below override those of the fabric.\n"
+    });
     for (key, name) in [FRONT, BACK].into_iter().zip(names(textiles)) {
         let Some(textile) = textiles.get(key) else { continue };
         let file = FILES.iter().find(|(known, _)| name.as_deref() == Some(*known)).map_or("", |(_, file)| file);
@@ -122,12 +133,58 @@ fn textile(table: &str, values: &Value) -> Result<Textile> {
     let mut textile = Textile::default();
     for (key, place, si) in NUMBERS {
         if let Some((given, value)) = all.get(key) {
-            let number = number(&format!("{table}.{given}"), value, si, textile.fibre_density)?;
+            let whole = format!("{table}.{given}");
+            let number = number(&whole, value, si, textile.fibre_density)?;
+            refuse_wrong_unit(&whole, number, value, si)?;
             *place(&mut textile) = number;
         }
     }
-    refuse_wrong_units(table, &textile)?;
     Ok(textile)
+}
+
+/// The same with all that a sheet needs.
+fn whole(table: &str, values: &Value) -> Result<Textile> {
+    let mut textile = textile(table, values)?;
+    let given: Vec<_> =
+        NUMBERS.iter().filter(|(_, place, _)| *place(&mut textile) != 0.0).map(|(key, ..)| *key).collect();
+    refuse_missing(table, |key| given.contains(&key))?;
+    Ok(textile)
+}
+
+/// Names the numbers without which there is no textile, those of both directions once.
+fn refuse_missing(table: &str, has: impl Fn(&str) -> bool) -> Result<()> {
+    let mut missing = Vec::new();
+    for key in ["linear_density", "count"] {
+        let lacking: Vec<_> =
+            ["warp", "weft"].iter().map(|side| format!("{side}.{key}")).filter(|key| !has(key)).collect();
+        missing.extend(if lacking.len() == 2 { vec![key.to_string()] } else { lacking });
+    }
+    missing
+        .extend(["fibre_density", "modulus", "damage_rate"].iter().filter(|key| !has(key)).map(|key| key.to_string()));
+    if !has("failure_strain") && !has("strength") {
+        missing.push("failure_strain (or strength)".to_string());
+    }
+    let Some(first) = missing.first() else { return Ok(()) };
+    let text =
+        format!("{table}.{}: missing or 0 in [{table}]; fabrics/README.md has an example with all", missing.join(", "));
+    bad(&format!("{table}.{first}"), text)
+}
+
+/// The parameters of the sheet that a textile determines, and its keys that do.
+const DETERMINED: [(&str, &str); 6] = [
+    ("sheet.spacing", "fabric.count"),
+    ("sheet.spacing_y", "fabric.warp.count"),
+    ("sheet.node_mass", "fabric.linear_density, fabric.count and fabric.crimp"),
+    ("sheet.yarn_area", "fabric.linear_density and fabric.fibre_density"),
+    ("sheet.yarn_area_y", "fabric.linear_density and fabric.fibre_density"),
+    ("sheet.crimp", "fabric.crimp"),
+];
+
+/// The refusal of another number for a parameter that a textile determines; none for all other parameters.
+pub fn determined(name: &str) -> Option<BadKey> {
+    let (_, by) = DETERMINED.iter().find(|(known, _)| *known == name)?;
+    let text = format!("{name} and [fabric]: it follows from {by}, so change that, or leave one of the two out");
+    Some(BadKey { key: name.to_string(), text })
 }
 
 /// The numbers of a table by their whole keys, each with the key that it was given by: one of both directions is that of each which has
@@ -158,49 +215,77 @@ fn numbers(table: &str, given: Table) -> Result<BTreeMap<String, (String, Value)
     Ok(all)
 }
 
+/// What people call numbers of a textile otherwise.
+const OTHERWISE: [(&str, &str); 6] = [
+    ("density", "`fibre_density`"),
+    ("fiber_density", "`fibre_density`"),
+    ("youngs_modulus", "`modulus`"),
+    ("tenacity", "`strength`"),
+    ("plies", "`sheet.plies`, sewn together, or `stack.plies`, separate ones"),
+    ("areal_density", "`linear_density`, `count` and `crimp`, from which it follows"),
+];
+
 /// Says what the table may have.
 fn unknown<T>(table: &str, key: &str) -> Result<T> {
     let known =
         |of: fn(&str) -> Option<&str>| NUMBERS.iter().filter_map(|(name, ..)| of(name)).collect::<Vec<_>>().join(", ");
     let both = known(|name| (!name.contains('.')).then_some(name));
     let (of_threads, key) = (known(|name| name.strip_prefix("warp.")), short(key));
+    let other = OTHERWISE.iter().find(|(other, _)| *other == key.rsplit('.').next().unwrap_or_default());
+    let meant = other.map_or(String::new(), |(_, own)| format!("; is it {own}?"));
     let text = format!(
-        "unknown key `{table}.{key}`; there are name, {both}, and, for both directions or below warp and weft, {of_threads}"
+        "unknown key `{table}.{key}`{meant}; there are name, {both}, and, for both directions or below warp and weft, {of_threads}"
     );
     bad(&format!("{table}.{key}"), text)
 }
 
-/// What textiles are made of, in SI units: a number outside has the wrong unit.
-fn refuse_wrong_units(table: &str, textile: &Textile) -> Result<()> {
-    for (key, value, [least, most], unit, example) in [
-        ("fibre_density", textile.fibre_density, [500.0, 10_000.0], "kg/m3", "g/cm3"),
-        ("modulus", textile.modulus, [1e8, 1e13], "Pa", "GPa"),
-        ("warp.linear_density", textile.warp.linear_density, [1e-7, 1e-1], "kg/m", "denier"),
-        ("weft.linear_density", textile.weft.linear_density, [1e-7, 1e-1], "kg/m", "denier"),
-        ("warp.count", textile.warp.count, [100.0, 1e5], "1/m", "1/in"),
-        ("weft.count", textile.weft.count, [100.0, 1e5], "1/m", "1/in"),
-    ] {
-        if value > 0.0 && !(least..=most).contains(&value) {
-            let key = format!("{table}.{key}");
-            let text =
-                format!("{key} = {value:e} {unit}: no textile has that; write the unit, as in \"{value} {}\"", example);
-            return bad(&key, text);
-        }
+/// A number, its range in SI units and in words, and the units in which it is often given.
+type Usual = (&'static str, [f64; 2], &'static str, &'static [&'static str]);
+/// What textiles have: a number outside has the wrong unit. Below 100 of `damage_rate` a yarn would go on beyond its failure strain for more
+/// than 5 % of strain.
+const USUAL: [Usual; 8] = [
+    ("fibre_density", [500.0, 10_000.0], "0.5 to 10 g/cm3", &["g/cm3", "kg/m3"]),
+    ("modulus", [1e8, 1e12], "0.1 to 1000 GPa", &["GPa", "MPa"]),
+    ("strength", [1e7, 2e10], "0.01 to 20 GPa", &["GPa", "MPa"]),
+    ("failure_strain", [0.002, 0.3], "0.2 to 30 %", &["%", "1"]),
+    ("damage_rate", [100.0, f64::MAX], "100 and more, and 2300 fails within 0.2 % of strain", &[]),
+    ("linear_density", [1e-7, 1e-1], "1 to 1,000,000 dtex", &["denier", "dtex"]),
+    ("count", [100.0, 1e5], "1 to 1000 1/cm", &["1/cm", "1/in"]),
+    ("crimp", [0.0, 0.5], "0 to 50 %", &["%", "1"]),
+];
+
+/// Refuses what no textile has, with the units that make sense of the number as it is written.
+fn refuse_wrong_unit(key: &str, number: f64, value: &Value, si: &str) -> Result<()> {
+    let Some((_, [least, most], words, likely)) = USUAL.iter().find(|(name, ..)| key.ends_with(name)) else {
+        return Ok(());
+    };
+    if number.is_nan() || number <= 0.0 || (*least..=*most).contains(&number) {
+        return Ok(());
     }
-    Ok(())
+    let written = units::plain(value).or(units::with_unit(value).map(|(number, _)| number)).unwrap_or(number);
+    let in_unit = |unit: &&&str| {
+        let text = format!("{written} {unit}");
+        units::number(&text.as_str().into(), si).filter(|number| (*least..=*most).contains(number))?;
+        Some(if **unit == "1" { written.to_string() } else { format!("\"{text}\"") })
+    };
+    let hints: Vec<_> = likely.iter().filter_map(|unit| in_unit(&unit)).collect();
+    let hint = if hints.is_empty() { String::new() } else { format!(": write {}", hints.join(" or ")) };
+    let unit = if units::plain(value).is_some() && si != "1" { format!(" {si}") } else { String::new() };
+    bad(key, format!("{key} = {}{unit}: no textile has that; there are {words}{hint}", short(&value.to_string())))
 }
 
 /// A number in SI units, or with a unit; of stress also one of tenacity, which needs the fibre's density. `key`: its whole name.
-fn number(key: &str, value: &Value, si: &str, density: f64) -> Result<f64> {
+fn number(key: &str, given: &Value, si: &str, density: f64) -> Result<f64> {
     let tenacity = if si == "Pa" { ", cN/dtex" } else { "" };
-    match (units::number(value, si), units::with_unit(value)) {
+    match (units::number(given, si), units::with_unit(given)) {
         (Some(number), _) => Ok(number),
         (None, Some((number, unit))) if !tenacity.is_empty() && unit == "cN/dtex" => {
             Ok(centinewton_per_dtex(number, density))
         }
         _ => {
-            let value = value.to_string();
-            bad(key, format!("{key} = {}: must be a number{}{tenacity}", short(&value), units::expected(si)))
+            let value = given.to_string();
+            let [expected, meant] = [units::expected(si), units::meant(given, si)];
+            bad(key, format!("{key} = {}: must be a number{expected}{tenacity}{meant}", short(&value)))
         }
     }
 }

@@ -74,9 +74,24 @@ pub fn number(value: &Value, si: &str) -> Option<f64> {
     known.map(|(.., in_si)| in_si(number)).or_else(|| (unit == si).then_some(number))
 }
 
+/// The units of a kind beside that of SI.
+fn of_kind(si: &str) -> Vec<&'static str> {
+    UNITS.iter().filter(|(_, kind, _)| *kind == si).map(|(name, ..)| *name).collect()
+}
+
+/// What somebody meant who wrote this: a decimal comma, a unit in other letters, or none.
+pub fn meant(value: &Value, si: &str) -> String {
+    let of = |text: &str| with_unit(&Value::from(text.replacen(',', ".", 1)));
+    let Some((number, unit)) = value.as_str().and_then(of) else { return String::new() };
+    let (unit, names) = (unit.replace("cc", "cm3"), of_kind(si));
+    let known = names.iter().copied().chain([si]).find(|name| name.eq_ignore_ascii_case(&unit));
+    let first = names.first().copied().filter(|_| unit.is_empty());
+    known.or(first).map_or(String::new(), |unit| format!("; write \"{number} {unit}\""))
+}
+
 /// What a number of this kind must be, in words: behind "a number" or "an array of 3 numbers".
 pub fn expected(si: &str) -> String {
-    let names: Vec<_> = UNITS.iter().filter(|(_, kind, _)| *kind == si).map(|(name, ..)| *name).collect();
+    let names = of_kind(si);
     match (si, names.first()) {
         (_, None) => format!(", in {si}"),
         ("1", _) => ", or with %, as in \"5 %\"".to_string(),
