@@ -91,7 +91,7 @@ impl<'r> Rows<'r> {
             before: if layout.is_stack() { arrays.before.get_mut(own)? } else { &mut [] },
             ranges: arrays.ranges.get_mut(first..end)?,
             runs: arrays.runs.get(first..end)?,
-            net: Net { columns: arrays.columns, lines: arrays.lines },
+            net: Net { columns: arrays.columns, lines: arrays.lines, hoop: arrays.hoop },
             carry: match in_block {
                 None => arrays.carry,
                 Some(step) => planes::row_mut(arrays.carries, layout.chunks, step),
@@ -106,11 +106,12 @@ impl Rows<'_> {
     /// The hot pass over these rows, with fixed nodes put back and their pulls noted.
     pub fn sweep(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
-        if layout.x.is_mirrored() {
+        if layout.x.has_image() {
             self.place_images(layout);
         }
         let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Slack);
-        let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
+        let nets = layout.has(Feature::Grading) || layout.has(Feature::Curved);
+        let optional = rows_besides || nets || layout.takes_energy();
         if optional { self.sweep_with::<true, false>(terms) } else { self.sweep_with::<false, false>(terms) }
     }
 
@@ -134,7 +135,7 @@ impl Rows<'_> {
         }
     }
 
-    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, slack or grading; otherwise no row is asked for them. VISCOUS: with viscosity.
+    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, slack, grading or a curve; otherwise no row is asked for them. VISCOUS: with viscosity.
     #[inline(always)]
     fn sweep_with<const OPTIONS: bool, const VISCOUS: bool>(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
@@ -279,8 +280,8 @@ fn restore_fixed(
 /// The image column of one row, at rest: only displacements, the first three planes, are read.
 pub(crate) fn place_image_column<const P: usize>(row: &mut [Chunk<P>], line: Line) {
     let place = line.modelled();
-    let (node, _) = line.node(place);
-    for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0)] {
+    let (node, turned) = line.node(place);
+    for (plane, sign) in [(0, if turned { -1.0 } else { 1.0 }), (1, 1.0), (2, 1.0)] {
         let value = planes::get(row, plane, node).unwrap_or(0.0);
         if let Some(slot) = planes::get_mut(row, plane, place) {
             *slot = sign * value;

@@ -34,7 +34,12 @@ pub struct Sheet {
     pub plies: u32,
     /// Where bars of the network stand for several yarns.
     pub grading: Grading,
-    /// Origin of the sheet's frame in the host's frame, m.
+    /// Radius to the nodes of a sheet that is curved about its y axis, m; 0: flat. Node (i, j) then rests at
+    /// (R sin a, y, R cos a), and a segment along x is a chord of the node spacing.
+    pub radius: f64,
+    /// Whether a segment joins the last node of every row to its first: a ring. Needs the radius that so many chords close.
+    pub closed: bool,
+    /// Origin of the sheet's frame in the host's frame, m: the middle of a flat sheet, on the axis of a curved one.
     pub position: [f64; 3],
     /// Orientation of the sheet's frame in the host's frame, unit quaternion, scalar first.
     pub orientation: [f64; 4],

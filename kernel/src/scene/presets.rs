@@ -77,6 +77,8 @@ impl Scene {
                 pre_strain: [0.0; 2],
                 plies: 1,
                 grading: Grading { largest: 0, run: 4, centre: [0.0; 2], half_width: [0.0; 2] },
+                radius: 0.0,
+                closed: false,
                 position: [0.0; 3],
                 orientation: [1.0, 0.0, 0.0, 0.0],
             },

@@ -239,6 +239,7 @@ impl Scene {
         self.check_yarn()?;
         self.check_rate()?;
         self.check_rest()?;
+        self.check_curve()?;
         self.check_grading()?;
         self.check_projectile()?;
         self.check_stack()?;

@@ -4,6 +4,7 @@ pub mod draw;
 pub mod grading;
 pub mod neighbours;
 pub mod places;
+pub mod ring;
 pub mod slack;
 pub mod sweep;
 pub mod symmetry;

@@ -7,7 +7,7 @@
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
 //! What slack segments owe (`slack.rs`) and a dependence on the rate (`rate.rs`) have paths of their own, compiled apart; so
 //! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension; and a graded network
-//! (`grading.rs`), whose bars and nodes differ by column and row.
+//! (`grading.rs`), whose bars and nodes differ by column and row, and a curved sheet (`ring.rs`).
 //! Limits: dt <= 0.5 dt_crit (see `parts.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
@@ -21,6 +21,7 @@ use crate::scene::features::Feature;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::sheet::neighbours::{NOTHING, right_of};
+use crate::sheet::ring::{self, CHORD_X, CHORD_Z, HOOP_PLANES};
 use crate::sheet::slack::{NOTHING_OWED, Owed, bit, relative_velocities};
 use crate::sheet::viscous::{NO_PAST, Past, ViscousRow, bending_forces};
 use crate::yarn::law::{self, DamageLaw, LOST, RestLanes, ViscosityLanes};
@@ -144,7 +145,8 @@ pub struct Row<'a> {
 }
 
 /// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what else acts on the
-/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity.
+/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity; CURVED: of a curved sheet, with the force of the segment
+/// before its first node.
 struct RowJob<
     'a,
     const PLAIN: bool,
@@ -152,7 +154,8 @@ struct RowJob<
     const FACTOR: u8,
     const FETCH: bool = true,
     const VISCOUS: bool = false,
->(Row<'a>);
+    const CURVED: bool = false,
+>(Row<'a>, [f64; 3]);
 
 /// Nothing.
 const NONE: u8 = 0;
@@ -180,30 +183,73 @@ impl Row<'_> {
         let ungraded = self.pass.net.columns.is_empty() || !Feature::Grading.is_built();
         let unmarked = self.owed.is_empty() || !Feature::Slack.is_built();
         let dependent = Feature::Rate.is_built() && !self.yarn.logarithms.is_empty();
+        if Feature::Curved.is_built() && !VISCOUS && !self.pass.net.hoop.is_empty() {
+            return self.step_curved(plain);
+        }
         if VISCOUS {
             // Viscosity excludes grading.
             return match (plain, unmarked) {
-                _ if dependent => lanes::dispatch_narrow(set, RowJob::<false, false, RATE, true, true>(self)),
-                (_, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, true>(self)),
-                (true, true) => lanes::dispatch(set, RowJob::<true, false, NONE, true, true>(self)),
-                (false, true) => lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true>(self)),
+                _ if dependent => lanes::dispatch_narrow(set, RowJob::<false, false, RATE, true, true>(self, NO_FORCE)),
+                (_, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, true>(self, NO_FORCE)),
+                (true, true) => lanes::dispatch(set, RowJob::<true, false, NONE, true, true>(self, NO_FORCE)),
+                (false, true) => lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true>(self, NO_FORCE)),
             };
         }
         // A dependence on the rate excludes both.
         match (plain, ungraded, unmarked) {
-            _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self)),
+            _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self, NO_FORCE)),
             // The commonest path is compiled apart for sheets that lie in the caches.
             (true, true, true) if !(self.pass.fetches && Feature::Blocks.is_built()) => {
-                lanes::dispatch(set, RowJob::<true, false, NONE, false>(self))
+                lanes::dispatch(set, RowJob::<true, false, NONE, false>(self, NO_FORCE))
             }
-            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self)),
-            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self)),
-            (_, true, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK>(self)),
-            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self)),
-            (_, false, false) => lanes::dispatch_narrow(set, RowJob::<false, true, SLACK>(self)),
+            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self, NO_FORCE)),
+            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self, NO_FORCE)),
+            (_, true, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK>(self, NO_FORCE)),
+            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self, NO_FORCE)),
+            (_, false, false) => lanes::dispatch_narrow(set, RowJob::<false, true, SLACK>(self, NO_FORCE)),
         }
     }
+
+    /// The same of a curved sheet. A curve excludes all but directions that are not plain.
+    #[inline(never)]
+    fn step_curved(self, plain: bool) -> (Report, [f64; 2]) {
+        let (set, joint) = (self.pass.instructions, self.force_across_the_joint());
+        if plain {
+            lanes::dispatch(set, RowJob::<true, false, NONE, true, false, true>(self, joint))
+        } else {
+            lanes::dispatch(set, RowJob::<false, false, NONE, true, false, true>(self, joint))
+        }
+    }
+
+    /// The force of the segment from the last node of a ring to its first, on the last; nothing is committed. 0 of an open row.
+    #[inline(never)]
+    fn force_across_the_joint(&self) -> [f64; 3] {
+        let Row { pass, row, history, yarn, .. } = self;
+        // Only in a ring a segment begins at the last node.
+        let last = pass.verticals.wrapping_sub(1);
+        let places = (row.first(), row.get(last / CHUNK), history.get(last / CHUNK), pass.net.hoop.get(last / CHUNK));
+        let (true, (Some(first), Some(chunk), Some([largest, _]), Some(hoop))) =
+            (pass.horizontals == pass.verticals, places)
+        else {
+            return NO_FORCE;
+        };
+        let lane = last % CHUNK;
+        let ([a, b, c], [x, y, z]) = (planes::displacement(first, 0), planes::displacement(chunk, lane));
+        let (d, chord) = ([a - x, b - y, c - z], [hoop[CHORD_X][lane], hoop[CHORD_Z][lane]]);
+        let rest = &pass.directions.horizontal.rest;
+        let q = if pass.directions.plain {
+            ring::twice_strain(d, chord)
+        } else {
+            ring::general_twice_strain(d, chord, &rest.lanes())
+        };
+        let (mut largest, mut stiffness) = (largest[lane], chunk[6][lane]);
+        pass.damage_segment(q, yarn, Axis::Horizontal, last, [&mut largest, &mut stiffness]);
+        ring::force(law::stress(stiffness, q), d, chord)
+    }
 }
+
+/// Left of a row's first node.
+const NO_FORCE: [f64; 3] = [0.0; 3];
 
 /// The vertical forces of a row, `row`, on the row `above`, as [`Row::step`] would leave them in `carry`; nothing is stepped and no damage is
 /// committed. For a band that starts at `above`.
@@ -303,8 +349,14 @@ impl Job for Lift<'_> {
     }
 }
 
-impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool, const VISCOUS: bool> Job
-    for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS>
+impl<
+    const PLAIN: bool,
+    const GRADED: bool,
+    const FACTOR: u8,
+    const FETCH: bool,
+    const VISCOUS: bool,
+    const CURVED: bool,
+> Job for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS, CURVED>
 {
     type Output = (Report, [f64; 2]);
 
@@ -333,7 +385,8 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
         let (rests, inverse_width) =
             ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
         let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
-        let left_force = [zero; 3];
+        let [x, y, z] = self.1;
+        let left_force = if CURVED { [L::splat(x), L::splat(y), L::splat(z)] } else { [zero; 3] };
         let mut along =
             Carried::<L> { limits, viscosity, share, rests, inverse_width, keeps, left_force, low: zero, high: zero };
         let mut rest = row;
@@ -357,6 +410,7 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
             }
             let column = c * CHUNK;
             let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
+            let hoop = if CURVED { pass.net.hoop.get(c).unwrap_or(&ring::FLAT) } else { &ring::FLAT };
             let taken = taken.as_deref_mut();
             let mut planes = Planes {
                 chunk,
@@ -368,6 +422,7 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
                 column,
                 columns,
                 net: &net,
+                hoop,
                 owed,
                 past,
                 past_beside,
@@ -375,16 +430,16 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
             };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -408,6 +463,8 @@ struct Planes<'a> {
     /// Bars and widths of a graded network.
     columns: &'a Chunk<LINE_PLANES>,
     net: &'a NetRow<'a>,
+    /// Rest vectors of a curved sheet.
+    hoop: &'a Chunk<HOOP_PLANES>,
     /// What slack segments owe.
     owed: Option<&'a mut Chunk<OWED_PLANES>>,
     /// What viscosity keeps of the segments, and what they take.
@@ -476,7 +533,7 @@ impl<L: Lane> Carried<L> {
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const VISCOUS: bool>(
+    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const VISCOUS: bool, const CURVED: bool>(
         &mut self,
         planes: &mut Planes<'_>,
         g: usize,
@@ -508,7 +565,12 @@ impl<L: Lane> Carried<L> {
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
         let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
-        let (q_v, q_h) = if PLAIN {
+        let chord = [L::load(&L::groups(&planes.hoop[CHORD_X])[g]), L::load(&L::groups(&planes.hoop[CHORD_Z])[g])];
+        let (q_v, q_h) = if PLAIN && CURVED {
+            (law::twice_strain(vertical_axes(up)), ring::twice_strain(along, chord))
+        } else if CURVED {
+            (rest_v.twice_strain(vertical_axes(up)), ring::general_twice_strain(along, chord, &rest_h))
+        } else if PLAIN {
             (law::twice_strain(vertical_axes(up)), law::twice_strain(along))
         } else {
             (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
@@ -544,7 +606,11 @@ impl<L: Lane> Carried<L> {
             let given = self.given(owed, [rest_h, rest_v], [before, [kh, kv]], [q_h, q_v], ends, g);
             (stress_h, stress_v) = (stress_h.add(given[0]), stress_v.add(given[1]));
         }
-        let (mut lift, mut force) = if PLAIN {
+        let (mut lift, mut force) = if PLAIN && CURVED {
+            (law::force(stress_v, vertical_axes(up)), ring::force(stress_h, along, chord))
+        } else if CURVED {
+            (rest_v.force(stress_v, vertical_axes(up)), ring::force(stress_h, along, chord))
+        } else if PLAIN {
             (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
         } else {
             (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))

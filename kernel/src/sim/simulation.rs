@@ -60,7 +60,7 @@ pub struct Support {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Fabric {
-    /// Largest distance from the sheet's plane of a node that live segments join to a support, m; 0 once all of the sheet has torn
+    /// Largest distance from the sheet's plane, or from its circle, of a node that live segments join to a support, m; 0 once all of the sheet has torn
     /// off. Of all nodes if the sheet is free, or if segments have failed and `track_detachment` is off.
     pub max_deflection: f64,
     /// Largest stretch (M1) of a live segment; yarns of the presets fail at about 1.05.
@@ -502,8 +502,7 @@ impl<'a> Sim<'a> {
         let (mut deflection, mut largest) = (0.0, 0.0);
         for j in 0..self.system.layout.nodes_y {
             for i in 0..self.system.layout.nodes_x {
-                let (u, _) = self.system.node(i, j);
-                let z = math::abs(u[2]);
+                let z = math::abs(self.system.deflection(i, j));
                 let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(outcome::piece(&self.system, pieces, i, j)));
                 if held {
                     deflection = math::max(z, deflection);

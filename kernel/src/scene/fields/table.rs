@@ -61,7 +61,14 @@ pub const FIELDS: &[Field] = &[
     shaped("sheet.pre_strain", Place::Reals(|s| &mut s.sheet.pre_strain, &[2]), &RATIO, Range::NotNegative, 624,
         "Strain at which the sheet is held along x (two or four sides) and along y (four sides), below critical_stretch - 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus drawn for every segment")
         .image(Image::Later(0x7_0003)),
-    vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230, "Middle of the sheet in the host's frame"),
+    real("sheet.radius", |s| one(&mut s.sheet.radius), &LENGTH, Range::NotNegative, 750,
+        "Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of sheet.spacing (M23); 0 = flat. Velocity Verlet only; not with viscosity, a dependence on the rate of strain, slack_balance, separate plies, a graded network, mirror planes or four corners")
+        .image(Image::Later(0x6c_0000)),
+    flag("sheet.closed", |s| &mut s.sheet.closed, 751,
+        "A ring: a segment joins the last node of every row to its first. sheet.radius must be sheet.spacing/(2 sin(pi/sheet.nodes_x)) to 1e-6; two sides cannot be held")
+        .image(Image::Later(0x6d_0000)),
+    vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230,
+        "Middle of the sheet in the host's frame; of a curved one the middle of its axis"),
     quaternion("sheet.orientation", |s| &mut s.sheet.orientation, 233,
         "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
     count("sheet.grading.largest", |s| &mut s.sheet.grading.largest, Range::Within(0.0, GRADING_LARGEST as f64), 740,

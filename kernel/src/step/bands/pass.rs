@@ -367,20 +367,19 @@ impl Plan {
         }
     }
 
-    /// Bars and widths of a graded network.
+    /// Constants of a graded network or a curved sheet.
     ///
     /// # Safety
     /// The simulation's arrays are there.
     unsafe fn net<'r>(&self) -> Net<'r> {
-        let layout = &self.layout;
-        if !layout.has(Feature::Grading) {
-            return Net { columns: &[], lines: &[] };
-        }
+        let (layout, memory) = (&self.layout, &self.memory);
+        let (graded, curved) = (layout.has(Feature::Grading), layout.has(Feature::Curved));
         // SAFETY: they are as long, and nothing changes them.
         unsafe {
             Net {
-                columns: rows(self.memory.columns, 1, 0, layout.chunks),
-                lines: rows(self.memory.lines, 1, 0, layout.nodes_y.div_ceil(CHUNK)),
+                columns: if graded { rows(memory.columns, 1, 0, layout.chunks) } else { &[] },
+                lines: if graded { rows(memory.lines, 1, 0, layout.nodes_y.div_ceil(CHUNK)) } else { &[] },
+                hoop: if curved { rows(memory.hoop, 1, 0, layout.chunks) } else { &[] },
             }
         }
     }
