@@ -301,7 +301,14 @@ typedef struct fk_scene_sheet {
     // 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus drawn for
     // every segment. >= 0. Default 0 each.
     double pre_strain[2];
-    // Middle of the sheet in the host's frame. In m. Default 0 each.
+    // Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of
+    // sheet.spacing (M23); 0 = flat. Velocity Verlet only; not with viscosity, a dependence on the rate of strain,
+    // slack_balance, separate plies, a graded network, mirror planes or four corners. In m, >= 0. Default 0.
+    double radius;
+    // A ring: a segment joins the last node of every row to its first. sheet.radius must be sheet.spacing/(2
+    // sin(pi/sheet.nodes_x)) to 1e-6; two sides cannot be held. 0 or 1. Default 0.
+    uint64_t closed;
+    // Middle of the sheet in the host's frame; of a curved one the middle of its axis. In m. Default 0 each.
     double position[3];
     // Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's. Of unit length to 1e-3.
     // Default (1, 0, 0, 0).
@@ -793,7 +800,7 @@ typedef struct fk_ply {
 
 // Extremes of the fabric at the present time.
 typedef struct fk_fabric {
-    // Largest distance from the sheet's plane of a node that live segments join to a support, m; 0 once all of the sheet has torn
+    // Largest distance from the sheet's plane, or from its circle, of a node that live segments join to a support, m; 0 once all of the sheet has torn
     // off. Of all nodes if the sheet is free, or if segments have failed and `track_detachment` is off.
     double max_deflection;
     // Largest stretch (M1) of a live segment; yarns of the presets fail at about 1.05.

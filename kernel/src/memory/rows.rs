@@ -13,7 +13,8 @@ use crate::memory::terms::Terms;
 use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
-use crate::sheet::sweep::{Report, Row};
+use crate::sheet::places::rest_offset;
+use crate::sheet::sweep::{OnCase, Report, Row};
 use crate::sheet::symmetry::Line;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
@@ -39,6 +40,8 @@ pub(crate) struct Rows<'r> {
     pub viscous: ViscousRows<'r>,
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
+    /// What a case pushes each row by along x and z, and takes of its energy, in units of m h/dt and m (h/dt)^2; empty without one.
+    pub pushes: &'r mut [[f64; 3]],
     /// Velocities along z before the sweep; empty for a single sheet.
     pub before: &'r mut [[f64; CHUNK]],
     /// Least and greatest displacement along y and x, one entry a row.
@@ -88,6 +91,7 @@ impl<'r> Rows<'r> {
             been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
             viscous,
             taken: if layout.takes_energy() { arrays.taken.get_mut(first..end)? } else { &mut [] },
+            pushes: if layout.has(Feature::Case) { arrays.pushes.get_mut(first..end)? } else { &mut [] },
             before: if layout.is_stack() { arrays.before.get_mut(own)? } else { &mut [] },
             ranges: arrays.ranges.get_mut(first..end)?,
             runs: arrays.runs.get(first..end)?,
@@ -140,7 +144,7 @@ impl Rows<'_> {
     fn sweep_with<const OPTIONS: bool, const VISCOUS: bool>(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let Rows { hot, history, owed, viscous, before, taken, ranges, carry, kept, pulls, .. } = self;
+        let Rows { hot, history, owed, viscous, before, taken, pushes, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         if !before.is_empty() {
@@ -185,7 +189,14 @@ impl Rows<'_> {
                 been_slack,
                 viscous: viscous_row,
             };
-            let (met, reach) = row_job.step::<VISCOUS>();
+            let (met, reach) = if OPTIONS && !VISCOUS && layout.has(Feature::Curved) {
+                // Whole rows of a ring are held, or none of it.
+                let free = if run[0] < run[1] { None } else { pushes.get_mut(k) };
+                let place_y = rest_offset(j, layout.y.nodes) * pass.directions.vertical.rest.spacing;
+                row_job.step_curved(free.map(|pushed| OnCase { place_y, pushed }))
+            } else {
+                row_job.step::<VISCOUS>()
+            };
             report = report.merged(met);
             let pulled = end_row(terms, if weighed { Some(net) } else { None }, j, row, kept, run, (range, reach));
             if let Some(pulls) = pulls.get_mut(k) {

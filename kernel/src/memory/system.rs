@@ -329,7 +329,7 @@ impl System<'_> {
         stiffness * stiffening
     }
 
-    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n, without viscosity and what slack segments give; nothing is
+    /// Change of velocity per step that the yarns, and the case that it rests on, give a node at t_n, with damage up to t_n, without viscosity and what slack segments give; nothing is
     /// committed.
     /// The same expressions in the same order as the sweep.
     pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
@@ -343,7 +343,10 @@ impl System<'_> {
         let up = force(Axis::Vertical, Some(i), Some(j));
         let down = force(Axis::Vertical, Some(i), j.checked_sub(1));
         let inverse_widths = self.net().inverse_widths(i, j);
-        [0, 1, 2].map(|k| sweep::graded_sum(right[k], left[k], up[k], down[k], inverse_widths))
+        let change = [0, 1, 2].map(|k| sweep::graded_sum(right[k], left[k], up[k], down[k], inverse_widths));
+        let Some(case) = &self.directions.case else { return change };
+        let (rest, (u, _)) = (self.rest(i, j), self.node(i, j));
+        case.carry([0, 1, 2].map(|k| rest[k] + u[k]), change)
     }
 
     /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.

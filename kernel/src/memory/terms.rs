@@ -29,6 +29,7 @@ impl<'t> Terms<'t> {
             directions: self.directions.of_ply(ply),
             net,
             rates: self.rates,
+            case: self.directions.case.as_ref(),
             fetches: self.fetches,
             instructions: self.instructions,
         }

@@ -36,6 +36,7 @@ pub enum Feature {
     Blocks,
     Curved,
     Closed,
+    Case,
     Vectors,
 }
 
@@ -63,7 +64,7 @@ pub struct Record {
 use Feature::*;
 
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
-pub const FEATURES: [Record; 24] = [
+pub const FEATURES: [Record; 25] = [
     Record {
         feature: Rate,
         name: "rate",
@@ -291,6 +292,15 @@ pub const FEATURES: [Record; 24] = [
         not_with: &[],
         words: 0,
         about: "A ring: the last node of a row is joined to its first",
+    },
+    Record {
+        feature: Case,
+        name: "rings",
+        built: cfg!(feature = "rings"),
+        asked_by: &[("case.radius", |s| s.case.radius != 0.0)],
+        not_with: &[],
+        words: 4,
+        about: "A rigid case that a ring lies on",
     },
     Record {
         feature: Vectors,

@@ -1,3 +1,4 @@
+pub mod case;
 pub mod check;
 pub mod direction;
 pub mod draw;

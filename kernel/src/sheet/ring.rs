@@ -32,7 +32,7 @@ pub const CHORD_Z: usize = 3;
 pub(crate) const FLAT: Chunk<HOOP_PLANES> = [[0.0; CHUNK]; HOOP_PLANES];
 
 /// How far the radius of a ring may be from that which its chords close, a part of it.
-const CLOSES: f64 = 1e-6;
+pub(crate) const CLOSES: f64 = 1e-6;
 
 /// The circle on which the nodes of a row rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,11 +76,12 @@ impl Hoop {
         (column - 0.5 * (f64::from(self.nodes) - 1.0)) * self.step
     }
 
-    /// Fills the constants of a row; behind its last node they are 0.
+    /// Fills the constants of a row. Behind its last node there is a place that no case and no projectile meets.
     pub(crate) fn fill(&self, row: &mut [Chunk<HOOP_PLANES>]) {
         for i in 0..row.len() * CHUNK {
             let ([x, z], [along, across]) = (self.place(i), self.chord(i));
-            let constants = if i < self.nodes as usize { [x, z, along, across] } else { [0.0; HOOP_PLANES] };
+            let nowhere = [4.0 * self.radius, 0.0, 0.0, 0.0];
+            let constants = if i < self.nodes as usize { [x, z, along, across] } else { nowhere };
             for (plane, constant) in constants.into_iter().enumerate() {
                 if let Some(slot) = planes::get_mut(row, plane, i) {
                     *slot = constant;
@@ -159,10 +160,10 @@ impl Scene {
             let with = if self.is_closed() { "sheet.closed" } else { "sheet.radius" };
             return Err(Error::beside("attachment.kind", with));
         }
-        // Yarn that is taut along a curve pulls inwards, and nothing holds it.
+        // Yarn that is taut along a curve pulls inwards.
         let strain = self.sheet.pre_strain[Axis::Horizontal as usize];
-        if strain != 0.0 {
-            return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0).from("sheet.radius"));
+        if strain != 0.0 && !self.has_snug_case() {
+            return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0).from("case.radius"));
         }
         Ok(())
     }

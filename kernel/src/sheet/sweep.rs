@@ -18,10 +18,11 @@ use crate::ground::planes::{
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
+use crate::sheet::case::Cylinder;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::sheet::neighbours::{NOTHING, right_of};
-use crate::sheet::ring::{self, CHORD_X, CHORD_Z, HOOP_PLANES};
+use crate::sheet::ring::{self, CHORD_X, CHORD_Z, HOOP_PLANES, PLACE_X, PLACE_Z};
 use crate::sheet::slack::{NOTHING_OWED, Owed, bit, relative_velocities};
 use crate::sheet::viscous::{NO_PAST, Past, ViscousRow, bending_forces};
 use crate::yarn::law::{self, DamageLaw, LOST, RestLanes, ViscosityLanes};
@@ -90,6 +91,8 @@ pub struct Pass<'a> {
     pub net: &'a Net<'a>,
     /// Dependence on the rate of strain.
     pub rates: &'a Rates,
+    /// The case that a ring lies on.
+    pub case: Option<&'a Cylinder>,
     /// Whether rows are fetched from memory ahead of their turn; changes the speed, not the bits.
     pub fetches: bool,
     /// Instruction set; changes the speed, not the bits.
@@ -145,8 +148,7 @@ pub struct Row<'a> {
 }
 
 /// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what else acts on the
-/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity; CURVED: of a curved sheet, with the force of the segment
-/// before its first node.
+/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity; CURVED: of a curved sheet; CASE: of a ring on a case.
 struct RowJob<
     'a,
     const PLAIN: bool,
@@ -155,7 +157,31 @@ struct RowJob<
     const FETCH: bool = true,
     const VISCOUS: bool = false,
     const CURVED: bool = false,
->(Row<'a>, [f64; 3]);
+    const CASE: bool = false,
+>(Row<'a>, Joint<'a>);
+
+/// A row on a case.
+pub struct OnCase<'a> {
+    /// Its rest place along y, spacings.
+    pub place_y: f64,
+    /// What the case pushes it by along x and z, and takes of its energy: replaced.
+    pub pushed: &'a mut [f64; 3],
+}
+
+/// What a curved row has besides.
+struct Joint<'a> {
+    /// Force of the segment before the first node.
+    left: [f64; 3],
+    /// Rest place of the row along y, spacings.
+    place_y: f64,
+    /// Sums over the columns of a chunk: the case's push along x and z, and the energy that it takes.
+    pushed: Option<&'a mut [[f64; CHUNK]; 3]>,
+}
+
+impl Joint<'_> {
+    /// Of a flat sheet.
+    const NONE: Joint<'static> = Joint { left: [0.0; 3], place_y: 0.0, pushed: None };
+}
 
 /// Nothing.
 const NONE: u8 = 0;
@@ -183,42 +209,57 @@ impl Row<'_> {
         let ungraded = self.pass.net.columns.is_empty() || !Feature::Grading.is_built();
         let unmarked = self.owed.is_empty() || !Feature::Slack.is_built();
         let dependent = Feature::Rate.is_built() && !self.yarn.logarithms.is_empty();
-        if Feature::Curved.is_built() && !VISCOUS && !self.pass.net.hoop.is_empty() {
-            return self.step_curved(plain);
-        }
         if VISCOUS {
             // Viscosity excludes grading.
             return match (plain, unmarked) {
-                _ if dependent => lanes::dispatch_narrow(set, RowJob::<false, false, RATE, true, true>(self, NO_FORCE)),
-                (_, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, true>(self, NO_FORCE)),
-                (true, true) => lanes::dispatch(set, RowJob::<true, false, NONE, true, true>(self, NO_FORCE)),
-                (false, true) => lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true>(self, NO_FORCE)),
+                _ if dependent => {
+                    lanes::dispatch_narrow(set, RowJob::<false, false, RATE, true, true>(self, Joint::NONE))
+                }
+                (_, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, true>(self, Joint::NONE)),
+                (true, true) => lanes::dispatch(set, RowJob::<true, false, NONE, true, true>(self, Joint::NONE)),
+                (false, true) => {
+                    lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true>(self, Joint::NONE))
+                }
             };
         }
         // A dependence on the rate excludes both.
         match (plain, ungraded, unmarked) {
-            _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self, NO_FORCE)),
+            _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self, Joint::NONE)),
             // The commonest path is compiled apart for sheets that lie in the caches.
             (true, true, true) if !(self.pass.fetches && Feature::Blocks.is_built()) => {
-                lanes::dispatch(set, RowJob::<true, false, NONE, false>(self, NO_FORCE))
+                lanes::dispatch(set, RowJob::<true, false, NONE, false>(self, Joint::NONE))
             }
-            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self, NO_FORCE)),
-            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self, NO_FORCE)),
-            (_, true, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK>(self, NO_FORCE)),
-            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self, NO_FORCE)),
-            (_, false, false) => lanes::dispatch_narrow(set, RowJob::<false, true, SLACK>(self, NO_FORCE)),
+            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self, Joint::NONE)),
+            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self, Joint::NONE)),
+            (_, true, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK>(self, Joint::NONE)),
+            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self, Joint::NONE)),
+            (_, false, false) => lanes::dispatch_narrow(set, RowJob::<false, true, SLACK>(self, Joint::NONE)),
         }
     }
 
-    /// The same of a curved sheet. A curve excludes all but directions that are not plain.
+    /// [`Row::step`] of a curved sheet. A curve excludes all but directions that are not plain.
     #[inline(never)]
-    fn step_curved(self, plain: bool) -> (Report, [f64; 2]) {
-        let (set, joint) = (self.pass.instructions, self.force_across_the_joint());
-        if plain {
+    pub fn step_curved(self, on_case: Option<OnCase<'_>>) -> (Report, [f64; 2]) {
+        let (set, left) = (self.pass.instructions, self.force_across_the_joint());
+        if let Some(on_case) = on_case {
+            return self.step_on_case(left, on_case);
+        }
+        let joint = Joint { left, ..Joint::NONE };
+        if self.pass.directions.plain {
             lanes::dispatch(set, RowJob::<true, false, NONE, true, false, true>(self, joint))
         } else {
             lanes::dispatch(set, RowJob::<false, false, NONE, true, false, true>(self, joint))
         }
+    }
+
+    /// The same on a case.
+    #[inline(never)]
+    fn step_on_case(self, left: [f64; 3], OnCase { place_y, pushed }: OnCase<'_>) -> (Report, [f64; 2]) {
+        let mut by_column = [[0.0; CHUNK]; 3];
+        let (set, joint) = (self.pass.instructions, Joint { left, place_y, pushed: Some(&mut by_column) });
+        let met = lanes::dispatch(set, RowJob::<false, false, NONE, true, false, true, true>(self, joint));
+        *pushed = by_column.map(|sums| sums.iter().fold(0.0, |sum, x| sum + x));
+        met
     }
 
     /// The force of the segment from the last node of a ring to its first, on the last; nothing is committed. 0 of an open row.
@@ -231,7 +272,7 @@ impl Row<'_> {
         let (true, (Some(first), Some(chunk), Some([largest, _]), Some(hoop))) =
             (pass.horizontals == pass.verticals, places)
         else {
-            return NO_FORCE;
+            return [0.0; 3];
         };
         let lane = last % CHUNK;
         let ([a, b, c], [x, y, z]) = (planes::displacement(first, 0), planes::displacement(chunk, lane));
@@ -247,9 +288,6 @@ impl Row<'_> {
         ring::force(law::stress(stiffness, q), d, chord)
     }
 }
-
-/// Left of a row's first node.
-const NO_FORCE: [f64; 3] = [0.0; 3];
 
 /// The vertical forces of a row, `row`, on the row `above`, as [`Row::step`] would leave them in `carry`; nothing is stepped and no damage is
 /// committed. For a band that starts at `above`.
@@ -356,7 +394,8 @@ impl<
     const FETCH: bool,
     const VISCOUS: bool,
     const CURVED: bool,
-> Job for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS, CURVED>
+    const CASE: bool,
+> Job for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS, CURVED, CASE>
 {
     type Output = (Report, [f64; 2]);
 
@@ -385,7 +424,7 @@ impl<
         let (rests, inverse_width) =
             ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
         let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
-        let [x, y, z] = self.1;
+        let Joint { left: [x, y, z], place_y, mut pushed } = self.1;
         let left_force = if CURVED { [L::splat(x), L::splat(y), L::splat(z)] } else { [zero; 3] };
         let mut along =
             Carried::<L> { limits, viscosity, share, rests, inverse_width, keeps, left_force, low: zero, high: zero };
@@ -423,6 +462,8 @@ impl<
                 columns,
                 net: &net,
                 hoop,
+                place_y,
+                pushed: if CASE { pushed.as_deref_mut() } else { None },
                 owed,
                 past,
                 past_beside,
@@ -430,16 +471,16 @@ impl<
             };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -465,6 +506,9 @@ struct Planes<'a> {
     net: &'a NetRow<'a>,
     /// Rest vectors of a curved sheet.
     hoop: &'a Chunk<HOOP_PLANES>,
+    /// See [`Joint`].
+    place_y: f64,
+    pushed: Option<&'a mut [[f64; CHUNK]; 3]>,
     /// What slack segments owe.
     owed: Option<&'a mut Chunk<OWED_PLANES>>,
     /// What viscosity keeps of the segments, and what they take.
@@ -533,7 +577,14 @@ impl<L: Lane> Carried<L> {
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const VISCOUS: bool, const CURVED: bool>(
+    fn group<
+        const PLAIN: bool,
+        const GRADED: bool,
+        const FACTOR: u8,
+        const VISCOUS: bool,
+        const CURVED: bool,
+        const CASE: bool,
+    >(
         &mut self,
         planes: &mut Planes<'_>,
         g: usize,
@@ -624,7 +675,15 @@ impl<L: Lane> Carried<L> {
         let lift = vertical_axes(lift);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
-        let sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
+        let mut sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
+        if CASE && let (Some(case), Some([to_x, to_z, taken])) = (cold.pass.case, planes.pushed.as_deref_mut()) {
+            let (x, z) = (L::load(&L::groups(&planes.hoop[PLACE_X])[g]), L::load(&L::groups(&planes.hoop[PLACE_Z])[g]));
+            let y = L::splat(planes.place_y).add(here[1]);
+            let sums = [to_x, to_z, taken].map(|sums| &mut L::groups_mut(sums)[g]);
+            let before = [L::load(&vx[g]), L::load(&vz[g])];
+            let push = case.push([x.add(here[0]), y, z.add(here[2])], before, [sum[0], sum[2]], sums);
+            (sum[0], sum[2]) = (sum[0].add(push[0]), sum[2].add(push[1]));
+        }
         move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
         let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
         move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);

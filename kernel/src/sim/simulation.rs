@@ -54,6 +54,8 @@ pub struct Support {
     pub total: [f64; 3],
     /// Sides: left (-x), right, bottom (-y), top. Corners: (-,-), (+,-), (-,+), (+,+).
     pub attachments: [[f64; 3]; 4],
+    /// The case of a ring.
+    pub case: [f64; 3],
 }
 
 /// Extremes of the fabric at the present time.
@@ -468,7 +470,10 @@ impl<'a> Sim<'a> {
             total += impulse;
             self.system.model.pose.vector_out(impulse.into())
         });
-        Ok(Support { total: self.system.model.pose.vector_out(total.into()), attachments })
+        let case = self.system.state.sums.case * self.system.model.unit_impulse;
+        total += case;
+        let pose = &self.system.model.pose;
+        Ok(Support { total: pose.vector_out(total.into()), attachments, case: pose.vector_out(case.into()) })
     }
 
     /// The energies, with a full pass over the sheet. Commits nothing.

@@ -162,6 +162,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     };
     book_taken(system, ply, rows);
     book_pulls(system, ply, rows, 0);
+    book_pushes(system, rows);
     system.set_awake(ply, rows);
     report
 }
@@ -208,6 +209,19 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
     let unit = system.model.unit_energy * system.mass_share(ply);
     let taken = system.arrays.taken.get(first..end).unwrap_or(&[]);
     taken.iter().for_each(|taken| system.state.sums.viscous += unit * taken);
+}
+
+/// Books what a case has pushed rows [first, end) by, and what it has taken, lowest row first.
+#[inline(never)]
+pub(crate) fn book_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
+    let (unit, sums) = (system.model.unit_energy, &mut system.state.sums);
+    let rows = system.arrays.pushes.get_mut(first..end).unwrap_or_default();
+    for push in rows {
+        // The next pass may leave out a row.
+        let [x, z, taken] = core::mem::take(push);
+        sums.case -= Vector::new(x, 0.0, z);
+        sums.case_loss += unit * taken;
+    }
 }
 
 /// The row of images above a sweep that reaches the plane.

@@ -352,6 +352,7 @@ impl Plan {
                 been_slack: if layout.has(Feature::Slack) { rows(memory.been_slack, 1, first, count) } else { &[] },
                 viscous: self.viscous_rows([first, end], ply, viscous),
                 taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
+                pushes: if layout.has(Feature::Case) { rows_mut(memory.pushes, 1, first, count) } else { &mut [] },
                 before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
                 ranges: rows_mut(memory.ranges, 1, first, count),
                 runs: rows(memory.runs, 1, first, count),
@@ -402,6 +403,7 @@ impl Plan {
             system.set_awake(ply, [first, end]);
             explicit::book_taken(system, ply, [first, end]);
             explicit::book_pulls(system, ply, [first, end], 0);
+            explicit::book_pushes(system, [first, end]);
         }
         explicit::close_pass(system, &gathered, report)?;
         explicit::end_step(system);
