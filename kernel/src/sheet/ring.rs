@@ -31,6 +31,9 @@ pub const CHORD_Z: usize = 3;
 /// Columns of a flat sheet.
 pub(crate) const FLAT: Chunk<HOOP_PLANES> = [[0.0; CHUNK]; HOOP_PLANES];
 
+/// Largest radius, spacings: places of rest are then rounded by 1e-10 of one.
+const LARGEST_RADIUS: f64 = 1e6;
+
 /// How far the radius of a ring may be from that which its chords close, a part of it.
 pub(crate) const CLOSES: f64 = 1e-6;
 
@@ -151,6 +154,10 @@ impl Scene {
             return Err(
                 Error::new(Code::OutOfRange, "sheet.nodes_x", self.sheet.nodes_x.into(), 3.0).from("sheet.radius")
             );
+        }
+        let limit = LARGEST_RADIUS * self.sheet.spacing;
+        if radius > limit {
+            return Err(Error::new(Code::OutOfRange, "sheet.radius", radius, limit).from("sheet.spacing"));
         }
         let off = radius - closes;
         if off < -CLOSES * closes || self.is_closed() && off > CLOSES * closes {
