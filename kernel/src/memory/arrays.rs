@@ -110,8 +110,8 @@ pub(crate) struct Arrays<'a> {
     pub lines: &'a mut [Chunk<LINE_PLANES>],
     /// Constants of a row of nodes of a curved sheet, chunk by chunk of its columns (`ring.rs`).
     pub hoop: &'a mut [Chunk<HOOP_PLANES>],
-    /// What a case pushes each row by in the present pass, and takes of its energy (`case.rs`).
-    pub pushes: &'a mut [[f64; 3]],
+    /// What a case pushes each row by in the present pass, and takes of its energy, by columns of a chunk (`case.rs`).
+    pub pushes: &'a mut [Chunk<3>],
     /// Of a stack (`contact/joint.rs`), as all up to `links`: velocities along z before the sweep.
     pub before: &'a mut [[f64; CHUNK]],
     /// A column of facing nodes.
@@ -229,7 +229,7 @@ impl<'a> Arrays<'a> {
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
             hoop: chunked(real(has(Curved), [1, row, CHUNK * HOOP_PLANES])?),
-            pushes: real(has(Feature::Case), [1, rows, 3])?.as_chunks_mut().0,
+            pushes: chunked(real(has(Feature::Case), [1, rows, 3 * CHUNK])?),
             carry: chunked(real(true, [1, row, CHUNK * CARRY_PLANES])?),
             carries: chunked(real(layout.in_blocks, [steps, row, CHUNK * CARRY_PLANES])?),
             kept: real(true, [1, nx, 3])?.as_chunks_mut().0,

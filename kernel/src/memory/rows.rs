@@ -41,7 +41,7 @@ pub(crate) struct Rows<'r> {
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
     /// What a case pushes each row by along x and z, and takes of its energy, in units of m h/dt and m (h/dt)^2; empty without one.
-    pub pushes: &'r mut [[f64; 3]],
+    pub pushes: &'r mut [Chunk<3>],
     /// Velocities along z before the sweep; empty for a single sheet.
     pub before: &'r mut [[f64; CHUNK]],
     /// Least and greatest displacement along y and x, one entry a row.

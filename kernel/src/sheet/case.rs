@@ -69,8 +69,8 @@ impl Cylinder {
         let wanted = zero.sub(height.add(speed)).max(zero);
         // Above 0 for a node that the case does not meet: deep within, or before the window.
         let deep = radius.sub(L::splat(1.0)).sub(from_axis);
-        let [to_x, to_z, cosine] = self.window.map(L::splat);
-        let [middle, half] = self.along.map(L::splat);
+        let [to_x, to_z, cosine] = [L::splat(self.window[0]), L::splat(self.window[1]), L::splat(self.window[2])];
+        let [middle, half] = [L::splat(self.along[0]), L::splat(self.along[1])];
         let across = n[0].mul(to_x).add(n[1].mul(to_z)).sub(cosine);
         let off = y.sub(middle);
         let within = across.min(half.sub(off.max(zero.sub(off))));

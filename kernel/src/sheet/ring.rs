@@ -65,13 +65,13 @@ impl Hoop {
     /// Rest place of a column along x and z, spacings.
     pub fn place(&self, i: usize) -> [f64; 2] {
         let angle = self.angle(f64::from(i as u32));
-        [self.radius * math::sin(angle), self.radius * math::cos(angle)]
+        math::sine_and_cosine(angle).map(|part| self.radius * part)
     }
 
     /// Rest vector along x and z of the segment from a column to the next, spacings.
     pub fn chord(&self, i: usize) -> [f64; 2] {
-        let middle = self.angle(f64::from(i as u32) + 0.5);
-        [math::cos(middle), -math::sin(middle)]
+        let [sine, cosine] = math::sine_and_cosine(self.angle(f64::from(i as u32) + 0.5));
+        [cosine, -sine]
     }
 
     /// Angle of a place along the row, in columns; exactly antisymmetric about the middle.
@@ -96,7 +96,8 @@ impl Hoop {
 
 /// Radius to the nodes of a ring of so many chords of length 1.
 fn closed_radius(nodes: u32) -> f64 {
-    0.5 / math::sin(PI / f64::from(nodes))
+    let [sine, _] = math::sine_and_cosine(PI / f64::from(nodes));
+    0.5 / sine
 }
 
 /// (M23) Twice the strain of segments with the rest vectors `chord` along x and z, of length and natural length 1: q = d.(d + 2 c).

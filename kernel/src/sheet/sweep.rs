@@ -164,8 +164,8 @@ struct RowJob<
 pub struct OnCase<'a> {
     /// Its rest place along y, spacings.
     pub place_y: f64,
-    /// What the case pushes it by along x and z, and takes of its energy: replaced.
-    pub pushed: &'a mut [f64; 3],
+    /// Sums over the columns of a chunk: the case's push along x and z, and the energy that it takes.
+    pub pushed: &'a mut [[f64; CHUNK]; 3],
 }
 
 /// What a curved row has besides.
@@ -174,7 +174,7 @@ struct Joint<'a> {
     left: [f64; 3],
     /// Rest place of the row along y, spacings.
     place_y: f64,
-    /// Sums over the columns of a chunk: the case's push along x and z, and the energy that it takes.
+    /// See [`OnCase`].
     pushed: Option<&'a mut [[f64; CHUNK]; 3]>,
 }
 
@@ -238,11 +238,12 @@ impl Row<'_> {
     }
 
     /// [`Row::step`] of a curved sheet. A curve excludes all but directions that are not plain.
-    #[inline(never)]
+    #[inline(always)] // As above.
     pub fn step_curved(self, on_case: Option<OnCase<'_>>) -> (Report, [f64; 2]) {
         let (set, left) = (self.pass.instructions, self.force_across_the_joint());
-        if let Some(on_case) = on_case {
-            return self.step_on_case(left, on_case);
+        if let Some(OnCase { place_y, pushed }) = on_case {
+            let joint = Joint { left, place_y, pushed: Some(pushed) };
+            return lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, false, true, true>(self, joint));
         }
         let joint = Joint { left, ..Joint::NONE };
         if self.pass.directions.plain {
@@ -250,16 +251,6 @@ impl Row<'_> {
         } else {
             lanes::dispatch(set, RowJob::<false, false, NONE, true, false, true>(self, joint))
         }
-    }
-
-    /// The same on a case.
-    #[inline(never)]
-    fn step_on_case(self, left: [f64; 3], OnCase { place_y, pushed }: OnCase<'_>) -> (Report, [f64; 2]) {
-        let mut by_column = [[0.0; CHUNK]; 3];
-        let (set, joint) = (self.pass.instructions, Joint { left, place_y, pushed: Some(&mut by_column) });
-        let met = lanes::dispatch(set, RowJob::<false, false, NONE, true, false, true, true>(self, joint));
-        *pushed = by_column.map(|sums| sums.iter().fold(0.0, |sum, x| sum + x));
-        met
     }
 
     /// The force of the segment from the last node of a ring to its first, on the last; nothing is committed. 0 of an open row.
@@ -424,8 +415,8 @@ impl<
         let (rests, inverse_width) =
             ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
         let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
-        let Joint { left: [x, y, z], place_y, mut pushed } = self.1;
-        let left_force = if CURVED { [L::splat(x), L::splat(y), L::splat(z)] } else { [zero; 3] };
+        let Joint { left, place_y, mut pushed } = self.1;
+        let left_force = if CURVED { spread(left) } else { [zero; 3] };
         let mut along =
             Carried::<L> { limits, viscosity, share, rests, inverse_width, keeps, left_force, low: zero, high: zero };
         let mut rest = row;
@@ -447,9 +438,8 @@ impl<
                 (past, rest_of_past) = (Some(first), tail);
                 past_beside = [rest_of_past.first(), past_above.get(c)].map(|beside| beside.unwrap_or(&NO_PAST));
             }
-            let column = c * CHUNK;
             let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
-            let hoop = if CURVED { pass.net.hoop.get(c).unwrap_or(&ring::FLAT) } else { &ring::FLAT };
+            let hoop = if CURVED { pass.net.hoop.get(c) } else { None }.unwrap_or(&ring::FLAT);
             let taken = taken.as_deref_mut();
             let mut planes = Planes {
                 chunk,
@@ -458,7 +448,7 @@ impl<
                 carry,
                 logarithms,
                 next,
-                column,
+                column: c * CHUNK,
                 columns,
                 net: &net,
                 hoop,
@@ -617,15 +607,7 @@ impl<L: Lane> Carried<L> {
         ];
         let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
         let chord = [L::load(&L::groups(&planes.hoop[CHORD_X])[g]), L::load(&L::groups(&planes.hoop[CHORD_Z])[g])];
-        let (q_v, q_h) = if PLAIN && CURVED {
-            (law::twice_strain(vertical_axes(up)), ring::twice_strain(along, chord))
-        } else if CURVED {
-            (rest_v.twice_strain(vertical_axes(up)), ring::general_twice_strain(along, chord, &rest_h))
-        } else if PLAIN {
-            (law::twice_strain(vertical_axes(up)), law::twice_strain(along))
-        } else {
-            (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
-        };
+        let (q_v, q_h) = twice_strains::<L, PLAIN, CURVED>(vertical_axes(up), along, chord, [&rest_h, &rest_v]);
         let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
         let some_beyond = if PLAIN {
             q_v.any_not_below_either(q_h, limit_h)
@@ -657,15 +639,8 @@ impl<L: Lane> Carried<L> {
             let given = self.given(owed, [rest_h, rest_v], [before, [kh, kv]], [q_h, q_v], ends, g);
             (stress_h, stress_v) = (stress_h.add(given[0]), stress_v.add(given[1]));
         }
-        let (mut lift, mut force) = if PLAIN && CURVED {
-            (law::force(stress_v, vertical_axes(up)), ring::force(stress_h, along, chord))
-        } else if CURVED {
-            (rest_v.force(stress_v, vertical_axes(up)), ring::force(stress_h, along, chord))
-        } else if PLAIN {
-            (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
-        } else {
-            (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
-        };
+        let (mut lift, mut force) =
+            forces::<L, PLAIN, CURVED>(([stress_h, stress_v], vertical_axes(up)), along, chord, [&rest_h, &rest_v]);
         if VISCOUS && let Some(past) = planes.past.as_deref() {
             let [next, above] = planes.past_beside;
             let [bent_h, bent_v] = bending_forces::<L>(past, next, above, g);
@@ -676,13 +651,9 @@ impl<L: Lane> Carried<L> {
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
         let mut sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
-        if CASE && let (Some(case), Some([to_x, to_z, taken])) = (cold.pass.case, planes.pushed.as_deref_mut()) {
-            let (x, z) = (L::load(&L::groups(&planes.hoop[PLACE_X])[g]), L::load(&L::groups(&planes.hoop[PLACE_Z])[g]));
-            let y = L::splat(planes.place_y).add(here[1]);
-            let sums = [to_x, to_z, taken].map(|sums| &mut L::groups_mut(sums)[g]);
-            let before = [L::load(&vx[g]), L::load(&vz[g])];
-            let push = case.push([x.add(here[0]), y, z.add(here[2])], before, [sum[0], sum[2]], sums);
-            (sum[0], sum[2]) = (sum[0].add(push[0]), sum[2].add(push[1]));
+        if CASE && let (Some(case), Some(pushed)) = (cold.pass.case, planes.pushed.as_deref_mut()) {
+            let place = (planes.hoop, planes.place_y, here);
+            sum = push_off(case, place, [L::load(&vx[g]), L::load(&vz[g])], sum, pushed, g);
         }
         move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
         let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
@@ -762,6 +733,68 @@ impl<L: Lane> Carried<L> {
             ]
         }
     }
+}
+
+/// The same vector everywhere.
+#[inline(always)]
+fn spread<L: Lane>([x, y, z]: [f64; 3]) -> [L; 3] {
+    [L::splat(x), L::splat(y), L::splat(z)]
+}
+
+/// Twice the strain of the segments of a lane group along y and along x.
+#[inline(always)]
+fn twice_strains<L: Lane, const PLAIN: bool, const CURVED: bool>(
+    up: [L; 3],
+    along: [L; 3],
+    chord: [L; 2],
+    [rest_h, rest_v]: [&RestLanes<L>; 2],
+) -> (L, L) {
+    if PLAIN && CURVED {
+        (law::twice_strain(up), ring::twice_strain(along, chord))
+    } else if CURVED {
+        (rest_v.twice_strain(up), ring::general_twice_strain(along, chord, rest_h))
+    } else if PLAIN {
+        (law::twice_strain(up), law::twice_strain(along))
+    } else {
+        (rest_v.twice_strain(up), rest_h.twice_strain(along))
+    }
+}
+
+/// Their forces along y, in the axes of these segments, and along x.
+#[inline(always)]
+fn forces<L: Lane, const PLAIN: bool, const CURVED: bool>(
+    ([stress_h, stress_v], up): ([L; 2], [L; 3]),
+    along: [L; 3],
+    chord: [L; 2],
+    [rest_h, rest_v]: [&RestLanes<L>; 2],
+) -> ([L; 3], [L; 3]) {
+    if PLAIN && CURVED {
+        (law::force(stress_v, up), ring::force(stress_h, along, chord))
+    } else if CURVED {
+        (rest_v.force(stress_v, up), ring::force(stress_h, along, chord))
+    } else if PLAIN {
+        (law::force(stress_v, up), law::force(stress_h, along))
+    } else {
+        (rest_v.force(stress_v, up), rest_h.force(stress_h, along))
+    }
+}
+
+/// The change of velocity of the nodes of group g with the push of their case, which is added to the sums in `pushed`.
+#[inline(always)]
+fn push_off<L: Lane>(
+    case: &Cylinder,
+    (hoop, place_y, here): (&Chunk<HOOP_PLANES>, f64, [L; 3]),
+    before: [L; 2],
+    sum: [L; 3],
+    [to_x, to_z, taken]: &mut [[f64; CHUNK]; 3],
+    g: usize,
+) -> [L; 3] {
+    let x = L::load(&L::groups(&hoop[PLACE_X])[g]).add(here[0]);
+    let z = L::load(&L::groups(&hoop[PLACE_Z])[g]).add(here[2]);
+    let place = [x, L::splat(place_y).add(here[1]), z];
+    let sums = [&mut L::groups_mut(to_x)[g], &mut L::groups_mut(to_z)[g], &mut L::groups_mut(taken)[g]];
+    let push = case.push(place, before, [sum[0], sum[2]], sums);
+    [sum[0].add(push[0]), sum[1], sum[2].add(push[1])]
 }
 
 /// up - down: the vertical part of a node's sum. Leaves `up` in the carry, as what the row above calls down.

@@ -218,7 +218,8 @@ pub(crate) fn book_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let rows = system.arrays.pushes.get_mut(first..end).unwrap_or_default();
     for push in rows {
         // The next pass may leave out a row.
-        let [x, z, taken] = core::mem::take(push);
+        let [x, z, taken] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
+        *push = [[0.0; CHUNK]; 3];
         sums.case -= Vector::new(x, 0.0, z);
         sums.case_loss += unit * taken;
     }

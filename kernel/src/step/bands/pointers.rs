@@ -27,7 +27,7 @@ pub(super) struct Pointers {
     pub(super) columns: *const Chunk<LINE_PLANES>,
     pub(super) lines: *const Chunk<LINE_PLANES>,
     pub(super) hoop: *const Chunk<HOOP_PLANES>,
-    pub(super) pushes: *mut [f64; 3],
+    pub(super) pushes: *mut Chunk<3>,
     pub(super) before: *mut [f64; CHUNK],
     pub(super) awake: *const [u32; 2],
     pub(super) ranges: *mut [u32; 4],
