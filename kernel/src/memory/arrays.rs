@@ -110,9 +110,8 @@ pub(crate) struct Arrays<'a> {
     pub lines: &'a mut [Chunk<LINE_PLANES>],
     /// Constants of a row of nodes of a curved sheet, chunk by chunk of its columns (`ring.rs`).
     pub hoop: &'a mut [Chunk<HOOP_PLANES>],
-    /// What a case pushes each row by in the present pass, and takes of its energy, by columns of a chunk (`case.rs`).
-    pub pushes: &'a mut [Chunk<3>],
-    /// Of a stack (`contact/joint.rs`), as all up to `links`: velocities along z before the sweep.
+    /// Of a stack (`contact/joint.rs`), as all up to `links`: velocities along z before the sweep. Of a ring on a case the pushes of each
+    /// row in the present pass.
     pub before: &'a mut [[f64; CHUNK]],
     /// A column of facing nodes.
     pub column: &'a mut [[f64; COLUMN_REALS]],
@@ -167,7 +166,6 @@ impl<'a> Arrays<'a> {
             columns: &mut [],
             lines: &mut [],
             hoop: &mut [],
-            pushes: &mut [],
             before: &mut [],
             column: &mut [],
             touches: &mut [],
@@ -229,13 +227,12 @@ impl<'a> Arrays<'a> {
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
             hoop: chunked(real(has(Curved), [1, row, CHUNK * HOOP_PLANES])?),
-            pushes: chunked(real(has(Feature::Case), [1, rows, 3 * CHUNK])?),
             carry: chunked(real(true, [1, row, CHUNK * CARRY_PLANES])?),
             carries: chunked(real(layout.in_blocks, [steps, row, CHUNK * CARRY_PLANES])?),
             kept: real(true, [1, nx, 3])?.as_chunks_mut().0,
             taken: real(layout.takes_energy(), [1, 1, rows])?,
             candidates: real(true, [1, candidates, CANDIDATE_REALS])?.as_chunks_mut().0,
-            before: real(layout.is_stack(), [rows, row, CHUNK])?.as_chunks_mut().0,
+            before: real(true, [rows, layout.before_of_row(), CHUNK])?.as_chunks_mut().0,
             column: real(layout.is_stack(), [1, layout.plies, COLUMN_REALS])?.as_chunks_mut().0,
             touches: real(layout.is_stack(), [1, candidates, TOUCH_REALS])?.as_chunks_mut().0,
             springs: real(layout.is_stack() && has(Friction), [1, candidates, SPRING_REALS])?.as_chunks_mut().0,

@@ -248,6 +248,15 @@ impl Layout {
         row < self.y.segments() && ply < self.plies
     }
 
+    /// Eights of numbers that are kept of a row besides: of a stack one a chunk, of a ring on a case three.
+    pub(crate) fn before_of_row(&self) -> usize {
+        match (self.is_stack(), self.has(Feature::Case)) {
+            (true, _) => self.chunks,
+            (_, true) => 3,
+            _ => 0,
+        }
+    }
+
     /// Whether viscosity or the rate takes energy.
     pub fn takes_energy(&self) -> bool {
         self.has(Feature::Viscosity) || self.has(Feature::Rate)

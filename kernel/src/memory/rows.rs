@@ -40,9 +40,8 @@ pub(crate) struct Rows<'r> {
     pub viscous: ViscousRows<'r>,
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
-    /// What a case pushes each row by along x and z, and takes of its energy, in units of m h/dt and m (h/dt)^2; empty without one.
-    pub pushes: &'r mut [Chunk<3>],
-    /// Velocities along z before the sweep; empty for a single sheet.
+    /// Of a stack velocities along z before the sweep. Of a ring on a case, three of each row, what the case pushes it by along x and z
+    /// and takes of its energy, by columns of a chunk, in units of m h/dt and m (h/dt)^2. Empty otherwise.
     pub before: &'r mut [[f64; CHUNK]],
     /// Least and greatest displacement along y and x, one entry a row.
     pub ranges: &'r mut [[u32; 4]],
@@ -91,8 +90,10 @@ impl<'r> Rows<'r> {
             been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
             viscous,
             taken: if layout.takes_energy() { arrays.taken.get_mut(first..end)? } else { &mut [] },
-            pushes: if layout.has(Feature::Case) { arrays.pushes.get_mut(first..end)? } else { &mut [] },
-            before: if layout.is_stack() { arrays.before.get_mut(own)? } else { &mut [] },
+            before: match layout.before_of_row() {
+                0 => &mut [],
+                of_row => arrays.before.get_mut(first * of_row..end * of_row)?,
+            },
             ranges: arrays.ranges.get_mut(first..end)?,
             runs: arrays.runs.get(first..end)?,
             net: Net { columns: arrays.columns, lines: arrays.lines, hoop: arrays.hoop },
@@ -113,9 +114,11 @@ impl Rows<'_> {
         if layout.x.has_image() {
             self.place_images(layout);
         }
+        if layout.has(Feature::Curved) {
+            return self.sweep_curved(terms);
+        }
         let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Slack);
-        let nets = layout.has(Feature::Grading) || layout.has(Feature::Curved);
-        let optional = rows_besides || nets || layout.takes_energy();
+        let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
         if optional { self.sweep_with::<true, false>(terms) } else { self.sweep_with::<false, false>(terms) }
     }
 
@@ -139,12 +142,12 @@ impl Rows<'_> {
         }
     }
 
-    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, slack, grading or a curve; otherwise no row is asked for them. VISCOUS: with viscosity.
+    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, slack or grading; otherwise no row is asked for them. VISCOUS: with viscosity.
     #[inline(always)]
     fn sweep_with<const OPTIONS: bool, const VISCOUS: bool>(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let Rows { hot, history, owed, viscous, before, taken, pushes, ranges, carry, kept, pulls, .. } = self;
+        let Rows { hot, history, owed, viscous, before, taken, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         if !before.is_empty() {
@@ -189,14 +192,7 @@ impl Rows<'_> {
                 been_slack,
                 viscous: viscous_row,
             };
-            let (met, reach) = if OPTIONS && !VISCOUS && layout.has(Feature::Curved) {
-                // Whole rows of a ring are held, or none of it.
-                let free = if run[0] < run[1] { None } else { pushes.get_mut(k) };
-                let place_y = rest_offset(j, layout.y.nodes) * pass.directions.vertical.rest.spacing;
-                row_job.step_curved(free.map(|pushed| OnCase { place_y, pushed }))
-            } else {
-                row_job.step::<VISCOUS>()
-            };
+            let (met, reach) = row_job.step::<VISCOUS>();
             report = report.merged(met);
             let pulled = end_row(terms, if weighed { Some(net) } else { None }, j, row, kept, run, (range, reach));
             if let Some(pulls) = pulls.get_mut(k) {
@@ -204,6 +200,46 @@ impl Rows<'_> {
             }
             if VISCOUS && let Some(taken) = taken.get_mut(k) {
                 *taken += viscous.taken(layout, pass.directions, [k, j], &by_column, &last);
+            }
+        }
+        report
+    }
+}
+
+impl Rows<'_> {
+    /// [`Rows::sweep`] of a curved sheet, which excludes most options.
+    #[inline(never)]
+    fn sweep_curved(&mut self, terms: &Terms<'_>) -> Report {
+        let (layout, chunks) = (terms.layout, terms.layout.chunks);
+        let pass = terms.pass(&self.net, self.ply);
+        let (mut report, rows) = (Report::default(), self.ranges.len());
+        for (k, (range, run)) in self.ranges.iter_mut().zip(self.runs).enumerate() {
+            let j = self.first + k;
+            let Some((below, next)) = self.hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
+            let row = planes::row_mut(below, chunks, k);
+            keep_fixed(row, self.kept, run);
+            let row_job = Row {
+                pass: &pass,
+                j,
+                row: &mut *row,
+                history: planes::row_mut(self.history, chunks, k),
+                above: if k + 1 < rows { planes::row(next, chunks, 0) } else { self.above },
+                carry: self.carry,
+                yarn: &terms.yarn_row(self.yarn, self.strength, &[], k, self.ply),
+                owed: &mut [],
+                been_slack: 0,
+                viscous: None,
+            };
+            // Whole rows of a ring are held, or none of it.
+            let case = terms.directions.case.as_ref().filter(|_| run[0] == run[1]);
+            let place_y = rest_offset(j, layout.y.nodes) * pass.directions.vertical.rest.spacing;
+            let pushes = self.before.get_mut(3 * k..).and_then(|pushes| pushes.first_chunk_mut());
+            let on_case = case.zip(pushes).map(|(case, pushed)| OnCase { case, place_y, pushed });
+            let (met, reach) = row_job.step_curved(on_case);
+            report = report.merged(met);
+            let pulled = end_row(terms, None, j, row, self.kept, run, (range, reach));
+            if let Some(pulls) = self.pulls.get_mut(k) {
+                *pulls = pulled;
             }
         }
         report

@@ -437,7 +437,6 @@ impl System<'_> {
         self.failure = None;
         self.arrays.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
         self.arrays.before.fill([0.0; CHUNK]);
-        self.arrays.pushes.fill([[0.0; CHUNK]; 3]);
         (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));
         for j in 0..self.layout.nodes_y {
             if fill(self, j) {

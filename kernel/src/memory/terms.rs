@@ -29,7 +29,6 @@ impl<'t> Terms<'t> {
             directions: self.directions.of_ply(ply),
             net,
             rates: self.rates,
-            case: self.directions.case.as_ref(),
             fetches: self.fetches,
             instructions: self.instructions,
         }

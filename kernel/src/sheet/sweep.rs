@@ -91,8 +91,6 @@ pub struct Pass<'a> {
     pub net: &'a Net<'a>,
     /// Dependence on the rate of strain.
     pub rates: &'a Rates,
-    /// The case that a ring lies on.
-    pub case: Option<&'a Cylinder>,
     /// Whether rows are fetched from memory ahead of their turn; changes the speed, not the bits.
     pub fetches: bool,
     /// Instruction set; changes the speed, not the bits.
@@ -162,6 +160,8 @@ struct RowJob<
 
 /// A row on a case.
 pub struct OnCase<'a> {
+    /// The case.
+    pub case: &'a Cylinder,
     /// Its rest place along y, spacings.
     pub place_y: f64,
     /// Sums over the columns of a chunk: the case's push along x and z, and the energy that it takes.
@@ -172,15 +172,12 @@ pub struct OnCase<'a> {
 struct Joint<'a> {
     /// Force of the segment before the first node.
     left: [f64; 3],
-    /// Rest place of the row along y, spacings.
-    place_y: f64,
-    /// See [`OnCase`].
-    pushed: Option<&'a mut [[f64; CHUNK]; 3]>,
+    on_case: Option<OnCase<'a>>,
 }
 
 impl Joint<'_> {
     /// Of a flat sheet.
-    const NONE: Joint<'static> = Joint { left: [0.0; 3], place_y: 0.0, pushed: None };
+    const NONE: Joint<'static> = Joint { left: [0.0; 3], on_case: None };
 }
 
 /// Nothing.
@@ -241,15 +238,14 @@ impl Row<'_> {
     #[inline(always)] // As above.
     pub fn step_curved(self, on_case: Option<OnCase<'_>>) -> (Report, [f64; 2]) {
         let (set, left) = (self.pass.instructions, self.force_across_the_joint());
-        if let Some(OnCase { place_y, pushed }) = on_case {
-            let joint = Joint { left, place_y, pushed: Some(pushed) };
+        let joint = Joint { left, on_case };
+        if joint.on_case.is_some() {
             return lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, false, true, true>(self, joint));
         }
-        let joint = Joint { left, ..Joint::NONE };
         if self.pass.directions.plain {
             lanes::dispatch(set, RowJob::<true, false, NONE, true, false, true>(self, joint))
         } else {
-            lanes::dispatch(set, RowJob::<false, false, NONE, true, false, true>(self, joint))
+            lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, false, true>(self, joint))
         }
     }
 
@@ -415,8 +411,8 @@ impl<
         let (rests, inverse_width) =
             ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
         let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
-        let Joint { left, place_y, mut pushed } = self.1;
-        let left_force = if CURVED { spread(left) } else { [zero; 3] };
+        let mut joint = self.1;
+        let left_force = if CURVED { spread(joint.left) } else { [zero; 3] };
         let mut along =
             Carried::<L> { limits, viscosity, share, rests, inverse_width, keeps, left_force, low: zero, high: zero };
         let mut rest = row;
@@ -452,8 +448,7 @@ impl<
                 columns,
                 net: &net,
                 hoop,
-                place_y,
-                pushed: if CASE { pushed.as_deref_mut() } else { None },
+                joint: &mut joint,
                 owed,
                 past,
                 past_beside,
@@ -480,7 +475,7 @@ impl<
 }
 
 /// Eight columns of everything a row needs.
-struct Planes<'a> {
+struct Planes<'a, 'j> {
     chunk: &'a mut Chunk<HOT_PLANES>,
     history: &'a mut Chunk<HISTORY_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
@@ -496,9 +491,7 @@ struct Planes<'a> {
     net: &'a NetRow<'a>,
     /// Rest vectors of a curved sheet.
     hoop: &'a Chunk<HOOP_PLANES>,
-    /// See [`Joint`].
-    place_y: f64,
-    pushed: Option<&'a mut [[f64; CHUNK]; 3]>,
+    joint: &'a mut Joint<'j>,
     /// What slack segments owe.
     owed: Option<&'a mut Chunk<OWED_PLANES>>,
     /// What viscosity keeps of the segments, and what they take.
@@ -576,7 +569,7 @@ impl<L: Lane> Carried<L> {
         const CASE: bool,
     >(
         &mut self,
-        planes: &mut Planes<'_>,
+        planes: &mut Planes<'_, '_>,
         g: usize,
         cold: &mut Cold<'_>,
     ) {
@@ -651,9 +644,8 @@ impl<L: Lane> Carried<L> {
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
         let mut sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
-        if CASE && let (Some(case), Some(pushed)) = (cold.pass.case, planes.pushed.as_deref_mut()) {
-            let place = (planes.hoop, planes.place_y, here);
-            sum = push_off(case, place, [L::load(&vx[g]), L::load(&vz[g])], sum, pushed, g);
+        if CASE && let Some(on_case) = &mut planes.joint.on_case {
+            sum = push_off(on_case, (planes.hoop, here), [L::load(&vx[g]), L::load(&vz[g])], sum, g);
         }
         move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
         let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
@@ -779,19 +771,18 @@ fn forces<L: Lane, const PLAIN: bool, const CURVED: bool>(
     }
 }
 
-/// The change of velocity of the nodes of group g with the push of their case, which is added to the sums in `pushed`.
+/// The change of velocity of the nodes of group g with the push of their case, which is added to its sums.
 #[inline(always)]
 fn push_off<L: Lane>(
-    case: &Cylinder,
-    (hoop, place_y, here): (&Chunk<HOOP_PLANES>, f64, [L; 3]),
+    OnCase { case, place_y, pushed: [to_x, to_z, taken] }: &mut OnCase<'_>,
+    (hoop, here): (&Chunk<HOOP_PLANES>, [L; 3]),
     before: [L; 2],
     sum: [L; 3],
-    [to_x, to_z, taken]: &mut [[f64; CHUNK]; 3],
     g: usize,
 ) -> [L; 3] {
     let x = L::load(&L::groups(&hoop[PLACE_X])[g]).add(here[0]);
     let z = L::load(&L::groups(&hoop[PLACE_Z])[g]).add(here[2]);
-    let place = [x, L::splat(place_y).add(here[1]), z];
+    let place = [x, L::splat(*place_y).add(here[1]), z];
     let sums = [&mut L::groups_mut(to_x)[g], &mut L::groups_mut(to_z)[g], &mut L::groups_mut(taken)[g]];
     let push = case.push(place, before, [sum[0], sum[2]], sums);
     [sum[0].add(push[0]), sum[1], sum[2].add(push[1])]

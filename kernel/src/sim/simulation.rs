@@ -175,6 +175,8 @@ impl<'a> Sim<'a> {
         let sim = place();
         sim.lay_out(scene)?;
         sim.fill(scene, limits, memory)?;
+        explicit::start_forces(&mut sim.system);
+        energy::start_audit(&mut sim.system);
         Ok(sim)
     }
 
@@ -209,8 +211,6 @@ impl<'a> Sim<'a> {
         system.arrays.carve(memory, &system.layout)?;
         system.fill_model()?;
         system.clear_state();
-        explicit::start_forces(system);
-        energy::start_audit(system);
         Ok(())
     }
 

@@ -352,8 +352,10 @@ impl Plan {
                 been_slack: if layout.has(Feature::Slack) { rows(memory.been_slack, 1, first, count) } else { &[] },
                 viscous: self.viscous_rows([first, end], ply, viscous),
                 taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
-                pushes: if layout.has(Feature::Case) { rows_mut(memory.pushes, 1, first, count) } else { &mut [] },
-                before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
+                before: match layout.before_of_row() {
+                    0 => &mut [],
+                    of_row => rows_mut(memory.before, of_row, first, count),
+                },
                 ranges: rows_mut(memory.ranges, 1, first, count),
                 runs: rows(memory.runs, 1, first, count),
                 net: self.net(),
