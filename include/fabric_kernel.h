@@ -301,7 +301,14 @@ typedef struct fk_scene_sheet {
     // 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus drawn for
     // every segment. >= 0. Default 0 each.
     double pre_strain[2];
-    // Middle of the sheet in the host's frame. In m. Default 0 each.
+    // Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of
+    // sheet.spacing (M23); 0 = flat. Velocity Verlet only; not with viscosity, a dependence on the rate of strain,
+    // slack_balance, separate plies, a graded network, mirror planes or four corners. In m, >= 0. Default 0.
+    double radius;
+    // A ring: a segment joins the last node of every row to its first. sheet.radius must be sheet.spacing/(2
+    // sin(pi/sheet.nodes_x)) to 1e-6; two sides cannot be held. 0 or 1. Default 0.
+    uint64_t closed;
+    // Middle of the sheet in the host's frame; of a curved one the middle of its axis. In m. Default 0 each.
     double position[3];
     // Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's. Of unit length to 1e-3.
     // Default (1, 0, 0, 0).
@@ -481,6 +488,20 @@ typedef struct fk_scene_projectile {
     fk_scene_projectile_sector sector;
 } fk_scene_projectile;
 
+// The rigid case under a ring: a part of fk_scene.
+typedef struct fk_scene_case {
+    // Radius of a rigid case about the axis of a ring, which its nodes may lift off but not enter (M24), at most
+    // sheet.radius; 0 = none. A ring with pre-strain along x needs one of sheet.radius. The projectile does not meet
+    // it. In m, >= 0. Default 0.
+    double radius;
+    // A window in which there is no case: angle of its middle from +z towards +x, and half its angle; 0 = no window.
+    // Read with a case only. In rad, 0 to 6.283185307179586. Default 0 each.
+    double window_angle[2];
+    // The same along y: place of its middle in the sheet's frame, and half its length; 0 = no window. Read with a case
+    // only. In m. Default 0 each.
+    double window_place[2];
+} fk_scene_case;
+
 // Contact of yarn and projectile: a part of fk_scene.
 typedef struct fk_scene_contact {
     // Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too.
@@ -546,6 +567,8 @@ typedef struct fk_scene {
     fk_scene_weft weft;
     // The rigid projectile and its motion at the start, in the host's frame.
     fk_scene_projectile projectile;
+    // The rigid case under a ring.
+    fk_scene_case case;
     // Contact of yarn and projectile.
     fk_scene_contact contact;
     // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled.
@@ -748,6 +771,8 @@ typedef struct fk_support {
     double total[3];
     // Sides: left (-x), right, bottom (-y), top. Corners: (-,-), (+,-), (-,+), (+,+).
     double attachments[4][3];
+    // The case of a ring.
+    double case_[3];
 } fk_support;
 
 // Energies (M15), J.
@@ -777,6 +802,8 @@ typedef struct fk_energy {
     // Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
     // `contact_loss` and `friction` hold it.
     double support_work;
+    // Kinetic energy lost where nodes of a ring meet its case, J.
+    double case_loss;
 } fk_energy;
 
 // What one ply of a stack holds.
@@ -793,7 +820,7 @@ typedef struct fk_ply {
 
 // Extremes of the fabric at the present time.
 typedef struct fk_fabric {
-    // Largest distance from the sheet's plane of a node that live segments join to a support, m; 0 once all of the sheet has torn
+    // Largest distance from the sheet's plane, or from its circle, of a node that live segments join to a support, m; 0 once all of the sheet has torn
     // off. Of all nodes if the sheet is free, or if segments have failed and `track_detachment` is off.
     double max_deflection;
     // Largest stretch (M1) of a live segment; yarns of the presets fail at about 1.05.

@@ -80,9 +80,9 @@ pub use memory::watch::{Latch, Outcome, OutcomeSet};
 pub use scene::features::{FEATURES, Feature};
 pub use scene::fields;
 pub use scene::parts::{
-    Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES,
-    MAX_NODES_PER_SIDE, MAX_PLIES, Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack,
-    StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
+    Attachment, AttachmentKind, Back, Case, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind,
+    MAX_FACES, MAX_NODES_PER_SIDE, MAX_PLIES, Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet,
+    Stack, StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 pub use sheet::textile::{self, TEXTILE_VISCOSITY, Textile, Threads};
 pub use sim::outputs;

@@ -172,6 +172,7 @@ class Energy(TypedDict):
     ply_loss: float  # J: Kinetic energy lost where separate plies meet
     contact_work: float  # J: The same as contact.work
     support_work: float  # J: Work of the projectile on held nodes: the part of contact.work that the fabric did not get
+    case_loss: float  # J: Kinetic energy lost where nodes of a ring meet its case
     external_work: float  # J: Work of the external load on the projectile
     residual: float  # J: What the energy balance does not close by
 
@@ -194,6 +195,7 @@ class Projectile(TypedDict):
 class Support(TypedDict):
     total: Vector  # N.s: Impulse of the sheet on all its supports since the start
     attachments: tuple[Vector, Vector, Vector, Vector]  # N.s: The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)
+    case: Vector  # N.s: The same for the case of a ring
 
 # End of what is made.
 

@@ -36,7 +36,7 @@ class Sheet:
         self.about, self.nodes = about, (nx, ny)
         head = numpy.frombuffer(data, "<f8", 8)
         self.time, self.centre = float(head[0]), head[1:4]
-        # A mirrored line has one segment more, to an image, which is not drawn.
+        # A mirrored line has one segment more, to an image, and so has a closed one, to its first node; it is not drawn.
         along_x, along_y = nx - 1 + about["mirrored"][0], ny - 1 + about["mirrored"][1]
         plies, nodes, count = about["plies"], nx * ny, along_x * ny + along_y * nx
         singles = numpy.frombuffer(data, "<f4", plies * (6 * nodes + count), 64).astype(float)
@@ -57,7 +57,7 @@ class Sheet:
         plies = scene["stack.plies"]
         about = {
             "name": "", "plies": plies, "nodes": [positions.shape[1], positions.shape[0] // plies],
-            "mirrored": [scene["symmetry.mirror_x"], scene["symmetry.mirror_y"]],
+            "mirrored": [scene["symmetry.mirror_x"] or scene["sheet.closed"], scene["symmetry.mirror_y"]],
             "half_size_m": [0.5 * side for side in sides(scene)], "critical_strain": scene["yarn.critical_stretch"] - 1.0,
             "sphere_m": scene["projectile.radius"] if scene["projectile.shape"] == "sphere" else 0.0, "held": [], "outline": outline(scene),
         }  # fmt: skip

@@ -123,7 +123,8 @@ pub fn describe(name: String, scene: &Scene) -> Result<Picture> {
         file: LAST,
         plies: layout.plies,
         nodes: [layout.nodes_x, layout.y.modelled()],
-        mirrored: [scene.symmetry.mirror_x, scene.symmetry.mirror_y],
+        // The segment that closes a ring is not drawn either.
+        mirrored: [scene.symmetry.mirror_x || scene.is_closed(), scene.symmetry.mirror_y],
         half_size_m: scene.half_size(),
         critical_strain: scene.yarn.critical_stretch - 1.0,
         sphere_m: if scene.projectile.shape == Shape::Sphere { scene.projectile.radius } else { 0.0 },

@@ -61,7 +61,7 @@ const TIMEOUT: u8 = 3;
 
 /// Columns of history.csv behind step, time and the mean force since the row before; SI units, host's axes. Which output of the kernel
 /// each shows: a name with braces is that of three, along x, y and z.
-const COLUMNS: [(&str, &str); 20] = [
+const COLUMNS: [(&str, &str); 21] = [
     ("position_{}_m", "projectile.position"),
     ("velocity_{}_m_per_s", "projectile.velocity"),
     ("angular_velocity_{}_rad_per_s", "projectile.angular_velocity"),
@@ -76,6 +76,7 @@ const COLUMNS: [(&str, &str); 20] = [
     ("friction_j", "energy.friction"),
     ("ply_loss_j", "energy.ply_loss"),
     ("support_work_j", "energy.support_work"),
+    ("case_loss_j", "energy.case_loss"),
     ("energy_residual_j", "energy.residual"),
     ("momentum_residual_n_s", "momentum.residual"),
     ("failed_segments", "counters.failed_segments"),
@@ -343,6 +344,10 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     let percent = 100.0 * summary.open_part();
     if scene.stack.plies > 1 {
         row("lost where plies meet", format!("{:.4} J", energy.ply_loss));
+    }
+    if scene.case.radius != 0.0 {
+        row("impulse on the case", format!("{} mN s", vector(support.case.map(|x| 1e3 * x), 3)));
+        row("lost on the case", format!("{:.4} J", energy.case_loss));
     }
     row("energy residual", format!("{:.3e} J = {percent:.4} % of the start", energy.residual));
     row("momentum residual", format!("{:.3e} N s", summary.momentum_residual));

@@ -163,9 +163,12 @@ pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
 /// foremost point, and flies through a point of it, given in the sheet's plane from its middle, m.
 ///
 /// # Errors
-/// A point that lies more than a mesh beside the sheet, by its `key`: a millimetre is easily written as a metre. A velocity that leads
+/// A curved sheet. A point that lies more than a mesh beside the sheet, by its `key`: a millimetre is easily written as a metre. A velocity that leads
 /// along the sheet.
 pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Result<[f64; 3]> {
+    if scene.is_curved() {
+        return bad(key, format!("{key}: only a flat sheet can be aimed at; give projectile.position and velocity"));
+    }
     let ([x, y], [half_x, half_y]) = (point, scene.half_size());
     let mesh = scene.largest_spacing();
     if !(abs(x) <= half_x + mesh && abs(y) <= half_y + mesh) {
@@ -208,7 +211,7 @@ pub fn refuse_what_cannot_be_meant(scene: &Scene) -> Result<()> {
     let (body, pose) = (&scene.projectile, Pose::of_sheet(&scene.sheet));
     let (height, speed) = (pose.point_in(body.position)[2], pose.vector_in(body.velocity)[2]);
     let away = (height < 0.0 && speed <= 0.0) || (height > scene.stack_height() && speed >= 0.0);
-    if away && scene.drive == Drive::Free && length(body.velocity) > 0.0 {
+    if away && !scene.is_curved() && scene.drive == Drive::Free && length(body.velocity) > 0.0 {
         let ([x, y, z], [u, v, w]) = (body.position, body.velocity);
         let text = format!(
             "projectile.velocity = [{u}, {v}, {w}]: never leads from projectile.position = [{x}, {y}, {z}] to the sheet; turn one of the two \

@@ -22,6 +22,7 @@ mod plies;
 mod prescribed;
 mod prototype;
 mod rate;
+mod rings;
 mod rotation;
 mod shapes;
 mod slack;

@@ -72,6 +72,9 @@ pub struct Case {
 /// Half the edge of the cube.
 const EDGE: f64 = 6.35e-3;
 
+/// Radius of a ring of nine nodes at the spacing of the paper, m: h/(2 sin 20 degrees).
+const RING: f64 = 0.001_060_923_310_916_320_3;
+
 /// The sound scenes: the preset 3 in scene with these changes, and those of `START` before.
 #[rustfmt::skip]
 const BASES: &[(&str, &[(&str, f64)])] = &[
@@ -105,6 +108,8 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
     ("mirrored", &[("yarn.stochastic", 0.0), ("symmetry.mirror_x", 1.0)]),
     ("turning", &[("rotation_rule.kind", 1.0)]),
     ("graded", &[("sheet.grading.largest", 4.0)]),
+    ("ring", &[("sheet.radius", RING), ("sheet.closed", 1.0), ("projectile.position[2]", -8e-3)]),
+    ("case", &[("sheet.radius", RING), ("sheet.closed", 1.0), ("projectile.position[2]", -8e-3), ("case.radius", 1e-3), ("case.window_angle[1]", 0.5)]),
 ];
 
 /// A sheet of 9 x 9, the sphere 0.65 mm before it, and a step far below every limit that a case moves.
@@ -199,6 +204,18 @@ fn rows() -> Vec<Row> {
         real("graded", &["yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), (To(0.2), apart), beyond], &[0.02]),
         count("graded", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (To(1000.0), apart), beyond], &[]),
         not_read("sphere", &["sheet.grading.centre[0]", "sheet.grading.centre[1]", "sheet.grading.half_width[0]", "sheet.grading.half_width[1]"]),
+        // ---- Curved sheets, and the case under a ring. The sphere of the flat sheet is met by a nearly closed arc.
+        real("sphere", &["sheet.radius"], &[negative, (To(0.0), Accepted), (About(1.0609e-3), own(OutOfRange)), (About(1.35e-3), overlap), (To(1e6 * h), Accepted), beyond], &[1e-3, 1.2e-3, 2e-3]),
+        real("ring", &["sheet.radius"], &[negative, (To(0.0), own(NotPositive)), (About(RING - 1.2e-9), own(OutOfRange)), (About(RING + 1.2e-9), Accepted), beyond], &[RING - 0.9e-9, RING + 0.9e-9]),
+        real("stack", &["sheet.radius"], &[negative, (To(0.0), Accepted), (End, apart)], &[]),
+        count("sphere", &["sheet.closed"], &[(To(0.0), Accepted), (To(1.0), Refused(NotPositive, "sheet.radius")), (End, own(UnknownChoice))], &[]),
+        choice("ring", &["sheet.closed"], 1.0),
+        real("sphere", &["case.radius"], &[negative, (To(0.0), Accepted), beyond], &[]),
+        real("ring", &["case.radius"], &[negative, (About(RING + 1.2e-9), Accepted), beyond], &[RING, 0.9 * RING]),
+        real("case", &["case.window_place[0]"], &[(About(-5.0 * h), own(OutOfRange)), (About(5.0 * h), Accepted), beyond], &[]),
+        real("case", &["case.window_place[1]"], &[negative, (About(5.0 * h), Accepted), beyond], &[]),
+        not_read("ring", &["case.window_angle[0]", "case.window_place[1]"]),
+        real("ring", &["sheet.pre_strain[0]"], &[negative, (To(0.0), Accepted), (Below(1.03 - 1.0), Refused(NotInEquilibrium, "yarn.draw")), beyond], &[]),
         // ---- Attachment.
         choice("corners", &["attachment.kind"], 3.0),
         real("corners", &["attachment.disc_inset"], &[negative, (About(5.29e-3), Accepted), (About(7.18e-3), Refused(DiscTouchesProjectile, "attachment.disc_radius")), (End, Refused(DiscsOverlap, "attachment.disc_radius"))], &[5e-3, 6e-3, 7.5e-3]),

@@ -92,6 +92,17 @@ pub const GROUPS: &[&[Choice]] = &[
             s.projectile.shape = Shape::DiscSector;
         }),
     ],
+    &[
+        of("arc", |s| {
+            s.sheet.radius = 0.03;
+            s.projectile.position[2] += s.sheet.radius;
+        }),
+        of("ring", closed),
+        of("ring on a case", |s| {
+            closed(s);
+            (s.case.radius, s.case.window_angle, s.case.window_place) = (s.sheet.radius, [0.0, 0.9], [0.0, 2e-3]);
+        }),
+    ],
     &[of("tilted", |s| s.projectile.orientation = [0.96, 0.28, 0.0, 0.0])],
     &[of("askew", |s| {
         (s.projectile.velocity[0], s.projectile.angular_velocity) = (60.0, [2000.0, 1000.0, -3000.0]);
@@ -125,6 +136,14 @@ pub const GROUPS: &[&[Choice]] = &[
         }),
     ],
 ];
+
+/// A ring, which is hit from outside.
+fn closed(scene: &mut Scene) {
+    scene.sheet.closed = true;
+    scene.sheet.radius = scene.closed_radius();
+    scene.projectile.position[2] = scene.sheet.radius - scene.projectile.position[2];
+    scene.projectile.velocity[2] = -scene.projectile.velocity[2];
+}
 
 /// Down while it turns, for 300 steps.
 fn follow(sim: &mut Sim<'_>) -> Result<(), Error> {

@@ -18,6 +18,7 @@ use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, Symmetry};
 use crate::sheet::grading::{LINE_PLANES, Net, PLACE};
 use crate::sheet::places::{Places, rest_offset};
+use crate::sheet::ring::{self, HOOP_PLANES, PLACE_X, PLACE_Z};
 use crate::sheet::weave::{in_runs, meets_runs};
 use core::ops::Range;
 
@@ -163,30 +164,35 @@ impl Neighbourhood<'_> {
     }
 
     /// The first of the chunks [from, end) of a row with a node in the box and the ball, and where its nodes are.
-    /// `columns`: those of a graded network; `first`: rest place of the row's first node, spacings.
+    /// `net`: columns of a graded network or a curved sheet; `first`: rest place of the row's first node, spacings.
     fn next(
         &self,
         row: &[Chunk<HOT_PLANES>],
-        columns: &[Chunk<LINE_PLANES>],
+        net: &Net<'_>,
         chunks: [usize; 2],
         first: [f64; 3],
         offsets: &mut Offsets,
     ) -> Option<usize> {
-        lanes::dispatch(self.search.instructions, Near { near: self, row, columns, chunks, first, offsets })
+        let (set, columns, hoop) = (self.search.instructions, net.columns, net.hoop);
+        if Feature::Curved.is_built() && !hoop.is_empty() {
+            return lanes::dispatch(set, Near::<true> { near: self, row, columns, hoop, chunks, first, offsets });
+        }
+        lanes::dispatch(set, Near::<false> { near: self, row, columns, hoop, chunks, first, offsets })
     }
 }
 
-/// [`Neighbourhood::next`] as a job for the lanes.
-struct Near<'a> {
+/// [`Neighbourhood::next`] as a job for the lanes. CURVED: of a curved sheet.
+struct Near<'a, const CURVED: bool> {
     near: &'a Neighbourhood<'a>,
     columns: &'a [Chunk<LINE_PLANES>],
+    hoop: &'a [Chunk<HOOP_PLANES>],
     row: &'a [Chunk<HOT_PLANES>],
     chunks: [usize; 2],
     first: [f64; 3],
     offsets: &'a mut Offsets,
 }
 
-impl Job for Near<'_> {
+impl<const CURVED: bool> Job for Near<'_, CURVED> {
     type Output = Option<usize>;
 
     #[inline(always)]
@@ -203,7 +209,9 @@ impl Job for Near<'_> {
         let Offsets { r: [out_x, out_y, out_z], beyond: out } = self.offsets;
         for (c, [x, y, z, ..]) in (from..).zip(part) {
             // Offsets in a line are halves, so that no sum of them is rounded.
+            let hoop = if CURVED { self.hoop.get(c) } else { None }.unwrap_or(&ring::FLAT);
             let (columns, column) = match self.columns.get(c) {
+                _ if CURVED => (&hoop[PLACE_X], 0.0),
                 Some(columns) => (&columns[PLACE], 0.0),
                 None => (&COLUMNS, x0 + (c * CHUNK) as f64),
             };
@@ -219,7 +227,8 @@ impl Job for Near<'_> {
                     beyond_x.store(&mut L::groups_mut(out)[g]);
                     continue;
                 }
-                let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(L::splat(z0), z, 2));
+                let depth = if CURVED { L::load(&L::groups(&hoop[PLACE_Z])[g]) } else { L::splat(z0) };
+                let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(depth, z, 2));
                 let beyond_box = beyond_x.max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));
                 let beyond_ball = rx.mul(rx).add(ry.mul(ry)).add(rz.mul(rz)).sub(reach2);
                 let beyond = beyond_box.max(beyond_ball);
@@ -261,9 +270,10 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let free_body = system.scene.is_free();
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
-    let body = &system.state.body;
-    let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.arrays;
-    let net = Net { columns, lines };
+    let (body, curved) = (&system.state.body, layout.has(Feature::Curved));
+    let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, hoop, .. } =
+        &mut system.arrays;
+    let net = Net { columns, lines, hoop };
     let near = search.neighbourhood(h);
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
     let (mut count, mut deepest) = (0, 0.0);
@@ -282,13 +292,16 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
         let run = runs.get(j).copied().unwrap_or([0; 4]);
         let row = planes::row(hot, chunks, j);
         let first = [x0, y0, z0];
-        if *left == NOT_KEPT {
+        if *left == NOT_KEPT && !curved {
             // From here on the sweep keeps it.
             [*left, *right] = spread(row, system.instructions).map(end_of_range);
         }
-        let [mut from, end] = near.chunks(x0, net.columns, range_of([*left, *right]), chunks);
+        // Of a curved row every column may lie at either side of the body.
+        let all = [0, chunks];
+        let [mut from, end] =
+            if curved { all } else { near.chunks(x0, net.columns, range_of([*left, *right]), chunks) };
         while from < end
-            && let Some(c) = near.next(row, net.columns, [from, end], first, &mut offsets)
+            && let Some(c) = near.next(row, &net, [from, end], first, &mut offsets)
         {
             from = c + 1;
             let Some(chunk) = row.get(c) else { break };
@@ -505,7 +518,7 @@ mod tests {
                 for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                     let search = Search::new(&solid, &body, h, set);
                     let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
-                    let found = search.neighbourhood(h).next(&row, &[], [from, 10], first, &mut offsets);
+                    let found = search.neighbourhood(h).next(&row, &Net::NONE, [from, 10], first, &mut offsets);
                     assert_eq!(found, expected, "{set:?}");
                     let Some(c) = found else { continue };
                     assert_eq!(offsets.beyond.map(|x| x <= 0.0), inside(c));

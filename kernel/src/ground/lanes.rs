@@ -6,6 +6,7 @@
 //! With the folder `step/bands` this is the only place of the kernel with unsafe code.
 #![allow(unsafe_code)]
 
+use crate::ground::math;
 use crate::ground::planes::{CHUNK, Chunk};
 
 /// One cache line of the caller's memory, aligned to 64 bytes. Its content does not matter.
@@ -122,6 +123,8 @@ pub trait Lane: Copy {
     fn mul(self, other: Self) -> Self;
     /// Quotient.
     fn div(self, other: Self) -> Self;
+    /// Square root, correctly rounded.
+    fn sqrt(self) -> Self;
     /// The greater; `other` if either is NaN or both are zeros.
     fn max(self, other: Self) -> Self;
     /// The smaller; `other` if either is NaN or both are zeros.
@@ -185,6 +188,10 @@ impl Lane for f64 {
     #[inline(always)]
     fn div(self, other: f64) -> f64 {
         self / other
+    }
+    #[inline(always)]
+    fn sqrt(self) -> f64 {
+        math::sqrt(self)
     }
     #[inline(always)]
     fn max(self, other: f64) -> f64 {
@@ -262,6 +269,10 @@ impl Lane for [f64; 2] {
     #[inline(always)]
     fn div(self, other: Self) -> Self {
         [self[0] / other[0], self[1] / other[1]]
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(math::sqrt)
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
@@ -428,6 +439,11 @@ mod x86 {
             unsafe { _mm_div_pd(self, other) }
         }
         #[inline(always)]
+        fn sqrt(self) -> Self {
+            // SAFETY: SSE2 is part of x86-64.
+            unsafe { _mm_sqrt_pd(self) }
+        }
+        #[inline(always)]
         fn max(self, other: Self) -> Self {
             // SAFETY: SSE2 is part of x86-64.
             unsafe { _mm_max_pd(self, other) }
@@ -520,6 +536,11 @@ mod x86 {
         fn div(self, other: Self) -> Self {
             // SAFETY: only run inside `avx2`.
             unsafe { _mm256_div_pd(self, other) }
+        }
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            // SAFETY: only run inside `avx2`.
+            unsafe { _mm256_sqrt_pd(self) }
         }
         #[inline(always)]
         fn max(self, other: Self) -> Self {
@@ -624,6 +645,11 @@ mod x86 {
             unsafe { _mm512_div_pd(self, other) }
         }
         #[inline(always)]
+        fn sqrt(self) -> Self {
+            // SAFETY: only run inside `avx512`.
+            unsafe { _mm512_sqrt_pd(self) }
+        }
+        #[inline(always)]
         fn max(self, other: Self) -> Self {
             // SAFETY: only run inside `avx512`.
             unsafe { _mm512_max_pd(self, other) }
@@ -693,10 +719,10 @@ mod tests {
     /// Every operation on two rows of eight, number by number, as bits.
     struct Everything;
     impl Job for Everything {
-        type Output = [[u64; 8]; 9];
+        type Output = [[u64; 8]; 10];
         #[inline(always)]
         fn run<L: Lane>(self) -> Self::Output {
-            let mut out = [[0.0; 8]; 9];
+            let mut out = [[0.0; 8]; 10];
             let (a, b) = (L::groups(&A), L::groups(&B));
             for k in 0..a.len() {
                 let next = L::load(a.get(k + 1).unwrap_or(&b[0]));
@@ -704,7 +730,18 @@ mod tests {
                 let (a, b) = (L::load(&a[k]), L::load(&b[k]));
                 let sides = [a.right_of(next), a.left_of(previous)];
                 let kept = a.or_zero_below(b);
-                let results = [a.add(b), a.sub(b), a.mul(b), a.div(b), a.max(b), a.min(b), sides[0], sides[1], kept];
+                let results = [
+                    a.add(b),
+                    a.sub(b),
+                    a.mul(b),
+                    a.div(b),
+                    a.mul(a).sqrt(),
+                    a.max(b),
+                    a.min(b),
+                    sides[0],
+                    sides[1],
+                    kept,
+                ];
                 for (slot, result) in out.iter_mut().zip(results) {
                     result.store(&mut L::groups_mut(slot)[k]);
                 }

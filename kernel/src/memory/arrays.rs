@@ -14,6 +14,7 @@ use crate::scene::features::{Feature, Features};
 use crate::scene::parts::Scene;
 use crate::sheet::grading::LINE_PLANES;
 use crate::sheet::places::Places;
+use crate::sheet::ring::HOOP_PLANES;
 use crate::sheet::symmetry::Line;
 
 impl Layout {
@@ -38,8 +39,8 @@ impl Layout {
     #[inline(never)]
     pub(super) fn compute(scene: &Scene) -> Option<Layout> {
         let [across, up] = scene.network();
-        let x = Line { nodes: across, mirrored: scene.symmetry.mirror_x };
-        let y = Line { nodes: up, mirrored: scene.symmetry.mirror_y };
+        let x = Line { nodes: across, mirrored: scene.symmetry.mirror_x, closed: scene.sheet.closed };
+        let y = Line { nodes: up, mirrored: scene.symmetry.mirror_y, closed: false };
         let plies = scene.stack.plies as usize;
         let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
@@ -107,7 +108,10 @@ pub(crate) struct Arrays<'a> {
     pub columns: &'a mut [Chunk<LINE_PLANES>],
     /// The same of a column of nodes.
     pub lines: &'a mut [Chunk<LINE_PLANES>],
-    /// Of a stack (`contact/joint.rs`), as all up to `links`: velocities along z before the sweep.
+    /// Constants of a row of nodes of a curved sheet, chunk by chunk of its columns (`ring.rs`).
+    pub hoop: &'a mut [Chunk<HOOP_PLANES>],
+    /// Of a stack (`contact/joint.rs`), as all up to `links`: velocities along z before the sweep. Of a ring on a case the pushes of each
+    /// row in the present pass.
     pub before: &'a mut [[f64; CHUNK]],
     /// A column of facing nodes.
     pub column: &'a mut [[f64; COLUMN_REALS]],
@@ -161,6 +165,7 @@ impl<'a> Arrays<'a> {
             taken: &mut [],
             columns: &mut [],
             lines: &mut [],
+            hoop: &mut [],
             before: &mut [],
             column: &mut [],
             touches: &mut [],
@@ -205,7 +210,7 @@ impl<'a> Arrays<'a> {
     /// The list: of each array whether the scene needs it, and the factors of its length.
     #[inline(never)]
     fn cut(&mut self, reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<()> {
-        use Feature::{Detachment, Friction, Grading, Rate, Slack, Strength, Theta, Viscosity};
+        use Feature::{Curved, Detachment, Friction, Grading, Rate, Slack, Strength, Theta, Viscosity};
         let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
         let has = |feature| layout.has(feature);
         let steps = if layout.in_blocks { BLOCK_STEPS } else { 1 };
@@ -221,12 +226,13 @@ impl<'a> Arrays<'a> {
             logarithms: chunked(real(has(Rate), [rows, row, CHUNK * RATE_PLANES])?),
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
+            hoop: chunked(real(has(Curved), [1, row, CHUNK * HOOP_PLANES])?),
             carry: chunked(real(true, [1, row, CHUNK * CARRY_PLANES])?),
             carries: chunked(real(layout.in_blocks, [steps, row, CHUNK * CARRY_PLANES])?),
             kept: real(true, [1, nx, 3])?.as_chunks_mut().0,
             taken: real(layout.takes_energy(), [1, steps, rows])?,
             candidates: real(true, [1, candidates, CANDIDATE_REALS])?.as_chunks_mut().0,
-            before: real(layout.is_stack(), [rows, row, CHUNK])?.as_chunks_mut().0,
+            before: real(true, [rows, layout.before_of_row(), CHUNK])?.as_chunks_mut().0,
             column: real(layout.is_stack(), [1, layout.plies, COLUMN_REALS])?.as_chunks_mut().0,
             touches: real(layout.is_stack(), [1, candidates, TOUCH_REALS])?.as_chunks_mut().0,
             springs: real(layout.is_stack() && has(Friction), [1, candidates, SPRING_REALS])?.as_chunks_mut().0,

@@ -82,8 +82,8 @@ impl Layout {
         nodes_x: 0,
         nodes_y: 0,
         plies: 1,
-        x: Line { nodes: 0, mirrored: false },
-        y: Line { nodes: 0, mirrored: false },
+        x: Line { nodes: 0, mirrored: false, closed: false },
+        y: Line { nodes: 0, mirrored: false, closed: false },
         upper: 0,
         chunks: 0,
         has: Features::NONE,
@@ -98,7 +98,7 @@ impl Layout {
     /// Whether a plain sheet is too large for the caches, so that steps go in blocks.
     pub(super) fn can_take_blocks(&self) -> Option<bool> {
         use Feature::*;
-        let options = [Theta, Slack, Rate, Grading].iter().any(|&feature| self.has(feature));
+        let options = [Theta, Slack, Rate, Grading, Case].iter().any(|&feature| self.has(feature));
         let plain = self.plies == 1 && !(options || self.x.is_mirrored() || self.y.is_mirrored());
         let reals = self.nodes_y.checked_mul(self.chunks)?.checked_mul(CHUNK * HOT_PLANES)?;
         Some(Blocks.is_built() && plain && reals > CACHED_REALS)
@@ -251,6 +251,15 @@ impl Layout {
     pub fn has_verticals(&self, j: usize) -> bool {
         let (ply, row) = self.ply_and_row(j);
         row < self.y.segments() && ply < self.plies
+    }
+
+    /// Eights of numbers that are kept of a row besides: of a stack one a chunk, of a ring on a case three.
+    pub(crate) fn before_of_row(&self) -> usize {
+        match (self.is_stack(), self.has(Feature::Case)) {
+            (true, _) => self.chunks,
+            (_, true) => 3,
+            _ => 0,
+        }
     }
 
     /// Whether viscosity or the rate takes energy.

@@ -13,7 +13,8 @@ use crate::memory::terms::Terms;
 use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
-use crate::sheet::sweep::{Report, Row};
+use crate::sheet::places::rest_offset;
+use crate::sheet::sweep::{OnCase, Report, Row};
 use crate::sheet::symmetry::Line;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
@@ -39,7 +40,8 @@ pub(crate) struct Rows<'r> {
     pub viscous: ViscousRows<'r>,
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
-    /// Velocities along z before the sweep; empty for a single sheet.
+    /// Of a stack velocities along z before the sweep. Of a ring on a case, three of each row, what the case pushes it by along x and z
+    /// and takes of its energy, by columns of a chunk, in units of m h/dt and m (h/dt)^2. Empty otherwise.
     pub before: &'r mut [[f64; CHUNK]],
     /// Least and greatest displacement along y and x, one entry a row.
     pub ranges: &'r mut [[u32; 4]],
@@ -89,10 +91,13 @@ impl<'r> Rows<'r> {
             been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
             viscous,
             taken: if layout.takes_energy() { arrays.taken.get_mut(noted + first..noted + end)? } else { &mut [] },
-            before: if layout.is_stack() { arrays.before.get_mut(own)? } else { &mut [] },
+            before: match layout.before_of_row() {
+                0 => &mut [],
+                of_row => arrays.before.get_mut(first * of_row..end * of_row)?,
+            },
             ranges: arrays.ranges.get_mut(first..end)?,
             runs: arrays.runs.get(first..end)?,
-            net: Net { columns: arrays.columns, lines: arrays.lines },
+            net: Net { columns: arrays.columns, lines: arrays.lines, hoop: arrays.hoop },
             carry: match in_block {
                 None => arrays.carry,
                 Some(step) => planes::row_mut(arrays.carries, layout.chunks, step),
@@ -107,8 +112,11 @@ impl Rows<'_> {
     /// The hot pass over these rows, with fixed nodes put back and their pulls noted.
     pub fn sweep(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
-        if layout.x.is_mirrored() {
+        if layout.x.has_image() {
             self.place_images(layout);
+        }
+        if layout.has(Feature::Curved) {
+            return self.sweep_curved(terms);
         }
         let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Slack);
         let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
@@ -199,6 +207,46 @@ impl Rows<'_> {
     }
 }
 
+impl Rows<'_> {
+    /// [`Rows::sweep`] of a curved sheet, which excludes most options.
+    #[inline(never)]
+    fn sweep_curved(&mut self, terms: &Terms<'_>) -> Report {
+        let (layout, chunks) = (terms.layout, terms.layout.chunks);
+        let pass = terms.pass(&self.net, self.ply);
+        let (mut report, rows) = (Report::default(), self.ranges.len());
+        for (k, (range, run)) in self.ranges.iter_mut().zip(self.runs).enumerate() {
+            let j = self.first + k;
+            let Some((below, next)) = self.hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
+            let row = planes::row_mut(below, chunks, k);
+            keep_fixed(row, self.kept, run);
+            let row_job = Row {
+                pass: &pass,
+                j,
+                row: &mut *row,
+                history: planes::row_mut(self.history, chunks, k),
+                above: if k + 1 < rows { planes::row(next, chunks, 0) } else { self.above },
+                carry: self.carry,
+                yarn: &terms.yarn_row(self.yarn, self.strength, &[], k, self.ply),
+                owed: &mut [],
+                been_slack: 0,
+                viscous: None,
+            };
+            // Whole rows of a ring are held, or none of it.
+            let case = terms.directions.case.as_ref().filter(|_| run[0] == run[1]);
+            let place_y = rest_offset(j, layout.y.nodes) * pass.directions.vertical.rest.spacing;
+            let pushes = self.before.get_mut(3 * k..).and_then(|pushes| pushes.first_chunk_mut());
+            let on_case = case.zip(pushes).map(|(case, pushed)| OnCase { case, place_y, pushed });
+            let (met, reach) = row_job.step_curved(on_case);
+            report = report.merged(met);
+            let pulled = end_row(terms, None, j, row, self.kept, run, (range, reach));
+            if let Some(pulls) = self.pulls.get_mut(k) {
+                *pulls = pulled;
+            }
+        }
+        report
+    }
+}
+
 /// Behind the sweep of row j: puts its fixed nodes back and notes how far it reaches, which is `reach` along y. Returns the pull of the
 /// sheet on each run of fixed nodes. `weighed`: where nodes stand for several.
 #[inline(always)]
@@ -280,8 +328,8 @@ fn restore_fixed(
 /// The image column of one row, at rest: only displacements, the first three planes, are read.
 pub(crate) fn place_image_column<const P: usize>(row: &mut [Chunk<P>], line: Line) {
     let place = line.modelled();
-    let (node, _) = line.node(place);
-    for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0)] {
+    let (node, turned) = line.node(place);
+    for (plane, sign) in [(0, if turned { -1.0 } else { 1.0 }), (1, 1.0), (2, 1.0)] {
         let value = planes::get(row, plane, node).unwrap_or(0.0);
         if let Some(slot) = planes::get_mut(row, plane, place) {
             *slot = sign * value;

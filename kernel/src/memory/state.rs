@@ -27,6 +27,10 @@ pub struct Sums {
     pub external_work: f64,
     /// Impulse of sheet and projectile on each attachment, in units of m h/dt.
     pub support: [Vector; ATTACHMENTS],
+    /// Impulse of the sheet on its case, in units of m h/dt.
+    pub case: Vector,
+    /// Kinetic energy lost on the case, J.
+    pub case_loss: f64,
     /// Impulse on the projectile in the running force window, N s.
     pub window: Vector,
     /// Largest mean force over a window so far, N.
@@ -77,6 +81,8 @@ impl Sums {
         external_impulse: ZERO,
         external_work: 0.0,
         support: [ZERO; ATTACHMENTS],
+        case: ZERO,
+        case_loss: 0.0,
         window: ZERO,
         force_peak: 0.0,
         worst_penetration: 0.0,
@@ -171,6 +177,10 @@ impl State {
         }
         if features.has(Feature::Grading) {
             visitor.count(&mut self.sums.beyond_fine);
+        }
+        if features.has(Feature::Case) {
+            visitor.vector(&mut self.sums.case);
+            visitor.real(&mut self.sums.case_loss);
         }
         visit_watch(&mut self.watch, features.has(Feature::Through), visitor);
     }

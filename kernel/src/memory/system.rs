@@ -22,6 +22,7 @@ use crate::sheet::direction::{Along, Direction, Directions};
 use crate::sheet::grading::{self, Net, PLACE};
 use crate::sheet::neighbours::NOTHING;
 use crate::sheet::places::{Places, rest_offset};
+use crate::sheet::ring;
 use crate::sheet::slack::{self, GIVEN, NOTHING_OWED, Owed};
 use crate::sheet::sweep;
 use crate::sheet::weave::{self, in_runs};
@@ -78,6 +79,8 @@ pub(crate) struct SegmentView {
     pub ply: usize,
     /// How it lies in the flat sheet.
     pub rest: Rest,
+    /// Of a horizontal segment of a curved sheet its rest vector along x and z.
+    pub chord: Option<[f64; 2]>,
     /// Segments of the fabric in series and yarns in parallel that it stands for: 1 and 1 without grading.
     pub bar: [f64; 2],
     /// Stiffness kk with the stored damage.
@@ -103,16 +106,28 @@ pub(crate) struct SegmentView {
 impl SegmentView {
     /// Twice the strain, q, at t_n.
     pub fn twice_strain(&self) -> f64 {
-        self.rest.twice_strain(self.axis.own_axes(self.d))
+        self.twice_strain_of(self.d)
     }
 
     /// Twice the strain at t_{n-1}.
     pub fn twice_strain_before(&self) -> f64 {
-        self.rest.twice_strain(self.axis.own_axes(self.d_before))
+        self.twice_strain_of(self.d_before)
+    }
+
+    /// Twice the strain with this relative displacement of the ends.
+    fn twice_strain_of(&self, d: [f64; 3]) -> f64 {
+        match self.chord {
+            Some(chord) if self.rest == Rest::PLAIN => ring::twice_strain(d, chord),
+            Some(chord) => ring::general_twice_strain(d, chord, &self.rest.lanes()),
+            None => self.rest.twice_strain(self.axis.own_axes(d)),
+        }
     }
 
     /// Force on its first node at t_n with this stiffness and twice the strain.
     pub fn force(&self, stiffness: f64, twice_strain: f64) -> [f64; 3] {
+        if let Some(chord) = self.chord {
+            return ring::force(law::stress(stiffness, twice_strain), self.d, chord);
+        }
         self.axis.own_axes(self.rest.force(law::stress(stiffness, twice_strain), self.axis.own_axes(self.d)))
     }
 
@@ -134,18 +149,29 @@ impl SegmentView {
 impl System<'_> {
     /// Rest place of a node in spacings h.
     pub fn rest(&self, i: usize, j: usize) -> [f64; 3] {
-        let Arrays { columns, lines, .. } = &self.arrays;
+        let Arrays { columns, lines, hoop, .. } = &self.arrays;
         if let (Some(x), Some(y)) = (planes::get(columns, PLACE, i), planes::get(lines, PLACE, j)) {
             return [x, y, 0.0];
         }
         let (ply, row) = self.layout.ply_and_row(j);
         let y = rest_offset(row, self.scene.sheet.nodes_y) * self.directions.front.vertical.rest.spacing;
+        if let (Some(x), Some(z)) = (planes::get(hoop, ring::PLACE_X, i), planes::get(hoop, ring::PLACE_Z, i)) {
+            return [x, y, z];
+        }
         [rest_offset(i, self.scene.sheet.nodes_x), y, ply as f64 * self.model.gap]
+    }
+
+    /// How far a node is from the sheet at rest, across it, spacings: along z, or of a curved sheet away from its axis, with its sign.
+    pub fn deflection(&self, i: usize, j: usize) -> f64 {
+        let ([u, _, w], _) = self.node(i, j);
+        let Some(hoop) = ring::Hoop::of(&self.scene) else { return w };
+        let [x, _, z] = self.rest(i, j);
+        math::length([x + u, 0.0, z + w]) - hoop.radius
     }
 
     /// Bars and widths of a graded network.
     pub fn net(&self) -> Net<'_> {
-        Net { columns: self.arrays.columns, lines: self.arrays.lines }
+        Net { columns: self.arrays.columns, lines: self.arrays.lines, hoop: self.arrays.hoop }
     }
 
     /// How many nodes of the whole fabric node (i, j) stands for: by its images, and by its mass.
@@ -236,6 +262,7 @@ impl System<'_> {
             axis,
             ply,
             rest: bar.map_or(direction.rest, |[segments, _]| direction.rest.in_series(segments)),
+            chord: self.chord(axis, i),
             bar: bar.unwrap_or([1.0; 2]),
             stiffness: planes::get(planes::row(self.arrays.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged: if stochastic { drawn(0) } else { direction.stiffness },
@@ -248,6 +275,12 @@ impl System<'_> {
             // The theta rule's state is synchronous: its audit looks at t_n alone.
             d_before: if self.layout.has(Feature::Theta) { d } else { [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]] },
         })
+    }
+
+    /// Rest vector along x and z of a horizontal segment of a curved sheet.
+    fn chord(&self, axis: Axis, i: usize) -> Option<[f64; 2]> {
+        let hoop: &[_] = if axis == Axis::Horizontal { self.arrays.hoop } else { &[] };
+        Some([planes::get(hoop, ring::CHORD_X, i)?, planes::get(hoop, ring::CHORD_Z, i)?])
     }
 
     /// What the segment from node (i, j) owes, and the stress that it gave in the last pass; None where none of its kind has been slack.
@@ -296,7 +329,7 @@ impl System<'_> {
         stiffness * stiffening
     }
 
-    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n, without viscosity and what slack segments give; nothing is
+    /// Change of velocity per step that the yarns, and the case that it rests on, give a node at t_n, with damage up to t_n, without viscosity and what slack segments give; nothing is
     /// committed.
     /// The same expressions in the same order as the sweep.
     pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
@@ -306,11 +339,14 @@ impl System<'_> {
             segment.force(self.stiffness_now(&segment), segment.twice_strain())
         };
         let right = force(Axis::Horizontal, Some(i), Some(j));
-        let left = force(Axis::Horizontal, i.checked_sub(1), Some(j));
+        let left = force(Axis::Horizontal, self.layout.x.before(i), Some(j));
         let up = force(Axis::Vertical, Some(i), Some(j));
         let down = force(Axis::Vertical, Some(i), j.checked_sub(1));
         let inverse_widths = self.net().inverse_widths(i, j);
-        [0, 1, 2].map(|k| sweep::graded_sum(right[k], left[k], up[k], down[k], inverse_widths))
+        let change = [0, 1, 2].map(|k| sweep::graded_sum(right[k], left[k], up[k], down[k], inverse_widths));
+        let Some(case) = &self.directions.case else { return change };
+        let (rest, (u, _)) = (self.rest(i, j), self.node(i, j));
+        case.carry([0, 1, 2].map(|k| rest[k] + u[k]), change)
     }
 
     /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
@@ -319,6 +355,9 @@ impl System<'_> {
         for (j, run) in self.arrays.runs.iter_mut().enumerate() {
             let [[a, b], [c, d]] = weave::runs_among(&self.scene, &places, layout.ply_and_row(j).1);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
+        }
+        if let Some(hoop) = ring::Hoop::of(&self.scene) {
+            hoop.fill(self.arrays.hoop);
         }
         let (Layout { nodes_x: nx, nodes_y: ny, chunks, .. }, strength) = (layout, layout.has(Feature::Strength));
         if !layout.has_constants() && !strength {

@@ -34,6 +34,9 @@ pub enum Feature {
     Snapshot,
     Bands,
     Blocks,
+    Curved,
+    Closed,
+    Case,
     Vectors,
 }
 
@@ -61,7 +64,7 @@ pub struct Record {
 use Feature::*;
 
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
-pub const FEATURES: [Record; 22] = [
+pub const FEATURES: [Record; 25] = [
     Record {
         feature: Rate,
         name: "rate",
@@ -273,6 +276,33 @@ pub const FEATURES: [Record; 22] = [
         about: "Several steps of a large sheet in one pass over its memory, which is fetched ahead",
     },
     Record {
+        feature: Curved,
+        name: "rings",
+        built: cfg!(feature = "rings"),
+        asked_by: &[("sheet.radius", |s| s.sheet.radius != 0.0)],
+        not_with: &[Rate, Viscosity, Plies, Slack, Grading, Theta, Mirrors],
+        words: 0,
+        about: "A sheet that is curved about an axis along y",
+    },
+    Record {
+        feature: Closed,
+        name: "rings",
+        built: cfg!(feature = "rings"),
+        asked_by: &[("sheet.closed", |s| s.sheet.closed)],
+        not_with: &[],
+        words: 0,
+        about: "A ring: the last node of a row is joined to its first",
+    },
+    Record {
+        feature: Case,
+        name: "rings",
+        built: cfg!(feature = "rings"),
+        asked_by: &[("case.radius", |s| s.case.radius != 0.0)],
+        not_with: &[],
+        words: 4,
+        about: "A rigid case that a ring lies on",
+    },
+    Record {
         feature: Vectors,
         name: "vectors",
         built: lanes::WIDER,
@@ -344,6 +374,16 @@ impl Scene {
     /// Whether bars stand for several yarns anywhere.
     pub fn is_graded(&self) -> bool {
         Feature::Grading.is_built() && self.sheet.grading.largest > 1
+    }
+
+    /// Whether the sheet is curved.
+    pub fn is_curved(&self) -> bool {
+        Feature::Curved.is_built() && self.sheet.radius != 0.0
+    }
+
+    /// Whether its rows are closed to rings.
+    pub fn is_closed(&self) -> bool {
+        Feature::Closed.is_built() && self.sheet.closed
     }
 
     /// Whether contact and loads move the projectile, and not the host.

@@ -119,10 +119,15 @@ impl Scene {
         ]
     }
 
-    /// Number of segments of one ply: (nx - 1) ny + nx (ny - 1).
+    /// Segments in a row: nx - 1, or nx of a ring.
+    pub fn segments_of_row(&self) -> u64 {
+        u64::from(self.sheet.nodes_x) - u64::from(!self.is_closed())
+    }
+
+    /// Number of segments of one ply: those of ny rows, and nx (ny - 1).
     pub fn segments_of_ply(&self) -> u64 {
         let (nx, ny) = (self.sheet.nodes_x as u64, self.sheet.nodes_y as u64);
-        (nx - 1) * ny + nx * (ny - 1)
+        self.segments_of_row() * ny + nx * (ny - 1)
     }
 
     /// Number of segments of all separate plies.

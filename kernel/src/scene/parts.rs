@@ -34,7 +34,12 @@ pub struct Sheet {
     pub plies: u32,
     /// Where bars of the network stand for several yarns.
     pub grading: Grading,
-    /// Origin of the sheet's frame in the host's frame, m.
+    /// Radius to the nodes of a sheet that is curved about its y axis, m; 0: flat. Node (i, j) then rests at
+    /// (R sin a, y, R cos a), and a segment along x is a chord of the node spacing.
+    pub radius: f64,
+    /// Whether a segment joins the last node of every row to its first: a ring. Needs the radius that so many chords close.
+    pub closed: bool,
+    /// Origin of the sheet's frame in the host's frame, m: the middle of a flat sheet, on the axis of a curved one.
     pub position: [f64; 3],
     /// Orientation of the sheet's frame in the host's frame, unit quaternion, scalar first.
     pub orientation: [f64; 4],
@@ -340,6 +345,22 @@ pub struct Projectile {
     pub angular_velocity: [f64; 3],
 }
 
+/// A rigid cylinder about the axis of a ring, which its nodes may lift off but not enter. The projectile does not meet it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Case {
+    /// Radius, m, at most that of the ring; 0: no case, and the numbers below are not read.
+    pub radius: f64,
+    /// A window in which there is no case: angle of its middle from +z towards +x, and half its angle, rad; half an angle of 0: no window.
+    pub window_angle: [f64; 2],
+    /// The same along y: place of its middle, and half its length, m, within the ring; half a length of 0: no window.
+    pub window_place: [f64; 2],
+}
+
+impl Case {
+    /// No case.
+    pub const NONE: Case = Case { radius: 0.0, window_angle: [0.0; 2], window_place: [0.0; 2] };
+}
+
 /// What acts between yarn and projectile besides the impulses that keep them apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
@@ -466,6 +487,8 @@ pub struct Scene {
     pub yarn: Yarn,
     /// Yarn law along y, where it is another.
     pub weft: Weft,
+    /// The case under a ring.
+    pub case: Case,
     /// Projectile.
     pub projectile: Projectile,
     /// Contact of the two.

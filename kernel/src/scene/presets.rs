@@ -3,8 +3,9 @@
 //! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451.
 
 use crate::scene::parts::{
-    Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Grading, Integrator, Projectile, RotationRule,
-    STEP_DEFAULT_FRACTION, Scene, Sector, Shape, Sheet, Stack, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
+    Attachment, AttachmentKind, Back, Case, ContactLaw, Draw, Drive, Faces, Grading, Integrator, Projectile,
+    RotationRule, STEP_DEFAULT_FRACTION, Scene, Sector, Shape, Sheet, Stack, StepCheck, StrengthDraw, Symmetry,
+    TimeStep, Weft, Yarn,
 };
 
 /// Rest length of a segment in the paper: 35 yarns per inch, m.
@@ -77,6 +78,8 @@ impl Scene {
                 pre_strain: [0.0; 2],
                 plies: 1,
                 grading: Grading { largest: 0, run: 4, centre: [0.0; 2], half_width: [0.0; 2] },
+                radius: 0.0,
+                closed: false,
                 position: [0.0; 3],
                 orientation: [1.0, 0.0, 0.0, 0.0],
             },
@@ -105,6 +108,7 @@ impl Scene {
                 orientation: [1.0, 0.0, 0.0, 0.0],
                 angular_velocity: [0.0; 3],
             },
+            case: Case::NONE,
             contact: ContactLaw { friction: 0.0 },
             drive: Drive::Free,
             seed: 1,

@@ -239,6 +239,8 @@ impl Scene {
         self.check_yarn()?;
         self.check_rate()?;
         self.check_rest()?;
+        self.check_curve()?;
+        self.check_case()?;
         self.check_grading()?;
         self.check_projectile()?;
         self.check_stack()?;
@@ -349,7 +351,8 @@ impl Scene {
         let kind = self.attachment.kind;
         let all_sides = kind == AttachmentKind::FourSides;
         let [strain_x, strain_y] = self.sheet.pre_strain;
-        let along_x = (Axis::Horizontal, strain_x, all_sides || kind == AttachmentKind::TwoSides);
+        let along_x =
+            (Axis::Horizontal, strain_x, all_sides || kind == AttachmentKind::TwoSides || self.has_snug_case());
         for (axis, strain, held) in [along_x, (Axis::Vertical, strain_y, all_sides)] {
             if strain == 0.0 {
                 continue;

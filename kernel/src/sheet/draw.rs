@@ -111,8 +111,7 @@ impl Scene {
     fn place_of_segment(&self, number: u64) -> Place {
         let of_ply = self.segments_of_ply().max(1);
         let (ply, number) = if number < of_ply { (0, number) } else { ((number / of_ply) as u32, number % of_ply) };
-        let (along, plies) =
-            (weave::axis_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number), self.arrangement());
+        let (along, plies) = (weave::axis_of_segment(self, number), self.arrangement());
         let axis = if plies.is_turned(ply as usize) { along.other() } else { along };
         Place { seed: self.ply_seed(ply), number, axis, back: plies.is_back(ply as usize) }
     }
@@ -137,7 +136,7 @@ impl Scene {
         }
         let number = match self.yarn.draw {
             Draw::Segment => number,
-            Draw::Yarn => weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number),
+            Draw::Yarn => weave::yarn_of_segment(self, number),
         };
         for retry in 0..1000 {
             let g1 = random::normal(seed, number, Purpose::Modulus, retry);
@@ -170,7 +169,7 @@ impl Scene {
         } else {
             (yarn.weibull_shape, yarn.weibull_gauge_length)
         };
-        let woven = weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
+        let woven = weave::yarn_of_segment(self, number);
         let shared = random::normal(seed, woven, Purpose::Strength, 1);
         let own = random::normal(seed, number, Purpose::Strength, 0);
         let c = yarn.weibull_correlation;
@@ -246,8 +245,8 @@ mod tests {
     fn one_draw_per_yarn_makes_rows_and_columns_alike() {
         let mut scene = Scene::sheet_3in_sphere();
         scene.yarn.draw = Draw::Yarn;
-        let horizontal = |i, j| scene.draw_segment(weave::horizontal_number(105, i, j)).unwrap();
-        let vertical = |i, j| scene.draw_segment(weave::vertical_number(105, 105, i, j)).unwrap();
+        let horizontal = |i, j| scene.draw_segment(weave::horizontal_number(&scene, i, j)).unwrap();
+        let vertical = |i, j| scene.draw_segment(weave::vertical_number(&scene, i, j)).unwrap();
         assert_eq!(horizontal(0, 7), horizontal(103, 7));
         assert_ne!(horizontal(0, 7), horizontal(0, 8));
         assert_eq!(vertical(7, 0), vertical(7, 103));

@@ -21,6 +21,7 @@ use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk};
 use crate::scene::parts::{AttachmentKind, Grading, Scene, Symmetry};
 use crate::sheet::places::Places;
+use crate::sheet::ring::HOOP_PLANES;
 use crate::sheet::weave;
 use crate::yarn::law::{Rest, RestLanes};
 
@@ -43,13 +44,15 @@ pub const SPACING: usize = 4;
 /// 1 over the square of the bar's natural length.
 pub const INVERSE_SQUARE: usize = 5;
 
-/// The constants of a graded network's lines; empty without grading.
+/// The constants of the lines of a graded network, empty without grading, and of the rows of a curved sheet.
 #[derive(Clone, Copy)]
 pub struct Net<'a> {
     /// Of a row of nodes, chunk by chunk of its columns.
     pub columns: &'a [Chunk<LINE_PLANES>],
     /// Of a column of nodes.
     pub lines: &'a [Chunk<LINE_PLANES>],
+    /// Of a row of nodes of a curved sheet (`ring.rs`); empty of a flat one.
+    pub hoop: &'a [Chunk<HOOP_PLANES>],
 }
 
 /// What the sweep of one row needs of them.
@@ -67,7 +70,7 @@ pub struct NetRow<'a> {
 
 impl<'a> Net<'a> {
     /// Of no grading.
-    pub const NONE: Net<'static> = Net { columns: &[], lines: &[] };
+    pub const NONE: Net<'static> = Net { columns: &[], lines: &[], hoop: &[] };
 
     /// The part of row j.
     #[inline]
@@ -244,7 +247,6 @@ impl Scene {
         axis: Axis,
         [i, j]: [usize; 2],
     ) -> Result<Bar, Error> {
-        let (nodes_x, nodes_y) = (self.sheet.nodes_x, self.sheet.nodes_y);
         let (along, across, from, line) = match axis {
             Axis::Horizontal => (x, y, i, j),
             Axis::Vertical => (y, x, j, i),
@@ -252,8 +254,8 @@ impl Scene {
         let first = along.crossing(from as u32);
         let [_, segments] = along.around(from);
         let in_ply = |yarn: u32, segment: u32| match axis {
-            Axis::Horizontal => weave::horizontal_number(nodes_x, segment as usize, yarn as usize),
-            Axis::Vertical => weave::vertical_number(nodes_x, nodes_y, yarn as usize, segment as usize),
+            Axis::Horizontal => weave::horizontal_number(self, segment as usize, yarn as usize),
+            Axis::Vertical => weave::vertical_number(self, yarn as usize, segment as usize),
         };
         let number = |yarn: u32, segment: u32| before + in_ply(yarn, segment);
         let count = f64::from(segments);
@@ -339,7 +341,7 @@ mod tests {
         let (from, to) = (x.crossing(i), x.crossing(i + 1));
         let (mut modulus, mut rate, mut critical, mut width) = (0.0, 0.0, 0.0, 0.0);
         for (yarn, share) in y.yarns(j) {
-            let numbers = || (from..to).map(|k| weave::horizontal_number(61, k as usize, yarn as usize));
+            let numbers = || (from..to).map(|k| weave::horizontal_number(&scene, k as usize, yarn as usize));
             let segments: Vec<_> = numbers().map(|k| scene.draw_segment(k).unwrap()).collect();
             modulus += share * segments.len() as f64 / segments.iter().map(|s| 1.0 / s.modulus).sum::<f64>();
             rate += share * segments.iter().map(|s| s.damage_rate).sum::<f64>();
@@ -357,7 +359,7 @@ mod tests {
         let centre = (0..x.nodes()).find(|&k| x.crossing(k) == 33).unwrap() as usize;
         let (bar, number) = (
             scene.draw_bar(&places, 0, Axis::Vertical, [centre, centre]).unwrap(),
-            weave::vertical_number(61, 61, 33, 33),
+            weave::vertical_number(&scene, 33, 33),
         );
         let segment = scene.draw_segment(number).unwrap();
         assert_eq!((bar.modulus, bar.damage_rate), (segment.modulus, segment.damage_rate));

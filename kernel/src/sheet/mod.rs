@@ -1,9 +1,11 @@
+pub mod case;
 pub mod check;
 pub mod direction;
 pub mod draw;
 pub mod grading;
 pub mod neighbours;
 pub mod places;
+pub mod ring;
 pub mod slack;
 pub mod sweep;
 pub mod symmetry;

@@ -7,7 +7,7 @@
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
 //! What slack segments owe (`slack.rs`) and a dependence on the rate (`rate.rs`) have paths of their own, compiled apart; so
 //! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension; and a graded network
-//! (`grading.rs`), whose bars and nodes differ by column and row.
+//! (`grading.rs`), whose bars and nodes differ by column and row, and a curved sheet (`ring.rs`).
 //! Limits: dt <= 0.5 dt_crit (see `parts.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
@@ -18,9 +18,11 @@ use crate::ground::planes::{
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
+use crate::sheet::case::Cylinder;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::sheet::neighbours::{NOTHING, right_of};
+use crate::sheet::ring::{self, CHORD_X, CHORD_Z, HOOP_PLANES, PLACE_X, PLACE_Z};
 use crate::sheet::slack::{NOTHING_OWED, Owed, bit, relative_velocities};
 use crate::sheet::viscous::{NO_PAST, Past, ViscousRow, bending_forces};
 use crate::yarn::law::{self, DamageLaw, LOST, RestLanes, ViscosityLanes};
@@ -144,7 +146,7 @@ pub struct Row<'a> {
 }
 
 /// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what else acts on the
-/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity.
+/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity; CURVED: of a curved sheet; CASE: of a ring on a case.
 struct RowJob<
     'a,
     const PLAIN: bool,
@@ -152,7 +154,31 @@ struct RowJob<
     const FACTOR: u8,
     const FETCH: bool = true,
     const VISCOUS: bool = false,
->(Row<'a>);
+    const CURVED: bool = false,
+    const CASE: bool = false,
+>(Row<'a>, Joint<'a>);
+
+/// A row on a case.
+pub struct OnCase<'a> {
+    /// The case.
+    pub case: &'a Cylinder,
+    /// Its rest place along y, spacings.
+    pub place_y: f64,
+    /// Sums over the columns of a chunk: the case's push along x and z, and the energy that it takes.
+    pub pushed: &'a mut [[f64; CHUNK]; 3],
+}
+
+/// What a curved row has besides.
+struct Joint<'a> {
+    /// Force of the segment before the first node.
+    left: [f64; 3],
+    on_case: Option<OnCase<'a>>,
+}
+
+impl Joint<'_> {
+    /// Of a flat sheet.
+    const NONE: Joint<'static> = Joint { left: [0.0; 3], on_case: None };
+}
 
 /// Nothing.
 const NONE: u8 = 0;
@@ -183,25 +209,70 @@ impl Row<'_> {
         if VISCOUS {
             // Viscosity excludes grading.
             return match (plain, unmarked) {
-                _ if dependent => lanes::dispatch_narrow(set, RowJob::<false, false, RATE, true, true>(self)),
-                (_, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, true>(self)),
-                (true, true) => lanes::dispatch(set, RowJob::<true, false, NONE, true, true>(self)),
-                (false, true) => lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true>(self)),
+                _ if dependent => {
+                    lanes::dispatch_narrow(set, RowJob::<false, false, RATE, true, true>(self, Joint::NONE))
+                }
+                (_, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, true>(self, Joint::NONE)),
+                (true, true) => lanes::dispatch(set, RowJob::<true, false, NONE, true, true>(self, Joint::NONE)),
+                (false, true) => {
+                    lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true>(self, Joint::NONE))
+                }
             };
         }
         // A dependence on the rate excludes both.
         match (plain, ungraded, unmarked) {
-            _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self)),
+            _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self, Joint::NONE)),
             // The commonest path is compiled apart for sheets that lie in the caches.
             (true, true, true) if !(self.pass.fetches && Feature::Blocks.is_built()) => {
-                lanes::dispatch(set, RowJob::<true, false, NONE, false>(self))
+                lanes::dispatch(set, RowJob::<true, false, NONE, false>(self, Joint::NONE))
             }
-            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self)),
-            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self)),
-            (_, true, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK>(self)),
-            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self)),
-            (_, false, false) => lanes::dispatch_narrow(set, RowJob::<false, true, SLACK>(self)),
+            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self, Joint::NONE)),
+            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self, Joint::NONE)),
+            (_, true, false) => lanes::dispatch_narrow(set, RowJob::<false, false, SLACK>(self, Joint::NONE)),
+            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self, Joint::NONE)),
+            (_, false, false) => lanes::dispatch_narrow(set, RowJob::<false, true, SLACK>(self, Joint::NONE)),
         }
+    }
+
+    /// [`Row::step`] of a curved sheet. A curve excludes all but directions that are not plain.
+    #[inline(always)] // As above.
+    pub fn step_curved(self, on_case: Option<OnCase<'_>>) -> (Report, [f64; 2]) {
+        let (set, left) = (self.pass.instructions, self.force_across_the_joint());
+        let joint = Joint { left, on_case };
+        if joint.on_case.is_some() {
+            return lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, false, true, true>(self, joint));
+        }
+        if self.pass.directions.plain {
+            lanes::dispatch(set, RowJob::<true, false, NONE, true, false, true>(self, joint))
+        } else {
+            lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, false, true>(self, joint))
+        }
+    }
+
+    /// The force of the segment from the last node of a ring to its first, on the last; nothing is committed. 0 of an open row.
+    #[inline(never)]
+    fn force_across_the_joint(&self) -> [f64; 3] {
+        let Row { pass, row, history, yarn, .. } = self;
+        // Only in a ring a segment begins at the last node.
+        let last = pass.verticals.wrapping_sub(1);
+        let places = (row.first(), row.get(last / CHUNK), history.get(last / CHUNK), pass.net.hoop.get(last / CHUNK));
+        let (true, (Some(first), Some(chunk), Some([largest, _]), Some(hoop))) =
+            (pass.horizontals == pass.verticals, places)
+        else {
+            return [0.0; 3];
+        };
+        let lane = last % CHUNK;
+        let ([a, b, c], [x, y, z]) = (planes::displacement(first, 0), planes::displacement(chunk, lane));
+        let (d, chord) = ([a - x, b - y, c - z], [hoop[CHORD_X][lane], hoop[CHORD_Z][lane]]);
+        let rest = &pass.directions.horizontal.rest;
+        let q = if pass.directions.plain {
+            ring::twice_strain(d, chord)
+        } else {
+            ring::general_twice_strain(d, chord, &rest.lanes())
+        };
+        let (mut largest, mut stiffness) = (largest[lane], chunk[6][lane]);
+        pass.damage_segment(q, yarn, Axis::Horizontal, last, [&mut largest, &mut stiffness]);
+        ring::force(law::stress(stiffness, q), d, chord)
     }
 }
 
@@ -303,8 +374,15 @@ impl Job for Lift<'_> {
     }
 }
 
-impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool, const VISCOUS: bool> Job
-    for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS>
+impl<
+    const PLAIN: bool,
+    const GRADED: bool,
+    const FACTOR: u8,
+    const FETCH: bool,
+    const VISCOUS: bool,
+    const CURVED: bool,
+    const CASE: bool,
+> Job for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS, CURVED, CASE>
 {
     type Output = (Report, [f64; 2]);
 
@@ -333,7 +411,8 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
         let (rests, inverse_width) =
             ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
         let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
-        let left_force = [zero; 3];
+        let mut joint = self.1;
+        let left_force = if CURVED { spread(joint.left) } else { [zero; 3] };
         let mut along =
             Carried::<L> { limits, viscosity, share, rests, inverse_width, keeps, left_force, low: zero, high: zero };
         let mut rest = row;
@@ -355,8 +434,8 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
                 (past, rest_of_past) = (Some(first), tail);
                 past_beside = [rest_of_past.first(), past_above.get(c)].map(|beside| beside.unwrap_or(&NO_PAST));
             }
-            let column = c * CHUNK;
             let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
+            let hoop = if CURVED { pass.net.hoop.get(c) } else { None }.unwrap_or(&ring::FLAT);
             let taken = taken.as_deref_mut();
             let mut planes = Planes {
                 chunk,
@@ -365,9 +444,11 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
                 carry,
                 logarithms,
                 next,
-                column,
+                column: c * CHUNK,
                 columns,
                 net: &net,
+                hoop,
+                joint: &mut joint,
                 owed,
                 past,
                 past_beside,
@@ -375,16 +456,16 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
             };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -394,7 +475,7 @@ impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool,
 }
 
 /// Eight columns of everything a row needs.
-struct Planes<'a> {
+struct Planes<'a, 'j> {
     chunk: &'a mut Chunk<HOT_PLANES>,
     history: &'a mut Chunk<HISTORY_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
@@ -408,6 +489,9 @@ struct Planes<'a> {
     /// Bars and widths of a graded network.
     columns: &'a Chunk<LINE_PLANES>,
     net: &'a NetRow<'a>,
+    /// Rest vectors of a curved sheet.
+    hoop: &'a Chunk<HOOP_PLANES>,
+    joint: &'a mut Joint<'j>,
     /// What slack segments owe.
     owed: Option<&'a mut Chunk<OWED_PLANES>>,
     /// What viscosity keeps of the segments, and what they take.
@@ -476,9 +560,16 @@ impl<L: Lane> Carried<L> {
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const VISCOUS: bool>(
+    fn group<
+        const PLAIN: bool,
+        const GRADED: bool,
+        const FACTOR: u8,
+        const VISCOUS: bool,
+        const CURVED: bool,
+        const CASE: bool,
+    >(
         &mut self,
-        planes: &mut Planes<'_>,
+        planes: &mut Planes<'_, '_>,
         g: usize,
         cold: &mut Cold<'_>,
     ) {
@@ -508,11 +599,8 @@ impl<L: Lane> Carried<L> {
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
         let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
-        let (q_v, q_h) = if PLAIN {
-            (law::twice_strain(vertical_axes(up)), law::twice_strain(along))
-        } else {
-            (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
-        };
+        let chord = [L::load(&L::groups(&planes.hoop[CHORD_X])[g]), L::load(&L::groups(&planes.hoop[CHORD_Z])[g])];
+        let (q_v, q_h) = twice_strains::<L, PLAIN, CURVED>(vertical_axes(up), along, chord, [&rest_h, &rest_v]);
         let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
         let some_beyond = if PLAIN {
             q_v.any_not_below_either(q_h, limit_h)
@@ -544,11 +632,8 @@ impl<L: Lane> Carried<L> {
             let given = self.given(owed, [rest_h, rest_v], [before, [kh, kv]], [q_h, q_v], ends, g);
             (stress_h, stress_v) = (stress_h.add(given[0]), stress_v.add(given[1]));
         }
-        let (mut lift, mut force) = if PLAIN {
-            (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
-        } else {
-            (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
-        };
+        let (mut lift, mut force) =
+            forces::<L, PLAIN, CURVED>(([stress_h, stress_v], vertical_axes(up)), along, chord, [&rest_h, &rest_v]);
         if VISCOUS && let Some(past) = planes.past.as_deref() {
             let [next, above] = planes.past_beside;
             let [bent_h, bent_v] = bending_forces::<L>(past, next, above, g);
@@ -558,7 +643,10 @@ impl<L: Lane> Carried<L> {
         let lift = vertical_axes(lift);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
-        let sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
+        let mut sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
+        if CASE && let Some(on_case) = &mut planes.joint.on_case {
+            sum = push_off(on_case, (planes.hoop, here), [L::load(&vx[g]), L::load(&vz[g])], sum, g);
+        }
         move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
         let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
         move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
@@ -637,6 +725,67 @@ impl<L: Lane> Carried<L> {
             ]
         }
     }
+}
+
+/// The same vector everywhere.
+#[inline(always)]
+fn spread<L: Lane>([x, y, z]: [f64; 3]) -> [L; 3] {
+    [L::splat(x), L::splat(y), L::splat(z)]
+}
+
+/// Twice the strain of the segments of a lane group along y and along x.
+#[inline(always)]
+fn twice_strains<L: Lane, const PLAIN: bool, const CURVED: bool>(
+    up: [L; 3],
+    along: [L; 3],
+    chord: [L; 2],
+    [rest_h, rest_v]: [&RestLanes<L>; 2],
+) -> (L, L) {
+    if PLAIN && CURVED {
+        (law::twice_strain(up), ring::twice_strain(along, chord))
+    } else if CURVED {
+        (rest_v.twice_strain(up), ring::general_twice_strain(along, chord, rest_h))
+    } else if PLAIN {
+        (law::twice_strain(up), law::twice_strain(along))
+    } else {
+        (rest_v.twice_strain(up), rest_h.twice_strain(along))
+    }
+}
+
+/// Their forces along y, in the axes of these segments, and along x.
+#[inline(always)]
+fn forces<L: Lane, const PLAIN: bool, const CURVED: bool>(
+    ([stress_h, stress_v], up): ([L; 2], [L; 3]),
+    along: [L; 3],
+    chord: [L; 2],
+    [rest_h, rest_v]: [&RestLanes<L>; 2],
+) -> ([L; 3], [L; 3]) {
+    if PLAIN && CURVED {
+        (law::force(stress_v, up), ring::force(stress_h, along, chord))
+    } else if CURVED {
+        (rest_v.force(stress_v, up), ring::force(stress_h, along, chord))
+    } else if PLAIN {
+        (law::force(stress_v, up), law::force(stress_h, along))
+    } else {
+        (rest_v.force(stress_v, up), rest_h.force(stress_h, along))
+    }
+}
+
+/// The change of velocity of the nodes of group g with the push of their case, which is added to its sums.
+#[inline(always)]
+fn push_off<L: Lane>(
+    OnCase { case, place_y, pushed: [to_x, to_z, taken] }: &mut OnCase<'_>,
+    (hoop, here): (&Chunk<HOOP_PLANES>, [L; 3]),
+    before: [L; 2],
+    sum: [L; 3],
+    g: usize,
+) -> [L; 3] {
+    let x = L::load(&L::groups(&hoop[PLACE_X])[g]).add(here[0]);
+    let z = L::load(&L::groups(&hoop[PLACE_Z])[g]).add(here[2]);
+    let place = [x, L::splat(*place_y).add(here[1]), z];
+    let sums = [&mut L::groups_mut(to_x)[g], &mut L::groups_mut(to_z)[g], &mut L::groups_mut(taken)[g]];
+    let push = case.push(place, before, [sum[0], sum[2]], sums);
+    [sum[0].add(push[0]), sum[1], sum[2].add(push[1])]
 }
 
 /// up - down: the vertical part of a node's sum. Leaves `up` in the carry, as what the row above calls down.

@@ -23,6 +23,8 @@ pub struct Line {
     pub nodes: u32,
     /// Whether a mirror plane cuts it in the middle.
     pub mirrored: bool,
+    /// Whether a segment joins its last node to its first.
+    pub closed: bool,
 }
 
 impl Line {
@@ -31,27 +33,39 @@ impl Line {
         Feature::Mirrors.is_built() && self.mirrored
     }
 
+    /// Whether it is closed, in a build that has rings.
+    pub fn is_closed(self) -> bool {
+        Feature::Closed.is_built() && self.closed
+    }
+
+    /// Whether an image stands behind the last node modelled: of a node before a mirror plane, or of the first one.
+    pub fn has_image(self) -> bool {
+        self.is_mirrored() || self.is_closed()
+    }
+
     /// Nodes modelled: the first half and a node on the plane.
     pub fn modelled(self) -> usize {
         let nodes = self.nodes as usize;
         if self.is_mirrored() { nodes.div_ceil(2) } else { nodes }
     }
 
-    /// Segments modelled along the line: one from every modelled node, except the last of a line without mirror.
+    /// Segments modelled along the line: one from every modelled node, except the last of a line without image.
     pub fn segments(self) -> usize {
         self.stored().saturating_sub(1)
     }
 
-    /// Places along the line: the modelled nodes, and the image behind the plane.
+    /// Places along the line: the modelled nodes, and the image behind them.
     pub fn stored(self) -> usize {
-        self.modelled() + usize::from(self.is_mirrored())
+        self.modelled() + usize::from(self.has_image())
     }
 
-    /// The modelled node that a place shows, and whether it shows its image.
+    /// The modelled node that a place shows, and whether it shows its mirror image.
     pub fn node(self, place: usize) -> (usize, bool) {
         let modelled = self.modelled();
         if self.is_mirrored() && place >= modelled {
             (modelled.saturating_sub(if self.odd() { 2 } else { 1 }), true)
+        } else if self.is_closed() && place >= modelled {
+            (0, false)
         } else {
             (place, false)
         }
@@ -70,6 +84,11 @@ impl Line {
             (true, true) if self.odd() => 0.0,
             (true, true) => 1.0,
         }
+    }
+
+    /// The node before node i, across the joint of a closed line.
+    pub fn before(self, i: usize) -> Option<usize> {
+        if self.is_closed() && i == 0 { self.modelled().checked_sub(1) } else { i.checked_sub(1) }
     }
 
     fn odd(self) -> bool {
@@ -179,7 +198,7 @@ mod tests {
     #[test]
     fn images_lie_across_the_plane() {
         for nodes in 2..12u32 {
-            let line = Line { nodes, mirrored: true };
+            let line = Line { nodes, mirrored: true, closed: false };
             let place = line.modelled();
             let (node, image) = line.node(place);
             assert!(image);

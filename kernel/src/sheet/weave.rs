@@ -3,8 +3,8 @@
 //! Here nodes and segments are those of the fabric, but for the fixed nodes, which are those of the network (`grading.rs`): without
 //! grading it is the same.
 //!
-//! Node (i, j) rests at ((i - (nx-1)/2) h_x, (j - (ny-1)/2) h_y, 0) and has the number j nx + i. Segments: first the horizontal
-//! ones (i, j)-(i+1, j), row by row, then the vertical ones (i, j)-(i, j+1), row by row.
+//! Node (i, j) of a flat sheet rests at ((i - (nx-1)/2) h_x, (j - (ny-1)/2) h_y, 0), of a curved one as `ring.rs` says, and has the number j nx + i. Segments: first the horizontal
+//! ones (i, j)-(i+1, j), of a ring also that from the last node to the first, row by row, then the vertical ones (i, j)-(i, j+1), row by row.
 
 use crate::ground::math;
 use crate::ground::planes::Axis;
@@ -18,30 +18,33 @@ pub const ATTACHMENTS: usize = 4;
 pub type FixedRuns = [[u32; 2]; 2];
 
 /// Number of the horizontal segment that starts at node (i, j).
-pub fn horizontal_number(nodes_x: u32, i: usize, j: usize) -> u64 {
-    j as u64 * (nodes_x as u64 - 1) + i as u64
+pub fn horizontal_number(scene: &Scene, i: usize, j: usize) -> u64 {
+    j as u64 * scene.segments_of_row() + i as u64
 }
 
 /// Number of the vertical segment that starts at node (i, j).
-pub fn vertical_number(nodes_x: u32, nodes_y: u32, i: usize, j: usize) -> u64 {
-    (nodes_x as u64 - 1) * nodes_y as u64 + j as u64 * nodes_x as u64 + i as u64
+pub fn vertical_number(scene: &Scene, i: usize, j: usize) -> u64 {
+    horizontals(scene) + j as u64 * scene.sheet.nodes_x as u64 + i as u64
 }
 
 /// Direction of a segment.
-pub fn axis_of_segment(nodes_x: u32, nodes_y: u32, number: u64) -> Axis {
-    let horizontals = (nodes_x as u64 - 1) * nodes_y as u64;
-    if number < horizontals { Axis::Horizontal } else { Axis::Vertical }
+pub fn axis_of_segment(scene: &Scene, number: u64) -> Axis {
+    if number < horizontals(scene) { Axis::Horizontal } else { Axis::Vertical }
+}
+
+/// Horizontal segments of a ply.
+fn horizontals(scene: &Scene) -> u64 {
+    scene.segments_of_row() * scene.sheet.nodes_y as u64
 }
 
 /// Number of the woven yarn that a segment belongs to: rows first, then columns.
-pub fn yarn_of_segment(nodes_x: u32, nodes_y: u32, number: u64) -> u64 {
+pub fn yarn_of_segment(scene: &Scene, number: u64) -> u64 {
+    let horizontals = horizontals(scene);
     // At least 1, so that no division by zero has to be compiled in.
-    let across = (nodes_x as u64 - 1).max(1);
-    let horizontals = across * nodes_y as u64;
     if number < horizontals {
-        number / across
+        number / scene.segments_of_row().max(1)
     } else {
-        nodes_y as u64 + (number - horizontals) % (nodes_x as u64).max(1)
+        scene.sheet.nodes_y as u64 + (number - horizontals) % (scene.sheet.nodes_x as u64).max(1)
     }
 }
 
@@ -60,6 +63,8 @@ pub(crate) fn runs_among(scene: &Scene, places: &[Places; 2], j: usize) -> Fixed
         AttachmentKind::Free => [[0, 0], [0, 0]],
         AttachmentKind::TwoSides => sides,
         AttachmentKind::FourSides if j == 0 || j == last_row => [[0, nx], [0, 0]],
+        // A ring has no edge along its rows.
+        AttachmentKind::FourSides if scene.is_closed() => [[0, 0], [0, 0]],
         AttachmentKind::FourSides => sides,
         AttachmentKind::FourCorners => corner_runs(scene, places, j),
     }
@@ -148,29 +153,35 @@ mod tests {
 
     #[test]
     fn numbers_are_dense_and_unique() {
-        let (nx, ny) = (4, 3);
-        let mut seen = [false; 17];
-        for j in 0..3 {
-            for i in 0..3 {
-                seen[horizontal_number(nx, i, j) as usize] = true;
+        for closed in [false, true] {
+            let (scene, across) = (of_nodes(closed), 3 + usize::from(closed));
+            let mut seen = std::vec![false; 3 * across + 8];
+            for j in 0..3 {
+                (0..across).for_each(|i| seen[horizontal_number(&scene, i, j) as usize] = true);
             }
-        }
-        for j in 0..2 {
-            for i in 0..4 {
-                seen[vertical_number(nx, ny, i, j) as usize] = true;
+            for j in 0..2 {
+                (0..4).for_each(|i| seen[vertical_number(&scene, i, j) as usize] = true);
             }
+            assert!(seen.iter().all(|&s| s) && seen.len() as u64 == scene.segments());
         }
-        assert!(seen.iter().all(|&s| s));
+    }
+
+    /// 4 x 3 nodes.
+    fn of_nodes(closed: bool) -> Scene {
+        let mut scene = crate::tests::sheet(4, 3);
+        scene.sheet.closed = closed;
+        scene
     }
 
     #[test]
     fn segments_of_a_row_or_column_are_one_yarn() {
-        let (nx, ny) = (4, 3);
-        for j in 0..3 {
-            assert!((0..3).all(|i| yarn_of_segment(nx, ny, horizontal_number(nx, i, j)) == j as u64));
-        }
-        for i in 0..4 {
-            assert!((0..2).all(|j| yarn_of_segment(nx, ny, vertical_number(nx, ny, i, j)) == 3 + i as u64));
+        for (scene, across) in [(of_nodes(false), 3), (of_nodes(true), 4)] {
+            for j in 0..3 {
+                assert!((0..across).all(|i| yarn_of_segment(&scene, horizontal_number(&scene, i, j)) == j as u64));
+            }
+            for i in 0..4 {
+                assert!((0..2).all(|j| yarn_of_segment(&scene, vertical_number(&scene, i, j)) == 3 + i as u64));
+            }
         }
     }
 

@@ -54,13 +54,15 @@ pub struct Support {
     pub total: [f64; 3],
     /// Sides: left (-x), right, bottom (-y), top. Corners: (-,-), (+,-), (-,+), (+,+).
     pub attachments: [[f64; 3]; 4],
+    /// The case of a ring.
+    pub case: [f64; 3],
 }
 
 /// Extremes of the fabric at the present time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Fabric {
-    /// Largest distance from the sheet's plane of a node that live segments join to a support, m; 0 once all of the sheet has torn
+    /// Largest distance from the sheet's plane, or from its circle, of a node that live segments join to a support, m; 0 once all of the sheet has torn
     /// off. Of all nodes if the sheet is free, or if segments have failed and `track_detachment` is off.
     pub max_deflection: f64,
     /// Largest stretch (M1) of a live segment; yarns of the presets fail at about 1.05.
@@ -173,6 +175,8 @@ impl<'a> Sim<'a> {
         let sim = place();
         sim.lay_out(scene)?;
         sim.fill(scene, limits, memory)?;
+        explicit::start_forces(&mut sim.system);
+        energy::start_audit(&mut sim.system);
         Ok(sim)
     }
 
@@ -207,8 +211,6 @@ impl<'a> Sim<'a> {
         system.arrays.carve(memory, &system.layout)?;
         system.fill_model()?;
         system.clear_state();
-        explicit::start_forces(system);
-        energy::start_audit(system);
         Ok(())
     }
 
@@ -468,7 +470,10 @@ impl<'a> Sim<'a> {
             total += impulse;
             self.system.model.pose.vector_out(impulse.into())
         });
-        Ok(Support { total: self.system.model.pose.vector_out(total.into()), attachments })
+        let case = self.system.state.sums.case * self.system.model.unit_impulse;
+        total += case;
+        let pose = &self.system.model.pose;
+        Ok(Support { total: pose.vector_out(total.into()), attachments, case: pose.vector_out(case.into()) })
     }
 
     /// The energies, with a full pass over the sheet. Commits nothing.
@@ -502,8 +507,7 @@ impl<'a> Sim<'a> {
         let (mut deflection, mut largest) = (0.0, 0.0);
         for j in 0..self.system.layout.nodes_y {
             for i in 0..self.system.layout.nodes_x {
-                let (u, _) = self.system.node(i, j);
-                let z = math::abs(u[2]);
+                let z = math::abs(self.system.deflection(i, j));
                 let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(outcome::piece(&self.system, pieces, i, j)));
                 if held {
                     deflection = math::max(z, deflection);

@@ -16,6 +16,7 @@ use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, StepLimits};
 use crate::sheet::check::LOOKED_AT;
 use crate::sheet::places::Places;
+use crate::sheet::ring::Hoop;
 use crate::sheet::weave::{self, in_runs};
 use crate::step::energy;
 use crate::step::explicit;
@@ -88,18 +89,19 @@ fn overlaps(scene: &Scene, gap: f64) -> bool {
 /// which it has no contact. Looks at the nodes in the body's box, of more than `most` at some.
 #[inline(never)]
 fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Result<(), Error> {
-    let [h_x, h_y] = scene.spacings();
+    let h_y = scene.spacing(Axis::Vertical);
     let places = Places::both(scene);
     let search = Search::new(solid, body, scene.largest_spacing(), InstructionSet::Scalar);
     let (movable, [columns, rows, plies]) = (scene.is_free(), search.box_at_rest(scene, &places));
+    let columns = if scene.is_curved() { 0..places[0].nodes() as usize } else { columns };
     let [along, up, through] = strides([&columns, &rows, &plies].map(|range| range.len() as u64), most);
     for j in rows.step_by(up.max(1)) {
         let y = places[1].offset(j) * h_y;
         let [[a, b], [c, d]] = if movable { [[0; 2]; 2] } else { weave::runs_among(scene, &places, j) };
         for i in columns.clone().step_by(along.max(1)).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let x = places[0].offset(i) * h_x;
+            let [x, z] = place_at_rest(scene, &places[0], i);
             for ply in plies.clone().step_by(through.max(1)) {
-                let gap = search.gap(&Vector::new(x, y, ply as f64 * scene.stack.gap));
+                let gap = search.gap(&Vector::new(x, y, z + ply as f64 * scene.stack.gap));
                 if overlaps(scene, gap) {
                     return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
                 }
@@ -107,6 +109,13 @@ fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Resul
         }
     }
     Ok(())
+}
+
+/// Where a column of the first ply rests along x and z, m.
+#[inline(never)] // Off the stack of its caller.
+fn place_at_rest(scene: &Scene, columns: &Places, i: usize) -> [f64; 2] {
+    let place = Hoop::of(scene).map_or([columns.offset(i), 0.0], |hoop| hoop.place(i));
+    place.map(|place| place * scene.sheet.spacing)
 }
 
 /// See [`Sim::set_motion`](crate::Sim::set_motion).

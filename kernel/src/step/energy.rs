@@ -47,6 +47,8 @@ pub struct Energy {
     /// Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
     /// `contact_loss` and `friction` hold it.
     pub support_work: f64,
+    /// Kinetic energy lost where nodes of a ring meet its case, J.
+    pub case_loss: f64,
 }
 
 /// (M15) The energies, with a full pass over the sheet. Commits nothing.
@@ -57,7 +59,8 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     let (fabric_kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
     let viscous = sums.viscous + viscosity::open(system);
-    let held = fabric_kinetic + strain + dissipated + viscous + sums.friction + sums.ply_loss + sums.loss;
+    let held =
+        fabric_kinetic + strain + dissipated + viscous + sums.friction + sums.ply_loss + sums.loss + sums.case_loss;
     let residual = if prescribed {
         held - sums.work - sums.first_energy
     } else {
@@ -76,6 +79,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         friction: sums.friction,
         ply_loss: sums.ply_loss,
         support_work: sums.support_work,
+        case_loss: sums.case_loss,
     })
 }
 
@@ -88,7 +92,7 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
         // The body's reaction is the load the fabric received.
         balance += sums.impulse;
     }
-    for support in &sums.support {
+    for support in sums.support.iter().chain([&sums.case]) {
         balance += support * system.model.unit_impulse;
     }
     Ok(system.model.pose.vector_out(balance.into()))

@@ -164,6 +164,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     };
     book_taken(system, ply, rows, 0);
     book_pulls(system, ply, rows, 0);
+    book_pushes(system, rows);
     system.set_awake(ply, rows);
     report
 }
@@ -234,6 +235,21 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
     let unit = system.model.unit_energy * system.mass_share(ply);
     let taken = system.arrays.taken.get(step * system.layout.nodes_y..).and_then(|taken| taken.get(first..end));
     taken.into_iter().flatten().for_each(|taken| system.state.sums.viscous += unit * taken);
+}
+
+/// Books what a case has pushed rows [first, end) by, and what it has taken, lowest row first.
+#[inline(never)]
+pub(crate) fn book_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
+    let (unit, sums) = (system.model.unit_energy, &mut system.state.sums);
+    let pushes = if system.layout.has(Feature::Case) { 3 * first..3 * end } else { 0..0 };
+    let pushes = system.arrays.before.get_mut(pushes).unwrap_or_default();
+    for push in pushes.as_chunks_mut::<3>().0 {
+        // The next pass may leave out a row.
+        let [x, z, taken] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
+        *push = [[0.0; CHUNK]; 3];
+        sums.case -= Vector::new(x, 0.0, z);
+        sums.case_loss += unit * taken;
+    }
 }
 
 /// The row of images above a sweep that reaches the plane.

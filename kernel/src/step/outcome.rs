@@ -5,6 +5,8 @@
 //! "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited" asks what can still act on
 //! the body: the held part of the sheet must lie behind or beside its flight, and loose pieces in its way must move with it.
 //! "Through" asks whether what has slowed the body lately, over the rest of its way past the held yarn, is little against its energy.
+//! Of a curved sheet inside and outside of its circle are told apart: a body that came from inside is arrested when it moves away from the
+//! circle's axis no more, and held yarn swings back along the radius.
 //! Limits: the body is taken to fly on straight (under its present load), and so are the nodes.
 //! Without `track_detachment` nothing is known to be loose once a segment has failed: then no node at all may be in the way.
 //! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
@@ -19,6 +21,7 @@ use crate::memory::system::System;
 use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
 use crate::scene::parts::AttachmentKind;
+use crate::sheet::ring::{self, Hoop};
 
 /// Steps between two tests.
 pub const TEST_INTERVAL: u64 = 64;
@@ -179,13 +182,22 @@ pub(crate) fn test_outcomes(system: &mut System<'_>) {
         let settled = pass_checkpoint(system);
         if direction == Vector::zeros() {
             // At rest since before the first contact: nothing has been stopped.
-        } else if velocity.dot(&direction) <= 0.0 {
+        } else if velocity.dot(&outwards(system).unwrap_or(direction)) <= 0.0 {
             system.state.watch.latch(Outcome::Arrested, step, work);
         } else if !system.state.watch.has(Outcome::Exited) && has_exited(system, settled) {
             system.state.watch.latch(Outcome::Exited, step, work);
         }
     }
     system.arrays.flags.fill(0);
+}
+
+/// Away from the axis of a curved sheet, where the body is now; None of a flat sheet, and of a body that came from outside.
+fn outwards(system: &System<'_>) -> Option<Vector> {
+    let hoop = Hoop::of(&system.scene)?;
+    let from_axis = |x: &Vector| Vector::new(x.x, 0.0, x.z);
+    let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
+    let from_inside = from_axis(&start.into()).norm() < hoop.radius * system.scene.sheet.spacing;
+    from_inside.then(|| from_axis(&system.state.body.position))
 }
 
 /// At the end of a forward travel of R: whether the work has settled since its start. None elsewhere.
@@ -270,7 +282,12 @@ fn way_past_held(system: &mut System<'_>, direction: &Vector) -> Option<f64> {
 /// The body has missed the sheet.
 fn has_passed(system: &System<'_>) -> bool {
     let [x, y] = system.scene.half_size();
-    let (low, high) = ([-x, -y, 0.0], [x, y, system.scene.stack_height()]);
+    let (mut low, mut high) = ([-x, -y, 0.0], [x, y, system.scene.stack_height()]);
+    if system.layout.has(Feature::Curved) {
+        let nodes = system.layout.nodes_x;
+        [[low[0], low[2]], [high[0], high[2]]] =
+            ring::box_at_rest(system.arrays.hoop, nodes, system.scene.sheet.spacing);
+    }
     let flight = flight(system);
     if !system.scene.is_free() {
         // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
@@ -295,7 +312,8 @@ fn has_passed(system: &System<'_>) -> bool {
 /// Adds what mirror planes leave out of a box, and where a held sheet swings back to.
 fn complete(system: &System<'_>, region: &mut Region) {
     let symmetry = system.scene.symmetry;
-    let swings = system.scene.attachment.kind != AttachmentKind::Free;
+    // Of a curved sheet the nodes themselves have been mirrored.
+    let swings = system.scene.attachment.kind != AttachmentKind::Free && !system.layout.has(Feature::Curved);
     for (k, mirrored) in [symmetry.mirror_x, symmetry.mirror_y, swings].into_iter().enumerate() {
         if mirrored {
             region.mirror(k, if k == 2 { system.scene.stack_height() } else { 0.0 });
@@ -351,6 +369,9 @@ impl Held {
     fn include(&mut self, system: &System<'_>, flight: &Flight, i: usize, j: usize) {
         let x = system.position(i, j);
         self.region.include(&x);
+        if system.layout.has(Feature::Curved) {
+            self.region.include(&swung_back(system, i, j));
+        }
         if system.scene.attachment.kind == AttachmentKind::Free {
             self.region.include_velocity(&system.velocity(i, j));
         }
@@ -367,6 +388,13 @@ impl Held {
         complete(system, &mut region);
         flight.leaves(&region)
     }
+}
+
+/// Where a node of a curved sheet is that has swung back through its circle.
+fn swung_back(system: &System<'_>, i: usize, j: usize) -> Vector {
+    let (x, deflection) = (system.position(i, j), system.deflection(i, j) * system.scene.sheet.spacing);
+    let from_axis = Vector::new(x.x, 0.0, x.z);
+    x - from_axis * (2.0 * deflection / math::max(from_axis.norm(), f64::MIN_POSITIVE))
 }
 
 /// Whether all that is held is clear of the body.
@@ -497,7 +525,7 @@ fn is_alone(system: &System<'_>, i: usize, j: usize) -> bool {
         _ => false,
     };
     !(is_live(system, Axis::Horizontal, i, j)
-        || before(Axis::Horizontal, i.checked_sub(1), Some(j))
+        || before(Axis::Horizontal, system.layout.x.before(i), Some(j))
         || is_live(system, Axis::Vertical, i, j)
         || before(Axis::Vertical, Some(i), j.checked_sub(1)))
 }
@@ -533,6 +561,11 @@ fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let Arrays { hot, labels, runs, .. } = &mut system.arrays;
     let mut sets = Components::new(labels);
     join_live_segments(&mut sets, hot, chunks, [nx, ny]);
+    if system.layout.x.is_closed() {
+        let last = nx.saturating_sub(1);
+        let joined = (0..ny).filter(|&j| is_live_in(planes::row(hot, chunks, j), Axis::Horizontal, last));
+        joined.for_each(|j| sets.join(j * nx, j * nx + last));
+    }
     // All fixed nodes into one component.
     let mut support = None;
     for (j, run) in runs.iter().enumerate() {

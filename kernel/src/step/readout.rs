@@ -1,7 +1,7 @@
 //! Read-outs over the segments that start in a row, side by side in lanes.
 //!
 //! Method: the expressions of [`System::segment`], and so its bits. One by one are looked at those next to a mirror plane, in the coarse part
-//! of a graded network, and in a lane group that holds a broken one.
+//! of a graded network, of a curved sheet, and in a lane group that holds a broken one.
 //! Limits: where there is no segment the stiffness is 0, as of a broken one.
 //! Reference: docs/model.md, "The step".
 
@@ -9,6 +9,7 @@ use crate::ground::lanes::{Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::sheet::neighbours::{NOTHING, right_of};
 use crate::sheet::sweep::greatest;
 
@@ -20,11 +21,13 @@ pub(crate) struct Around<'a> {
 }
 
 impl<'a> Around<'a> {
-    /// Chunk c of row j; None next to a mirror plane and in the coarse part of a graded network.
+    /// Chunk c of row j; None next to a mirror plane, in the coarse part of a graded network and of a curved
+    /// sheet.
     #[inline(always)]
     pub fn of(system: &'a System<'_>, c: usize, j: usize) -> Option<Around<'a>> {
         let layout = &system.layout;
-        if layout.x.is_mirrored() || layout.y.is_mirrored() || !system.net().is_fine(c, j) {
+        let cut = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Curved);
+        if cut || !system.net().is_fine(c, j) {
             return None;
         }
         let row = planes::row(system.arrays.hot, layout.chunks, j);

@@ -182,7 +182,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let directions = system.directions.of_ply(0);
     let uniform = Constants::Uniform(directions);
     let Arrays { hot, history, yarn, strength, iterate, carry, columns, lines, .. } = &mut system.arrays;
-    let net = Net { columns, lines };
+    let net = Net { columns, lines, hoop: &[] };
     if system.layout.x.is_mirrored() {
         (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
     }

@@ -27,6 +27,7 @@ pub const GROUPS: &[(&str, &str)] = &[
     ("projectile", "The rigid projectile and its motion at the start, in the host's frame"),
     ("projectile.faces", "Faces of a polyhedron, in body axes"),
     ("projectile.sector", "Dimensions of a disc sector"),
+    ("case", "The rigid case under a ring"),
     ("contact", "Contact of yarn and projectile"),
     ("symmetry", "Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled"),
     ("integrator", "How the nodes are stepped"),
@@ -61,7 +62,14 @@ pub const FIELDS: &[Field] = &[
     shaped("sheet.pre_strain", Place::Reals(|s| &mut s.sheet.pre_strain, &[2]), &RATIO, Range::NotNegative, 624,
         "Strain at which the sheet is held along x (two or four sides) and along y (four sides), below critical_stretch - 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus drawn for every segment")
         .image(Image::Later(0x7_0003)),
-    vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230, "Middle of the sheet in the host's frame"),
+    real("sheet.radius", |s| one(&mut s.sheet.radius), &LENGTH, Range::NotNegative, 750,
+        "Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of sheet.spacing (M23); 0 = flat. Velocity Verlet only; not with viscosity, a dependence on the rate of strain, slack_balance, separate plies, a graded network, mirror planes or four corners")
+        .image(Image::Later(0x6c_0000)),
+    flag("sheet.closed", |s| &mut s.sheet.closed, 751,
+        "A ring: a segment joins the last node of every row to its first. sheet.radius must be sheet.spacing/(2 sin(pi/sheet.nodes_x)) to 1e-6; two sides cannot be held")
+        .image(Image::Later(0x6d_0000)),
+    vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230,
+        "Middle of the sheet in the host's frame; of a curved one the middle of its axis"),
     quaternion("sheet.orientation", |s| &mut s.sheet.orientation, 233,
         "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
     count("sheet.grading.largest", |s| &mut s.sheet.grading.largest, Range::Within(0.0, GRADING_LARGEST as f64), 740,
@@ -220,6 +228,16 @@ pub const FIELDS: &[Field] = &[
         "Angle of a disc sector. Read for a disc sector only").read(sector).image(Image::WhereRead),
     real("projectile.sector.thickness", |s| one(&mut s.projectile.sector.thickness), &LENGTH, Range::Positive, 297,
         "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
+    // ---- Case
+    real("case.radius", |s| one(&mut s.case.radius), &LENGTH, Range::NotNegative, 752,
+        "Radius of a rigid case about the axis of a ring, which its nodes may lift off but not enter (M24), at most sheet.radius; 0 = none. A ring with pre-strain along x needs one of sheet.radius. The projectile does not meet it")
+        .image(Image::Later(0x6e_0000)),
+    shaped("case.window_angle", Place::Reals(|s| &mut s.case.window_angle, &[2]), &ANGLE, Range::Within(0.0, core::f64::consts::TAU), 753,
+        "A window in which there is no case: angle of its middle from +z towards +x, and half its angle; 0 = no window. Read with a case only")
+        .read(cased).image(Image::LaterWhereRead),
+    shaped("case.window_place", Place::Reals(|s| &mut s.case.window_place, &[2]), &POSITION, Range::Any, 755,
+        "The same along y: place of its middle in the sheet's frame, and half its length; 0 = no window. Read with a case only")
+        .read(cased).image(Image::LaterWhereRead),
     // ---- Contact
     real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
         "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with a graded network")
@@ -340,6 +358,10 @@ fn four_corners(scene: &Scene) -> usize {
 
 fn graded(scene: &Scene) -> usize {
     if_so(scene.is_graded())
+}
+
+fn cased(scene: &Scene) -> usize {
+    if_so(scene.case.radius != 0.0)
 }
 
 fn stacked(scene: &Scene) -> usize {

@@ -352,7 +352,10 @@ impl Plan {
                 been_slack: if layout.has(Feature::Slack) { rows(memory.been_slack, 1, first, count) } else { &[] },
                 viscous: self.viscous_rows([first, end], ply, viscous),
                 taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
-                before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
+                before: match layout.before_of_row() {
+                    0 => &mut [],
+                    of_row => rows_mut(memory.before, of_row, first, count),
+                },
                 ranges: rows_mut(memory.ranges, 1, first, count),
                 runs: rows(memory.runs, 1, first, count),
                 net: self.net(),
@@ -367,20 +370,19 @@ impl Plan {
         }
     }
 
-    /// Bars and widths of a graded network.
+    /// Constants of a graded network or a curved sheet.
     ///
     /// # Safety
     /// The simulation's arrays are there.
     unsafe fn net<'r>(&self) -> Net<'r> {
-        let layout = &self.layout;
-        if !layout.has(Feature::Grading) {
-            return Net { columns: &[], lines: &[] };
-        }
+        let (layout, memory) = (&self.layout, &self.memory);
+        let (graded, curved) = (layout.has(Feature::Grading), layout.has(Feature::Curved));
         // SAFETY: they are as long, and nothing changes them.
         unsafe {
             Net {
-                columns: rows(self.memory.columns, 1, 0, layout.chunks),
-                lines: rows(self.memory.lines, 1, 0, layout.nodes_y.div_ceil(CHUNK)),
+                columns: if graded { rows(memory.columns, 1, 0, layout.chunks) } else { &[] },
+                lines: if graded { rows(memory.lines, 1, 0, layout.nodes_y.div_ceil(CHUNK)) } else { &[] },
+                hoop: if curved { rows(memory.hoop, 1, 0, layout.chunks) } else { &[] },
             }
         }
     }
@@ -403,6 +405,7 @@ impl Plan {
             system.set_awake(ply, [first, end]);
             explicit::book_taken(system, ply, [first, end], 0);
             explicit::book_pulls(system, ply, [first, end], 0);
+            explicit::book_pushes(system, [first, end]);
         }
         explicit::close_pass(system, &gathered, report)?;
         explicit::end_step(system);

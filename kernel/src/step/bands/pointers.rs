@@ -8,6 +8,7 @@ use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
 use crate::sheet::direction::Directions;
 use crate::sheet::grading::LINE_PLANES;
+use crate::sheet::ring::HOOP_PLANES;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 /// Where the rows are: from the simulation's arrays, taken anew for every pass.
@@ -25,6 +26,7 @@ pub(super) struct Pointers {
     pub(super) taken: *mut f64,
     pub(super) columns: *const Chunk<LINE_PLANES>,
     pub(super) lines: *const Chunk<LINE_PLANES>,
+    pub(super) hoop: *const Chunk<HOOP_PLANES>,
     pub(super) before: *mut [f64; CHUNK],
     pub(super) awake: *const [u32; 2],
     pub(super) ranges: *mut [u32; 4],
@@ -50,6 +52,7 @@ impl Pointers {
             taken,
             columns,
             lines,
+            hoop,
             before,
             awake,
             ranges,
@@ -71,6 +74,7 @@ impl Pointers {
             taken: taken.as_mut_ptr(),
             columns: columns.as_ptr(),
             lines: lines.as_ptr(),
+            hoop: hoop.as_ptr(),
             before: before.as_mut_ptr(),
             awake: awake.as_ptr(),
             ranges: ranges.as_mut_ptr(),

@@ -1,0 +1,178 @@
+//! Curved sheets: arcs and rings about an axis along y.
+//!
+//! Method: displacements are counted from rest as in a flat sheet, and only the places of rest lie on a circle. Column i rests at the angle
+//! a_i = (i - (n - 1)/2) s at (R sin a_i, y, R cos a_i), with R to the nodes and the step s of which a chord is the node spacing:
+//! 2 R sin(s/2) = h, of a ring of n nodes s = 2 pi/n. The segment from column i to the next has the rest vector
+//! c_i = (cos(a_i + s/2), 0, -sin(a_i + s/2)) in spacings, which takes the place of (1, 0, 0) in (M2) and (M4).
+//! In a ring the last segment of a row pulls its first node, too: its force is found before the row is swept, from places and damage at the
+//! start of the step, and its damage is committed where the sweep comes to it. Behind the last node stands an image of the first one.
+//! Limits: the fabric does not bend; between two nodes it is straight.
+//! Reference: docs/model.md, "Curved sheets and rings".
+
+use crate::ground::error::{Code, Error};
+use crate::ground::lanes::Lane;
+use crate::ground::math;
+use crate::ground::planes::{self, Axis, CHUNK, Chunk};
+use crate::scene::parts::{AttachmentKind, Scene};
+use crate::yarn::law::RestLanes;
+use core::f64::consts::PI;
+
+/// Planes of the constants of a row of nodes of a curved sheet.
+pub const HOOP_PLANES: usize = 4;
+/// Rest place along x and z, spacings from the axis.
+pub const PLACE_X: usize = 0;
+/// See [`PLACE_X`].
+pub const PLACE_Z: usize = 1;
+/// Rest vector of the segment to the next column along x and z, spacings.
+pub const CHORD_X: usize = 2;
+/// See [`CHORD_X`].
+pub const CHORD_Z: usize = 3;
+
+/// Columns of a flat sheet.
+pub(crate) const FLAT: Chunk<HOOP_PLANES> = [[0.0; CHUNK]; HOOP_PLANES];
+
+/// Largest radius, spacings: places of rest are then rounded by 1e-10 of one.
+const LARGEST_RADIUS: f64 = 1e6;
+
+/// How far the radius of a ring may be from that which its chords close, a part of it.
+pub(crate) const CLOSES: f64 = 1e-6;
+
+/// The circle on which the nodes of a row rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hoop {
+    /// Radius to the nodes, spacings.
+    pub radius: f64,
+    /// Angle from one column to the next, rad.
+    step: f64,
+    nodes: u32,
+}
+
+impl Hoop {
+    /// That of a scene; None of a flat sheet.
+    pub fn of(scene: &Scene) -> Option<Hoop> {
+        if !scene.is_curved() {
+            return None;
+        }
+        let nodes = scene.sheet.nodes_x;
+        if scene.is_closed() {
+            return Some(Hoop { radius: closed_radius(nodes), step: 2.0 * PI / f64::from(nodes), nodes });
+        }
+        let radius = scene.sheet.radius / scene.sheet.spacing;
+        let step = 2.0 * math::atan2(0.5, math::sqrt((radius - 0.5) * (radius + 0.5)));
+        Some(Hoop { radius, step, nodes })
+    }
+
+    /// Rest place of a column along x and z, spacings.
+    pub fn place(&self, i: usize) -> [f64; 2] {
+        let angle = self.angle(f64::from(i as u32));
+        math::sine_and_cosine(angle).map(|part| self.radius * part)
+    }
+
+    /// Rest vector along x and z of the segment from a column to the next, spacings.
+    pub fn chord(&self, i: usize) -> [f64; 2] {
+        let [sine, cosine] = math::sine_and_cosine(self.angle(f64::from(i as u32) + 0.5));
+        [cosine, -sine]
+    }
+
+    /// Angle of a place along the row, in columns; exactly antisymmetric about the middle.
+    fn angle(&self, column: f64) -> f64 {
+        (column - 0.5 * (f64::from(self.nodes) - 1.0)) * self.step
+    }
+
+    /// Fills the constants of a row. Behind its last node there is a place that no case and no projectile meets.
+    pub(crate) fn fill(&self, row: &mut [Chunk<HOOP_PLANES>]) {
+        for i in 0..row.len() * CHUNK {
+            let ([x, z], [along, across]) = (self.place(i), self.chord(i));
+            let nowhere = [4.0 * self.radius, 0.0, 0.0, 0.0];
+            let constants = if i < self.nodes as usize { [x, z, along, across] } else { nowhere };
+            for (plane, constant) in constants.into_iter().enumerate() {
+                if let Some(slot) = planes::get_mut(row, plane, i) {
+                    *slot = constant;
+                }
+            }
+        }
+    }
+}
+
+/// Radius to the nodes of a ring of so many chords of length 1.
+fn closed_radius(nodes: u32) -> f64 {
+    let [sine, _] = math::sine_and_cosine(PI / f64::from(nodes));
+    0.5 / sine
+}
+
+/// (M23) Twice the strain of segments with the rest vectors `chord` along x and z, of length and natural length 1: q = d.(d + 2 c).
+/// `d`: relative displacement of their ends.
+#[inline(always)]
+pub fn twice_strain<L: Lane>([x, y, z]: [L; 3], [along, across]: [L; 2]) -> L {
+    let (to_x, to_z) = (x.add(along).add(along), z.add(across).add(across));
+    x.mul(to_x).add(y.mul(y)).add(z.mul(to_z))
+}
+
+/// The same with another natural length.
+#[inline(always)]
+pub fn general_twice_strain<L: Lane>(d: [L; 3], chord: [L; 2], rest: &RestLanes<L>) -> L {
+    twice_strain(d, chord).mul(rest.inverse_square).add(rest.twice_strain)
+}
+
+/// Their force on the first node: along c + d.
+#[inline(always)]
+pub fn force<L: Lane>(stress: L, [x, y, z]: [L; 3], [along, across]: [L; 2]) -> [L; 3] {
+    [stress.mul(x.add(along)), stress.mul(y), stress.mul(z.add(across))]
+}
+
+/// The box about a sheet at rest along x and z, m: its least and its greatest corner.
+pub(crate) fn box_at_rest(hoop: &[Chunk<HOOP_PLANES>], nodes: usize, spacing: f64) -> [[f64; 2]; 2] {
+    let mut ends = [[f64::MAX; 2], [f64::MIN; 2]];
+    for i in 0..nodes {
+        for (k, plane) in [PLACE_X, PLACE_Z].into_iter().enumerate() {
+            let place = planes::get(hoop, plane, i).unwrap_or(0.0) * spacing;
+            ends[0][k] = math::min(place, ends[0][k]);
+            ends[1][k] = math::max(place, ends[1][k]);
+        }
+    }
+    ends
+}
+
+impl Scene {
+    /// The radius that a ring of the sheet's nodes and spacing has, m: h/(2 sin(pi/n)).
+    pub fn closed_radius(&self) -> f64 {
+        self.sheet.spacing * closed_radius(self.sheet.nodes_x)
+    }
+
+    /// Radius, and how the ends are held, of a curved sheet.
+    #[inline(never)]
+    pub(crate) fn check_curve(&self) -> Result<(), Error> {
+        let (radius, kind) = (self.sheet.radius, self.attachment.kind);
+        if !self.is_curved() {
+            return if self.is_closed() {
+                Err(Error::new(Code::NotPositive, "sheet.radius", radius, 0.0).from("sheet.closed"))
+            } else {
+                Ok(())
+            };
+        }
+        let closes = self.closed_radius();
+        if self.sheet.nodes_x < 3 {
+            return Err(
+                Error::new(Code::OutOfRange, "sheet.nodes_x", self.sheet.nodes_x.into(), 3.0).from("sheet.radius")
+            );
+        }
+        let limit = LARGEST_RADIUS * self.sheet.spacing;
+        if radius > limit {
+            return Err(Error::new(Code::OutOfRange, "sheet.radius", radius, limit).from("sheet.spacing"));
+        }
+        let off = radius - closes;
+        if off < -CLOSES * closes || self.is_closed() && off > CLOSES * closes {
+            return Err(Error::new(Code::OutOfRange, "sheet.radius", radius, closes).from("sheet.nodes_x"));
+        }
+        if kind == AttachmentKind::FourCorners || self.is_closed() && kind == AttachmentKind::TwoSides {
+            let with = if self.is_closed() { "sheet.closed" } else { "sheet.radius" };
+            return Err(Error::beside("attachment.kind", with));
+        }
+        // Yarn that is taut along a curve pulls inwards.
+        let strain = self.sheet.pre_strain[Axis::Horizontal as usize];
+        if strain != 0.0 && !self.has_snug_case() {
+            return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0).from("case.radius"));
+        }
+        Ok(())
+    }
+}
