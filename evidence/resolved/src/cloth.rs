@@ -79,31 +79,47 @@ pub struct Spot {
 
 impl Spot {
     /// Of the yarn that begins at node `first`, at the arc coordinate s in bars.
+    #[inline(always)]
     pub fn new(first: usize, s: f64) -> Spot {
         let k = (s + 0.5) as usize;
         let u = s + 0.5 - k as f64;
         let w = [0.5 * (1.0 - u) * (1.0 - u), 0.5 + u * (1.0 - u), 0.5 * u * u];
         Spot { node: first + k, w, d: [u - 1.0, 1.0 - 2.0 * u, u] }
     }
+    #[inline(always)]
     pub fn of(&self, values: &[f64], w: &[f64; 3]) -> f64 {
         let three = &values[self.node - 1..self.node + 2];
         w[0] * three[0] + w[1] * three[1] + w[2] * three[2]
     }
+    #[inline(always)]
     pub fn add(&self, values: &mut [f64], much: f64) {
         let three = &mut values[self.node - 1..self.node + 2];
         for e in 0..3 {
             three[e] += self.w[e] * much;
         }
     }
+    #[inline(always)]
     pub fn square(&self) -> f64 {
         self.w.iter().map(|w| w * w).sum()
     }
     /// Whether the yarn is whole here.
+    #[inline(always)]
     pub fn whole(&self, alpha: &[f64]) -> bool {
         alpha[self.node - 1] > 0.0 && alpha[self.node] > 0.0
     }
 }
 
+#[inline(always)]
+pub fn three<T>(f: impl Fn(usize) -> T) -> [T; 3] {
+    [f(0), f(1), f(2)]
+}
+
+#[inline(always)]
+pub fn two<T>(f: impl Fn(usize) -> T) -> [T; 2] {
+    [f(0), f(1)]
+}
+
+#[inline(always)]
 pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

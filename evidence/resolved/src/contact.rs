@@ -1,6 +1,6 @@
 //! Contacts: of warp and weft, of yarns side by side, and with the body.
 
-use crate::cloth::{Crossing, Sim, Spot, dot};
+use crate::cloth::{Crossing, Sim, Spot, dot, three, two};
 
 /// A point of one yarn, in the middle of a spacing, and one of the next yarn. Both are of the yarns' material between two searches.
 #[derive(Clone, Copy)]
@@ -22,11 +22,13 @@ const BEND: [f64; 3] = [1.0, -2.0, 1.0];
 const MOST: f64 = 0.25;
 
 impl Sim {
+    #[inline(always)]
     fn of(&self, spot: &Spot, w: &[f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|a| spot.of(&self.axes[a].at, w))
+        three(|a| spot.of(&self.axes[a].at, w))
     }
 
     /// The closest points of crossing c, from the arc coordinates s on; None where a yarn ends or is broken, and where they have parted.
+    #[inline(always)]
     fn closest(&self, c: usize, s: [f64; 2]) -> Option<Touch> {
         let yarns = self.cloth.yarns;
         let (warp, weft) = (c / yarns[1], c % yarns[1]);
@@ -41,10 +43,10 @@ impl Sim {
         if self.cloth.pinned {
             return Some(Touch { spots, depth: 0.0, normal: [0.0; 3], shift: [0.0; 2] });
         }
-        let [place, other] = [0, 1].map(|k| self.of(&spots[k], &spots[k].w));
-        let [p, r] = [0, 1].map(|k| self.of(&spots[k], &spots[k].d));
-        let [bend_p, bend_r] = [0, 1].map(|k| self.of(&spots[k], &BEND));
-        let mut d = [0, 1, 2].map(|a| place[a] - other[a]);
+        let [place, other] = two(|k| self.of(&spots[k], &spots[k].w));
+        let [p, r] = two(|k| self.of(&spots[k], &spots[k].d));
+        let [bend_p, bend_r] = two(|k| self.of(&spots[k], &BEND));
+        let mut d = three(|a| place[a] - other[a]);
         // Newton's method for the smallest distance, with a Hessian that stays positive.
         let (pp, pr, rr) = (dot(p, p), dot(p, r), dot(r, r));
         let (a, b) = ((pp + dot(d, bend_p)).max(0.3 * pp), (rr - dot(d, bend_r)).max(0.3 * rr));
@@ -72,25 +74,26 @@ impl Sim {
 
     /// Two points of yarns side by side, and how far the second must move along its yarn to be the closest one.
     fn beside(&self, side: &Side) -> Touch {
-        let spots = [0, 1].map(|k| Spot::new(side.first[k], side.s[k]));
-        let [place, other] = [0, 1].map(|k| self.of(&spots[k], &spots[k].w));
+        let spots = two(|k| Spot::new(side.first[k], side.s[k]));
+        let [place, other] = two(|k| self.of(&spots[k], &spots[k].w));
         let r = self.of(&spots[1], &spots[1].d);
-        let d = [0, 1, 2].map(|a| place[a] - other[a]);
+        let d = three(|a| place[a] - other[a]);
         let shift = (dot(d, r) / dot(r, r)).clamp(-MOST, MOST);
         let distance = dot(d, d).sqrt().max(1e-12);
         Touch { spots, depth: self.cloth.width - distance, normal: d.map(|x| x / distance), shift: [0.0, shift] }
     }
 
     /// Kicks two yarns that touch: spring, damping and friction.
+    #[inline(always)]
     fn kick(&mut self, touch: &Touch, spring: f64, adhesion: f64) {
         let [a, b] = &touch.spots;
         let n = touch.normal;
-        let relative = [0, 1, 2].map(|k| a.of(&self.axes[k].v, &a.w) - b.of(&self.axes[k].v, &b.w));
+        let relative = three(|k| a.of(&self.axes[k].v, &a.w) - b.of(&self.axes[k].v, &b.w));
         let mass = self.mass / (a.square() + b.square());
         let (elastic, normal) = (spring * touch.depth.max(0.0), dot(relative, n));
         let force = (elastic - self.cloth.damping * 2.0 * (spring * mass).sqrt() * normal).max(0.0);
         let force = if touch.depth > 0.0 { force } else { 0.0 };
-        let slip = [0, 1, 2].map(|k| relative[k] - normal * n[k]);
+        let slip = three(|k| relative[k] - normal * n[k]);
         let speed = dot(slip, slip).sqrt();
         let rub = ((adhesion + self.cloth.friction * force) * self.dt).min(mass * speed);
         let along = if speed > 0.0 { rub / speed } else { 0.0 };
@@ -136,13 +139,13 @@ impl Sim {
                 self.tie(&touch.spots);
                 continue;
             }
-            let moved = [0, 1].map(|k| ahead[k] + touch.shift[k]);
+            let moved = two(|k| ahead[k] + touch.shift[k]);
             if touch.depth > -0.01 * thickness {
                 self.kick(&touch, self.springs[0], self.cloth.adhesion);
             }
             self.book.depth = self.book.depth.max(touch.depth);
             let crossing = &mut self.crossings[c];
-            crossing.rate = [0, 1].map(|k| (moved[k] - s[k]).clamp(-MOST, MOST));
+            crossing.rate = two(|k| (moved[k] - s[k]).clamp(-MOST, MOST));
             crossing.s = moved;
             crossing.force = self.springs[0] * touch.depth.max(0.0);
         }
@@ -161,12 +164,12 @@ impl Sim {
         let off = 0.5 * self.cloth.thickness;
         let (spring, mass) = (self.springs[2], self.mass);
         for &node in &self.near {
-            let p = [0, 1, 2].map(|a| self.axes[a].at[node] - self.body.at[a]);
+            let p = three(|a| self.axes[a].at[node] - self.body.at[a]);
             let Some((depth, n)) = self.body.depth(p, off) else { continue };
-            let relative = [0, 1, 2].map(|a| self.axes[a].v[node] - self.body.v[a]);
+            let relative = three(|a| self.axes[a].v[node] - self.body.v[a]);
             let (elastic, normal) = (spring * depth, dot(relative, n));
             let force = (elastic - self.cloth.damping * 2.0 * (spring * mass).sqrt() * normal).max(0.0);
-            let slip = [0, 1, 2].map(|a| relative[a] - normal * n[a]);
+            let slip = three(|a| relative[a] - normal * n[a]);
             let speed = dot(slip, slip).sqrt();
             let rub = (self.body.friction * force * self.dt).min(mass * speed);
             let along = if speed > 0.0 { rub / speed } else { 0.0 };
@@ -197,7 +200,7 @@ impl Sim {
         for yarn in 0..self.ends.len() {
             let (way, first, n) = self.yarn(yarn);
             near.extend((first + 1..first + n - 1).filter(|&node| {
-                self.body.near([0, 1, 2].map(|a| self.axes[a].at[node] - self.body.at[a]), margin)
+                self.body.near(three(|a| self.axes[a].at[node] - self.body.at[a]), margin)
             }));
             let last = yarn + 1 == self.ends.len() || yarn + 1 == self.cloth.yarns[0];
             if self.cloth.bare || last || self.broken[yarn] || self.broken[yarn + 1] {
@@ -244,7 +247,7 @@ impl Sim {
         let body: f64 = self
             .near
             .iter()
-            .filter_map(|&node| self.body.depth([0, 1, 2].map(|a| self.axes[a].at[node] - self.body.at[a]), off))
+            .filter_map(|&node| self.body.depth(three(|a| self.axes[a].at[node] - self.body.at[a]), off))
             .map(|(depth, _)| 0.5 * self.springs[2] * depth * depth)
             .sum();
         crossings + body + self.stored_beside()

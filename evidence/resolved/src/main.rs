@@ -91,10 +91,10 @@ fn placed(cloth: Cloth, mut body: Body, aim: [f64; 2]) -> Sim {
     Sim::new(cloth, body)
 }
 
-/// Shoots until the body stops, has left every yarn behind it, or time is up.
+/// Shoots until the body stops, time is up, or the cloth does not slow it any more: by less than 0.5 % in 20 us.
 fn shoot(sim: &mut Sim, longest: f64) -> (&'static str, f64) {
     let (first, start) = (sim.body.v[2], 0.5 * sim.body.mass * sim.body.v[2] * sim.body.v[2]);
-    let mut worst = 0.0_f64;
+    let (mut worst, mut checked) = (0.0_f64, (0.0, first));
     loop {
         sim.step();
         if sim.steps % 512 == 0 {
@@ -104,25 +104,18 @@ fn shoot(sim: &mut Sim, longest: f64) -> (&'static str, f64) {
             "arrested"
         } else if !(sim.body.v[2] < 10.0 * first) {
             "lost"
-        } else if sim.steps % 64 == 0 && sim.time() - sim.book.last_contact > 10e-6 && passed(sim) {
+        } else if sim.time() > 30e-6 && sim.time() > checked.0 + 20e-6 && sim.body.v[2] > 0.995 * checked.1 {
             "through"
         } else if sim.time() > longest {
             "unknown"
         } else {
+            if sim.time() > checked.0 + 20e-6 {
+                checked = (sim.time(), sim.body.v[2]);
+            }
             continue;
         };
         return (over, worst.max((sim.energy() / start - 1.0).abs()));
     }
-}
-
-/// Whether no node is ahead of the body within its radius.
-fn passed(sim: &Sim) -> bool {
-    let [x, y, z] = [0, 1, 2].map(|a| &sim.axes[a].at);
-    let [u, v, w] = sim.body.at;
-    (0..sim.ends.len()).all(|yarn| {
-        let (_, first, n) = sim.yarn(yarn);
-        (first..first + n).all(|k| z[k] < w || (x[k] - u).hypot(y[k] - v) > sim.body.radius)
-    })
 }
 
 /// Largest slip of a crossing along a yarn, spacings, and broken yarns.
