@@ -51,6 +51,27 @@ pub struct Cloth {
     pub clamp: End,
 }
 
+impl Cloth {
+    /// Length of the yarn over that of the cloth, less 1: of a cosine with the thickness as its double amplitude, to the fourth order of its slope.
+    pub fn crimp(&self) -> f64 {
+        let slope = std::f64::consts::PI * 0.5 * self.thickness / self.spacing;
+        slope * slope / 4.0 - 3.0 * slope.powi(4) / 64.0
+    }
+
+    /// Amplitude of nodes whose bars have that crimp. The curve between them is lower: by 8 % with 3 bars a spacing, by 2 % with 6.
+    fn crest(&self) -> f64 {
+        let (p, part) = (self.pieces, self.spacing / self.pieces as f64);
+        let wave = |k: usize| (std::f64::consts::PI * k as f64 / p as f64).cos();
+        let crimp = |a: f64| (0..p).map(|k| part.hypot(a * (wave(k + 1) - wave(k)))).sum::<f64>() / self.spacing - 1.0;
+        let (mut low, mut high) = (0.0, self.thickness);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if crimp(middle) < self.crimp() { low = middle } else { high = middle }
+        }
+        high
+    }
+}
+
 /// What holds an end of a yarn; forces and velocities point away from the cloth.
 #[derive(Clone, Copy, PartialEq)]
 pub enum End {
@@ -131,7 +152,8 @@ pub struct Crossing {
     /// Arc coordinates on both, in bars, and their change in the last step.
     pub s: [f64; 2],
     pub rate: [f64; 2],
-    /// Force of the spring, N.
+    /// m, and the normal force, N.
+    pub depth: f64,
     pub force: f64,
 }
 
@@ -180,14 +202,17 @@ pub struct Book {
 }
 
 impl Sim {
-    pub fn new(cloth: Cloth, body: Body) -> Sim {
+    pub fn new(mut cloth: Cloth, body: Body) -> Sim {
         let (n, p) = (cloth.yarns, cloth.pieces);
         let nodes = [p * (n[1] + 1) + 1, p * (n[0] + 1) + 1];
         let stride = nodes[0].max(nodes[1]) + 2;
         let total = (n[0] + n[1]) * stride;
         let h = cloth.spacing;
-        // The curve at a crest lies at 3/4 + cos/4 of its node.
-        let crest = if cloth.crimped { 0.5 * cloth.thickness / (0.75 + 0.25 * (std::f64::consts::PI / p as f64).cos()) } else { 0.0 };
+        let crest = if cloth.crimped { cloth.crest() } else { 0.0 };
+        if cloth.crimped {
+            // The curve at a crest lies at 3/4 + cos/4 of its node.
+            cloth.thickness = 2.0 * crest * (0.75 + 0.25 * (std::f64::consts::PI / p as f64).cos());
+        }
         let mut axes: [Axis; 3] = Default::default();
         for axis in &mut axes {
             for values in [&mut axis.at, &mut axis.v, &mut axis.old, &mut axis.lost] {
@@ -220,7 +245,7 @@ impl Sim {
         let bar = cloth.stiffness / mean * (1.5 * cloth.critical_stretch.powi(2) - 0.5);
         let dt = cloth.step * 2.0 / ((4.0 * bar + 1.5 * springs[0] + springs[1] + springs[2]) / mass).sqrt();
         let crossings = (0..n[0] * n[1])
-            .map(|c| Crossing { on: !cloth.bare, s: [(p * (c % n[1] + 1)) as f64, (p * (c / n[1] + 1)) as f64], rate: [0.0; 2], force: 0.0 })
+            .map(|c| Crossing { on: !cloth.bare, s: [(p * (c % n[1] + 1)) as f64, (p * (c / n[1] + 1)) as f64], rate: [0.0; 2], depth: 0.0, force: 0.0 })
             .collect();
         let scratch = std::array::from_fn(|_| vec![0.0; stride + 1]);
         let ends = vec![[cloth.clamp; 2]; n[0] + n[1]];

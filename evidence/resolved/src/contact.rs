@@ -83,9 +83,9 @@ impl Sim {
         Touch { spots, depth: self.cloth.width - distance, normal: d.map(|x| x / distance), shift: [0.0, shift] }
     }
 
-    /// Kicks two yarns that touch: spring, damping and friction.
+    /// Kicks two yarns that touch: spring, damping and friction. Gives the normal force.
     #[inline(always)]
-    fn kick(&mut self, touch: &Touch, spring: f64, adhesion: f64) {
+    fn kick(&mut self, touch: &Touch, spring: f64, adhesion: f64) -> f64 {
         let [a, b] = &touch.spots;
         let n = touch.normal;
         let relative = three(|k| a.of(&self.axes[k].v, &a.w) - b.of(&self.axes[k].v, &b.w));
@@ -107,6 +107,7 @@ impl Sim {
                 spot.add(&mut self.axes[k].lost, sign * lost);
             }
         }
+        force
     }
 
     /// Ends the motion of two points of yarns relative to each other.
@@ -130,9 +131,9 @@ impl Sim {
             let Crossing { s, rate, .. } = self.crossings[c];
             let ahead = [s[0] + rate[0], s[1] + rate[1]];
             let Some(touch) = self.closest(c, ahead) else {
-                let force = self.crossings[c].force;
-                self.book.dropped += 0.5 * force * force / self.springs[0];
-                (self.crossings[c].on, self.crossings[c].force) = (false, 0.0);
+                let depth = self.crossings[c].depth;
+                self.book.dropped += 0.5 * self.springs[0] * depth * depth;
+                self.crossings[c] = Crossing { on: false, depth: 0.0, force: 0.0, ..self.crossings[c] };
                 continue;
             };
             if self.cloth.pinned {
@@ -140,14 +141,12 @@ impl Sim {
                 continue;
             }
             let moved = two(|k| ahead[k] + touch.shift[k]);
-            if touch.depth > -0.01 * thickness {
-                self.kick(&touch, self.springs[0], self.cloth.adhesion);
-            }
+            let force = if touch.depth > -0.01 * thickness { self.kick(&touch, self.springs[0], self.cloth.adhesion) } else { 0.0 };
             self.book.depth = self.book.depth.max(touch.depth);
             let crossing = &mut self.crossings[c];
             crossing.rate = two(|k| (moved[k] - s[k]).clamp(-MOST, MOST));
             crossing.s = moved;
-            crossing.force = self.springs[0] * touch.depth.max(0.0);
+            (crossing.depth, crossing.force) = (touch.depth.max(0.0), force);
         }
     }
 
