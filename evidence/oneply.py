@@ -1,0 +1,191 @@
+"""One ply: ballistic limits of the network beside those of a reference with resolved yarns, and when a projectile opens a window.
+
+Reference: evidence/resolved, yarns as curves in space that touch, slip and rub (its cloth.rs has method and limits); its closed forms are
+`cargo test --release -p fabric-resolved -- --nocapture`. Network: the package, with a bar between two crossings, flat and with sheet.crimp.
+Both have the same yarns, supports, body, viscosity and place of hit. Each limit is bisected to 3 m/s: the middle of the fastest shot that was stopped
+and the slowest that went through. A limit is by windowing if no yarn broke in that slowest shot.
+Limits: no scatter of strength; one place of hit is one sample beyond the first failure. Thickness and width of yarns are assumptions (THICKNESS, WIDTH).
+"""
+
+import json
+import math
+import os
+import subprocess
+
+from fabric_kernel import Scene, page
+
+from .hits import impact, sheet
+from .study import TOP
+
+# Raised when the reference computes something else: kept runs are then made anew.
+MODEL = 1
+PROGRAM = TOP / "target/resolved/release/resolved"
+# Half the thickness of the ply and the width of a yarn of Kevlar KM2 S706, m: not read in any source, so assumptions. Those of another textile have
+# the same ratio to the root of the area of its yarn.
+THICKNESS, WIDTH, AREA = 0.115e-3, 0.55e-3, 4.63e-8
+# Width of the bracket, m/s, and the stride towards it.
+BRACKET, STRIDE = 3.0, 1.15
+# Of a hit, from a crossing, in spacings; a little off, as an exactly symmetric hit is a case of its own.
+PLACES = {"crossing": (0.03, 0.02), "yarn": (0.53, 0.02), "window": (0.53, 0.52)}
+SPHERE = {"radius": 2.778e-3, "mass": 6.9e-4, "length": 0.0}
+CYLINDER = {"radius": 2.73e-3, "mass": 1.1e-3, "length": 6e-3}
+KEVLAR, ZYLON = "kevlar_km2_s706", "zylon_as_500_35"
+STRAIGHT, CRIMPED = {"pinned": 1, "crimped": 0}, {"pinned": 1, "crimped": 1}
+# Time after which a shot is given up, s.
+LONGEST = 1.5e-3
+
+
+def rubbing(yarns, body):
+    return {"friction": yarns, "body_friction": body}
+
+
+def variants():
+    return {"pinned, straight": STRAIGHT, "pinned, crimped": CRIMPED} | {f"mu = mu_s = {mu}": rubbing(mu, mu) for mu in (0.1, 0.2, 0.3)}
+
+
+def crimp(thickness, spacing):
+    """Of the reference's yarns, as cloth.rs has it."""
+    slope = math.pi * 0.5 * thickness / spacing
+    return slope**2 / 4 - 3 * slope**4 / 64
+
+
+def section(scene):
+    """Thickness and width of the yarns of a flat scene, m."""
+    root = math.sqrt(scene["sheet.yarn_area"] / AREA)
+    return THICKNESS * root, WIDTH * root
+
+
+def network(fabric, width, body, place, crimped=False, friction=0.0):
+    """The scene of the network, at rest on the sheet; a velocity is given to each shot."""
+    flat = sheet({"name": fabric}, width, 1.0)
+    spacing, thickness = flat["sheet.spacing"], section(flat)[0]
+    part = crimp(thickness, spacing)
+    scene = sheet({"name": fabric, "warp": {"crimp": part}, "weft": {"crimp": part}}, width, 1.0) if crimped else flat
+    shape = {"projectile.shape": "cylinder" if body["length"] else "sphere"} | ({"projectile.length": body["length"]} if body["length"] else {})
+    scene = scene.replace(shape | {"projectile.radius": body["radius"], "projectile.mass": body["mass"], "projectile.velocity": [0.0, 0.0, 50.0]})
+    scene = scene.replace({"contact.friction": friction})
+    # A crossing is at the middle, or half a spacing from it.
+    even = 0.0 if scene["sheet.nodes_x"] % 2 else 0.5
+    return scene.aimed([(part + even) * spacing for part in PLACES[place]])
+
+
+def resolved(fabric, width, body, place, more, pieces=3):
+    """The arguments of the reference."""
+    scene = sheet({"name": fabric}, width, 1.0)
+    thickness, yarn = section(scene)
+    x, y = PLACES[place]
+    return {
+        "spacing": scene["sheet.spacing"], "pieces": pieces, "yarns": scene["sheet.nodes_x"] - 2, "stiffness": scene["yarn.modulus_mean"] * scene["sheet.yarn_area"],
+        "line_mass": scene["sheet.node_mass"] / (2 * scene["sheet.spacing"]), "critical_stretch": scene["yarn.critical_stretch"],
+        "damage_rate": scene["yarn.lambda_intercept"] + scene["yarn.lambda_slope"] * scene["yarn.modulus_mean"],
+        "thickness": thickness, "width": yarn, "x": x, "y": y, "longest": LONGEST,
+    } | body | more  # fmt: skip
+
+
+def built():
+    """Builds the reference for this processor; its bits do not depend on that."""
+    command = ["cargo", "build", "--release", "--quiet", "--package", "fabric-resolved", "--target-dir", str(PROGRAM.parents[1])]
+    subprocess.run(command, cwd=TOP, check=True, env=os.environ | {"RUSTFLAGS": "-C target-cpu=native"})
+
+
+def shoot(arguments, velocity, *more):
+    """One shot of the reference."""
+    words = [f"{key}={value!r}" for key, value in arguments.items()]
+    done = subprocess.run([PROGRAM, *words, f"velocity={velocity!r}", *more], check=True, capture_output=True, text=True)
+    return json.loads(done.stdout)
+
+
+def measured(job):
+    """The limit of one job: {"scene" or "reference", "guess"}; the shots in their order."""
+    shots = []
+
+    def through(velocity):
+        if "scene" in job:
+            found = impact(job["scene"].replace({"projectile.velocity": [0.0, 0.0, velocity]}), LONGEST)
+            shots.append({"speed": velocity, "through": found["through"], "residual": found["residual"], "broken_bars": found["failed"]})
+        else:
+            found = shoot(job["reference"], velocity)
+            passed = found["end"] == "through" or found["end"] != "arrested" and found["velocity"] > 0.05 * velocity
+            shots.append(found | {"speed": velocity, "through": passed})
+        return shots[-1]["through"]
+
+    low = job["guess"]
+    while through(low):
+        low /= STRIDE
+    high = low * STRIDE
+    while low >= job["guess"] and not through(high):
+        low, high = high, high * STRIDE
+    while high - low > BRACKET:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if through(middle) else (middle, high)
+    slowest = next(shot for shot in shots if shot["speed"] == high)
+    return {"limit": 0.5 * (low + high), "bracket": high - low, "slowest": slowest, "worst": max(abs(shot["residual"]) for shot in shots), "shots": shots}
+
+
+def of_radius(times):
+    return SPHERE | {"radius": SPHERE["radius"] * times, "mass": SPHERE["mass"] * times**3}
+
+
+# Friction between yarns and on the body, radius over that of the sphere, width, m, about the limit, m/s: hits on a window.
+WINDOWS = [
+    *((mu, 0.0, 1.0, 0.051, guess) for mu, guess in ((0.0, 24.0), (0.05, 34.0), (0.1, 60.0), (0.15, 80.0), (0.2, 85.0), (0.3, 85.0))),
+    *((0.0, mu, 1.0, 0.051, guess) for mu, guess in ((0.1, 60.0), (0.2, 80.0))),
+    (0.05, 0.05, 1.0, 0.051, 60.0),
+    *((mu, body, 0.5, 0.051, guess) for mu, body, guess in ((0.1, 0.0, 30.0), (0.2, 0.0, 45.0), (0.3, 0.0, 80.0), (0.1, 0.1, 60.0), (0.2, 0.2, 150.0))),
+    *((mu, 0.0, 2.0, 0.051, guess) for mu, guess in ((0.0, 24.0), (0.05, 34.0), (0.1, 34.0))),
+    *((mu, 0.0, 1.0, 0.102, guess) for mu, guess in ((0.05, 34.0), (0.1, 60.0), (0.15, 110.0))),
+]  # fmt: skip
+
+
+def jobs(full):
+    """(labels, job) of the network and of the reference; those of least use last."""
+    found = []
+
+    def add(part, name, width, place, body, guess, more, fabric=KEVLAR, pieces=3):
+        label = {"part": part, "case": name, "fabric": fabric, "width": width, "place": place, "pieces": pieces}
+        found.append((label, {"reference": resolved(fabric, width, body, place, more, pieces), "guess": guess, "model": MODEL}))
+
+    def nets(part, width, place, body, guess, fabric=KEVLAR, frictions=(0.0, 0.1, 0.2, 0.3)):
+        for name, crimped in (("flat", False), ("crimp", True)):
+            for friction in frictions:
+                label = {"part": part, "case": f"network, {name}, mu_s = {friction}", "fabric": fabric, "width": width, "place": place, "pieces": 1}
+                found.append((label, {"scene": network(fabric, width, body, place, crimped, friction), "guess": guess}))
+
+    guesses = {0.051: 65.0, 0.06: 75.0, 0.102: 125.0}
+    if not full:
+        nets("limits", 0.012, "crossing", SPHERE, 25.0, frictions=(0.0, 0.1))
+        for name in list(variants())[::2]:
+            add("limits", name, 0.012, "crossing", SPHERE, 20.0, variants()[name])
+        return found
+    for width in (0.051, 0.06):
+        for place in PLACES if width == 0.051 else ("crossing", "window"):
+            nets("limits", width, place, SPHERE, guesses[width])
+            for name, more in variants().items():
+                add("limits", name, width, place, SPHERE, guesses[width] * (1.0 if name == "pinned, straight" else 1.2), more)
+    for mu, body, times, width, guess in WINDOWS:
+        name = f"mu {mu:g}, mu_s {body:g}, radius {times:g}"
+        add("windows", name, width, "window", of_radius(times), guess, rubbing(mu, body))
+    for name, place in (*((name, "crossing") for name in variants()), ("mu = mu_s = 0.1", "window"), ("mu = mu_s = 0.2", "window")):
+        add("limits", name, 0.102, place, SPHERE, 125.0 if name == "pinned, straight" else 140.0, variants()[name])
+    for place in ("crossing", "window"):
+        nets("limits", 0.102, place, SPHERE, 125.0)
+        for name, more in variants().items():
+            add("limits", name, 0.051, place, SPHERE, 65.0 if name == "pinned, straight" else 80.0, more, pieces=4)
+    for name, body, fabric, guess in (("cylinder", CYLINDER, KEVLAR, 60.0), ("Zylon", SPHERE, ZYLON, 70.0)):
+        nets(name, 0.051, "crossing", body, guess, fabric, (0.0, 0.2))
+        for case in ("pinned, straight", "pinned, crimped", "mu = mu_s = 0.2"):
+            add(name, case, 0.051, "crossing", body, guess, variants()[case], fabric)
+    for name, place, more in (
+        ("pinned, crimped", "crossing", CRIMPED), ("mu = mu_s = 0.2", "crossing", rubbing(0.2, 0.2)), ("mu 0.1, mu_s 0, radius 1", "window", rubbing(0.1, 0.0)),
+    ):  # fmt: skip
+        add("limits" if "radius" not in name else "windows", name, 0.051, place, SPHERE, 80.0, more, pieces=6)
+    return found
+
+
+def answer(study):
+    built()
+    wanted = jobs(study.effort != "smoke" and study.effort != "quick")
+    found = study.each(measured, [job for _, job in wanted])
+    rows = [label | {key: value for key, value in one.items() if key not in ("shots", "slowest")} | {"broken": one["slowest"].get("broken_yarns")} for (label, _), one in zip(wanted, found)]
+    study.write("oneply", rows)
+    study.table("oneply", "One ply: network and resolved yarns", page.table(rows, [(key, key, 3) if isinstance(rows[0][key], float) else (key, key, 0) for key in rows[0]]))
