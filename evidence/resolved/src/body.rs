@@ -1,13 +1,14 @@
 //! The rigid body: a sphere, or a cylinder that flies along its axis with its flat face ahead. It does not turn.
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Default, PartialEq)]
 pub enum Shape {
+    #[default]
     Sphere,
     /// Of this length; its place is that of the face.
     Cylinder(f64),
 }
 
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Body {
     pub shape: Shape,
     pub radius: f64,
@@ -75,6 +76,9 @@ impl Body {
             Shape::Sphere => (self.radius, self.radius),
             Shape::Cylinder(length) => (0.0, length),
         };
-        p[0].abs() < self.radius + margin && p[1].abs() < self.radius + margin && p[2] < reach + margin && p[2] > -back - margin
+        p[0].abs() < self.radius + margin
+            && p[1].abs() < self.radius + margin
+            && p[2] < reach + margin
+            && p[2] > -back - margin
     }
 }

@@ -66,7 +66,12 @@ fn a_yarn_hit_across_has_the_strain_and_the_kink_of_theory() {
         let tension = (from..to).map(|k| sim.tension(0, k)).sum::<f64>() / (to - from) as f64;
         let expected = c.stiffness * 0.5 * low * (low * low - 1.0);
         near(&format!("plateau at 200 m/s, {pieces} pieces, N"), tension, expected, 0.01);
-        near(&format!("kink at 200 m/s, {pieces} pieces, m/s"), (kink(&sim) - first) / (sim.time() - start), smith(&c, low).0, 0.02);
+        near(
+            &format!("kink at 200 m/s, {pieces} pieces, m/s"),
+            (kink(&sim) - first) / (sim.time() - start),
+            smith(&c, low).0,
+            0.02,
+        );
     }
 }
 
@@ -100,7 +105,11 @@ fn a_weave_at_rest_stays_so() {
         sim.step();
     }
     let moved = before.iter().zip(&sim.axes[2].at).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    println!("weave at rest: moved by {:.1e} of its thickness, energy {:.1e} J", moved / sim.cloth.thickness, sim.energy());
+    println!(
+        "weave at rest: moved by {:.1e} of its thickness, energy {:.1e} J",
+        moved / sim.cloth.thickness,
+        sim.energy()
+    );
     assert!(moved < 1e-6 * sim.cloth.thickness && sim.energy() < 1e-12);
 }
 
@@ -144,7 +153,13 @@ fn pulled(more: &str, tail: f64, pre: f64) -> [f64; 5] {
             for j in 0..12 {
                 let [before, own, after] = [-1, 0, 1].map(|k| {
                     let (j, p) = (j + k, sim.cloth.pieces as f64);
-                    let edge = if j < 0 { -p } else if j > 11 { p } else { 0.0 };
+                    let edge = if j < 0 {
+                        -p
+                    } else if j > 11 {
+                        p
+                    } else {
+                        0.0
+                    };
                     sim.crossings[(24 + j.clamp(0, 11)) as usize].s[0] + edge
                 });
                 angle += dot(along(0.5 * (before + own)), along(0.5 * (own + after))).min(1.0).acos();
@@ -165,7 +180,12 @@ fn pulled(more: &str, tail: f64, pre: f64) -> [f64; 5] {
 fn a_yarn_pulled_over_others_is_a_capstan() {
     for friction in [0.1, 0.2] {
         let [tail, head, angle, force, _] = pulled(&format!("friction={friction} pieces=6"), 4.0, 0.002);
-        near(&format!("pull-out with {friction}: difference of forces over friction times normal forces"), (head - tail) / (friction * force), 1.0, 0.05);
+        near(
+            &format!("pull-out with {friction}: difference of forces over friction times normal forces"),
+            (head - tail) / (friction * force),
+            1.0,
+            0.05,
+        );
         near(&format!("capstan with {friction}, angle {angle:.2}"), head / tail, (friction * angle).exp(), 0.05);
     }
 }
@@ -178,7 +198,11 @@ fn adhesion_holds_a_yarn_at_each_crossing_beside_friction() {
 
 #[test]
 fn half_the_step_changes_little_and_energy_closes() {
-    for (name, more, limit) in [("pinned", "pinned=1 crimped=0", 0.01), ("crimped", "friction=0.2 body_friction=0.2", 0.01), ("window", "friction=0 x=0.5 y=0.5", 0.02)] {
+    for (name, more, limit) in [
+        ("pinned", "pinned=1 crimped=0", 0.01),
+        ("crimped", "friction=0.2 body_friction=0.2", 0.01),
+        ("window", "friction=0 x=0.5 y=0.5", 0.02),
+    ] {
         let ends: Vec<(f64, f64)> = [0.6, 0.3]
             .iter()
             .map(|step| {
@@ -186,7 +210,11 @@ fn half_the_step_changes_little_and_energy_closes() {
                 body.mass *= if name == "window" { 2.0 } else { 1.0 };
                 let mut sim = placed(c, body, if name == "window" { [0.5, 0.5] } else { [0.0, 0.0] });
                 let (end, residual) = shoot(&mut sim, 3e-4);
-                println!("{name}, step {step}: {end}, {:.3} m/s, residual {residual:.1e}, broken {:?}", sim.body.v[2], damage(&sim));
+                println!(
+                    "{name}, step {step}: {end}, {:.3} m/s, residual {residual:.1e}, broken {:?}",
+                    sim.body.v[2],
+                    damage(&sim)
+                );
                 assert!(residual < limit);
                 (sim.body.at[2], sim.body.v[2])
             })

@@ -198,7 +198,6 @@ pub struct Book {
     pub broken: u32,
     pub first_break: Option<f64>,
     pub depth: f64,
-    pub last_contact: f64,
 }
 
 impl Sim {
@@ -233,7 +232,10 @@ impl Sim {
         let of = |way: usize| -> Vec<f64> {
             let first = way * n[0] * stride;
             (first..first + nodes[way] - 1)
-                .map(|k| axes.iter().map(|a| (a.at[k + 1] - a.at[k]).powi(2)).sum::<f64>().sqrt() * (1.0 - cloth.pre_strain[way]))
+                .map(|k| {
+                    axes.iter().map(|a| (a.at[k + 1] - a.at[k]).powi(2)).sum::<f64>().sqrt()
+                        * (1.0 - cloth.pre_strain[way])
+                })
                 .collect()
         };
         let length = [of(0), of(1)];
@@ -245,14 +247,40 @@ impl Sim {
         let bar = cloth.stiffness / mean * (1.5 * cloth.critical_stretch.powi(2) - 0.5);
         let dt = cloth.step * 2.0 / ((4.0 * bar + 1.5 * springs[0] + springs[1] + springs[2]) / mass).sqrt();
         let crossings = (0..n[0] * n[1])
-            .map(|c| Crossing { on: !cloth.bare, s: [(p * (c % n[1] + 1)) as f64, (p * (c / n[1] + 1)) as f64], rate: [0.0; 2], depth: 0.0, force: 0.0 })
+            .map(|c| Crossing {
+                on: !cloth.bare,
+                s: [(p * (c % n[1] + 1)) as f64, (p * (c / n[1] + 1)) as f64],
+                rate: [0.0; 2],
+                depth: 0.0,
+                force: 0.0,
+            })
             .collect();
         let scratch = std::array::from_fn(|_| vec![0.0; stride + 1]);
         let ends = vec![[cloth.clamp; 2]; n[0] + n[1]];
         let broken = vec![false; n[0] + n[1]];
         let (alpha, work) = (vec![1.0; total], vec![0.0; total]);
         let (side, near, book) = (Vec::new(), Vec::new(), Book::default());
-        Sim { cloth, body, axes, alpha, crossings, ends, broken, mass, dt, steps: 0, nodes, stride, length, springs, book, side, near, scratch, work }
+        Sim {
+            cloth,
+            body,
+            axes,
+            alpha,
+            crossings,
+            ends,
+            broken,
+            mass,
+            dt,
+            steps: 0,
+            nodes,
+            stride,
+            length,
+            springs,
+            book,
+            side,
+            near,
+            scratch,
+            work,
+        }
     }
 
     /// Direction, first node and nodes of a yarn.
@@ -285,13 +313,19 @@ impl Sim {
     }
 
     /// Books the last kick, moves the nodes of a yarn, and kicks them with its bars.
+    #[inline(never)]
     fn bars(&mut self, yarn: usize) {
         let (way, first, n) = self.yarn(yarn);
         let (c, dt, kick) = (&self.cloth, self.dt, self.dt / self.mass);
         let range = first..first + n;
         let work = &mut self.work[range.clone()];
         for axis in &mut self.axes {
-            let (at, v, old, lost) = (&mut axis.at[range.clone()], &axis.v[range.clone()], &mut axis.old[range.clone()], &mut axis.lost[range.clone()]);
+            let (at, v, old, lost) = (
+                &mut axis.at[range.clone()],
+                &axis.v[range.clone()],
+                &mut axis.old[range.clone()],
+                &mut axis.lost[range.clone()],
+            );
             for k in 0..n {
                 work[k] += lost[k] * (old[k] + v[k]);
                 lost[k] = 0.0;
@@ -349,7 +383,12 @@ impl Sim {
         let stiff = c.viscosity[2] * c.line_mass * speed;
         let m = &mut moment[..n];
         for axis in &mut self.axes {
-            let (at, v, old, lost) = (&axis.at[range.clone()], &mut axis.v[range.clone()], &axis.old[range.clone()], &mut axis.lost[range.clone()]);
+            let (at, v, old, lost) = (
+                &axis.at[range.clone()],
+                &mut axis.v[range.clone()],
+                &axis.old[range.clone()],
+                &mut axis.lost[range.clone()],
+            );
             (m[0], m[n - 1]) = (0.0, 0.0);
             for k in 1..n - 1 {
                 m[k] = stiff * alpha[k - 1] * alpha[k] * (old[k - 1] - 2.0 * old[k] + old[k + 1]);
@@ -370,6 +409,7 @@ impl Sim {
         }
     }
 
+    #[inline(never)]
     fn clamp(&mut self, yarn: usize) {
         let (way, first, n) = self.yarn(yarn);
         let kick = self.dt / self.mass;
@@ -383,7 +423,13 @@ impl Sim {
                 End::Pulled(force) => next[way] = along.v[node] + out * kick * force,
                 End::Slips(force) => {
                     let most = kick * force;
-                    next[way] = if along.v[node] > most { along.v[node] - most } else if along.v[node] < -most { along.v[node] + most } else { 0.0 };
+                    next[way] = if along.v[node] > most {
+                        along.v[node] - most
+                    } else if along.v[node] < -most {
+                        along.v[node] + most
+                    } else {
+                        0.0
+                    };
                     self.book.rubbed[2] += 0.5 * self.mass * (along.v[node] - next[way]) * (along.v[node] + next[way]);
                 }
             }
@@ -401,7 +447,13 @@ impl Sim {
             let (way, first, n) = self.yarn(yarn);
             for k in 0..n - 1 {
                 let q = self.q(first + k, self.length[way][k]);
-                sum += self.alpha[first + k] * 0.125 * self.cloth.stiffness * self.length[way][k] * q * q * if q > 0.0 { 1.0 } else { self.cloth.slack };
+                sum += self.alpha[first + k]
+                    * 0.125
+                    * self.cloth.stiffness
+                    * self.length[way][k]
+                    * q
+                    * q
+                    * if q > 0.0 { 1.0 } else { self.cloth.slack };
             }
         }
         sum

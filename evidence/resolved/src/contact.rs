@@ -122,6 +122,7 @@ impl Sim {
         }
     }
 
+    #[inline(never)]
     pub fn push_crossings(&mut self) {
         let thickness = self.cloth.thickness;
         for c in 0..self.crossings.len() {
@@ -141,7 +142,11 @@ impl Sim {
                 continue;
             }
             let moved = two(|k| ahead[k] + touch.shift[k]);
-            let force = if touch.depth > -0.01 * thickness { self.kick(&touch, self.springs[0], self.cloth.adhesion) } else { 0.0 };
+            let force = if touch.depth > -0.01 * thickness {
+                self.kick(&touch, self.springs[0], self.cloth.adhesion)
+            } else {
+                0.0
+            };
             self.book.depth = self.book.depth.max(touch.depth);
             let crossing = &mut self.crossings[c];
             crossing.rate = two(|k| (moved[k] - s[k]).clamp(-MOST, MOST));
@@ -174,9 +179,6 @@ impl Sim {
             let along = if speed > 0.0 { rub / speed } else { 0.0 };
             self.book.rubbed[1] += rub * (speed - 0.5 * rub / mass);
             self.book.on_body = self.book.on_body.max(depth);
-            if force > 0.0 {
-                self.book.last_contact = self.steps as f64 * self.dt;
-            }
             for a in 0..3 {
                 let lost = (force - elastic) * self.dt * n[a] - along * slip[a];
                 let all = elastic * self.dt * n[a] + lost;
@@ -190,6 +192,7 @@ impl Sim {
 
     /// Nodes near the body, and pairs of yarns side by side, whose second points move to the closest ones. A new pair must not touch yet, and broken
     /// yarns have none. What this changes of the energy is booked.
+    #[inline(never)]
     pub fn search(&mut self) {
         let margin = 0.5 * self.cloth.spacing;
         let (mut near, mut sides) = (std::mem::take(&mut self.near), Vec::with_capacity(self.side.len()));
@@ -198,9 +201,10 @@ impl Sim {
         near.clear();
         for yarn in 0..self.ends.len() {
             let (way, first, n) = self.yarn(yarn);
-            near.extend((first + 1..first + n - 1).filter(|&node| {
-                self.body.near(three(|a| self.axes[a].at[node] - self.body.at[a]), margin)
-            }));
+            near.extend(
+                (first + 1..first + n - 1)
+                    .filter(|&node| self.body.near(three(|a| self.axes[a].at[node] - self.body.at[a]), margin)),
+            );
             let last = yarn + 1 == self.ends.len() || yarn + 1 == self.cloth.yarns[0];
             if self.cloth.bare || last || self.broken[yarn] || self.broken[yarn + 1] {
                 while known.next_if(|side| side.first[0] == first).is_some() {}

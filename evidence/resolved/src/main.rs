@@ -1,82 +1,88 @@
 //! `resolved KEY=VALUE ...`: one shot at one ply of resolved yarns, told as a line of JSON. `cloth.rs` has the method and its limits.
 
 mod body;
-mod cloth;
 #[cfg(test)]
 mod closed;
+mod cloth;
 mod contact;
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use body::{Body, Shape};
 use cloth::{Cloth, End, Sim};
 
-/// What a shot is, besides cloth and body: the place of the hit from a crossing in spacings, and files for the shape of the yarns.
+/// What a shot is besides cloth and body: where it hits, in spacings from a crossing, its longest time, and a file for the shape of the yarns.
 struct Shot {
     aim: [f64; 2],
     longest: f64,
     shape: Option<String>,
 }
 
-/// Kevlar KM2 S706 as fabrics/kevlar_km2_s706.toml has it, and the sphere of 5.556 mm; thickness and width are oneply.py's.
+/// What the arguments say. Without them the fabric is fabrics/kevlar_km2_s706.toml and the body a sphere of 5.556 mm.
 fn given(arguments: &[String]) -> Result<(Cloth, Body, Shot), String> {
-    let mut cloth = Cloth {
-        spacing: 0.0254 / 34.0, pieces: 3, yarns: [79, 79], stiffness: 84.62e9 * 4.62963e-8, line_mass: 6.66667e-5, critical_stretch: 1.0355,
-        damage_rate: 2302.6, thickness: 0.115e-3, width: 0.55e-3, friction: 0.2, adhesion: 0.0, crimped: true, pinned: false, bare: false,
-        viscosity: [0.06, 1.5, 0.06], slack: 0.02, damping: 0.2, hardness: 1.0, step: 0.6, pre_strain: [0.0; 2], clamp: End::Held,
-    };
-    let zero = [0.0; 3];
-    let mut body = Body { shape: Shape::Sphere, radius: 2.778e-3, mass: 6.9e-4, friction: 0.0, at: zero, v: zero, old: zero, lost: zero, taken: 0.0 };
-    let mut shot = Shot { aim: [0.0; 2], longest: 2e-3, shape: None };
+    let mut left = BTreeMap::new();
     for argument in arguments {
         let (key, text) = argument.split_once('=').ok_or(format!("{argument}: must be KEY=VALUE"))?;
-        if key == "shape" {
-            shot.shape = Some(text.into());
-            continue;
-        }
-        let value: f64 = text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or(format!("{key} = {text}: must be a finite number"))?;
-        let count = || if value >= 1.0 && value <= 4096.0 { Ok(value as usize) } else { Err(format!("{key} = {value}: must be 1 to 4096")) };
-        match key {
-            "spacing" => cloth.spacing = value,
-            "pieces" => cloth.pieces = count()?,
-            "yarns" => cloth.yarns = [count()?; 2],
-            "stiffness" => cloth.stiffness = value,
-            "line_mass" => cloth.line_mass = value,
-            "critical_stretch" => cloth.critical_stretch = value,
-            "damage_rate" => cloth.damage_rate = value,
-            "thickness" => cloth.thickness = value,
-            "width" => cloth.width = value,
-            "friction" => cloth.friction = value,
-            "adhesion" => cloth.adhesion = value,
-            "crimped" => cloth.crimped = value != 0.0,
-            "pinned" => cloth.pinned = value != 0.0,
-            "linear" => cloth.viscosity[0] = value,
-            "quadratic" => cloth.viscosity[1] = value,
-            "bending" => cloth.viscosity[2] = value,
-            "slack" => cloth.slack = value,
-            "damping" => cloth.damping = value,
-            "hardness" => cloth.hardness = value,
-            "step" => cloth.step = value,
-            "clamp" => cloth.clamp = if value > 0.0 { End::Slips(value) } else { End::Held },
-            "radius" => body.radius = value,
-            "length" => body.shape = if value > 0.0 { Shape::Cylinder(value) } else { Shape::Sphere },
-            "mass" => body.mass = value,
-            "body_friction" => body.friction = value,
-            "velocity" => body.v[2] = value,
-            "x" => shot.aim[0] = value,
-            "y" => shot.aim[1] = value,
-            "longest" => shot.longest = value,
-            _ => return Err(format!("{key}: no such key")),
-        }
+        left.insert(key, text);
     }
-    if cloth.pieces < 3 || !(cloth.crimped || cloth.pinned) {
-        return Err("pieces must be at least 3, and straight yarns pinned".into());
+    let shape = left.remove("shape").map(String::from);
+    let mut take = |key: &str, default: f64, least: f64, most: f64| match left.remove(key).map(str::parse) {
+        None => Ok(default),
+        Some(Ok(value)) if value >= least && value <= most => Ok(value),
+        Some(_) => Err(format!("{key}: must be a number from {least:e} to {most:e}")),
+    };
+    let (tiny, huge) = (1e-12, 1e12);
+    let yarns = take("yarns", 79.0, 1.0, 4096.0)? as usize;
+    let clamp = take("clamp", 0.0, 0.0, huge)?;
+    let spacing = take("spacing", 0.0254 / 34.0, tiny, huge)?;
+    let crimped = take("crimped", 1.0, 0.0, 1.0)? != 0.0;
+    let cloth = Cloth {
+        spacing,
+        pieces: take("pieces", 3.0, 3.0, 64.0)? as usize,
+        yarns: [yarns; 2],
+        stiffness: take("stiffness", 84.62e9 * 4.62963e-8, tiny, huge)?,
+        line_mass: take("line_mass", 6.66667e-5, tiny, huge)?,
+        critical_stretch: take("critical_stretch", 1.0355, 1.0, 2.0)?,
+        damage_rate: take("damage_rate", 2302.6, 3.0, huge)?,
+        thickness: take("thickness", 0.115e-3, tiny, 0.5 * spacing)?,
+        width: take("width", 0.55e-3, tiny, 0.99 * spacing)?,
+        friction: take("friction", 0.2, 0.0, 10.0)?,
+        adhesion: take("adhesion", 0.0, 0.0, huge)?,
+        crimped,
+        // Straight yarns would lie in each other.
+        pinned: take("pinned", f64::from(u8::from(!crimped)), f64::from(u8::from(!crimped)), 1.0)? != 0.0,
+        bare: false,
+        viscosity: [
+            take("linear", 0.06, 0.0, 1.0)?,
+            take("quadratic", 1.5, 0.0, 3.0)?,
+            take("bending", 0.06, 0.0, 0.2)?,
+        ],
+        slack: take("slack", 0.02, 0.0, 1.0)?,
+        damping: take("damping", 0.2, 0.0, 1.0)?,
+        hardness: take("hardness", 1.0, 0.01, 10.0)?,
+        step: take("step", 0.6, 0.01, 0.95)?,
+        pre_strain: [0.0; 2],
+        clamp: if clamp > 0.0 { End::Slips(clamp) } else { End::Held },
+    };
+    let length = take("length", 0.0, 0.0, huge)?;
+    let body = Body {
+        shape: if length > 0.0 { Shape::Cylinder(length) } else { Shape::Sphere },
+        radius: take("radius", 2.778e-3, tiny, huge)?,
+        mass: take("mass", 6.9e-4, tiny, huge)?,
+        friction: take("body_friction", 0.0, 0.0, 10.0)?,
+        v: [0.0, 0.0, take("velocity", 0.0, tiny, 5000.0)?],
+        ..Body::default()
+    };
+    let shot = Shot {
+        aim: [take("x", 0.0, -100.0, 100.0)?, take("y", 0.0, -100.0, 100.0)?],
+        longest: take("longest", 2e-3, 0.0, 1.0)?,
+        shape,
+    };
+    match left.keys().next() {
+        Some(key) => Err(format!("{key}: no such key")),
+        None => Ok((cloth, body, shot)),
     }
-    let smallest = [cloth.spacing, cloth.stiffness, cloth.line_mass, cloth.thickness, cloth.width, cloth.step, body.radius, body.mass, body.v[2]];
-    if smallest.iter().any(|v| *v <= 0.0) || cloth.width >= cloth.spacing || cloth.friction < 0.0 || body.friction < 0.0 {
-        return Err("spacing, stiffness, line_mass, thickness, width, step, radius, mass and velocity must be above 0, width below spacing, friction at least 0".into());
-    }
-    Ok((cloth, body, shot))
 }
 
 /// The body where it just touches the cloth, above a place that is so many spacings from the crossing nearest to the middle.
@@ -98,7 +104,8 @@ fn shoot(sim: &mut Sim, longest: f64) -> (&'static str, f64) {
     loop {
         sim.step();
         if sim.steps % 512 == 0 {
-            worst = if sim.energy().is_finite() { worst.max((sim.energy() / start - 1.0).abs()) } else { f64::INFINITY };
+            worst =
+                if sim.energy().is_finite() { worst.max((sim.energy() / start - 1.0).abs()) } else { f64::INFINITY };
         }
         let over = if sim.body.v[2] <= 0.0 {
             "arrested"
@@ -125,7 +132,8 @@ fn damage(sim: &Sim) -> (f64, usize) {
         let number = if way == 0 { c % sim.cloth.yarns[1] } else { c / sim.cloth.yarns[1] };
         (sim.crossings[c].s[way] / p - (number + 1) as f64).abs()
     };
-    let slip = (0..sim.crossings.len()).filter(|c| sim.crossings[*c].on).map(|c| of(c, 0).max(of(c, 1))).fold(0.0, f64::max);
+    let slip =
+        (0..sim.crossings.len()).filter(|c| sim.crossings[*c].on).map(|c| of(c, 0).max(of(c, 1))).fold(0.0, f64::max);
     (slip, sim.broken.iter().filter(|b| **b).count())
 }
 
@@ -152,15 +160,32 @@ fn main() {
     let start = 0.5 * sim.body.mass * sim.body.v[2] * sim.body.v[2];
     let (end, residual) = shoot(&mut sim, shot.longest);
     let (slip, yarns) = damage(&sim);
-    let (book, taken) = (&sim.book, (sim.kinetic().1 + sim.body.taken) / start);
-    let first = book.first_break.map_or("null".into(), |t| format!("{t:e}"));
-    println!(
-        "{{\"end\": \"{end}\", \"velocity\": {}, \"time\": {:e}, \"steps\": {}, \"broken_bars\": {}, \"broken_yarns\": {yarns}, \"first_break\": {first}, \
-         \"residual\": {residual:e}, \"dissipated\": {taken:e}, \"rubbed\": {:e}, \"rubbed_body\": {:e}, \"clamps\": {:e}, \"damage\": {:e}, \
-         \"dropped\": {:e}, \"moved\": {:e}, \"slip\": {slip:e}, \"depth\": {:e}, \"depth_body\": {:e}, \"deflection\": {:e}}}",
-        sim.body.v[2], sim.time(), sim.steps, book.broken, book.rubbed[0] / start, book.rubbed[1] / start, book.rubbed[2] / start, book.damage / start,
-        book.dropped / start, book.moved / start, book.depth, book.on_body, sim.body.at[2] + sim.body.radius,
-    );
+    let book = &sim.book;
+    // Energies in parts of the impact's.
+    let mut line = format!("{{\"end\": \"{end}\"");
+    for (name, value) in [
+        ("velocity", sim.body.v[2]),
+        ("time", sim.time()),
+        ("steps", sim.steps as f64),
+        ("broken_bars", book.broken.into()),
+        ("broken_yarns", yarns as f64),
+        ("first_break", book.first_break.unwrap_or(-1.0)),
+        ("residual", residual.min(1e9)),
+        ("dissipated", (sim.kinetic().1 + sim.body.taken) / start),
+        ("rubbed", book.rubbed[0] / start),
+        ("rubbed_body", book.rubbed[1] / start),
+        ("clamps", book.rubbed[2] / start),
+        ("damage", book.damage / start),
+        ("dropped", book.dropped / start),
+        ("moved", book.moved / start),
+        ("slip", slip),
+        ("depth", book.depth),
+        ("depth_body", book.on_body),
+        ("deflection", sim.body.at[2] + sim.body.radius),
+    ] {
+        let _ = write!(line, ", \"{name}\": {value:e}");
+    }
+    println!("{line}}}");
     if let Some(path) = shot.shape
         && let Err(error) = std::fs::write(&path, shape(&sim))
     {
