@@ -141,7 +141,7 @@ fn pulled(more: &str, tail: f64, pre: f64) -> [f64; 5] {
             }
         }
         sim.step();
-        if sim.time() > 0.6 * total && sim.steps % 16 == 0 {
+        if sim.time() > 0.6 * total && sim.steps.is_multiple_of(16) {
             // Direction of the bar at the arc coordinate s.
             let along = |s: f64| {
                 let k = first + s as usize;

@@ -74,6 +74,7 @@ impl Cloth {
 
 /// What holds an end of a yarn; forces and velocities point away from the cloth.
 #[derive(Clone, Copy, PartialEq)]
+#[allow(dead_code)] // The closed forms pull and move ends.
 pub enum End {
     Held,
     /// Held up to a force, N.
@@ -115,8 +116,8 @@ impl Spot {
     #[inline(always)]
     pub fn add(&self, values: &mut [f64], much: f64) {
         let three = &mut values[self.node - 1..self.node + 2];
-        for e in 0..3 {
-            three[e] += self.w[e] * much;
+        for (value, w) in three.iter_mut().zip(self.w) {
+            *value += w * much;
         }
     }
     #[inline(always)]
@@ -298,7 +299,7 @@ impl Sim {
             self.bars(yarn);
         }
         self.body.drift(self.dt);
-        if self.steps % 16 == 0 {
+        if self.steps.is_multiple_of(16) {
             self.search();
         }
         self.push_body();
@@ -464,6 +465,7 @@ impl Sim {
     }
 
     /// Tension of bar k of a yarn, N.
+    #[cfg(test)]
     pub fn tension(&self, yarn: usize, k: usize) -> f64 {
         let (way, first, _) = self.yarn(yarn);
         let q = self.q(first + k, self.length[way][k]);

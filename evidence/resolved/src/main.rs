@@ -1,5 +1,7 @@
 //! `resolved KEY=VALUE ...`: one shot at one ply of resolved yarns, told as a line of JSON. `cloth.rs` has the method and its limits.
 
+#![allow(clippy::disallowed_methods)] // Its bits need not be those of every target.
+
 mod body;
 #[cfg(test)]
 mod closed;
@@ -88,7 +90,7 @@ fn given(arguments: &[String]) -> Result<(Cloth, Body, Shot), String> {
 /// The body where it just touches the cloth, above a place that is so many spacings from the crossing nearest to the middle.
 fn placed(cloth: Cloth, mut body: Body, aim: [f64; 2]) -> Sim {
     for (a, aim) in aim.into_iter().enumerate() {
-        let even = cloth.yarns[1 - a] % 2 == 0;
+        let even = cloth.yarns[1 - a].is_multiple_of(2);
         body.at[a] = (aim + if even { 0.5 } else { 0.0 }) * cloth.spacing;
     }
     let reach = if body.shape == Shape::Sphere { body.radius } else { 0.0 };
@@ -103,13 +105,13 @@ fn shoot(sim: &mut Sim, longest: f64) -> (&'static str, f64) {
     let (mut worst, mut checked) = (0.0_f64, (0.0, first));
     loop {
         sim.step();
-        if sim.steps % 512 == 0 {
+        if sim.steps.is_multiple_of(512) {
             worst =
                 if sim.energy().is_finite() { worst.max((sim.energy() / start - 1.0).abs()) } else { f64::INFINITY };
         }
         let over = if sim.body.v[2] <= 0.0 {
             "arrested"
-        } else if !(sim.body.v[2] < 10.0 * first) {
+        } else if sim.body.v[2].is_nan() || sim.body.v[2] > 10.0 * first {
             "lost"
         } else if sim.time() > 30e-6 && sim.time() > checked.0 + 20e-6 && sim.body.v[2] > 0.995 * checked.1 {
             "through"
