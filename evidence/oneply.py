@@ -134,7 +134,10 @@ WINDOWS = [
     *((0.0, mu, 1.0, 0.051, guess) for mu, guess in ((0.1, 60.0), (0.2, 75.0))),
     (0.05, 0.05, 1.0, 0.051, 60.0),
     *((mu, body, 0.5, 0.051, guess) for mu, body, guess in ((0.1, 0.0, 30.0), (0.2, 0.0, 45.0), (0.3, 0.0, 80.0), (0.2, 0.2, 120.0))),
-    *((mu, 0.0, 2.0, 0.051, guess) for mu, guess in ((0.0, 20.0), (0.05, 28.0))),
+    *((mu, 0.0, 2.0, 0.051, guess) for mu, guess in ((0.0, 20.0), (0.05, 28.0), (0.075, 34.0))),
+    (0.07, 0.07, 1.0, 0.051, 75.0),
+    (0.14, 0.0, 1.0, 0.051, 75.0),
+    (0.1, 0.1, 0.5, 0.051, 60.0),
     (0.1, 0.0, 1.0, 0.102, 60.0),
 ]  # fmt: skip
 
@@ -170,6 +173,7 @@ def jobs(full):
     limits(0.051, "window", every)
     for mu, body, times, width, guess in WINDOWS:
         add("windows", f"mu {mu:g}, mu_s {body:g}, radius {times:g}", width, "window", of_radius(times), guess, rubbing(mu, body))
+    add("windows", "mu 0.05, mu_s 0, radius 1", 0.051, "crossing", SPHERE, 60.0, rubbing(0.05, 0.0))
     limits(0.102, "crossing", [every[0], every[3]])
     for name, body, fabric, guess in (("cylinder", CYLINDER, KEVLAR, 60.0), ("Zylon", SPHERE, ZYLON, 70.0)):
         nets(name, 0.051, "crossing", body, guess, fabric, (0.0, 0.2))
@@ -180,7 +184,6 @@ def jobs(full):
     add("windows", "mu 0.1, mu_s 0, radius 1", 0.051, "window", SPHERE, 60.0, rubbing(0.1, 0.0), pieces=4)
     limits(0.102, "crossing", [every[1], every[2]])
     limits(0.051, "yarn", [every[0], every[3]])
-    limits(0.051, "crossing", [every[3]], pieces=6)
     return found
 
 
