@@ -57,12 +57,21 @@ def section(scene):
     return THICKNESS * root, WIDTH * root
 
 
-def network(fabric, width, body, place, crimped=False, friction=0.0):
+def free_crimp(thickness, spacing):
+    """The part of it that both directions can give up at once: yarns stay a thickness apart at crossings, and go straight from one to the next."""
+    return (1 + crimp(thickness, spacing)) / math.hypot(1.0, thickness / spacing) - 1
+
+
+CRIMPS = {"flat": None, "crimp": crimp, "free crimp": free_crimp}
+
+
+def network(fabric, width, body, place, kind, friction=0.0):
     """The scene of the network, at rest on the sheet; a velocity is given to each shot."""
-    flat = sheet({"name": fabric}, width, 1.0)
-    spacing, thickness = flat["sheet.spacing"], section(flat)[0]
-    part = crimp(thickness, spacing)
-    scene = sheet({"name": fabric, "warp": {"crimp": part}, "weft": {"crimp": part}}, width, 1.0) if crimped else flat
+    scene = sheet({"name": fabric}, width, 1.0)
+    spacing = scene["sheet.spacing"]
+    if CRIMPS[kind]:
+        crimped = {"crimp": CRIMPS[kind](section(scene)[0], spacing)}
+        scene = sheet({"name": fabric, "warp": crimped, "weft": crimped}, width, 1.0)
     shape = {"projectile.shape": "cylinder" if body["length"] else "sphere"} | ({"projectile.length": body["length"]} if body["length"] else {})
     scene = scene.replace(shape | {"projectile.radius": body["radius"], "projectile.mass": body["mass"], "projectile.velocity": [0.0, 0.0, 50.0]})
     scene = scene.replace({"contact.friction": friction})
@@ -151,10 +160,10 @@ def jobs(full):
         found.append((label, {"reference": resolved(fabric, width, body, place, more, pieces), "guess": guess, "model": MODEL}))
 
     def nets(part, width, place, body, guess, fabric=KEVLAR, frictions=(0.0, 0.1, 0.2, 0.3)):
-        for name, crimped in (("flat", False), ("crimp", True)):
-            for friction in frictions:
+        for name in CRIMPS:
+            for friction in frictions if name != "free crimp" else frictions[:1]:
                 label = {"part": part, "case": f"network, {name}, mu_s = {friction}", "fabric": fabric, "width": width, "place": place, "pieces": 1}
-                found.append((label, {"scene": network(fabric, width, body, place, crimped, friction), "guess": guess}))
+                found.append((label, {"scene": network(fabric, width, body, place, name, friction), "guess": guess}))
 
     guesses = {0.051: 65.0, 0.06: 75.0, 0.102: 125.0}
     if not full:
