@@ -197,16 +197,16 @@ def jobs(full):
 
 
 def drawn(study):
-    """A window that opened without a broken yarn beside a tear: what is near the hole, seen along the flight, some 20 us after the body has passed."""
+    """A window without a broken yarn beside a tear: what is near the hole, seen along the flight, while the body is in it."""
     import matplotlib.patches
     import numpy
 
-    width = 0.012 if study.effort != FULL else 0.051
+    width, spacing = 0.012 if study.effort != FULL else 0.051, sheet({"name": KEVLAR}, 0.051, 1.0)["sheet.spacing"]
     figure, plots = plot.new(10, 5.4, 2)
-    shots = (("friction 0.05 between yarns, none on the sphere", rubbing(0.05, 0.0), "window"), ("friction 0.2 and 0.2", rubbing(0.2, 0.2), "crossing"))
-    for axes, (name, more, place) in zip(plots, shots):
+    shots = (("friction 0.05 between yarns, none on the sphere", rubbing(0.05, 0.0), "window", 75e-6), ("friction 0.2 and 0.2", rubbing(0.2, 0.2), "crossing", 125e-6))
+    for axes, (name, more, place, time) in zip(plots, shots):
         file = study.folder / f"{place}.txt"
-        found = shoot(resolved(KEVLAR, width, SPHERE, place, more), 85.0, f"shape={file}")
+        found = shoot(resolved(KEVLAR, width, SPHERE, place, more) | {"longest": time}, 85.0, f"shape={file}")
         nodes = numpy.loadtxt(file)
         for yarn in range(int(nodes[-1, 0]) + 1):
             own = 1e3 * nodes[nodes[:, 0] == yarn]
@@ -215,9 +215,9 @@ def drawn(study):
             x, y = (numpy.insert(own[:, k], numpy.flatnonzero(~whole) + 1, numpy.nan) for k in (1, 2))
             warp = yarn <= nodes[-1, 0] // 2
             axes.plot(x, y, color="tab:blue" if warp else "tab:orange", linewidth=2.2, alpha=0.85)
-        axes.add_patch(matplotlib.patches.Circle((1e3 * PLACES[place][0] * 0.747e-3, 0.0), 1e3 * SPHERE["radius"], fill=False, linestyle="--"))
+        axes.add_patch(matplotlib.patches.Circle([1e3 * part * spacing for part in PLACES[place]], 1e3 * SPHERE["radius"], fill=False, linestyle="--"))
         axes.set(xlim=(-7, 7), ylim=(-7, 7), aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
-        axes.set_title(f"{name}: {found['broken_yarns']:.0f} yarns broken,\n85 m/s before, {found['velocity']:.0f} m/s after")
+        axes.set_title(f"{name}: {found['broken_yarns']:.0f} yarns broken,\n85 m/s before, {found['velocity']:.0f} m/s after {1e6 * time:.0f} µs", fontsize=10)
     plot.save(figure, study.folder / "oneply.png")
     study.picture("oneply.png", "oneply.png")
 
