@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ._kernel import Scene
-from .textile import spacings
+from .textile import of_the_paper, spacings
 
 FRICTION = (0.1, 0.3)
 """Between yarns, where the data sheet has none: said of aramid fabrics, from memory, without a source."""
@@ -63,8 +63,9 @@ def windowing(scene: Scene, sheet: Mapping[str, float] | None = None) -> Windowi
 
 
 def beside_reference(scene: Scene) -> str:
-    """What is known of the error of one ply without a test: the network's limit over that of resolved yarns; nothing of several plies."""
-    if scene["sheet.plies"] * scene["stack.plies"] != 1:
+    """What is known of the error of one ply without a test: the network's limit over that of resolved yarns; nothing of several plies, of the paper's
+    yarn, of another support than four sides, and of other bodies than spheres and cylinders."""
+    if windowing(scene) is None or of_the_paper(scene) or scene["attachment.kind"] != "four_sides":
         return ""
     found = tomllib.loads((Path(__file__).parent / "comparisons.toml").read_text())["reference"]
     ratios = [case["network"] / case["resolved"] for case in found["case"]]

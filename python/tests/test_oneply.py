@@ -40,8 +40,8 @@ class OnePly(unittest.TestCase):
             (above if found.there[0] >= found.needed else below).append(opened)
         self.assertGreaterEqual(min(len(below), len(above)), 8)
         self.assertFalse(any(above))
-        # What is below is warned of, and one point of them in which yarns broke first is the most that there is.
-        self.assertLessEqual(below.count(False), 1)
+        # Below it yarns may break first, but in most points a window opens.
+        self.assertGreater(below.count(True), below.count(False))
 
     def test_the_numbers_are_those_of_the_table(self):
         import tomllib
