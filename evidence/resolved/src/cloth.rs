@@ -1,9 +1,10 @@
 //! One ply of plain weave as curves in space, and the step.
 //!
-//! Each yarn is a chain of nodes joined by bars, `pieces` of them a spacing, with the axial law, damage and viscosity of the network ((M1) to (M5),
-//! (M16), (M17) of docs/model.md). Where yarns touch, a yarn is the quadratic B-spline of its nodes, whose tangent is continuous.
+//! Each yarn is a chain of nodes joined by bars, `pieces` of them a spacing, with the axial law, damage and viscosity of the network, equations (M1)
+//! to (M5), (M16) and (M17) of docs/model.md. Where yarns touch, a yarn is the quadratic B-spline of its nodes, whose tangent is continuous.
 //! Warp i and weft j touch at one pair of points at most, the closest ones, whose arc coordinates are kept and moved along both yarns with one step of
-//! Newton's method: no search, and no pair is stale unless an end of a broken yarn runs through it, which ends it. The side on which the warp lies is kept too, so that yarns cannot pass through each other.
+//! Newton's method: no search, and a pair ends where an end of a broken yarn runs through it. The side on which the warp lies is kept too, so that yarns
+//! cannot pass through each other.
 //! Neighbours of one direction are round tubes of the yarn width: points of their material in the middle of each spacing, paired anew every 16 steps,
 //! as long as no yarn of the two is broken. All contacts are linear springs with some damping and Coulomb friction.
 //! Leapfrog: positions at t_n, velocities at t_(n-1/2). Springs and bars have a potential; every other impulse is summed for each node, and its work is
