@@ -70,6 +70,6 @@ def beside_reference(scene: Scene) -> str:
     found = tomllib.loads((Path(__file__).parent / "comparisons.toml").read_text())["reference"]
     ratios = [case["network"] / case["resolved"] for case in found["case"]]
     return (
-        f"no test of one ply could be read. Beside yarns that slip, with friction {found['friction'][0]:g} to {found['friction'][1]:g}, the network's limit is "
-        f"off by {100 * (min(ratios) - 1):+.0f} to {100 * (max(ratios) - 1):+.0f} % ({len(ratios)} cases computed, nothing measured), where no window opens."
+        f"no test of one ply could be read; beside yarns that slip, with friction {found['friction'][0]:g} to {found['friction'][1]:g}, the limit is off by "
+        f"{100 * (min(ratios) - 1):+.0f} to {100 * (max(ratios) - 1):+.0f} % ({len(ratios)} cases, computed and not measured), where no window opens."
     )
