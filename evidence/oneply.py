@@ -147,7 +147,6 @@ WINDOWS = [
     (0.07, 0.07, 1.0, 0.051, 75.0),
     (0.14, 0.0, 1.0, 0.051, 75.0),
     (0.1, 0.1, 0.5, 0.051, 60.0),
-    (0.1, 0.0, 1.0, 0.102, 60.0),
 ]  # fmt: skip
 
 
@@ -165,17 +164,16 @@ def jobs(full):
                 label = {"part": part, "case": f"network, {name}, mu_s = {friction}", "fabric": fabric, "width": width, "place": place, "pieces": 1}
                 found.append((label, {"scene": network(fabric, width, body, place, name, friction), "guess": guess}))
 
-    guesses = {0.051: 65.0, 0.06: 75.0, 0.102: 125.0}
+    guesses = {0.051: 65.0, 0.102: 125.0}
     if not full:
         nets("limits", 0.012, "crossing", SPHERE, 25.0, frictions=(0.0, 0.1))
         for name in list(variants())[::2]:
             add("limits", name, 0.012, "crossing", SPHERE, 20.0, variants()[name])
         return found
-    def limits(width, place, names, pieces=3):
-        if not any(label["part"] == "limits" and (label["width"], label["place"]) == (width, place) for label, _ in found):
-            nets("limits", width, place, SPHERE, guesses[width])
+    def limits(width, place, names):
+        nets("limits", width, place, SPHERE, guesses[width])
         for name in names:
-            add("limits", name, width, place, SPHERE, guesses[width] * (1.0 if name == "pinned, straight" else 1.15), variants()[name], pieces=pieces)
+            add("limits", name, width, place, SPHERE, guesses[width] * (1.0 if name == "pinned, straight" else 1.15), variants()[name])
 
     every = list(variants())
     limits(0.051, "crossing", every)
@@ -183,16 +181,11 @@ def jobs(full):
     for mu, body, times, width, guess in WINDOWS:
         add("windows", f"mu {mu:g}, mu_s {body:g}, radius {times:g}", width, "window", of_radius(times), guess, rubbing(mu, body))
     add("windows", "mu 0.05, mu_s 0, radius 1", 0.051, "crossing", SPHERE, 60.0, rubbing(0.05, 0.0))
-    limits(0.102, "crossing", [every[0], every[3]])
+    limits(0.102, "crossing", every[:2])
     for name, body, fabric, guess in (("cylinder", CYLINDER, KEVLAR, 60.0), ("Zylon", SPHERE, ZYLON, 70.0)):
         nets(name, 0.051, "crossing", body, guess, fabric, (0.0, 0.2))
-        for case in (every[0], every[1], every[3]):
+        for case in (every[0], every[3]):
             add(name, case, 0.051, "crossing", body, guess, variants()[case], fabric)
-    limits(0.06, "crossing", [every[1], every[3]])
-    limits(0.051, "crossing", [every[1], every[2], every[3]], pieces=4)
-    add("windows", "mu 0.1, mu_s 0, radius 1", 0.051, "window", SPHERE, 60.0, rubbing(0.1, 0.0), pieces=4)
-    limits(0.102, "crossing", [every[1], every[2]])
-    limits(0.051, "yarn", [every[0], every[3]])
     return found
 
 
