@@ -58,7 +58,7 @@ fn given(arguments: &[String]) -> Result<(Cloth, Body, Shot), String> {
         viscosity: [
             take("linear", 0.06, 0.0, 1.0)?,
             take("quadratic", 1.5, 0.0, 3.0)?,
-            take("bending", 0.06, 0.0, 0.2)?,
+            take("bending", 0.06, 0.0, 0.1)?,
         ],
         slack: take("slack", 0.02, 0.0, 1.0)?,
         damping: take("damping", 0.2, 0.0, 1.0)?,
