@@ -11,6 +11,7 @@ from pathlib import Path
 
 from ._kernel import PRESETS, VERSION, Scene
 from .files import written
+from .oneply import windowing
 from .textile import areal_density, of_the_paper, sides, spacings
 
 WIDTH = (
@@ -71,8 +72,8 @@ def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
 
 def cautions(scene: Scene) -> tuple[str, ...]:
     """What a reader of a limit must know first, a sentence or two each."""
-    yarn = PAPER if of_the_paper(scene) else VISCOSITY
-    return (WIDTH, f"{CAVEAT} {yarn}")
+    yarn, window = PAPER if of_the_paper(scene) else VISCOSITY, windowing(scene)
+    return (WIDTH, f"{CAVEAT} {yarn}", *filter(None, [window.sentence() if window else ""]))
 
 
 def noted(scene: Scene, speed: float) -> list[str]:

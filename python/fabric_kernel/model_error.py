@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from ._kernel import Scene
+from .oneply import beside_reference
 from .textile import areal_density, sides
 
 LIGHTEST, HEAVIEST = 0.5, 1.1
@@ -150,7 +151,7 @@ def model_error(scene: Scene, confidence: float = 0.95) -> ModelError:
     near = [one for one in every if not one.lacks(scene)]
     if not near:
         missing = " or ".join(dict.fromkeys("; ".join(one.lacks(scene)) for one in every))
-        return ModelError(math.nan, confidence, f"no comparison within {missing}; nothing is known of the error.")
+        return ModelError(math.nan, confidence, f"no comparison within {missing}; {beside_reference(scene) or 'nothing is known of the error.'}")
     found = factor([one.errors() for one in near], confidence)
     errors = [100 * math.expm1(e) for one in near for e in one.errors()]
     series = f"{len(near)} independent series of tests" if len(near) > 1 else f"one series of tests, which counts once ({near[0].name})"

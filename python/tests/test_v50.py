@@ -213,7 +213,7 @@ class OfAScene(unittest.TestCase):
             test = v50(Shooter(scene), Plan([200.0]), 1, tests=0)
             page = test.page(b"<svg/>")
             places = [page.index(words) for words in (
-                "V50 not bounded by these shots", "nothing is known of the error", "a sheet of this width", "<details>", "Projectile:", own,
+                "V50 not bounded by these shots", "Of the model against tests", "a sheet of this width", "<details>", "Projectile:", own,
             )]
             self.assertEqual(places, sorted(places))
             self.assertNotIn(others, page)

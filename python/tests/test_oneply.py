@@ -1,0 +1,86 @@
+"""One ply: the criterion of windowing beside the resolved yarns of docs/tables/oneply.md, its refusals, and what reports say."""
+
+import importlib.util
+import pathlib
+import re
+import unittest
+
+TOP = pathlib.Path(__file__).parents[2]
+BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
+
+
+@unittest.skipUnless(BUILT, "the kernel is not built")
+class OnePly(unittest.TestCase):
+    def ply(self, radius=2.778e-3, friction=0.0, **more):
+        from fabric_kernel import Scene
+
+        body = {"radius": radius, "mass": 6.9e-4, "position": [0, 0, -radius], "velocity": [0, 0, 100]}
+        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, projectile=body, contact={"friction": friction}, **more)
+
+    def points(self):
+        """(mu, mu_s, radius over that of the sphere, whether a window opened) of every hit on a window in the table."""
+        found = set()
+        for line in (TOP / "docs/tables/oneply.md").read_text().splitlines():
+            cells = [cell.strip() for cell in line.split("|")]
+            if len(cells) < 8 or cells[2] != "window" or cells[4] != "3":
+                continue
+            numbers = re.fullmatch(r"mu ([\d.]+), mu_s ([\d.]+), radius ([\d.]+)", cells[3])
+            same = re.fullmatch(r"mu = mu_s = ([\d.]+)", cells[3])
+            if numbers or same:
+                mu, body, radius = map(float, numbers.groups() if numbers else (same[1], same[1], "1"))
+                found.add((mu, body, radius, cells[1], "window" in cells[6]))
+        return found
+
+    def test_no_window_opened_with_the_friction_that_is_needed(self):
+        from fabric_kernel.oneply import windowing
+
+        below, above = [], []
+        for mu, body, radius, _, opened in self.points():
+            found = windowing(self.ply(2.778e-3 * radius, body), {"friction": mu, "thickness": 0.115e-3})
+            (above if found.there[0] >= found.needed else below).append(opened)
+        self.assertGreaterEqual(min(len(below), len(above)), 8)
+        self.assertFalse(any(above))
+        # Below it yarns may break first, but in most points a window opens.
+        self.assertGreater(below.count(True), below.count(False))
+
+    def test_the_numbers_are_those_of_the_table(self):
+        import tomllib
+
+        lines = (TOP / "docs/tables/oneply.md").read_text().splitlines()
+        file = tomllib.loads((TOP / "python/fabric_kernel/comparisons.toml").read_text())["reference"]
+        self.assertGreaterEqual(len(file["case"]), 8)
+        for case in file["case"]:
+            start = f"| {case['width_mm']} | {case['place']} |"
+            for name, value in ((f"network, flat, mu_s = {case['friction']}", case["network"]), (f"mu = mu_s = {case['friction']}", case["resolved"])):
+                self.assertTrue(any(line.startswith(f"{start} {name} |") and f"| {value} |" in line for line in lines), (case, name))
+
+    def test_needed_and_there_by_hand(self):
+        from fabric_kernel.oneply import windowing
+
+        found = windowing(self.ply(friction=0.05), {"friction": 0.1, "thickness": 0.1e-3})
+        self.assertAlmostEqual(found.needed, 0.5 * 0.0254 / 34 / (2.778e-3 + 0.05e-3), places=12)
+        self.assertAlmostEqual(found.there[0], 0.15)
+        self.assertEqual(found.sentence(), "")
+        unknown = windowing(self.ply())
+        self.assertEqual(unknown.there, (0.1, 0.3))
+        self.assertIn("mu + mu_s is 0.1 to 0.3, and 0.13 is needed", unknown.sentence())
+        self.assertIsNone(windowing(self.ply(stack={"plies": 2, "gap": 1e-4})))
+
+    def test_what_is_out_of_range_is_named(self):
+        from fabric_kernel.oneply import windowing
+
+        for given, told in (({"friction": -0.1}, "friction: must be 0 to 2; it is -0.1"), ({"thickness": 0.1}, "thickness: must be"), ({"colour": 1.0}, "colour: no such key")):
+            with self.assertRaisesRegex(ValueError, told):
+                windowing(self.ply(), given)
+
+    def test_a_report_says_it(self):
+        from fabric_kernel.about import cautions
+        from fabric_kernel.model_error import model_error
+
+        self.assertTrue(any("push the yarns aside" in line for line in cautions(self.ply())))
+        self.assertFalse(any("push the yarns aside" in line for line in cautions(self.ply(friction=0.2))))
+        self.assertRegex(model_error(self.ply()).sentence(100.0, 110.0), r"no test of one ply could be read.*the limit is off by [-+]\d+ to")
+
+
+if __name__ == "__main__":
+    unittest.main()
