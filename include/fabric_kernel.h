@@ -489,7 +489,7 @@ typedef struct fk_scene_projectile {
 } fk_scene_projectile;
 
 // The rigid case under a ring: a part of fk_scene.
-typedef struct fk_scene_case {
+typedef struct fk_scene_casing {
     // Radius of a rigid case about the axis of a ring, which its nodes may lift off but not enter (M24), at most
     // sheet.radius; 0 = none. A ring with pre-strain along x needs one of sheet.radius. The projectile does not meet
     // it. In m, >= 0. Default 0.
@@ -500,7 +500,7 @@ typedef struct fk_scene_case {
     // The same along y: place of its middle in the sheet's frame, and half its length; 0 = no window. Read with a case
     // only. In m. Default 0 each.
     double window_place[2];
-} fk_scene_case;
+} fk_scene_casing;
 
 // Contact of yarn and projectile: a part of fk_scene.
 typedef struct fk_scene_contact {
@@ -568,7 +568,7 @@ typedef struct fk_scene {
     // The rigid projectile and its motion at the start, in the host's frame.
     fk_scene_projectile projectile;
     // The rigid case under a ring.
-    fk_scene_case case;
+    fk_scene_casing casing;
     // Contact of yarn and projectile.
     fk_scene_contact contact;
     // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled.
@@ -772,7 +772,7 @@ typedef struct fk_support {
     // Sides: left (-x), right, bottom (-y), top. Corners: (-,-), (+,-), (-,+), (+,+).
     double attachments[4][3];
     // The case of a ring.
-    double case_[3];
+    double casing[3];
 } fk_support;
 
 // Energies (M15), J.

@@ -195,7 +195,7 @@ class Projectile(TypedDict):
 class Support(TypedDict):
     total: Vector  # N.s: Impulse of the sheet on all its supports since the start
     attachments: tuple[Vector, Vector, Vector, Vector]  # N.s: The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)
-    case: Vector  # N.s: The same for the case of a ring
+    casing: Vector  # N.s: The same for the case of a ring
 
 # End of what is made.
 

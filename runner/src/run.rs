@@ -345,8 +345,8 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     if scene.stack.plies > 1 {
         row("lost where plies meet", format!("{:.4} J", energy.ply_loss));
     }
-    if scene.case.radius != 0.0 {
-        row("impulse on the case", format!("{} mN s", vector(support.case.map(|x| 1e3 * x), 3)));
+    if scene.casing.radius != 0.0 {
+        row("impulse on the case", format!("{} mN s", vector(support.casing.map(|x| 1e3 * x), 3)));
         row("lost on the case", format!("{:.4} J", energy.case_loss));
     }
     row("energy residual", format!("{:.3e} J = {percent:.4} % of the start", energy.residual));

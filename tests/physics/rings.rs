@@ -339,7 +339,7 @@ fn a_body_that_is_turned_around_is_arrested() {
 /// A ring of 48 nodes on a case of its radius, with this strain along its yarn.
 fn on_case(strain: f64) -> Scene {
     let mut scene = ring(48, 5);
-    (scene.case.radius, scene.sheet.pre_strain) = (scene.sheet.radius, [strain, 0.0]);
+    (scene.casing.radius, scene.sheet.pre_strain) = (scene.sheet.radius, [strain, 0.0]);
     scene
 }
 
@@ -357,19 +357,19 @@ fn a_taut_ring_rests_on_its_case() {
     let support = sim.support().unwrap();
     println!(
         "figure 19: a taut ring on its case, moved by {off:.0e} spacings, at {speed:.0e} of one a step, case {:.0e} of its pushes",
-        length(support.case) / push
+        length(support.casing) / push
     );
-    assert!(off < 1e-11 && speed < 1e-13 && length(support.case) < 1e-12 * push);
+    assert!(off < 1e-11 && speed < 1e-13 && length(support.casing) < 1e-12 * push);
     let energy = sim.energy().unwrap();
     close(energy.strain, taut, 1e-10);
     assert!(energy.residual.abs() < 1e-12 * taut && length(sim.momentum_residual().unwrap()) < 1e-12 * push);
 
     // With half of the case gone, the ring pulls on the other half: 2 N in each row along the axis of symmetry, until waves arrive.
-    (scene.case.window_angle, scene.case.window_place) = ([0.0, 0.5 * PI], [0.0, h]);
+    (scene.casing.window_angle, scene.casing.window_place) = ([0.0, 0.5 * PI], [0.0, h]);
     scene.sheet.nodes_y = 2;
     let mut sim = sim_of(&scene);
     sim.step().unwrap();
-    let [x, y, z] = sim.support().unwrap().case;
+    let [x, y, z] = sim.support().unwrap().casing;
     let one = sim.step_limits().dt * 2.0 * tension(&scene, 1.01) * (PI / 48.0).sin();
     let sum: f64 = (0..12).map(|k| ((k as f64 + 0.5) * 2.0 * PI / 48.0).sin()).sum();
     close(z, 2.0 * 2.0 * one * sum, 1e-11);
@@ -381,7 +381,7 @@ fn a_taut_ring_rests_on_its_case() {
 fn a_taut_ring_without_its_case_shrinks() {
     let mut scene = on_case(0.01);
     // The case is gone over the whole ring.
-    (scene.case.window_angle, scene.case.window_place) = ([0.0, 4.0], [0.0, 2.5 * scene.sheet.spacing]);
+    (scene.casing.window_angle, scene.casing.window_place) = ([0.0, 4.0], [0.0, 2.5 * scene.sheet.spacing]);
     let mut sim = sim_of(&scene);
     let (dt, sine, m) = (sim.step_limits().dt, (PI / 48.0).sin(), scene.sheet.node_mass);
     let (mut r, mut way, natural) = (scene.sheet.radius, 0.0, scene.sheet.radius / 1.01);
@@ -392,21 +392,21 @@ fn a_taut_ring_without_its_case_shrinks() {
     }
     let off = positions(&sim).into_iter().map(|x| (radius_of(x) / r - 1.0).abs()).fold(0.0, f64::max);
     println!("figure 19: a taut ring without its case, radius off by {off:.0e} (allowed 1e-12)");
-    assert!(off < 1e-12 && r < 0.999 * scene.sheet.radius && sim.support().unwrap().case == [0.0; 3], "{off:e} {r}");
+    assert!(off < 1e-12 && r < 0.999 * scene.sheet.radius && sim.support().unwrap().casing == [0.0; 3], "{off:e} {r}");
 }
 
 /// A slack ring that falls on a smaller case all around stops there: the case takes its kinetic energy, m v^2/2 of each node.
 #[test]
 fn a_ring_that_falls_on_its_case_stops() {
     let mut scene = ring(48, 3);
-    scene.case.radius = 0.98 * scene.sheet.radius;
+    scene.casing.radius = 0.98 * scene.sheet.radius;
     let mut sim = sim_of(&scene);
     let speed = 20.0;
     set_off(&mut sim, |_, x| [[0.995 * x[0], x[1], 0.995 * x[2]], scale([x[0], 0.0, x[2]], -speed / radius_of(x))]);
     sim.advance(400).unwrap();
     let off = positions(&sim)
         .into_iter()
-        .map(|x| radius_of(x) / scene.case.radius - 1.0)
+        .map(|x| radius_of(x) / scene.casing.radius - 1.0)
         .fold(0.0, |a: f64, b| a.max(b.abs()));
     let energy = sim.energy().unwrap();
     let brought = 0.5 * scene.sheet.node_mass * 144.0 * speed * speed;
@@ -427,8 +427,8 @@ fn balances_close_with_a_case() {
         let mut scene = with_sphere(ring(80, 31), 2e-3, 150.0, true);
         scene.attachment.kind = AttachmentKind::FourSides;
         let h = scene.sheet.spacing;
-        (scene.case.radius, scene.sheet.pre_strain[0]) = (scene.sheet.radius, strain);
-        (scene.case.window_angle, scene.case.window_place) = ([0.0, 0.45], [0.0, 6.0 * h]);
+        (scene.casing.radius, scene.sheet.pre_strain[0]) = (scene.sheet.radius, strain);
+        (scene.casing.window_angle, scene.casing.window_place) = ([0.0, 0.45], [0.0, 6.0 * h]);
         (scene.projectile.velocity[0], scene.projectile.velocity[1]) = (30.0, 20.0);
         let body = scene.projectile;
         let brought = (0.5 * body.mass * dot(body.velocity, body.velocity), body.mass * length(body.velocity));
@@ -441,9 +441,9 @@ fn balances_close_with_a_case() {
             // Until torn yarn flies about, nodes get deep before the window only.
             let away = |x: &V3| x[2] < 0.6 * radius_of(*x) || x[1].abs() > 9.0 * h;
             let least = positions(&sim).into_iter().filter(away).map(radius_of).fold(f64::MAX, f64::min);
-            assert!(sim.step_count() > 400 || least > scene.case.radius - 1e-9, "{least}");
+            assert!(sim.step_count() > 400 || least > scene.casing.radius - 1e-9, "{least}");
         }
-        let case = sim.support().unwrap().case;
+        let case = sim.support().unwrap().casing;
         assert!(length(case) > 1e-3 * brought.1 && sim.counters().failed_segments > 0, "{case:?}");
         let mut scratch = vec![fabric::CacheLine::ZERO; other.layout().band_lines(3).unwrap()];
         let bands = other.bands(&mut scratch, 3, 2000).unwrap();
@@ -483,13 +483,13 @@ fn what_is_no_ring_is_refused_by_field() {
     assert_eq!(refused(|s| s.attachment.kind = AttachmentKind::TwoSides).1, "attachment.kind");
     assert_eq!(refused(|s| s.attachment.kind = AttachmentKind::FourCorners).1, "attachment.kind");
     assert_eq!(refused(|s| s.sheet.pre_strain[0] = 0.01), (Code::NotInEquilibrium, "sheet.pre_strain"));
-    assert_eq!(refused(|s| s.case.radius = 1.001 * s.sheet.radius), (Code::OutOfRange, "case.radius"));
+    assert_eq!(refused(|s| s.casing.radius = 1.001 * s.sheet.radius), (Code::OutOfRange, "casing.radius"));
     assert_eq!(
-        refused(|s| (s.sheet.closed, s.case.radius) = (false, s.sheet.radius)),
-        (Code::OutOfRange, "case.radius")
+        refused(|s| (s.sheet.closed, s.casing.radius) = (false, s.sheet.radius)),
+        (Code::OutOfRange, "casing.radius")
     );
-    let beyond: fn(&mut Scene) = |s| (s.case.radius, s.case.window_place) = (s.sheet.radius, [1e-3, 2e-3]);
-    assert_eq!(refused(beyond), (Code::OutOfRange, "case.window_place"));
+    let beyond: fn(&mut Scene) = |s| (s.casing.radius, s.casing.window_place) = (s.sheet.radius, [1e-3, 2e-3]);
+    assert_eq!(refused(beyond), (Code::OutOfRange, "casing.window_place"));
     for change in [
         (|s| s.symmetry.mirror_x = true) as fn(&mut Scene),
         |s| s.slack_balance = true,

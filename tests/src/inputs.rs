@@ -109,7 +109,7 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
     ("turning", &[("rotation_rule.kind", 1.0)]),
     ("graded", &[("sheet.grading.largest", 4.0)]),
     ("ring", &[("sheet.radius", RING), ("sheet.closed", 1.0), ("projectile.position[2]", -8e-3)]),
-    ("case", &[("sheet.radius", RING), ("sheet.closed", 1.0), ("projectile.position[2]", -8e-3), ("case.radius", 1e-3), ("case.window_angle[1]", 0.5)]),
+    ("case", &[("sheet.radius", RING), ("sheet.closed", 1.0), ("projectile.position[2]", -8e-3), ("casing.radius", 1e-3), ("casing.window_angle[1]", 0.5)]),
 ];
 
 /// A sheet of 9 x 9, the sphere 0.65 mm before it, and a step far below every limit that a case moves.
@@ -210,11 +210,11 @@ fn rows() -> Vec<Row> {
         real("stack", &["sheet.radius"], &[negative, (To(0.0), Accepted), (End, apart)], &[]),
         count("sphere", &["sheet.closed"], &[(To(0.0), Accepted), (To(1.0), Refused(NotPositive, "sheet.radius")), (End, own(UnknownChoice))], &[]),
         choice("ring", &["sheet.closed"], 1.0),
-        real("sphere", &["case.radius"], &[negative, (To(0.0), Accepted), beyond], &[]),
-        real("ring", &["case.radius"], &[negative, (About(RING + 1.2e-9), Accepted), beyond], &[RING, 0.9 * RING]),
-        real("case", &["case.window_place[0]"], &[(About(-5.0 * h), own(OutOfRange)), (About(5.0 * h), Accepted), beyond], &[]),
-        real("case", &["case.window_place[1]"], &[negative, (About(5.0 * h), Accepted), beyond], &[]),
-        not_read("ring", &["case.window_angle[0]", "case.window_place[1]"]),
+        real("sphere", &["casing.radius"], &[negative, (To(0.0), Accepted), beyond], &[]),
+        real("ring", &["casing.radius"], &[negative, (About(RING + 1.2e-9), Accepted), beyond], &[RING, 0.9 * RING]),
+        real("case", &["casing.window_place[0]"], &[(About(-5.0 * h), own(OutOfRange)), (About(5.0 * h), Accepted), beyond], &[]),
+        real("case", &["casing.window_place[1]"], &[negative, (About(5.0 * h), Accepted), beyond], &[]),
+        not_read("ring", &["casing.window_angle[0]", "casing.window_place[1]"]),
         real("ring", &["sheet.pre_strain[0]"], &[negative, (To(0.0), Accepted), (Below(1.03 - 1.0), Refused(NotInEquilibrium, "yarn.draw")), beyond], &[]),
         // ---- Attachment.
         choice("corners", &["attachment.kind"], 3.0),

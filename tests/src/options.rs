@@ -100,7 +100,7 @@ pub const GROUPS: &[&[Choice]] = &[
         of("ring", closed),
         of("ring on a case", |s| {
             closed(s);
-            (s.case.radius, s.case.window_angle, s.case.window_place) = (s.sheet.radius, [0.0, 0.9], [0.0, 2e-3]);
+            (s.casing.radius, s.casing.window_angle, s.casing.window_place) = (s.sheet.radius, [0.0, 0.9], [0.0, 2e-3]);
         }),
     ],
     &[of("tilted", |s| s.projectile.orientation = [0.96, 0.28, 0.0, 0.0])],

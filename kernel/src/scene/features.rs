@@ -297,7 +297,7 @@ pub const FEATURES: [Record; 25] = [
         feature: Case,
         name: "rings",
         built: cfg!(feature = "rings"),
-        asked_by: &[("case.radius", |s| s.case.radius != 0.0)],
+        asked_by: &[("casing.radius", |s| s.casing.radius != 0.0)],
         not_with: &[],
         words: 4,
         about: "A rigid case that a ring lies on",

@@ -488,7 +488,7 @@ pub struct Scene {
     /// Yarn law along y, where it is another.
     pub weft: Weft,
     /// The case under a ring.
-    pub case: Case,
+    pub casing: Case,
     /// Projectile.
     pub projectile: Projectile,
     /// Contact of the two.

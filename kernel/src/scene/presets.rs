@@ -108,7 +108,7 @@ impl Scene {
                 orientation: [1.0, 0.0, 0.0, 0.0],
                 angular_velocity: [0.0; 3],
             },
-            case: Case::NONE,
+            casing: Case::NONE,
             contact: ContactLaw { friction: 0.0 },
             drive: Drive::Free,
             seed: 1,

@@ -34,11 +34,11 @@ pub struct Cylinder {
 impl Cylinder {
     /// That of a scene, if it has one.
     pub fn of(scene: &Scene) -> Option<Cylinder> {
-        let hoop = Hoop::of(scene).filter(|_| Feature::Case.is_built() && scene.case.radius != 0.0)?;
+        let hoop = Hoop::of(scene).filter(|_| Feature::Case.is_built() && scene.casing.radius != 0.0)?;
         let (h, [angle, half_angle], [place, half]) =
-            (scene.sheet.spacing, scene.case.window_angle, scene.case.window_place);
+            (scene.sheet.spacing, scene.casing.window_angle, scene.casing.window_place);
         // A case that bears the ring at rest does so to rounding.
-        let radius = if is_snug(scene) { hoop.radius } else { scene.case.radius / h };
+        let radius = if is_snug(scene) { hoop.radius } else { scene.casing.radius / h };
         let cosine = if half_angle == 0.0 || half == 0.0 {
             2.0
         } else if half_angle >= PI {
@@ -98,7 +98,7 @@ impl Cylinder {
 
 /// Whether the case touches the ring at rest.
 fn is_snug(scene: &Scene) -> bool {
-    math::abs(scene.case.radius - scene.sheet.radius) <= CLOSES * scene.sheet.radius
+    math::abs(scene.casing.radius - scene.sheet.radius) <= CLOSES * scene.sheet.radius
 }
 
 impl Scene {
@@ -110,22 +110,22 @@ impl Scene {
     /// A case lies within a ring, and its window along it.
     #[inline(never)]
     pub(crate) fn check_case(&self) -> Result<(), Error> {
-        let (case, ring) = (&self.case, self.sheet.radius);
-        if !Feature::Case.is_built() || case.radius == 0.0 {
+        let (casing, ring) = (&self.casing, self.sheet.radius);
+        if !Feature::Case.is_built() || casing.radius == 0.0 {
             return Ok(());
         }
         if !self.is_closed() {
-            return Err(Error::new(Code::OutOfRange, "case.radius", case.radius, 0.0).from("sheet.closed"));
+            return Err(Error::new(Code::OutOfRange, "casing.radius", casing.radius, 0.0).from("sheet.closed"));
         }
-        if case.radius > ring * (1.0 + CLOSES) {
-            return Err(Error::new(Code::OutOfRange, "case.radius", case.radius, ring).from("sheet.radius"));
+        if casing.radius > ring * (1.0 + CLOSES) {
+            return Err(Error::new(Code::OutOfRange, "casing.radius", casing.radius, ring).from("sheet.radius"));
         }
-        let ([middle, half], [_, y]) = (case.window_place, self.half_size());
+        let ([middle, half], [_, y]) = (casing.window_place, self.half_size());
         let (beyond, end) = (math::abs(middle) + half, y + self.spacing(Axis::Vertical));
         if half < 0.0 || beyond > end {
             let value = if half < 0.0 { half } else { beyond };
             let limit = if half < 0.0 { 0.0 } else { end };
-            return Err(Error::new(Code::OutOfRange, "case.window_place", value, limit).from("sheet.nodes_y"));
+            return Err(Error::new(Code::OutOfRange, "casing.window_place", value, limit).from("sheet.nodes_y"));
         }
         Ok(())
     }

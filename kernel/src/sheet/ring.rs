@@ -171,7 +171,7 @@ impl Scene {
         // Yarn that is taut along a curve pulls inwards.
         let strain = self.sheet.pre_strain[Axis::Horizontal as usize];
         if strain != 0.0 && !self.has_snug_case() {
-            return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0).from("case.radius"));
+            return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0).from("casing.radius"));
         }
         Ok(())
     }

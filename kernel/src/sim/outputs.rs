@@ -154,7 +154,7 @@ pub const OUTPUTS: &[Output] = &[
         "Impulse of the sheet on all its supports since the start"),
     row("support.attachments", ("support.attachment_impulse", 350), &IMPULSE, &[4, 3], Get::Support(|support| support.attachments.as_flattened()),
         "The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)"),
-    row("support.case", ("support.case_impulse", 362), &IMPULSE, &[3], Get::Support(|support| &support.case),
+    row("support.casing", ("support.case_impulse", 362), &IMPULSE, &[3], Get::Support(|support| &support.casing),
         "The same for the case of a ring"),
     row("projectile.position", ("state.position", 370), &POSITION, &[3], Get::Projectile(|motion| &motion.position),
         "Centre of mass of the body the fabric saw"),

@@ -55,7 +55,7 @@ pub struct Support {
     /// Sides: left (-x), right, bottom (-y), top. Corners: (-,-), (+,-), (-,+), (+,+).
     pub attachments: [[f64; 3]; 4],
     /// The case of a ring.
-    pub case: [f64; 3],
+    pub casing: [f64; 3],
 }
 
 /// Extremes of the fabric at the present time.
@@ -473,7 +473,7 @@ impl<'a> Sim<'a> {
         let case = self.system.state.sums.case * self.system.model.unit_impulse;
         total += case;
         let pose = &self.system.model.pose;
-        Ok(Support { total: pose.vector_out(total.into()), attachments, case: pose.vector_out(case.into()) })
+        Ok(Support { total: pose.vector_out(total.into()), attachments, casing: pose.vector_out(case.into()) })
     }
 
     /// The energies, with a full pass over the sheet. Commits nothing.

@@ -27,7 +27,7 @@ pub const GROUPS: &[(&str, &str)] = &[
     ("projectile", "The rigid projectile and its motion at the start, in the host's frame"),
     ("projectile.faces", "Faces of a polyhedron, in body axes"),
     ("projectile.sector", "Dimensions of a disc sector"),
-    ("case", "The rigid case under a ring"),
+    ("casing", "The rigid case under a ring"),
     ("contact", "Contact of yarn and projectile"),
     ("symmetry", "Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled"),
     ("integrator", "How the nodes are stepped"),
@@ -229,13 +229,13 @@ pub const FIELDS: &[Field] = &[
     real("projectile.sector.thickness", |s| one(&mut s.projectile.sector.thickness), &LENGTH, Range::Positive, 297,
         "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
     // ---- Case
-    real("case.radius", |s| one(&mut s.case.radius), &LENGTH, Range::NotNegative, 752,
+    real("casing.radius", |s| one(&mut s.casing.radius), &LENGTH, Range::NotNegative, 752,
         "Radius of a rigid case about the axis of a ring, which its nodes may lift off but not enter (M24), at most sheet.radius; 0 = none. A ring with pre-strain along x needs one of sheet.radius. The projectile does not meet it")
         .image(Image::Later(0x6e_0000)),
-    shaped("case.window_angle", Place::Reals(|s| &mut s.case.window_angle, &[2]), &ANGLE, Range::Within(0.0, core::f64::consts::TAU), 753,
+    shaped("casing.window_angle", Place::Reals(|s| &mut s.casing.window_angle, &[2]), &ANGLE, Range::Within(0.0, core::f64::consts::TAU), 753,
         "A window in which there is no case: angle of its middle from +z towards +x, and half its angle; 0 = no window. Read with a case only")
         .read(cased).image(Image::LaterWhereRead),
-    shaped("case.window_place", Place::Reals(|s| &mut s.case.window_place, &[2]), &POSITION, Range::Any, 755,
+    shaped("casing.window_place", Place::Reals(|s| &mut s.casing.window_place, &[2]), &POSITION, Range::Any, 755,
         "The same along y: place of its middle in the sheet's frame, and half its length; 0 = no window. Read with a case only")
         .read(cased).image(Image::LaterWhereRead),
     // ---- Contact
@@ -361,7 +361,7 @@ fn graded(scene: &Scene) -> usize {
 }
 
 fn cased(scene: &Scene) -> usize {
-    if_so(scene.case.radius != 0.0)
+    if_so(scene.casing.radius != 0.0)
 }
 
 fn stacked(scene: &Scene) -> usize {
