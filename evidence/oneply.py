@@ -182,7 +182,7 @@ def jobs(full):
         add("windows", f"mu {mu:g}, mu_s {body:g}, radius {times:g}", width, "window", of_radius(times), guess, rubbing(mu, body))
     add("windows", "mu 0.05, mu_s 0, radius 1", 0.051, "crossing", SPHERE, 60.0, rubbing(0.05, 0.0))
     add("windows", "mu 0.1, mu_s 0, radius 1", 0.051, "window", SPHERE, 60.0, rubbing(0.1, 0.0), pieces=4)
-    limits(0.102, "crossing", every[:2])
+    limits(0.102, "crossing", every)
     for name, body, fabric, guess in (("cylinder", CYLINDER, KEVLAR, 60.0), ("Zylon", SPHERE, ZYLON, 70.0)):
         nets(name, 0.051, "crossing", body, guess, fabric, (0.0, 0.2))
         for case in (every[0], every[3]):

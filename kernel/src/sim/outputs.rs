@@ -178,7 +178,7 @@ pub const OUTPUTS: &[Output] = &[
     energy("energy.contact_work", NO_FMI, |energy| energy.contact_work, "The same as contact.work"),
     energy("energy.support_work", ("energy.support_work", 419), |energy| energy.support_work,
         "Work of the projectile on held nodes: the part of contact.work that the fabric did not get"),
-    energy("energy.case_loss", ("energy.case_loss", 452), |energy| energy.case_loss, "Kinetic energy lost where nodes of a ring meet its case"),
+    energy("energy.case_loss", ("energy.case_loss", 425), |energy| energy.case_loss, "Kinetic energy lost where nodes of a ring meet its case"),
     energy("energy.external_work", NO_FMI, |energy| energy.external_work, "Work of the external load on the projectile"),
     energy("energy.residual", ("energy.residual", 414), |energy| energy.residual, "What the energy balance does not close by"),
     row("fabric.max_deflection", ("fabric.max_deflection", 420), &POSITION, &[], Get::Fabric(|fabric| fabric.max_deflection),
