@@ -2,8 +2,8 @@
 
 use crate::bytes::Bytes;
 use fabric::{
-    AttachmentKind, Back, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, RotationRule, Scene, Sector, Shape,
-    Stack, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
+    AttachmentKind, Back, Case, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, RotationRule, Scene, Sector,
+    Shape, Stack, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
 };
 
 /// Most nodes of a sheet that is stepped.
@@ -172,7 +172,37 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         }
         _ => {}
     }
+    // Of no bytes of its own either.
+    if scene.seed % 2 == 1 {
+        curve(&mut scene);
+    }
     scene
+}
+
+/// Makes an arc or a ring of a sheet that may be one, hit from outside.
+fn curve(scene: &mut Scene) {
+    let (h, kind) = (scene.sheet.spacing, scene.attachment.kind);
+    let pulls_in = scene.sheet.pre_strain != [0.0; 2] || kind == AttachmentKind::FourCorners;
+    let takes = scene.yarn.rate_modulus != 0.0 || scene.yarn.viscosity_linear != 0.0 || scene.slack_balance;
+    let other = scene.stack.plies > 1 || scene.sheet.grading.largest > 1 || scene.symmetry != Symmetry::default();
+    if pulls_in || takes || other || scene.integrator.kind != IntegratorKind::Verlet || scene.sheet.nodes_x < 3 {
+        return;
+    }
+    scene.sheet.closed = kind != AttachmentKind::TwoSides && scene.seed % 4 == 1;
+    scene.sheet.radius = if scene.sheet.closed { scene.closed_radius() } else { 20.0 * h };
+    if scene.sheet.closed && scene.seed % 8 == 1 {
+        let (window_angle, window_place) = ([0.3, 1.0], [0.0, h]);
+        scene.casing = Case { radius: 0.9 * scene.sheet.radius, window_angle, window_place };
+    }
+    let normal = turned_z(scene.sheet.orientation);
+    let along = |a: [f64; 3]| (0..3).map(|k| a[k] * normal[k]).sum::<f64>();
+    let body = &mut scene.projectile;
+    let place = along([0, 1, 2].map(|k| body.position[k] - scene.sheet.position[k]));
+    let speed = along(body.velocity);
+    for k in 0..3 {
+        body.position[k] += (scene.sheet.radius - 2.0 * place) * normal[k];
+        body.velocity[k] -= 2.0 * speed * normal[k];
+    }
 }
 
 /// Where a unit quaternion turns the z axis.
