@@ -100,9 +100,10 @@ def command(parser: argparse.ArgumentParser, out: Path) -> Iterator[None]:
 def claim(out: Path, scene: Scene) -> None:
     """Makes a folder that of a scene. Raises ValueError if it has the results of another one."""
     text, path = f"# scene {scene_hash(scene)}\n{scene.text()}", out / SHOT_AT
-    if path.exists() and path.read_text().partition("\n")[0] != text.partition("\n")[0]:
+    if not path.exists():
+        written(path, text)
+    elif path.read_text().partition("\n")[0] != text.partition("\n")[0]:
         raise ValueError(f"--out: {out} has the results of another scene ({SHOT_AT}): give another folder, or delete this one")
-    written(path, text)
 
 
 def positive(text: str) -> float:

@@ -32,7 +32,7 @@ UNITS = {
     "N": ("force_",),
     "J": (
         "work", "external_work", "initial_kinetic", "residual_kinetic", "absorbed", "support_work", "projectile_kinetic", "fabric_kinetic", "strain", "dissipated",
-        "viscous", "friction", "ply_loss", "contact_loss", "energy_residual", "residual",
+        "viscous", "friction", "ply_loss", "case_loss", "contact_loss", "energy_residual", "residual",
     ),
 }  # fmt: skip
 """SI units of the columns of tables, by the beginnings of their names."""
