@@ -12,6 +12,8 @@ from test_description import stated, tree
 H = 1e-6
 TAUT = {**SPHERE, "yarn.draw": 1, "sheet.pre_strain": [1e-3, 1e-3]}
 TINY = {"sheet.nodes_x": 21, "sheet.nodes_y": 21}
+# Radius of a ring of 21 spacings of the default scene.
+RING = 0.0762 / 105 / (2.0 * math.sin(math.pi / 21))
 TURNED = [math.cos(0.2), math.sin(0.2), 0.0, 0.0]
 # Scenes in which every known is read; the bodies lie 1 mm and more before a sheet of 21 x 21 nodes.
 SCENES = [
@@ -27,6 +29,10 @@ SCENES = [
      "projectile.faces.planes": [0.0] * 64, "projectile.start.position[3]": -0.1, "attachment.kind": FOUR_SIDES,
      "sheet.grading.largest": 4, "sheet.grading.run": 1, "sheet.grading.half_width": [2e-3, 2e-3]},
     {**SPHERE, **TINY, "integrator.kind": 1, "rotation_rule.kind": 1, "symmetry.mirror_x": True, "yarn.stochastic": False},
+    {**SPHERE, **TINY, "sheet.radius": 0.05},
+    {**SPHERE, **TINY, "sheet.radius": RING, "sheet.closed": True, "projectile.start.position[3]": -0.02},
+    {**SPHERE, **TINY, "sheet.radius": RING, "sheet.closed": True, "casing.radius": 0.9 * RING, "casing.window_angle": [0.3, 1.0],
+     "casing.window_place": [1e-3, 2e-3], "projectile.start.position[3]": -0.02},
 ]  # fmt: skip
 corner = 1.0 / math.sqrt(3.0)
 for face, signs in enumerate([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]):

@@ -166,7 +166,8 @@ impl System<'_> {
         let ([u, _, w], _) = self.node(i, j);
         let Some(hoop) = ring::Hoop::of(&self.scene) else { return w };
         let [x, _, z] = self.rest(i, j);
-        math::length([x + u, 0.0, z + w]) - hoop.radius
+        // |r + d| - R without rounding at rest.
+        (u * (2.0 * x + u) + w * (2.0 * z + w)) / (math::length([x + u, 0.0, z + w]) + hoop.radius)
     }
 
     /// Bars and widths of a graded network.
