@@ -199,10 +199,9 @@ fn curve(scene: &mut Scene) {
     let body = &mut scene.projectile;
     let place = along([0, 1, 2].map(|k| body.position[k] - scene.sheet.position[k]));
     let speed = along(body.velocity);
-    for k in 0..3 {
-        body.position[k] += (scene.sheet.radius - 2.0 * place) * normal[k];
-        body.velocity[k] -= 2.0 * speed * normal[k];
-    }
+    let by = scene.sheet.radius - 2.0 * place;
+    body.position = [0, 1, 2].map(|k| body.position[k] + by * normal[k]);
+    body.velocity = [0, 1, 2].map(|k| body.velocity[k] - 2.0 * speed * normal[k]);
 }
 
 /// Where a unit quaternion turns the z axis.
