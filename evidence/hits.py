@@ -2,6 +2,7 @@
 
 Hits differ by where in a cell of the network the projectile's axis strikes, which a shot does not control, and by the seed of what is drawn.
 Each hit has a limit of its own, between arrest and perforation; their mean stands for V50 and Student's interval for its error.
+A shot of a search ends when it is decided that the projectile goes through ("through", docs/v50.md), others when it has.
 Limit: beyond the first failure the model is chaotic, so the limit of one hit is one sample; bisection finds one of its crossings.
 """
 
@@ -54,12 +55,13 @@ def impact(scene, longest):
     the projectile still moves on with 5 % of its velocity; residual: of the energy balance, in parts of the impact energy.
     """
     simulation = Simulation(scene, warns=False)
-    simulation.run(ENDS, int(longest / simulation.step_limits["dt"]))
+    ends = (*ENDS, "through") if scene["track_through"] else ENDS
+    simulation.run(ends, int(longest / simulation.step_limits["dt"]))
     first, velocity, outcomes = scene["projectile.velocity"][2], simulation.projectile()["velocity"][2], simulation.outcomes()
     energy, counters = simulation.energy(), simulation.counters()
     return {
         "absorbed": energy["contact_work"], "rubbed": energy["friction"], "velocity": velocity,
-        "through": "arrested" not in outcomes if any(name in outcomes for name in ENDS) else velocity > 0.05 * first,
+        "through": "arrested" not in outcomes if any(name in outcomes for name in ends) else velocity > 0.05 * first,
         "failed": counters["failed_segments"], "residual": energy["residual"] / (0.5 * scene["projectile.mass"] * first * first),
         "unconverged": counters["unconverged"], "ply_penetration": counters["ply_penetration"],
     }
@@ -67,6 +69,7 @@ def impact(scene, longest):
 
 def limit(scene, guess, hit, longest):
     """The ballistic limit of one hit, m/s: strides from the guess until it lies between two velocities, then bisection of the logarithm."""
+    scene = scene.replace({"track_through": True})
     return bracketed(guess, lambda velocity: impact(shot(scene, velocity, hit), longest)["through"])
 
 
