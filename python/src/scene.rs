@@ -190,6 +190,12 @@ impl Scene {
         textile::names(&self.textiles).into()
     }
 
+    /// The material of the projectile.
+    #[getter]
+    fn material(&self) -> Option<&str> {
+        self.textiles.get("projectile")?.get("material")?.as_str()
+    }
+
     /// What must be said of a projectile that is too heavy or too light for its size.
     fn unlikely_body(&self) -> Option<String> {
         fabric_scene::notes::unlikely_body(&self.scene)

@@ -124,6 +124,22 @@ fn density_of(name: &Value) -> Result<f64> {
     )
 }
 
+/// The line of a scene file from which the projectile's mass follows, behind its source; none if the mass is another one.
+pub fn written_material(textiles: &Table, scene: &Scene) -> Option<String> {
+    let body = textiles.get("projectile")?.as_table()?;
+    let given = body.iter().map(|(key, value)| (format!("projectile.{key}"), value.clone())).collect();
+    let mut again = *scene;
+    projectile(&given, &mut again).ok()?;
+    let same = again.projectile.mass.to_bits() == scene.projectile.mass.to_bits();
+    let source = body.get("material").and_then(Value::as_str).map_or(String::new(), |name| {
+        MATERIALS
+            .lines()
+            .find(|line| line.starts_with(&format!("{name} = ")))
+            .map_or(String::new(), |line| format!("# {line}\n"))
+    });
+    same.then(|| format!("# The mass, {} kg, follows from it.\n{source}{body}", again.projectile.mass))
+}
+
 /// Mass of a material, and where the projectile hits.
 pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
     let material = of(given, "projectile.material").map(density_of).transpose()?;
@@ -344,16 +360,25 @@ mod tests {
     fn a_scene_written_back_keeps_its_fabric_and_the_sources() {
         let text = "fabric = \"kevlar_km2_s706\"\nstack.plies = 2\n[yarn]\nmodulus_mean = \"140.21 GPa\"\n\
                     [back_fabric]\nname = \"zylon_as_500_35\"\ncount = { value = 30, unit = \"1/in\", source = \"counted\" }\n\
-                    [back]\nplies = 1\nmodulus_mean = \"140.21 GPa\"";
+                    [back]\nplies = 1\nmodulus_mean = \"140.21 GPa\"\n\
+                    [projectile]\ndiameter = \"5 mm\"\nmaterial = \"steel\"";
         let textiles = textile::of(&crate::table_of(text).unwrap());
         let written = write("sheet_3in_sphere", &of(text), &textiles);
         assert_eq!(parse(&written).unwrap(), of(text));
         let again = textile::of(&crate::table_of(&written).unwrap());
         assert_eq!(textile::names(&again), ["kevlar_km2_s706", "zylon_as_500_35"].map(|name| Some(name.to_string())));
-        for part in ["source = \"counted\"", "# modulus = { value = 84.62, unit = \"GPa\", mark = \"2\", source = "] {
+        for part in [
+            "source = \"counted\"",
+            "# modulus = { value = 84.62, unit = \"GPa\", mark = \"2\", source = ",
+            "\nmaterial = \"steel\"\n",
+            "# steel = {",
+        ] {
             assert!(written.contains(part), "{written}");
         }
         assert_eq!(write("sheet_3in_sphere", &parse(&written).unwrap(), &again), written);
+        let mut heavier = of(text);
+        heavier.projectile.mass *= 2.0;
+        assert_eq!(parse(&write("sheet_3in_sphere", &heavier, &textiles)).unwrap(), heavier);
     }
 
     #[test]

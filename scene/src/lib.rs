@@ -310,6 +310,12 @@ pub fn write(name: &str, scene: &Scene, textiles: &Table) -> String {
             table = group;
             text.push_str(&format!("\n[{group}]\n"));
         }
+        if field.name == "projectile.mass"
+            && let Some(material) = derived::written_material(textiles, scene)
+        {
+            text.push_str(&material);
+            continue;
+        }
         let unit = if unit_of(field) == "1" { String::new() } else { format!("{}: ", unit_of(field)) };
         text.push_str(&format!("# {unit}{}\n{key} = {}\n", about(field), value(field, &mut copy)));
     }
