@@ -47,8 +47,6 @@ def bracket(
     slow shots are stopped and fast ones go through.
 
     The search begins with the velocity of the scene. Raises ValueError if no limit is found."""
-
-
     import numpy
 
     from .sensitivity import limits
@@ -140,6 +138,20 @@ def fragment_map(
     return with_attrs(pandas.DataFrame(rows))
 
 
+def falling(table: "pandas.DataFrame") -> list[str]:
+    """A sentence for each attitude and impact point of a map whose shots contradict a share that grows with the velocity (`limit.falling`)."""
+    import numpy
+
+    from . import limit
+
+    found = []
+    for (attitude, x, y), cells in table.groupby(["attitude", "point_x", "point_y"], sort=False):
+        results = numpy.repeat(numpy.tile([True, False], len(cells)), cells[["through", "stopped"]].to_numpy().ravel())
+        doubt = limit.falling(numpy.repeat(cells["velocity"], cells["through"] + cells["stopped"]), results) if len(results) else ""
+        found += [f"{attitude} at ({1e3 * x:g}, {1e3 * y:g}) mm: {doubt}"] if doubt else []
+    return found
+
+
 def draw_map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()) -> "matplotlib.figure.Figure":
     """Draws a table of `fragment_map`: `plot.map`."""
     from . import plot
@@ -219,10 +231,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
         table = shot(velocities=velocities, seed=given.seed)
         print(with_units(table).to_string(index=False))
+        doubts = falling(table)
+        print(*doubts, sep="\n", end="\n" if doubts else "", flush=True)
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
         draw_map(table, given.out / "map.svg", about)
         report = Page(f"Fragments of {given.scene}")
-        report.answer((about[0], first))
+        report.answer((*doubts, about[0], first))
         report.figure(given.out / "map.svg", "")
         report.fold("What was shot, and each cell")
         for line in about[1:]:
@@ -232,5 +246,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if given.table:
             said = lookup.error(table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1), scene["projectile.mass"])
             print(said)
-            written(given.out / "table.h", lookup.c_header(table, "\n".join([*about, said])))
+            written(given.out / "table.h", lookup.c_header(table, "\n".join([*doubts, *about, said])))
     print(f"written to {given.out}: report.html, table.csv, map.svg, runs.jsonl" + (", table.h" if given.table else ""))

@@ -165,7 +165,7 @@ def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int
         return ""
     return (
         f"The share that goes through does not grow with the velocity: shots that contradict it so are drawn in {100 * rarity:.2g} % where it does. "
-        "V50 and its interval mean little here: look at the shots, and shoot at lower velocities, too."
+        "A limit and its interval mean little here: look at the shots, and shoot at lower velocities, too."
     )
 
 

@@ -194,7 +194,8 @@ def residual_curve(
     if not found:
         lines.append("Fewer than three shots went through at different velocities: no fit of the residual velocities.")
     bad = [f"{fit.name}: {fit.best.note}" for fit in found if fit.best.note]
-    answer = [*bad, *lines, model_error(scene, confidence).sentence(), cautions(scene)[0]]
+    doubt = limit.falling([shot.velocity for shot in made], [not shot.stopped for shot in made], seed) if made else ""
+    answer = [*filter(None, [doubt]), *bad, *lines, model_error(scene, confidence).sentence(), cautions(scene)[0]]
     notes = [*about, shoot.drawn(), *cautions(scene)[1:], *left_out, *shoot.notes()]
     return Curve(title, tuple(made), found, confidence, tuple(answer), tuple(notes))
 

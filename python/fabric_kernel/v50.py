@@ -460,13 +460,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=shoot.drawn(),
         )  # fmt: skip
         if given.sensitivity and math.isfinite(test.fit.mu):
-            from .sensitivity import nodes, sensitivity
+            from .sensitivity import sensitivity
 
-            # A variant whose shots take much longer than those of the test would take longer than all others.
-            own = sum(row["steps"] for row in shoot.made.values()) * nodes(scene)
-            steps = given.steps or 3 * max(row["steps"] for row in shoot.made.values())
-            found = sensitivity(scene, test.fit.mu, seed=given.seed, attitude=given.attitude, steps=steps, most=10 * own, keep=given.out / "sensitivity.jsonl")
-            found = found._replace(notes=(*found.notes, f"The changes took {found.cost / own:.1f} times the node-steps of the test."))
+            found = sensitivity(shoot, test.fit.mu, keep=given.out / "sensitivity.jsonl")
             test = test._replace(sensitivity=found)
         print()
         print(test.text())

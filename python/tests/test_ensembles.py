@@ -23,7 +23,7 @@ import scipy.stats
 
 import fabric_kernel as fk
 from fabric_kernel.ensembles import MOST_KEPT, each, kept
-from fabric_kernel.fragments import main
+from fabric_kernel.fragments import falling, main
 from fabric_kernel.runs import UNTIL
 
 BASE = fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41})
@@ -394,6 +394,10 @@ class Fragments(unittest.TestCase):
         numpy.testing.assert_allclose(slow["high"], 1.0 - 0.025 ** (1.0 / 3.0), rtol=1e-9)
         numpy.testing.assert_allclose(fast["low"], 0.025 ** (1.0 / 3.0), rtol=1e-9)
         self.assertTrue((fast["residual_speed"] < 300.0).all() and (fast["residual_speed_sd"] > 0.0).all())
+
+        self.assertEqual(falling(table), [])
+        upside_down = table.assign(through=8 * table["stopped"], stopped=8 * table["through"])
+        self.assertEqual([line.partition(" at (0, 0) mm: The share")[0] for line in falling(upside_down)], ["end on", "random"])
 
     def test_what_is_not_known_widens_the_interval(self):
         options = {"velocities": [100.0], "attitudes": {"as given": (1.0, 0.0, 0.0, 0.0)}, "shots": 2}
