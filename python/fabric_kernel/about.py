@@ -30,7 +30,7 @@ def scene_named(name: str) -> tuple[Scene, str]:
         return Scene(name), name
     scene = Scene.read(name)
     file = tomllib.loads(Path(name).read_text())
-    return scene, (scene.fabrics[0] or "its own") if "fabric" in file else str(file["preset"])
+    return scene, (scene.fabrics[0] or "a fabric of the file's own numbers") if "fabric" in file else str(file["preset"])
 
 
 def scene_hash(scene: Scene) -> str:

@@ -1,6 +1,7 @@
 """The change of a limit with what was chosen, and the pictures of the package."""
 
 import contextlib
+import csv
 import importlib.util
 import io
 import math
@@ -72,7 +73,7 @@ class Sensitivity(unittest.TestCase):
                 words = [str(folder / "scene.toml"), "--shots", str(shots), "--tests", "0", "--sensitivity", "--out", name]
                 with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()):
                     main(words)
-                rows = [line.split(",") for line in (folder / "sensitivity.csv").read_text().splitlines()]
+                rows = list(csv.reader(io.StringIO((folder / "sensitivity.csv").read_text())))
                 self.assertEqual(rows[0], ["variant", "change_percent", "low_percent", "high_percent", "shots"])
                 self.assertEqual(len(rows), 10)
                 change = {row[0]: [float(number) for number in row[1:]] for row in rows[1:]}

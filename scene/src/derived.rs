@@ -99,7 +99,8 @@ pub fn sheet(given: &Given, scene: &mut Scene, counted: [bool; 2]) -> Result<()>
         // So many in both directions are the most that the kernel counts.
         if !(2.0..=65_535.0).contains(&nodes) {
             let text = format!(
-                "{key} = {width}: of so many m there are {nodes} nodes, {} m apart; there may be 2 to 65535",
+                "{key} = {width}: of so many m there are {nodes} nodes, {} m apart; there may be 2 to 65535; a number without a unit is in m, \
+                 so write \"102 mm\"",
                 spacings[k]
             );
             return bad(key, text);
@@ -188,7 +189,9 @@ pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Resul
     let ([x, y], [half_x, half_y]) = (point, scene.half_size());
     let mesh = scene.largest_spacing();
     if !(abs(x) <= half_x + mesh && abs(y) <= half_y + mesh) {
-        let reach = format!("the sheet reaches {half_x:.4} m and {half_y:.4} m from its middle");
+        let reach = format!(
+            "the sheet reaches {half_x:.4} m and {half_y:.4} m from its middle; a number without a unit is in m"
+        );
         return bad(key, format!("{key}: ({x}, {y}) m lies beside the sheet; {reach}"));
     }
     let (body, pose) = (&scene.projectile, Pose::of_sheet(&scene.sheet));
