@@ -30,6 +30,7 @@ from . import _kernel
 from ._kernel import Scene
 from .files import naming
 from .runs import STEPS, UNTIL, doubts, flown, with_attrs
+from .textile import spacings
 
 if TYPE_CHECKING:
     import pandas
@@ -323,6 +324,13 @@ def vary(
     if count < 0:
         raise ValueError(f"count: must be at least 0; it is {count}")
     return [_drawn(base, numpy.random.default_rng([seed, k]), speed, point, attitude, tilt, parameters or {}) for k in range(count)]
+
+
+def within_mesh(scene: Scene, point: Sequence[float]) -> tuple[Distribution, Distribution]:
+    """A `point` of `vary` anywhere within one mesh of the network about this one, m."""
+    import scipy.stats
+
+    return tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings(scene)))
 
 
 def _draw(distribution: Distribution, random: numpy.random.Generator) -> Any:

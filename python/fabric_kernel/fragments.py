@@ -17,20 +17,17 @@ from typing import TYPE_CHECKING, Any
 from . import lookup
 from ._kernel import Scene
 from .about import SCENE_HELP, cautions, claim, command, described, noted, positive, scene_named
-from .ensembles import ensemble, vary
+from .ensembles import ensemble, vary, within_mesh
 from .files import written
 from .model_error import model_error
 from .page import Page
 from .runs import DECIDED, UNTIL, with_attrs
 
 if TYPE_CHECKING:
-    import matplotlib.figure
     import pandas
 
 CONFIDENCE = 0.95
 """Of the intervals, if nothing else is asked for."""
-UNITS = {"velocity": "m_per_s", "point_x": "m", "point_y": "m", "residual_speed": "m_per_s", "residual_kinetic": "j", "absorbed": "j", "viscous": "j"}
-"""Of the columns of the table, in the names of table.csv."""
 
 
 def bracket(
@@ -66,7 +63,8 @@ def bracket(
 
 def with_units(table: "pandas.DataFrame") -> "pandas.DataFrame":
     """The table with its units in the names of its columns, as in table.csv."""
-    return table.rename(columns=lambda name: f"{name}_{UNITS[name.removesuffix('_sd')]}" if name.removesuffix("_sd") in UNITS else name)
+    units = {name: unit.replace("/", "_per_").lower() for name, unit in table.attrs["units"].items()}
+    return table.rename(columns=lambda name: f"{name}_{units[name]}" if name in units else name)
 
 
 def fragment_map(
@@ -104,13 +102,10 @@ def fragment_map(
     for point in points:
         shield.aimed(point)
     cells = list(itertools.product(velocities, attitudes, points))
-    spacings = [shield["sheet.spacing"], shield["sheet.spacing_y"] or shield["sheet.spacing"]]
     scenes = []
     for number, (velocity, attitude, point) in enumerate(cells):
-        about = tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings))
-        orientation = attitudes[attitude]
         cell_seed = seed * 1_000_003 + number
-        scenes += vary(shield, shots, seed=cell_seed, speed=velocity, point=about, attitude=orientation)
+        scenes += vary(shield, shots, seed=cell_seed, speed=velocity, point=within_mesh(shield, point), attitude=attitudes[attitude])
     results = ensemble(scenes, **{"until": DECIDED} | options)
     rows = []
     for number, (velocity, attitude, (x, y)) in enumerate(cells):
@@ -150,13 +145,6 @@ def falling(table: "pandas.DataFrame") -> list[str]:
         doubt = limit.falling(numpy.repeat(cells["velocity"], cells["through"] + cells["stopped"]), results) if len(results) else ""
         found += [f"{attitude} at ({1e3 * x:g}, {1e3 * y:g}) mm: {doubt}"] if doubt else []
     return found
-
-
-def draw_map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()) -> "matplotlib.figure.Figure":
-    """Draws a table of `fragment_map`: `plot.map`."""
-    from . import plot
-
-    return plot.map(table, path, about)
 
 
 def _attitude(text: str) -> tuple[str, str | tuple[float, ...]]:
@@ -206,6 +194,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=Path("fragments"), help="folder for report.html, table.csv, map.svg, runs.jsonl")
     given = parser.parse_args(arguments)
     with command(parser, given.out):
+        from . import plot
+
         scene, fabric = scene_named(given.scene)
         claim(given.out, scene)
         attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
@@ -234,7 +224,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         doubts = falling(table)
         print(*doubts, sep="\n", end="\n" if doubts else "", flush=True)
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
-        draw_map(table, given.out / "map.svg", about)
+        plot.map(table, given.out / "map.svg", about)
         report = Page(f"Fragments of {given.scene}")
         report.answer((*doubts, about[0], first))
         report.figure(given.out / "map.svg", "")

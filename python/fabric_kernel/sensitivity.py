@@ -9,11 +9,10 @@ times the test: where the scene's own network would cost more, the changes are t
 Limits: one change at a time; three shots give wide intervals; where the model is chaotic, bisection finds one of several crossings.
 """
 
-import functools
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy
 import scipy.special
@@ -24,9 +23,6 @@ from ._kernel import Scene
 from .runs import flown
 from .textile import spacings
 from .v50 import Shooter
-
-if TYPE_CHECKING:
-    import matplotlib.figure
 
 WIDTH, STRIDE = 1.03, 1.08
 """Ratio of velocities at which bisection ends, and that of the first stride."""
@@ -148,11 +144,6 @@ class Sensitivity(NamedTuple):
         wide = [one for one in self.changes if one.what == "width of the sheet" and math.isfinite(one.percent)]
         told = " and ".join(f"{one.percent:+.0f} % [{one.low:+.0f}, {one.high:+.0f}] with {one.variant.split(': ')[1]}" for one in wide)
         return f"The width of the sheet changes the limit by {told}." if wide else ""
-
-    def draw(self, path=None) -> "matplotlib.figure.Figure":
-        from . import plot
-
-        return plot.tornado(self, path)
 
 
 def sensitivity(

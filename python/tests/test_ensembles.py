@@ -22,6 +22,7 @@ import pandas
 import scipy.stats
 
 import fabric_kernel as fk
+from fabric_kernel import plot
 from fabric_kernel.ensembles import MOST_KEPT, each, kept
 from fabric_kernel.fragments import falling, main
 from fabric_kernel.runs import UNTIL
@@ -386,7 +387,7 @@ class Fragments(unittest.TestCase):
             attitudes = {"end on": (1.0, 0.0, 0.0, 0.0), "random": "random"}
             options = {"velocities": [2.0, 300.0], "attitudes": attitudes, "shots": 3, "steps": 40_000}
             table = fk.fragment_map(cylinder, keep=pathlib.Path(folder) / "runs.jsonl", **options)
-            fk.draw_map(table, pathlib.Path(folder) / "map.svg")
+            plot.map(table, pathlib.Path(folder) / "map.svg")
             self.assertGreater((pathlib.Path(folder) / "map.svg").stat().st_size, 5000)
         slow, fast = table[table["velocity"] == 2.0], table[table["velocity"] == 300.0]
         self.assertEqual((list(slow["perforation"]), list(fast["perforation"])), ([0.0, 0.0], [1.0, 1.0]))
