@@ -133,17 +133,26 @@ def fragment_map(
     return with_attrs(pandas.DataFrame(rows))
 
 
-def falling(table: "pandas.DataFrame") -> list[str]:
-    """A sentence for each attitude and impact point of a map whose shots contradict a share that grows with the velocity (`limit.falling`)."""
+def answer(table: "pandas.DataFrame") -> list[str]:
+    """A sentence for each attitude and impact point of a map: up to which velocity none goes through, and from which on all; before it
+    another one if the shots contradict a share that grows with the velocity (`limit.falling`)."""
     import numpy
 
     from . import limit
 
     found = []
-    for (attitude, x, y), cells in table.groupby(["attitude", "point_x", "point_y"], sort=False):
+    for (attitude, x, y), cells in table.sort_values("velocity").groupby(["attitude", "point_x", "point_y"], sort=False):
         results = numpy.repeat(numpy.tile([True, False], len(cells)), cells[["through", "stopped"]].to_numpy().ravel())
-        doubt = limit.falling(numpy.repeat(cells["velocity"], cells["through"] + cells["stopped"]), results) if len(results) else ""
-        found += [f"{attitude} at ({1e3 * x:g}, {1e3 * y:g}) mm: {doubt}"] if doubt else []
+        velocities = cells["velocity"].repeat(cells["through"] + cells["stopped"]).to_numpy()
+        where = f"{attitude} at ({1e3 * x:g}, {1e3 * y:g}) mm:"
+        if not len(results):
+            found.append(f"{where} no shot has a known end.")
+            continue
+        doubt = limit.falling(velocities, results)
+        slow, fast = velocities[velocities < velocities[results].min(initial=math.inf)], velocities[velocities > velocities[~results].max(initial=0.0)]
+        low = f"none goes through up to {slow.max():g} m/s" if len(slow) else f"some go through at {velocities.min():g} m/s already"
+        high = f"all do from {fast.min():g} m/s on" if len(fast) else f"some are stopped at {velocities.max():g} m/s still"
+        found += [*([f"{where} {doubt}"] if doubt else []), f"{where} {low}, {high}."]
     return found
 
 
@@ -221,12 +230,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
         table = shot(velocities=velocities, seed=given.seed)
         print(with_units(table).to_string(index=False))
-        doubts = falling(table)
-        print(*doubts, sep="\n", end="\n" if doubts else "", flush=True)
+        lines = answer(table)
+        print(*lines, sep="\n", flush=True)
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
         plot.map(table, given.out / "map.svg", about)
         report = Page(f"Fragments of {given.scene}")
-        report.answer((*doubts, about[0], first))
+        report.answer((*lines, about[0], first))
         report.figure(given.out / "map.svg", "")
         report.fold("What was shot, and each cell")
         for line in about[1:]:
@@ -236,5 +245,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if given.table:
             said = lookup.error(table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1), scene["projectile.mass"])
             print(said)
-            written(given.out / "table.h", lookup.c_header(table, "\n".join([*doubts, *about, said])))
+            written(given.out / "table.h", lookup.c_header(table, "\n".join([*lines, *about, said])))
     print(f"written to {given.out}: report.html, table.csv, map.svg, runs.jsonl" + (", table.h" if given.table else ""))

@@ -2,7 +2,7 @@
 
 Method: a few shots each have their own yarns and impact point, and their own limit. For each variant of the scene the limit of the same
 shots is found: strides from the limit of the scene itself, each twice as long as the one before, until it lies between two velocities, then
-bisection to WIDTH. The change is the mean of the logarithms of variant over scene, with Student's interval over the shots, in which the
+bisection to WIDTH; a shot without a known end is shot again half of WIDTH faster. The change is the mean of the logarithms of variant over scene, with Student's interval over the shots, in which the
 width of the bisection counts as an error that is evenly distributed.
 Cost: in node-steps that of the limits of the scene itself times the nodes and the time step of each variant. The command spends at most ten
 times the test: where the scene's own network would cost more, the changes are those of a network of bars of two yarns, an eighth of the cost.
@@ -103,12 +103,14 @@ def limit_of(job: list) -> tuple[float | None, int]:
 
     def through(velocity):
         nonlocal cost
-        one = ensembles.vary(scene, shot + 1, seed=seed, speed=velocity, point=shooter.mesh, attitude=attitude)[shot]
-        row = flown(one, shooter.UNTIL, shooter.steps)
-        cost += row["steps"] * nodes(scene)
-        if row["stopped"] is None:
-            raise ArithmeticError
-        return not row["stopped"]
+        # At the very limit a body may hang in the yarns beyond all steps.
+        for faster in (1.0, math.sqrt(WIDTH)):
+            one = ensembles.vary(scene, shot + 1, seed=seed, speed=faster * velocity, point=shooter.mesh, attitude=attitude)[shot]
+            row = flown(one, shooter.UNTIL, shooter.steps)
+            cost += row["steps"] * nodes(scene)
+            if row["stopped"] is not None:
+                return not row["stopped"]
+        raise ArithmeticError
 
     try:
         found = crossing(guess, through)
@@ -125,6 +127,9 @@ class Change(NamedTuple):
     high: float
     shots: int  # whose limit was found with and without the change
 
+    def interval(self, digits):
+        return f"[{self.low:+.{digits}f}, {self.high:+.{digits}f}]" if math.isfinite(self.low) else "(no bound)"
+
 
 class Sensitivity(NamedTuple):
     limit: float  # of the shots of the scene itself, m/s
@@ -136,13 +141,12 @@ class Sensitivity(NamedTuple):
 
     def rows(self):
         digits = lambda x: f"{x:+.1f}" if math.isfinite(x) else "none"
-        interval = lambda one: f"[{one.low:+.1f}, {one.high:+.1f}]" if math.isfinite(one.low) else "no bound"
-        return [(one.variant, digits(one.percent), interval(one), str(one.shots)) for one in self.changes]
+        return [(one.variant, digits(one.percent), one.interval(1), str(one.shots)) for one in self.changes]
 
     def sentence(self):
         """What the width does, for the head of a report."""
         wide = [one for one in self.changes if one.what == "width of the sheet" and math.isfinite(one.percent)]
-        told = " and ".join(f"{one.percent:+.0f} % [{one.low:+.0f}, {one.high:+.0f}] with {one.variant.split(': ')[1]}" for one in wide)
+        told = " and ".join(f"{one.percent:+.0f} % {one.interval(0)} with {one.variant.split(': ')[1]}" for one in wide)
         return f"The width of the sheet changes the limit by {told}." if wide else ""
 
 
@@ -182,7 +186,7 @@ def sensitivity(
         return {(name, shot): limit for (name, _, shot, _), (limit, _) in zip(asked, results) if limit}
 
     def row(name, limits, own):
-        logarithms = [math.log(limits[name, shot] / own["", shot]) for shot in range(shots) if (name, shot) in limits]
+        logarithms = [math.log(limits[name, shot] / own["", shot]) for shot in range(shots) if (name, shot) in limits and ("", shot) in own]
         rows.append(Change(name.split(": ")[0], name, *interval(logarithms), len(logarithms)))
 
     changed, base = sound(scene), scene
@@ -192,7 +196,7 @@ def sensitivity(
     expected = lambda: 1.5 * spent[-1] * sum(nodes(other) / nodes(base) * finer(other) for other in changed.values())
     if sum(spent) + expected() > TIMES * test and COARSE in changed:
         base = changed[COARSE]
-        coarse = found([(COARSE, base, shot, limit) for (_, shot), limit in own.items()])
+        coarse = found([(COARSE, base, shot, own.get(("", shot), float(guess))) for shot in range(shots)])
         row(COARSE, coarse, own)
         changed, own = sound(base), {("", shot): limit for (_, shot), limit in coarse.items()}
         notes.append("All other changes are found in the network of bars of two yarns: with that of the scene they would take longer.")
