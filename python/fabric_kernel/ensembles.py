@@ -308,9 +308,8 @@ def vary(
 ) -> list[Scene]:
     """Scenes that differ from `base` by what is drawn for each; always by the seed of the yarn.
 
-    Each of what follows is a number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats.
-    So `(40, 60)` is one of the two numbers 40 and 60, and not a range; `scipy.stats.uniform(40, 60)` is the range from 40 to 100,
-    because its second argument is the width.
+    Each of what follows is a number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats:
+    `(40, 60)` is 40 or 60, and no range; `scipy.stats.uniform(40, 60)` is the range from 40 to 100, as its second argument is the width.
 
     - `speed`: of the projectile, m/s, above 0, in the direction it has in `base`;
     - `point`: where its centre meets the plane of the sheet, m from the middle, along x and along y;

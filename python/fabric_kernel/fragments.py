@@ -26,9 +26,6 @@ from .runs import DECIDED, UNTIL, with_attrs
 if TYPE_CHECKING:
     import pandas
 
-CONFIDENCE = 0.95
-"""Of the intervals, if nothing else is asked for."""
-
 
 def bracket(
     shield: Scene,
@@ -75,7 +72,7 @@ def fragment_map(
     points: Sequence[tuple[float, float]] = ((0.0, 0.0),),
     shots: int = 20,
     seed: int = 1,
-    confidence: float = CONFIDENCE,
+    confidence: float = 0.95,
     **options: Any,
 ) -> "pandas.DataFrame":
     """Shoots the projectile of a scene at its sheet and returns a table with a row for each velocity, attitude and impact point.
@@ -216,7 +213,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             velocities = bracket(scene, attitudes, given.points, seed=given.seed, keep=given.out / "bracket.jsonl", on=on)
             print(f"Velocities about the limits that were bracketed: {', '.join(f'{velocity:g}' for velocity in velocities)} m/s.", flush=True)
         first, *others = cautions(scene)
-        about = (model_error(scene, CONFIDENCE).sentence(), *others, *described(scene, fabric), *noted(scene, max(velocities)))
+        about = (model_error(scene).sentence(), *others, *described(scene, fabric), *noted(scene, max(velocities)))
         print("\n".join([about[0], first, *about[1:]]), flush=True)
         shot = functools.partial(
             fragment_map,
@@ -233,7 +230,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         lines = answer(table)
         print(*lines, sep="\n", flush=True)
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
-        plot.map(table, given.out / "map.svg", about)
+        plot.map(table, given.out / "map.svg", described(scene, fabric))
         report = Page(f"Fragments of {given.scene}")
         report.answer((*lines, about[0], first))
         report.figure(given.out / "map.svg", "")

@@ -24,12 +24,8 @@ from .textile import areal_density, sides
 
 LIGHTEST, HEAVIEST = 0.5, 1.1
 """Masses of a fragment, over that of a series, that count as compared."""
-
-
 STRAIGHT = 5.0
 """Degrees: angle of impact and attitude that count as compared."""
-
-
 ALIKE = 4.0 / 3.0
 """Factor within which modulus and failure strain of a yarn count as compared."""
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 Shoot = Callable[[float, int], tuple[bool, float]]
 """Shoots with a velocity (m/s) and the number of the shot, from 0: whether the fabric stopped it, and the residual velocity (m/s). The
 number alone decides what is drawn for the shot."""
-
-
 UNKNOWN = 3
 """So many unknown shots in turn end a test."""
 
@@ -248,8 +246,7 @@ def v50(
     words = f"{drawn} {simulated}".strip()
     against, cautions = "", ()
     if isinstance(shoot, Shooter):
-        from .about import cautions as known
-        from .about import described
+        from .about import cautions as known, described
         from .model_error import model_error
         from .textile import axes
 
