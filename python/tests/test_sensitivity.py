@@ -87,7 +87,7 @@ class Sensitivity(unittest.TestCase):
                 self.assertLessEqual(float(found[1]), 10.0)
                 for text in (said.getvalue(), page):
                     self.assertIn("The width of the sheet changes the limit by", text)
-                    self.assertEqual("found in the network of bars of two yarns" in text, shots == 10)
+                    self.assertTrue(shots == 20 or ("found in the network of bars of two yarns" in text) == (shots == 10))
                 self.assertEqual(page.count("data:image/svg+xml"), 2)
 
 
