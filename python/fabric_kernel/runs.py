@@ -68,6 +68,7 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     - `digest`: hash of the state at the end.
 
     "through" among the outcomes sets `track_through`. The numbers are of the model with its draws; of the model against tests `model_error(scene)` says how far a limit may be off.
+    Of a projectile that went through, energies and `ply_penetration` hold what torn cloth did after it, too; `until=DECIDED` ends there, sooner.
     After a failure everything but the outcome, steps, these counters and the digest is None.
 
     Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are, and while it flies when the energy
