@@ -6,7 +6,7 @@ All numbers are in SI units.
 
 from ._kernel import PRESETS, VERSION, Failed, Refused, Scene, Simulation, parameters, yarn_of_fibrils, yarns_of_fibrils
 from .ensembles import ClusterLost, ensemble, vary
-from .fragments import draw_map, fragment_map
+from .fragments import fragment_map
 from .model_error import model_error
 from .runs import fly, history
 
@@ -19,7 +19,6 @@ __all__ = [
     "Refused",
     "Scene",
     "Simulation",
-    "draw_map",
     "ensemble",
     "fly",
     "fragment_map",

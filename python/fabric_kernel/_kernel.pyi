@@ -118,11 +118,15 @@ class Scene:
         """Every parameter by its name."""
 
     def text(self) -> str:
-        """The scene as a TOML file, with its fabrics and their sources, every parameter and its meaning."""
+        """The scene as a TOML file, with its fabrics, its projectile's material and their sources, every parameter and its meaning."""
 
     @property
     def fabrics(self) -> tuple[str | None, str | None]:
         """Names of the fabrics of the sheet and of its last plies, as they were given; None for one without a name."""
+
+    @property
+    def material(self) -> str | None:
+        """Of the projectile, if its mass follows from it."""
 
     def unlikely_body(self) -> str | None:
         """What must be said of a projectile that is too heavy or too light for its size, as in a wrong unit; None otherwise."""

@@ -30,7 +30,7 @@ def scene_named(name: str) -> tuple[Scene, str]:
         return Scene(name), name
     scene = Scene.read(name)
     file = tomllib.loads(Path(name).read_text())
-    return scene, (scene.fabrics[0] or "its own") if "fabric" in file else str(file["preset"])
+    return scene, (scene.fabrics[0] or "a fabric of the file's own numbers") if "fabric" in file else str(file["preset"])
 
 
 def scene_hash(scene: Scene) -> str:
@@ -59,6 +59,7 @@ def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
         body.append(f"length {1e3 * value['projectile.length']:.4g} mm")
     if "sector" in body[0]:
         body.append(f"outer radius {1e3 * value['projectile.sector.outer_radius']:.4g} mm")
+    body[0] += f" of {scene.material}" if scene.material else ""
     body.append(f"friction {value['contact.friction']:g}")
     name = f"{fabric}, " if fabric else ""
     nodes = f"{value['sheet.nodes_x']} x {value['sheet.nodes_y']}"

@@ -125,7 +125,7 @@ class Neyer(Guess):
         return self.centre
 
     def choose(self, velocities, through):
-        slowest, fastest, hits = velocities.min(axis=-1), velocities.max(axis=-1), through.sum(axis=-1)
+        slowest, fastest = velocities.min(axis=-1), velocities.max(axis=-1)
         sigma = self.guess
         up = numpy.maximum(numpy.maximum(0.5 * (self.high + fastest), fastest + 2 * sigma), 2 * fastest - slowest)
         down = numpy.minimum(numpy.minimum(0.5 * (self.low + slowest), slowest - 2 * sigma), 2 * slowest - fastest)

@@ -30,6 +30,7 @@ from . import _kernel
 from ._kernel import Scene
 from .files import naming
 from .runs import STEPS, UNTIL, doubts, flown, with_attrs
+from .textile import spacings
 
 if TYPE_CHECKING:
     import pandas
@@ -307,9 +308,8 @@ def vary(
 ) -> list[Scene]:
     """Scenes that differ from `base` by what is drawn for each; always by the seed of the yarn.
 
-    Each of what follows is a number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats.
-    So `(40, 60)` is one of the two numbers 40 and 60, and not a range; `scipy.stats.uniform(40, 60)` is the range from 40 to 100,
-    because its second argument is the width.
+    Each of what follows is a number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats:
+    `(40, 60)` is 40 or 60, and no range; `scipy.stats.uniform(40, 60)` is the range from 40 to 100, as its second argument is the width.
 
     - `speed`: of the projectile, m/s, above 0, in the direction it has in `base`;
     - `point`: where its centre meets the plane of the sheet, m from the middle, along x and along y;
@@ -323,6 +323,13 @@ def vary(
     if count < 0:
         raise ValueError(f"count: must be at least 0; it is {count}")
     return [_drawn(base, numpy.random.default_rng([seed, k]), speed, point, attitude, tilt, parameters or {}) for k in range(count)]
+
+
+def within_mesh(scene: Scene, point: Sequence[float]) -> tuple[Distribution, Distribution]:
+    """A `point` of `vary` anywhere within one mesh of the network about this one, m."""
+    import scipy.stats
+
+    return tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings(scene)))
 
 
 def _draw(distribution: Distribution, random: numpy.random.Generator) -> Any:

@@ -1,8 +1,10 @@
 """Files that are whole or as they were before."""
 
 import contextlib
+import csv
+import io
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 
@@ -14,6 +16,13 @@ def naming(path: str | os.PathLike[str]) -> Iterator[None]:
     except OSError as error:
         error.filename = str(path)
         raise
+
+
+def csv_of(heading: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table as the text of a CSV file."""
+    text = io.StringIO()
+    csv.writer(text).writerows([heading, *rows])
+    return text.getvalue()
 
 
 def written(path: str | os.PathLike[str], content: str | bytes) -> None:

@@ -17,20 +17,14 @@ from typing import TYPE_CHECKING, Any
 from . import lookup
 from ._kernel import Scene
 from .about import SCENE_HELP, cautions, claim, command, described, noted, positive, scene_named
-from .ensembles import ensemble, vary
+from .ensembles import ensemble, vary, within_mesh
 from .files import written
 from .model_error import model_error
 from .page import Page
 from .runs import DECIDED, UNTIL, with_attrs
 
 if TYPE_CHECKING:
-    import matplotlib.figure
     import pandas
-
-CONFIDENCE = 0.95
-"""Of the intervals, if nothing else is asked for."""
-UNITS = {"velocity": "m_per_s", "point_x": "m", "point_y": "m", "residual_speed": "m_per_s", "residual_kinetic": "j", "absorbed": "j", "viscous": "j"}
-"""Of the columns of the table, in the names of table.csv."""
 
 
 def bracket(
@@ -47,8 +41,6 @@ def bracket(
     slow shots are stopped and fast ones go through.
 
     The search begins with the velocity of the scene. Raises ValueError if no limit is found."""
-
-
     import numpy
 
     from .sensitivity import limits
@@ -68,7 +60,8 @@ def bracket(
 
 def with_units(table: "pandas.DataFrame") -> "pandas.DataFrame":
     """The table with its units in the names of its columns, as in table.csv."""
-    return table.rename(columns=lambda name: f"{name}_{UNITS[name.removesuffix('_sd')]}" if name.removesuffix("_sd") in UNITS else name)
+    units = {name: unit.replace("/", "_per_").lower() for name, unit in table.attrs["units"].items()}
+    return table.rename(columns=lambda name: f"{name}_{units[name]}" if name in units else name)
 
 
 def fragment_map(
@@ -79,7 +72,7 @@ def fragment_map(
     points: Sequence[tuple[float, float]] = ((0.0, 0.0),),
     shots: int = 20,
     seed: int = 1,
-    confidence: float = CONFIDENCE,
+    confidence: float = 0.95,
     **options: Any,
 ) -> "pandas.DataFrame":
     """Shoots the projectile of a scene at its sheet and returns a table with a row for each velocity, attitude and impact point.
@@ -106,13 +99,10 @@ def fragment_map(
     for point in points:
         shield.aimed(point)
     cells = list(itertools.product(velocities, attitudes, points))
-    spacings = [shield["sheet.spacing"], shield["sheet.spacing_y"] or shield["sheet.spacing"]]
     scenes = []
     for number, (velocity, attitude, point) in enumerate(cells):
-        about = tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings))
-        orientation = attitudes[attitude]
         cell_seed = seed * 1_000_003 + number
-        scenes += vary(shield, shots, seed=cell_seed, speed=velocity, point=about, attitude=orientation)
+        scenes += vary(shield, shots, seed=cell_seed, speed=velocity, point=within_mesh(shield, point), attitude=attitudes[attitude])
     results = ensemble(scenes, **{"until": DECIDED} | options)
     rows = []
     for number, (velocity, attitude, (x, y)) in enumerate(cells):
@@ -140,11 +130,27 @@ def fragment_map(
     return with_attrs(pandas.DataFrame(rows))
 
 
-def draw_map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()) -> "matplotlib.figure.Figure":
-    """Draws a table of `fragment_map`: `plot.map`."""
-    from . import plot
+def answer(table: "pandas.DataFrame") -> list[str]:
+    """A sentence for each attitude and impact point of a map: up to which velocity none goes through, and from which on all; before it
+    another one if the shots contradict a share that grows with the velocity (`limit.falling`)."""
+    import numpy
 
-    return plot.map(table, path, about)
+    from . import limit
+
+    found = []
+    for (attitude, x, y), cells in table.sort_values("velocity").groupby(["attitude", "point_x", "point_y"], sort=False):
+        results = numpy.repeat(numpy.tile([True, False], len(cells)), cells[["through", "stopped"]].to_numpy().ravel())
+        velocities = cells["velocity"].repeat(cells["through"] + cells["stopped"]).to_numpy()
+        where = f"{attitude} at ({1e3 * x:g}, {1e3 * y:g}) mm:"
+        if not len(results):
+            found.append(f"{where} no shot has a known end.")
+            continue
+        doubt = limit.falling(velocities, results)
+        slow, fast = velocities[velocities < velocities[results].min(initial=math.inf)], velocities[velocities > velocities[~results].max(initial=0.0)]
+        low = f"none goes through up to {slow.max():g} m/s" if len(slow) else f"some go through at {velocities.min():g} m/s already"
+        high = f"all do from {fast.min():g} m/s on" if len(fast) else f"some are stopped at {velocities.max():g} m/s still"
+        found += [*([f"{where} {doubt}"] if doubt else []), f"{where} {low}, {high}."]
+    return found
 
 
 def _attitude(text: str) -> tuple[str, str | tuple[float, ...]]:
@@ -194,6 +200,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=Path("fragments"), help="folder for report.html, table.csv, map.svg, runs.jsonl")
     given = parser.parse_args(arguments)
     with command(parser, given.out):
+        from . import plot
+
         scene, fabric = scene_named(given.scene)
         claim(given.out, scene)
         attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
@@ -205,7 +213,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             velocities = bracket(scene, attitudes, given.points, seed=given.seed, keep=given.out / "bracket.jsonl", on=on)
             print(f"Velocities about the limits that were bracketed: {', '.join(f'{velocity:g}' for velocity in velocities)} m/s.", flush=True)
         first, *others = cautions(scene)
-        about = (model_error(scene, CONFIDENCE).sentence(), *others, *described(scene, fabric), *noted(scene, max(velocities)))
+        about = (model_error(scene).sentence(), *others, *described(scene, fabric), *noted(scene, max(velocities)))
         print("\n".join([about[0], first, *about[1:]]), flush=True)
         shot = functools.partial(
             fragment_map,
@@ -219,10 +227,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
         table = shot(velocities=velocities, seed=given.seed)
         print(with_units(table).to_string(index=False))
+        lines = answer(table)
+        print(*lines, sep="\n", flush=True)
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
-        draw_map(table, given.out / "map.svg", about)
+        plot.map(table, given.out / "map.svg", described(scene, fabric))
         report = Page(f"Fragments of {given.scene}")
-        report.answer((about[0], first))
+        report.answer((*lines, about[0], first))
         report.figure(given.out / "map.svg", "")
         report.fold("What was shot, and each cell")
         for line in about[1:]:
@@ -232,5 +242,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if given.table:
             said = lookup.error(table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1), scene["projectile.mass"])
             print(said)
-            written(given.out / "table.h", lookup.c_header(table, "\n".join([*about, said])))
+            written(given.out / "table.h", lookup.c_header(table, "\n".join([*lines, *about, said])))
     print(f"written to {given.out}: report.html, table.csv, map.svg, runs.jsonl" + (", table.h" if given.table else ""))

@@ -40,14 +40,13 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def __str__(self) -> str:
-        return self.text()
-
-    def text(self, digits: int = 1) -> str:
-        low, high = (f"{end:.{digits}f}" if math.isfinite(end) else None for end in self)
+    def text(self) -> str:
+        low, high = (f"{end:.1f}" if math.isfinite(end) else None for end in self)
         if low and high:
             return f"[{low}, {high}]"
         return f"above {low}" if low else f"below {high}" if high else "no bound"
+
+    __str__ = text
 
 
 class Fit(NamedTuple):
@@ -165,7 +164,7 @@ def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int
         return ""
     return (
         f"The share that goes through does not grow with the velocity: shots that contradict it so are drawn in {100 * rarity:.2g} % where it does. "
-        "V50 and its interval mean little here: look at the shots, and shoot at lower velocities, too."
+        "A limit and its interval mean little here: look at the shots, and shoot at lower velocities, too."
     )
 
 

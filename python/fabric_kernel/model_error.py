@@ -24,12 +24,8 @@ from .textile import areal_density, sides
 
 LIGHTEST, HEAVIEST = 0.5, 1.1
 """Masses of a fragment, over that of a series, that count as compared."""
-
-
 STRAIGHT = 5.0
 """Degrees: angle of impact and attitude that count as compared."""
-
-
 ALIKE = 4.0 / 3.0
 """Factor within which modulus and failure strain of a yarn count as compared."""
 
@@ -161,7 +157,7 @@ def model_error(scene: Scene, confidence: float = 0.95) -> ModelError:
 
 def main() -> None:
     """`python -m fabric_kernel.model_error`: every comparison, and what each series gives with and without each case."""
-    from .v50 import columns
+    from .page import printed
 
     for kind in ("limit", "strength"):
         series = compared(kind)
@@ -171,7 +167,7 @@ def main() -> None:
             rows.append((name, case, f"{one.measured:g}", computed, f"{worst:.2f}", f"{others:.2f}", "yes" if within else "no"))
         units, sources = ({one.about[key] for one in series} for key in ("unit", "source"))
         print(f"{kind}, {'; '.join(units)}: a new one lies within a factor of {factor([one.errors() for one in series]):.2f} in 95 %")
-        print(columns(rows[0], rows[1:]), "", *sources, "", sep="\n")
+        print(printed(rows[0], rows[1:]), *sources, "", sep="\n")
 
 
 if __name__ == "__main__":

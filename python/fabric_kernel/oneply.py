@@ -36,8 +36,8 @@ class Windowing(NamedTuple):
             return ""
         found = f"{low:.2g}" if low == high else f"{low:.2g} to {high:.2g}"
         return (
-            f"One ply: the projectile may push the yarns aside and pass without breaking one, at a velocity far below this limit: mu + mu_s is {found}, "
-            f"and {self.needed:.2g} is needed (docs/validation.md, One ply)."
+            f"One ply: the projectile may push the yarns aside and pass without breaking one, at a velocity far below this limit: that needs coefficients of "
+            f"friction between yarns and on the projectile below {self.needed:.2g} together; here they count as {found} (docs/validation.md, One ply)."
         )
 
 

@@ -274,7 +274,7 @@ def map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, a
             panel.set_yticks(range(len(attitudes)), attitudes)
             panel.set_xlabel("velocity, m/s")
             panel.set_title(f"at ({1e3 * x:g}, {1e3 * y:g}) mm", fontsize=9)
-            label = "share through, and its interval" if name == "perforation" else "mean kinetic energy left, J"
+            label = "share through" if name == "perforation" else "mean energy left, J"
             if column == len(points) - 1:
                 figure.colorbar(image, ax=panel, label=label)
     if about:

@@ -60,6 +60,8 @@ def report(folder):
     ]:
         html.figure(folder / file, caption)
     html.fold("All numbers")
+    if not any(latched["outcome"] == "arrested" for latched in summary["outcomes"]):
+        html.text("Energies and penetrations are those of the end of the run: where the projectile went through, they hold what torn cloth did after it, too.")
     unit = lambda key: f", {UNITS[key]}" if key in UNITS else ""
     html.table(["", ""], [[key.replace("_", " ") + unit(key), value] for key, value in summary.items() if not isinstance(value, (list, dict))], (1,))
     if plies[1:]:

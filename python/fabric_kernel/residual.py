@@ -12,9 +12,7 @@ Reference: R. F. Recht, T. W. Ipson, J. Appl. Mech. 30 (1963) 384; J. P. Lambert
 """
 
 import argparse
-import csv
 import functools
-import io
 import math
 import os
 from collections.abc import Callable, Sequence
@@ -25,13 +23,11 @@ import numpy
 import scipy.special
 
 from . import limit
-from .files import written
-from .page import Page
-from .v50 import Shooter, Shot, Unknown, columns
+from .files import csv_of, written
+from .page import Page, printed
+from .v50 import Shooter, Shot, Unknown
 
 if TYPE_CHECKING:
-    import matplotlib.figure
-
     from . import Scene
 
 RESAMPLES = 200
@@ -64,7 +60,7 @@ class Fitted(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Residual velocities and what was fitted to them. `text`, `draw` and `write` report it."""
+    """Residual velocities and what was fitted to them. `text` and `write` report it, `plot.residual` draws it."""
 
     title: str
     shots: tuple[Shot, ...]
@@ -76,27 +72,23 @@ class Curve(NamedTuple):
     def heading(self):
         return ("curve", "quantity", "value", f"{100 * self.confidence:g} % interval")
 
+    def every_shot(self):
+        return ("impact m/s", "residual m/s"), [(f"{shot.velocity:.2f}", f"{shot.residual:.2f}") for shot in self.shots]
+
     def rows(self):
         return [row for fit in self.fits for row in fit.rows()]
 
     def text(self) -> str:
-        shots = [(f"{shot.velocity:.2f}", f"{shot.residual:.2f}") for shot in self.shots]
-        tables = [columns(self.heading(), self.rows()), "", columns(("impact m/s", "residual m/s"), shots)]
-        return "\n".join([self.title, "", *self.answer, "", *tables, "", *self.notes]) + "\n"
-
-    def draw(self, path: str | os.PathLike[str] | None = None) -> "matplotlib.figure.Figure":
-        from . import plot
-
-        return plot.residual(self, path)
+        tables = [printed(self.heading(), self.rows()), printed(*self.every_shot())]
+        return "\n".join([self.title, "", *self.answer, "", *tables, *self.notes]) + "\n"
 
     def write(self, folder: str | os.PathLike[str]) -> None:
         """report.html (everything inside), residual.svg and residual.csv. Raises OSError with the name of the file."""
-        folder, table = Path(folder), io.StringIO()
-        lines = csv.writer(table)
-        lines.writerow(("velocity_m_per_s", "stopped", "residual_m_per_s"))
-        lines.writerows((shot.velocity, int(shot.stopped), shot.residual) for shot in self.shots)
-        self.draw(folder / "residual.svg")
-        written(folder / "residual.csv", table.getvalue())
+        from . import plot
+
+        folder, shots = Path(folder), [(shot.velocity, int(shot.stopped), shot.residual) for shot in self.shots]
+        plot.residual(self, folder / "residual.svg")
+        written(folder / "residual.csv", csv_of(("velocity_m_per_s", "stopped", "residual_m_per_s"), shots))
         page = Page(self.title)
         page.answer(self.answer)
         page.figure(folder / "residual.svg", "")
@@ -104,7 +96,7 @@ class Curve(NamedTuple):
         page.fold("What was shot, and what to know of it")
         for note in self.notes:
             page.text(note)
-        page.table(("impact, m/s", "residual, m/s"), [(f"{shot.velocity:.3f}", f"{shot.residual:.3f}") for shot in self.shots])
+        page.table(*self.every_shot())
         written(folder / "report.html", page.html())
 
 
@@ -194,7 +186,8 @@ def residual_curve(
     if not found:
         lines.append("Fewer than three shots went through at different velocities: no fit of the residual velocities.")
     bad = [f"{fit.name}: {fit.best.note}" for fit in found if fit.best.note]
-    answer = [*bad, *lines, model_error(scene, confidence).sentence(), cautions(scene)[0]]
+    doubt = limit.falling([shot.velocity for shot in made], [not shot.stopped for shot in made], seed) if made else ""
+    answer = [*filter(None, [doubt]), *bad, *lines, model_error(scene, confidence).sentence(), cautions(scene)[0]]
     notes = [*about, shoot.drawn(), *cautions(scene)[1:], *left_out, *shoot.notes()]
     return Curve(title, tuple(made), found, confidence, tuple(answer), tuple(notes))
 

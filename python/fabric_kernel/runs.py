@@ -22,8 +22,6 @@ MOST_UNCONVERGED = 0.01
 """Contact solves that do not converge are harmless below this share of the steps (docs/accuracy.md)."""
 MOST_GAINED = 0.01
 """Largest part of the impact energy by which an energy balance may be open (docs/model.md, "Slack and taut")."""
-
-
 UNITS = {
     "m": ("position_", "ply_penetration", "max_deflection", "point_"),
     "s": ("time", "detached", "wall"),
@@ -70,11 +68,11 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     - `digest`: hash of the state at the end.
 
     "through" among the outcomes sets `track_through`. The numbers are of the model with its draws; of the model against tests `model_error(scene)` says how far a limit may be off.
+    Of a projectile that went through, energies and `ply_penetration` hold what torn cloth did after it, too; `until=DECIDED` ends there, sooner.
     After a failure everything but the outcome, steps, these counters and the digest is None.
 
     Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are, and while it flies when the energy
-    balance opens. Raises Refused, with the name of
-    the field, if the scene cannot be simulated.
+    balance opens. Raises Refused, with the name of the field, if the scene cannot be simulated.
     """
     row = flown(scene, until, steps, warns=True)
     for doubt in [*filter(None, [scene.unlikely_body()]), *doubts([row])]:

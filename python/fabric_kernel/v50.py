@@ -6,9 +6,7 @@ docs/tables/v50.md.
 """
 
 import argparse
-import csv
 import functools
-import io
 import json
 import math
 import os
@@ -19,21 +17,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy
 
 from . import designs, limit
-from .files import written
+from .files import csv_of, written
 from .likelihood import LINKS
-from .page import Page
+from .page import Page, printed
 
 if TYPE_CHECKING:
-    import matplotlib.figure
-
     from . import Scene
     from .sensitivity import Sensitivity
 
 Shoot = Callable[[float, int], tuple[bool, float]]
 """Shoots with a velocity (m/s) and the number of the shot, from 0: whether the fabric stopped it, and the residual velocity (m/s). The
 number alone decides what is drawn for the shot."""
-
-
 UNKNOWN = 3
 """So many unknown shots in turn end a test."""
 
@@ -49,7 +43,7 @@ class Shot(NamedTuple):
 
 
 class Test(NamedTuple):
-    """A finished test. `text`, `draw` and `write` report it."""
+    """A finished test. `text` and `write` report it, `plot.limit` draws it."""
 
     title: str
     design: str
@@ -75,6 +69,14 @@ class Test(NamedTuple):
                 lines.append(f"V50 {number}, of the model with its draws.")
         width = self.sensitivity.sentence() if self.sensitivity else ""
         return [*lines, *filter(None, [self.doubt, self.against]), *([width] if width else self.cautions[:1])]
+
+    def heading(self) -> tuple[str, ...]:
+        return ("", "m/s", f"{100 * self.fit.confidence:g} % interval, m/s", "plain profile likelihood, m/s")
+
+    def every_shot(self) -> tuple[tuple[str, ...], list[tuple[int | str, ...]]]:
+        """Heading and rows."""
+        rows = [(k, f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}") for k, s in enumerate(self.shots, 1)]
+        return ("shot", "m/s", "result", "residual m/s"), rows
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """For each share: its name, estimate, interval and the plain profile-likelihood interval, m/s."""
@@ -106,19 +108,10 @@ class Test(NamedTuple):
 
     def text(self) -> str:
         """Design, seeds, every shot, fit and intervals, for the terminal."""
-        percent = f"{100 * self.fit.confidence:g} %"
-        lines = [self.title, "", *self.answer(), ""]
-        lines += [columns(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows()), "", *self.sentences(), ""]
-        shots = [(str(k), f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}") for k, s in enumerate(self.shots, 1)]
+        lines = [self.title, "", *self.answer(), "", printed(self.heading(), self.rows()), *self.sentences(), ""]
         if self.sensitivity:
-            lines += [columns(self.sensitivity.heading(), self.sensitivity.rows()), "", *self.sensitivity.notes, ""]
-        return "\n".join([*lines, columns(("shot", "m/s", "result", "residual m/s"), shots)]) + "\n"
-
-    def draw(self) -> "matplotlib.figure.Figure":
-        """The share that goes through over velocity, and the residual velocities: `plot.limit`."""
-        from . import plot
-
-        return plot.limit(self)
+            lines += [printed(self.sensitivity.heading(), self.sensitivity.rows()), *self.sensitivity.notes, ""]
+        return "\n".join([*lines, printed(*self.every_shot())])
 
     def write(self, folder: str | os.PathLike[str]) -> None:
         """report.html (everything inside), plot.svg, shots.csv and test.json, each whole or as it was before. Raises OSError with the
@@ -126,19 +119,13 @@ class Test(NamedTuple):
         folder = Path(folder)
         from . import plot
 
-        table = io.StringIO()
-        lines = csv.writer(table)
-        lines.writerow(("shot", "velocity_m_per_s", "stopped", "residual_m_per_s"))
-        lines.writerows((k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate(self.shots, 1))
-        written(folder / "shots.csv", table.getvalue())
+        shots = [(k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate(self.shots, 1)]
+        written(folder / "shots.csv", csv_of(("shot", "velocity_m_per_s", "stopped", "residual_m_per_s"), shots))
         plot.limit(self, folder / "plot.svg")
         if self.sensitivity:
-            self.sensitivity.draw(folder / "sensitivity.svg")
-            table = io.StringIO()
-            lines = csv.writer(table)
-            lines.writerow(("variant", "change_percent", "low_percent", "high_percent", "shots"))
-            lines.writerows(one[1:] for one in self.sensitivity.changes)
-            written(folder / "sensitivity.csv", table.getvalue())
+            plot.tornado(self.sensitivity, folder / "sensitivity.svg")
+            heading = ("variant", "change_percent", "low_percent", "high_percent", "shots")
+            written(folder / "sensitivity.csv", csv_of(heading, [one[1:] for one in self.sensitivity.changes]))
         written(folder / "test.json", json.dumps(self.plain(), indent=1) + "\n")
         written(folder / "report.html", self.page((folder / "plot.svg").read_bytes(), (folder / "sensitivity.svg").read_bytes() if self.sensitivity else b""))
 
@@ -156,12 +143,10 @@ class Test(NamedTuple):
 
     def page(self, picture: bytes, tornado: bytes = b"") -> str:
         """The report as one HTML file, with the pictures of the limit and of the sensitivity as SVG."""
-        percent = f"{100 * self.fit.confidence:g} %"
-        shots = [(k, f"{s.velocity:.3f}", "stopped" if s.stopped else "through", f"{s.residual:.3f}") for k, s in enumerate(self.shots, 1)]
         page = Page(self.title)
         page.answer(self.answer())
         page.picture(picture, ".svg")
-        page.table(("", "m/s", f"{percent} interval, m/s", "plain profile likelihood, m/s"), self.rows())
+        page.table(self.heading(), self.rows())
         if self.sensitivity:
             page.section("Sensitivity of the limit")
             page.picture(tornado, ".svg")
@@ -175,13 +160,8 @@ class Test(NamedTuple):
             "The interval is calibrated by simulated tests of the same design. The plain profile likelihood is that of the textbooks; with few "
             "shots it holds the truth less often than it says."
         )
-        page.table(("shot", "m/s", "result", "residual m/s"), shots)
+        page.table(*self.every_shot())
         return page.html()
-
-
-def columns(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(len(row[k]) for row in [heading, *rows]) for k in range(len(heading))]
-    return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(row, widths)) for row in [heading, *rows])
 
 
 def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) -> tuple[list[Shot], list[str]]:
@@ -266,8 +246,7 @@ def v50(
     words = f"{drawn} {simulated}".strip()
     against, cautions = "", ()
     if isinstance(shoot, Shooter):
-        from .about import cautions as known
-        from .about import described
+        from .about import cautions as known, described
         from .model_error import model_error
         from .textile import axes
 
@@ -310,16 +289,13 @@ class Shooter:
         steps: int | None = None,
         to_the_end: bool = False,
     ) -> None:
-        import scipy.stats
-
-        from .ensembles import kept
+        from .ensembles import kept, within_mesh
         from .runs import STEPS
 
         self.scene, self.seed, self.attitude, self.tilt = scene, seed, attitude, tilt
         self.steps = 10 * STEPS if steps is None else steps
         self.until = self.UNTIL[:-1] if to_the_end else self.UNTIL
-        spacings = [scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]]
-        self.mesh = None if point is None else tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings))
+        self.mesh = None if point is None else within_mesh(scene, point)
         self.keep = None if keep is None else Path(keep)
         self.rows = dict(kept(self.keep)) if self.keep is not None else {}
         self.was_kept = False
@@ -460,13 +436,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=shoot.drawn(),
         )  # fmt: skip
         if given.sensitivity and math.isfinite(test.fit.mu):
-            from .sensitivity import nodes, sensitivity
+            from .sensitivity import sensitivity
 
-            # A variant whose shots take much longer than those of the test would take longer than all others.
-            own = sum(row["steps"] for row in shoot.made.values()) * nodes(scene)
-            steps = given.steps or 3 * max(row["steps"] for row in shoot.made.values())
-            found = sensitivity(scene, test.fit.mu, seed=given.seed, attitude=given.attitude, steps=steps, most=10 * own, keep=given.out / "sensitivity.jsonl")
-            found = found._replace(notes=(*found.notes, f"The changes took {found.cost / own:.1f} times the node-steps of the test."))
+            found = sensitivity(shoot, test.fit.mu, keep=given.out / "sensitivity.jsonl")
             test = test._replace(sensitivity=found)
         print()
         print(test.text())

@@ -42,9 +42,12 @@ pub fn failed(failure: fabric::Failure) -> PyErr {
     of(failure.into())
 }
 
-/// Why a simulation cannot be made: a refusal, or the lack of memory.
-pub fn of_making(error: Box<dyn std::error::Error>) -> PyErr {
-    error.downcast_ref().map_or_else(|| PyMemoryError::new_err(error.to_string()), |error| of(*error))
+/// Why a simulation of a scene cannot be made: a refusal, with what must be said of its projectile, or the lack of memory.
+pub fn of_making(scene: &fabric::Scene, error: Box<dyn std::error::Error>) -> PyErr {
+    let doubt = fabric_scene::notes::unlikely_body(scene).map_or(String::new(), |note| format!("; {note}"));
+    error
+        .downcast_ref()
+        .map_or_else(|| PyMemoryError::new_err(error.to_string()), |error| within("", of(*error), &doubt))
 }
 
 /// What the reader of scenes says.
@@ -56,10 +59,10 @@ pub fn of_scene(error: Box<dyn std::error::Error>) -> PyErr {
     bad(key, error.to_string())
 }
 
-/// A refusal behind the name of the file that it is of.
-pub fn with_file(file: &str, error: PyErr) -> PyErr {
+/// A refusal between other words, such as the name of the file that it is of.
+pub fn within(before: &str, error: PyErr, after: &str) -> PyErr {
     Python::attach(|py| {
-        let text = format!("{file}{}", error.value(py));
+        let text = format!("{before}{}{after}", error.value(py));
         with(error, |refused| refused.setattr("args", (text,)))
     })
 }

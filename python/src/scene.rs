@@ -167,7 +167,7 @@ impl Scene {
     /// Refuses a scene that cannot be simulated.
     fn check(&self, py: Python<'_>) -> PyResult<()> {
         let scene = self.scene;
-        py.detach(|| in_our_environment(|| Buffers::check(&scene)).map_err(errors::of_making))
+        py.detach(|| in_our_environment(|| Buffers::check(&scene)).map_err(|error| errors::of_making(&scene, error)))
     }
 
     /// Every parameter by its name.
@@ -188,6 +188,12 @@ impl Scene {
     #[getter]
     fn fabrics(&self) -> (Option<String>, Option<String>) {
         textile::names(&self.textiles).into()
+    }
+
+    /// The material of the projectile.
+    #[getter]
+    fn material(&self) -> Option<&str> {
+        self.textiles.get("projectile")?.get("material")?.as_str()
     }
 
     /// What must be said of a projectile that is too heavy or too light for its size.
@@ -222,7 +228,7 @@ impl Scene {
 /// The scene of a file's text. `file`: what goes before a refusal.
 fn made_of(text: &str, file: &str) -> PyResult<Scene> {
     let scene = in_our_environment(|| fabric_scene::parse(text));
-    let scene = scene.map_err(|error| errors::with_file(file, errors::of_scene(error)))?;
+    let scene = scene.map_err(|error| errors::within(file, errors::of_scene(error), ""))?;
     let textiles = fabric_scene::table_of(text).map(|file| textile::of(&file)).map_err(errors::of_scene)?;
     Ok(Scene { scene, textiles })
 }

@@ -36,10 +36,11 @@ pub struct Simulation {
 impl Simulation {
     fn of(made_of: Py<Scene>, warns: bool) -> PyResult<Simulation> {
         let scene = &made_of.get().scene;
-        let mut lines = Buffers::of(scene).map_err(errors::of_making)?.into_lines();
+        let mut lines = Buffers::of(scene).map_err(|error| errors::of_making(scene, error))?.into_lines();
         // SAFETY: the lines stay where they are until the simulation is dropped together with them, and nobody else uses them.
         let memory = unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr(), lines.len()) };
-        let sim = in_our_environment(|| Sim::new(scene, memory)).map_err(errors::of)?;
+        let sim =
+            in_our_environment(|| Sim::new(scene, memory)).map_err(|error| errors::of_making(scene, error.into()))?;
         let impact_energy = in_our_environment(|| sim.energy()).map_err(errors::failed)?.projectile_kinetic;
         Ok(Simulation { sim, _lines: lines, scene: made_of, impact_energy, warns })
     }

@@ -22,8 +22,9 @@ import pandas
 import scipy.stats
 
 import fabric_kernel as fk
+from fabric_kernel import plot
 from fabric_kernel.ensembles import MOST_KEPT, each, kept
-from fabric_kernel.fragments import main
+from fabric_kernel.fragments import answer, main
 from fabric_kernel.runs import UNTIL
 
 BASE = fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41})
@@ -386,7 +387,7 @@ class Fragments(unittest.TestCase):
             attitudes = {"end on": (1.0, 0.0, 0.0, 0.0), "random": "random"}
             options = {"velocities": [2.0, 300.0], "attitudes": attitudes, "shots": 3, "steps": 40_000}
             table = fk.fragment_map(cylinder, keep=pathlib.Path(folder) / "runs.jsonl", **options)
-            fk.draw_map(table, pathlib.Path(folder) / "map.svg")
+            plot.map(table, pathlib.Path(folder) / "map.svg")
             self.assertGreater((pathlib.Path(folder) / "map.svg").stat().st_size, 5000)
         slow, fast = table[table["velocity"] == 2.0], table[table["velocity"] == 300.0]
         self.assertEqual((list(slow["perforation"]), list(fast["perforation"])), ([0.0, 0.0], [1.0, 1.0]))
@@ -395,10 +396,15 @@ class Fragments(unittest.TestCase):
         numpy.testing.assert_allclose(fast["low"], 0.025 ** (1.0 / 3.0), rtol=1e-9)
         self.assertTrue((fast["residual_speed"] < 300.0).all() and (fast["residual_speed_sd"] > 0.0).all())
 
+        self.assertEqual([line.partition(" mm: ")[2] for line in answer(table)], 2 * ["none goes through up to 2 m/s, all do from 300 m/s on."])
+        upside_down = table.assign(through=8 * table["stopped"], stopped=8 * table["through"])
+        self.assertEqual(["does not grow with the velocity" in line for line in answer(upside_down)], [True, False, True, False])
+
     def test_what_is_not_known_widens_the_interval(self):
         options = {"velocities": [100.0], "attitudes": {"as given": (1.0, 0.0, 0.0, 0.0)}, "shots": 2}
         table = fk.fragment_map(BASE, steps=10, **options)
         self.assertEqual((table["unknown"][0], table["low"][0], table["high"][0]), (2, 0.0, 1.0))
+        self.assertEqual(answer(table), ["as given at (0, 0) mm: no shot has a known end."])
 
 
 if __name__ == "__main__":

@@ -63,7 +63,7 @@ class OnePly(unittest.TestCase):
         self.assertEqual(found.sentence(), "")
         unknown = windowing(self.ply())
         self.assertEqual(unknown.there, (0.1, 0.3))
-        self.assertIn("mu + mu_s is 0.1 to 0.3, and 0.13 is needed", unknown.sentence())
+        self.assertIn("below 0.13 together; here they count as 0.1 to 0.3", unknown.sentence())
         self.assertIsNone(windowing(self.ply(stack={"plies": 2, "gap": 1e-4})))
 
     def test_what_is_out_of_range_is_named(self):

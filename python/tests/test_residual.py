@@ -7,12 +7,13 @@ import math
 import pathlib
 import tempfile
 import unittest
+import unittest.mock
 
 import numpy
 
 from fabric_kernel import limit
-from fabric_kernel.residual import fits, main
-from fabric_kernel.v50 import Shot
+from fabric_kernel.residual import fits, main, residual_curve
+from fabric_kernel.v50 import Shooter, Shot
 
 BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
 
@@ -75,6 +76,14 @@ class Command(unittest.TestCase):
             self.assertEqual(velocities, sorted(velocities))
             self.assertIn("<svg", (folder / "residual.svg").read_text())
             self.assertTrue(math.isfinite(velocities[0]))
+
+    def test_a_share_that_falls_comes_first(self):
+        from fabric_kernel import Scene
+
+        velocities = [350.0] * 8 + [450.0] * 8
+        with unittest.mock.patch.object(Shooter, "__call__", lambda self, velocity, shot: (velocity > 400.0, 50.0 + shot)):
+            curve = residual_curve(Scene(), velocities)
+        self.assertIn("does not grow with the velocity", curve.answer[0])
 
     def test_a_bad_argument_is_told_in_one_line(self):
         for words, told in ((["--shots", "3"], "shots: must be at least 10"), (["--velocities", "-1"], "must be a number above 0")):

@@ -99,7 +99,8 @@ pub fn sheet(given: &Given, scene: &mut Scene, counted: [bool; 2]) -> Result<()>
         // So many in both directions are the most that the kernel counts.
         if !(2.0..=65_535.0).contains(&nodes) {
             let text = format!(
-                "{key} = {width}: of so many m there are {nodes} nodes, {} m apart; there may be 2 to 65535",
+                "{key} = {width}: of so many m there are {nodes} nodes, {} m apart; there may be 2 to 65535; a number without a unit is in m, \
+                 so write \"102 mm\"",
                 spacings[k]
             );
             return bad(key, text);
@@ -122,6 +123,22 @@ fn density_of(name: &Value) -> Result<f64> {
         },
         Ok,
     )
+}
+
+/// The line of a scene file from which the projectile's mass follows, behind its source; none if the mass is another one.
+pub fn written_material(textiles: &Table, scene: &Scene) -> Option<String> {
+    let body = textiles.get("projectile")?.as_table()?;
+    let given = body.iter().map(|(key, value)| (format!("projectile.{key}"), value.clone())).collect();
+    let mut again = *scene;
+    projectile(&given, &mut again).ok()?;
+    let same = again.projectile.mass.to_bits() == scene.projectile.mass.to_bits();
+    let source = body.get("material").and_then(Value::as_str).map_or(String::new(), |name| {
+        MATERIALS
+            .lines()
+            .find(|line| line.starts_with(&format!("{name} = ")))
+            .map_or(String::new(), |line| format!("# {line}\n"))
+    });
+    same.then(|| format!("# The mass, {} kg, follows from it.\n{source}{body}", again.projectile.mass))
 }
 
 /// Mass of a material, and where the projectile hits.
@@ -172,7 +189,9 @@ pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Resul
     let ([x, y], [half_x, half_y]) = (point, scene.half_size());
     let mesh = scene.largest_spacing();
     if !(abs(x) <= half_x + mesh && abs(y) <= half_y + mesh) {
-        let reach = format!("the sheet reaches {half_x:.4} m and {half_y:.4} m from its middle");
+        let reach = format!(
+            "the sheet reaches {half_x:.4} m and {half_y:.4} m from its middle; a number without a unit is in m"
+        );
         return bad(key, format!("{key}: ({x}, {y}) m lies beside the sheet; {reach}"));
     }
     let (body, pose) = (&scene.projectile, Pose::of_sheet(&scene.sheet));
@@ -344,16 +363,25 @@ mod tests {
     fn a_scene_written_back_keeps_its_fabric_and_the_sources() {
         let text = "fabric = \"kevlar_km2_s706\"\nstack.plies = 2\n[yarn]\nmodulus_mean = \"140.21 GPa\"\n\
                     [back_fabric]\nname = \"zylon_as_500_35\"\ncount = { value = 30, unit = \"1/in\", source = \"counted\" }\n\
-                    [back]\nplies = 1\nmodulus_mean = \"140.21 GPa\"";
+                    [back]\nplies = 1\nmodulus_mean = \"140.21 GPa\"\n\
+                    [projectile]\ndiameter = \"5 mm\"\nmaterial = \"steel\"";
         let textiles = textile::of(&crate::table_of(text).unwrap());
         let written = write("sheet_3in_sphere", &of(text), &textiles);
         assert_eq!(parse(&written).unwrap(), of(text));
         let again = textile::of(&crate::table_of(&written).unwrap());
         assert_eq!(textile::names(&again), ["kevlar_km2_s706", "zylon_as_500_35"].map(|name| Some(name.to_string())));
-        for part in ["source = \"counted\"", "# modulus = { value = 84.62, unit = \"GPa\", mark = \"2\", source = "] {
+        for part in [
+            "source = \"counted\"",
+            "# modulus = { value = 84.62, unit = \"GPa\", mark = \"2\", source = ",
+            "\nmaterial = \"steel\"\n",
+            "# steel = {",
+        ] {
             assert!(written.contains(part), "{written}");
         }
         assert_eq!(write("sheet_3in_sphere", &parse(&written).unwrap(), &again), written);
+        let mut heavier = of(text);
+        heavier.projectile.mass *= 2.0;
+        assert_eq!(parse(&write("sheet_3in_sphere", &heavier, &textiles)).unwrap(), heavier);
     }
 
     #[test]

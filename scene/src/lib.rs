@@ -185,8 +185,11 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
         FIELDS.iter().filter(|field| is_needed(field, scene, &before) && !counted(field.name, &given))
     {
         wrong.push(
-            BadKey { key: name.to_string(), text: format!("{name}: missing; this shape has it, the preset's has not") }
-                .into(),
+            BadKey {
+                key: name.to_string(),
+                text: format!("{name}: missing: give it, as this shape has it and the preset's has not"),
+            }
+            .into(),
         );
     }
     all_of(wrong)?;
@@ -309,6 +312,12 @@ pub fn write(name: &str, scene: &Scene, textiles: &Table) -> String {
             text.push_str(&if table.is_empty() { textile::write(textiles) } else { String::new() });
             table = group;
             text.push_str(&format!("\n[{group}]\n"));
+        }
+        if field.name == "projectile.mass"
+            && let Some(material) = derived::written_material(textiles, scene)
+        {
+            text.push_str(&material);
+            continue;
         }
         let unit = if unit_of(field) == "1" { String::new() } else { format!("{}: ", unit_of(field)) };
         text.push_str(&format!("# {unit}{}\n{key} = {}\n", about(field), value(field, &mut copy)));
@@ -445,7 +454,10 @@ fn meant(key: &str) -> String {
         near = names().chain(tables).max_by_key(|name| likeness(name)).filter(is_like).into_iter().collect();
     }
     let near: Vec<String> = near.iter().map(|name| format!("`{name}`")).collect();
-    if near.is_empty() { String::new() } else { format!("; is it {}?", near.join(" or ")) }
+    if near.is_empty() {
+        return "; docs/tables/scene.md and fabrics/README.md have all keys".into();
+    }
+    format!("; is it {}?", near.join(" or "))
 }
 
 /// Gives a parameter a value. Returns it if that is another one than before.
@@ -455,7 +467,13 @@ fn assign(scene: &mut Scene, key: &str, value: &Value) -> Result<Option<&'static
         return bad(key, format!("unknown key `{key}`{}", meant(key)));
     };
     let Some(words) = words(field, value) else {
-        let meant = if value.is_str() { units::meant(value, unit_of(field)) } else { String::new() };
+        let instead = match field.name {
+            "sheet.nodes_x" | "sheet.nodes_y" => "; a width is given as sheet.width",
+            "projectile.velocity" => "; a speed is given as aim.speed",
+            "projectile.position" => "; where it hits is given as aim.point",
+            _ => "",
+        };
+        let meant = if value.is_str() { units::meant(value, unit_of(field)) } else { String::new() } + instead;
         return bad(key, format!("{key} = {}: must be {}{meant}", short(&value.to_string()), expected(field)));
     };
     let mut changed = false;

@@ -64,7 +64,15 @@ pub fn apply_back(scene: &mut Scene, table: &Value) -> Result<()> {
 
 /// The kernel's refusal of a textile with the names of the table's keys.
 fn refused<T>(table: &str, error: fabric::Error) -> Result<T> {
-    bad(&error.field.replace("textile", table), error.to_string().replace("textile.", &format!("{table}.")))
+    let range =
+        USUAL.iter().find(|(name, ..)| error.field.ends_with(name)).map_or("0 to below 1", |(_, _, words, _)| words);
+    let help = match error.code {
+        fabric::Code::OutOfRange => format!("; there are {range}"),
+        fabric::Code::DoesNotGoWith => "; give one of the two".to_string(),
+        _ => String::new(),
+    };
+    let text = error.to_string().replace("textile.", &format!("{table}."));
+    bad(&error.field.replace("textile", table), format!("{text}{help}"))
 }
 
 /// The textiles of a scene file, `fabric` and `back_fabric`, as it has them; and of `projectile` the material or the density.
@@ -202,7 +210,10 @@ fn numbers(table: &str, given: Table) -> Result<BTreeMap<String, (String, Value)
     }
     for (side, values) in sides {
         let Value::Table(values) = values else {
-            return bad(&format!("{table}.{side}"), format!("{table}.{side}: must be a table"));
+            return bad(
+                &format!("{table}.{side}"),
+                format!("{table}.{side}: must be a table, [{table}.{side}], with linear_density, count, crimp"),
+            );
         };
         for (key, value) in values {
             let whole = format!("{side}.{key}");
