@@ -26,10 +26,14 @@
 #![no_std]
 #![deny(missing_docs, unsafe_code)]
 
+#[cfg(feature = "std")]
+mod file;
 mod log;
 mod read;
 mod replay;
 
+#[cfg(feature = "std")]
+pub use file::File;
 pub use log::{Buffer, Log, Sink};
 pub use read::{Broken, Capsule, What};
 pub use replay::{Difference, Replay, Seen};

@@ -11,6 +11,11 @@ use fabric::{Error, Scene, Sim, VERSION};
 pub trait Sink {
     /// Takes bytes; false if it cannot. Then the log ends there, and [`Log::is_whole`] is false from there on.
     fn take(&mut self, bytes: &[u8]) -> bool;
+
+    /// Is told that a record is complete; false if it could not be kept.
+    fn record_ends(&mut self) -> bool {
+        true
+    }
 }
 
 impl<F: FnMut(&[u8]) -> bool> Sink for F {
@@ -169,7 +174,7 @@ impl<S: Sink> Log<S> {
 
     fn close(&mut self) {
         let check = self.check.0.value().to_le_bytes();
-        self.whole = self.whole && self.sink.take(&check);
+        self.whole = self.whole && self.sink.take(&check) && self.sink.record_ends();
     }
 
     fn put(&mut self, bytes: &[u8]) {
