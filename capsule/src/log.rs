@@ -136,6 +136,11 @@ impl<S: Sink> Log<S> {
         &self.sink
     }
 
+    /// The sink, to hand over what it has.
+    pub fn sink_mut(&mut self) -> &mut S {
+        &mut self.sink
+    }
+
     /// The numbers that the preset does not have.
     #[inline(never)] // A scene takes a kilobyte of stack.
     fn scene(&mut self, mut scene: Scene) {

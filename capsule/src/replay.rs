@@ -8,21 +8,24 @@ use crate::{Call, Capsule, Kind};
 use core::fmt;
 use fabric::{Error, Sim};
 
-/// A capsule being replayed.
-#[derive(Clone, Copy, Debug)]
-pub struct Replay<'c> {
-    rest: &'c [u8],
-    start: u64,
-    /// Steps of the present call that are still to be taken.
-    left: Option<u64>,
-    /// Calls done, and steps taken in them.
+/// How far a replay is. All zeros: at the beginning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+pub struct Replay {
+    /// Bytes of records done.
+    done: u64,
+    /// Steps of the present call that were taken; its other ones are still to be taken.
+    within: u64,
+    /// Calls done, the present one counted.
     pub calls: u64,
     /// Steps taken, of all calls together.
     pub steps: u64,
-    /// Calls done and step count where a digest was last found equal.
-    pub equal: (u64, u64),
     /// Digests found equal.
     pub digests: u64,
+    /// Calls done where a digest was last found equal.
+    pub equal_calls: u64,
+    /// Step count where a digest was last found equal.
+    pub equal_step: u64,
 }
 
 /// What was found by a part of a replay.
@@ -61,38 +64,37 @@ impl fmt::Display for Difference {
     }
 }
 
-impl<'c> Replay<'c> {
-    /// From the beginning, on a simulation of the capsule's scene at step 0.
-    pub fn of(capsule: &Capsule<'c>) -> Replay<'c> {
-        let rest = capsule.records;
-        Replay { rest, start: capsule.start, left: None, calls: 0, steps: 0, equal: (0, 0), digests: 0 }
-    }
-
-    /// Does a record, of one with many steps at most `most` of them. room: as many numbers as [`Capsule::room`] says.
+impl Replay {
+    /// Does a record of a capsule, of one with many steps at most `most` of them. sim: of the capsule's scene, at step 0 where the replay
+    /// begins. room: as many numbers as [`Capsule::room`] says.
     ///
     /// # Errors
-    /// The first difference; it is behind call `calls` (1: the first), at the simulation's step count, and behind [`Replay::equal`].
-    pub fn next(&mut self, sim: &mut Sim<'_>, room: &mut [f64], most: u64) -> Result<Seen, Difference> {
+    /// The first difference; it is behind call `calls` (1: the first), at the simulation's step count.
+    pub fn next(
+        &mut self,
+        capsule: &Capsule<'_>,
+        sim: &mut Sim<'_>,
+        room: &mut [f64],
+        most: u64,
+    ) -> Result<Seen, Difference> {
         if self.digests == 0 {
-            self.compare(self.start, sim)?;
+            self.compare(capsule.start, sim)?;
         }
-        let Ok(next) = record(self.rest) else { return Ok(Seen::Same) };
+        let rest = capsule.records.get(self.done as usize..).unwrap_or_default();
+        let Ok(next) = record(rest) else { return Ok(Seen::Same) };
         match next.kind {
             Kind::Advance => {
                 let [steps, status, behind] = words(next.content).ok_or(Difference::Room)?;
-                if self.left.is_none() {
-                    self.calls += 1;
-                }
-                let left = self.left.unwrap_or(steps);
-                let now = left.min(most.max(1));
+                self.calls += u64::from(self.within == 0);
+                let now = steps.saturating_sub(self.within).min(most.max(1));
                 let before = sim.step_count();
                 let failure = Call::Advance(now).apply(sim).err();
                 self.steps += sim.step_count().saturating_sub(before);
-                if failure.is_none() && now < left {
-                    self.left = Some(left - now);
+                self.within += now;
+                if failure.is_none() && self.within < steps {
                     return Ok(Seen::More);
                 }
-                self.left = None;
+                self.within = 0;
                 let found = i64::from(failure.map_or(0, |error| error.code.number()));
                 if status as i64 != found {
                     return Err(Difference::Status(status as i64, found));
@@ -111,8 +113,8 @@ impl<'c> Replay<'c> {
                 call.apply(sim).map_err(Difference::Refused)?;
             }
         }
-        self.rest = next.rest;
-        Ok(if self.rest.is_empty() { Seen::Same } else { Seen::More })
+        self.done = (capsule.records.len() - next.rest.len()) as u64;
+        Ok(if next.rest.is_empty() { Seen::Same } else { Seen::More })
     }
 
     fn compare(&mut self, written: u64, sim: &Sim<'_>) -> Result<(), Difference> {
@@ -120,7 +122,7 @@ impl<'c> Replay<'c> {
         if written != found {
             return Err(Difference::Digest(written, found));
         }
-        self.equal = (self.calls, sim.step_count());
+        (self.equal_calls, self.equal_step) = (self.calls, sim.step_count());
         self.digests += 1;
         Ok(())
     }

@@ -42,9 +42,9 @@ pub fn replay(bytes: &[u8], mut look: impl FnMut(u64, u64, &str) -> bool) -> Res
     };
     let mut buffers = Buffers::of(&capsule.scene)?;
     let mut sim = buffers.sim(&capsule.scene)?;
-    let (mut replay, mut room) = (Replay::of(&capsule), vec![0.0; capsule.room()]);
+    let (mut replay, mut room) = (Replay::default(), vec![0.0; capsule.room()]);
     let difference = loop {
-        match replay.next(&mut sim, &mut room, STRIDE) {
+        match replay.next(&capsule, &mut sim, &mut room, STRIDE) {
             Ok(Seen::More) => {
                 if !look(replay.steps, capsule.steps, &format!("call {}, step {}", replay.calls, sim.step_count())) {
                     return Err("stopped".into());
@@ -56,7 +56,7 @@ pub fn replay(bytes: &[u8], mut look: impl FnMut(u64, u64, &str) -> bool) -> Res
     };
     let (calls, step) = (replay.calls, sim.step_count());
     let difference = difference.map(|difference| {
-        let (call, at) = replay.equal;
+        let (call, at) = (replay.equal_calls, replay.equal_step);
         let before = match replay.digests {
             0 => "the simulations are not alike from the start: another build, or another scene".to_string(),
             _ => format!("the states were last found equal behind call {call}, at step {at}"),
