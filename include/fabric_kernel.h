@@ -1264,7 +1264,7 @@ int32_t fk_capsule_begin(struct fk_sim *sim,
 // behind those before; the next call writes to the start again. A call of the host's takes some 30 bytes, a digest 21, fk_set_motion and
 // fk_state_load what they are given.
 // Threads: changes. Time: constant. Touches: the block and `used`.
-// Errors: FK_SHORT_BUFFER (the memory was full: what `used` says is whole, nothing more is written), FK_NULL_POINTER, FK_BAD_CAPSULE
+// Errors: FK_SHORT_BUFFER (the memory was full: the last record may be cut off, and nothing more is written), FK_NULL_POINTER, FK_BAD_CAPSULE
 // (none is being written), FK_MOVED_BLOCK.
 int32_t fk_capsule_take(struct fk_sim *sim,
                         uint64_t *used);

@@ -34,7 +34,7 @@ pub unsafe extern "C" fn fk_capsule_begin(mut sim: ToChange, memory: Lent, bytes
 /// behind those before; the next call writes to the start again. A call of the host's takes some 30 bytes, a digest 21, fk_set_motion and
 /// fk_state_load what they are given.
 /// Threads: changes. Time: constant. Touches: the block and `used`.
-/// Errors: FK_SHORT_BUFFER (the memory was full: what `used` says is whole, nothing more is written), FK_NULL_POINTER, FK_BAD_CAPSULE
+/// Errors: FK_SHORT_BUFFER (the memory was full: the last record may be cut off, and nothing more is written), FK_NULL_POINTER, FK_BAD_CAPSULE
 /// (none is being written), FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_capsule_take(mut sim: ToChange, mut used: Output<u64>) -> i32 {
@@ -130,9 +130,11 @@ pub unsafe extern "C" fn fk_replay(
         let block = block::open(&mut sim)?;
         let last = found.at.steps.saturating_add(steps);
         while found.end == FK_REPLAY_GOES_ON {
-            let most = last - found.at.steps;
+            let most = last.saturating_sub(found.at.steps);
+            if most == 0 && found.at.takes_steps(&capsule) {
+                break;
+            }
             match in_our_environment(|| found.at.next(&capsule, &mut block.sim, room, most)) {
-                Ok(Seen::More) if found.at.steps >= last => break,
                 Ok(Seen::More) => {}
                 Ok(Seen::Same) => found.end = FK_REPLAY_SAME,
                 Err(difference) => (found.end, found.written, found.found) = numbers_of(difference),

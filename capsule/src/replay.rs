@@ -3,7 +3,7 @@
 //! Method: a call is done as it was; behind it the step count, the status of a failed one and, where the capsule has one, the digest of the
 //! state are compared. The first difference ends it.
 
-use crate::read::{call, record, words};
+use crate::read::{Record, call, record, words};
 use crate::{Call, Capsule, Kind};
 use core::fmt;
 use fabric::{Error, Sim};
@@ -80,8 +80,7 @@ impl Replay {
         if self.digests == 0 {
             self.compare(capsule.start, sim)?;
         }
-        let rest = capsule.records.get(self.done as usize..).unwrap_or_default();
-        let Ok(next) = record(rest) else { return Ok(Seen::Same) };
+        let Some(next) = self.record(capsule) else { return Ok(Seen::Same) };
         match next.kind {
             Kind::Advance => {
                 let [steps, status, behind] = words(next.content).ok_or(Difference::Room)?;
@@ -115,6 +114,15 @@ impl Replay {
         }
         self.done = (capsule.records.len() - next.rest.len()) as u64;
         Ok(if next.rest.is_empty() { Seen::Same } else { Seen::More })
+    }
+
+    /// Whether what is to be done next takes steps.
+    pub fn takes_steps(&self, capsule: &Capsule<'_>) -> bool {
+        self.record(capsule).is_some_and(|next| next.kind == Kind::Advance)
+    }
+
+    fn record<'c>(&self, capsule: &Capsule<'c>) -> Option<Record<'c>> {
+        record(capsule.records.get(self.done as usize..)?).ok()
     }
 
     fn compare(&mut self, written: u64, sim: &Sim<'_>) -> Result<(), Difference> {
