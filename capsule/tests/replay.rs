@@ -1,4 +1,4 @@
-//! A capsule that was written is replayed with the same bits; what was altered is found where it is; broken bytes are refused by name.
+//! A capsule that was written is replayed with the same bits; what was altered is found where it is; broken bytes are refused by name. Hostile ones: fuzz/src/capsule.rs.
 
 use fabric::{CacheLine, Layout, Motion, Outcome, Path, Scene, Sim};
 use fabric_capsule::{Broken, Buffer, Call, Capsule, Difference, Log, Replay, Seen, What};
@@ -180,32 +180,6 @@ fn broken_bytes_are_refused_by_name() {
             assert_eq!(replayed(&capsule, &scene(), u64::MAX).1, None);
         }
     }
-}
-
-/// Hostile: right checks, wrong contents. No panic, no call that is not one, whatever it is.
-#[test]
-fn hostile_contents_are_refused_or_differ() {
-    let bytes = written(2);
-    let mut state = 1_u64;
-    let mut draw = |below: usize| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % below
-    };
-    let mut same = 0;
-    for _ in 0..3000 {
-        let mut altered = bytes.clone();
-        for _ in 0..=draw(3) {
-            let at = 12 + draw(altered.len() - 12);
-            altered[at] = draw(256) as u8;
-        }
-        checked_anew(&mut altered);
-        let Ok(capsule) = Capsule::open(&altered) else { continue };
-        let known = Layout::of(&capsule.scene).is_ok_and(|layout| layout.nodes() < 1000) && capsule.steps < 5000;
-        if known && capsule.scene.check_start().is_ok() {
-            same += usize::from(replayed(&capsule, &capsule.scene, 100).1.is_none());
-        }
-    }
-    assert!(same < 300, "{same} of 3000 altered capsules replay as if they were not");
 }
 
 #[test]
