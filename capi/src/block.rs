@@ -33,27 +33,37 @@ pub struct fk_sim {
 }
 
 impl fk_sim {
-    /// Does a call, and writes it if a capsule is.
-    pub(crate) fn run(&mut self, call: &Call<'_>) -> Result<(), Error> {
-        let result = call.apply(&mut self.sim);
-        // Steps count though they end in a failure.
-        if result.is_ok() || matches!(call, Call::Advance(_)) {
-            self.note(call);
-        }
-        result
+    /// Takes steps, and writes it if a capsule is written, also if they end in a failure.
+    pub(crate) fn advance(&mut self, steps: u64) -> Result<(), Error> {
+        let result = self.sim.advance(steps);
+        self.note_steps(steps);
+        Ok(result?)
     }
 
-    /// Writes a call that was done, if a capsule is written.
+    /// Writes steps that were taken.
+    #[inline(never)] // It must not add to the stack of the steps.
+    pub(crate) fn note_steps(&mut self, steps: u64) {
+        self.note(&Call::Advance(steps));
+    }
+
+    /// Does another call, and writes it if a capsule is written.
+    #[inline(always)] // As Call::apply.
+    pub(crate) fn run(&mut self, call: &Call<'_>) -> Result<(), Error> {
+        call.apply(&mut self.sim)?;
+        self.note(call);
+        Ok(())
+    }
+
     #[cfg(feature = "capsule")]
-    #[inline(never)] // It must not add to the stack of what it is called after.
-    pub(crate) fn note(&mut self, call: &Call<'_>) {
+    #[inline(never)] // It must not add to the stack of the call.
+    fn note(&mut self, call: &Call<'_>) {
         if let Some(capsule) = &mut self.capsule {
             capsule.note(call, &self.sim);
         }
     }
 
     #[cfg(not(feature = "capsule"))]
-    pub(crate) fn note(&mut self, _: &Call<'_>) {}
+    fn note(&mut self, _: &Call<'_>) {}
 }
 
 /// The host's memory for a capsule.
@@ -268,7 +278,7 @@ pub(crate) fn end(handle: &mut ToChange) -> Result<&mut fk_sim, Error> {
     }
     let block = open(handle)?;
     let failed = u64::from(block.sim.failure().is_some());
-    block.note(&Call::Advance(block.sim.step_count() - block.bands_from + failed));
+    block.note_steps(block.sim.step_count() - block.bands_from + failed);
     Ok(block)
 }
 

@@ -349,7 +349,7 @@ pub unsafe extern "C" fn fk_reset(mut sim: ToChange) -> i32 {
 /// rule FK_NOT_CONVERGED, which every later call but fk_reset, fk_state_load, fk_get_counters and fk_get_fault repeats.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_step(sim: ToChange) -> i32 {
-    run(sim, || Ok(Call::Advance(1)))
+    change(sim, |block| block.advance(1))
 }
 
 /// `steps` steps; the bits do not depend on how they are split over calls. A failure ends it early; fk_get_counters
@@ -358,7 +358,7 @@ pub unsafe extern "C" fn fk_step(sim: ToChange) -> i32 {
 /// Errors: as fk_step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_advance(sim: ToChange, steps: u64) -> i32 {
-    run(sim, || Ok(Call::Advance(steps)))
+    change(sim, |block| block.advance(steps))
 }
 
 /// Up to `steps` steps, ending after the one at which any outcome of `mask` (FK_ARRESTED | ...) is latched, at once if
@@ -370,7 +370,7 @@ pub unsafe extern "C" fn fk_advance(sim: ToChange, steps: u64) -> i32 {
 pub unsafe extern "C" fn fk_advance_until(sim: ToChange, mask: u32, steps: u64, mut taken: Output<u64>) -> i32 {
     let work = |block: &mut fk_sim| {
         let result = block.sim.advance_until(OutcomeSet::from_bits(mask), steps);
-        block.note(&Call::Advance(result.unwrap_or(steps)));
+        block.note_steps(result.unwrap_or(steps));
         taken.put(result?);
         Ok(())
     };
@@ -387,7 +387,7 @@ pub unsafe extern "C" fn fk_advance_until(sim: ToChange, mask: u32, steps: u64, 
 pub unsafe extern "C" fn fk_follow(sim: ToChange, path: Input<fk_path>, path_size: u64, steps: u64) -> i32 {
     change(sim, |block| {
         start_path(block, &path, path_size, steps)?;
-        block.run(&Call::Advance(steps))
+        block.advance(steps)
     })
 }
 

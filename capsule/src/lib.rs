@@ -42,7 +42,7 @@ use fabric::{Error, Hash, Motion, Path, Sim};
 
 /// Version of the format.
 pub const FORMAT: u32 = 1;
-const MAGIC: [u8; 8] = *b"FKCAPSUL";
+const MAGIC: u64 = u64::from_le_bytes(*b"FKCAPSUL");
 /// Kind and length of a record, and its check, bytes.
 const HEAD: usize = 5;
 const CHECK: usize = 8;
@@ -105,6 +105,7 @@ impl Call<'_> {
     ///
     /// # Errors
     /// Those of the call.
+    #[inline(always)] // A call that is known costs no stack for others.
     pub fn apply(&self, sim: &mut Sim<'_>) -> Result<(), Error> {
         match self {
             Call::Advance(steps) => sim.advance(*steps)?,

@@ -69,7 +69,7 @@ impl<S: Sink> Log<S> {
     pub fn begin(sim: &mut Sim<'_>, stride: u64, sink: S) -> Log<S> {
         sim.reset();
         let mut log = Log { sink, check: Check::default(), stride: stride.max(1), since: 0, whole: true };
-        log.put(&MAGIC);
+        log.put(&MAGIC.to_le_bytes());
         log.put(&FORMAT.to_le_bytes());
         log.record(Kind::Origin, &[&stride.max(1).to_le_bytes(), VERSION.as_bytes()]);
         log.scene(*sim.scene());

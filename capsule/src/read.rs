@@ -5,7 +5,7 @@
 
 use crate::{CHECK, Call, Check, FORMAT, HEAD, KINDS, Kind, MAGIC, motion_of};
 use core::fmt;
-use fabric::fields::field;
+use fabric::fields::{FIELDS, Field};
 use fabric::{Path, Scene};
 
 /// Why bytes are no capsule, or not a whole one.
@@ -131,14 +131,16 @@ impl<'c> Capsule<'c> {
 
     /// at: where the record begins that is being read.
     fn read(&mut self, bytes: &'c [u8], at: &mut usize) -> Result<(), What> {
-        let mut rest = bytes.strip_prefix(&MAGIC).ok_or(What::NoCapsule)?;
-        let format;
-        (format, rest) = rest.split_first_chunk().ok_or(What::Truncated)?;
-        if *format != FORMAT.to_le_bytes() {
+        let (magic, rest) = bytes.split_first_chunk().ok_or(What::NoCapsule)?;
+        if u64::from_le_bytes(*magic) != MAGIC {
+            return Err(What::NoCapsule);
+        }
+        let (format, mut rest) = rest.split_first_chunk().ok_or(What::Truncated)?;
+        if u32::from_le_bytes(*format) != FORMAT {
             return Err(What::OtherFormat(u32::from_le_bytes(*format)));
         }
         let mut check = Check::default();
-        check.take(&MAGIC);
+        check.take(magic);
         check.take(format);
         let mut before = None;
         loop {
@@ -150,7 +152,8 @@ impl<'c> Capsule<'c> {
             let next = record(rest)?;
             let length = HEAD + next.content.len();
             check.take(rest.get(..length).unwrap_or_default());
-            if rest.get(length..length + CHECK) != Some(&check.0.value().to_le_bytes()) {
+            let found = rest.get(length..).and_then(|rest| rest.first_chunk::<CHECK>());
+            if found.is_none_or(|found| u64::from_le_bytes(*found) != check.0.value()) {
                 return Err(What::Altered);
             }
             if before == Some(Kind::End) {
@@ -208,7 +211,10 @@ impl<'c> Capsule<'c> {
     fn number(&mut self, content: &[u8]) -> Option<()> {
         let (length, rest) = content.split_first()?;
         let (name, values) = rest.split_at_checked(usize::from(*length))?;
-        let field = field(core::str::from_utf8(name).ok()?)?;
+        // Byte by byte: a comparison of texts would need another function of a bare machine.
+        let same =
+            |field: &&Field| field.name.len() == name.len() && field.name.bytes().zip(name).all(|(a, b)| a == *b);
+        let field = FIELDS.iter().find(same)?;
         let (values, []) = values.as_chunks::<8>() else { return None };
         if values.len() != field.size() {
             return None;
