@@ -82,8 +82,8 @@ pub unsafe extern "C" fn fk_capsule_read(
         let bytes = array(&capsule, bytes, "capsule")?;
         let part = Part::of(&mut about, size)?;
         match Capsule::open(bytes) {
-            Ok(mut found) => {
-                put_scene(&mut scene, struct_size, &mut found.scene)?;
+            Ok(found) => {
+                put_scene_of(&found, &mut scene, struct_size)?;
                 part.put(&fk_capsule {
                     calls: found.calls,
                     steps: found.steps,
@@ -107,7 +107,7 @@ pub unsafe extern "C" fn fk_capsule_read(
 
 /// Does a part of a capsule again, at most `steps` steps, on a simulation of its scene, and compares: with a `replay` of zeros from the
 /// beginning, with that of the call before from there on. `room`: as many numbers as fk_capsule_read says, for arrays of calls; null if 0.
-/// Threads: changes. Time: `steps` steps, and a pass over the bytes. Touches: the block, `room`, `replay`.
+/// Threads: changes. Time: `steps` steps, and a pass over the bytes. Touches: the block, `room`, `replay`. It needs 4.6 kB of stack, others 4.1.
 /// Errors: FK_BAD_CAPSULE, FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_WRONG_LENGTH, FK_MOVED_BLOCK. A difference is none: it is
 /// said by `replay`.
 #[unsafe(no_mangle)]
@@ -154,6 +154,13 @@ fn numbers_of(difference: Difference) -> (u64, u64, u64) {
         Difference::Refused(error) => (FK_REPLAY_STATUS, 0, i64::from(error.code.number()) as u64),
         Difference::Room => (FK_REPLAY_STATUS, 0, i64::from(Code::ShortBuffer.number()) as u64),
     }
+}
+
+#[inline(never)] // A scene takes a kilobyte of stack.
+fn put_scene_of(capsule: &Capsule<'_>, place: &mut Output<fk_scene>, size: u64) -> Result<(), Error> {
+    let mut scene = capsule.scene();
+    let scene = scene.as_mut().map_err(|_| Error::plain(Code::BadCapsule, "capsule"))?;
+    put_scene(place, size, scene)
 }
 
 fn bad(broken: Broken) -> Error {

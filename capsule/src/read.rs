@@ -68,8 +68,6 @@ impl core::error::Error for Broken {}
 /// A capsule that was read through.
 #[derive(Clone, Copy, Debug)]
 pub struct Capsule<'c> {
-    /// What was simulated. Nothing of it is checked but that it is a scene.
-    pub scene: Scene,
     /// Version of the kernel that wrote it.
     pub version: &'c str,
     /// Calls from one digest to the next.
@@ -82,7 +80,8 @@ pub struct Capsule<'c> {
     pub steps: u64,
     /// Whether it was ended by its program.
     pub ended: bool,
-    /// The records behind the scene.
+    /// The records of the scene, and those behind it.
+    numbers: &'c [u8],
     pub(crate) records: &'c [u8],
 }
 
@@ -115,16 +114,8 @@ impl<'c> Capsule<'c> {
     /// The first thing that is wrong with it.
     pub fn open(bytes: &'c [u8]) -> Result<Capsule<'c>, Broken> {
         let mut at = 0;
-        let mut found = Capsule {
-            scene: Scene::sheet_3in_sphere(),
-            version: "",
-            stride: 0,
-            start: 0,
-            calls: 0,
-            steps: 0,
-            ended: false,
-            records: &[],
-        };
+        let mut found =
+            Capsule { version: "", stride: 0, start: 0, calls: 0, steps: 0, ended: false, numbers: &[], records: &[] };
         found.read(bytes, &mut at).map_err(|what| Broken { what, at, whole: at })?;
         Ok(found)
     }
@@ -160,8 +151,10 @@ impl<'c> Capsule<'c> {
                 return Err(What::BehindTheEnd);
             }
             self.take(before, &next)?;
-            if next.kind == Kind::Start {
-                self.records = next.rest;
+            match next.kind {
+                Kind::Origin => self.numbers = next.rest,
+                Kind::Start => self.records = next.rest,
+                _ => {}
             }
             (before, rest) = (Some(next.kind), next.rest);
         }
@@ -169,8 +162,8 @@ impl<'c> Capsule<'c> {
 
     /// Takes a record in, behind one of that kind.
     fn take(&mut self, before: Option<Kind>, record: &Record<'c>) -> Result<(), What> {
-        let number = record.kind as u8;
-        let malformed = What::Malformed(number);
+        let kind = record.kind as u8;
+        let malformed = What::Malformed(kind);
         let in_scene = matches!(before, Some(Kind::Origin | Kind::Number));
         match record.kind {
             Kind::Origin if before.is_none() => {
@@ -178,10 +171,10 @@ impl<'c> Capsule<'c> {
                 self.stride = u64::from_le_bytes(*stride);
                 self.version = core::str::from_utf8(version).map_err(|_| malformed)?;
             }
-            Kind::Number if in_scene => self.number(record.content).ok_or(What::UnknownNumber)?,
+            Kind::Number if in_scene => _ = number(record.content).ok_or(What::UnknownNumber)?,
             Kind::Start if in_scene => [self.start] = words(record.content).ok_or(malformed)?,
-            Kind::Origin | Kind::Number | Kind::Start => return Err(What::UnknownRecord(number)),
-            _ if before.is_none() || in_scene => return Err(What::UnknownRecord(number)),
+            Kind::Origin | Kind::Number | Kind::Start => return Err(What::UnknownRecord(kind)),
+            _ if before.is_none() || in_scene => return Err(What::UnknownRecord(kind)),
             Kind::Digest | Kind::End => {
                 words::<1>(record.content).ok_or(malformed)?;
                 self.ended = record.kind == Kind::End;
@@ -207,22 +200,24 @@ impl<'c> Capsule<'c> {
         Ok(())
     }
 
-    /// Sets a number of the scene.
-    fn number(&mut self, content: &[u8]) -> Option<()> {
-        let (length, rest) = content.split_first()?;
-        let (name, values) = rest.split_at_checked(usize::from(*length))?;
-        // Byte by byte: a comparison of texts would need another function of a bare machine.
-        let same =
-            |field: &&Field| field.name.len() == name.len() && field.name.bytes().zip(name).all(|(a, b)| a == *b);
-        let field = FIELDS.iter().find(same)?;
-        let (values, []) = values.as_chunks::<8>() else { return None };
-        if values.len() != field.size() {
-            return None;
+    /// What was simulated. Nothing of it is checked but that each number can be one.
+    ///
+    /// # Errors
+    /// [`What::UnknownNumber`]: a choice that this version does not have, or the like.
+    #[inline(never)] // A scene takes a kilobyte of stack.
+    pub fn scene(&self) -> Result<Scene, What> {
+        let (mut scene, mut rest) = (Scene::sheet_3in_sphere(), self.numbers);
+        while let Ok(next) = record(rest)
+            && next.kind == Kind::Number
+        {
+            let (field, values) = number(next.content).ok_or(What::UnknownNumber)?;
+            for (element, value) in values.iter().enumerate() {
+                let word = u64::from_le_bytes(*value);
+                field.set_word(&mut scene, element, word).map_err(|_| What::UnknownNumber)?;
+            }
+            rest = next.rest;
         }
-        for (element, value) in values.iter().enumerate() {
-            field.set_word(&mut self.scene, element, u64::from_le_bytes(*value)).ok()?;
-        }
-        Some(())
+        Ok(scene)
     }
 
     /// Numbers that [`Replay::next`](crate::Replay::next) needs room for: those of the largest array of a call.
@@ -236,6 +231,17 @@ impl<'c> Capsule<'c> {
         }
         most
     }
+}
+
+/// A number of the scene: its row, and its elements.
+fn number(content: &[u8]) -> Option<(&'static Field, &[[u8; 8]])> {
+    let (length, rest) = content.split_first()?;
+    let (name, values) = rest.split_at_checked(usize::from(*length))?;
+    // Byte by byte: a comparison of texts would need another function of a bare machine.
+    let same = |field: &&Field| field.name.len() == name.len() && field.name.bytes().zip(name).all(|(a, b)| a == *b);
+    let field = FIELDS.iter().find(same)?;
+    let (values, []) = values.as_chunks::<8>() else { return None };
+    (values.len() == field.size()).then_some((field, values))
 }
 
 /// The call of a record, if it is one that fits; arrays in `room`.

@@ -65,10 +65,13 @@ fn every_call_is_replayed_with_the_same_bits() {
     for (stride, digests) in [(1, 12), (3, 5), (1000, 2)] {
         let bytes = written(stride);
         let capsule = Capsule::open(&bytes).unwrap();
-        assert_eq!((capsule.scene, capsule.calls, capsule.stride, capsule.ended), (scene(), 10, stride, true));
+        assert_eq!(
+            (capsule.scene().unwrap(), capsule.calls, capsule.stride, capsule.ended),
+            (scene(), 10, stride, true)
+        );
         assert_eq!(capsule.version, fabric::VERSION);
         for most in [1, 17, u64::MAX] {
-            let (replay, difference) = replayed(&capsule, &capsule.scene, most);
+            let (replay, difference) = replayed(&capsule, &scene(), most);
             assert_eq!(
                 (difference, replay.calls, replay.digests),
                 (None, 10, digests),

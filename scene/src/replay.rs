@@ -40,8 +40,9 @@ pub fn replay(bytes: &[u8], mut look: impl FnMut(u64, u64, &str) -> bool) -> Res
             _ => return Err(broken.into()),
         },
     };
-    let mut buffers = Buffers::of(&capsule.scene)?;
-    let mut sim = buffers.sim(&capsule.scene)?;
+    let scene = capsule.scene().map_err(|_| "the capsule's scene has a number that this version does not know")?;
+    let mut buffers = Buffers::of(&scene)?;
+    let mut sim = buffers.sim(&scene)?;
     let (mut replay, mut room) = (Replay::default(), vec![0.0; capsule.room()]);
     let difference = loop {
         match replay.next(&capsule, &mut sim, &mut room, STRIDE) {
