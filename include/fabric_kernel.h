@@ -155,6 +155,9 @@
 // Plies of a stack that start through each other: a node lies below the one that it faces in the ply before.
 #define FK_PLIES_OVERLAP -38
 
+// The bytes are not a capsule, or are cut off, altered or of another format; or no capsule is being written.
+#define FK_BAD_CAPSULE -39
+
 // A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
 #define FK_NON_FINITE -50
 
@@ -648,6 +651,21 @@ typedef struct fk_scene {
 // A step count that has not happened.
 #define FK_NEVER UINT64_MAX
 
+// fk_replayed's end: there is more to do.
+#define FK_REPLAY_GOES_ON 0
+
+// fk_replayed's end: all of it was done, with the same bits.
+#define FK_REPLAY_SAME 1
+
+// fk_replayed's end: a digest of the state differs.
+#define FK_REPLAY_DIGEST 2
+
+// fk_replayed's end: a call ended at another step.
+#define FK_REPLAY_STEPS 3
+
+// fk_replayed's end: a call failed otherwise, or is refused; both numbers are statuses.
+#define FK_REPLAY_STATUS 4
+
 // A simulation in its block. C knows only that it exists.
 typedef struct fk_sim fk_sim;
 
@@ -873,6 +891,54 @@ typedef struct fk_outcome {
     // Work of the projectile on the fabric until then, J; 0 before.
     double work[5];
 } fk_outcome;
+
+// What is in a capsule.
+typedef struct fk_capsule {
+    // Calls.
+    uint64_t calls;
+    // Steps of all calls together.
+    uint64_t steps;
+    // Calls from one digest to the next.
+    uint64_t stride;
+    // Numbers that fk_replay needs room for.
+    uint64_t room;
+    // Whether it was ended by its program, 0 or 1.
+    uint64_t ended;
+    // Byte at which it is broken; 0 if it is not.
+    uint64_t broken_at;
+    // Bytes that are whole.
+    uint64_t whole;
+} fk_capsule;
+
+// How far a replay is. All zeros: at the beginning.
+typedef struct fk_replay_place {
+    // Bytes of records done.
+    uint64_t done;
+    // Steps of the present call that were taken; its other ones are still to be taken.
+    uint64_t within;
+    // Calls done, the present one counted.
+    uint64_t calls;
+    // Steps taken, of all calls together.
+    uint64_t steps;
+    // Digests found equal.
+    uint64_t digests;
+    // Calls done where a digest was last found equal.
+    uint64_t equal_calls;
+    // Step count where a digest was last found equal.
+    uint64_t equal_step;
+} fk_replay_place;
+
+// How far a replay is, and what it found.
+typedef struct fk_replayed {
+    // How far it is; all zeros at the beginning.
+    struct fk_replay_place at;
+    // FK_REPLAY_GOES_ON, or how it ended.
+    uint64_t end;
+    // Of a difference: what the capsule has.
+    uint64_t written;
+    // Of a difference: what was found.
+    uint64_t found;
+} fk_replayed;
 
 #ifdef __cplusplus
 extern "C" {
@@ -1182,6 +1248,56 @@ int32_t fk_state_load(struct fk_sim *sim, const uint8_t *image, uint64_t bytes);
 // Threads: looks. Time: a pass over the sheet. Touches: `digest`.
 // Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_digest(const struct fk_sim *sim, uint64_t *digest);
+
+// Puts the simulation back to step 0, and writes every call that changes it from there on into `memory`: a capsule, which fk_replay,
+// `fabric replay` and the page do again and compare. A capsule that was being written is dropped. `memory` must not be used by anything
+// else until fk_capsule_end. `stride`: calls from one digest of the state to the next, at least 1; a digest takes about as long as a step,
+// and a replay can say no closer than that where the first difference is.
+// Threads: changes. Time: two passes over the sheet. Touches: the block and `memory`.
+// Errors: FK_NULL_POINTER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_MOVED_BLOCK.
+int32_t fk_capsule_begin(struct fk_sim *sim,
+                         void *memory,
+                         uint64_t bytes,
+                         uint64_t stride);
+
+// Hands over what has been written since fk_capsule_begin or the last call of this: `used` bytes at the start of the memory, to be kept
+// behind those before; the next call writes to the start again. A call of the host's takes some 30 bytes, a digest 21, fk_set_motion and
+// fk_state_load what they are given.
+// Threads: changes. Time: constant. Touches: the block and `used`.
+// Errors: FK_SHORT_BUFFER (the memory was full: the last record may be cut off, and nothing more is written), FK_NULL_POINTER, FK_BAD_CAPSULE
+// (none is being written), FK_MOVED_BLOCK.
+int32_t fk_capsule_take(struct fk_sim *sim,
+                        uint64_t *used);
+
+// Ends a capsule with a digest, and hands over the rest of it as fk_capsule_take does. After a failure, too.
+// Threads: changes. Time: a pass over the sheet. Touches: the block, `used` and the memory, which is the host's again.
+// Errors: those of fk_capsule_take.
+int32_t fk_capsule_end(struct fk_sim *sim, uint64_t *used);
+
+// Reads a capsule of `bytes` bytes through: its scene, for fk_init, and what is in it. Nothing of the scene is checked but that it is one.
+// Threads: any. Time: a pass over the bytes. Touches: `scene`, of `struct_size` bytes, and `about`; nothing on an error but `about`,
+// whose `broken_at` and `whole` say where the capsule is broken and how many bytes before that can be read as a capsule.
+// Errors: FK_BAD_CAPSULE (none, cut off, altered, or of another format), FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_WRONG_LENGTH.
+int32_t fk_capsule_read(const uint8_t *capsule,
+                        uint64_t bytes,
+                        fk_scene *scene,
+                        uint64_t struct_size,
+                        struct fk_capsule *about,
+                        uint64_t size);
+
+// Does a part of a capsule again, at most `steps` steps, on a simulation of its scene, and compares: with a `replay` of zeros from the
+// beginning, with that of the call before from there on. `room`: as many numbers as fk_capsule_read says, for arrays of calls; null if 0.
+// Threads: changes. Time: `steps` steps, and a pass over the bytes. Touches: the block, `room`, `replay`. It needs 4.6 kB of stack, others 4.1.
+// Errors: FK_BAD_CAPSULE, FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_WRONG_LENGTH, FK_MOVED_BLOCK. A difference is none: it is
+// said by `replay`.
+int32_t fk_replay(struct fk_sim *sim,
+                  const uint8_t *capsule,
+                  uint64_t bytes,
+                  uint64_t steps,
+                  double *room,
+                  uint64_t n,
+                  struct fk_replayed *replay,
+                  uint64_t size);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -352,6 +352,15 @@ public:
     Status save(std::uint8_t *image, std::size_t bytes) const noexcept { return Status(fk_state_save(sim_, image, bytes)); }
     Status load(const std::uint8_t *image, std::size_t bytes) noexcept { return Status(fk_state_load(sim_, image, bytes)); }
 
+    Status capsule_begin(void *memory, std::size_t bytes, std::uint64_t stride) noexcept { return Status(fk_capsule_begin(sim_, memory, bytes, stride)); }
+    // `used` is set also where the memory was full.
+    Status capsule_take(std::uint64_t &used) noexcept { return Status(fk_capsule_take(sim_, &used)); }
+    Status capsule_end(std::uint64_t &used) noexcept { return Status(fk_capsule_end(sim_, &used)); }
+    Status replay(const std::uint8_t *capsule, std::size_t bytes, std::uint64_t steps, double *room, std::size_t n, fk_replayed &replayed) noexcept
+    {
+        return Status(fk_replay(sim_, capsule, bytes, steps, room, n, &replayed, sizeof replayed));
+    }
+
     Result<std::uint64_t> digest() const noexcept
     {
         Result<std::uint64_t> digest;

@@ -1,7 +1,7 @@
 // The page in a browser: node test.mjs BROWSER FOLDER FABRIC-STUDY
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, readFileSync, statSync } from "node:fs";
+import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { createRequire } from "node:module";
 import { loadavg } from "node:os";
@@ -48,6 +48,24 @@ async function toTheEnd(page) {
 }
 
 const tests = {
+  async "replays a capsule of the native library, and refuses what is none"() {
+    const [scene, capsule] = ["capsule.toml", "run.capsule"].map((name) => join(folder, name));
+    writeFileSync(scene, 'preset = "sheet_3in_sphere"\n[projectile]\nvelocity = [3, 0, 80]\n');
+    const said = execFileSync(runner, ["run", scene, "--steps", "2000", "--until", "none", "--out", join(folder, "capsule"), "--capsule", capsule], { encoding: "utf8" });
+    const digest = said.match(/[0-9a-f]{16}/)[0];
+    const page = await open();
+    const replayed = async (file, expected) => {
+      await page.setInputFiles("#capsule", file);
+      await page.waitForFunction((pattern) => new RegExp(pattern).test(document.getElementById("replayed").textContent), expected.source);
+    };
+    await replayed(capsule, new RegExp(`^Same bits: \\d+ calls, 2000 steps, \\d+ digests, the last ${digest}`));
+    const altered = readFileSync(capsule);
+    altered[700] ^= 1;
+    await replayed({ name: "altered", mimeType: "", buffer: altered }, /^Refused: not a capsule/);
+    await replayed({ name: "none", mimeType: "", buffer: Buffer.from("{}") }, /^Refused: not a capsule/);
+    await close(page);
+  },
+
   async "is one file below 1 MB"() {
     const bytes = statSync(file).size;
     assert.ok(bytes < 1e6, `${bytes} bytes`);

@@ -6,6 +6,7 @@ use core::ffi::c_void;
 use core::mem::MaybeUninit;
 use fabric::Feature;
 use fabric::{Bands, CacheLine, Code, Error, Layout, Scene, Sim};
+use fabric_capsule::Call;
 
 /// What the handle and the numbers are aligned to, bytes, wherever the host's memory starts.
 const ALIGN: usize = 64;
@@ -24,7 +25,79 @@ pub struct fk_sim {
     /// The bands that have the simulation, in the caller's scratch; null if none have. While it is set `sim` and `last` are
     /// reached through nothing else.
     bands: *mut Bands<'static, 'static>,
+    /// Step count at which the bands began.
+    bands_from: u64,
+    #[cfg(feature = "capsule")]
+    pub(crate) capsule: Option<fabric_capsule::Log<Window>>,
     pub(crate) sim: Sim<'static>,
+}
+
+impl fk_sim {
+    /// Takes steps, and writes it if a capsule is written, also if they end in a failure.
+    pub(crate) fn advance(&mut self, steps: u64) -> Result<(), Error> {
+        let result = self.sim.advance(steps);
+        self.note_steps(steps);
+        Ok(result?)
+    }
+
+    /// Writes steps that were taken.
+    #[inline(never)] // It must not add to the stack of the steps.
+    pub(crate) fn note_steps(&mut self, steps: u64) {
+        self.note(&Call::Advance(steps));
+    }
+
+    /// Does another call, and writes it if a capsule is written.
+    #[inline(always)] // As Call::apply.
+    pub(crate) fn run(&mut self, call: &Call<'_>) -> Result<(), Error> {
+        call.apply(&mut self.sim)?;
+        self.note(call);
+        Ok(())
+    }
+
+    #[cfg(feature = "capsule")]
+    #[inline(never)] // It must not add to the stack of the call.
+    fn note(&mut self, call: &Call<'_>) {
+        if let Some(capsule) = &mut self.capsule {
+            capsule.note(call, &self.sim);
+        }
+    }
+
+    #[cfg(not(feature = "capsule"))]
+    fn note(&mut self, _: &Call<'_>) {}
+}
+
+/// The host's memory for a capsule.
+#[cfg(feature = "capsule")]
+pub(crate) struct Window {
+    start: *mut u8,
+    length: usize,
+    pub(crate) used: usize,
+}
+
+#[cfg(feature = "capsule")]
+impl Window {
+    /// Memory of so many bytes.
+    pub(crate) fn of(memory: Lent, length: u64) -> Result<Window, Error> {
+        if memory.is_null() {
+            return Err(Error::plain(Code::NullPointer, "memory"));
+        }
+        let length = usize::try_from(length).ok().filter(|&bytes| bytes <= isize::MAX as usize);
+        let length = length.ok_or(Error::plain(Code::WrongLength, "bytes"))?;
+        Ok(Window { start: memory.0.cast(), length, used: 0 })
+    }
+}
+
+#[cfg(feature = "capsule")]
+impl fabric_capsule::Sink for Window {
+    fn take(&mut self, bytes: &[u8]) -> bool {
+        if self.length - self.used < bytes.len() {
+            return false;
+        }
+        // SAFETY: the host lends `length` writable bytes until fk_capsule_end; `used` is at most that, and there is room behind it.
+        unsafe { core::ptr::copy_nonoverlapping(bytes.as_ptr(), self.start.add(self.used), bytes.len()) };
+        self.used += bytes.len();
+        true
+    }
 }
 
 /// Bytes of the handle, rounded up so that the numbers behind it are aligned.
@@ -126,6 +199,8 @@ pub(crate) fn init(memory: Lent, length: u64, scene: &Scene) -> Result<*mut fk_s
         (*handle).address = memory.addr();
         (*handle).last = None;
         (*handle).bands = core::ptr::null_mut();
+        #[cfg(feature = "capsule")]
+        (&raw mut (*handle).capsule).write(None);
     }
     Ok(handle)
 }
@@ -172,7 +247,7 @@ pub(crate) fn begin(handle: ToChange, of: u32, steps: u64, scratch: Lent, length
     // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody else use it. The
     // fields are reached one by one, since the bands keep the simulation.
     let sim: &'static mut Sim<'static> = unsafe { &mut (*handle).sim };
-    let lines = sim.layout().band_lines(of)?;
+    let (lines, from) = (sim.layout().band_lines(of)?, sim.step_count());
     let scratch = scratch.start(length, bands_bytes(sim.layout(), of)?, "scratch")?;
     let place = scratch.cast::<Bands<'static, 'static>>();
     // SAFETY: from here on the scratch has room for the bands and their lines in this order, both aligned; nothing else uses it until
@@ -185,7 +260,7 @@ pub(crate) fn begin(handle: ToChange, of: u32, steps: u64, scratch: Lent, length
             Ok(bands) => place.write(bands),
             Err(error) => return Err(error),
         }
-        (*handle).bands = place;
+        ((*handle).bands, (*handle).bands_from) = (place, from);
     }
     Ok(())
 }
@@ -201,7 +276,10 @@ pub(crate) fn end(handle: &mut ToChange) -> Result<&mut fk_sim, Error> {
         bands.drop_in_place();
         (*handle.0).bands = core::ptr::null_mut();
     }
-    open(handle)
+    let block = open(handle)?;
+    let failed = u64::from(block.sim.failure().is_some());
+    block.note_steps(block.sim.step_count() - block.bands_from + failed);
+    Ok(block)
 }
 
 /// An initialised handle that no bands have.

@@ -15,10 +15,11 @@ use crate::sizes::{Part, Structure, change_scene, put_scene, read, read_scene};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
 use fabric::{Code, Error, Layout, OutcomeSet, Scene, Textile};
+use fabric_capsule::Call;
 use fabric_host::{Input, Output, in_our_environment};
 
 /// 0 or the error's number.
-fn status(result: Result<(), Error>) -> i32 {
+pub(crate) fn status(result: Result<(), Error>) -> i32 {
     match result {
         Ok(()) => FK_OK,
         Err(error) => error.code.number(),
@@ -26,18 +27,22 @@ fn status(result: Result<(), Error>) -> i32 {
 }
 
 /// Writes a single number, which may be misaligned. One that may be null is written by [`Output::put`].
-fn put_number<T>(place: &mut Output<T>, field: &'static str, value: T) -> Result<(), Error> {
+pub(crate) fn put_number<T>(place: &mut Output<T>, field: &'static str, value: T) -> Result<(), Error> {
     if place.put(value) { Ok(()) } else { Err(Error::plain(Code::NullPointer, field)) }
 }
 
 /// A caller's array.
-fn array<'a, T>(place: &'a Input<T>, length: u64, field: &'static str) -> Result<&'a [T], Error> {
+pub(crate) fn array<'a, T>(place: &'a Input<T>, length: u64, field: &'static str) -> Result<&'a [T], Error> {
     let count = usize::try_from(length).unwrap_or(usize::MAX);
     place.elements(count).ok_or_else(|| no_array(place.pointer(), length, field))
 }
 
 /// A caller's array, to be written.
-fn array_mut<'a, T>(place: &'a mut Output<T>, length: u64, field: &'static str) -> Result<&'a mut [T], Error> {
+pub(crate) fn array_mut<'a, T>(
+    place: &'a mut Output<T>,
+    length: u64,
+    field: &'static str,
+) -> Result<&'a mut [T], Error> {
     let count = usize::try_from(length).unwrap_or(usize::MAX);
     let pointer = place.pointer();
     place.elements(count).ok_or_else(|| no_array(pointer, length, field))
@@ -262,19 +267,24 @@ fn put_fault(part: Part<'_, fk_fault>, error: &Error) {
 }
 
 /// Runs a call that changes the simulation; after a failure it repeats the failure.
-fn change(sim: ToChange, work: impl FnOnce(&mut fabric::Sim<'static>) -> Result<(), Error>) -> i32 {
-    let work = |sim: &mut fabric::Sim<'static>| match sim.failure() {
+fn change(sim: ToChange, work: impl FnOnce(&mut fk_sim) -> Result<(), Error>) -> i32 {
+    let work = |block: &mut fk_sim| match block.sim.failure() {
         Some(failure) => Err(failure.into()),
-        None => work(sim),
+        None => work(block),
     };
     change_even_failed(sim, work)
 }
 
+/// The same of a call that is one of the kernel's.
+fn run<'c>(sim: ToChange, call: impl FnOnce() -> Result<Call<'c>, Error>) -> i32 {
+    change(sim, |block| block.run(&call()?))
+}
+
 /// Runs a call that changes the simulation and that a failure does not stop. Notes why it is refused or fails.
-fn change_even_failed(mut sim: ToChange, work: impl FnOnce(&mut fabric::Sim<'static>) -> Result<(), Error>) -> i32 {
+fn change_even_failed(mut sim: ToChange, work: impl FnOnce(&mut fk_sim) -> Result<(), Error>) -> i32 {
     let work = || {
         let block = block::open(&mut sim)?;
-        let result = in_our_environment(|| work(&mut block.sim));
+        let result = in_our_environment(|| work(block));
         if let Err(error) = result {
             block.last = Some(error);
         }
@@ -326,7 +336,7 @@ fn put<T: Structure>(out: &mut Output<T>, size: u64, value: T) -> Result<(), Err
 pub unsafe extern "C" fn fk_reset(mut sim: ToChange) -> i32 {
     let mut reset = || {
         let block = block::open(&mut sim)?;
-        in_our_environment(|| block.sim.reset());
+        in_our_environment(|| block.run(&Call::Reset))?;
         block.last = None;
         Ok(())
     };
@@ -339,7 +349,7 @@ pub unsafe extern "C" fn fk_reset(mut sim: ToChange) -> i32 {
 /// rule FK_NOT_CONVERGED, which every later call but fk_reset, fk_state_load, fk_get_counters and fk_get_fault repeats.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_step(sim: ToChange) -> i32 {
-    change(sim, |sim| Ok(sim.step()?))
+    change(sim, |block| block.advance(1))
 }
 
 /// `steps` steps; the bits do not depend on how they are split over calls. A failure ends it early; fk_get_counters
@@ -348,7 +358,7 @@ pub unsafe extern "C" fn fk_step(sim: ToChange) -> i32 {
 /// Errors: as fk_step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_advance(sim: ToChange, steps: u64) -> i32 {
-    change(sim, |sim| Ok(sim.advance(steps)?))
+    change(sim, |block| block.advance(steps))
 }
 
 /// Up to `steps` steps, ending after the one at which any outcome of `mask` (FK_ARRESTED | ...) is latched, at once if
@@ -358,9 +368,10 @@ pub unsafe extern "C" fn fk_advance(sim: ToChange, steps: u64) -> i32 {
 /// Errors: as fk_step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_advance_until(sim: ToChange, mask: u32, steps: u64, mut taken: Output<u64>) -> i32 {
-    let work = |sim: &mut fabric::Sim<'static>| {
-        let count = sim.advance_until(OutcomeSet::from_bits(mask), steps)?;
-        taken.put(count);
+    let work = |block: &mut fk_sim| {
+        let result = block.sim.advance_until(OutcomeSet::from_bits(mask), steps);
+        block.note_steps(result.unwrap_or(steps));
+        taken.put(result?);
         Ok(())
     };
     change(sim, work)
@@ -374,15 +385,15 @@ pub unsafe extern "C" fn fk_advance_until(sim: ToChange, mask: u32, steps: u64, 
 /// fk_step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_follow(sim: ToChange, path: Input<fk_path>, path_size: u64, steps: u64) -> i32 {
-    change(sim, |sim| {
-        start_path(sim, &path, path_size, steps)?;
-        Ok(sim.advance(steps)?)
+    change(sim, |block| {
+        start_path(block, &path, path_size, steps)?;
+        block.advance(steps)
     })
 }
 
-#[inline(never)]
-fn start_path(sim: &mut fabric::Sim<'static>, path: &Input<fk_path>, size: u64, steps: u64) -> Result<(), Error> {
-    sim.start_path(&read(path, size)?, steps)
+#[inline(never)] // The path must not add to the stack of the steps.
+fn start_path(block: &mut fk_sim, path: &Input<fk_path>, size: u64, steps: u64) -> Result<(), Error> {
+    block.run(&Call::Path(read(path, size)?, steps))
 }
 
 /// Bytes of scratch that fk_bands_begin needs for `of` bands, wherever it starts.
@@ -517,12 +528,12 @@ pub unsafe extern "C" fn fk_get_projectile(sim: ToLookAt, out: Output<fk_motion>
 /// FK_NOT_SYMMETRIC, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, torque: Input<f64>) -> i32 {
-    let work = |sim: &mut fabric::Sim<'static>| {
+    let work = |block: &mut fk_sim| {
         let (force, torque) = (array(&force, 3, "external.force")?, array(&torque, 3, "external.torque")?);
         let (&[fx, fy, fz], &[tx, ty, tz]) = (force, torque) else {
             return Err(Error::plain(Code::WrongLength, "external.force"));
         };
-        sim.set_external_load([fx, fy, fz], [tx, ty, tz])
+        block.run(&Call::ExternalLoad([fx, fy, fz], [tx, ty, tz]))
     };
     change(sim, work)
 }
@@ -537,7 +548,7 @@ pub unsafe extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, 
 /// FK_PLIES_OVERLAP, FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_set_motion(sim: ToChange, positions: Input<f64>, velocities: Input<f64>, n: u64) -> i32 {
-    change(sim, |sim| sim.set_motion(array(&positions, n, "positions")?, array(&velocities, n, "velocities")?))
+    run(sim, || Ok(Call::Motion(array(&positions, n, "positions")?, array(&velocities, n, "velocities")?)))
 }
 
 /// Gives every segment the largest stretch it has ever had, U_max of M5: a pre-damaged sheet. `n` = horizontal +
@@ -548,7 +559,7 @@ pub unsafe extern "C" fn fk_set_motion(sim: ToChange, positions: Input<f64>, vel
 /// FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_set_largest_stretch(sim: ToChange, stretches: Input<f64>, n: u64) -> i32 {
-    change(sim, |sim| sim.set_largest_stretch(array(&stretches, n, "stretches")?))
+    run(sim, || Ok(Call::LargestStretch(array(&stretches, n, "stretches")?)))
 }
 
 /// Contact sums (M8).
@@ -705,7 +716,7 @@ pub unsafe extern "C" fn fk_state_save(sim: ToLookAt, mut image: Output<u8>, byt
 /// FK_IMAGE_OF_ANOTHER_SCENE, FK_IMAGE_INVALID, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_state_load(sim: ToChange, image: Input<u8>, bytes: u64) -> i32 {
-    change_even_failed(sim, |sim| sim.load(array(&image, bytes, "image")?))
+    change_even_failed(sim, |block| block.run(&Call::Load(array(&image, bytes, "image")?)))
 }
 
 /// A hash of the whole state: equal digests mean equal bits, on every machine.

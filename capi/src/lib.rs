@@ -13,6 +13,8 @@ extern crate std;
 
 mod block;
 pub mod calls;
+#[cfg(feature = "capsule")]
+pub mod capsule;
 #[cfg(feature = "choose-instructions")]
 pub mod instructions;
 mod sizes;

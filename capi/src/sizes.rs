@@ -45,6 +45,8 @@ structures! {
     fk_outcome: 96,
     fk_textile: 120,
     fk_ply: 32,
+    fk_capsule: 56,
+    fk_replayed: 80,
 }
 
 /// The size of a host's structure, if this library knows it.

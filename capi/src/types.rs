@@ -8,6 +8,8 @@
 use core::ffi::c_char;
 use fabric::fields::{FIELDS, Field, SLOTS};
 use fabric::{Error, Scene};
+#[rustfmt::skip]
+pub use fabric_capsule::{Replay as fk_replay_place};
 
 pub use fabric::{
     Contact as fk_contact, Counters as fk_counters, Energy as fk_energy, Fabric as fk_fabric, Motion as fk_motion,
@@ -50,6 +52,51 @@ pub const FK_STATUS_CONTACT: u32 = 1;
 
 /// A step count that has not happened.
 pub const FK_NEVER: u64 = u64::MAX;
+
+/// fk_replayed's end: there is more to do.
+pub const FK_REPLAY_GOES_ON: u64 = 0;
+/// fk_replayed's end: all of it was done, with the same bits.
+pub const FK_REPLAY_SAME: u64 = 1;
+/// fk_replayed's end: a digest of the state differs.
+pub const FK_REPLAY_DIGEST: u64 = 2;
+/// fk_replayed's end: a call ended at another step.
+pub const FK_REPLAY_STEPS: u64 = 3;
+/// fk_replayed's end: a call failed otherwise, or is refused; both numbers are statuses.
+pub const FK_REPLAY_STATUS: u64 = 4;
+
+/// What is in a capsule.
+#[repr(C)]
+#[derive(Clone, Copy, Default)]
+pub struct fk_capsule {
+    /// Calls.
+    pub calls: u64,
+    /// Steps of all calls together.
+    pub steps: u64,
+    /// Calls from one digest to the next.
+    pub stride: u64,
+    /// Numbers that fk_replay needs room for.
+    pub room: u64,
+    /// Whether it was ended by its program, 0 or 1.
+    pub ended: u64,
+    /// Byte at which it is broken; 0 if it is not.
+    pub broken_at: u64,
+    /// Bytes that are whole.
+    pub whole: u64,
+}
+
+/// How far a replay is, and what it found.
+#[repr(C)]
+#[derive(Clone, Copy, Default)]
+pub struct fk_replayed {
+    /// How far it is; all zeros at the beginning.
+    pub at: fk_replay_place,
+    /// FK_REPLAY_GOES_ON, or how it ended.
+    pub end: u64,
+    /// Of a difference: what the capsule has.
+    pub written: u64,
+    /// Of a difference: what was found.
+    pub found: u64,
+}
 
 /// What is simulated. In C it has a member for each row of `fabric::fields::FIELDS`, in that order, each number in 64 bits.
 #[repr(C)]

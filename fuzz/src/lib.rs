@@ -7,6 +7,7 @@
 
 pub mod bytes;
 pub mod calls;
+pub mod capsule;
 pub mod fmi;
 pub mod image;
 pub mod memory;
@@ -18,5 +19,10 @@ pub mod tally;
 pub type Target = (&'static str, fn(&[u8]) -> bool);
 
 /// Every target.
-pub const TARGETS: &[Target] =
-    &[("scene", scene::run), ("image", image::run), ("calls", calls::run), ("fmi", fmi::run)];
+pub const TARGETS: &[Target] = &[
+    ("scene", scene::run),
+    ("image", image::run),
+    ("capsule", capsule::run),
+    ("calls", calls::run),
+    ("fmi", fmi::run),
+];

@@ -4,7 +4,7 @@
 All numbers are in SI units.
 """
 
-from ._kernel import PRESETS, VERSION, Failed, Refused, Scene, Simulation, parameters, yarn_of_fibrils, yarns_of_fibrils
+from ._kernel import PRESETS, VERSION, Failed, Refused, Scene, Simulation, parameters, replay, yarn_of_fibrils, yarns_of_fibrils
 from .ensembles import ClusterLost, ensemble, vary
 from .fragments import fragment_map
 from .model_error import model_error
@@ -25,6 +25,7 @@ __all__ = [
     "history",
     "model_error",
     "parameters",
+    "replay",
     "vary",
     "yarn_of_fibrils",
     "yarns_of_fibrils",

@@ -208,15 +208,32 @@ class Latch(TypedDict):
     time: float
     work: float
 
+class Replayed(TypedDict):
+    same: bool  # Whether the bits are the same
+    difference: str | None  # Where the first difference is
+    calls: int
+    step: int
+    digests: int  # Digests that were found equal
+    digest: str  # At the end
+    whole: bool  # Whether the capsule was ended by its program
+    version: str  # Of the kernel that wrote it
+
+def replay(file: str | os.PathLike[str]) -> Replayed:
+    """Does a capsule again (`Simulation(..., capsule=FILE)`), and compares the bits.
+
+    Raises Refused if the file is no capsule, or altered.
+    """
+
 class Simulation:
     """One impact. What it computes leaves the interpreter free for other threads; one thread at a time may use it.
 
     Raises Refused if the scene cannot be simulated, MemoryError if it takes more memory than there is.
     Steps warn (RuntimeWarning), once, when the energy balance is open by more than 1 % of the impact energy, unless `warns` is False;
     they look every 256 steps.
+    `capsule` is a file that gets every call which changes the simulation: `replay(FILE)` does them again and compares the bits.
     """
 
-    def __init__(self, scene: Scene, *, warns: bool = True) -> None: ...
+    def __init__(self, scene: Scene, *, warns: bool = True, capsule: str | os.PathLike[str] | None = None) -> None: ...
     @property
     def scene(self) -> Scene: ...
     @property

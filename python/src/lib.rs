@@ -7,6 +7,7 @@
 mod errors;
 mod fibrils;
 mod parameters;
+mod replay;
 mod scene;
 mod simulation;
 
@@ -22,6 +23,8 @@ mod _kernel {
     use crate::fibrils::{yarn_of_fibrils, yarns_of_fibrils};
     #[pymodule_export]
     use crate::parameters::parameters;
+    #[pymodule_export]
+    use crate::replay::replay;
     #[pymodule_export]
     use crate::scene::Scene;
     #[pymodule_export]

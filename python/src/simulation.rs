@@ -5,20 +5,24 @@ use crate::parameters;
 use crate::scene::Scene;
 use fabric::outputs::{COUNT, Get, OUTPUTS, Output, Readings};
 use fabric::{CacheLine, Failure, Motion, Outcome, OutcomeSet, Path, Sim};
+use fabric_capsule::{Call, File, Log};
 use fabric_host::in_our_environment;
 use fabric_scene::memory::Buffers;
 use fabric_scene::{notes, short};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
-use pyo3::exceptions::PyRuntimeWarning;
+use pyo3::exceptions::{PyOSError, PyRuntimeWarning};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
 use std::ffi::CString;
+use std::path::PathBuf;
 
 /// Nodes stepped between two looks at signals, some tenths of a second.
 const NODES_AT_A_TIME: u64 = 5_000_000;
 /// Steps between two looks at the energy balance, which takes about a step.
 const LOOK: u64 = 256;
+/// Calls between two digests of a capsule.
+const DIGESTS: u64 = 100;
 
 /// One impact. It may be used by any thread, but by one at a time.
 #[pyclass(module = "fabric_kernel")]
@@ -31,23 +35,53 @@ pub struct Simulation {
     impact_energy: f64,
     /// Whether it is still to be told that the energy balance is open.
     warns: bool,
+    capsule: Option<Log<File>>,
+}
+
+impl Drop for Simulation {
+    fn drop(&mut self) {
+        if let Some(capsule) = &mut self.capsule {
+            in_our_environment(|| capsule.end(&self.sim));
+        }
+    }
 }
 
 impl Simulation {
-    fn of(made_of: Py<Scene>, warns: bool) -> PyResult<Simulation> {
+    fn of(made_of: Py<Scene>, warns: bool, capsule: Option<PathBuf>) -> PyResult<Simulation> {
         let scene = &made_of.get().scene;
         let mut lines = Buffers::of(scene).map_err(|error| errors::of_making(scene, error))?.into_lines();
         // SAFETY: the lines stay where they are until the simulation is dropped together with them, and nobody else uses them.
         let memory = unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr(), lines.len()) };
-        let sim =
+        let mut sim =
             in_our_environment(|| Sim::new(scene, memory)).map_err(|error| errors::of_making(scene, error.into()))?;
+        let file = capsule.map(|path| File::new(&path)).transpose()?;
+        let capsule = file.map(|file| in_our_environment(|| Log::begin(&mut sim, DIGESTS, file)));
         let impact_energy = in_our_environment(|| sim.energy()).map_err(errors::failed)?.projectile_kinetic;
-        Ok(Simulation { sim, _lines: lines, scene: made_of, impact_energy, warns })
+        Ok(Simulation { sim, _lines: lines, scene: made_of, impact_energy, warns, capsule })
     }
 
     /// Works without the interpreter.
     fn work<T: Send>(&mut self, py: Python<'_>, work: impl FnOnce(&mut Sim<'static>) -> T + Send) -> T {
         py.detach(|| in_our_environment(|| work(&mut self.sim)))
+    }
+
+    /// Does a call, which the capsule gets, without the interpreter.
+    fn call(&mut self, py: Python<'_>, call: &Call<'_>) -> PyResult<()> {
+        let done = py.detach(|| {
+            in_our_environment(|| match &mut self.capsule {
+                Some(capsule) => capsule.run(&mut self.sim, call),
+                None => call.apply(&mut self.sim),
+            })
+        });
+        done.map_err(errors::of)?;
+        self.whole_capsule()
+    }
+
+    fn whole_capsule(&self) -> PyResult<()> {
+        match &self.capsule {
+            Some(capsule) if !capsule.is_whole() => Err(PyOSError::new_err("capsule: the file cannot be written")),
+            _ => Ok(()),
+        }
     }
 
     /// Steps until `steps` are taken, one of `until` has come or so many segments have failed; looks at signals from time to time.
@@ -61,8 +95,13 @@ impl Simulation {
                 None => sim.advance_until(until, now),
                 Some(failed) => until_failed(sim, until, now, failed),
             });
+            if let Some(capsule) = &mut self.capsule {
+                let steps = *advanced.as_ref().unwrap_or(&now);
+                in_our_environment(|| capsule.note(&Call::Advance(steps), &self.sim));
+            }
             let done = advanced.map_err(errors::failed)?;
             taken += done;
+            self.whole_capsule()?;
             self.tell_of_open_balance(py)?;
             if taken == steps || done < now || self.sim.outcomes().mask.has(until) {
                 return Ok(taken);
@@ -184,10 +223,10 @@ fn count(steps: &Bound<'_, PyAny>) -> PyResult<u64> {
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (scene, *, warns = true))]
-    fn new(py: Python<'_>, scene: &Bound<'_, Scene>, warns: bool) -> PyResult<Simulation> {
+    #[pyo3(signature = (scene, *, warns = true, capsule = None))]
+    fn new(py: Python<'_>, scene: &Bound<'_, Scene>, warns: bool, capsule: Option<PathBuf>) -> PyResult<Simulation> {
         let scene = scene.clone().unbind();
-        py.detach(|| Simulation::of(scene, warns))
+        py.detach(|| Simulation::of(scene, warns, capsule))
     }
 
     /// The scene it was made of.
@@ -262,12 +301,14 @@ impl Simulation {
             angular_velocity: parameters::array("angular_velocity", angular_velocity, [0.0; 3])?,
         };
         let path = Path { first: first.unwrap_or(self.sim.step_count()), steps: path_steps, end };
-        self.work(py, |sim| sim.follow(&path, steps.unwrap_or(path_steps))).map_err(errors::of)
+        let steps = steps.unwrap_or(path_steps);
+        self.call(py, &Call::Path(path, steps))?;
+        self.call(py, &Call::Advance(steps))
     }
 
     /// Back to step 0. Clears a failure.
-    fn reset(&mut self, py: Python<'_>) {
-        self.work(py, Sim::reset);
+    fn reset(&mut self, py: Python<'_>) -> PyResult<()> {
+        self.call(py, &Call::Reset)
     }
 
     /// The force, N, and torque, N m, that act on a free projectile from now on.
@@ -280,7 +321,7 @@ impl Simulation {
     ) -> PyResult<()> {
         let force = parameters::array("force", Some(force), [0.0; 3])?;
         let torque = parameters::array("torque", torque, [0.0; 3])?;
-        self.work(py, |sim| sim.set_external_load(force, torque)).map_err(errors::of)
+        self.call(py, &Call::ExternalLoad(force, torque))
     }
 
     /// Starts from positions, m, and velocities, m/s, of all nodes.
@@ -293,13 +334,13 @@ impl Simulation {
         let shape = self.shape_of_nodes();
         let positions = parameters::numbers("positions", positions, &shape)?;
         let velocities = parameters::numbers("velocities", velocities, &shape)?;
-        self.work(py, |sim| sim.set_motion(&positions, &velocities)).map_err(errors::of)
+        self.call(py, &Call::Motion(&positions, &velocities))
     }
 
     /// Gives every segment the largest stretch that it has had.
     fn set_largest_stretch(&mut self, py: Python<'_>, stretches: &Bound<'_, PyAny>) -> PyResult<()> {
         let stretches = parameters::numbers("stretches", stretches, &[self.sim.layout().segments()])?;
-        self.work(py, |sim| sim.set_largest_stretch(&stretches)).map_err(errors::of)
+        self.call(py, &Call::LargestStretch(&stretches))
     }
 
     /// The state as bytes.
@@ -311,7 +352,7 @@ impl Simulation {
 
     /// Back to a saved state of the same scene and version.
     fn restore(&mut self, py: Python<'_>, image: &[u8]) -> PyResult<()> {
-        self.work(py, |sim| sim.load(image)).map_err(errors::of)
+        self.call(py, &Call::Load(image))
     }
 
     /// Pose and rates of the projectile.

@@ -11,6 +11,7 @@ mod hits;
 mod machine;
 mod picture;
 mod progress;
+mod replay;
 mod report;
 mod run;
 mod say;
@@ -35,6 +36,8 @@ struct Arguments {
 enum Command {
     /// Run one scene: table, history, the sheet at the end.
     Run(run::Options),
+    /// Do again what a capsule has of a simulation, and compare bit by bit.
+    Replay(replay::Options),
     /// Print a preset, or a scene file with its fabric, as a scene file with every parameter, its unit and its meaning.
     Scene {
         /// sheet_3in_sphere, sheet_10in_cylinder or turbine_disc_sector, or a file *.toml.
@@ -81,6 +84,7 @@ fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(options) => return ended(run::run(&options)),
+        Command::Replay(options) => return ended(replay::run(&options)),
         Command::Scene { preset } => fabric_scene::whole(&preset).map(|text| {
             say::text(format_args!("{text}"));
             true

@@ -9,6 +9,7 @@ use crate::{Result, report, say, threads};
 use clap::Args;
 use fabric::outputs::{OUTPUTS, Readings};
 use fabric::{Energy, Outcome, OutcomeSet, Scene, Sim, StepCheck};
+use fabric_capsule::{Call, File, Log};
 use fabric_scene::{notes, textile};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -47,7 +48,13 @@ pub struct Options {
     /// on cores that are free.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::MAX_BANDS)))]
     threads: u32,
+    /// Also write a capsule of the run, which `fabric replay` does again.
+    #[arg(long, value_name = "FILE")]
+    capsule: Option<PathBuf>,
 }
+
+/// Calls between two digests of a capsule, each of `--sample` steps.
+const DIGESTS: u64 = 100;
 
 /// An outcome on the command line; None for `none`.
 fn wanted(name: &str) -> std::result::Result<Option<Outcome>, String> {
@@ -244,6 +251,8 @@ fn advance(
     let mut history = vec![Sample::of(sim)?];
     let mut stepping = 0.0;
     let mut failure = None;
+    let new = |path: &PathBuf| File::new(path).map_err(|error| format!("--capsule {}: {error}", path.display()));
+    let mut capsule = options.capsule.as_ref().map(new).transpose()?.map(|file| Log::begin(sim, DIGESTS, file));
     while sim.step_count() < options.steps && !sim.outcomes().mask.has(mask) {
         if let Some(series) = series {
             series.keep(sim)?;
@@ -253,6 +262,9 @@ fn advance(
         let (wall, clock) = (Instant::now(), Clock::start());
         let result = threads::advance_until(sim, mask, steps, options.threads)?;
         stepping += if options.threads == 1 { clock.seconds() } else { wall.elapsed().as_secs_f64() };
+        if let Some(capsule) = &mut capsule {
+            capsule.note(&Call::Advance(result.unwrap_or(steps)), sim);
+        }
         match result {
             Err(met) => {
                 failure = Some(met);
@@ -272,6 +284,12 @@ fn advance(
         }
     }
     progress.finish();
+    if let Some(mut capsule) = capsule {
+        capsule.end(sim);
+        if !capsule.is_whole() {
+            return Err("--capsule: it could not be written to its end".into());
+        }
+    }
     Ok((history, stepping, failure))
 }
 

@@ -31,6 +31,7 @@ mod density;
 pub mod derived;
 pub mod memory;
 pub mod notes;
+pub mod replay;
 pub mod textile;
 pub mod units;
 

@@ -32,6 +32,8 @@ interface Exports {
   fk_state_save(sim: number, image: number, bytes: bigint): number;
   fk_state_load(sim: number, image: number, bytes: bigint): number;
   fk_digest(sim: number, out: number): number;
+  fk_capsule_read(capsule: number, bytes: bigint, scene: number, size: bigint, about: number, aboutSize: bigint): number;
+  fk_replay(sim: number, capsule: number, bytes: bigint, steps: bigint, room: number, n: bigint, replay: number, size: bigint): number;
 }
 
 /** Constants of choices: a name of a scene file behind this. */
@@ -315,5 +317,56 @@ export class Simulation {
   load(image: Uint8Array): void {
     this.kernel.bytes(this.image, this.imageSize).set(image);
     this.must(this.kernel.exports.fk_state_load(this.sim, this.image, BigInt(this.imageSize)));
+  }
+}
+
+/** A capsule that is done again: what a program did to a simulation, compared bit by bit. */
+export class Replay {
+  private readonly sim: number;
+  private readonly digest: number;
+  private readonly capsule: number;
+  private readonly room: number;
+  private readonly about: Structure;
+  private readonly found: Structure;
+
+  constructor(private readonly kernel: Kernel, private readonly file: Uint8Array) {
+    const { exports } = kernel;
+    kernel.release();
+    this.capsule = kernel.take(file.length);
+    kernel.bytes(this.capsule, file.length).set(file);
+    const scene = new Structure(kernel, "fk_scene");
+    const fault = new Structure(kernel, "fk_fault");
+    this.about = new Structure(kernel, "fk_capsule");
+    this.found = new Structure(kernel, "fk_replayed");
+    kernel.bytes(this.found.at, this.found.size).fill(0);
+    const read = exports.fk_capsule_read(this.capsule, BigInt(file.length), scene.at, BigInt(scene.size), this.about.at, BigInt(this.about.size));
+    if (read !== 0) throw new Fault("", `${kernel.text(exports.fk_status_name(read))} (byte ${this.about.whole("broken_at")})`);
+    this.digest = kernel.take(8);
+    this.room = kernel.take(8 * this.about.whole("room"));
+    const size = exports.fk_memory_size(scene.at, this.digest);
+    const bytes = size === 0 ? Number(kernel.view().getBigUint64(this.digest, true)) : 0;
+    const block = kernel.take(bytes);
+    if (exports.fk_init(block, BigInt(bytes), scene.at, this.digest, fault.at, BigInt(fault.size)) !== 0) throw new Fault(fault.text("field"), fault.text("text"));
+    this.sim = kernel.view().getUint32(this.digest, true);
+  }
+
+  /** So many steps more: where it is, or what was found. */
+  advance(steps: number): { text: string; ended: boolean } {
+    const { exports } = this.kernel;
+    const { about, found } = this;
+    const status = exports.fk_replay(this.sim, this.capsule, BigInt(this.file.length), BigInt(steps), this.room, BigInt(about.whole("room")), found.at, BigInt(found.size));
+    if (status !== 0) throw new Fault("", this.kernel.text(exports.fk_status_name(status)));
+    const [, , calls = 0n, taken = 0n, digests = 0n, equalCalls = 0n, equalStep = 0n] = Array.from({ length: 7 }, (_, k) => this.kernel.view().getBigUint64(found.place("at") + 8 * k, true));
+    const hex = (number: bigint): string => number.toString(16).padStart(16, "0");
+    const of = (field: string): string => hex(this.kernel.view().getBigUint64(found.place(field), true));
+    switch (found.whole("end")) {
+      case constant("FK_REPLAY_GOES_ON"):
+        return { text: `call ${calls} of ${about.whole("calls")}, step ${taken} of ${about.whole("steps")}`, ended: false };
+      case constant("FK_REPLAY_SAME"):
+        exports.fk_digest(this.sim, this.digest);
+        return { text: `Same bits: ${calls} calls, ${taken} steps, ${digests} digests, the last ${hex(this.kernel.view().getBigUint64(this.digest, true))}.`, ended: true };
+      default:
+        return { text: `Differs at call ${calls}: the capsule has ${of("written")}, here it is ${of("found")}; last equal behind call ${equalCalls}, at step ${equalStep}.`, ended: true };
+    }
   }
 }

@@ -353,6 +353,9 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       return;
     case "checked":
       return checked(data.digests, data.seconds);
+    case "replayed":
+      element("replayed", HTMLElement).textContent = data.text;
+      return;
   }
 };
 
@@ -480,6 +483,21 @@ element("check", HTMLButtonElement).addEventListener("click", () => {
   element("checked", HTMLElement).textContent = "Running ...";
   tell({ kind: "check" });
 });
+
+/** A capsule that is dropped anywhere on the page, or chosen. */
+async function replay(file: File | undefined): Promise<void> {
+  if (!file) return;
+  element("fold", HTMLDetailsElement).open = true;
+  element("replayed", HTMLElement).textContent = "Replaying ...";
+  tell({ kind: "replay", file: new Uint8Array(await file.arrayBuffer()) });
+}
+document.addEventListener("dragover", (event) => event.preventDefault());
+document.addEventListener("drop", (event) => {
+  event.preventDefault();
+  void replay(event.dataTransfer?.files[0]);
+});
+const capsule = element("capsule", HTMLInputElement);
+capsule.addEventListener("change", () => void replay(capsule.files?.[0]));
 
 function checked(digests: Record<string, string>, seconds: number): void {
   const rows = Object.entries(pinned);

@@ -61,7 +61,9 @@ export type ToWorker =
   | { kind: "drawn" }
   /** Computes one shot to its end, as soon as that is certain. */
   | { kind: "shot"; fabric: string; values: Assignment[] }
-  | { kind: "check" };
+  | { kind: "check" }
+  /** Does a capsule again. */
+  | { kind: "replay"; file: Uint8Array };
 
 export type FromWorker =
   /** The worker runs: it is the first message. */
@@ -75,4 +77,6 @@ export type FromWorker =
   | { kind: "failed"; number: number | undefined; text: string }
   /** How a shot ended. */
   | { kind: "shot"; through: boolean; residual: number }
-  | { kind: "checked"; digests: Record<string, string>; seconds: number };
+  | { kind: "checked"; digests: Record<string, string>; seconds: number }
+  /** Where a replay is, or what it found. */
+  | { kind: "replayed"; text: string; ended: boolean };

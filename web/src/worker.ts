@@ -1,5 +1,5 @@
 /** Runs the kernel beside the page: steps in short pieces, so that it can be told to stop at any time, and keeps snapshots. */
-import { Fault, Kernel, Simulation } from "./kernel";
+import { Fault, Kernel, Replay, Simulation } from "./kernel";
 import { MOST_STEPS, ROW } from "./messages";
 import type { Frame, FromWorker, Rest, Row, ToWorker } from "./messages";
 
@@ -260,6 +260,17 @@ function check(module: WebAssembly.Module): void {
   page.postMessage({ kind: "checked", digests, seconds: 1e-3 * (performance.now() - begin) });
 }
 
+/** In pieces, so that the page sees how far it is. */
+async function replay(module: WebAssembly.Module, file: Uint8Array): Promise<void> {
+  const capsule = new Replay(new Kernel(module), file);
+  for (;;) {
+    const found = capsule.advance(10 * ROW);
+    page.postMessage({ kind: "replayed", ...found });
+    if (found.ended) return;
+    await new Promise((resolve) => setTimeout(resolve, 0));
+  }
+}
+
 let module: WebAssembly.Module | undefined;
 /** What was said before is done: loading takes time. */
 let done: Promise<void> = Promise.resolve();
@@ -292,6 +303,12 @@ function answer(data: ToWorker): void {
       return shoot(data);
     case "check":
       return module && check(module);
+    case "replay":
+      if (module) {
+        const refused = (error: unknown): void => page.postMessage({ kind: "replayed", text: `Refused: ${error instanceof Error ? error.message : String(error)}`, ended: true });
+        replay(module, data.file).catch(refused);
+      }
+      return;
   }
 }
 

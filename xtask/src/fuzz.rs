@@ -9,7 +9,7 @@ pub struct Options {
     /// How long each target runs, s.
     #[arg(long, default_value_t = 60)]
     seconds: u64,
-    /// Only this target: scene, image, calls or fmi.
+    /// Only this target: scene, image, capsule, calls or fmi.
     #[arg(long, value_name = "NAME")]
     target: Option<String>,
     /// Afterwards put a small corpus that reaches the same code into fuzz/corpus.
@@ -18,7 +18,7 @@ pub struct Options {
 }
 
 /// The targets, as in `fuzz/src/lib.rs`.
-const TARGETS: [&str; 4] = ["scene", "image", "calls", "fmi"];
+const TARGETS: [&str; 5] = ["scene", "image", "capsule", "calls", "fmi"];
 /// Longest input, bytes. All that a target decodes of one is less.
 const LONGEST: &str = "-max_len=160";
 

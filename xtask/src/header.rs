@@ -21,7 +21,12 @@ fn header() -> Result<String, String> {
     let types = read(source("types.rs"))?;
     let shown = emptied(target().join("header"))?.join("shown.rs");
     let calls = with_plain_pointers(&read(source("calls.rs"))?);
-    write(&shown, calls + &read_outs(&types)?)?;
+    // Rust's notes on the file may stand at the start only.
+    let capsules = read(source("capsule.rs"))?;
+    let capsules = capsules.split_once("\nuse ").map_or("", |(_, code)| code);
+    let calls = calls + "\nuse " + &with_plain_pointers(capsules);
+    let read_outs = read_outs(&types, "fabric", "kernel/src")? + &read_outs(&types, "fabric_capsule", "capsule/src")?;
+    write(&shown, calls + &read_outs)?;
     let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml"))?;
     config.after_includes = Some(format!("\n{}{}{}", statuses()?, choices(), scene().trim_end()));
     let bindings = cbindgen::Builder::new()
@@ -71,14 +76,15 @@ fn with_plain_pointers(calls: &str) -> String {
     })
 }
 
-/// The kernel's structures that types.rs gives names of C, under these names: cbindgen does not look into other crates.
-fn read_outs(types: &str) -> Result<String, String> {
-    let (_, list) =
-        types.split_once("pub use fabric::{").ok_or("capi/src/types.rs names no structure of the kernel")?;
+/// The structures of a crate that types.rs gives names of C, under these names: cbindgen does not look into other crates.
+fn read_outs(types: &str, name: &str, folder: &str) -> Result<String, String> {
+    let (_, list) = types
+        .split_once(&format!("pub use {name}::{{"))
+        .ok_or(format!("capi/src/types.rs names no structure of {name}"))?;
     let list = list.split('}').next().unwrap_or_default();
     let names: Vec<_> = list.split(',').filter_map(|name| name.trim().split_once(" as ")).collect();
     let mut sources = Vec::new();
-    rust_files(&top().join("kernel/src"), &mut sources)?;
+    rust_files(&top().join(folder), &mut sources)?;
     let mut text = String::new();
     for (name, _) in &names {
         let start = format!("pub struct {name} {{\n");
@@ -89,7 +95,7 @@ fn read_outs(types: &str) -> Result<String, String> {
             let members = rest.split_once("\n}")?.0;
             Some(format!("{}\n{start}{members}\n}}\n", notes.into_iter().rev().collect::<Vec<_>>().join("\n")))
         });
-        text += &found.ok_or(format!("kernel/src has no structure {name}"))?;
+        text += &found.ok_or(format!("{folder} has no structure {name}"))?;
     }
     let renamed = names.iter().fold(text, |text, (name, c)| {
         text.replace(&format!("pub struct {name} "), &format!("pub struct {c} "))

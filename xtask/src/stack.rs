@@ -45,7 +45,7 @@ const POINTERS: [(&str, &[&str]); 5] = [
 ];
 
 /// Who calls through the tables of parameters and of features: starts of names.
-const LOOPS: [&str; 8] = [
+const LOOPS: [&str; 10] = [
     "<fabric::memory::layout::Layout>::compute",
     "<fabric::scene::parts::Scene>::check",
     "fabric::scene::features::",
@@ -54,6 +54,8 @@ const LOOPS: [&str; 8] = [
     "fabric_capi::sizes::put_scene",
     "fabric_capi::sizes::read_scene",
     "<fabric::scene::fields::row::Field>::word",
+    "<fabric::scene::fields::row::Field>::set_word",
+    "<fabric_capsule::",
 ];
 
 /// The deepest chain of every exported `fk_*` function, deepest first.

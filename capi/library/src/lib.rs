@@ -5,6 +5,8 @@
 #![no_std]
 
 pub use fabric_capi::calls;
+#[cfg(feature = "capsule")]
+pub use fabric_capi::capsule;
 #[cfg(feature = "choose-instructions")]
 pub use fabric_capi::instructions;
 

@@ -92,6 +92,8 @@ pub enum Code {
     DoesNotGoWith = -37,
     /// Plies of a stack that start through each other: a node lies below the one that it faces in the ply before.
     PliesOverlap = -38,
+    /// The bytes are not a capsule, or are cut off, altered or of another format; or no capsule is being written.
+    BadCapsule = -39,
     /// A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
     NonFinite = -50,
     /// More nodes came under the projectile than a `contact_capacity` other than 0 allows; the state is kept at the step's start.
@@ -125,7 +127,7 @@ impl Code {
 }
 
 /// The text of each code.
-const TEXTS: [(Code, &CStr); 42] = [
+const TEXTS: [(Code, &CStr); 43] = [
     (Code::NullPointer, c"null pointer"),
     (Code::ShortBuffer, c"buffer too short"),
     (Code::Misaligned, c"structure or array not aligned"),
@@ -167,6 +169,7 @@ const TEXTS: [(Code, &CStr); 42] = [
     ),
     (Code::DoesNotGoWith, c"does not go with another field"),
     (Code::PliesOverlap, c"a node lies below the one that it faces in the ply before"),
+    (Code::BadCapsule, c"not a capsule, or one that is cut off or altered"),
     (Code::NonFinite, c"a non-finite number appeared in the state"),
     (Code::ContactCapacity, c"more nodes under the projectile than contact_capacity"),
     (Code::TooFast, c"the projectile became faster than a node spacing in a step"),
