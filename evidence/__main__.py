@@ -26,7 +26,7 @@ QUESTIONS = {
     "grading": ("graded networks against the whole fabric", "20 min", "20 s"),
     "through": ("how often the outcome through is wrong near the ballistic limit", "25 min", "2 min"),
     "coupling": ("schemes for a projectile that its host moves", "10 min", "20 s"),
-    "validation": ("the six questions below together, with the table of their verdicts", "hours", "20 s"),
+    "validation": ("the six questions below together, with the table of their verdicts", "15 min", "20 s"),
     "yarn": ("one yarn hit across: strain, waves, critical velocity", "2 min", "5 s"),
     "strength": ("Kevlar 49 yarn at six gauge lengths", "10 s", "2 s"),
     "rate": ("Kevlar 49 fabric at three rates of strain", "2 s", "2 s"),
