@@ -117,6 +117,7 @@ pub unsafe extern "C" fn fmi2ExitInitializationMode(c: Handle) -> Status {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Terminate(c: Handle) -> Status {
     enter(c, "fmi2Terminate", Phase::RUNNING, |instance| {
+        instance.end_capsule();
         instance.kept.phase = Phase::Terminated;
         Status::Ok
     })

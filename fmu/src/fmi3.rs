@@ -188,6 +188,7 @@ pub unsafe extern "C" fn fmi3EnterStepMode(instance: Handle) -> Status {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3Terminate(instance: Handle) -> Status {
     enter(instance, "fmi3Terminate", Phase::RUNNING, |instance| {
+        instance.end_capsule();
         instance.kept.phase = Phase::Terminated;
         Status::Ok
     })

@@ -3,6 +3,7 @@
 //! Time is a count of ticks of the constant internal step: a communication step from t to t + h ends at tick
 //! round((t + h - start)/dt). Nothing drifts, and how the host cuts its time does not matter in drive `free`.
 
+use crate::capsule::Capsule;
 use crate::coupling::{self, Plan, Refusal, Times};
 use crate::kept::{Discrete, Kept, Phase, States};
 use crate::log::{Category, Line, Log, Status};
@@ -17,6 +18,7 @@ use fabric::{Body, Inertia};
 use fabric::{Code, number};
 use fabric::{Energy, Error, Failure, Layout, Motion, Path, Ply, Sim, math};
 use fabric::{Outcome, OutcomeSet};
+use fabric_capsule::Call;
 
 /// What is computed by a pass over the sheet, kept until the next step.
 #[derive(Clone, Copy, Default)]
@@ -97,6 +99,8 @@ pub struct Instance {
     pub event_mode_used: bool,
     /// FMI 3.0: a step may end early.
     pub early_return_allowed: bool,
+    /// What is written of the simulation, if the host asks for it.
+    pub capsule: Capsule,
     cache: Cache,
     /// Whether it has been logged that quaternions are normalised.
     normalised_logged: bool,
@@ -114,6 +118,7 @@ impl Instance {
             states: States::default(),
             event_mode_used: false,
             early_return_allowed: false,
+            capsule: Capsule::default(),
             cache: Cache::default(),
             normalised_logged: false,
             open_logged: false,
@@ -216,6 +221,11 @@ impl Instance {
         if let Err(status) = self.make() {
             return status;
         }
+        if let Some(Running { sim, .. }) = &mut self.running
+            && self.kept.parameters.capsule()
+        {
+            self.capsule.begin(sim, &self.log);
+        }
         if let Some(Running { sim, .. }) = &self.running {
             let (mut line, layout) = (Line::new(), sim.layout());
             let _ = write!(line, "simulation of {} x {} nodes, ", layout.nodes_x, layout.nodes_y);
@@ -257,11 +267,17 @@ impl Instance {
 
     /// Back to just after instantiation.
     pub fn reset(&mut self) -> Status {
+        self.end_capsule();
         self.running = None;
         self.kept = Kept::default();
         self.cache = Cache::default();
         self.open_logged = false;
         Status::Ok
+    }
+
+    /// Ends the capsule, if one is written.
+    pub fn end_capsule(&mut self) {
+        self.capsule.end(self.running.as_ref().map(|running| &running.sim));
     }
 
     /// Takes over what a saved state held; the simulation is already in that state.
@@ -505,7 +521,7 @@ impl Instance {
         let (mask, contact) = (sim.outcomes().mask, sim.outcomes().first_contact);
         let beyond_fine = sim.counters().beyond_fine;
         if path.is_none()
-            && let Err(error) = sim.set_external_load(force, torque)
+            && let Err(error) = self.capsule.run(sim, &Call::ExternalLoad(force, torque))
         {
             return Err(self.refuse_error(Category::Discard, &error));
         }
@@ -522,8 +538,11 @@ impl Instance {
             };
             if chunk > 0
                 && let Err(error) = match &path {
-                    Some(path) => sim.follow(path, chunk),
-                    None => sim.advance(chunk).map_err(Error::from),
+                    Some(path) => {
+                        let started = self.capsule.run(sim, &Call::Path(*path, chunk));
+                        started.and_then(|()| self.capsule.run(sim, &Call::Advance(chunk)))
+                    }
+                    None => self.capsule.run(sim, &Call::Advance(chunk)),
                 }
             {
                 if sim.failure().is_none() {

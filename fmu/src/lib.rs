@@ -17,6 +17,7 @@ extern crate std;
 
 pub mod absent;
 pub mod calls;
+pub mod capsule;
 pub mod coupling;
 pub mod fmi2;
 pub mod fmi3;

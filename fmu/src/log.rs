@@ -28,10 +28,12 @@ pub enum Category {
     Error = 2,
     /// See [`Status::Fatal`].
     Fatal = 3,
+    /// A piece of a capsule.
+    Capsule = 4,
 }
 
 /// Place of "logAll" in [`LOG_CATEGORIES`].
-const ALL: usize = 4;
+const ALL: usize = 5;
 
 /// Logger of FMI 2.0: environment, instance name, status, category, format, arguments. A C host vouches for its logger; a Rust
 /// host can only give one that is safe with any arguments.
@@ -59,27 +61,27 @@ pub struct Log {
     /// Instance name, with its terminating zero.
     name: heapless::Vec<u8, 128>,
     /// By [`Category`].
-    wanted: [bool; 4],
+    wanted: [bool; 5],
 }
 
 impl Log {
-    /// A log for an instance. Refusals and errors are always wanted, events only if the host switched logging on.
+    /// A log for an instance. Refusals, errors and a capsule are always wanted, events only if the host switched logging on.
     pub fn new(logger: Logger, environment: *mut c_void, name: &CStr, logging_on: bool) -> Log {
         let mut copy: heapless::Vec<u8, 128> = name.to_bytes().iter().copied().take(127).collect();
         // There is room: 127 bytes at most were taken.
         let _ = copy.push(0);
-        Log { logger, environment, name: copy, wanted: [logging_on, true, true, true] }
+        Log { logger, environment, name: copy, wanted: [logging_on, true, true, true, true] }
     }
 
     /// Switches categories on or off; none named means all. False if a name is unknown, then nothing changed.
     pub fn switch<'a>(&mut self, on: bool, names: impl Iterator<Item = Option<&'a CStr>>) -> bool {
-        let mut chosen = [false; 4];
+        let mut chosen = [false; 5];
         let mut any = false;
         for name in names {
             any = true;
             let known = |name: &CStr| LOG_CATEGORIES.iter().position(|(known, _)| known.as_bytes() == name.to_bytes());
             match name.and_then(known) {
-                Some(ALL) => chosen = [true; 4],
+                Some(ALL) => chosen = [true; 5],
                 Some(place) => chosen.iter_mut().skip(place).take(1).for_each(|chosen| *chosen = true),
                 None => return false,
             }
@@ -104,6 +106,7 @@ impl Log {
             Category::Discard => (c"logStatusDiscard", Status::Discard),
             Category::Error => (c"logStatusError", Status::Error),
             Category::Fatal => (c"logStatusFatal", Status::Fatal),
+            Category::Capsule => (c"logCapsule", Status::Ok),
         };
         if !self.wants(category) {
             return;

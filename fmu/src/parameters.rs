@@ -20,6 +20,7 @@ pub struct Parameters {
     pub torque: [f64; 3],
     stop_on_event: f64,
     ply_first: f64,
+    capsule: f64,
 }
 
 impl Default for Parameters {
@@ -40,6 +41,7 @@ impl Parameters {
             torque: [0.0; 3],
             stop_on_event: 0.0,
             ply_first: 0.0,
+            capsule: 0.0,
         }
     }
 
@@ -60,6 +62,7 @@ impl Parameters {
             Id::ExternalTorque => &mut self.torque,
             Id::StopOnEvent => from_mut(&mut self.stop_on_event),
             Id::PlyFirst => from_mut(&mut self.ply_first),
+            Id::Capsule => from_mut(&mut self.capsule),
             _ => &mut [],
         }
     }
@@ -78,6 +81,11 @@ impl Parameters {
     /// Whether an outcome ends the simulation.
     pub fn stop_on_event(&self) -> bool {
         self.stop_on_event != 0.0
+    }
+
+    /// Whether a capsule is written.
+    pub fn capsule(&self) -> bool {
+        self.capsule != 0.0
     }
 
     /// The ply that the outputs of single plies begin with.

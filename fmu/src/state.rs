@@ -13,13 +13,14 @@ use crate::token;
 use fabric::Hash;
 use fabric::Sim;
 use fabric::fields::SLOTS;
+use fabric_capsule::Call;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRFMUS");
 /// Version of the bytes' meaning.
 const FORMAT: u64 = 3;
 const HEADER_WORDS: usize = 4;
 /// Words of `Kept` (tested against the traversal).
-const KEPT_WORDS: usize = 1 + SLOTS + 13 + 11 + 3 + 6 + 2 + 2 + 2;
+const KEPT_WORDS: usize = 1 + SLOTS + 13 + 12 + 3 + 6 + 2 + 2 + 2;
 const FRAME_BYTES: usize = 8 * (HEADER_WORDS + KEPT_WORDS + 1);
 
 impl Instance {
@@ -71,6 +72,7 @@ impl Instance {
         let Some(saved) = self.states.find(saved) else { return self.refuse("not a state of this instance") };
         let (kept, from_bytes, image) = (saved.kept, saved.from_bytes, saved.image());
         if image.is_empty() {
+            self.capsule.end(None);
             self.running = None;
             self.restored(&kept);
             return Status::Ok;
@@ -78,9 +80,15 @@ impl Instance {
         let scene = *kept.parameters.scene();
         let load = |sim: &mut Sim<'_>| if from_bytes { sim.load(image) } else { sim.load_kept(image) };
         let loaded = match &mut self.running {
-            Some(running) if *running.sim.scene() == scene => load(&mut running.sim),
+            Some(running) if *running.sim.scene() == scene => {
+                load(&mut running.sim).map(|()| self.capsule.note(&running.sim, &Call::Load(image)))
+            }
             _ => match Running::new(&scene) {
-                Ok(mut running) => load(&mut running.sim).map(|()| self.running = Some(running)),
+                Ok(mut running) => load(&mut running.sim).map(|()| {
+                    // A capsule has one scene.
+                    self.capsule.end(None);
+                    self.running = Some(running);
+                }),
                 Err(Trouble::Refused(error)) => Err(error),
                 Err(Trouble::OutOfMemory(bytes)) => return self.out_of_memory(bytes),
             },

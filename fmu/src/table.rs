@@ -34,6 +34,7 @@ pub enum Id {
     // Settings.
     StopOnEvent,
     PlyFirst,
+    Capsule,
     // Outputs.
     ForceMean,
     TorqueMean,
@@ -313,6 +314,7 @@ pub const LOG_CATEGORIES: &[(&str, &str)] = &[
     ("logStatusDiscard", "Steps refused with nothing changed"),
     ("logStatusError", "Calls refused, and failures"),
     ("logStatusFatal", "No memory for an instance"),
+    ("logCapsule", "With the parameter capsule: what the host does, for `fabric replay`"),
     ("logAll", "All of these"),
 ];
 
@@ -385,6 +387,14 @@ const OWN: &[Variable] = &[
         270,
         Kind::Boolean,
         "Ask the host to end the simulation at the first outcome (arrested, detached, exited, passed, through)",
+    ),
+    tunable(
+        Id::Capsule,
+        "capsule",
+        272,
+        Kind::Boolean,
+        "Write what the host does to the log, as lines of the category logCapsule, which `fabric replay` does again and compares bit by bit; \
+         read where initialisation ends",
     ),
     tunable(
         Id::PlyFirst,

@@ -27,11 +27,13 @@ pub struct Found {
     pub cut: Option<Broken>,
 }
 
-/// Replays a capsule. `look` sees the steps taken, those of all calls, and where it stands; false ends the replay there.
+/// Replays a capsule, or the log of an FMU's host with one. `look` sees the steps taken, those of all calls, and where it stands; false ends the replay there.
 ///
 /// # Errors
 /// Bytes that are no capsule, a scene that is refused or takes too much memory, the end by `look`.
 pub fn replay(bytes: &[u8], mut look: impl FnMut(u64, u64, &str) -> bool) -> Result<Found> {
+    let of_log = from_log(bytes);
+    let bytes = of_log.as_deref().unwrap_or(bytes);
     let (capsule, cut) = match Capsule::open(bytes) {
         Ok(capsule) => (capsule, None),
         // What a crash left.
@@ -66,4 +68,25 @@ pub fn replay(bytes: &[u8], mut look: impl FnMut(u64, u64, &str) -> bool) -> Res
     });
     let (version, digest) = (capsule.version.to_string(), sim.digest());
     Ok(Found { version, calls, step, digests: replay.digests, digest, ended: capsule.ended, difference, cut })
+}
+
+/// The last capsule in the log of an FMU's host, lines that hold "capsule: " and hexadecimal digits; None if there is none.
+fn from_log(bytes: &[u8]) -> Option<Vec<u8>> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let mut found = Vec::new();
+    for line in text.lines().filter_map(|line| line.split_once("capsule: ")) {
+        let (pairs, _) = line.1.as_bytes().as_chunks::<2>();
+        let piece: Vec<u8> = pairs.iter().map_while(|pair| byte_of(*pair)).collect();
+        if piece.starts_with(b"FKCAPSUL") {
+            found.clear();
+        }
+        found.extend(piece);
+    }
+    (!found.is_empty()).then_some(found)
+}
+
+/// The byte of two hexadecimal digits.
+fn byte_of(digits: [u8; 2]) -> Option<u8> {
+    let [high, low] = digits.map(|digit| char::from(digit).to_digit(16));
+    Some((16 * high? + low?) as u8)
 }

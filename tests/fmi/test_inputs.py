@@ -16,7 +16,7 @@ FILE = pathlib.Path(__file__).parents[1] / "inputs" / "cases"
 NODES = 100
 # What the kernel's scene does not have; other tests try it.
 MOTION = [f"projectile.{name}" for name in ("position", "velocity", "orientation", "angular_velocity")]
-OWN = {*MOTION, "stop_on_event", "ply.first", "projectile.acceleration", "external.force", "external.torque"}
+OWN = {*MOTION, "stop_on_event", "capsule", "ply.first", "projectile.acceleration", "external.force", "external.torque"}
 
 
 def number(bits):
