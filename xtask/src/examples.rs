@@ -33,8 +33,22 @@ pub fn run() -> Outcome {
         }
         println!("  {name}: {wanted}");
     }
+    capsule(&build)?;
     threads(&build)?;
     cost()
+}
+
+/// The example with a capsule: what one program writes another one replays.
+fn capsule(build: &Path) -> Outcome {
+    let file = build.join("run.capsule").to_string_lossy().into_owned();
+    let written = output(build.join("capsule"), &[&file])?;
+    let replayed = output(build.join("capsule_static"), &[&file, "replay"])?;
+    println!("  capsule: {}", written.trim());
+    if written.starts_with("same bits") && replayed == written {
+        Ok(())
+    } else {
+        Err(format!("a capsule is replayed as {replayed} instead of {written}"))
+    }
 }
 
 /// The example with threads: for any number of them the digest that tests/c/digests holds for the same scene.
