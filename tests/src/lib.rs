@@ -25,6 +25,16 @@ pub fn sim_of(scene: &Scene) -> Sim<'static> {
     Sim::new(scene, memory_of(scene).leak()).expect("the scene is sound")
 }
 
+/// The same after so many steps.
+///
+/// # Panics
+/// If the scene is refused, or a step fails.
+pub fn stepped(scene: &Scene, steps: u64) -> Sim<'static> {
+    let mut sim = sim_of(scene);
+    sim.advance(steps).expect("no failure");
+    sim
+}
+
 /// The image of a simulation.
 ///
 /// # Panics
@@ -122,6 +132,12 @@ pub fn without_projectile(mut scene: Scene) -> Scene {
     scene.drive = fabric::Drive::Prescribed;
     scene.projectile.position = [0.0, 0.0, -1.0];
     scene.projectile.velocity = [0.0; 3];
+    scene
+}
+
+/// With yarn drawn for every segment.
+pub fn drawn(mut scene: Scene) -> Scene {
+    scene.yarn.stochastic = true;
     scene
 }
 
