@@ -358,29 +358,6 @@ fn modes_of_a_taut_string_and_membrane() {
     }
 }
 
-/// Of a taut strip with n segments a long wave along itself travels with sqrt(k (3 U^2 - 1)/2m) spacings a second, from the lowest
-/// mode with its dispersion taken out: as much along x as the same yarn gives along y.
-#[test]
-fn waves_along_warp_and_weft_have_their_own_speeds() {
-    let mut scene = unlike(without_projectile(small_sheet(31, 0.0)));
-    scene.sheet.nodes_y = 31;
-    scene.sheet.pre_strain = [2e-4, 2e-4];
-    scene.time_step = TimeStep::fraction(0.1);
-    let speed = |k: usize| {
-        // Without the small share of the yarns across, which are taut, too.
-        let omega = PI / half_period(&scene, k);
-        omega * spacings(&scene)[k] / (2.0 * (0.5 * PI / 30.0).sin())
-    };
-    let exact = |k: usize| {
-        let stiffness = modulus(&scene, k) * areas(&scene)[k] / natural_lengths(&scene)[k];
-        (stiffness / scene.sheet.node_mass).sqrt() * spacings(&scene)[k]
-    };
-    for k in [0, 1] {
-        close(speed(k), exact(k), 1e-3);
-    }
-    assert!((exact(1) / exact(0) - 1.0).abs() > 0.05);
-}
-
 /// Half the change of place in the first step from rest is a dt^2/2 with the forces of plain formulas, everywhere.
 #[test]
 fn forces_are_those_of_plain_formulas() {
