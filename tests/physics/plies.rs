@@ -161,10 +161,10 @@ fn a_falling_ply_takes_along_one_after_the_other() {
         let first = sim.energy().unwrap().fabric_kinetic;
         close(first, 0.5 * mass * speed * speed, 1e-12);
         let mut together = masses[0];
-        for met in 1..masses.len() {
+        for (met, next) in masses.iter().enumerate().skip(1) {
             // Up to the next meeting these plies go on together.
             sim.advance((gap * together / speed / dt).ceil() as u64 + 2).unwrap();
-            together += masses[met];
+            together += next;
             let common = speed / together;
             for (k, v) in velocities(&sim).into_iter().enumerate() {
                 let expected = if k / 81 <= met { common } else { 0.0 };
@@ -172,7 +172,7 @@ fn a_falling_ply_takes_along_one_after_the_other() {
             }
             let energy = sim.energy().unwrap();
             close(energy.fabric_kinetic, 0.5 * mass * speed * common, 1e-9);
-            close(sim.ply(met as u32).unwrap().kinetic, 0.5 * mass * masses[met] * common * common, 1e-9);
+            close(sim.ply(met as u32).unwrap().kinetic, 0.5 * mass * next * common * common, 1e-9);
             // What an impact without restitution loses, in the ledger.
             close(energy.ply_loss, 0.5 * mass * speed * (speed - common), 1e-9);
             assert!(energy.residual.abs() < 1e-9 * first);
