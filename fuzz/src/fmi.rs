@@ -5,8 +5,8 @@
 //! and after are equal. A state that is restored gives the bytes it was saved with.
 
 use crate::bytes::Bytes;
+use crate::image::forge;
 use crate::memory::{from, into, to};
-use fabric::Hash;
 use fabric_fmu::absent::*;
 use fabric_fmu::calls::{Handle, Text};
 use fabric_fmu::fmi2::*;
@@ -686,9 +686,7 @@ impl Player<'_> {
                 let place = words - 2 - (self.bytes.byte() as usize % 200).min(words / 8);
                 let old = f64::from_bits(u64::from_le_bytes(places[place]));
                 places[place] = self.bytes.odd(old).to_bits().to_le_bytes();
-                let mut hash = Hash::default();
-                places[..words - 1].iter().for_each(|word| hash.word(u64::from_le_bytes(*word)));
-                places[words - 1] = hash.value().to_le_bytes();
+                forge(&mut bytes);
             }
             _ => {}
         }

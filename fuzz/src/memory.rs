@@ -63,27 +63,18 @@ pub(crate) unsafe fn from<T>(values: &[T]) -> Input<T> {
 }
 
 /// What a host has written into an array.
-///
-/// # Safety
-/// As above.
 pub(crate) unsafe fn to<T>(values: &mut [T]) -> Output<T> {
     // SAFETY: the caller's promise.
     unsafe { Output::given(values.as_mut_ptr()) }
 }
 
 /// What a host reads from one place.
-///
-/// # Safety
-/// As above.
 pub(crate) unsafe fn at<T>(value: &T) -> Input<T> {
     // SAFETY: the caller's promise.
     unsafe { Input::given(value) }
 }
 
 /// What a host has written into one place.
-///
-/// # Safety
-/// As above.
 pub(crate) unsafe fn into<T>(value: &mut T) -> Output<T> {
     // SAFETY: the caller's promise.
     unsafe { Output::given(value) }

@@ -6,11 +6,6 @@ use fabric::{Contact, Counters, Energy, Motion, Outcome, OutcomeSet, Scene, Sim,
 use serde::{Serialize, Serializer};
 use serde_json::json;
 
-/// The outcome that is a mask's bit.
-pub fn mask_of(outcomes: &[Outcome]) -> OutcomeSet {
-    outcomes.iter().copied().collect()
-}
-
 /// A latched outcome.
 #[derive(Clone, Debug, Serialize)]
 pub struct Latched {

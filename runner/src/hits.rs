@@ -1,7 +1,6 @@
 //! Shots of an ensemble: where they strike, and whether they go through. `evidence/hits.py` has the same for the evidence.
 
 use crate::Result;
-use crate::event::mask_of;
 use crate::memory::Buffers;
 use fabric::Solid;
 use fabric::internals::random::splitmix64;
@@ -24,7 +23,7 @@ pub fn shot(scene: &Scene, velocity: f64, hit: u64) -> Scene {
 pub fn goes_through(scene: &Scene, longest: f64) -> Result<bool> {
     let mut buffers = Buffers::of(scene)?;
     let mut sim = buffers.sim(scene)?;
-    let ends = mask_of(&[Outcome::Arrested, Outcome::Exited, Outcome::Detached]);
+    let ends = Outcome::Arrested | Outcome::Exited | Outcome::Detached;
     sim.advance_until(ends, (longest / sim.step_limits().dt) as u64)?;
     let (velocity, outcomes) = (sim.projectile()?.velocity[2], sim.outcomes().mask);
     let ended = outcomes.has(ends);

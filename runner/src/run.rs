@@ -176,7 +176,7 @@ pub fn run(options: &Options) -> Result<ExitCode> {
     let mut sim = buffers.sim(&scene).map_err(|error| refused(error.into()))?;
     try_to_make(&out)?;
 
-    let mask = event::mask_of(&until);
+    let mask: OutcomeSet = until.iter().copied().collect();
     let wall = Instant::now();
     let mut series = if options.movie || options.vtk { Some(Series::new(&out, options.sample)?) } else { None };
     let (history, stepping, failure) = advance(&mut sim, mask, options, &name, &mut series)?;

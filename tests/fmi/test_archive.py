@@ -41,7 +41,8 @@ class Archive(unittest.TestCase):
         for member in tree.iter("TerminalMemberVariable"):
             self.assertIn(member.get("variableName"), names)
 
-    def test_the_library_exports_the_standard_functions_and_needs_only_libc(self):
+    def test_the_library_exports_the_standard_functions(self):
+        """What it may need of its host `cargo xtask fmu` checks."""
         headers = pathlib.Path(fmpy.__file__).parent / "c-code"
         text = "".join((headers / f"fmi{v}FunctionTypes.h").read_text() for v in (2, 3))
         wanted = set(re.findall(r"\b(fmi[23]\w+)TYPE\b", text))
@@ -51,19 +52,8 @@ class Archive(unittest.TestCase):
             "fmi2SetTime", "fmi2SetContinuousStates", "fmi2GetDerivatives", "fmi2GetEventIndicators",
             "fmi2GetContinuousStates", "fmi2GetNominalsOfContinuousStates",
         }  # fmt: skip
-        run = lambda *command: subprocess.run([*command, library(2)], check=True, capture_output=True, text=True).stdout
-        exported = {line.split()[-1] for line in run("nm", "-D", "--defined-only").splitlines()}
-        self.assertEqual(exported, wanted)
-        needed = re.findall(r"NEEDED.*\[(.*)\]", run("readelf", "-d"))
-        self.assertEqual(needed, ["libc.so.6"])
-        floor = max(tuple(map(int, v.split("."))) for v in re.findall(r"GLIBC_([0-9.]+)", run("readelf", "-V")))
-        self.assertLessEqual(floor, (2, 17))
-
-    def test_the_library_asks_its_host_for_memory_and_nothing_else(self):
-        """No function of libm above all: its bits differ from one C library to the next."""
-        listed = subprocess.run(["nm", "-D", "--undefined-only", library(2)], check=True, capture_output=True, text=True)
-        strong = {line.split()[-1].split("@")[0] for line in listed.stdout.splitlines() if line.split()[0] == "U"}
-        self.assertLessEqual(strong, {"calloc", "free", "memcpy", "memmove", "memset", "memcmp", "bcmp", "strlen"})
+        listed = subprocess.run(["nm", "-D", "--defined-only", library(2)], check=True, capture_output=True, text=True)
+        self.assertEqual({line.split()[-1] for line in listed.stdout.splitlines()}, wanted)
 
     def test_the_icons_are_pictures(self):
         for version, name in ((2, "model.png"), (3, "terminalsAndIcons/icon.png")):

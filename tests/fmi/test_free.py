@@ -3,7 +3,7 @@
 import math
 import unittest
 
-from host import ERROR, Host, OK, OUTPUTS, SMALL, SPHERE, hosts
+from host import ERROR, Host, OK, OUTPUTS, SMALL, hosts
 
 END = 4e-5  # s; the sheet is torn by then
 DT = 2e-8  # s; the internal step
@@ -21,16 +21,6 @@ class Free(unittest.TestCase):
         self.assertEqual(results[0], results[1])
         self.assertGreater(results[0][-1]["contact.work"], 1.0)
 
-    def test_the_step_size_does_not_matter(self):
-        images = []
-        for steps, h in [(400, 1e-7), (80, 5e-7), (40, 1e-6), (4, 1e-5)]:
-            host = Host(2, SMALL).run(0, steps, h)
-            # Step means and the host's time differ by nature; everything the kernel computes must not.
-            images.append({name: host.get(name) for name in host_independent()})
-            host.close()
-        for image in images[1:]:
-            self.assertEqual(image, images[0])
-
     def test_times_summed_up_are_accepted(self):
         """A hundred thousand steps."""
         host, t, h = Host(2, SMALL, stop=1e-4), 0.0, 1e-9
@@ -44,8 +34,8 @@ class Free(unittest.TestCase):
         self.assertTrue(host.said("stop time"))
         host.close(), other.close()
 
-    def test_every_way_of_counting_time_gives_the_same_bits(self):
-        """As masters do it: products, sums, whole nanoseconds, differences of times, and a start far from zero."""
+    def test_every_step_and_way_of_counting_time_gives_the_same_bits(self):
+        """As masters do it: products, sums, whole nanoseconds, differences of times, and a start far from zero. Step means differ by nature."""
         def products(k, h, start):
             return start + k * h, h
 
@@ -66,11 +56,11 @@ class Free(unittest.TestCase):
             results = []
             for start in (0.0, 10.0, -1000.0):
                 for counted in (products, differences, nanoseconds, sums):
-                    for h in (1e-7, 1e-6):
+                    for h in (1e-7, 5e-7, 1e-6, 1e-5) if start == 0.0 else (1e-7, 1e-6):
                         host = Host(version, SMALL, start=start, stop=start + END)
                         for k in range(round(END / h)):
                             self.assertEqual(host.step(*counted(k, h, start)), OK, (start, counted.__name__, h, k, host.log))
-                        results.append({name: host.get(name) for name in host_independent() if not name.endswith("_time")})
+                        results.append({name: host.get(name) for name in OUTPUTS if not name.endswith(("_time", "_mean"))})
                         host.close()
             for result in results[1:]:
                 self.assertEqual(result, results[0])
@@ -96,16 +86,6 @@ class Free(unittest.TestCase):
         self.assertLess(abs(host.get("contact.impulse")[2] - change), 1e-9 * abs(change))
         host.close()
 
-    def test_bad_times_are_refused_and_change_nothing(self):
-        for host in hosts(SMALL):
-            host.run(0, 20, 1e-6)
-            before, t = host.image(), 2e-5
-            for bad in [(t, 0.0), (t, -1e-6), (t, float("nan")), (float("nan"), 1e-6), (t + 5e-7, 1e-6), (0.0, 1e-6), (t, 1e300)]:
-                self.assertEqual(host.step(*bad), ERROR, bad)
-            self.assertTrue(host.said("doStep"))
-            self.assertEqual(host.image(), before)
-            self.assertEqual(host.step(t, 1e-6), OK)
-
     def test_reset_and_interleaved_instances(self):
         for version in (2, 3):
             plain = Host(version, SMALL).run(0, 30, 1e-6)
@@ -122,23 +102,6 @@ class Free(unittest.TestCase):
             self.assertNotEqual(second.image(), expected)
             for host in (plain, first, second):
                 host.close()
-
-    def test_what_the_host_sets_changes_nothing_else(self):
-        """Every other parameter reads as the description says, and a host that writes all start values gets the same bits."""
-        for host in hosts(SPHERE):
-            described = {v.name: v.start for v in host.variables.values() if v.causality == "parameter"}
-            given = host.whole(SPHERE)
-            for name, start in described.items():
-                if name not in given:
-                    value = host.get(name)
-                    texts = [str(x).lower() for x in (value if isinstance(value, list) else [value])]
-                    self.assertEqual([float({"true": 1, "false": 0}.get(x, x)) for x in texts],
-                                     [float({"true": 1, "false": 0}.get(x, x)) for x in start.split()], name)  # fmt: skip
-
-
-def host_independent():
-
-    return [name for name in OUTPUTS if name not in ("contact.force_mean", "contact.torque_mean")]
 
 
 if __name__ == "__main__":

@@ -116,16 +116,11 @@ class Prescribed(unittest.TestCase):
         self.assertEqual(results[0], results[1])
 
     def test_bad_input_is_discarded_and_nothing_changes(self):
-        nan, inf = float("nan"), float("inf")
         place, speed = [0.0, 0.0, -RADIUS - 1e-5], [0.0, 0.0, 60.0]
         good = {"projectile.position": place, "projectile.velocity": speed, "projectile.orientation": [1.0, 0.0, 0.0, 0.0]}
         bad = [
-            ("projectile.position", [0.0, nan, 0.0]),
-            ("projectile.velocity", [inf, 0.0, 0.0]),
+            ("projectile.position", [0.0, math.nan, 0.0]),  # `test_inputs` has all that are no numbers
             ("projectile.orientation", [1.1, 0.0, 0.0, 0.0]),
-            ("projectile.orientation", [nan, 0.0, 0.0, 0.0]),
-            ("projectile.angular_velocity", [0.0, 0.0, nan]),
-            ("projectile.acceleration", [0.0, 0.0, nan]),
             ("projectile.position", [0.0, 0.0, 1e-3]),  # a teleport
             ("projectile.velocity", [0.0, 0.0, 1e6]),
         ]

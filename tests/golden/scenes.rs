@@ -4,7 +4,7 @@
 #[path = "pins.rs"]
 pub mod pins;
 
-use crate::{as_proposed, rated, rough, set_off, viscous};
+use crate::{as_proposed, drawn, rated, rough, set_off, viscous};
 use fabric::{
     AttachmentKind, Draw, Drive, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
     StrengthDraw, Symmetry, TimeStep, Weft,
@@ -49,28 +49,22 @@ pub fn uniform_sphere() -> Scene {
 
 /// The same on drawn yarn that gives back what slack segments owe.
 pub fn sphere_on_balanced_yarn() -> Scene {
-    Scene { slack_balance: true, ..sphere_on_drawn_yarn() }
-}
-
-fn sphere_on_drawn_yarn() -> Scene {
-    let mut scene = uniform_sphere();
-    scene.yarn.stochastic = true;
-    scene
+    Scene { slack_balance: true, ..drawn(uniform_sphere()) }
 }
 
 /// The same of drawn viscous yarn.
 pub fn sphere_on_viscous_yarn() -> Scene {
-    as_proposed(sphere_on_drawn_yarn())
+    as_proposed(drawn(uniform_sphere()))
 }
 
 /// The same of drawn yarn that depends on the rate of strain like Kevlar 49, up to the rates of an impact.
 pub fn sphere_on_yarn_that_depends_on_rate() -> Scene {
-    rated(sphere_on_drawn_yarn(), 1700.0)
+    rated(drawn(uniform_sphere()), 1700.0)
 }
 
 /// The same on drawn yarn with friction, askew and spinning.
 pub fn sphere_that_rubs() -> Scene {
-    let mut scene = rough(sphere_on_drawn_yarn(), 0.3);
+    let mut scene = rough(drawn(uniform_sphere()), 0.3);
     scene.projectile.velocity = [40.0, -20.0, 100.0];
     scene.projectile.angular_velocity = [3000.0, 0.0, -5000.0];
     scene

@@ -1,6 +1,7 @@
 //! Momentum and energy balances, from read-outs and plain formulas rather than from the kernel's own ledger.
 
 use crate::fabrics::hit;
+use crate::grading::graded;
 use crate::plies::{another, stacked, with_back};
 use fabric::{AttachmentKind, Drive, Energy, Grading, Scene, Shape, Sim, StrengthDraw, Symmetry, TimeStep};
 use fabric_tests::reference::{
@@ -8,7 +9,8 @@ use fabric_tests::reference::{
     turn_back,
 };
 use fabric_tests::{
-    as_proposed, close, damage, positions, rated, rough, set_off, sim_of, small_sheet, speed, velocities, viscous,
+    as_proposed, close, damage, drawn, positions, rated, rough, set_off, sim_of, small_sheet, speed, velocities,
+    viscous,
 };
 
 /// Angular momentum of projectile and free nodes about the origin, N m s.
@@ -122,9 +124,7 @@ pub(crate) fn work_energy_identity(scene: &Scene, steps: u64) -> f64 {
 
 #[test]
 fn work_energy_identity_of_every_step_with_a_sphere_through_failure() {
-    let mut scene = small_sheet(21, 120.0);
-    scene.yarn.stochastic = true;
-    let worst = work_energy_identity(&scene, 700);
+    let worst = work_energy_identity(&drawn(small_sheet(21, 120.0)), 700);
     println!("figure 16b: sphere through failure: {worst:.1e}");
     assert!(worst < 1e-12, "{worst:e}");
 }
@@ -146,10 +146,12 @@ type Part = fn(&Energy) -> f64;
 #[test]
 fn the_balances_of_an_impact_close_to_second_order() {
     let plies = stacked(small_sheet(31, 40.0), 4, 1e-4);
-    let cases: [(&str, Scene, f64, f64, Part, f64); 5] = [
+    let graded = graded(small_sheet(61, 40.0), 12.0, 8, 2);
+    let cases: [(&str, Scene, f64, f64, Part, f64); 6] = [
         ("friction", impact(50.0, 0.4), 30e-6, 1e-4, |energy| energy.friction, 1e-3),
         ("viscous", as_proposed(impact(60.0, 0.0)), 30e-6, 1e-3, |energy| energy.viscous, 1e-4),
         ("rate", rated(impact(60.0, 0.0), 1700.0), 20e-6, 1e-5, |energy| energy.viscous, 1e-4),
+        ("graded", graded, 30e-6, 1e-3, |energy| energy.strain, 1e-3),
         ("plies", plies, 12e-6, 1e-4, |energy| energy.ply_loss, 1e-6),
         ("rough plies", rough(plies, 0.3), 12e-6, 1e-4, |energy| energy.ply_loss, 1e-6),
     ];
@@ -178,8 +180,8 @@ fn torn() -> Vec<Torn> {
     let (plain, rubs, rate) = (impact(120.0, 0.0), impact(120.0, 0.4), rated(impact(120.0, 0.0), 1700.0));
     let with_fraction = |scene: Scene, fraction| Scene { time_step: TimeStep::fraction(fraction), ..scene };
     let balanced = |scene: Scene| Scene { slack_balance: true, ..scene };
-    let mut drawn = rate;
-    (drawn.yarn.stochastic, drawn.yarn.strength_draw) = (true, StrengthDraw::Weibull);
+    let mut rate_drawn = drawn(rate);
+    rate_drawn.yarn.strength_draw = StrengthDraw::Weibull;
     let mut crimped = with_fraction(rate, 0.2);
     crimped.sheet.crimp = [0.003, 0.001];
     let mut prescribed = rubs;
@@ -191,8 +193,7 @@ fn torn() -> Vec<Torn> {
     let mut free = as_proposed(small_sheet(41, 1200.0));
     (free.attachment.kind, free.yarn.stochastic) = (AttachmentKind::Free, true);
     // Drawn yarn held by its sides, hit beside the middle.
-    let mut graded = small_sheet(61, 200.0);
-    graded.yarn.stochastic = true;
+    let mut graded = drawn(small_sheet(61, 200.0));
     graded.attachment.kind = AttachmentKind::TwoSides;
     let half_width = [10.0 * graded.sheet.spacing; 2];
     graded.sheet.grading = Grading { largest: 4, run: 2, centre: [3e-3, -2e-3], half_width };
@@ -206,7 +207,7 @@ fn torn() -> Vec<Torn> {
         ("friction, viscous", viscous(rubs, [0.06, 0.0, 0.06]), 2500, 30, friction, 1e-2),
         ("friction, prescribed", prescribed, 2500, 30, friction, 1e-2),
         ("rate", rate, 2800, 20, taken, 1e-3),
-        ("rate, drawn", drawn, 2800, 20, taken, 1e-3),
+        ("rate, drawn", rate_drawn, 2800, 20, taken, 1e-3),
         ("rate, viscous", viscous(rate, [0.06, 0.0, 0.06]), 2800, 20, taken, 1e-3),
         ("rate, crimped", crimped, 5600, 20, taken, 1e-3),
         ("viscous", as_proposed(plain), 4000, 50, taken, 1e-3),

@@ -2,7 +2,7 @@
 
 use fabric::{AttachmentKind, Scene, Shape};
 use fabric_tests::reference::{V3, add, dot, fixed_nodes, forces, length, nose, rest_positions, scale, sub, turn_back};
-use fabric_tests::{close, damage, positions, sim_of, small_sheet};
+use fabric_tests::{close, damage, drawn, positions, sim_of, small_sheet, stepped};
 
 /// Outward distance of a point from the projectile's surface, m: each shape as the intersection of slabs, tubes and balls
 /// (exact near the surface of one of them, too small beyond edges and rims, exact in sign everywhere).
@@ -75,8 +75,7 @@ pub(crate) fn checked_run(scene: &Scene, steps: u64) -> f64 {
 /// phi >= -1e-12 R at every node and step: the gap of a convex body is convex along a step.
 #[test]
 fn no_node_enters_the_sphere_and_contact_never_adds_energy() {
-    let mut scene = small_sheet(25, 150.0);
-    scene.yarn.stochastic = true;
+    let mut scene = drawn(small_sheet(25, 150.0));
     scene.projectile.velocity = [20.0, -10.0, 150.0];
     let deepest = checked_run(&scene, 1000);
     assert!(deepest <= 1e-12 * scene.projectile.radius, "{deepest:e}");
@@ -93,8 +92,7 @@ fn nodes_that_ride_on_a_spinning_cylinder_leave_nothing_unsolved() {
         scene.yarn.stochastic = false;
         scene.projectile.velocity = [0.0, 0.0, 100.0];
         scene.projectile.angular_velocity = [0.0, 0.0, spin];
-        let mut sim = sim_of(&scene);
-        sim.advance(2000).unwrap();
+        let sim = stepped(&scene, 2000);
         assert_eq!(sim.counters().unconverged, 0, "{spin}");
         let sheet = 81.0 * scene.sheet.node_mass;
         let after = 100.0 * scene.projectile.mass / (scene.projectile.mass + sheet);

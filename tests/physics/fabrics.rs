@@ -8,8 +8,8 @@ use fabric_tests::reference::{
     areas, direction, fixed_nodes, forces, largest_distance, length, natural_lengths, segment_ends, spacings, sub,
 };
 use fabric_tests::{
-    between_supports, close, damage, positions, set_off, sim_of, small_sheet, tilted_cylinder, velocities,
-    without_projectile,
+    between_supports, close, damage, drawn, positions, set_off, sim_of, small_sheet, stepped, tilted_cylinder,
+    velocities, without_projectile,
 };
 use std::f64::consts::PI;
 
@@ -57,7 +57,7 @@ fn energy_per_q2(scene: &Scene, k: usize) -> f64 {
 
 /// A 3 x 3 sheet of which one segment is whole, that from the centre node to its left (k = 0) or lower (k = 1) neighbour, and
 /// the centre node moves away from that neighbour at `speed`, m/s.
-pub(crate) fn one_segment(scene: &Scene, k: usize, speed: f64) -> Sim<'static> {
+fn one_segment(scene: &Scene, k: usize, speed: f64) -> Sim<'static> {
     let mut sim = sim_of(scene);
     let mut stretches = [2.0; 12];
     stretches[[2, 7][k]] = 1.0;
@@ -70,16 +70,17 @@ pub(crate) fn one_segment(scene: &Scene, k: usize, speed: f64) -> Sim<'static> {
 }
 
 /// A weight on a crimped segment flies freely until it is taut, x = l - h, and then turns at the stretch
-/// U = sqrt(1 + sqrt(4 m v^2/(E A_0 l))) of the length l; it comes back with -v.
+/// U = sqrt(1 + sqrt(4 m v^2/(E A_0 l))) of the length l; it comes back with -v. Without crimp l is the spacing.
 #[test]
-fn a_weight_on_a_crimped_segment() {
-    for k in [0, 1] {
+fn a_weight_on_a_segment() {
+    // The last has the energy of 8.4 g at 1 m/s.
+    let fast = (8.4e-3 / small_sheet(3, 0.0).sheet.node_mass).sqrt();
+    for (crimp, k, speed) in [([0.03, 0.05], 0, 200.0), ([0.03, 0.05], 1, 200.0), ([0.0; 2], 0, fast)] {
         let mut scene = unlike(without_projectile(small_sheet(3, 0.0)));
-        scene.sheet.crimp = [0.03, 0.05];
+        scene.sheet.crimp = crimp;
         scene.time_step = TimeStep::fraction(5e-4);
         let (m, natural, h) = (scene.sheet.node_mass, natural_lengths(&scene)[k], spacings(&scene)[k]);
-        close(natural / h, [1.03, 1.05][k], 1e-15);
-        let speed = 200.0;
+        close(natural / h, 1.0 + crimp[k], 1e-15);
         let mut sim = one_segment(&scene, k, speed);
         let dt = sim.step_limits().dt;
         let (mut largest, mut free) = (1.0_f64, 0);
@@ -99,7 +100,12 @@ fn a_weight_on_a_crimped_segment() {
         assert_eq!(free, ((natural - h) / (speed * dt)) as u64);
         let exact = (1.0 + (4.0 * m * speed * speed / (8.0 * energy_per_q2(&scene, k))).sqrt()).sqrt();
         // 4 m v^2/(E A l) with E A l = 8 c.
-        assert!(exact < 1.02 && (largest - exact).abs() < 1e-6 * (exact - 1.0), "{largest} {exact}");
+        let off = (largest - exact).abs() / (exact - 1.0);
+        assert!(exact < 1.028 && off < 1e-6, "{largest} {exact}");
+        if speed == fast {
+            close(exact, 1.0273380, 1e-7);
+            println!("figure 19: single bar pulled axially, largest strain off by {off:.0e} (allowed 1e-6)");
+        }
         sim.advance(2 * sim.step_count()).unwrap();
         close(velocities(&sim)[4][k], -speed, 1e-6);
         assert!(damage(&sim).iter().filter(|&&alpha| alpha > 0.0).all(|&alpha| alpha == 1.0));
@@ -126,7 +132,8 @@ fn a_segment_let_go_under_pre_tension() {
     }
 }
 
-/// A segment dissipates A_0 l times the energy density of the law of its own direction, and not less.
+/// A segment is damaged beyond the strain energy of its critical stretch, and breaks where it has dissipated A_0 l times the energy density
+/// of the law of its own direction.
 #[test]
 fn segments_of_each_direction_break_at_their_energy() {
     for k in [0, 1] {
@@ -138,15 +145,21 @@ fn segments_of_each_direction_break_at_their_energy() {
         assert_eq!(law.critical_stretch, [1.03, 1.025][k]);
         close(segment.damage_rate, [230.6011, 150.0][k], 1e-9);
         let whole = areas(&scene)[k] * natural_lengths(&scene)[k] * law.dissipated(&segment, 0.0);
-        for part in [0.998, 1.002] {
-            let speed = (2.0 * part * whole / scene.sheet.node_mass).sqrt();
-            let mut sim = one_segment(&scene, k, speed);
+        let critical = energy_per_q2(&scene, k) * (law.critical_stretch.powi(2) - 1.0).powi(2);
+        for (energy, [least, most]) in [
+            (0.9998 * critical, [1.0, 1.0]),
+            (1.002 * critical, [0.5, 1.0 - f64::EPSILON]),
+            (0.998 * whole, [f64::MIN_POSITIVE, 0.5]),
+            (1.002 * whole, [0.0, 0.0]),
+        ] {
+            let mut sim = one_segment(&scene, k, (2.0 * energy / scene.sheet.node_mass).sqrt());
             let before = sim.energy().unwrap().dissipated;
             while velocities(&sim)[4][k] > 0.0 && positions(&sim)[4][k] < 0.1 * spacings(&scene)[k] {
                 sim.step().unwrap();
             }
-            assert_eq!(damage(&sim)[[2, 7][k]] == 0.0, part > 1.0, "{k} {part}");
-            if part > 1.0 {
+            let alpha = damage(&sim)[[2, 7][k]];
+            assert!((least..=most).contains(&alpha), "{k} {energy}: {alpha}");
+            if alpha == 0.0 {
                 close(sim.energy().unwrap().dissipated - before, whole, 1e-6);
             }
         }
@@ -202,8 +215,8 @@ fn the_ledger_of_a_cell_closes_with_second_order() {
     (taut.sheet.crimp, taut.sheet.pre_strain) = ([0.0; 2], [0.003, 0.001]);
     for (scene, time, limit) in [(between_supports(small_sheet(3, 1.0), 1.0), 1512.0, 1e-7), (taut, 1200.0, 1e-6)] {
         let residuals = [0.4, 0.2, 0.1].map(|fraction| {
-            let mut sim = sim_of(&Scene { time_step: TimeStep::fraction(fraction), ..scene });
-            sim.advance((time / fraction) as u64).unwrap();
+            let scene = Scene { time_step: TimeStep::fraction(fraction), ..scene };
+            let sim = stepped(&scene, (time / fraction) as u64);
             assert!(sim.energy().unwrap().strain > 1e-3 * scene.projectile.mass);
             sim.energy().unwrap().residual / (0.5 * scene.projectile.mass)
         });
@@ -221,8 +234,7 @@ fn the_ledger_of_a_crimped_cell_closes_with_second_order() {
                 let mut scene = cell();
                 scene.projectile.velocity[2] = 1.0 + 0.01 * f64::from(k);
                 scene.time_step = TimeStep::fraction(fraction);
-                let mut sim = sim_of(&scene);
-                sim.advance((1200.0 / fraction) as u64).unwrap();
+                let sim = stepped(&scene, (1200.0 / fraction) as u64);
                 (sim.energy().unwrap().residual / (0.5 * scene.projectile.mass)).abs()
             })
             .fold(0.0, f64::max)
@@ -346,29 +358,6 @@ fn modes_of_a_taut_string_and_membrane() {
     }
 }
 
-/// Of a taut strip with n segments a long wave along itself travels with sqrt(k (3 U^2 - 1)/2m) spacings a second, from the lowest
-/// mode with its dispersion taken out: as much along x as the same yarn gives along y.
-#[test]
-fn waves_along_warp_and_weft_have_their_own_speeds() {
-    let mut scene = unlike(without_projectile(small_sheet(31, 0.0)));
-    scene.sheet.nodes_y = 31;
-    scene.sheet.pre_strain = [2e-4, 2e-4];
-    scene.time_step = TimeStep::fraction(0.1);
-    let speed = |k: usize| {
-        // Without the small share of the yarns across, which are taut, too.
-        let omega = PI / half_period(&scene, k);
-        omega * spacings(&scene)[k] / (2.0 * (0.5 * PI / 30.0).sin())
-    };
-    let exact = |k: usize| {
-        let stiffness = modulus(&scene, k) * areas(&scene)[k] / natural_lengths(&scene)[k];
-        (stiffness / scene.sheet.node_mass).sqrt() * spacings(&scene)[k]
-    };
-    for k in [0, 1] {
-        close(speed(k), exact(k), 1e-3);
-    }
-    assert!((exact(1) / exact(0) - 1.0).abs() > 0.05);
-}
-
 /// Half the change of place in the first step from rest is a dt^2/2 with the forces of plain formulas, everywhere.
 #[test]
 fn forces_are_those_of_plain_formulas() {
@@ -466,8 +455,7 @@ fn a_fabric_with_its_directions_exchanged_moves_alike() {
 /// Numbers of the weft that are those of the warp leave every bit of the motion.
 #[test]
 fn a_weft_with_the_numbers_of_the_warp_changes_nothing() {
-    let mut plain = small_sheet(31, 150.0);
-    plain.yarn.stochastic = true;
+    let mut plain = drawn(small_sheet(31, 150.0));
     let mut said = plain;
     (said.sheet.spacing_y, said.sheet.yarn_area_y) = (plain.sheet.spacing, plain.sheet.yarn_area);
     said.weft = Weft {
@@ -485,8 +473,7 @@ fn a_weft_with_the_numbers_of_the_warp_changes_nothing() {
         scene.time_step = TimeStep::seconds(2e-8);
     }
     let run = |scene: &Scene| {
-        let mut sim = sim_of(scene);
-        sim.advance(1500).unwrap();
+        let sim = stepped(scene, 1500);
         assert!(sim.counters().failed_segments > 10);
         (positions(&sim), velocities(&sim), damage(&sim), sim.energy().unwrap())
     };

@@ -1,37 +1,28 @@
 //! Graded networks: bars that stand for several yarns and crossings carry the mass, the tension and the waves of what they replace.
+//! (Their balances are in `balances`.)
 
 use fabric::{AttachmentKind, Drive, Grading, Integrator, Scene, Shape, Sim};
-use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, velocities, without_projectile};
+use fabric_tests::{
+    close, damage, drawn, positions, set_off, sim_of, small_sheet, stepped, velocities, without_projectile,
+};
 
 /// Fine within `half` spacings of the middle, then `run` bars of 2, 4 ... up to `largest` yarns.
-fn graded(mut scene: Scene, half: f64, largest: u32, run: u32) -> Scene {
+pub(crate) fn graded(mut scene: Scene, half: f64, largest: u32, run: u32) -> Scene {
     let half_width = scene.spacings().map(|h| half * h);
     scene.sheet.grading = Grading { largest, run, half_width, ..scene.sheet.grading };
     scene
 }
 
-/// Drawn yarn under the sphere, through failure.
-fn struck(nodes: u32) -> Scene {
-    let mut scene = small_sheet(nodes, 150.0);
-    scene.yarn.stochastic = true;
-    scene
-}
-
 /// Positions, velocities and damage: all that nodes and segments are.
-fn state(sim: &Sim<'_>) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<f64>) {
-    (positions(sim), velocities(sim), damage(sim))
-}
-
 fn state_after(scene: &Scene, steps: u64) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<f64>) {
-    let mut sim = sim_of(scene);
-    sim.advance(steps).unwrap();
-    state(&sim)
+    let sim = stepped(scene, steps);
+    (positions(&sim), velocities(&sim), damage(&sim))
 }
 
 /// No grading, bars of one yarn, and a fine part as large as the sheet are the fabric, to the bit.
 #[test]
 fn a_network_of_single_yarns_is_the_fabric_to_the_bit() {
-    let mut scenes = [struck(41); 5];
+    let mut scenes = [drawn(small_sheet(41, 150.0)); 5];
     scenes[1].slack_balance = true;
     (scenes[2].sheet.spacing_y, scenes[2].sheet.crimp) = (9e-4, [0.0, 0.004]);
     scenes[3].yarn.strength_draw = fabric::StrengthDraw::Weibull;
@@ -91,31 +82,6 @@ fn stretched(scene: &Scene) -> Sim<'static> {
     let mut sim = sim_of(scene);
     set_off(&mut sim, |_, x| [[1.01 * x[0], 1.02 * x[1], x[2]], [0.0; 3]]);
     sim
-}
-
-/// A graded network under a sphere, struck through: balances close, and the energy's error falls with the square of the step.
-#[test]
-fn momentum_and_energy_balance() {
-    let mut scene = graded(small_sheet(61, 0.0), 12.0, 8, 2);
-    scene.projectile.velocity = [4.0, -3.0, 40.0];
-    let residual = |fraction: f64, scene: &Scene| {
-        let mut scene = *scene;
-        scene.time_step = fabric::TimeStep::fraction(fraction);
-        let mut sim = sim_of(&scene);
-        let mut worst: f64 = 0.0;
-        while sim.time() < 30e-6 {
-            sim.advance(10).unwrap();
-            worst = worst.max(sim.energy().unwrap().residual.abs());
-        }
-        let open = sim.momentum_residual().unwrap();
-        assert!(open.iter().all(|p| p.abs() < 1e-12 * 8.4e-3 * 40.0), "{open:?}");
-        let energy = sim.energy().unwrap();
-        assert!(energy.strain > 1e-3 && energy.contact_work > 1e-2, "{energy:?}");
-        worst
-    };
-    let [coarse, fine] = [0.4, 0.1].map(|fraction| residual(fraction, &scene));
-    println!("residual {coarse:e} J at 0.4 dt_crit, {fine:e} J at 0.1");
-    assert!(coarse < 1e-3 * 6.7 && fine < coarse / 8.0);
 }
 
 /// Before the first failure the theta rule and velocity Verlet agree, on a graded network as on any.
@@ -237,9 +203,7 @@ fn a_hit_beside_the_fine_part_is_counted() {
     for (x, beside) in [(0.0, false), (4e-3, true), (0.018, true)] {
         let mut scene = scene;
         scene.projectile.position[0] = x;
-        let mut sim = sim_of(&scene);
-        sim.advance(2000).unwrap();
-        assert_eq!(sim.counters().beyond_fine > 0, beside, "{x}");
+        assert_eq!(stepped(&scene, 2000).counters().beyond_fine > 0, beside, "{x}");
     }
 }
 

@@ -1,13 +1,8 @@
-//! One free node between four fixed ones: the first impact, the oscillator it makes with the sphere, and its own on one segment.
+//! One free node between four fixed ones: the first impact, and the oscillator it makes with the sphere. (A node on one segment is in
+//! `fabrics`.)
 
-use crate::fabrics::one_segment;
-use fabric::{Scene, Sim, TimeStep};
-use fabric_tests::{between_supports, close, damage, positions, sim_of, small_sheet, velocities, without_projectile};
-
-/// E A_0 of the uniform yarn, N.
-fn stiffness(scene: &Scene) -> f64 {
-    scene.yarn.modulus_mean * scene.sheet.yarn_area
-}
+use fabric::{Sim, TimeStep};
+use fabric_tests::{between_supports, close, damage, sim_of, small_sheet};
 
 /// A flat slack sheet exerts no force, so the first step is a plastic impact of one node: V' = V M/(M + m), and the loss is
 /// m M V^2/(2 (M + m)) = 3.2600e-4 J at 100 m/s.
@@ -57,7 +52,8 @@ fn the_quartic_oscillator() {
     scene.time_step = TimeStep::fraction(0.1);
     let (m, mass, h) = (scene.sheet.node_mass, scene.projectile.mass, scene.sheet.spacing);
     let speed = mass / (mass + m);
-    let depth = ((mass + m) * speed * speed * h * h * h / stiffness(&scene)).powf(0.25);
+    let stiffness = scene.yarn.modulus_mean * scene.sheet.yarn_area;
+    let depth = ((mass + m) * speed * speed * h * h * h / stiffness).powf(0.25);
     close(depth, 0.120808188e-3, 1e-8);
 
     let mut sim = sim_of(&scene);
@@ -77,64 +73,4 @@ fn the_quartic_oscillator() {
     close(rebound, -speed, 1e-7);
     assert_eq!(sim.counters().contacts, 0);
     assert!(sim.counters().failed_segments == 0 && damage(&sim).iter().all(|&alpha| alpha == 1.0));
-}
-
-/// Energy of the node that pulls one segment, J. A body in the sheet's plane could not: it would have to lie on the support.
-fn energy(scene: &Scene, speed: f64) -> f64 {
-    0.5 * scene.sheet.node_mass * speed * speed
-}
-
-/// The centre node of a 3 x 3 sheet flies to the right at `speed`, m/s, and pulls the one whole segment, on its left; the other
-/// three are failed beforehand. Until it turns back, or a hundredth of a spacing beyond where the segment fails.
-/// Returns the largest stretch, alpha and the speed at the end, m/s.
-fn axial_pull(speed: f64) -> (f64, f64, f64) {
-    let mut scene = without_projectile(small_sheet(3, 0.0));
-    scene.time_step = TimeStep::fraction(5e-4);
-    let mut sim = one_segment(&scene, 0, speed);
-    let mut largest: f64 = 1.0;
-    loop {
-        sim.step().unwrap();
-        let (x, v) = (positions(&sim)[4][0], velocities(&sim)[4][0]);
-        if v <= 0.0 || x > 0.06 * scene.sheet.spacing {
-            return (largest, damage(&sim)[2], v);
-        }
-        largest = largest.max(sim.fabric().unwrap().max_stretch);
-    }
-}
-
-/// Energy of a stretched segment: A_0 h E (U^2 - 1)^2/8, hence U_max = sqrt(1 + sqrt(4 m v^2/(E A_0 h))), 1.0273380 at the
-/// energy of 8.4 g at 1 m/s, 4.2 mJ.
-#[test]
-fn axial_pull_of_one_segment() {
-    let scene = small_sheet(3, 0.0);
-    let speed = (8.4e-3 / scene.sheet.node_mass).sqrt();
-    let (largest, ..) = axial_pull(speed);
-    let exact = (1.0 + (8.0 * energy(&scene, speed) / (stiffness(&scene) * scene.sheet.spacing)).sqrt()).sqrt();
-    close(exact, 1.0273380, 1e-7);
-    println!(
-        "figure 19: single bar pulled axially, largest strain off by {:.0e} (allowed 1e-6)",
-        ((largest - exact) / (exact - 1.0)).abs()
-    );
-    assert!((largest - exact).abs() < 1e-6 * (exact - 1.0), "{largest} {exact}");
-}
-
-/// The segment takes 5.0710e-3 J to the critical stretch and 6.7581e-3 J to its failure (86.6265 MJ/m^3): beyond the first it
-/// is damaged, beyond the second it breaks.
-#[test]
-fn axial_pull_damages_and_breaks_at_the_right_energies() {
-    let scene = small_sheet(3, 0.0);
-    let run = |joules: f64| {
-        let speed = (2.0 * joules / scene.sheet.node_mass).sqrt();
-        close(energy(&scene, speed), joules, 1e-14);
-        let (_, alpha, after) = axial_pull(speed);
-        (alpha, after)
-    };
-    assert_eq!(run(5.0710e-3 * 0.9998).0, 1.0);
-    let (alpha, _) = run(5.0710e-3 * 1.002);
-    assert!(alpha < 1.0 && alpha > 0.5, "{alpha}");
-    let whole = 86.6265224e6 * 1.075e-7 * (0.0254 / 35.0);
-    let (alpha, after) = run(whole * 0.998);
-    assert!(alpha > 0.0 && after <= 0.0, "{alpha} {after}");
-    let (alpha, after) = run(whole * 1.002);
-    assert!(alpha == 0.0 && after > 0.0, "{alpha} {after}");
 }

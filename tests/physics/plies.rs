@@ -4,8 +4,8 @@
 use fabric::{AttachmentKind, Outcome, Scene, Shape, Sim, Stack, TimeStep, Yarn};
 use fabric_tests::reference::{largest_distance as apart, length, sub};
 use fabric_tests::{
-    as_proposed, close, damage, positions, rough, set_off, sim_of, small_sheet, tilted_cylinder, velocities,
-    without_projectile,
+    as_proposed, close, damage, drawn, positions, rough, set_off, sim_of, small_sheet, stepped, tilted_cylinder,
+    velocities, without_projectile,
 };
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -29,8 +29,7 @@ fn friction_on_plies_that_lie_on_each_other_is_solved() {
     for velocity in [15.0, 42.0] {
         let mut scene = stacked(small_sheet(31, velocity), 5, 0.0);
         scene.contact.friction = 0.2;
-        let mut sim = sim_of(&scene);
-        sim.advance(1000).unwrap();
+        let sim = stepped(&scene, 1000);
         let (counters, energy) = (sim.counters(), sim.energy().unwrap());
         assert!(counters.contacts > 0 && energy.friction > 0.0, "{counters:?}");
         assert_eq!(counters.unconverged, 0, "{counters:?}");
@@ -47,16 +46,14 @@ fn plies_far_apart_are_shields_of_their_own() {
 }
 
 fn far_apart(friction: f64) {
-    let mut scene = small_sheet(31, 90.0);
-    (scene.yarn.stochastic, scene.time_step) = (true, TimeStep::seconds(2e-8));
+    let mut scene = drawn(small_sheet(31, 90.0));
+    scene.time_step = TimeStep::seconds(2e-8);
     (scene.contact.friction, scene.projectile.angular_velocity) = (friction, [900.0, 0.0, 300.0]);
     let gap = 0.05;
     let (stack, mut second) = (stacked(scene, 2, gap), scene);
     second.seed = scene.ply_seed(1);
     assert_ne!(second.seed, scene.seed);
-    let (mut both, mut alone) = (sim_of(&stack), sim_of(&scene));
-    both.advance(400).unwrap();
-    alone.advance(400).unwrap();
+    let (both, mut alone) = (stepped(&stack, 400), stepped(&scene, 400));
     assert!(apart(&of_ply(&both, 0), &positions(&alone)) < 1e-9 * alone.fabric().unwrap().max_deflection);
     close(both.projectile().unwrap().velocity[2], alone.projectile().unwrap().velocity[2], 1e-12);
     assert!(of_ply(&both, 1).iter().all(|x| x[2] == gap));
@@ -73,9 +70,7 @@ fn far_apart(friction: f64) {
     stack.projectile.position[2] = gap - scene.projectile.radius;
     alone.sheet.position[2] = gap;
     alone.projectile.position = stack.projectile.position;
-    let (mut both, mut alone) = (sim_of(&stack), sim_of(&alone));
-    both.advance(300).unwrap();
-    alone.advance(300).unwrap();
+    let (mut both, alone) = (stepped(&stack, 300), stepped(&alone, 300));
     let worst = apart(&of_ply(&both, 1), &positions(&alone));
     let deflection = both.fabric().unwrap().max_deflection;
     assert!(worst < 1e-9 * deflection && deflection > 4e-4, "{worst:e} {deflection:e}");
@@ -152,56 +147,44 @@ fn free_plies(plies: u32, gap: f64) -> Scene {
     scene
 }
 
-/// Free plies are stiff plates in the direction in which they fall: a ply of speed V meets k plies at rest one after the other, and goes on with
-/// them at V/(k + 1), each time at the place that follows from the speeds between.
+/// Free plies are stiff plates in the direction in which they fall: a ply of speed V meets plies at rest one after the other, and goes on with
+/// them at the common speed of momentum, each time at the place that follows from the speeds between. Also where the last ply is of another
+/// fabric, three times as heavy.
 #[test]
 fn a_falling_ply_takes_along_one_after_the_other() {
     let (gap, speed) = (1e-4, 30.0);
-    let scene = free_plies(4, gap);
-    let mut sim = sim_of(&scene);
-    set_off(&mut sim, |k, x| [x, [0.0, 0.0, if k < 81 { speed } else { 0.0 }]]);
-    let (dt, nodes) = (sim.step_limits().dt, 81.0);
-    let first = sim.energy().unwrap();
-    let mass = nodes * scene.sheet.node_mass;
-    close(first.fabric_kinetic, 0.5 * mass * speed * speed, 1e-12);
-    let steps = |seconds: f64| (seconds / dt).ceil() as u64;
-    for met in 1..4 {
-        // Up to the next meeting the first k plies go on together.
-        let together = speed / f64::from(met);
-        sim.advance(steps(gap / together) + 1).unwrap();
-        let common = speed / f64::from(met + 1);
-        for (k, v) in velocities(&sim).into_iter().enumerate() {
-            let expected = if k / 81 <= met as usize { common } else { 0.0 };
-            assert!((v[2] - expected).abs() < 1e-9 * speed, "{met}: node {k} {}", v[2]);
+    let heavy = with_back(free_plies(3, gap), 1, |back| back.node_mass *= 3.0);
+    for (scene, masses) in [(free_plies(4, gap), &[1.0; 4][..]), (heavy, &[1.0, 1.0, 3.0])] {
+        let mut sim = sim_of(&scene);
+        set_off(&mut sim, |k, x| [x, [0.0, 0.0, if k < 81 { speed } else { 0.0 }]]);
+        let (dt, mass) = (sim.step_limits().dt, 81.0 * scene.sheet.node_mass);
+        let first = sim.energy().unwrap().fabric_kinetic;
+        close(first, 0.5 * mass * speed * speed, 1e-12);
+        let mut together = masses[0];
+        for (met, next) in masses.iter().enumerate().skip(1) {
+            // Up to the next meeting these plies go on together.
+            sim.advance((gap * together / speed / dt).ceil() as u64 + 2).unwrap();
+            together += next;
+            let common = speed / together;
+            for (k, v) in velocities(&sim).into_iter().enumerate() {
+                let expected = if k / 81 <= met { common } else { 0.0 };
+                assert!((v[2] - expected).abs() < 1e-9 * speed, "{met}: node {k} {}", v[2]);
+            }
+            let energy = sim.energy().unwrap();
+            close(energy.fabric_kinetic, 0.5 * mass * speed * common, 1e-9);
+            close(sim.ply(met as u32).unwrap().kinetic, 0.5 * mass * next * common * common, 1e-9);
+            // What an impact without restitution loses, in the ledger.
+            close(energy.ply_loss, 0.5 * mass * speed * (speed - common), 1e-9);
+            assert!(energy.residual.abs() < 1e-9 * first);
+            assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * mass * speed);
+            // The meeting was where the ply below has come by then: no ply is through another.
+            assert!(sim.counters().ply_penetration < 1e-15);
         }
-        let energy = sim.energy().unwrap();
-        close(energy.fabric_kinetic, 0.5 * mass * speed * common, 1e-9);
-        // What an impact without restitution loses, in the ledger.
-        close(energy.ply_loss, 0.5 * mass * speed * (speed - common), 1e-9);
-        assert!(energy.residual.abs() < 1e-9 * first.fabric_kinetic);
-        // The meeting was where the ply below has come by then: no ply is through another.
-        assert!(sim.counters().ply_penetration < 1e-15);
+        let x = positions(&sim);
+        for ply in 1..masses.len() {
+            assert!((x[81 * ply][2] - x[81 * (ply - 1)][2]).abs() < 1e-12, "they lie on each other");
+        }
     }
-    let x = positions(&sim);
-    for ply in 1..4 {
-        assert!((x[81 * ply][2] - x[81 * (ply - 1)][2]).abs() < 1e-12, "they lie on each other");
-    }
-}
-
-/// A free ply that falls on a held one shares its speed with it in the middle, where no support is felt yet.
-#[test]
-fn a_ply_that_falls_on_a_held_one_shares_its_speed() {
-    let scene = stacked(without_projectile(small_sheet(41, 0.0)), 2, 0.0);
-    let mut sim = sim_of(&scene);
-    let nodes = 41 * 41;
-    let inside = |k: usize| k < nodes && !([0, 40].contains(&(k % 41)) || k / 41 == 0 || k / 41 == 40);
-    set_off(&mut sim, |k, x| [x, [0.0, 0.0, if inside(k) { 20.0 } else { 0.0 }]]);
-    sim.advance(20).unwrap();
-    let v = velocities(&sim);
-    for ply in 0..2 {
-        close(v[ply * nodes + 20 * 41 + 20][2], 10.0, 1e-12);
-    }
-    assert!(sim.energy().unwrap().ply_loss > 0.0);
 }
 
 /// 250 m/s through five plies 0.25 mm apart, smooth and rough, and of two viscous fabrics: whatever tears, momentum is kept, the balances
@@ -210,9 +193,8 @@ fn a_ply_that_falls_on_a_held_one_shares_its_speed() {
 fn balances_of_a_perforated_stack() {
     let mut smooth = stacked(small_sheet(31, 250.0), 5, 2.5e-4);
     (smooth.yarn.stochastic, smooth.track_support) = (true, true);
-    let mut hybrid =
-        as_proposed(with_back(Scene { yarn: Yarn { stochastic: false, ..smooth.yarn }, ..smooth }, 3, another));
-    hybrid.yarn.stochastic = true;
+    let uniform = Scene { yarn: Yarn { stochastic: false, ..smooth.yarn }, ..smooth };
+    let mut hybrid = drawn(as_proposed(with_back(uniform, 3, another)));
     (hybrid.back.modulus_sd, hybrid.back.crimp) = (1e9, [0.003, 0.001]);
     for (name, scene, residual, failed) in
         [("smooth", smooth, 1e-3, 300), ("rough", rough(smooth, 0.3), 1e-3, 300), ("hybrid", hybrid, 1e-2, 20)]
@@ -391,6 +373,18 @@ fn and_so_do_plies_of_two_masses() {
     }
 }
 
+/// The stack with its projectile between two plies that are far apart, and the second of them by itself, until a segment fails.
+fn behind_the_first(mut stack: Scene, mut alone: Scene) -> [Sim<'static>; 2] {
+    stack.projectile.position[2] = stack.stack.gap - stack.projectile.radius;
+    (alone.sheet.position[2], alone.projectile.position) = (stack.stack.gap, stack.projectile.position);
+    let [mut both, mut alone] = [stack, alone].map(|scene| sim_of(&scene));
+    while alone.counters().failed_segments == 0 {
+        both.advance(10).unwrap();
+        alone.advance(10).unwrap();
+    }
+    [both, alone]
+}
+
 /// A turned ply of a fabric with unlike directions is the fabric with its directions exchanged.
 #[test]
 fn a_turned_ply_has_its_warp_along_y() {
@@ -402,17 +396,9 @@ fn a_turned_ply_has_its_warp_along_y() {
     (exchanged.sheet.yarn_area, exchanged.sheet.yarn_area_y) = (0.7e-7, scene.sheet.yarn_area);
     exchanged.sheet.crimp = [0.0, 0.002];
     (exchanged.yarn.critical_stretch, exchanged.weft.critical_stretch) = (1.02, 1.03);
-    let gap = 0.05;
-    let mut stack = stacked(scene, 2, gap);
+    let mut stack = stacked(scene, 2, 0.05);
     stack.stack.turned = true;
-    stack.projectile.position[2] = gap - scene.projectile.radius;
-    exchanged.sheet.position[2] = gap;
-    exchanged.projectile.position = stack.projectile.position;
-    let (mut both, mut alone) = (sim_of(&stack), sim_of(&exchanged));
-    while alone.counters().failed_segments == 0 {
-        both.advance(10).unwrap();
-        alone.advance(10).unwrap();
-    }
+    let [both, alone] = behind_the_first(stack, exchanged);
     assert!(apart(&of_ply(&both, 1), &positions(&alone)) < 1e-9);
     let half = damage(&both).len() / 2;
     let worst = damage(&both)[half..].iter().zip(damage(&alone)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -421,17 +407,12 @@ fn a_turned_ply_has_its_warp_along_y() {
 
 #[test]
 fn sixty_plies_and_a_thousand_tiny_ones_run() {
-    let mut scene = stacked(small_sheet(21, 200.0), 60, 2.5e-4);
-    scene.yarn.stochastic = true;
-    let mut sim = sim_of(&scene);
-    sim.advance(40).unwrap();
+    let sim = stepped(&drawn(stacked(small_sheet(21, 200.0), 60, 2.5e-4)), 40);
     assert!(sim.ply(0).unwrap().kinetic > 0.0 && sim.ply(59).unwrap().kinetic == 0.0, "the last rests");
     assert!(sim.energy().unwrap().residual.abs() < 1e-3 * 168.0);
     let mut tiny = stacked(small_sheet(2, 50.0), 1000, 0.0);
     tiny.attachment.kind = AttachmentKind::Free;
-    let mut sim = sim_of(&tiny);
-    sim.advance(100).unwrap();
-    assert!(sim.contact().unwrap().work > 0.0);
+    assert!(stepped(&tiny, 100).contact().unwrap().work > 0.0);
 }
 
 /// The scene's own fabric in the last plies, but for what `change` makes of it.
@@ -465,12 +446,11 @@ pub(crate) fn another(back: &mut fabric::Back) {
 /// A back fabric that is the front one changes no bit, whatever is drawn and torn.
 #[test]
 fn a_back_fabric_like_the_front_one_gives_the_same_bits() {
-    let (uniform, mut drawn) = (small_sheet(31, 250.0), small_sheet(31, 250.0));
-    drawn.yarn.stochastic = true;
-    let (mut strength, mut viscous) = (drawn, as_proposed(uniform));
+    let uniform = small_sheet(31, 250.0);
+    let (mut strength, mut viscous) = (drawn(uniform), as_proposed(uniform));
     (strength.yarn.strength_draw, strength.yarn.weibull_shape) = (fabric::StrengthDraw::Weibull, 6.0);
     (viscous.sheet.yarn_area_y, viscous.sheet.crimp) = (0.9e-7, [0.002, 0.001]);
-    for scene in [uniform, drawn, strength, viscous] {
+    for scene in [uniform, drawn(uniform), strength, viscous] {
         let one = Scene { time_step: TimeStep::seconds(1.5e-8), ..stacked(scene, 4, 2.5e-4) };
         let two = with_back(one, 2, |_| ());
         // The stiffest and the strongest segment need not be of one fabric.
@@ -497,16 +477,9 @@ fn a_ply_of_another_fabric_far_behind_is_a_shield_of_it() {
     for stochastic in [false, true] {
         let mut scene = small_sheet(31, 90.0);
         (scene.yarn.stochastic, scene.time_step) = (stochastic, TimeStep::seconds(1.5e-8));
-        let gap = 0.05;
-        let mut stack = with_back(stacked(scene, 2, gap), 1, another);
-        stack.projectile.position[2] = gap - scene.projectile.radius;
-        let mut alone = Scene { stack: scene.stack, ..stack.all_of_back() };
-        (alone.seed, alone.sheet.position[2]) = (scene.ply_seed(1), gap);
-        let (mut both, mut alone) = (sim_of(&stack), sim_of(&alone));
-        while alone.counters().failed_segments == 0 {
-            both.advance(10).unwrap();
-            alone.advance(10).unwrap();
-        }
+        let stack = with_back(stacked(scene, 2, 0.05), 1, another);
+        let alone = Scene { stack: scene.stack, seed: scene.ply_seed(1), ..stack.all_of_back() };
+        let [both, mut alone] = behind_the_first(stack, alone);
         let deflection = alone.fabric().unwrap().max_deflection;
         assert!(apart(&of_ply(&both, 1), &positions(&alone)) < 1e-7 * deflection);
         let (ply, energy) = (both.ply(1).unwrap(), alone.energy().unwrap());
@@ -578,31 +551,6 @@ fn the_wave_in_each_ply_has_its_own_speed() {
         close(speed, expected, 0.03);
     }
     assert_eq!(sim.counters().failed_segments, 0);
-}
-
-/// Free plies of two masses: what falls on what goes on at the common speed of momentum, and the ledger has what is lost.
-#[test]
-fn plies_of_two_masses_share_their_momentum() {
-    let (gap, speed) = (1e-4, 30.0);
-    let scene = with_back(free_plies(3, gap), 1, |back| back.node_mass *= 3.0);
-    let mut sim = sim_of(&scene);
-    set_off(&mut sim, |k, x| [x, [0.0, 0.0, if k < 81 { speed } else { 0.0 }]]);
-    let (dt, mass) = (sim.step_limits().dt, 81.0 * scene.sheet.node_mass);
-    close(sim.energy().unwrap().fabric_kinetic, 0.5 * mass * speed * speed, 1e-12);
-    let steps = |seconds: f64| (seconds / dt).ceil() as u64;
-    sim.advance(steps(gap / speed) + 1).unwrap();
-    sim.advance(steps(gap / (0.5 * speed)) + 2).unwrap();
-    // One of mass 1 has taken along one of mass 1 and one of mass 3.
-    let common = speed / 5.0;
-    for v in velocities(&sim) {
-        assert!((v[2] - common).abs() < 1e-9 * speed, "{}", v[2]);
-    }
-    let energy = sim.energy().unwrap();
-    close(energy.fabric_kinetic, 0.5 * mass * speed * common, 1e-9);
-    close(energy.ply_loss, 0.5 * mass * speed * (speed - common), 1e-9);
-    assert!(energy.residual.abs() < 1e-9 * mass * speed * speed);
-    assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * mass * speed);
-    close(sim.ply(2).unwrap().kinetic, 3.0 * sim.ply(1).unwrap().kinetic, 1e-9);
 }
 
 /// The step is that of the fabric that allows less.

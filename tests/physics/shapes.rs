@@ -8,7 +8,7 @@ use fabric::pose::into_body;
 use fabric::{AttachmentKind, Drive, Projectile, Scene, Shape, TimeStep, pose, prism};
 use fabric_tests::reference::{add, cross, length, moments, nose, scale, sub, turn, turn_back};
 use fabric_tests::{
-    close, cuboid_faces, positions, rough, sim_of, small_sheet, sphere_on_3in, tetrahedron, velocities,
+    close, cuboid_faces, positions, rough, sim_of, small_sheet, sphere_on_3in, stepped, tetrahedron, velocities,
 };
 
 /// Projectiles of every shape, about as large as a third of the 41 x 41 sheet.
@@ -232,8 +232,7 @@ fn a_hemispherical_nose_strikes_as_a_sphere() {
     sphere.projectile.position[2] = -radius - 1e-7;
     bullet.projectile.position[2] = -nose(&bullet) - radius - 1e-7;
     let run = |scene: &Scene| {
-        let mut sim = sim_of(scene);
-        sim.advance(800).unwrap();
+        let sim = stepped(scene, 800);
         assert!(sim.counters().failed_segments == 0 && sim.counters().most_candidates > 20);
         sim.projectile().unwrap().velocity[2]
     };
@@ -245,8 +244,7 @@ fn a_hemispherical_nose_strikes_as_a_sphere() {
 fn the_disc_sector_preset_tears_the_sheet() {
     let mut scene = Scene::turbine_disc_sector();
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (121, 121);
-    let mut sim = sim_of(&scene);
-    sim.advance(7000).unwrap();
+    let sim = stepped(&scene, 7000);
     let (energy, counters) = (sim.energy().unwrap(), sim.counters());
     assert!(energy.contact_work > 0.1 && counters.failed_segments > 0 && counters.unconverged == 0);
     // Ruptures within a step cost the ledger what they cost it under the sphere: less than a hundredth of the work.

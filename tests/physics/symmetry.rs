@@ -6,7 +6,7 @@ use fabric::AttachmentKind::{FourCorners, FourSides, Free, TwoSides};
 use fabric::{Grading, Integrator, Scene, Shape, Sim, Symmetry};
 use fabric_tests::reference::{length, sub};
 use fabric_tests::{
-    as_proposed, close, positions, rated, rough, set_off, sim_of, small_sheet, tilted_cylinder, velocities,
+    as_proposed, close, positions, rated, rough, set_off, sim_of, small_sheet, stepped, tilted_cylinder, velocities,
 };
 
 const PLANES: [Symmetry; 3] = [
@@ -138,9 +138,7 @@ fn hits() -> Vec<Hit> {
 fn a_centred_hit_is_that_of_the_whole_sheet() {
     for (name, scene, symmetry, places, sums) in hits() {
         println!("{name}");
-        let (mut whole, mut part) = (sim_of(&scene), sim_of(&Scene { symmetry, ..scene }));
-        whole.advance(400).unwrap();
-        part.advance(400).unwrap();
+        let (whole, part) = (stepped(&scene, 400), stepped(&Scene { symmetry, ..scene }, 400));
         let x = positions(&whole);
         for (found, k) in positions(&part).iter().zip(modelled_nodes(&whole, &part)) {
             assert!((0..3).all(|axis| (found[axis] - x[k][axis]).abs() < places * scene.sheet.spacing));
@@ -174,10 +172,7 @@ fn half_a_sheet_under_a_tilted_cylinder() {
     scene.projectile.position[1] = 1e-3;
     scene.projectile.angular_velocity = [300.0, 0.0, 0.0];
     let half = Scene { symmetry: PLANES[0], ..scene };
-    let (mut whole, mut part) = (sim_of(&scene), sim_of(&half));
-    whole.advance(900).unwrap();
-    part.advance(900).unwrap();
-    let (a, b) = (part.projectile().unwrap(), whole.projectile().unwrap());
+    let [a, b] = [half, scene].map(|scene| stepped(&scene, 900).projectile().unwrap());
     assert!((a.angular_velocity[0] - 300.0).abs() > 1e-3);
     close(a.angular_velocity[0], b.angular_velocity[0], 1e-12);
     for axis in 1..3 {

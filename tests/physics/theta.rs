@@ -4,7 +4,7 @@ use fabric::{AttachmentKind, Integrator, RotationRule, Scene, Sim, TimeStep};
 use fabric_tests::reference::{
     V3, add, cross, dot, fixed_nodes, forces, length, moments, projectile_energy, scale, sub, turn, turn_back,
 };
-use fabric_tests::{close, damage, positions, sim_of, small_sheet, speed, tilted_cylinder, velocities};
+use fabric_tests::{close, damage, drawn, positions, sim_of, small_sheet, speed, stepped, tilted_cylinder, velocities};
 
 /// The scene stepped by the theta rule with theta = 1/2.
 fn by_theta(scene: Scene) -> Scene {
@@ -64,8 +64,7 @@ fn momentum_of_a_free_sheet_and_a_turning_cylinder_is_kept() {
 /// v+ = v_{n+1} - dt (F_n + F_{n+1})/2m is the velocity after contact; forces from plain formulas; through failure.
 #[test]
 fn work_energy_identity_of_every_step() {
-    let mut scene = by_theta(small_sheet(21, 120.0));
-    scene.yarn.stochastic = true;
+    let mut scene = by_theta(drawn(small_sheet(21, 120.0)));
     scene.time_step = TimeStep::fraction(0.25);
     let (m, fixed) = (scene.sheet.node_mass, fixed_nodes(&scene));
     let mut sim = sim_of(&scene);
@@ -110,9 +109,7 @@ fn the_rotation_rule_is_an_option_of_either_integrator() {
         let mut scene = scene;
         scene.rotation_rule = rule;
         scene.time_step = TimeStep::fraction(0.4 / division);
-        let mut sim = sim_of(&scene);
-        sim.advance(1000 * division as u64).unwrap();
-        sim.projectile().unwrap().angular_velocity
+        stepped(&scene, 1000 * division as u64).projectile().unwrap().angular_velocity
     };
     let differ = |theta, division| {
         length(sub(spin(RotationRule::theta(theta), division), spin(RotationRule::MIDPOINT, division))) / 3e5

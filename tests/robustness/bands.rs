@@ -3,15 +3,8 @@
 
 use fabric::internals::layout::MAX_BANDS;
 use fabric::{Bands, CacheLine, Code, Error, InstructionSet, Integrator, Scene, Sim, Symmetry};
-use fabric_tests::{golden, sim_of, small_sheet};
+use fabric_tests::{drawn, golden, sim_of, small_sheet, stepped};
 use std::sync::Barrier;
-
-/// A simulation of the scene after plain steps.
-fn plainly(scene: &Scene, steps: u64) -> Sim<'static> {
-    let mut sim = sim_of(scene);
-    sim.advance(steps).unwrap();
-    sim
-}
 
 fn scratch(sim: &Sim<'_>, of: u32) -> Vec<CacheLine> {
     vec![CacheLine([f64::NAN; 8]); sim.layout().band_lines(of).unwrap()]
@@ -107,7 +100,7 @@ fn rows_at_rest_stepped_or_not() {
         for of in [1, 2, 3, 5] {
             let mut sim = sim_of(&scene);
             in_turn(&mut sim, of, steps).unwrap();
-            assert_eq!(sim.digest(), plainly(&scene, steps).digest(), "{of} bands, {steps} steps");
+            assert_eq!(sim.digest(), stepped(&scene, steps).digest(), "{of} bands, {steps} steps");
         }
     }
     same_bits(&scene, 900, |sim| sim.step_every_row(), failed);
@@ -129,21 +122,18 @@ fn mirror_planes() {
 #[test]
 fn instruction_sets() {
     for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
-        let mut scene = small_sheet(23, 300.0);
-        scene.yarn.stochastic = true;
-        same_bits(&scene, 500, |sim| sim.use_instructions(set).unwrap(), failed);
+        same_bits(&drawn(small_sheet(23, 300.0)), 500, |sim| sim.use_instructions(set).unwrap(), failed);
     }
 }
 
 #[test]
 fn threads() {
-    let mut corners = small_sheet(29, 500.0);
-    corners.yarn.stochastic = true;
+    let plain = drawn(small_sheet(29, 500.0));
     let balanced = Scene { slack_balance: true, ..small_sheet(21, 250.0) };
-    let mut viscous = corners;
+    let mut viscous = plain;
     viscous.yarn.viscosity_bending = 0.01;
-    for scene in [corners, balanced, viscous] {
-        let plain = plainly(&scene, 700);
+    for scene in [plain, balanced, viscous] {
+        let plain = stepped(&scene, 700);
         failed(&plain);
         for of in [1, 2, 3, 5] {
             let mut sim = sim_of(&scene);
@@ -165,7 +155,7 @@ fn band_refused(bands: &Bands<'_, '_>, band: u32, code: Code, field: &str) {
 #[test]
 fn a_band_out_of_turn_is_refused_and_changes_nothing() {
     let scene = small_sheet(21, 250.0);
-    let plain = plainly(&scene, 40);
+    let plain = stepped(&scene, 40);
 
     let mut sim = sim_of(&scene);
     let mut scratch = scratch(&sim, 3);
@@ -187,7 +177,7 @@ fn a_band_out_of_turn_is_refused_and_changes_nothing() {
 #[test]
 fn threads_that_fight_for_one_band_share_its_turns() {
     let scene = small_sheet(21, 250.0);
-    let plain = plainly(&scene, 200);
+    let plain = stepped(&scene, 200);
 
     let mut sim = sim_of(&scene);
     let mut scratch = scratch(&sim, 2);
@@ -271,7 +261,7 @@ fn dropping_bands_completes_a_begun_step() {
 }
 
 fn completed_when_dropped(scene: &Scene) {
-    let plain = plainly(scene, 700);
+    let plain = stepped(scene, 700);
     failed(&plain);
 
     let mut sim = sim_of(scene);
@@ -314,9 +304,7 @@ fn what_cannot_be_cut_is_refused() {
 fn a_failure_comes_with_its_step_and_reaches_every_band() {
     // Too few places for candidates from some step on.
     let mut scene = small_sheet(21, 250.0);
-    let mut sim = sim_of(&scene);
-    sim.advance(5).unwrap();
-    scene.contact_capacity = sim.counters().most_candidates as u32 + 5;
+    scene.contact_capacity = stepped(&scene, 5).counters().most_candidates as u32 + 5;
     let mut plain = sim_of(&scene);
     let failure = plain.advance(5000).unwrap_err();
     let steps = plain.step_count();

@@ -3,7 +3,9 @@
 
 use fabric::{CacheLine, Drive, InstructionSet, Integrator, Motion, Path, Scene, Sim, TimeStep};
 use fabric_tests::options::{self, Mix};
-use fabric_tests::{damage, golden, image_of, memory_of, positions, sim_of, small_sheet, tilted_cylinder, velocities};
+use fabric_tests::{
+    damage, drawn, golden, image_of, memory_of, positions, sim_of, small_sheet, stepped, tilted_cylinder, velocities,
+};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -45,8 +47,7 @@ fn run(mix: &Mix, way: impl Fn(&mut Sim<'_>)) -> End {
 
 /// Bits of positions and velocities, and the projectile, after a plain run. (A digest is also of what is not motion.)
 fn end_of(scene: &Scene) -> ([Vec<u64>; 2], Motion) {
-    let mut sim = sim_of(scene);
-    sim.advance(1000).unwrap();
+    let sim = stepped(scene, 1000);
     assert!(sim.counters().failed_segments > 0);
     let nodes = [positions(&sim), velocities(&sim)];
     let bits = nodes.map(|motion| motion.as_flattened().iter().map(|x| x.to_bits()).collect());
@@ -143,11 +144,9 @@ fn watching_supports_and_detachment_changes_no_motion() {
 #[test]
 fn drawing_without_scatter_changes_no_motion() {
     let mut uniform = small_sheet(21, 250.0);
-    uniform.yarn.stochastic = false;
     // The step of drawn yarn may differ by rounding.
     uniform.time_step = TimeStep::seconds(uniform.step_limits().unwrap().dt);
-    let mut drawn = uniform;
-    drawn.yarn.stochastic = true;
+    let mut drawn = drawn(uniform);
     (drawn.yarn.modulus_sd, drawn.yarn.damage_sd) = (0.0, 0.0);
     assert_eq!(end_of(&uniform), end_of(&drawn));
 }

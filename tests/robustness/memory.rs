@@ -1,16 +1,14 @@
 //! The caller's memory: too short, or at another place. (`invariance` tries longer and dirty memory.)
 
 use fabric::{CacheLine, Code, Scene, Sim};
-use fabric_tests::{memory_of, sim_of, small_sheet};
+use fabric_tests::{drawn, memory_of, sim_of, small_sheet, stepped};
 use std::mem::MaybeUninit;
 
 /// What memory holds before.
 const SEVENS: CacheLine = CacheLine([7.5; 8]);
 
 fn scene() -> Scene {
-    let mut scene = small_sheet(19, 200.0);
-    scene.yarn.stochastic = true;
-    scene
+    drawn(small_sheet(19, 200.0))
 }
 
 /// Made in place or returned: the same simulation. A refusal leaves what the memory holds.
@@ -27,9 +25,7 @@ fn a_simulation_made_in_its_place_is_the_same() {
     let mut place = MaybeUninit::uninit();
     let sim = Sim::new_in(&mut place, &scene, &mut memory).unwrap();
     sim.advance(500).unwrap();
-    let mut returned = sim_of(&scene);
-    returned.advance(500).unwrap();
-    assert_eq!(sim.digest(), returned.digest());
+    assert_eq!(sim.digest(), stepped(&scene, 500).digest());
 }
 
 /// Memory, bands' scratch and images of every length below what is needed, of the smallest scene there is, and of a usual one

@@ -4,7 +4,7 @@
 
 use crate::snapshots::forged;
 use fabric::{Code, Scene, Sim, StrengthDraw};
-use fabric_tests::{between_supports, golden, image_of, rough, sim_of, small_sheet, viscous};
+use fabric_tests::{between_supports, drawn, golden, image_of, rough, small_sheet, stepped, viscous};
 
 /// What is poisoned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,8 +43,7 @@ fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
 
 #[test]
 fn a_poisoned_state_is_refused() {
-    let mut stochastic = between_supports(small_sheet(13, 250.0), 3.0);
-    stochastic.yarn.stochastic = true;
+    let stochastic = drawn(between_supports(small_sheet(13, 250.0), 3.0));
     let balanced = Scene { slack_balance: true, ..between_supports(small_sheet(13, 200.0), 3.0) };
     let viscous = viscous(Scene { slack_balance: false, ..balanced }, [0.06, 0.0, 0.06]);
     let mut stack = stochastic;
@@ -67,8 +66,7 @@ fn a_poisoned_state_is_refused() {
         ("stack", stack, 60),
         ("theta", theta, 60),
     ] {
-        let mut sim = sim_of(&scene);
-        sim.advance(steps).unwrap();
+        let mut sim = stepped(&scene, steps);
         while sim.counters().contacts == 0 {
             assert!(sim.step_count() < 2 * steps, "{name}");
             sim.step().unwrap();

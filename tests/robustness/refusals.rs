@@ -4,7 +4,7 @@
 use fabric::Code::{self, *};
 use fabric::{AttachmentKind, CacheLine, Drive, Error, Faces, Layout, Motion, Path, Scene, Sim, StepCheck, TimeStep};
 use fabric_tests::inputs::{self, assign};
-use fabric_tests::{AT_REST, memory_of, positions, sim_of, small_sheet, tilted_cylinder};
+use fabric_tests::{AT_REST, drawn, memory_of, positions, sim_of, small_sheet, stepped, tilted_cylinder};
 
 /// Numbers of a scene and what they become, as `inputs::assign` takes them.
 type Changes = [(&'static str, f64)];
@@ -125,7 +125,7 @@ fn every_sound_neighbour_is_taken_and_runs() {
         println!("{base} {changes:?}");
         let scene = changed(base, changes);
         scene.check().unwrap();
-        sim_of(&scene).advance(100).unwrap();
+        stepped(&scene, 100);
     }
     // Normals with seven digits are good enough.
     let n = (1.0f64 / 3.0).sqrt();
@@ -249,6 +249,9 @@ fn a_check_of_any_scene_takes_milliseconds() {
         assert_eq!(found.map_err(|error| (error.code, error.field)), expected, "case {k}");
         // On a busy machine, too: a thousandth of what the draws take.
         assert!(took.as_secs_f64() < 0.5, "case {k}: {took:?}");
+        // Too little memory is told before anything is computed, too.
+        let error = Sim::new(&scene, &mut []).err().expect("refused").code;
+        assert_eq!(error, if Layout::of(&scene).is_ok() { ShortBuffer } else { TooManyNodes }, "case {k}");
     }
 }
 
@@ -274,9 +277,7 @@ fn a_check_of_many_segments_refuses_nothing_that_init_takes() {
 }
 
 fn base() -> Scene {
-    let mut scene = small_sheet(9, 50.0);
-    scene.yarn.stochastic = true;
-    scene
+    drawn(small_sheet(9, 50.0))
 }
 
 #[test]
@@ -303,9 +304,7 @@ fn corner_discs_that_hold_no_node_are_refused() {
         let error = refused(&scene, HoldsNothing, "attachment.disc_radius");
         fabric_tests::close(error.limit, 0.5f64.sqrt() * scene.sheet.spacing, 1e-12);
         scene.attachment.disc_radius = 1.001 * error.limit;
-        let mut sim = sim_of(&scene);
-        sim.advance(1500).unwrap();
-        let impulses = sim.support().unwrap().attachments;
+        let impulses = stepped(&scene, 1500).support().unwrap().attachments;
         assert!(impulses.iter().all(|impulse| impulse[2] > 0.0), "{mirror_x} {mirror_y} {impulses:?}");
     }
 }
@@ -352,20 +351,6 @@ fn a_step_refusal_names_the_largest_step_and_taking_that_step_works() {
     refused(&scene, StepTooLarge, "time_step.seconds");
     scene.step_check = StepCheck::None;
     sim_of(&scene);
-}
-
-#[test]
-fn a_sheet_larger_than_memory_is_refused_before_anything_is_computed() {
-    let mut scene = base();
-    // Drawing its segments for the step limit would take a day.
-    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (1 << 20, 1 << 20);
-    match Layout::of(&scene) {
-        Err(error) => assert_eq!(error.code, TooManyNodes),
-        Ok(layout) => {
-            assert!(layout.bytes() > 1 << 40);
-            refused(&scene, ShortBuffer, "memory");
-        }
-    }
 }
 
 // ---- Calls on a living simulation ------------------------------------------------------------------------------------

@@ -1,15 +1,12 @@
 //! Images that are cut, altered or forged are refused, and the simulation stays as it was. (`inputs` tells which numbers make an image
 //! one of another scene.)
 
-use fabric::Hash;
-use fabric::{Code, Scene, Sim};
-use fabric_tests::{between_supports, image_of, sim_of, small_sheet};
+use fabric::{Code, Hash, Scene, Sim};
+use fabric_tests::{between_supports, drawn, image_of, sim_of, small_sheet};
 
 /// A small scene whose image holds damage, contact, a load and an outcome test.
 fn scene() -> Scene {
-    let mut scene = between_supports(small_sheet(5, 200.0), 1.0);
-    scene.yarn.stochastic = true;
-    scene
+    drawn(between_supports(small_sheet(5, 200.0), 1.0))
 }
 
 /// A simulation of it past failure, its image, and another one that is to take images.

@@ -3,7 +3,7 @@
 
 use fabric::fields::FIELDS;
 use fabric::{AttachmentKind, Outcome, Scene};
-use fabric_tests::{golden, positions, sim_of, small_sheet, speed, velocities};
+use fabric_tests::{golden, positions, sim_of, small_sheet, speed, stepped, velocities};
 use rayon::prelude::*;
 
 /// Powers of two for length, mass and time.
@@ -56,8 +56,7 @@ struct Results {
 
 fn results(scene: &Scene, units: [i32; 3], steps: u64) -> Results {
     let scene = in_units(scene, units);
-    let mut sim = sim_of(&scene);
-    sim.advance(steps).unwrap();
+    let sim = stepped(&scene, steps);
     let energy = 1.0 / (factor(units, "kg.m2") * factor(units, "1/s") * factor(units, "1/s"));
     let (length, velocity) = (1.0 / factor(units, "m"), 1.0 / factor(units, "m/s"));
     let latched = Outcome::ALL.into_iter().zip(sim.outcomes().latched);

@@ -389,9 +389,6 @@ fn field_of(name: &'static str) -> &'static str {
 }
 
 /// A sound scene by its name.
-///
-/// # Panics
-/// If there is none.
 pub fn scene(base: &str) -> Scene {
     let mut scene = Scene::sheet_3in_sphere();
     for (name, value) in assignments(base) {
@@ -412,9 +409,6 @@ fn assignments(base: &str) -> impl Iterator<Item = (&'static str, f64)> {
 }
 
 /// Gives a number of a scene a value. false if a `Scene` cannot hold it: an unknown choice.
-///
-/// # Panics
-/// If there is no such number.
 pub fn assign(scene: &mut Scene, name: &str, value: f64) -> bool {
     let (name, index) = name.split_once('[').unwrap_or((name, "0]"));
     let field = field(name).unwrap_or_else(|| panic!("{name} is no number of a scene"));

@@ -1,4 +1,5 @@
-//! What the tests share: memory for a simulation, small scenes, and plain formulas to check against.
+//! What the tests share: memory for a simulation, small scenes, and plain formulas to check against. All panic where a scene is refused, a
+//! simulation has failed or a name is not known.
 #![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
 
 use fabric::{AttachmentKind, CacheLine, Faces, Layout, Motion, Scene, Sim};
@@ -10,25 +11,23 @@ pub mod options;
 pub mod reference;
 
 /// Just enough memory for a scene, filled with zeros.
-///
-/// # Panics
-/// If the scene is refused.
 pub fn memory_of(scene: &Scene) -> Vec<CacheLine> {
     vec![CacheLine::ZERO; Layout::of(scene).expect("the scene is sound").lines()]
 }
 
 /// A simulation in memory of its own, which is never given back.
-///
-/// # Panics
-/// If the scene is refused.
 pub fn sim_of(scene: &Scene) -> Sim<'static> {
     Sim::new(scene, memory_of(scene).leak()).expect("the scene is sound")
 }
 
+/// The same after so many steps.
+pub fn stepped(scene: &Scene, steps: u64) -> Sim<'static> {
+    let mut sim = sim_of(scene);
+    sim.advance(steps).expect("no failure");
+    sim
+}
+
 /// The image of a simulation.
-///
-/// # Panics
-/// If the simulation has failed.
 pub fn image_of(sim: &Sim<'_>) -> Vec<u8> {
     let mut image = vec![0; sim.snapshot_bytes()];
     sim.save(&mut image).expect("sound");
@@ -36,9 +35,6 @@ pub fn image_of(sim: &Sim<'_>) -> Vec<u8> {
 }
 
 /// Sets a new simulation off: `motion` gives position, m, and velocity, m/s, of the node of a number that rests at a place.
-///
-/// # Panics
-/// If the kernel refuses the motion.
 pub fn set_off(sim: &mut Sim<'_>, motion: impl Fn(usize, [f64; 3]) -> [[f64; 3]; 2]) {
     let given: Vec<_> = positions(sim).into_iter().enumerate().map(|(k, x)| motion(k, x)).collect();
     let [x, v] = [0, 1].map(|part| given.iter().flat_map(|node| node[part]).collect::<Vec<f64>>());
@@ -125,6 +121,12 @@ pub fn without_projectile(mut scene: Scene) -> Scene {
     scene
 }
 
+/// With yarn drawn for every segment.
+pub fn drawn(mut scene: Scene) -> Scene {
+    scene.yarn.stochastic = true;
+    scene
+}
+
 /// With this linear, quadratic and bending viscosity of the yarn.
 pub fn viscous(mut scene: Scene, [linear, quadratic, bending]: [f64; 3]) -> Scene {
     let yarn = &mut scene.yarn;
@@ -152,9 +154,6 @@ pub fn rough(mut scene: Scene, coefficient: f64) -> Scene {
 }
 
 /// Positions at t_n, m, one triple per node.
-///
-/// # Panics
-/// If the simulation has failed.
 pub fn positions(sim: &Sim<'_>) -> Vec<[f64; 3]> {
     let mut flat = vec![0.0; 3 * sim.layout().nodes()];
     sim.copy_positions(&mut flat).expect("sound");
@@ -162,9 +161,6 @@ pub fn positions(sim: &Sim<'_>) -> Vec<[f64; 3]> {
 }
 
 /// Velocities at t_n, m/s, one triple per node.
-///
-/// # Panics
-/// If the simulation has failed.
 pub fn velocities(sim: &Sim<'_>) -> Vec<[f64; 3]> {
     let mut flat = vec![0.0; 3 * sim.layout().nodes()];
     sim.copy_velocities(&mut flat).expect("sound");
@@ -172,9 +168,6 @@ pub fn velocities(sim: &Sim<'_>) -> Vec<[f64; 3]> {
 }
 
 /// alpha of every segment at t_n.
-///
-/// # Panics
-/// If the simulation has failed.
 pub fn damage(sim: &Sim<'_>) -> Vec<f64> {
     let mut values = vec![0.0; sim.layout().segments()];
     sim.copy_damage(&mut values).expect("sound");
@@ -182,9 +175,6 @@ pub fn damage(sim: &Sim<'_>) -> Vec<f64> {
 }
 
 /// Asserts that a value agrees with its expected value to a relative tolerance.
-///
-/// # Panics
-/// If it does not.
 #[track_caller]
 pub fn close(value: f64, expected: f64, relative: f64) {
     assert!(

@@ -2,7 +2,7 @@
 
 use crate::{End, ROUNDING, Row, all, changed, near, row, turned};
 use fabric::{AttachmentKind, Drive, Outcome, Scene, Shape};
-use fabric_tests::small_sheet;
+use fabric_tests::{drawn, small_sheet};
 use std::f64::consts::PI;
 
 #[test]
@@ -156,10 +156,6 @@ fn friction_up_to_its_largest_coefficient() {
 
 fn stacked(nodes: u32, velocity: f64, plies: u32, gap: f64) -> Scene {
     changed(small_sheet(nodes, velocity), |scene| (scene.stack.plies, scene.stack.gap) = (plies, gap))
-}
-
-fn drawn(scene: Scene) -> Scene {
-    changed(scene, |scene| scene.yarn.stochastic = true)
 }
 
 /// Spacing of the nodes, m.

@@ -3,9 +3,9 @@
 //! A comment that begins with the number, `/// (M5) Damage variable ...`, says "computed here". A number elsewhere in a comment only
 //! mentions the equation.
 
+use crate::{files, top};
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
 
 /// The kernel, and the host's side of the coupling, (M14).
 const FOLDERS: [&str; 2] = ["kernel/src", "examples/coupling"];
@@ -25,20 +25,9 @@ fn computed(line: &str) -> Option<u32> {
     numbers(comment).next().filter(|number| comment.starts_with(&format!("(M{number}) ")))
 }
 
-pub(crate) fn files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-        if entry.is_dir() {
-            files(&entry, found);
-        } else if entry.extension().is_some_and(|kind| kind == "rs" || kind == "py") {
-            found.push(entry);
-        }
-    }
-}
-
 #[test]
 fn every_equation_of_the_page_is_computed_in_one_place() {
-    let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let page = fs::read_to_string(top.join("docs/model.md")).unwrap();
+    let page = fs::read_to_string(top().join("docs/model.md")).unwrap();
     // The sentence that says what the numbers are for gives no equation.
     let lines = page.lines().filter(|line| !line.contains("number the equations"));
     let mut places: BTreeMap<u32, Vec<String>> = lines.flat_map(numbers).map(|number| (number, Vec::new())).collect();
@@ -46,11 +35,11 @@ fn every_equation_of_the_page_is_computed_in_one_place() {
     assert!(last >= 15 && places.len() == last as usize, "numbers without a gap: {:?}", places.keys());
 
     let mut sources = Vec::new();
-    FOLDERS.iter().for_each(|folder| files(&top.join(folder), &mut sources));
+    FOLDERS.iter().for_each(|folder| files(&top().join(folder), &mut sources));
     for source in sources {
         for (k, line) in fs::read_to_string(&source).unwrap().lines().enumerate() {
             if let Some(number) = computed(line) {
-                let place = format!("{}:{}", source.strip_prefix(top).unwrap().display(), k + 1);
+                let place = format!("{}:{}", source.strip_prefix(top()).unwrap().display(), k + 1);
                 places
                     .get_mut(&number)
                     .unwrap_or_else(|| panic!("{place}: no (M{number}) in docs/model.md"))

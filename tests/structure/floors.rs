@@ -5,9 +5,10 @@
 //! that module, the deepest that there is. A name that the root of the crate hands on leads to the file that it comes from, and a call of
 //! a method that another file than its type's gives to the type (`impl Scene` in `grading.rs`) leads to that file.
 
+use crate::{files, top};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const CRATES: [&str; 10] =
     ["capi", "fmu", "fuzz", "host", "kernel", "scene", "runner", "tests", "xtask", "capi/library"];
@@ -26,10 +27,15 @@ struct Crate {
 
 impl Crate {
     fn read(source: &Path) -> Crate {
-        let mut files = BTreeMap::new();
-        modules(source, "", &mut files);
-        let text = |path: &PathBuf| code(&fs::read_to_string(path).unwrap());
-        Crate::of(files.iter().map(|(name, path)| (name.clone(), text(path))).collect())
+        let mut paths = Vec::new();
+        files(source, &mut paths);
+        let module = |path: &Path| {
+            let name = path.strip_prefix(source).unwrap().with_extension("");
+            let names: Vec<_> = name.iter().filter(|part| *part != "mod").map(|part| part.to_str().unwrap()).collect();
+            names.join("::")
+        };
+        let text = |path: &Path| code(&fs::read_to_string(path).unwrap());
+        Crate::of(paths.iter().map(|path| (module(path), text(path))).collect())
     }
 
     fn of(code: BTreeMap<String, String>) -> Crate {
@@ -74,19 +80,6 @@ impl Crate {
 
     fn all_imports(&self) -> Imports {
         self.code.keys().map(|name| (name.clone(), self.imports(name))).collect()
-    }
-}
-
-/// All source files below a folder with their module names.
-fn modules(folder: &Path, above: &str, found: &mut BTreeMap<String, PathBuf>) {
-    for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-        let stem = path.file_stem().unwrap().to_str().unwrap().to_string();
-        let name = if above.is_empty() { stem.clone() } else { format!("{above}::{stem}") };
-        if path.is_dir() {
-            modules(&path, &name, found);
-        } else if path.extension().is_some_and(|kind| kind == "rs") {
-            found.insert(if stem == "mod" { above.to_string() } else { name }, path);
-        }
     }
 }
 
@@ -156,10 +149,6 @@ fn upward(imports: &Imports, floors: &BTreeMap<String, u32>) -> Vec<String> {
         from != "lib" && from != to && floors.get(&from) <= floors.get(&to)
     };
     arrows.filter(goes_up).map(|(from, to)| format!("{from} -> {to}")).collect()
-}
-
-fn top() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
 }
 
 #[test]

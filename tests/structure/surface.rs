@@ -1,10 +1,9 @@
 //! What a host may use of the kernel: its public names, and the public functions of its public types. A change of any is a change of
 //! surface.txt.
 
-use crate::equations::files;
+use crate::{files, top};
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
 
 /// The names of the `pub use` and `pub const` of lib.rs, with the file that a name comes from.
 fn names(library: &str) -> Vec<(String, String)> {
@@ -34,8 +33,7 @@ fn declared(line: &str) -> Option<&str> {
 
 #[test]
 fn what_a_host_may_use_is_listed() {
-    let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let source = top.join("kernel/src");
+    let source = top().join("kernel/src");
     let names = names(&fs::read_to_string(source.join("lib.rs")).unwrap());
     let mut surface: BTreeSet<String> = names.iter().map(|(name, _)| name.clone()).collect();
     let mut all = Vec::new();
@@ -67,11 +65,11 @@ fn what_a_host_may_use_is_listed() {
             }
         }
     }
-    let list = top.join("tests/structure/surface.txt");
+    let list = top().join("tests/structure/surface.txt");
     let found = surface.into_iter().map(|name| name + "\n").collect::<String>();
     let listed = fs::read_to_string(&list).unwrap_or_default();
     if found != listed {
-        let written = top.join("target/surface.txt");
+        let written = top().join("target/surface.txt");
         fs::write(&written, &found).unwrap();
         panic!("what the kernel offers has changed: compare {} with {}", written.display(), list.display());
     }

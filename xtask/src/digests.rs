@@ -364,7 +364,7 @@ fn link_module(object: &Path, library: &Path, exports: &[String], program: &Path
     linker
         .args(["--no-entry", "--allow-undefined", "--gc-sections", "--strip-all"])
         .args(exports.iter().map(|name| format!("--export={name}")));
-    finish(linker.arg(object).arg(library).arg("-o").arg(program))
+    finish(linker.arg(object).arg(library).arg("-o").arg(program)).map(|_| ())
 }
 
 /// The kernel for browsers, with vectors of two numbers, and the scenes of digests.c in it; an error says which tool is missing.

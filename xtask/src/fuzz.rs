@@ -1,6 +1,6 @@
 //! `cargo xtask fuzz`: every fuzz target for some seconds under AddressSanitizer.
 
-use crate::tools::{Outcome, emptied, make_folder, target, top, wait};
+use crate::tools::{Outcome, answers, emptied, make_folder, target, top, wait};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -56,7 +56,7 @@ pub fn run(options: &Options) -> Outcome {
 fn cargo_fuzz() -> Result<PathBuf, String> {
     let own = target().join("tools");
     for program in [PathBuf::from("cargo-fuzz"), own.join("bin").join("cargo-fuzz")] {
-        if Command::new(&program).args(["fuzz", "--version"]).output().is_ok_and(|answer| answer.status.success()) {
+        if answers(Command::new(&program).args(["fuzz", "--version"])) {
             return Ok(program);
         }
     }

@@ -2,7 +2,7 @@
 //! prints its row of docs/reliability.md ("figure N: ...").
 
 use crate::stack;
-use crate::tools::{Outcome, cargo, output, read, target, top, wait};
+use crate::tools::{Outcome, cargo, output, sources, target, top, wait};
 use fabric::FEATURES;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
@@ -142,13 +142,6 @@ fn unsafe_blocks() -> Outcome {
 /// Unsafe blocks that begin in a line.
 fn blocks(line: &str) -> usize {
     line.split("unsafe").skip(1).filter(|rest| rest.trim_start().starts_with('{') || rest.trim().is_empty()).count()
-}
-
-/// The committed files of Rust below these folders: path and text.
-fn sources(folders: &[&str]) -> Result<Vec<(String, String)>, String> {
-    let listed = output("git", &[&["ls-files", "--"], folders].concat())?;
-    let wanted = listed.lines().filter(|path| path.ends_with(".rs"));
-    wanted.map(|path| Ok((path.to_string(), read(top().join(path))?))).collect()
 }
 
 const STACK_AT_MOST: u64 = 4096;

@@ -2,12 +2,11 @@
 //! the scene's structure and the constants of its choices from the kernel's table of parameters, those of the statuses from the
 //! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
 
-use crate::tools::{Outcome, emptied, made, read, target, top, write};
+use crate::tools::{Outcome, emptied, made, read, sources, target, top, write};
 use fabric::MAX_NODES_PER_SIDE;
 use fabric::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
 use fabric::{Code, Scene};
 use std::fmt::Write;
-use std::path::Path;
 
 /// `cargo xtask header`: writes the header and the scene's layout, or compares what is committed.
 pub fn run(check: bool) -> Outcome {
@@ -83,12 +82,11 @@ fn read_outs(types: &str, name: &str, folder: &str) -> Result<String, String> {
         .ok_or(format!("capi/src/types.rs names no structure of {name}"))?;
     let list = list.split('}').next().unwrap_or_default();
     let names: Vec<_> = list.split(',').filter_map(|name| name.trim().split_once(" as ")).collect();
-    let mut sources = Vec::new();
-    rust_files(&top().join(folder), &mut sources)?;
+    let sources = sources(&[folder])?;
     let mut text = String::new();
     for (name, _) in &names {
         let start = format!("pub struct {name} {{\n");
-        let found = sources.iter().find_map(|source| {
+        let found = sources.iter().find_map(|(_, source)| {
             let (before, rest) = source.split_once(&start)?;
             let notes = before.lines().rev().take_while(|line| line.starts_with("///") || line.starts_with("#["));
             let notes: Vec<_> = notes.collect();
@@ -102,20 +100,6 @@ fn read_outs(types: &str, name: &str, folder: &str) -> Result<String, String> {
             .replace(&format!(": {name},"), &format!(": {c},"))
     });
     Ok(renamed)
-}
-
-/// The texts of all Rust files in a folder and below.
-fn rust_files(folder: &Path, texts: &mut Vec<String>) -> Outcome {
-    let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    for entry in entries {
-        let path = entry.map_err(|error| error.to_string())?.path();
-        if path.is_dir() {
-            rust_files(&path, texts)?;
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            texts.push(read(&path)?);
-        }
-    }
-    Ok(())
 }
 
 /// "HemisphericalCylinder" as in "FK_HEMISPHERICAL_CYLINDER".

@@ -1,6 +1,6 @@
 //! `cargo xtask install`: the C and C++ library as other build systems expect to find it.
 
-use crate::tools::{Outcome, emptied, make_folder, output, read, target, top, write};
+use crate::tools::{Outcome, emptied, finish, make_folder, output, read, target, top, write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -75,13 +75,11 @@ pub fn into(prefix: &Path) -> Outcome {
 
 /// Builds both libraries as they ship. A warning of the compiler or the linker is an error.
 pub fn build() -> Result<PathBuf, String> {
-    let built = Command::new(crate::tools::cargo_program())
-        .args(["build", "--profile", "ship", "--package", "capi-lib", "--features", "bare"])
-        .current_dir(top())
-        .output()
-        .map_err(|error| format!("cannot start cargo: {error}"))?;
+    let mut cargo = Command::new(crate::tools::cargo_program());
+    cargo.args(["build", "--profile", "ship", "--package", "capi-lib", "--features", "bare"]).current_dir(top());
+    let built = finish(&mut cargo)?;
     let said = String::from_utf8_lossy(&built.stderr);
-    if !built.status.success() || said.contains("warning") {
+    if said.contains("warning") {
         return Err(format!("libfabric_kernel does not build cleanly:\n{said}"));
     }
     Ok(target().join("ship"))

@@ -2,10 +2,10 @@
 
 use crate::platforms::compiler_for;
 use crate::targets::{TARGETS, Target};
-use crate::tools::{Outcome, cargo_program, first_found};
+use crate::tools::{Outcome, answers, cargo_program, first_found};
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 struct Need {
     /// What it is, or what is left out without it.
@@ -68,12 +68,7 @@ pub fn demo() -> Outcome {
 /// An error that names all that `cargo xtask test` misses; what it will leave out is printed.
 pub fn test() -> Outcome {
     named(&for_test_missing())?;
-    let component = |name: &&&str| {
-        let answer = Command::new(cargo_program()).args([*name, "--version"]).output();
-        !answer.is_ok_and(|answer| answer.status.success())
-    };
-    let components: Vec<_> = ["fmt", "clippy"].iter().filter(component).collect();
-    if !components.is_empty() {
+    if !["fmt", "clippy"].iter().all(|name| answers(Command::new(cargo_program()).args([*name, "--version"]))) {
         return Err(
             "cargo fmt or cargo clippy is missing; install both:\n\n    rustup component add rustfmt clippy".into()
         );
@@ -145,8 +140,7 @@ fn all(programs: &[&str]) -> bool {
 
 fn python() -> bool {
     let probe = "import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))";
-    let answer = Command::new("python3").args(["-c", probe]).stderr(Stdio::null()).status();
-    answer.is_ok_and(|status| status.success())
+    answers(Command::new("python3").args(["-c", probe]))
 }
 
 fn tbb() -> bool {

@@ -390,10 +390,7 @@ pub fn reproduced(libraries: &[Library], targets: Targets) -> Result<(PathBuf, V
     }
     let again = build(&copy, &elsewhere.join("target"), targets, None)?;
     for (one, other) in libraries.iter().zip(&again) {
-        let read = |path: &Path| std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()));
-        if read(&one.path)? != read(&other.path)? {
-            return Err(format!("{} and {} differ", one.path.display(), other.path.display()));
-        }
+        tools::same_bytes(&one.path, &other.path)?;
     }
     Ok((copy, again))
 }

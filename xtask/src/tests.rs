@@ -3,7 +3,7 @@
 use crate::fmu;
 use crate::platforms::Targets;
 use crate::tools::{Outcome, cargo, emptied, python, python_with, read, run as command, target, top, wait};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
@@ -84,8 +84,10 @@ const VERIFY: &[Step] = &[
         cargo(&[&["test", "--quiet", "--package", "fabric-tests"], &tests[..]].concat())
     }),
     ("error against run time", error_time),
-    ("map of stability, and its table", stability),
-    ("validation, and its table", validation),
+    ("map of stability, and its table", || {
+        as_committed("stability", &["tables/stability.md", "images/stability_map.svg"])
+    }),
+    ("validation, and its table", || as_committed("validation", &["tables/validation.md"])),
     ("FMU reference results", || {
         command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
     }),
@@ -220,14 +222,6 @@ fn fmus() -> Outcome {
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py"])
 }
 
-/// The map of time step against velocity, and its table as they are committed.
-fn stability() -> Outcome {
-    let docs = target().join("evidence/docs");
-    command(crate::wheel::installed()?, &["-m", "evidence", "stability", "--docs", &docs.to_string_lossy()])?;
-    let made = ["tables/stability.md", "images/stability_map.svg"];
-    as_committed("python -m evidence stability --docs docs", &docs, &made)
-}
-
 /// The questions of docs/accuracy.md.
 fn error_time() -> Outcome {
     let python = crate::wheel::installed()?;
@@ -238,18 +232,13 @@ fn error_time() -> Outcome {
     Ok(())
 }
 
-/// The whole validation, and its table as it is committed.
-fn validation() -> Outcome {
+/// What a question of the evidence writes for the documents is what is committed.
+fn as_committed(name: &str, files: &[&str]) -> Outcome {
     let docs = target().join("evidence/docs");
-    command(crate::wheel::installed()?, &["-m", "evidence", "validation", "--docs", &docs.to_string_lossy()])?;
-    as_committed("python -m evidence validation --docs docs", &docs, &["tables/validation.md"])
-}
-
-/// What a command has written is in the folder of documents.
-fn as_committed(command: &str, written: &Path, names: &[&str]) -> Outcome {
-    for name in names {
-        if read(written.join(name))? != read(top().join("docs").join(name))? {
-            return Err(format!("docs/{name} is not what this gives: {command}"));
+    command(crate::wheel::installed()?, &["-m", "evidence", name, "--docs", &docs.to_string_lossy()])?;
+    for file in files {
+        if read(docs.join(file))? != read(top().join("docs").join(file))? {
+            return Err(format!("docs/{file} is not what this gives: python -m evidence {name} --docs docs"));
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! Running other programs from the project's top folder.
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// What every command returns: nothing, or a message for the user.
@@ -37,23 +37,35 @@ pub fn cargo_program() -> std::ffi::OsString {
 
 /// Runs a program in the top folder and returns what it prints to standard output.
 pub fn output(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Result<String, String> {
-    let program = program.as_ref();
-    let shown = format!("{} {}", program.to_string_lossy(), arguments.join(" "));
-    let output = Command::new(program)
-        .args(arguments)
-        .current_dir(top())
-        .output()
-        .map_err(|error| format!("cannot start `{shown}`: {error}"))?;
+    let printed = finish(Command::new(program).args(arguments).current_dir(top()))?.stdout;
+    Ok(String::from_utf8_lossy(&printed).into_owned())
+}
+
+/// Runs a program to its end; what it says is the error if it fails.
+pub fn finish(command: &mut Command) -> Result<Output, String> {
+    let output = command.stdin(Stdio::null()).output().map_err(|error| format!("cannot start {command:?}: {error}"))?;
     if output.status.success() {
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-    } else {
-        Err(format!("`{shown}` failed ({}): {}", output.status, String::from_utf8_lossy(&output.stderr)))
+        return Ok(output);
     }
+    Err(format!("{command:?} failed ({}):\n{}", output.status, String::from_utf8_lossy(&output.stderr)))
+}
+
+/// Whether a program is there and ends well.
+pub fn answers(command: &mut Command) -> bool {
+    command.stdin(Stdio::null()).output().is_ok_and(|output| output.status.success())
 }
 
 pub fn read(path: impl AsRef<Path>) -> Result<String, String> {
     let path = path.as_ref();
     std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The files of Rust below these folders: path and text.
+pub fn sources(folders: &[&str]) -> Result<Vec<(String, String)>, String> {
+    let known = ["ls-files", "--cached", "--others", "--exclude-standard", "--"];
+    let listed = output("git", &[&known[..], folders].concat())?;
+    let wanted = listed.lines().filter(|path| path.ends_with(".rs"));
+    wanted.map(|path| Ok((path.to_string(), read(top().join(path))?))).collect()
 }
 
 /// Writes a file, into a folder that is made if need be.
@@ -77,11 +89,7 @@ pub fn emptied(folder: PathBuf) -> Result<PathBuf, String> {
 
 /// The first program of a list that is here.
 pub fn first_found<'p>(programs: &[&'p str]) -> Option<&'p str> {
-    let there = |program: &&str| {
-        let answer = Command::new(program).arg("--version").stdin(std::process::Stdio::null()).output();
-        answer.is_ok_and(|output| output.status.success())
-    };
-    programs.iter().copied().find(there)
+    programs.iter().copied().find(|program| answers(Command::new(program).arg("--version")))
 }
 
 /// Whether a program is there; if not it says what is left out.
@@ -141,20 +149,17 @@ pub fn made(files: &[(PathBuf, String)], check: bool, command: &str) -> Outcome 
     Ok(())
 }
 
+/// Refuses two files that differ.
+pub fn same_bytes(one: &Path, other: &Path) -> Outcome {
+    let read = |path: &Path| std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()));
+    if read(one)? == read(other)? { Ok(()) } else { Err(format!("{} and {} differ", one.display(), other.display())) }
+}
+
 /// Configures and builds a CMake project against the installed library; what the compiler says.
 pub fn cmake(source: &Path, build: &Path, prefix: &Path) -> Result<String, String> {
     let (source, build) = (source.to_string_lossy(), build.to_string_lossy());
     output("cmake", &["-S", &source, "-B", &build, &format!("-DCMAKE_PREFIX_PATH={}", prefix.display())])?;
     output("cmake", &["--build", &build, "--parallel", "2"])
-}
-
-/// Runs a program to its end; what it says is the error if it fails.
-pub fn finish(command: &mut Command) -> Outcome {
-    let output = command.stdin(Stdio::null()).output().map_err(|error| format!("cannot start {command:?}: {error}"))?;
-    if output.status.success() {
-        return Ok(());
-    }
-    Err(format!("{command:?} failed ({}):\n{}", output.status, String::from_utf8_lossy(&output.stderr)))
 }
 
 /// Waits for the end of a program, which is stopped if it takes too long.

@@ -39,7 +39,7 @@ fn build(folder: &Path, other: Option<&Target>) -> Outcome {
     }
     maturin.env("CARGO_ENCODED_RUSTFLAGS", flags());
     maturin.arg("--out").arg(folder).current_dir(top().join("python"));
-    finish(&mut maturin)
+    finish(&mut maturin).map(|_| ())
 }
 
 /// The folders of this machine whose names a panic's place would show, and what stands for them.

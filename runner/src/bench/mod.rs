@@ -75,7 +75,7 @@ const NOT: &[u32] = &[];
 
 /// Every group: its sizes in full, with --quick and with --smoke. The first steps of the largest peers alone take longer than the rest of
 /// the short form.
-const GROUPS: [(&str, [&[u32]; 3], Measure); 18] = [
+const GROUPS: [(&str, [&[u32]; 3], Measure); 16] = [
     ("ports", [ONCE, ONCE, ONCE], |bench, _| ports::measure(bench)),
     ("sweep", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| sheets::measure(bench, &sheets::sweep(size))),
     ("KM2 sweep", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| {
@@ -89,14 +89,12 @@ const GROUPS: [(&str, [&[u32]; 3], Measure); 18] = [
     ("plies", [&[105]; 3], |bench, size| sheets::measure(bench, &sheets::plies(size))),
     ("peers", [&[105, 350, 1000], &[105, 350], &[35]], peers::measure),
     ("rest", [&[105, 350], &[105, 350], &[35]], parts::rest),
-    ("contact", [&[105, 350, 700], &[105, 350, 700], &[105]], parts::contact),
     ("ledger", [&[105, 350], &[105, 350], &[105]], parts::ledger),
     ("worst", [ONCE, ONCE, NOT], |bench, _| worst::measure(bench)),
     ("memory", [ONCE, ONCE, ONCE], |bench, _| parts::memory(bench)),
     ("fmu", [ONCE, ONCE, ONCE], |bench, _| fmu::calls(bench)),
     ("states", [ONCE, ONCE, NOT], |bench, _| fmu::states(bench)),
     ("instructions", [ONCE, ONCE, NOT], |bench, _| callgrind::measure(bench)),
-    ("presets", [ONCE, ONCE, NOT], |bench, _| parts::presets(bench)),
     ("answers", [ONCE, NOT, NOT], |bench, _| parts::answers(bench)),
 ];
 

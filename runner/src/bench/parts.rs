@@ -1,4 +1,4 @@
-//! What parts cost: contact, the ledger, rows at rest, memory, whole presets.
+//! What parts cost: the ledger, rows at rest, memory; and the time to whole answers.
 
 use super::Bench;
 use super::rows::{Report, Row};
@@ -10,67 +10,6 @@ use crate::memory::Buffers;
 use crate::report::{least, median, noise};
 use fabric::{Layout, Scene};
 use std::time::Instant;
-
-/// Contact: the same sheet in the same motion with the sphere and without, over the size of the sheet.
-pub fn contact(bench: &mut Bench, size: u32) -> Result<()> {
-    let Bench { effort, report, .. } = bench;
-    let mut case = sheets::whole_run(size);
-    // Slow enough to damage nothing, so that positions and velocities are all there is.
-    case.scene.projectile.velocity[2] = 50.0;
-    case.before = 600;
-    let mut buffers = Buffers::of(&case.scene)?;
-    let (mut with, image) = sheets::prepare(&case, &mut buffers)?;
-    let mut positions = vec![0.0; 3 * with.layout().nodes()];
-    let mut velocities = positions.clone();
-    with.copy_positions(&mut positions)?;
-    with.copy_velocities(&mut velocities)?;
-    let mut scene = case.scene;
-    scene.projectile.position[2] = -1.0;
-    let mut others = Buffers::of(&scene)?;
-    let mut without = others.sim(&scene)?;
-    without.set_motion(&positions, &velocities)?;
-    without.step_every_row();
-    let bare = sheets::image_of(&without)?;
-
-    let (steps, bursts) = sheets::steps_and_bursts(with.layout().nodes() as u64, *effort);
-    // The same short stretch of motion for every size.
-    let (steps, bursts) = (steps.min(20), bursts * (steps / steps.min(20)));
-    let mut times = [Vec::new(), Vec::new()];
-    for _ in 0..effort.rounds {
-        for _ in 0..bursts {
-            for (k, (sim, image)) in [(&mut with, &image), (&mut without, &bare)].into_iter().enumerate() {
-                sim.load(image)?;
-                let clock = Clock::start();
-                sim.advance(steps)?;
-                times[k].push(1e6 * clock.seconds() / steps as f64);
-            }
-        }
-    }
-    let contacts = with.counters().contacts as f64;
-    let mut figure =
-        |what: &str, value, unit| report.figure("contact", format!("contact, {size} x {size}: {what}"), value, unit);
-    figure("nodes touched", contacts, "");
-    match difference(&times[0], &times[1]) {
-        Ok(cost) => {
-            figure("per step", cost, "us");
-            figure("per node touched", 1e3 * cost / contacts, "ns");
-        }
-        Err(noise) => figure("per step, not told from noise of", noise, "us"),
-    }
-    Ok(())
-}
-
-/// A small difference of large times: the least of many short bursts of each is what a busy machine disturbs least. What the quickest
-/// quarter of either scatters by is noise, and the error if the difference is not larger.
-fn difference(with: &[f64], without: &[f64]) -> std::result::Result<f64, f64> {
-    let scatter = |times: &[f64]| {
-        let mut sorted = times.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        sorted[sorted.len() / 4] - sorted[0]
-    };
-    let (cost, noise) = (least(with) - least(without), scatter(with).max(scatter(without)));
-    if cost > noise { Ok(cost) } else { Err(noise) }
-}
 
 /// The ledger: one call that sums up all energies, against one step.
 pub fn ledger(bench: &mut Bench, size: u32) -> Result<()> {
@@ -157,34 +96,6 @@ pub fn memory(bench: &mut Bench) -> Result<()> {
 type Preset = fn() -> Scene;
 const PRESETS: [(&str, Preset); 2] =
     [("3 in sheet, sphere", Scene::sheet_3in_sphere), ("10 in sheet, cylinder", Scene::sheet_10in_cylinder)];
-/// Simulated time of the presets, s.
-const PRESET_SECONDS: f64 = 0.5e-3;
-
-/// Seconds for the presets as they are, rows at rest left out.
-pub fn presets(bench: &mut Bench) -> Result<()> {
-    let report = &mut bench.report;
-    for (name, scene) in PRESETS {
-        let scene = scene();
-        let mut buffers = Buffers::of(&scene)?;
-        let (wall, clock) = (Instant::now(), Clock::start());
-        let mut sim = buffers.sim(&scene)?;
-        let setup = clock.seconds();
-        let steps = (PRESET_SECONDS / sim.step_limits().dt).ceil() as u64;
-        let clock = Clock::start();
-        sim.advance(steps)?;
-        let (stepping, wall) = (clock.seconds(), wall.elapsed().as_secs_f64());
-        let mut figure =
-            |what: &str, seconds| report.figure("presets", format!("{name}, 0.5 ms: {what}"), seconds, "s");
-        figure("drawing and setting up", setup);
-        figure(&format!("{steps} steps"), stepping);
-        figure("wall time of both", wall);
-        let ns = 1e9 * stepping / (steps * sim.layout().nodes() as u64) as f64;
-        let row = Row::of(&format!("preset {name}"), scene.sheet.nodes_x, sim.instructions().name(), 1, &[ns]);
-        report.rows.push(row.ending_in(sim.digest()));
-    }
-    Ok(())
-}
-
 /// How often an answer is waited for.
 const ANSWERS: usize = 3;
 /// Simulated time after which a run is given up, s.
@@ -228,16 +139,4 @@ fn answer(report: &mut Report, name: &str, work: impl Fn() -> Result<f64>) -> Re
     report.figure("answers", format!("{name}: wall time, median of {ANSWERS}"), median(&seconds), "s");
     report.figure("answers", format!("{name}: noise"), 100.0 * noise(&seconds), "%");
     Ok(last)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::difference;
-
-    #[test]
-    fn a_cost_below_the_noise_is_not_one() {
-        assert_eq!(difference(&[80.0, 80.5, 81.0, 95.0], &[77.0, 77.5, 78.0, 79.0]), Ok(3.0));
-        assert_eq!(difference(&[75.0, 85.0, 86.0, 95.0], &[79.7, 81.0, 83.0, 84.0]), Err(10.0)); // -4.7
-        assert_eq!(difference(&[80.0; 4], &[80.0; 4]), Err(0.0));
-    }
 }

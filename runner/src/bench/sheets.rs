@@ -188,7 +188,7 @@ fn held(size: u32) -> Scene {
 }
 
 /// Gives a flat sheet the velocity `speed` cos(pi x/2a) cos(pi y/2b), m/s, along z.
-pub fn throw(sim: &mut Sim<'_>, speed: f64) -> Result<()> {
+fn throw(sim: &mut Sim<'_>, speed: f64) -> Result<()> {
     let mut positions = vec![0.0; 3 * sim.layout().nodes()];
     sim.copy_positions(&mut positions)?;
     let [a, b] = sim.scene().half_size();
@@ -210,19 +210,13 @@ pub fn prepare<'a>(case: &Case, buffers: &'a mut Buffers) -> Result<(Sim<'a>, Ve
     (case.start)(&mut sim)?;
     sim.advance(case.before)?;
     sim.step_every_row();
-    let image = image_of(&sim)?;
+    let mut image = vec![0; sim.snapshot_bytes()];
+    sim.save(&mut image)?;
     Ok((sim, image))
 }
 
-/// The snapshot of a simulation.
-pub fn image_of(sim: &Sim<'_>) -> Result<Vec<u8>> {
-    let mut image = vec![0; sim.snapshot_bytes()];
-    sim.save(&mut image)?;
-    Ok(image)
-}
-
 /// Steps of one burst, and bursts of one round: a small sheet repeats the same steps.
-pub fn steps_and_bursts(nodes: u64, effort: Effort) -> (u64, u64) {
+fn steps_and_bursts(nodes: u64, effort: Effort) -> (u64, u64) {
     // Some blocks of a sheet beyond the caches.
     let steps = (effort.node_steps / nodes).clamp(32, 400) / 8 * 8;
     (steps, (effort.node_steps / (steps * nodes)).max(1))

@@ -1,4 +1,4 @@
-/* What the two call-state programs share: a table of calls against states, and a table of bad arguments.
+/* What the two call-state programs share: a table of calls against states, and calls with bad arguments.
 
    Each cell of the first table is one of
      +  allowed by the standard: OK
@@ -20,12 +20,6 @@ typedef struct {
     const char *states;
 } Row;
 
-typedef struct {
-    const char *what;
-    int (*call)(void);
-    int status;
-} Misuse;
-
 /* Of the program that includes this: an instance in state number k (0 ends the life of the last one), and its image. */
 static void reach(int state);
 static size_t image(unsigned char **bytes);
@@ -42,17 +36,34 @@ static void expect(int holds, const char *name, const char *state, const char *w
     }
 }
 
-/* Makes a call that must be refused with `status`: one message of that status, and the same image before and after. */
-static void refused(const char *name, const char *state, int (*call)(void), int status, int compare, int logger) {
-    unsigned char *before = NULL, *after = NULL;
-    size_t bytes = compare ? image(&before) : 0;
+static unsigned char *before; /* the image before a call that must be refused */
+static size_t before_bytes;
+
+static void look_before(int compare) {
+    before_bytes = compare ? image(&before) : 0;
     messages = 0;
-    expect(call() == status, name, state, status == ERROR ? "not refused with Error" : "not discarded");
+}
+
+/* What a call has answered that must be refused with `status`: that, one message of that status, and the same image as before. */
+static void refused(const char *name, const char *state, int answer, int status, int compare, int logger) {
+    unsigned char *after = NULL;
+    expect(answer == status, name, state, status == ERROR ? "not refused with Error" : "not discarded");
     if (logger) expect(messages == 1 && last_status == status, name, state, "not one message of that status");
-    if (compare) expect(image(&after) == bytes && !memcmp(before, after, bytes), name, state, "something has changed");
+    if (compare) expect(image(&after) == before_bytes && !memcmp(before, after, before_bytes), name, state, "something has changed");
     free(before);
     free(after);
+    before = NULL;
 }
+
+static void refused_call(const char *name, const char *state, int (*call)(void), int status, int compare, int logger) {
+    look_before(compare);
+    refused(name, state, call(), status, compare, logger);
+}
+
+/* A call with a bad argument, refused with `status`. */
+#define MISUSE(what, status, call) \
+    look_before(1);                \
+    refused(what, "misuse", call, status, 1, logger_given);
 
 static void check_table(const Row *rows, size_t count, const char *const *states, int logger) {
     for (size_t r = 0; r < count; r++) {
@@ -63,20 +74,15 @@ static void check_table(const Row *rows, size_t count, const char *const *states
             switch (cell) {
                 case '+':
                 case 'k': expect(rows[r].call() == OK, rows[r].name, states[s], "not OK"); break;
-                case 'D': refused(rows[r].name, states[s], rows[r].call, DISCARD, 1, logger); break;
+                case 'D': refused_call(rows[r].name, states[s], rows[r].call, DISCARD, 1, logger); break;
                 case '-':
                 case 'u':
-                case 'e': refused(rows[r].name, states[s], rows[r].call, ERROR, image_possible(s), logger); break;
+                case 'e': refused_call(rows[r].name, states[s], rows[r].call, ERROR, image_possible(s), logger); break;
                 default: expect(0, rows[r].name, states[s], "no such cell");
             }
         }
     }
     reach(-1);
-}
-
-static void check_misuse(const Misuse *rows, size_t count, int state, int logger) {
-    reach(state);
-    for (size_t r = 0; r < count; r++) refused(rows[r].what, "misuse", rows[r].call, rows[r].status, 1, logger);
 }
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
