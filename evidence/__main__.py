@@ -14,7 +14,7 @@ QUESTIONS = {
     "stability": ("the energy that the time step creates, over step and impact velocity", "1 min", "10 s"),
     "oneply": ("one ply: the network beside resolved yarns, and when a window opens", "90 min", "1 min"),
     "bench": ("the goals beside what `cargo xtask bench` has measured", "2 s", "2 s"),
-    "friction": ("what friction on the projectile does to energy and ballistic limit", "hours", "hours"),
+    "friction": ("what friction on the projectile does to energy and ballistic limit", "15 min", "8 min"),
     "plies": ("many thin plies against a thick one, gaps, turned plies", "3 min", "2 min"),
     "smooth": ("error and order of both integrators in a smooth motion", "5 s", "5 s"),
     "pointwise": ("how far runs that differ by rounding stay together before the first failure", "20 s", "5 s"),
