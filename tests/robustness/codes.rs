@@ -5,7 +5,8 @@ use crate::snapshots::forged;
 use fabric::fields::{FIELDS, slot_of};
 use fabric::{CacheLine, Code, Drive, Error, Integrator, Path, Scene, Sim, Stack};
 use fabric_capi::calls::{fk_memory_size, fk_step};
-use fabric_capi::types::fk_scene;
+use fabric_capi::capsule::fk_capsule_read;
+use fabric_capi::types::{fk_capsule, fk_scene};
 use fabric_capi::{Input, Output, ToChange};
 use fabric_tests::inputs::{self, Expected};
 use fabric_tests::{AT_REST, image_of, sim_of, small_sheet};
@@ -102,6 +103,14 @@ fn in_c(code: Code) -> Option<i32> {
         Code::MovedBlock => unsafe { fk_step(ToChange::given(vec![0_u64; 80_000].as_mut_ptr().cast())) },
         Code::StructSize => with(0, 8),
         Code::UnknownChoice => with(1 + slot_of(drive), 9),
+        Code::BadCapsule => {
+            let (mut scene, mut about, size) = (plain, fk_capsule::default(), size_of::<fk_scene>() as u64);
+            // SAFETY: bytes and structures of this function, with their sizes.
+            unsafe {
+                let (scene, about) = (Output::given(&mut scene), Output::given(&mut about));
+                fk_capsule_read(Input::given([0_u8; 8].as_ptr()), 8, scene, size, about, size_of::<fk_capsule>() as u64)
+            }
+        }
         _ => return None,
     })
 }
