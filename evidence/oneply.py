@@ -139,6 +139,9 @@ def of_radius(times):
 
 # Friction between yarns and on the body, radius over that of the sphere, width, m, about the limit, m/s: hits on a window.
 WINDOWS = [
+    *((mu, body, 1.0, 0.102, guess) for mu, body, guess in ((0.1, 0.0, 60.0), (0.05, 0.0, 30.0), (0.0, 0.1, 28.0), (0.05, 0.05, 75.0))),
+    *((mu, body, 1.0, 0.102, 120.0) for mu, body in ((0.14, 0.0), (0.0, 0.2))),
+    *((mu, 0.0, 0.5, 0.102, guess) for mu, guess in ((0.2, 60.0), (0.3, 200.0))),
     *((mu, 0.0, 1.0, 0.051, guess) for mu, guess in ((0.1, 60.0), (0.05, 34.0), (0.15, 75.0), (0.2, 70.0), (0.0, 24.0))),
     *((0.0, mu, 1.0, 0.051, guess) for mu, guess in ((0.1, 60.0), (0.2, 75.0))),
     (0.05, 0.05, 1.0, 0.051, 60.0),
@@ -164,12 +167,13 @@ def jobs(full):
                 label = {"part": part, "case": f"network, {name}, mu_s = {friction}", "fabric": fabric, "width": width, "place": place, "pieces": 1}
                 found.append((label, {"scene": network(fabric, width, body, place, name, friction), "guess": guess}))
 
-    guesses = {0.051: 65.0, 0.102: 125.0}
+    guesses = {0.051: 65.0, 0.06: 78.0, 0.102: 125.0}
     if not full:
         nets("limits", 0.012, "crossing", SPHERE, 25.0, frictions=(0.0, 0.1))
         for name in list(variants())[::2]:
             add("limits", name, 0.012, "crossing", SPHERE, 20.0, variants()[name])
         return found
+
     def limits(width, place, names):
         nets("limits", width, place, SPHERE, guesses[width])
         for name in names:
@@ -178,6 +182,17 @@ def jobs(full):
     every = list(variants())
     limits(0.051, "crossing", every)
     limits(0.051, "window", every)
+    limits(0.051, "yarn", every)
+    limits(0.06, "crossing", every)
+    limits(0.06, "window", every[2:])
+    limits(0.102, "window", every[2:])
+    for name, clamp in (("pinned, straight", 20.0), ("mu = mu_s = 0.2", 20.0), ("mu = mu_s = 0.2", 60.0)):
+        add("clamps", f"{name}, {clamp:g} N", 0.051, "crossing", SPHERE, 90.0, variants()[name] | {"clamp": clamp})
+    for place, name, pieces in [*((place, name, 4) for place in ("crossing", "window") for name in every[2:]), ("crossing", every[3], 6)]:
+        add("limits", name, 0.051, place, SPHERE, 75.0, variants()[name], pieces=pieces)
+    for pieces in (4, 6):
+        add("limits", "pinned, straight", 0.051, "crossing", SPHERE, 65.0, STRAIGHT, pieces=pieces)
+        add("windows", "mu 0.05, mu_s 0, radius 1", 0.051, "window", SPHERE, 46.0, rubbing(0.05, 0.0), pieces=pieces)
     for mu, body, times, width, guess in WINDOWS:
         add("windows", f"mu {mu:g}, mu_s {body:g}, radius {times:g}", width, "window", of_radius(times), guess, rubbing(mu, body))
     add("windows", "mu 0.05, mu_s 0, radius 1", 0.051, "crossing", SPHERE, 60.0, rubbing(0.05, 0.0))
