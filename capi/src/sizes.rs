@@ -45,6 +45,7 @@ structures! {
     fk_outcome: 96,
     fk_textile: 120,
     fk_ply: 32,
+    fk_slip: 56,
 }
 
 /// The size of a host's structure, if this library knows it.
