@@ -21,7 +21,7 @@ from .study import FULL, TOP
 MODEL = 1
 PROGRAM = TOP / "target/resolved/release/resolved"
 # Half the thickness of the ply and the width of a yarn of Kevlar KM2 S706, m: not read in any source, so assumptions. Those of another textile have
-# the same ratio to the root of the area of its yarn.
+# the same ratio to the root of the area of its yarn, unless its file gives them.
 THICKNESS, WIDTH, AREA = 0.115e-3, 0.55e-3, 4.63e-8
 # Width of the bracket, m/s, and the stride towards it.
 BRACKET, STRIDE = 3.0, 1.15
@@ -52,9 +52,9 @@ def crimp(thickness, spacing):
 
 
 def section(scene):
-    """Thickness and width of the yarns of a flat scene, m."""
-    root = math.sqrt(scene["sheet.yarn_area"] / AREA)
-    return THICKNESS * root, WIDTH * root
+    """Thickness and width of the yarns of a flat scene, m: of its fabric, or assumed."""
+    root, known = math.sqrt(scene["sheet.yarn_area"] / AREA), scene.weave()
+    return 0.5 * known.get("thickness", 2.0 * THICKNESS * root), known.get("width", WIDTH * root)
 
 
 def free_crimp(thickness, spacing):

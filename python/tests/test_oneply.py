@@ -11,11 +11,11 @@ BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
 
 @unittest.skipUnless(BUILT, "the kernel is not built")
 class OnePly(unittest.TestCase):
-    def ply(self, radius=2.778e-3, friction=0.0, **more):
+    def ply(self, radius=2.778e-3, friction=0.0, weave=None, **more):
         from fabric_kernel import Scene
 
         body = {"radius": radius, "mass": 6.9e-4, "position": [0, 0, -radius], "velocity": [0, 0, 100]}
-        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, projectile=body, contact={"friction": friction}, **more)
+        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"} | (weave or {}), projectile=body, contact={"friction": friction}, **more)
 
     def points(self):
         """(mu, mu_s, radius over that of the sphere, whether a window opened) of every hit on a window in the table."""
@@ -36,7 +36,7 @@ class OnePly(unittest.TestCase):
 
         below, above = [], []
         for mu, body, radius, _, opened in self.points():
-            found = windowing(self.ply(2.778e-3 * radius, body), {"friction": mu, "thickness": 0.115e-3})
+            found = windowing(self.ply(2.778e-3 * radius, body, {"friction": mu, "thickness": 0.23e-3}))
             (above if found.there[0] >= found.needed else below).append(opened)
         self.assertGreaterEqual(min(len(below), len(above)), 8)
         self.assertFalse(any(above))
@@ -57,21 +57,45 @@ class OnePly(unittest.TestCase):
     def test_needed_and_there_by_hand(self):
         from fabric_kernel.oneply import windowing
 
-        found = windowing(self.ply(friction=0.05), {"friction": 0.1, "thickness": 0.1e-3})
+        found = windowing(self.ply(friction=0.05, weave={"friction": 0.1, "thickness": "0.2 mm"}))
         self.assertAlmostEqual(found.needed, 0.5 * 0.0254 / 34 / (2.778e-3 + 0.05e-3), places=12)
         self.assertAlmostEqual(found.there[0], 0.15)
-        self.assertEqual(found.sentence(), "")
+        self.assertIn("should stay together under the projectile: mu + mu_s is 0.15, and 0.13 keeps them together", found.sentence())
+        self.assertIn("should push the yarns aside", windowing(self.ply(weave={"friction": 0.1})).sentence())
         unknown = windowing(self.ply())
         self.assertEqual(unknown.there, (0.1, 0.3))
-        self.assertIn("mu + mu_s is 0.1 to 0.3, and 0.13 is needed", unknown.sentence())
+        self.assertIn("may push the yarns aside and pass without breaking one, at a velocity far below this limit: mu + mu_s is 0.1 to 0.3, and 0.13", unknown.sentence())
         self.assertIsNone(windowing(self.ply(stack={"plies": 2, "gap": 1e-4})))
 
     def test_what_is_out_of_range_is_named(self):
-        from fabric_kernel.oneply import windowing
-
-        for given, told in (({"friction": -0.1}, "friction: must be 0 to 2; it is -0.1"), ({"thickness": 0.1}, "thickness: must be"), ({"colour": 1.0}, "colour: no such key")):
+        for given, told in (({"friction": -0.1}, "fabric.friction = -0.1: must be 0 to 2"), ({"thickness": 0.1}, "fabric.thickness = 0.1: must be"), ({"colour": 1.0}, "fabric.colour")):
             with self.assertRaisesRegex(ValueError, told):
-                windowing(self.ply(), given)
+                self.ply(weave=given)
+
+    def test_a_scene_keeps_what_is_known_of_its_fabric(self):
+        import pickle
+
+        from fabric_kernel import Scene
+
+        known = {"thickness": 2e-4, "width": 5e-4, "friction": 0.2}
+        scene = self.ply(weave=known)
+        for same in (scene, scene.replace({"contact.friction": 0.1}), pickle.loads(pickle.dumps(scene)), Scene.parse(scene.text())):
+            self.assertEqual(same.weave(), known)
+        self.assertEqual((self.ply().weave(), Scene().weave()), ({}, {}))
+
+    def test_crossings_slip_only_below_the_friction_that_holds_them(self):
+        from fabric_kernel import Simulation
+
+        simulation = Simulation(self.ply(), warns=False)
+        simulation.run("arrested", 300)
+        before = simulation.digest
+        few, many = simulation.slip(2.3e-4, 0.3), simulation.slip(2.3e-4, 0.0)
+        self.assertGreater(many["slipping"][2], few["slipping"][2])
+        self.assertEqual(few["crossings"][:2], (81, 317))
+        self.assertEqual(simulation.slip(2.3e-4, 0.0, adhesion=few["largest"])["slipping"], (0, 0, 0))
+        self.assertEqual(simulation.digest, before)
+        with self.assertRaisesRegex(ValueError, "thickness"):
+            simulation.slip(0.0, 0.1)
 
     def test_a_report_says_it(self):
         from fabric_kernel.about import cautions
