@@ -1124,8 +1124,8 @@ int32_t fk_get_ply(const struct fk_sim *sim, uint32_t ply, struct fk_ply *out, u
 // At how many crossings yarns would slip, which the network pins. `thickness` of the ply, m, > 0; `friction` between yarns, >= 0; `adhesion`, the force
 // at a crossing without pressure, N, >= 0. Not of curved sheets.
 // Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
-// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_DOES_NOT_GO_WITH, FK_MOVED_BLOCK, a
-// latched failure.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_DOES_NOT_GO_WITH, FK_NOT_BUILT,
+// FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_slip(const struct fk_sim *sim,
                     double thickness,
                     double friction,

@@ -586,8 +586,8 @@ pub unsafe extern "C" fn fk_get_ply(sim: ToLookAt, ply: u32, out: Output<fk_ply>
 /// At how many crossings yarns would slip, which the network pins. `thickness` of the ply, m, > 0; `friction` between yarns, >= 0; `adhesion`, the force
 /// at a crossing without pressure, N, >= 0. Not of curved sheets.
 /// Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
-/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_DOES_NOT_GO_WITH, FK_MOVED_BLOCK, a
-/// latched failure.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_DOES_NOT_GO_WITH, FK_NOT_BUILT,
+/// FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_slip(
     sim: ToLookAt,

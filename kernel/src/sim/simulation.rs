@@ -494,8 +494,9 @@ impl<'a> Sim<'a> {
     /// `thickness`: of the ply, m, > 0. `friction`: coefficient between yarns, >= 0. `adhesion`: the force f_0 at a crossing without pressure, N, >= 0.
     ///
     /// # Errors
-    /// A number out of its range; a curved sheet; a latched failure.
+    /// A number out of its range; a curved sheet; a build without the feature `slip`; a latched failure.
     pub fn slip(&self, thickness: f64, friction: f64, adhesion: f64) -> Result<Slip, Error> {
+        Feature::Slip.needed_by("slip")?;
         slip::slip(&self.system, thickness, friction, adhesion)
     }
 
