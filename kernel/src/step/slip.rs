@@ -165,9 +165,9 @@ mod tests {
         let thickness = 0.2e-3;
         for (at, gap) in [([0.004, 0.0, 0.0], 10.0), ([0.0, 0.006, 0.0], 10.0), ([0.003, 0.0, 0.15], 0.0)] {
             let ([right, left, up, down], scene, sim) = one_crossing(at, [0.012, 0.02], gap);
-            let size = |f: [f64; 3]| f.iter().map(|f| f * f).sum::<f64>().sqrt();
             let [warp, weft] = [[right, left], [up, down]].map(|[a, b]| [0, 1, 2].map(|k| a[k] + b[k]));
-            let [warp_tension, weft_tension] = [[right, left], [up, down]].map(|[a, b]| 0.5 * (size(a) + size(b)));
+            let [warp_tension, weft_tension] =
+                [[right, left], [up, down]].map(|[a, b]| 0.5 * (math::length(a) + math::length(b)));
             let [h_x, h_y] = scene.spacings();
             // The heights d_w and d_f of the waves add up to the thickness, and both yarns press alike.
             let weft_height = thickness * (warp_tension / h_x) / (warp_tension / h_x + weft_tension / h_y);
@@ -177,7 +177,7 @@ mod tests {
                 normal += 0.5 * (warp[2].abs() + weft[2].abs());
             }
             // The neighbours lie in the plane z = 0, opposite each other, so the plane of the yarns is that one.
-            let taken = 0.5 * (warp[0] - weft[0]).hypot(warp[1] - weft[1]);
+            let taken = 0.5 * math::length([warp[0] - weft[0], warp[1] - weft[1], 0.0]);
             assert!(taken > 0.1 && normal > 0.1, "{taken} {normal}");
             let count = |friction: f64, adhesion: f64| sim.slip(thickness, friction, adhesion).unwrap();
             let found = count(0.0, taken * 0.999_999);
