@@ -4,8 +4,9 @@ A window is a hole through which the projectile passes without breaking a yarn. 
 t, half of the ply's, touches them where its surface is inclined by asin((h/2)/(R + t/2)); friction between yarns and on the body together hold them
 there if mu + mu_s is at least (h/2)/(R + t/2). It is a hypothesis that the resolved yarns of `python -m evidence oneply` were compared with:
 docs/validation.md, "One ply", has the points on either side.
-Limits: tested with spheres that hit a window of one ply of Kevlar KM2 S706, at the widths of comparisons.toml. It takes no account of width and place: below the needed friction yarns may
-break first, on small sheets and at a crossing. A flat face counts with the radius of the whole face. Friction of no fabric could be read in a source.
+Limits: tested with spheres that hit a window of one ply of Kevlar KM2 S706, at the widths of comparisons.toml. It takes no account of width and
+place: below the needed friction yarns may break first, on small sheets and at a crossing. A flat face counts with the radius of the whole face.
+Friction of no fabric could be read in a source.
 """
 
 import math
@@ -34,8 +35,8 @@ class Windowing(NamedTuple):
         found = f"{low:.2g}" if low == high else f"{low:.2g} to {high:.2g}"
         side = "the yarns should stay together under the projectile"
         if low < self.needed:
-            may = "should" if high < self.needed else "may"
-            side = f"the projectile {may} push the yarns aside and pass without breaking one, at a velocity far below this limit"
+            likely = "is likely to" if high < self.needed else "may"
+            side = f"the projectile {likely} push the yarns aside and pass without breaking one, at a velocity far below this limit"
         widths = " and ".join(f"{width:g}" for width in reference()["criterion_width_mm"])
         return (
             f"One ply: {side}: mu + mu_s is {found}, and {self.needed:.2g} keeps them together (a criterion that was tested with resolved yarns at "
