@@ -18,10 +18,12 @@ class OnePly(unittest.TestCase):
         return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"} | (weave or {}), projectile=body, contact={"friction": friction}, **more)
 
     def points(self):
-        """(mu, mu_s, radius over that of the sphere, whether a window opened) of every hit on a window in the table."""
+        """(mu, mu_s, radius over that of the sphere, width, whether a window opened) of every hit on a window in the table."""
         found = set()
         for line in (TOP / "docs/tables/oneply.md").read_text().splitlines():
             cells = [cell.strip() for cell in line.split("|")]
+            if len(cells) == 9 and re.fullmatch(r"[\d.]+", cells[1]) and re.fullmatch(r"stopped|\d+", cells[5]):
+                found.add((*map(float, cells[1:4]), "102", "window" in cells[6]))
             if len(cells) < 8 or cells[2] != "window" or cells[4] != "3":
                 continue
             numbers = re.fullmatch(r"mu ([\d.]+), mu_s ([\d.]+), radius ([\d.]+)", cells[3])
@@ -42,6 +44,11 @@ class OnePly(unittest.TestCase):
         self.assertFalse(any(above))
         # Below it yarns may break first, but in most points a window opens.
         self.assertGreater(below.count(True), below.count(False))
+
+    def test_the_report_names_the_widths_of_the_points(self):
+        from fabric_kernel.oneply import reference
+
+        self.assertEqual(sorted({float(width) for _, _, _, width, _ in self.points()}), sorted(reference()["criterion_width_mm"]))
 
     def test_the_numbers_are_those_of_the_table(self):
         import tomllib
