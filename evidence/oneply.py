@@ -155,7 +155,8 @@ WINDOWS = [
 HITS = [
     *((0.05, 0.05, 1.0, 75.0), (0.1, 0.0, 1.0, 75.0), (0.05, 0.0, 1.0, 60.0), (0.0, 0.1, 1.0, 60.0), (0.2, 0.0, 0.5, 75.0)),
     *((mu, body, 1.0, 140.0) for mu, body in ((0.14, 0.0), (0.0, 0.2), (0.07, 0.07), (0.1, 0.1), (0.2, 0.2))),
-    (0.3, 0.0, 0.5, 140.0),
+    *((mu, body, 1.0, 140.0) for mu, body in ((0.16, 0.0), (0.18, 0.0), (0.09, 0.09), (0.2, 0.0))),
+    *((mu, 0.0, 0.5, speed) for mu, speed in ((0.3, 140.0), (0.3, 250.0), (0.36, 250.0), (0.4, 250.0))),
 ]  # fmt: skip
 
 
@@ -209,15 +210,11 @@ def jobs(full):
     limits(0.051, "window", every)
     limits(0.051, "yarn", every)
     limits(0.06, "crossing", every)
-    limits(0.06, "window", every[2:])
-    limits(0.102, "window", every[2:])
-    for name, clamp in (("pinned, straight", 20.0), ("mu = mu_s = 0.2", 20.0), ("mu = mu_s = 0.2", 60.0)):
-        add("clamps", f"{name}, {clamp:g} N", 0.051, "crossing", SPHERE, 90.0, variants()[name] | {"clamp": clamp})
-    for place, name, pieces in [*((place, name, 4) for place in ("crossing", "window") for name in every[2:]), ("crossing", every[3], 6)]:
-        add("limits", name, 0.051, place, SPHERE, 75.0, variants()[name], pieces=pieces)
+    for name in ("pinned, straight", "mu = mu_s = 0.2"):
+        add("clamps", f"{name}, 20 N", 0.051, "crossing", SPHERE, 90.0, variants()[name] | {"clamp": 20.0})
     for pieces in (4, 6):
-        add("limits", "pinned, straight", 0.051, "crossing", SPHERE, 65.0, STRAIGHT, pieces=pieces)
-        add("windows", "mu 0.05, mu_s 0, radius 1", 0.051, "window", SPHERE, 46.0, rubbing(0.05, 0.0), pieces=pieces)
+        add("limits", "mu = mu_s = 0.2", 0.051, "crossing", SPHERE, 75.0, rubbing(0.2, 0.2), pieces=pieces)
+        # PLACE
     for mu, body, times, width, guess in WINDOWS:
         add("windows", f"mu {mu:g}, mu_s {body:g}, radius {times:g}", width, "window", of_radius(times), guess, rubbing(mu, body))
     add("windows", "mu 0.05, mu_s 0, radius 1", 0.051, "crossing", SPHERE, 60.0, rubbing(0.05, 0.0))

@@ -3,9 +3,9 @@
 A window is a hole through which the projectile passes without breaking a yarn. Criterion: a body of radius R between yarns with spacing h and thickness
 t, half of the ply's, touches them where its surface is inclined by asin((h/2)/(R + t/2)); friction between yarns and on the body together hold them
 there if mu + mu_s is at least (h/2)/(R + t/2). It is a hypothesis that the resolved yarns of `python -m evidence oneply` were compared with:
-docs/validation.md, "One ply", has the points on either side.
-Limits: tested with spheres that hit a window of one ply of Kevlar KM2 S706, at the widths of comparisons.toml. It takes no account of width and
-place: below the needed friction yarns may break first, on small sheets and at a crossing. A flat face counts with the radius of the whole face.
+docs/validation.md, "One ply", has the points on either side. It is not sharp: some of them parted up to MARGIN times that sum.
+Limits: tested with spheres that hit a window of one ply of Kevlar KM2 S706, at the widths of comparisons.toml. It takes no account of width, place and
+velocity: below the needed friction yarns may break first, on small sheets and at a crossing. A flat face counts with the radius of the whole face.
 Friction of no fabric could be read in a source.
 """
 
@@ -21,10 +21,12 @@ FRICTION = (0.1, 0.3)
 """Between yarns, where the fabric of the scene has none: said of aramid fabrics, from memory, without a source."""
 THICKNESS = 1.068
 """Thickness of the ply over the root of the area of a yarn, where the fabric has none: that of the resolved yarns, an assumption."""
+MARGIN = 1.2
+"""Above so many times the needed friction none of the resolved yarns parted; between 1 and this some did, at 102 mm and above the limit."""
 
 
 class Windowing(NamedTuple):
-    """needed: sum of the coefficients between yarns and on the body that keeps the yarns together; there: that sum, lowest and highest."""
+    """needed: sum of the coefficients between yarns and on the body that the criterion asks for; there: that sum, lowest and highest."""
 
     needed: float
     there: tuple[float, float]
@@ -34,13 +36,13 @@ class Windowing(NamedTuple):
         low, high = self.there
         found = f"{low:.2g}" if low == high else f"{low:.2g} to {high:.2g}"
         side = "the yarns should stay together under the projectile"
-        if low < self.needed:
+        if low < MARGIN * self.needed:
             likely = "is likely to" if high < self.needed else "may"
             side = f"the projectile {likely} push the yarns aside and pass without breaking one, at a velocity far below this limit"
         widths = " and ".join(f"{width:g}" for width in reference()["criterion_width_mm"])
         return (
-            f"One ply: {side}: mu + mu_s is {found}, and {self.needed:.2g} keeps them together (a criterion that was tested with resolved yarns at "
-            f"{widths} mm only; docs/validation.md, One ply)."
+            f"One ply: {side}: mu + mu_s is {found}, and the criterion asks for {self.needed:.2g}; of resolved yarns, computed at {widths} mm only, none "
+            f"parted from {MARGIN:g} times that on (docs/validation.md, One ply)."
         )
 
 

@@ -33,15 +33,17 @@ class OnePly(unittest.TestCase):
                 found.add((mu, body, radius, cells[1], "window" in cells[6]))
         return found
 
-    def test_no_window_opened_with_the_friction_that_is_needed(self):
-        from fabric_kernel.oneply import windowing
+    def test_no_window_opened_with_enough_more_than_the_friction_that_is_needed(self):
+        from fabric_kernel.oneply import MARGIN, windowing
 
-        below, above = [], []
+        below, above, between = [], [], []
         for mu, body, radius, _, opened in self.points():
             found = windowing(self.ply(2.778e-3 * radius, body, {"friction": mu, "thickness": 0.23e-3}))
-            (above if found.there[0] >= found.needed else below).append(opened)
+            side = found.there[0] / found.needed
+            (above if side >= MARGIN else between if side >= 1.0 else below).append(opened)
         self.assertGreaterEqual(min(len(below), len(above)), 8)
         self.assertFalse(any(above))
+        self.assertTrue(any(between))
         # Below it yarns may break first, but in most points a window opens.
         self.assertGreater(below.count(True), below.count(False))
 
@@ -64,15 +66,15 @@ class OnePly(unittest.TestCase):
     def test_needed_and_there_by_hand(self):
         from fabric_kernel.oneply import windowing
 
-        found = windowing(self.ply(friction=0.05, weave={"friction": 0.1, "thickness": "0.2 mm"}))
+        found = windowing(self.ply(friction=0.1, weave={"friction": 0.1, "thickness": "0.2 mm"}))
         self.assertAlmostEqual(found.needed, 0.5 * 0.0254 / 34 / (2.778e-3 + 0.05e-3), places=12)
-        self.assertAlmostEqual(found.there[0], 0.15)
-        self.assertIn("should stay together under the projectile: mu + mu_s is 0.15, and 0.13 keeps them together", found.sentence())
+        self.assertAlmostEqual(found.there[0], 0.2)
+        self.assertIn("should stay together under the projectile: mu + mu_s is 0.2, and the criterion asks for 0.13", found.sentence())
         self.assertIn("is likely to push the yarns aside", windowing(self.ply(weave={"friction": 0.1})).sentence())
         unknown = windowing(self.ply())
         self.assertEqual(unknown.there, (0.1, 0.3))
         self.assertIn("may push the yarns aside and pass", unknown.sentence())
-        self.assertIn("at a velocity far below this limit: mu + mu_s is 0.1 to 0.3, and 0.13", unknown.sentence())
+        self.assertIn("at a velocity far below this limit: mu + mu_s is 0.1 to 0.3, and the criterion asks for 0.13", unknown.sentence())
         self.assertIsNone(windowing(self.ply(stack={"plies": 2, "gap": 1e-4})))
 
     def test_what_is_out_of_range_is_named(self):
