@@ -120,24 +120,13 @@ fn yarn(system: &System<'_>, axis: Axis, [i, j]: [usize; 2], before: Option<[usi
 mod tests {
     use super::*;
     use crate::scene::parts::Scene;
-    use crate::sheet::textile::{Textile, Threads};
     use crate::tests::{close, sheet, sim};
 
-    /// One crossing of a textile with its neighbours held, x and y spacings unlike, in a given place; the sphere is at `gap` spacings below it.
-    /// Tensions (right, left, up, down), N, by hand from (M3) and (M4); and the simulation.
+    /// One crossing in a given place among held ones, spacings unlike along x and y, and the sphere so many of them along x below it: forces to the right,
+    /// left, up and down, N, by hand from (M3) and (M4); and the simulation.
     fn one_crossing(at: [f64; 3], strains: [f64; 2], gap: f64) -> ([[f64; 3]; 4], Scene, crate::Sim<'static>) {
         let mut scene = sheet(3, 3);
-        let threads = |count| Threads { linear_density: 6.7e-5, count, crimp: 0.0 };
-        let textile = Textile {
-            warp: threads(1300.0),
-            weft: threads(1000.0),
-            fibre_density: 1440.0,
-            modulus: 80e9,
-            failure_strain: 0.05,
-            damage_rate: 2300.0,
-            ..Textile::default()
-        };
-        scene.set_textile(&textile).unwrap();
+        (scene.sheet.spacing_y, scene.yarn.stochastic) = (1.3 * scene.sheet.spacing, false);
         scene.projectile.position[2] = -0.1;
         let mut sim = sim(&scene);
         let [h_x, h_y] = scene.spacings();
@@ -148,7 +137,7 @@ mod tests {
         sim.system.set_node(1, 1, at, [0.0; 3]);
         sim.system.state.body.position = Vector::new(at[0], at[1], at[2] - gap) * h_x;
         sim.system.state.body.position.z -= scene.projectile.radius;
-        let stiffness = 80e9 * 6.7e-5 / 1440.0;
+        let stiffness = scene.yarn.modulus_mean * scene.sheet.yarn_area;
         let ends = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
         let forces = ends.map(|[x, y]| {
             let rest = if x != 0.0 { h_x } else { h_y };
