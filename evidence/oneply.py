@@ -214,7 +214,6 @@ def jobs(full):
         add("clamps", f"{name}, 20 N", 0.051, "crossing", SPHERE, 90.0, variants()[name] | {"clamp": 20.0})
     for pieces in (4, 6):
         add("limits", "mu = mu_s = 0.2", 0.051, "crossing", SPHERE, 75.0, rubbing(0.2, 0.2), pieces=pieces)
-        # PLACE
     for mu, body, times, width, guess in WINDOWS:
         add("windows", f"mu {mu:g}, mu_s {body:g}, radius {times:g}", width, "window", of_radius(times), guess, rubbing(mu, body))
     add("windows", "mu 0.05, mu_s 0, radius 1", 0.051, "crossing", SPHERE, 60.0, rubbing(0.05, 0.0))
