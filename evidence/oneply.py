@@ -212,12 +212,13 @@ def jobs(full):
     limits(0.06, "crossing", every)
     for name in ("pinned, straight", "mu = mu_s = 0.2"):
         add("clamps", f"{name}, 20 N", 0.051, "crossing", SPHERE, 90.0, variants()[name] | {"clamp": 20.0})
-    for pieces in (4, 6):
-        add("limits", "mu = mu_s = 0.2", 0.051, "crossing", SPHERE, 75.0, rubbing(0.2, 0.2), pieces=pieces)
+    for mu, pieces in ((0.1, 4), (0.2, 4), (0.3, 4), (0.2, 6)):
+        add("limits", f"mu = mu_s = {mu}", 0.051, "crossing", SPHERE, 75.0, rubbing(mu, mu), pieces=pieces)
     for mu, body, times, width, guess in WINDOWS:
         add("windows", f"mu {mu:g}, mu_s {body:g}, radius {times:g}", width, "window", of_radius(times), guess, rubbing(mu, body))
     add("windows", "mu 0.05, mu_s 0, radius 1", 0.051, "crossing", SPHERE, 60.0, rubbing(0.05, 0.0))
-    add("windows", "mu 0.1, mu_s 0, radius 1", 0.051, "window", SPHERE, 60.0, rubbing(0.1, 0.0), pieces=4)
+    for mu, guess in ((0.1, 60.0), (0.05, 46.0)):
+        add("windows", f"mu {mu:g}, mu_s 0, radius 1", 0.051, "window", SPHERE, guess, rubbing(mu, 0.0), pieces=4)
     limits(0.102, "crossing", every)
     for name, body, fabric, guess in (("cylinder", CYLINDER, KEVLAR, 60.0), ("Zylon", SPHERE, ZYLON, 70.0)):
         nets(name, 0.051, "crossing", body, guess, fabric, (0.0, 0.2))
