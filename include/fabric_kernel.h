@@ -836,6 +836,16 @@ typedef struct fk_ply {
     double dissipated;
 } fk_ply;
 
+// Crossings that would slip. Of three numbers each counts within 5 and within 10 spacings of the projectile along the sheet, and in the whole sheet.
+typedef struct fk_slip {
+    // Crossings that are not held by a support.
+    uint64_t crossings[3];
+    // Those at which pinning takes more than friction and adhesion give.
+    uint64_t slipping[3];
+    // Largest force in the plane that pinning takes at a crossing, N.
+    double largest;
+} fk_slip;
+
 // Extremes of the fabric at the present time.
 typedef struct fk_fabric {
     // Largest distance from the sheet's plane, or from its circle, of a node that live segments join to a support, m; 0 once all of the sheet has torn
@@ -1176,6 +1186,18 @@ int32_t fk_get_energy(const struct fk_sim *sim, struct fk_energy *out, uint64_t 
 // Threads: looks. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_OUT_OF_RANGE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_ply(const struct fk_sim *sim, uint32_t ply, struct fk_ply *out, uint64_t size);
+
+// At how many crossings yarns would slip, which the network pins. `thickness` of the ply, m, > 0; `friction` between yarns, >= 0; `adhesion`, the force
+// at a crossing without pressure, N, >= 0. Not of curved sheets.
+// Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_DOES_NOT_GO_WITH, FK_NOT_BUILT,
+// FK_MOVED_BLOCK, a latched failure.
+int32_t fk_get_slip(const struct fk_sim *sim,
+                    double thickness,
+                    double friction,
+                    double adhesion,
+                    struct fk_slip *out,
+                    uint64_t size);
 
 // Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
 // numbers, host's axes. Rounding in a sound run. Needs track_support.

@@ -319,6 +319,12 @@ public:
         ply.reason_ = Status(fk_get_ply(sim_, number, &ply.value_, sizeof(fk_ply)));
         return ply;
     }
+    Result<fk_slip> slip(double thickness, double friction, double adhesion = 0.0) const noexcept
+    {
+        Result<fk_slip> slip;
+        slip.reason_ = Status(fk_get_slip(sim_, thickness, friction, adhesion, &slip.value_, sizeof(fk_slip)));
+        return slip;
+    }
     // Uses the simulation's scratch: not beside other calls.
     Result<fk_fabric> fabric() noexcept
     {

@@ -594,6 +594,23 @@ pub unsafe extern "C" fn fk_get_ply(sim: ToLookAt, ply: u32, out: Output<fk_ply>
     get(sim, out, size, |sim| sim.ply(ply))
 }
 
+/// At how many crossings yarns would slip, which the network pins. `thickness` of the ply, m, > 0; `friction` between yarns, >= 0; `adhesion`, the force
+/// at a crossing without pressure, N, >= 0. Not of curved sheets.
+/// Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_DOES_NOT_GO_WITH, FK_NOT_BUILT,
+/// FK_MOVED_BLOCK, a latched failure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_get_slip(
+    sim: ToLookAt,
+    thickness: f64,
+    friction: f64,
+    adhesion: f64,
+    out: Output<fk_slip>,
+    size: u64,
+) -> i32 {
+    get(sim, out, size, |sim| sim.slip(thickness, friction, adhesion))
+}
+
 /// Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
 /// numbers, host's axes. Rounding in a sound run. Needs track_support.
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.

@@ -47,6 +47,7 @@ structures! {
     fk_ply: 32,
     fk_capsule: 56,
     fk_replayed: 80,
+    fk_slip: 56,
 }
 
 /// The size of a host's structure, if this library knows it.

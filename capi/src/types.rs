@@ -13,8 +13,8 @@ pub use fabric_capsule::{Replay as fk_replay_place};
 
 pub use fabric::{
     Contact as fk_contact, Counters as fk_counters, Energy as fk_energy, Fabric as fk_fabric, Motion as fk_motion,
-    Path as fk_path, Ply as fk_ply, StepLimits as fk_step_limits, Support as fk_support, Textile as fk_textile,
-    Threads as fk_threads,
+    Path as fk_path, Ply as fk_ply, Slip as fk_slip, StepLimits as fk_step_limits, Support as fk_support,
+    Textile as fk_textile, Threads as fk_threads,
 };
 
 /// Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.

@@ -660,8 +660,14 @@ impl Player<'_> {
         let place = if some { &raw mut count } else { null_mut() };
         let needed = stopped.unwrap_or(if some { FK_OK } else { NULL });
         let three = if some { residual.as_mut_ptr() } else { null_mut() };
+        let mut slip = empty::<fk_slip>();
+        let curved = slot.twin.scene().sheet.radius != 0.0;
+        let counted = stopped.unwrap_or(if curved { Code::DoesNotGoWith.number() } else { FK_OK });
         // SAFETY: a live handle, and numbers or null.
         unsafe {
+            let out = Output::given(&raw mut slip);
+            assert_eq!(fk_get_slip(slot.to_look_at(), 2e-4, 0.1, 0.0, out, size_of::<fk_slip>() as u64), counted);
+            assert!((0..3).all(|k| slip.slipping[k] <= slip.crossings[k]));
             assert_eq!(
                 fk_get_time(slot.to_look_at(), Output::given(place), into(&mut seconds)),
                 stopped.unwrap_or(FK_OK)

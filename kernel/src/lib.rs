@@ -91,6 +91,7 @@ pub use sim::snapshot::FORMAT;
 pub use step::bands::Bands;
 pub use step::energy::{Energy, Ply};
 pub use step::outcome::TEST_INTERVAL;
+pub use step::slip::Slip;
 #[cfg(feature = "micro")]
 pub use yarn::{calibrate, fibril};
 

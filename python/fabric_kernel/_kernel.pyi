@@ -128,6 +128,10 @@ class Scene:
     def material(self) -> str | None:
         """Of the projectile, if its mass follows from it."""
 
+    def weave(self) -> dict[str, float]:
+        """Of the fabric of the sheet the "thickness" of the ply and "width" of a yarn in it, m, and the "friction" between yarns, as far as its table
+        gives them; what is missing is unknown."""
+
     def unlikely_body(self) -> str | None:
         """What must be said of a projectile that is too heavy or too light for its size, as in a wrong unit; None otherwise."""
 
@@ -141,6 +145,11 @@ class StepLimits(TypedDict):
     dt: float
     dt_crit: float
     step_max: float
+
+class Slip(TypedDict):
+    crossings: tuple[int, int, int]  # Crossings that no support holds: within 5 and within 10 spacings of the projectile, and in the whole sheet
+    slipping: tuple[int, int, int]  # Those of them at which pinning takes more than friction and adhesion give
+    largest: float  # N: Largest force in the plane that pinning takes at a crossing
 
 # Made by `cargo xtask fmu` of the kernel's outputs; do not edit.
 class Contact(TypedDict):
@@ -313,6 +322,12 @@ class Simulation:
 
     def ply(self, ply: int) -> Ply:
         """What one ply of a stack holds, J."""
+
+    def slip(self, thickness: float, friction: float, adhesion: float = 0.0) -> Slip:
+        """At how many crossings yarns would slip, which the network pins (docs/validation.md, "Where crossings slip"). Not of curved sheets.
+
+        thickness: of the ply, m, > 0. friction: coefficient between yarns, >= 0. adhesion: the force at a crossing without pressure, N, >= 0.
+        Raises Refused if one is out of range."""
 
     def momentum_residual(self) -> Vector:
         """Momentum that the balance does not close by, N s."""

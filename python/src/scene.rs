@@ -196,6 +196,15 @@ impl Scene {
         self.textiles.get("projectile")?.get("material")?.as_str()
     }
 
+    /// What is known of the fabric of the sheet beside what the network reads.
+    fn weave<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (key, number) in textile::weave(&self.textiles).map_err(errors::of_scene)? {
+            all.set_item(key, number)?;
+        }
+        Ok(all)
+    }
+
     /// What must be said of a projectile that is too heavy or too light for its size.
     fn unlikely_body(&self) -> Option<String> {
         fabric_scene::notes::unlikely_body(&self.scene)

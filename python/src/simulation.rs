@@ -387,6 +387,18 @@ impl Simulation {
         Ok(all)
     }
 
+    /// At how many crossings yarns would slip.
+    #[pyo3(signature = (thickness, friction, adhesion = 0.0))]
+    fn slip<'py>(&self, py: Python<'py>, thickness: f64, friction: f64, adhesion: f64) -> PyResult<Bound<'py, PyDict>> {
+        let found = py.detach(|| in_our_environment(|| self.sim.slip(thickness, friction, adhesion)));
+        let fabric::Slip { crossings, slipping, largest } = found.map_err(errors::of)?;
+        let all = PyDict::new(py);
+        all.set_item("crossings", <(u64, u64, u64)>::from(crossings))?;
+        all.set_item("slipping", <(u64, u64, u64)>::from(slipping))?;
+        all.set_item("largest", largest)?;
+        Ok(all)
+    }
+
     /// Momentum that the balance does not close by, N s.
     fn momentum_residual(&self, py: Python<'_>) -> PyResult<(f64, f64, f64)> {
         let residual = py.detach(|| in_our_environment(|| self.sim.momentum_residual()));

@@ -11,17 +11,20 @@ BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
 
 @unittest.skipUnless(BUILT, "the kernel is not built")
 class OnePly(unittest.TestCase):
-    def ply(self, radius=2.778e-3, friction=0.0, **more):
+    def ply(self, radius=2.778e-3, friction=0.0, weave=None, **more):
         from fabric_kernel import Scene
 
         body = {"radius": radius, "mass": 6.9e-4, "position": [0, 0, -radius], "velocity": [0, 0, 100]}
-        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, projectile=body, contact={"friction": friction}, **more)
+        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"} | (weave or {}), projectile=body, contact={"friction": friction}, **more)
 
     def points(self):
-        """(mu, mu_s, radius over that of the sphere, whether a window opened) of every hit on a window in the table."""
+        """(mu, mu_s, radius over that of the sphere, width, whether a window opened) of every hit on a window in the table."""
         found = set()
         for line in (TOP / "docs/tables/oneply.md").read_text().splitlines():
             cells = [cell.strip() for cell in line.split("|")]
+            # Single hits, whose last cell is the residual.
+            if len(cells) == 9 and re.fullmatch(r"[\d.]+", cells[1]) and re.fullmatch(r"\d+\.\d\d", cells[7]):
+                found.add((*map(float, cells[1:4]), "102", "window" in cells[6]))
             if len(cells) < 8 or cells[2] != "window" or cells[4] != "3":
                 continue
             numbers = re.fullmatch(r"mu ([\d.]+), mu_s ([\d.]+), radius ([\d.]+)", cells[3])
@@ -31,17 +34,24 @@ class OnePly(unittest.TestCase):
                 found.add((mu, body, radius, cells[1], "window" in cells[6]))
         return found
 
-    def test_no_window_opened_with_the_friction_that_is_needed(self):
-        from fabric_kernel.oneply import windowing
+    def test_no_window_opened_with_enough_more_than_the_friction_that_is_needed(self):
+        from fabric_kernel.oneply import MARGIN, windowing
 
-        below, above = [], []
+        below, above, between = [], [], []
         for mu, body, radius, _, opened in self.points():
-            found = windowing(self.ply(2.778e-3 * radius, body), {"friction": mu, "thickness": 0.115e-3})
-            (above if found.there[0] >= found.needed else below).append(opened)
+            found = windowing(self.ply(2.778e-3 * radius, body, {"friction": mu, "thickness": 0.23e-3}))
+            side = found.there[0] / found.needed
+            (above if side >= MARGIN else between if side >= 1.0 else below).append(opened)
         self.assertGreaterEqual(min(len(below), len(above)), 8)
         self.assertFalse(any(above))
+        self.assertTrue(any(between))
         # Below it yarns may break first, but in most points a window opens.
         self.assertGreater(below.count(True), below.count(False))
+
+    def test_the_report_names_the_widths_of_the_points(self):
+        from fabric_kernel.oneply import reference
+
+        self.assertEqual(sorted({float(width) for _, _, _, width, _ in self.points()}), sorted(reference()["criterion_width_mm"]))
 
     def test_the_numbers_are_those_of_the_table(self):
         import tomllib
@@ -57,21 +67,46 @@ class OnePly(unittest.TestCase):
     def test_needed_and_there_by_hand(self):
         from fabric_kernel.oneply import windowing
 
-        found = windowing(self.ply(friction=0.05), {"friction": 0.1, "thickness": 0.1e-3})
+        found = windowing(self.ply(friction=0.1, weave={"friction": 0.1, "thickness": "0.2 mm"}))
         self.assertAlmostEqual(found.needed, 0.5 * 0.0254 / 34 / (2.778e-3 + 0.05e-3), places=12)
-        self.assertAlmostEqual(found.there[0], 0.15)
-        self.assertEqual(found.sentence(), "")
+        self.assertAlmostEqual(found.there[0], 0.2)
+        self.assertIn("should stay together under the projectile: the coefficients of friction between yarns and on the projectile are together 0.2, and the criterion asks for 0.13", found.sentence())
+        self.assertIn("is likely to push the yarns aside", windowing(self.ply(weave={"friction": 0.1})).sentence())
         unknown = windowing(self.ply())
         self.assertEqual(unknown.there, (0.1, 0.3))
-        self.assertIn("below 0.13 together; here they count as 0.1 to 0.3", unknown.sentence())
+        self.assertIn("may push the yarns aside and pass", unknown.sentence())
+        self.assertIn("at a velocity far below this limit: the coefficients of friction between yarns and on the projectile are together 0.1 to 0.3, and the criterion asks for 0.13", unknown.sentence())
         self.assertIsNone(windowing(self.ply(stack={"plies": 2, "gap": 1e-4})))
 
     def test_what_is_out_of_range_is_named(self):
-        from fabric_kernel.oneply import windowing
+        for key, value, told in (("friction", -0.1, " = -0.1: must be 0 to 2"), ("thickness", 0.1, " = 0.1: must be"), ("colour", 1.0, "`; there are")):
+            with self.assertRaisesRegex(ValueError, f"fabric.{key}{told}"):
+                self.ply(weave={key: value})
 
-        for given, told in (({"friction": -0.1}, "friction: must be 0 to 2; it is -0.1"), ({"thickness": 0.1}, "thickness: must be"), ({"colour": 1.0}, "colour: no such key")):
-            with self.assertRaisesRegex(ValueError, told):
-                windowing(self.ply(), given)
+    def test_a_scene_keeps_what_is_known_of_its_fabric(self):
+        import pickle
+
+        from fabric_kernel import Scene
+
+        known = {"thickness": 2e-4, "width": 5e-4, "friction": 0.2}
+        scene = self.ply(weave=known)
+        for same in (scene, scene.replace({"contact.friction": 0.1}), pickle.loads(pickle.dumps(scene)), Scene.parse(scene.text())):
+            self.assertEqual(same.weave(), known)
+        self.assertEqual((self.ply().weave(), Scene().weave()), ({}, {}))
+
+    def test_crossings_slip_only_below_the_friction_that_holds_them(self):
+        from fabric_kernel import Simulation
+
+        simulation = Simulation(self.ply(), warns=False)
+        simulation.run("arrested", 300)
+        before = simulation.digest
+        few, many = simulation.slip(2.3e-4, 0.3), simulation.slip(2.3e-4, 0.0)
+        self.assertGreater(many["slipping"][2], few["slipping"][2])
+        self.assertEqual(few["crossings"][:2], (81, 317))
+        self.assertEqual(simulation.slip(2.3e-4, 0.0, adhesion=few["largest"])["slipping"], (0, 0, 0))
+        self.assertEqual(simulation.digest, before)
+        with self.assertRaisesRegex(ValueError, "thickness"):
+            simulation.slip(0.0, 0.1)
 
     def test_a_report_says_it(self):
         from fabric_kernel.about import cautions

@@ -48,6 +48,10 @@ const NUMBERS: [(&str, Place, &str); 15] = [
     ("weft.crimp", |t| &mut t.weft.crimp, "1"),
 ];
 
+/// What the network does not read, but what is said of one ply does: SI units and ranges. A number that is not given is unknown.
+const WEAVE: [(&str, &str, [f64; 2]); 3] =
+    [("thickness", "m", [1e-6, 1e-2]), ("width", "m", [1e-6, 1e-2]), ("friction", "1", [0.0, 2.0])];
+
 /// The tables of the sheet, and of the last plies of a stack.
 const FRONT: &str = "fabric";
 const BACK: &str = "back_fabric";
@@ -118,8 +122,29 @@ pub fn write(textiles: &Table) -> String {
     text
 }
 
-/// The textile of a table with this name.
-fn textile(table: &str, values: &Value) -> Result<Textile> {
+/// Thickness of the ply and width of a yarn in it, m, and friction between yarns, of the fabric of the sheet, by their keys; none that is unknown.
+pub fn weave(textiles: &Table) -> Result<Vec<(&'static str, f64)>> {
+    textiles.get(FRONT).map_or(Ok(Vec::new()), |values| weave_of(FRONT, &given(FRONT, values)?))
+}
+
+fn weave_of(table: &str, all: &BTreeMap<String, (String, Value)>) -> Result<Vec<(&'static str, f64)>> {
+    let mut found = Vec::new();
+    for (key, si, [least, most]) in WEAVE {
+        let Some((_, value)) = all.get(key) else { continue };
+        let whole = format!("{table}.{key}");
+        let number = number(&whole, value, si, 0.0)?;
+        if !(least..=most).contains(&number) {
+            let unit = if si == "1" { "" } else { " m" };
+            let text = format!("must be {least} to {most}{unit}; leave it out if it is unknown");
+            return bad(&whole, format!("{whole} = {}: {text}", short(&value.to_string())));
+        }
+        found.push((key, number));
+    }
+    Ok(found)
+}
+
+/// The numbers of a table with this name, and of the file that it names, as [`numbers`] has them.
+fn given(table: &str, values: &Value) -> Result<BTreeMap<String, (String, Value)>> {
     let mut own = match values {
         Value::Table(own) => own.clone(),
         // `fabric = "kevlar_km2_s706"`
@@ -138,6 +163,13 @@ fn textile(table: &str, values: &Value) -> Result<Textile> {
         }
     }
     all.extend(own);
+    Ok(all)
+}
+
+/// The textile of a table with this name.
+fn textile(table: &str, values: &Value) -> Result<Textile> {
+    let all = given(table, values)?;
+    weave_of(table, &all)?;
     let mut textile = Textile::default();
     for (key, place, si) in NUMBERS {
         if let Some((given, value)) = all.get(key) {
@@ -202,7 +234,7 @@ fn numbers(table: &str, given: Table) -> Result<BTreeMap<String, (String, Value)
     let (sides, both): (Table, Table) = given.into_iter().partition(|(key, _)| key == "warp" || key == "weft");
     for (key, value) in both {
         let wholes = ["", "warp.", "weft."].map(|side| format!("{side}{key}"));
-        let known: Vec<_> = wholes.into_iter().filter(|whole| NUMBERS.iter().any(|(name, ..)| name == whole)).collect();
+        let known: Vec<_> = wholes.into_iter().filter(|whole| keys().any(|name| name == whole)).collect();
         if known.is_empty() {
             return unknown(table, &key);
         }
@@ -226,6 +258,11 @@ fn numbers(table: &str, given: Table) -> Result<BTreeMap<String, (String, Value)
     Ok(all)
 }
 
+/// The keys of all numbers.
+fn keys() -> impl Iterator<Item = &'static str> {
+    NUMBERS.iter().map(|(name, ..)| *name).chain(WEAVE.map(|(name, ..)| name))
+}
+
 /// What people call numbers of a textile otherwise.
 const OTHERWISE: [(&str, &str); 6] = [
     ("density", "`fibre_density`"),
@@ -238,8 +275,7 @@ const OTHERWISE: [(&str, &str); 6] = [
 
 /// Says what the table may have.
 fn unknown<T>(table: &str, key: &str) -> Result<T> {
-    let known =
-        |of: fn(&str) -> Option<&str>| NUMBERS.iter().filter_map(|(name, ..)| of(name)).collect::<Vec<_>>().join(", ");
+    let known = |of: fn(&'static str) -> Option<&'static str>| keys().filter_map(of).collect::<Vec<_>>().join(", ");
     let both = known(|name| (!name.contains('.')).then_some(name));
     let (of_threads, key) = (known(|name| name.strip_prefix("warp.")), short(key));
     let other = OTHERWISE.iter().find(|(other, _)| *other == key.rsplit('.').next().unwrap_or_default());
@@ -380,6 +416,24 @@ mod tests {
         assert_eq!((both.warp.crimp, both.weft.crimp), (0.0, 0.0));
     }
 
+    #[test]
+    fn thickness_width_and_friction_are_known_or_not() {
+        let known = |text: &str| weave(&text.parse().unwrap());
+        let text = "[fabric]\nname = \"kevlar_km2_s706\"\nthickness = \"0.2 mm\"\nfriction = { value = 20, unit = \"%\", source = \"pulled\" }";
+        assert_eq!(known(text).unwrap(), [("thickness", 2e-4), ("friction", 0.2)]);
+        assert_eq!((known("fabric = \"kevlar_km2_s706\"").unwrap(), known("").unwrap()), (Vec::new(), Vec::new()));
+        assert_eq!(of(text).unwrap(), of("fabric = \"kevlar_km2_s706\"").unwrap());
+        for (wrong, told) in [
+            ("friction = -0.1", "fabric.friction = -0.1: must be 0 to 2; leave it out if it is unknown"),
+            ("thickness = \"20 mm\"", "fabric.thickness = \"20 mm\": must be 0.000001 to 0.01 m"),
+            ("width = nan", "fabric.width = nan: must be"),
+            ("warp.width = 1e-4", "unknown key `fabric.warp.width`"),
+        ] {
+            let error = of(&format!("[fabric]\nname = \"kevlar_km2_s706\"\n{wrong}")).unwrap_err().to_string();
+            assert!(error.contains(told), "{error}");
+        }
+    }
+
     /// The marks of how a number is known: read in the source, in a transcription of it, derived.
     const MARKS: [&str; 3] = ["S", "2", "D"];
 
@@ -424,7 +478,7 @@ mod tests {
         let example = page.split_once("```toml\n").unwrap().1.split_once("```").unwrap().0;
         let scene = crate::parse(example).unwrap();
         assert_eq!((scene.sheet.crimp, scene.viscosity()), ([0.01, 0.003], fabric::TEXTILE_VISCOSITY));
-        for key in NUMBERS.iter().map(|(name, ..)| name.trim_start_matches("warp.").trim_start_matches("weft.")) {
+        for key in keys().map(|name| name.trim_start_matches("warp.").trim_start_matches("weft.")) {
             assert!(page.contains(&format!("`{key}`")), "{key} is not on the page");
         }
     }

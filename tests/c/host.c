@@ -513,6 +513,23 @@ static void plies(void)
     free_block(b);
 }
 
+/* Yarns slip at more crossings with less friction, and at none with enough. */
+static void slip(void)
+{
+    fk_scene scene = small_scene();
+    fk_sim *sim = NULL;
+    fk_slip little, much, held;
+    block b = new_block(&scene, 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL, 0) == FK_OK && fk_advance(sim, 300) == FK_OK);
+    CHECK(fk_get_slip(sim, 2e-4, 0.1, 0.0, &little, sizeof little) == FK_OK && fk_get_slip(sim, 2e-4, 0.3, 0.0, &much, sizeof much) == FK_OK);
+    CHECK(little.slipping[2] > much.slipping[2] && much.slipping[2] >= much.slipping[1] && much.slipping[1] >= much.slipping[0]);
+    CHECK(little.crossings[2] == 39 * 39 && little.largest > 0.0 && little.largest == much.largest);
+    CHECK(fk_get_slip(sim, 2e-4, 0.0, little.largest, &held, sizeof held) == FK_OK && held.slipping[2] == 0);
+    CHECK(fk_get_slip(sim, 0.0, 0.1, 0.0, &held, sizeof held) == FK_NOT_POSITIVE && fk_get_slip(sim, 2e-4, -0.1, 0.0, &held, sizeof held) == FK_OUT_OF_RANGE);
+    CHECK(fk_get_slip(sim, 2e-4, 0.1, 0.0, &held, 8) == FK_STRUCT_SIZE && fk_get_slip(sim, 2e-4, 0.1, 0.0, NULL, sizeof held) == FK_NULL_POINTER);
+    free_block(b);
+}
+
 /* Starts given by the host: what does not fit is refused by name and changes nothing. */
 static void given_starts(void)
 {
@@ -809,6 +826,7 @@ int main(void)
     bad_faults();
     read_outs();
     plies();
+    slip();
     given_starts();
     rounding_of_the_host(digest);
     prescribed();

@@ -96,6 +96,33 @@ fn a_wave_runs_with_the_speed_of_sound() {
     near("plateau behind the wave, N", sim.tension(0, n / 2), plateau, 0.01);
 }
 
+/// A wave of tension T from a moved end meets a clamp that holds up to F. It comes back with as much, so 2 T less than F is held; else the clamp slips
+/// with (2 T - F)/Z, Z = T over the velocity of the moved end, and takes F times the way.
+#[test]
+fn a_clamp_slips_where_the_reflected_wave_exceeds_its_force() {
+    for clamp in [3.0, 5.2] {
+        let (mut c, body) = cloth(&format!("velocity=1 pinned=1 crimped=0 linear=0.06 clamp={clamp}"));
+        (c.yarns, c.bare) = ([1, 300], true);
+        let mut sim = alone(c.clone(), body);
+        sim.ends[0][1] = End::Moves(5.0);
+        let impedance = (c.stiffness * c.line_mass).sqrt();
+        let once = 301.0 * c.spacing / (c.stiffness / c.line_mass).sqrt();
+        let [early, late] = [1.3, 1.7].map(|times| {
+            while sim.time() < times * once {
+                sim.step();
+            }
+            (sim.time(), sim.axes[0].at[0], sim.tension(0, 8), sim.book.clamps)
+        });
+        let (way, slides) = (late.1 - early.1, 2.0 * 5.0 * impedance > clamp);
+        if slides {
+            near("velocity of a slipping clamp, m/s", way / (late.0 - early.0), 10.0 - clamp / impedance, 0.01);
+            near("what a slipping clamp takes, J", late.3 - early.3, clamp * way, 0.01);
+        }
+        assert!(slides || way == 0.0 && late.3 == 0.0);
+        near("tension at a clamp, N", late.2, if slides { clamp } else { 10.0 * impedance }, 0.01);
+    }
+}
+
 #[test]
 fn a_weave_at_rest_stays_so() {
     let (c, body) = cloth("velocity=1 yarns=12");

@@ -15,7 +15,7 @@
 use crate::body::Body;
 
 /// A ply and its numbers, SI units.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Cloth {
     pub spacing: f64,
     /// Bars in a spacing, at least 3.
@@ -44,8 +44,6 @@ pub struct Cloth {
     pub slack: f64,
     /// Part of critical damping of contacts.
     pub damping: f64,
-    /// Stiffness of contacts over the usual one.
-    pub hardness: f64,
     /// Time step over the stable one.
     pub step: f64,
     /// Natural lengths are shorter by this part, for each direction.
@@ -75,9 +73,10 @@ impl Cloth {
 }
 
 /// What holds an end of a yarn; forces and velocities point away from the cloth.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Default, PartialEq)]
 #[allow(dead_code)] // The closed forms pull and move ends.
 pub enum End {
+    #[default]
     Held,
     /// Held up to a force, N.
     Slips(f64),
@@ -92,6 +91,13 @@ pub struct Axis {
     pub v: Vec<f64>,
     pub old: Vec<f64>,
     pub lost: Vec<f64>,
+}
+
+impl Axis {
+    #[inline(always)]
+    fn of(&mut self, range: &std::ops::Range<usize>) -> [&mut [f64]; 4] {
+        [&mut self.at, &mut self.v, &mut self.old, &mut self.lost].map(|values| &mut values[range.clone()])
+    }
 }
 
 /// A point of a yarn's curve: its middle node and the weights of three nodes for the place and the tangent.
@@ -149,7 +155,7 @@ pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// The closest points of a warp and a weft.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct Crossing {
     pub on: bool,
     /// Arc coordinates on both, in bars, and their change in the last step.
@@ -160,6 +166,7 @@ pub struct Crossing {
     pub force: f64,
 }
 
+#[derive(Default)]
 pub struct Sim {
     pub cloth: Cloth,
     pub body: Body,
@@ -188,19 +195,12 @@ pub struct Sim {
     work: Vec<f64>,
 }
 
-/// What left the balance, J, and counters.
+/// What left the balance, J: by damage; what contacts that ended had stored; and what the clamps rubbed away, a share of the dissipation.
 #[derive(Default, Clone)]
 pub struct Book {
     pub damage: f64,
-    /// What contacts that ended had stored, and by how much new pairs of yarns side by side changed it, in all.
     pub dropped: f64,
-    pub moved: f64,
-    /// By friction between yarns, on the body, and at clamps, each with the velocities at its own kick: shares, not the balance.
-    pub rubbed: [f64; 3],
-    pub on_body: f64,
-    pub broken: u32,
-    pub first_break: Option<f64>,
-    pub depth: f64,
+    pub clamps: f64,
 }
 
 impl Sim {
@@ -217,9 +217,8 @@ impl Sim {
         }
         let mut axes: [Axis; 3] = Default::default();
         for axis in &mut axes {
-            for values in [&mut axis.at, &mut axis.v, &mut axis.old, &mut axis.lost] {
-                values.resize(total, 0.0);
-            }
+            let zeros = || vec![0.0; total];
+            *axis = Axis { at: zeros(), v: zeros(), old: zeros(), lost: zeros() };
         }
         for yarn in 0..n[0] + n[1] {
             let way = usize::from(yarn >= n[0]);
@@ -244,7 +243,7 @@ impl Sim {
         let length = [of(0), of(1)];
         let mean = length.iter().flatten().sum::<f64>() / (length[0].len() + length[1].len()) as f64;
         let mass = cloth.line_mass * mean;
-        let unit = cloth.stiffness / h * cloth.hardness;
+        let unit = cloth.stiffness / h;
         let springs = [unit, 0.2 * unit, 3.0 * unit / p as f64];
         // Bars at the critical stretch, with the springs that a node can have at once.
         let bar = cloth.stiffness / mean * (1.5 * cloth.critical_stretch.powi(2) - 0.5);
@@ -253,37 +252,14 @@ impl Sim {
             .map(|c| Crossing {
                 on: !cloth.bare,
                 s: [(p * (c % n[1] + 1)) as f64, (p * (c / n[1] + 1)) as f64],
-                rate: [0.0; 2],
-                depth: 0.0,
-                force: 0.0,
+                ..Crossing::default()
             })
             .collect();
         let scratch = std::array::from_fn(|_| vec![0.0; stride + 1]);
-        let ends = vec![[cloth.clamp; 2]; n[0] + n[1]];
-        let broken = vec![false; n[0] + n[1]];
+        let (ends, broken) = (vec![[cloth.clamp; 2]; n[0] + n[1]], vec![false; n[0] + n[1]]);
         let (alpha, work) = (vec![1.0; total], vec![0.0; total]);
-        let (side, near, book) = (Vec::new(), Vec::new(), Book::default());
-        Sim {
-            cloth,
-            body,
-            axes,
-            alpha,
-            crossings,
-            ends,
-            broken,
-            mass,
-            dt,
-            steps: 0,
-            nodes,
-            stride,
-            length,
-            springs,
-            book,
-            side,
-            near,
-            scratch,
-            work,
-        }
+        let sim = Sim { cloth, body, axes, alpha, crossings, ends, broken, mass, dt, nodes, stride, ..Sim::default() };
+        Sim { length, springs, scratch, work, ..sim }
     }
 
     /// Direction, first node and nodes of a yarn.
@@ -323,12 +299,7 @@ impl Sim {
         let range = first..first + n;
         let work = &mut self.work[range.clone()];
         for axis in &mut self.axes {
-            let (at, v, old, lost) = (
-                &mut axis.at[range.clone()],
-                &axis.v[range.clone()],
-                &mut axis.old[range.clone()],
-                &mut axis.lost[range.clone()],
-            );
+            let [at, v, old, lost] = axis.of(&range);
             for k in 0..n {
                 work[k] += lost[k] * (old[k] + v[k]);
                 lost[k] = 0.0;
@@ -376,9 +347,7 @@ impl Sim {
                     (te[k + 1], tg[k + 1]) = (te[k + 1] * left / alpha[k], tg[k + 1] * left / alpha[k]);
                     alpha[k] = left;
                     if left == 0.0 {
-                        self.book.broken += 1;
                         self.broken[yarn] = true;
-                        self.book.first_break.get_or_insert(self.steps as f64 * dt);
                     }
                 }
             }
@@ -386,12 +355,7 @@ impl Sim {
         let stiff = c.viscosity[2] * c.line_mass * speed;
         let m = &mut moment[..n];
         for axis in &mut self.axes {
-            let (at, v, old, lost) = (
-                &axis.at[range.clone()],
-                &mut axis.v[range.clone()],
-                &axis.old[range.clone()],
-                &mut axis.lost[range.clone()],
-            );
+            let [at, v, old, lost] = axis.of(&range);
             (m[0], m[n - 1]) = (0.0, 0.0);
             for k in 1..n - 1 {
                 m[k] = stiff * alpha[k - 1] * alpha[k] * (old[k - 1] - 2.0 * old[k] + old[k + 1]);
@@ -426,14 +390,8 @@ impl Sim {
                 End::Pulled(force) => next[way] = along.v[node] + out * kick * force,
                 End::Slips(force) => {
                     let most = kick * force;
-                    next[way] = if along.v[node] > most {
-                        along.v[node] - most
-                    } else if along.v[node] < -most {
-                        along.v[node] + most
-                    } else {
-                        0.0
-                    };
-                    self.book.rubbed[2] += 0.5 * self.mass * (along.v[node] - next[way]) * (along.v[node] + next[way]);
+                    next[way] = along.v[node] - along.v[node].clamp(-most, most);
+                    self.book.clamps += 0.5 * self.mass * (along.v[node] - next[way]) * (along.old[node] + next[way]);
                 }
             }
             for (axis, next) in self.axes.iter_mut().zip(next) {
@@ -450,13 +408,8 @@ impl Sim {
             let (way, first, n) = self.yarn(yarn);
             for k in 0..n - 1 {
                 let q = self.q(first + k, self.length[way][k]);
-                sum += self.alpha[first + k]
-                    * 0.125
-                    * self.cloth.stiffness
-                    * self.length[way][k]
-                    * q
-                    * q
-                    * if q > 0.0 { 1.0 } else { self.cloth.slack };
+                let stiffness = self.cloth.stiffness * if q > 0.0 { 1.0 } else { self.cloth.slack };
+                sum += self.alpha[first + k] * 0.125 * stiffness * self.length[way][k] * q * q;
             }
         }
         sum

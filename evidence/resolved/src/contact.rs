@@ -97,7 +97,6 @@ impl Sim {
         let speed = dot(slip, slip).sqrt();
         let rub = ((adhesion + self.cloth.friction * force) * self.dt).min(mass * speed);
         let along = if speed > 0.0 { rub / speed } else { 0.0 };
-        self.book.rubbed[0] += rub * (speed - 0.5 * rub / mass);
         let part = 1.0 / self.mass;
         for k in 0..3 {
             let lost = (force - elastic) * self.dt * n[k] - along * slip[k];
@@ -142,12 +141,8 @@ impl Sim {
                 continue;
             }
             let moved = two(|k| ahead[k] + touch.shift[k]);
-            let force = if touch.depth > -0.01 * thickness {
-                self.kick(&touch, self.springs[0], self.cloth.adhesion)
-            } else {
-                0.0
-            };
-            self.book.depth = self.book.depth.max(touch.depth);
+            let touches = touch.depth > -0.01 * thickness;
+            let force = if touches { self.kick(&touch, self.springs[0], self.cloth.adhesion) } else { 0.0 };
             let crossing = &mut self.crossings[c];
             crossing.rate = two(|k| (moved[k] - s[k]).clamp(-MOST, MOST));
             crossing.s = moved;
@@ -177,8 +172,6 @@ impl Sim {
             let speed = dot(slip, slip).sqrt();
             let rub = (self.body.friction * force * self.dt).min(mass * speed);
             let along = if speed > 0.0 { rub / speed } else { 0.0 };
-            self.book.rubbed[1] += rub * (speed - 0.5 * rub / mass);
-            self.book.on_body = self.book.on_body.max(depth);
             for a in 0..3 {
                 let lost = (force - elastic) * self.dt * n[a] - along * slip[a];
                 let all = elastic * self.dt * n[a] + lost;
@@ -230,9 +223,7 @@ impl Sim {
         }
         let before = self.stored_beside();
         (self.near, self.side) = (near, sides);
-        let change = before - self.stored_beside();
-        self.book.dropped += change;
-        self.book.moved += change.abs();
+        self.book.dropped += before - self.stored_beside();
     }
 
     fn stored_beside(&self) -> f64 {

@@ -38,6 +38,7 @@ pub enum Feature {
     Closed,
     Case,
     Vectors,
+    Slip,
 }
 
 /// Whether a scene asks for something.
@@ -64,7 +65,7 @@ pub struct Record {
 use Feature::*;
 
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
-pub const FEATURES: [Record; 25] = [
+pub const FEATURES: [Record; 26] = [
     Record {
         feature: Rate,
         name: "rate",
@@ -310,6 +311,15 @@ pub const FEATURES: [Record; 25] = [
         not_with: &[],
         words: 0,
         about: "AVX2 and AVX-512 on machines that have them",
+    },
+    Record {
+        feature: Slip,
+        name: "slip",
+        built: cfg!(feature = "slip"),
+        asked_by: &[],
+        not_with: &[],
+        words: 0,
+        about: "The read-out of crossings that would slip",
     },
 ];
 

@@ -26,6 +26,7 @@ use crate::step::energy::{self, Energy, Ply};
 use crate::step::explicit;
 use crate::step::outcome;
 use crate::step::readout::GreatestOfRow;
+use crate::step::slip::{self, Slip};
 use crate::step::viscosity;
 use crate::yarn::law;
 use core::mem::MaybeUninit;
@@ -487,6 +488,16 @@ impl<'a> Sim<'a> {
     /// No such ply; a latched failure.
     pub fn ply(&self, ply: u32) -> Result<Ply, Error> {
         energy::ply(&self.system, ply)
+    }
+
+    /// At how many crossings yarns would slip, with a pass over the sheet. Commits nothing.
+    /// `thickness`: of the ply, m, > 0. `friction`: coefficient between yarns, >= 0. `adhesion`: the force f_0 at a crossing without pressure, N, >= 0.
+    ///
+    /// # Errors
+    /// A number out of its range; a curved sheet; a build without the feature `slip`; a latched failure.
+    pub fn slip(&self, thickness: f64, friction: f64, adhesion: f64) -> Result<Slip, Error> {
+        Feature::Slip.needed_by("slip")?;
+        slip::slip(&self.system, thickness, friction, adhesion)
     }
 
     /// Linear momentum that the balance of fabric, projectile, supports and loads does not close by, N s, host's axes.

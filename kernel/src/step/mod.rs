@@ -7,5 +7,6 @@ pub mod outcome;
 pub mod readout;
 pub mod relaxation;
 pub mod slackness;
+pub mod slip;
 pub mod theta;
 pub mod viscosity;
