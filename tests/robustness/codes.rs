@@ -47,7 +47,12 @@ fn in_rust(code: Code) -> Option<Code> {
     }
     let (sheet, rest) = (small_sheet(9, 50.0), [0.0; 6 * 81]);
     match code {
-        Code::NullPointer | Code::Misaligned | Code::MovedBlock | Code::StructSize | Code::UnknownChoice => None,
+        Code::NullPointer
+        | Code::Misaligned
+        | Code::MovedBlock
+        | Code::StructSize
+        | Code::UnknownChoice
+        | Code::BadCapsule => None,
         Code::NotBuilt => None,
         Code::ShortBuffer => called(&sheet, |sim| sim.save(&mut [])),
         Code::WrongLength => called(&sheet, |sim| sim.copy_positions(&mut [])),
