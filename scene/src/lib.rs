@@ -2,7 +2,7 @@
 //! the table of parameters ([`fabric::fields`]), which are the paths in [`fabric::Scene`]; an unknown key is an error.
 //!
 //! ```toml
-//! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder", "turbine_disc_sector"
+//! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder", "turbine_disc_sector", "ring_40in"
 //! time_step = { fraction = 0.4 }       # of dt_crit; or { seconds = 2e-8 }
 //! integrator = { kind = "theta", tolerance = 1e-8 }
 //! fabric = "kevlar_km2_s706"           # or a table: `textile.rs`; before all other keys, which override it
@@ -77,10 +77,11 @@ fn bad<T>(key: &str, text: String) -> Result<T> {
 /// A preset by name.
 pub type Preset = (&'static str, fn() -> Scene);
 /// The presets.
-pub const PRESETS: [Preset; 3] = [
+pub const PRESETS: [Preset; 4] = [
     ("sheet_3in_sphere", Scene::sheet_3in_sphere),
     ("sheet_10in_cylinder", Scene::sheet_10in_cylinder),
     ("turbine_disc_sector", Scene::turbine_disc_sector),
+    ("ring_40in", Scene::ring_40in),
 ];
 
 /// Reads a scene. The kernel's own checks come later, when a simulation is made of it.
@@ -173,6 +174,15 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     }
     for (key, value) in others {
         assign(scene, key, value).map_or_else(|error| wrong.push(error), |field| changed.extend(field));
+    }
+    if fabric.is_some() && scene.is_curved() {
+        let asked = (scene.yarn.viscosity_bending, scene.slack_balance);
+        scene.leave_out_what_a_curve_refuses();
+        // What is asked for by name is refused by name.
+        if counted("yarn.viscosity_bending", &given) {
+            scene.yarn.viscosity_bending = asked.0;
+        }
+        scene.slack_balance |= asked.1 && counted("slack_balance", &given);
     }
     if let Some((_, Value::Array(planes))) = given.iter().find(|(name, _)| name == "projectile.faces.planes")
         && !counted("projectile.faces.count", &given)
@@ -534,6 +544,7 @@ mod tests {
         assert_eq!(parse("preset = \"sheet_3in_sphere\"").unwrap(), Scene::sheet_3in_sphere());
         assert_eq!(parse("preset = \"sheet_10in_cylinder\"").unwrap(), Scene::sheet_10in_cylinder());
         assert_eq!(parse("preset = \"turbine_disc_sector\"").unwrap(), Scene::turbine_disc_sector());
+        assert_eq!(parse("preset = \"ring_40in\"").unwrap(), Scene::ring_40in());
     }
 
     #[test]

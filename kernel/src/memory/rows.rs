@@ -14,7 +14,7 @@ use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
 use crate::sheet::places::rest_offset;
-use crate::sheet::sweep::{OnCase, Report, Row};
+use crate::sheet::sweep::{OnCasing, Report, Row};
 use crate::sheet::symmetry::Line;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
@@ -126,8 +126,11 @@ impl Rows<'_> {
     /// [`Rows::sweep`] with viscosity.
     #[inline(always)] // The rows themselves then take no stack.
     pub fn sweep_viscous(&mut self, terms: &Terms<'_>) -> Report {
-        if terms.layout.x.is_mirrored() {
+        if terms.layout.x.has_image() {
             self.place_images(terms.layout);
+        }
+        if terms.layout.has(Feature::Curved) {
+            return self.sweep_curved(terms);
         }
         self.sweep_with::<true, true>(terms)
     }
@@ -219,6 +222,12 @@ impl Rows<'_> {
             let Some((below, next)) = self.hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
             keep_fixed(row, self.kept, run);
+            let mut by_column = [0.0; CHUNK];
+            let viscous = if layout.has(Feature::Viscosity) {
+                Some(self.viscous.row(layout, pass.directions, (k, rows, self.first), &mut by_column).0)
+            } else {
+                None
+            };
             let row_job = Row {
                 pass: &pass,
                 j,
@@ -229,18 +238,21 @@ impl Rows<'_> {
                 yarn: &terms.yarn_row(self.yarn, self.strength, &[], k, self.ply),
                 owed: &mut [],
                 been_slack: 0,
-                viscous: None,
+                viscous,
             };
             // Whole rows of a ring are held, or none of it.
-            let case = terms.directions.case.as_ref().filter(|_| run[0] == run[1]);
+            let case = terms.directions.casing.as_ref().filter(|_| run[0] == run[1]);
             let place_y = rest_offset(j, layout.y.nodes) * pass.directions.vertical.rest.spacing;
             let pushes = self.before.get_mut(3 * k..).and_then(|pushes| pushes.first_chunk_mut());
-            let on_case = case.zip(pushes).map(|(case, pushed)| OnCase { case, place_y, pushed });
-            let (met, reach) = row_job.step_curved(on_case);
+            let on_casing = case.zip(pushes).map(|(case, pushed)| OnCasing { case, place_y, pushed });
+            let (met, reach) = row_job.step_curved(on_casing);
             report = report.merged(met);
             let pulled = end_row(terms, None, j, row, self.kept, run, (range, reach));
             if let Some(pulls) = self.pulls.get_mut(k) {
                 *pulls = pulled;
+            }
+            if let Some(taken) = self.taken.get_mut(k) {
+                *taken = self.viscous.taken(layout, pass.directions, [k, j], &by_column, &Last::default());
             }
         }
         report

@@ -36,7 +36,7 @@ pub enum Feature {
     Blocks,
     Curved,
     Closed,
-    Case,
+    Casing,
     Vectors,
 }
 
@@ -280,7 +280,7 @@ pub const FEATURES: [Record; 25] = [
         name: "rings",
         built: cfg!(feature = "rings"),
         asked_by: &[("sheet.radius", |s| s.sheet.radius != 0.0)],
-        not_with: &[Rate, Viscosity, Plies, Slack, Grading, Theta, Mirrors],
+        not_with: &[Rate, Plies, Slack, Grading, Theta, Mirrors],
         words: 0,
         about: "A sheet that is curved about an axis along y",
     },
@@ -294,7 +294,7 @@ pub const FEATURES: [Record; 25] = [
         about: "A ring: the last node of a row is joined to its first",
     },
     Record {
-        feature: Case,
+        feature: Casing,
         name: "rings",
         built: cfg!(feature = "rings"),
         asked_by: &[("casing.radius", |s| s.casing.radius != 0.0)],

@@ -18,7 +18,7 @@ use crate::ground::planes::{
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
-use crate::sheet::case::Cylinder;
+use crate::sheet::casing::Cylinder;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::sheet::neighbours::{NOTHING, right_of};
@@ -146,7 +146,7 @@ pub struct Row<'a> {
 }
 
 /// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what else acts on the
-/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity; CURVED: of a curved sheet; CASE: of a ring on a case.
+/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity; CURVED: of a curved sheet; CASING: of a ring on a case.
 struct RowJob<
     'a,
     const PLAIN: bool,
@@ -155,11 +155,11 @@ struct RowJob<
     const FETCH: bool = true,
     const VISCOUS: bool = false,
     const CURVED: bool = false,
-    const CASE: bool = false,
+    const CASING: bool = false,
 >(Row<'a>, Joint<'a>);
 
 /// A row on a case.
-pub struct OnCase<'a> {
+pub struct OnCasing<'a> {
     /// The case.
     pub case: &'a Cylinder,
     /// Its rest place along y, spacings.
@@ -172,12 +172,12 @@ pub struct OnCase<'a> {
 struct Joint<'a> {
     /// Force of the segment before the first node.
     left: [f64; 3],
-    on_case: Option<OnCase<'a>>,
+    on_casing: Option<OnCasing<'a>>,
 }
 
 impl Joint<'_> {
     /// Of a flat sheet.
-    const NONE: Joint<'static> = Joint { left: [0.0; 3], on_case: None };
+    const NONE: Joint<'static> = Joint { left: [0.0; 3], on_casing: None };
 }
 
 /// Nothing.
@@ -234,12 +234,15 @@ impl Row<'_> {
         }
     }
 
-    /// [`Row::step`] of a curved sheet. A curve excludes all but directions that are not plain.
+    /// [`Row::step`] of a curved sheet. A curve excludes all but viscosity along the yarn and directions that are not plain.
     #[inline(always)] // As above.
-    pub fn step_curved(self, on_case: Option<OnCase<'_>>) -> (Report, [f64; 2]) {
+    pub fn step_curved(self, on_casing: Option<OnCasing<'_>>) -> (Report, [f64; 2]) {
         let (set, left) = (self.pass.instructions, self.force_across_the_joint());
-        let joint = Joint { left, on_case };
-        if joint.on_case.is_some() {
+        let joint = Joint { left, on_casing };
+        if self.viscous.is_some() {
+            return lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true, true, true>(self, joint));
+        }
+        if joint.on_casing.is_some() {
             return lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, false, true, true>(self, joint));
         }
         if self.pass.directions.plain {
@@ -252,7 +255,7 @@ impl Row<'_> {
     /// The force of the segment from the last node of a ring to its first, on the last; nothing is committed. 0 of an open row.
     #[inline(never)]
     fn force_across_the_joint(&self) -> [f64; 3] {
-        let Row { pass, row, history, yarn, .. } = self;
+        let Row { pass, row, history, yarn, viscous, .. } = self;
         // Only in a ring a segment begins at the last node.
         let last = pass.verticals.wrapping_sub(1);
         let places = (row.first(), row.get(last / CHUNK), history.get(last / CHUNK), pass.net.hoop.get(last / CHUNK));
@@ -272,7 +275,15 @@ impl Row<'_> {
         };
         let (mut largest, mut stiffness) = (largest[lane], chunk[6][lane]);
         pass.damage_segment(q, yarn, Axis::Horizontal, last, [&mut largest, &mut stiffness]);
-        ring::force(law::stress(stiffness, q), d, chord)
+        let zero = 0.0_f64;
+        let strain = match viscous.as_ref().and_then(|viscous| viscous.past.get(last / CHUNK)) {
+            Some([before, ..]) => {
+                let viscosity = pass.directions.horizontal.viscosity.lanes::<f64>();
+                viscosity.twice_strain(q.max(zero), before[lane].max(zero))
+            }
+            None => q,
+        };
+        ring::force(law::stress(stiffness, strain), d, chord)
     }
 }
 
@@ -381,8 +392,8 @@ impl<
     const FETCH: bool,
     const VISCOUS: bool,
     const CURVED: bool,
-    const CASE: bool,
-> Job for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS, CURVED, CASE>
+    const CASING: bool,
+> Job for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS, CURVED, CASING>
 {
     type Output = (Report, [f64; 2]);
 
@@ -456,16 +467,16 @@ impl<
             };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -566,7 +577,7 @@ impl<L: Lane> Carried<L> {
         const FACTOR: u8,
         const VISCOUS: bool,
         const CURVED: bool,
-        const CASE: bool,
+        const CASING: bool,
     >(
         &mut self,
         planes: &mut Planes<'_, '_>,
@@ -634,7 +645,11 @@ impl<L: Lane> Carried<L> {
         }
         let (mut lift, mut force) =
             forces::<L, PLAIN, CURVED>(([stress_h, stress_v], vertical_axes(up)), along, chord, [&rest_h, &rest_v]);
-        if VISCOUS && let Some(past) = planes.past.as_deref() {
+        // On a curve there are no moments.
+        if VISCOUS
+            && !CURVED
+            && let Some(past) = planes.past.as_deref()
+        {
             let [next, above] = planes.past_beside;
             let [bent_h, bent_v] = bending_forces::<L>(past, next, above, g);
             force[2] = force[2].add(bent_h);
@@ -644,8 +659,8 @@ impl<L: Lane> Carried<L> {
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
         let mut sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
-        if CASE && let Some(on_case) = &mut planes.joint.on_case {
-            sum = push_off(on_case, (planes.hoop, here), [L::load(&vx[g]), L::load(&vz[g])], sum, g);
+        if CASING && let Some(on_casing) = &mut planes.joint.on_casing {
+            sum = push_off(on_casing, (planes.hoop, here), [L::load(&vx[g]), L::load(&vz[g])], sum, g);
         }
         move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
         let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
@@ -774,7 +789,7 @@ fn forces<L: Lane, const PLAIN: bool, const CURVED: bool>(
 /// The change of velocity of the nodes of group g with the push of their case, which is added to its sums.
 #[inline(always)]
 fn push_off<L: Lane>(
-    OnCase { case, place_y, pushed: [to_x, to_z, taken] }: &mut OnCase<'_>,
+    OnCasing { case, place_y, pushed: [to_x, to_z, taken] }: &mut OnCasing<'_>,
     (hoop, here): (&Chunk<HOOP_PLANES>, [L; 3]),
     before: [L; 2],
     sum: [L; 3],

@@ -241,14 +241,14 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
 #[inline(never)]
 pub(crate) fn book_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (unit, sums) = (system.model.unit_energy, &mut system.state.sums);
-    let pushes = if system.layout.has(Feature::Case) { 3 * first..3 * end } else { 0..0 };
+    let pushes = if system.layout.has(Feature::Casing) { 3 * first..3 * end } else { 0..0 };
     let pushes = system.arrays.before.get_mut(pushes).unwrap_or_default();
     for push in pushes.as_chunks_mut::<3>().0 {
         // The next pass may leave out a row.
         let [x, z, taken] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
         *push = [[0.0; CHUNK]; 3];
-        sums.case -= Vector::new(x, 0.0, z);
-        sums.case_loss += unit * taken;
+        sums.casing -= Vector::new(x, 0.0, z);
+        sums.casing_loss += unit * taken;
     }
 }
 

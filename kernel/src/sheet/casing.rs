@@ -34,7 +34,7 @@ pub struct Cylinder {
 impl Cylinder {
     /// That of a scene, if it has one.
     pub fn of(scene: &Scene) -> Option<Cylinder> {
-        let hoop = Hoop::of(scene).filter(|_| Feature::Case.is_built() && scene.casing.radius != 0.0)?;
+        let hoop = Hoop::of(scene).filter(|_| Feature::Casing.is_built() && scene.casing.radius != 0.0)?;
         let (h, [angle, half_angle], [place, half]) =
             (scene.sheet.spacing, scene.casing.window_angle, scene.casing.window_place);
         // A case that bears the ring at rest does so to rounding.
@@ -90,8 +90,8 @@ impl Cylinder {
         }
         let [mut sum_x, mut sum_z, mut taken] = [[0.0]; 3];
         // As if it lay on the case to rounding.
-        let on_case = Cylinder { radius: math::length([x, 0.0, z]), ..*self };
-        let push = on_case.push([x, y, z], [0.0; 2], [a, c], [&mut sum_x, &mut sum_z, &mut taken]);
+        let on_casing = Cylinder { radius: math::length([x, 0.0, z]), ..*self };
+        let push = on_casing.push([x, y, z], [0.0; 2], [a, c], [&mut sum_x, &mut sum_z, &mut taken]);
         [a + push[0], b, c + push[1]]
     }
 }
@@ -103,15 +103,15 @@ fn is_snug(scene: &Scene) -> bool {
 
 impl Scene {
     /// Whether the case bears a ring that is taut at rest.
-    pub(crate) fn has_snug_case(&self) -> bool {
-        Feature::Case.is_built() && self.is_closed() && is_snug(self)
+    pub(crate) fn has_snug_casing(&self) -> bool {
+        Feature::Casing.is_built() && self.is_closed() && is_snug(self)
     }
 
     /// A case lies within a ring, and its window along it.
     #[inline(never)]
-    pub(crate) fn check_case(&self) -> Result<(), Error> {
+    pub(crate) fn check_casing(&self) -> Result<(), Error> {
         let (casing, ring) = (&self.casing, self.sheet.radius);
-        if !Feature::Case.is_built() || casing.radius == 0.0 {
+        if !Feature::Casing.is_built() || casing.radius == 0.0 {
             return Ok(());
         }
         if !self.is_closed() {
