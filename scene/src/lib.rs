@@ -168,12 +168,17 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     if fabric.is_some() {
         wrong.extend(changed.iter().filter_map(|field| textile::determined(field.name)).map(Into::into));
     }
+    let radius = scene.sheet.radius;
     wrong.extend(derived::sheet(&own, scene, nodes).err());
     if let (Some(textile), true) = (&back, wrong.is_empty()) {
         textile::apply_back(scene, textile)?;
     }
     for (key, value) in others {
         assign(scene, key, value).map_or_else(|error| wrong.push(error), |field| changed.extend(field));
+    }
+    if scene.casing.radius == radius {
+        // A case that bears a ring is as wide as that which its nodes close.
+        scene.casing.radius = scene.sheet.radius;
     }
     if fabric.is_some() && scene.is_curved() {
         let asked = (scene.yarn.viscosity_bending, scene.slack_balance);
@@ -665,6 +670,40 @@ mod tests {
         scene.step_limits().unwrap();
         let bare = parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_49_yarn\"\n").unwrap_err();
         assert!(bare.to_string().contains("fabric.linear_density, count: missing or 0"), "{bare}");
+    }
+
+    /// The preset has the numbers of the fabric's file; a ring of a fabric has as many nodes as its radius takes, and what it refuses is left
+    /// out, but not where it is asked for.
+    #[test]
+    fn a_ring_of_a_fabric_closes() {
+        let bare = Scene::ring_40in();
+        let ring = parse("preset = \"ring_40in\"\nfabric = \"zylon_as_500_35\"\nsheet.yarns_per_bar = 4\n").unwrap();
+        let differ = |a: f64, b: f64| (a / b - 1.0).abs() > 1e-12;
+        let (own, other) = (ring.sheet, bare.sheet);
+        assert!(!differ(own.spacing, other.spacing) && !differ(own.node_mass, other.node_mass));
+        assert!(!differ(own.yarn_area, other.yarn_area) && !differ(own.radius, other.radius));
+        assert_eq!((own.nodes_x, ring.yarn.modulus_mean), (other.nodes_x, bare.yarn.modulus_mean));
+        assert_eq!((ring.viscosity(), ring.casing.radius), (bare.viscosity(), own.radius));
+        let text = "preset = \"sheet_3in_sphere\"\nfabric = { name = \"kevlar_km2_s706\", warp.crimp = 0.01 }\n\
+                    sheet = { radius = \"100 mm\", closed = true }\ncasing.radius = \"100 mm\"\n\
+                    aim = { point = [\"50 mm\", 0], speed = 80, stand_off = \"1 mm\" }\n";
+        let scene = parse(text).unwrap();
+        assert!(!scene.slack_balance && scene.viscosity()[2] == 0.0 && scene.casing.radius == scene.sheet.radius);
+        assert_eq!(scene.sheet.nodes_x, 841);
+        scene.check().unwrap();
+        for asked in ["slack_balance = true\n", "yarn.viscosity_bending = 0.06\n"] {
+            assert!(parse(&format!("{text}{asked}")).unwrap().check().is_err(), "{asked}");
+        }
+        // Half a radian along the hoop, from inside, the sphere 1 mm before the ring.
+        let ([x, _, z], [u, _, w], r) = (scene.projectile.position, scene.projectile.velocity, scene.sheet.radius);
+        let away = (x * x + z * z).sqrt();
+        assert!((away + 6.35e-3 + 1e-3 - r).abs() < 1e-5 * r && (x / z - (0.05 / r).tan()).abs() < 1e-6);
+        assert!((u * x + w * z - 80.0 * away).abs() < 1e-9 * away);
+        let outside = parse(&format!("{text}projectile.velocity = [0, 0, -80]\n").replace("speed = 80, ", "")).unwrap();
+        let [x, _, z] = outside.projectile.position;
+        assert!(
+            ((x * x + z * z).sqrt() - 6.35e-3 - 1e-3 - r).abs() < 1e-5 * r && (x - r * (0.05 / r).sin()).abs() < 1e-12
+        );
     }
 
     #[test]
