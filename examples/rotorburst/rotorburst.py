@@ -162,7 +162,7 @@ def parsed():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--fmu", required=True, help="FabricShield-fmi2.fmu")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("results"), help="folder of the results")
-    parser.add_argument("--case", choices=CASES, default="disc", help="sheet and fragment (default: %(default)s)")
+    parser.add_argument("--case", choices=CASES, default="ring", help="sheet and fragment (default: %(default)s)")
     parser.add_argument("--attachment", choices=ATTACHMENTS, help="how the sheet is held (default: four sides; the paper's sheets as there)")
     parser.add_argument("--plies", type=int, help="plies bonded into one network, sheet.plies (default: 1; of the ring 5)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the yarns' scatter (default: %(default)s)")

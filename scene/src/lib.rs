@@ -684,6 +684,8 @@ mod tests {
         assert!(!differ(own.yarn_area, other.yarn_area) && !differ(own.radius, other.radius));
         assert_eq!((own.nodes_x, ring.yarn.modulus_mean), (other.nodes_x, bare.yarn.modulus_mean));
         assert_eq!((ring.viscosity(), ring.casing.radius), (bare.viscosity(), own.radius));
+        let rim = -Scene::turbine_disc_sector().projectile.position[2];
+        assert_eq!(bare.projectile.position, [rim - 0.04, 0.0, bare.sheet.radius - rim - 2e-3]);
         let text = "preset = \"sheet_3in_sphere\"\nfabric = { name = \"kevlar_km2_s706\", warp.crimp = 0.01 }\n\
                     sheet = { radius = \"100 mm\", closed = true }\ncasing.radius = \"100 mm\"\n\
                     aim = { point = [\"50 mm\", 0], speed = 80, stand_off = \"1 mm\" }\n";

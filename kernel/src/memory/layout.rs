@@ -253,13 +253,18 @@ impl Layout {
         row < self.y.segments() && ply < self.plies
     }
 
-    /// Eights of numbers that are kept of a row besides: of a stack one a chunk, of a ring on a case three.
+    /// Eights of numbers that are kept of a row besides: of a stack one a chunk, of a ring on a case three more.
     pub(crate) fn before_of_row(&self) -> usize {
         match (self.is_stack(), self.has(Feature::Casing)) {
             (true, _) => self.chunks,
-            (_, true) => 3,
+            (_, true) => 3 + self.chunks,
             _ => 0,
         }
+    }
+
+    /// Whether rows are swept with viscosity as those of flat sheets: curved ones have a sweep of their own.
+    pub fn sweeps_viscous(&self) -> bool {
+        self.has(Feature::Viscosity) && !self.has(Feature::Curved)
     }
 
     /// Whether viscosity or the rate takes energy.

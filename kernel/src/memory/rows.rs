@@ -41,7 +41,7 @@ pub(crate) struct Rows<'r> {
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
     /// Of a stack velocities along z before the sweep. Of a ring on a case, three of each row, what the case pushes it by along x and z
-    /// and takes of its energy, by columns of a chunk, in units of m h/dt and m (h/dt)^2. Empty otherwise.
+    /// and takes of its energy, by columns of a chunk, in units of m h/dt and m (h/dt)^2, and the push on every node. Empty otherwise.
     pub before: &'r mut [[f64; CHUNK]],
     /// Least and greatest displacement along y and x, one entry a row.
     pub ranges: &'r mut [[u32; 4]],
@@ -126,11 +126,8 @@ impl Rows<'_> {
     /// [`Rows::sweep`] with viscosity.
     #[inline(always)] // The rows themselves then take no stack.
     pub fn sweep_viscous(&mut self, terms: &Terms<'_>) -> Report {
-        if terms.layout.x.has_image() {
+        if terms.layout.x.is_mirrored() {
             self.place_images(terms.layout);
-        }
-        if terms.layout.has(Feature::Curved) {
-            return self.sweep_curved(terms);
         }
         self.sweep_with::<true, true>(terms)
     }
@@ -243,9 +240,10 @@ impl Rows<'_> {
             // Whole rows of a ring are held, or none of it.
             let case = terms.directions.casing.as_ref().filter(|_| run[0] == run[1]);
             let place_y = rest_offset(j, layout.y.nodes) * pass.directions.vertical.rest.spacing;
-            let pushes = self.before.get_mut(3 * k..).and_then(|pushes| pushes.first_chunk_mut());
-            let on_casing = case.zip(pushes).map(|(case, pushed)| OnCasing { case, place_y, pushed });
-            let (met, reach) = row_job.step_curved(on_casing);
+            let kept = self.before.get_mut(k * layout.before_of_row()..).and_then(|kept| kept.split_first_chunk_mut());
+            let mut on_casing =
+                case.zip(kept).map(|(case, (pushed, pushes))| OnCasing { case, place_y, pushed, pushes });
+            let (met, reach) = row_job.step_curved(on_casing.as_mut());
             report = report.merged(met);
             let pulled = end_row(terms, None, j, row, self.kept, run, (range, reach));
             if let Some(pulls) = self.pulls.get_mut(k) {

@@ -4,7 +4,7 @@
 //! J = max(0, -max(g, 0)/dt - n.v) along n, with restitution 0. It then ends on or outside of the tangent plane at its foot, and so on or
 //! outside of the cylinder. The pushes of a row are summed lane by lane and then in order, whatever the instruction set.
 //! Limits: no friction. A node that is deeper within than a spacing has come in through the window, and is left alone. A node that
-//! projectile and case push in one step gets the case's push first.
+//! projectile and case push in one step gets the case's push first, whose work follows the velocity that the projectile then leaves.
 //! Reference: docs/model.md, "Curved sheets and rings".
 
 use crate::ground::error::{Code, Error};
@@ -49,9 +49,9 @@ impl Cylinder {
         Some(Cylinder { radius, window: [math::sin(angle), math::cos(angle), cosine], along: [place / h, half / h] })
     }
 
-    /// (M24) The push of the case on nodes, in spacings a pass, along x and z: what it adds to their change of velocity. `place`: at the
-    /// start of the pass, spacings from the axis; `before`: velocity along x and z then; `change`: by the yarns. Adds to the sums of the
-    /// push along x and z and of the energy that it takes, in units of m (h/dt)^2.
+    /// (M24) The push of the case on nodes, spacings a pass, and its parts along x and z: what it adds to their change of velocity.
+    /// `place`: at the start of the pass, spacings from the axis; `before`: velocity along x and z then; `change`: by the yarns. Adds to
+    /// the sums of the push along x and z and of the energy that it takes, in units of m (h/dt)^2.
     #[inline(always)]
     pub fn push<L: Lane>(
         &self,
@@ -59,7 +59,7 @@ impl Cylinder {
         before: [L; 2],
         change: [L; 2],
         [sum_x, sum_z, taken]: [&mut L::Group; 3],
-    ) -> [L; 2] {
+    ) -> (L, [L; 2]) {
         let (zero, radius) = (L::splat(0.0), L::splat(self.radius));
         let from_axis = x.mul(x).add(z.mul(z)).sqrt();
         let n = [x.div(from_axis), z.div(from_axis)];
@@ -80,7 +80,7 @@ impl Cylinder {
         L::load(sum_x).add(push_along[0]).store(sum_x);
         L::load(sum_z).add(push_along[1]).store(sum_z);
         L::load(taken).sub(push.mul(mean)).store(taken);
-        push_along
+        (push, push_along)
     }
 
     /// The change of velocity of a node that rests on the case, at `place`, spacings, where the yarns give it this one.
@@ -91,7 +91,7 @@ impl Cylinder {
         let [mut sum_x, mut sum_z, mut taken] = [[0.0]; 3];
         // As if it lay on the case to rounding.
         let on_casing = Cylinder { radius: math::length([x, 0.0, z]), ..*self };
-        let push = on_casing.push([x, y, z], [0.0; 2], [a, c], [&mut sum_x, &mut sum_z, &mut taken]);
+        let (_, push) = on_casing.push([x, y, z], [0.0; 2], [a, c], [&mut sum_x, &mut sum_z, &mut taken]);
         [a + push[0], b, c + push[1]]
     }
 }

@@ -149,6 +149,7 @@ pub struct Row<'a> {
 /// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity; CURVED: of a curved sheet; CASING: of a ring on a case.
 struct RowJob<
     'a,
+    'j,
     const PLAIN: bool,
     const GRADED: bool,
     const FACTOR: u8,
@@ -156,7 +157,7 @@ struct RowJob<
     const VISCOUS: bool = false,
     const CURVED: bool = false,
     const CASING: bool = false,
->(Row<'a>, Joint<'a>);
+>(Row<'a>, Joint<'j>);
 
 /// A row on a case.
 pub struct OnCasing<'a> {
@@ -166,13 +167,15 @@ pub struct OnCasing<'a> {
     pub place_y: f64,
     /// Sums over the columns of a chunk: the case's push along x and z, and the energy that it takes.
     pub pushed: &'a mut [[f64; CHUNK]; 3],
+    /// Receives the push on each of its nodes, and may be longer.
+    pub pushes: &'a mut [[f64; CHUNK]],
 }
 
 /// What a curved row has besides.
 struct Joint<'a> {
     /// Force of the segment before the first node.
     left: [f64; 3],
-    on_casing: Option<OnCasing<'a>>,
+    on_casing: Option<&'a mut OnCasing<'a>>,
 }
 
 impl Joint<'_> {
@@ -236,7 +239,7 @@ impl Row<'_> {
 
     /// [`Row::step`] of a curved sheet. A curve excludes all but viscosity along the yarn and directions that are not plain.
     #[inline(always)] // As above.
-    pub fn step_curved(self, on_casing: Option<OnCasing<'_>>) -> (Report, [f64; 2]) {
+    pub fn step_curved<'c>(self, on_casing: Option<&'c mut OnCasing<'c>>) -> (Report, [f64; 2]) {
         let (set, left) = (self.pass.instructions, self.force_across_the_joint());
         let joint = Joint { left, on_casing };
         if self.viscous.is_some() {
@@ -393,7 +396,7 @@ impl<
     const VISCOUS: bool,
     const CURVED: bool,
     const CASING: bool,
-> Job for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS, CURVED, CASING>
+> Job for RowJob<'_, '_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS, CURVED, CASING>
 {
     type Output = (Report, [f64; 2]);
 
@@ -660,7 +663,8 @@ impl<L: Lane> Carried<L> {
 
         let mut sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
         if CASING && let Some(on_casing) = &mut planes.joint.on_casing {
-            sum = push_off(on_casing, (planes.hoop, here), [L::load(&vx[g]), L::load(&vz[g])], sum, g);
+            let place = (planes.hoop, here, planes.column / CHUNK);
+            sum = push_off(on_casing, place, [L::load(&vx[g]), L::load(&vz[g])], sum, g);
         }
         move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
         let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
@@ -789,8 +793,8 @@ fn forces<L: Lane, const PLAIN: bool, const CURVED: bool>(
 /// The change of velocity of the nodes of group g with the push of their case, which is added to its sums.
 #[inline(always)]
 fn push_off<L: Lane>(
-    OnCasing { case, place_y, pushed: [to_x, to_z, taken] }: &mut OnCasing<'_>,
-    (hoop, here): (&Chunk<HOOP_PLANES>, [L; 3]),
+    OnCasing { case, place_y, pushed: [to_x, to_z, taken], pushes }: &mut OnCasing<'_>,
+    (hoop, here, chunk): (&Chunk<HOOP_PLANES>, [L; 3], usize),
     before: [L; 2],
     sum: [L; 3],
     g: usize,
@@ -799,8 +803,11 @@ fn push_off<L: Lane>(
     let z = L::load(&L::groups(&hoop[PLACE_Z])[g]).add(here[2]);
     let place = [x, L::splat(*place_y).add(here[1]), z];
     let sums = [&mut L::groups_mut(to_x)[g], &mut L::groups_mut(to_z)[g], &mut L::groups_mut(taken)[g]];
-    let push = case.push(place, before, [sum[0], sum[2]], sums);
-    [sum[0].add(push[0]), sum[1], sum[2].add(push[1])]
+    let (push, along) = case.push(place, before, [sum[0], sum[2]], sums);
+    if let Some(pushes) = pushes.get_mut(chunk) {
+        push.store(&mut L::groups_mut(pushes)[g]);
+    }
+    [sum[0].add(along[0]), sum[1], sum[2].add(along[1])]
 }
 
 /// up - down: the vertical part of a node's sum. Leaves `up` in the carry, as what the row above calls down.
