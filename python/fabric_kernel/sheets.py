@@ -126,6 +126,8 @@ class Sheet:
             reach = 1e3 * max(numpy.linalg.norm(line - self.centre, axis=1).max() for line in self.outline)
             middle = screen[numpy.linalg.norm(self.places() - self.radius / numpy.hypot(*self.centre[[0, 2]]) * self.centre * [1, 0, 1], axis=1).argmin()]
             low, high = numpy.maximum(low, middle - 6 * reach), numpy.minimum(high, middle + [6 * reach, 4 * reach])
+        # A body that has left is shown as far as the sheet is high.
+        high[1] = max(high[1], min(oblique(numpy.concatenate(self.outline))[:, 1].max(), high[1] + 0.4 * (high[1] - low[1])))
         margin = 0.03 * (high - low).max()
         axis.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
         axis.set_axis_off()
@@ -180,6 +182,11 @@ class Sheet:
         blocks = whole[: rows * step, : columns * step].reshape(rows, step, columns, step).all((1, 3))
         single = whole.copy()
         single[: rows * step, : columns * step] &= ~blocks.repeat(step, 0).repeat(step, 1)
+        if self.radius and self.about["mirrored"][0]:
+            # Across the joint of a ring, whose segments are not kept.
+            j = numpy.nonzero(whole[:, 0] & whole[:, -1])[0]
+            ends = [(j, j * 0 + nx - 1), (j, j * 0), (j + 1, j * 0), (j + 1, j * 0 + nx - 1)]
+            yield numpy.stack([node[end] for end in ends], 1), STRAIN(numpy.mean([strain[end] for end in ends], 0))[:, :3]
         for chosen, stride in ((single, 1), (blocks, step)) if step > 1 else ((whole, 1),):
             j, i = stride * numpy.array(numpy.nonzero(chosen))
             ends = [(j, i), (j, i + stride), (j + stride, i + stride), (j + stride, i)]

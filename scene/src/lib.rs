@@ -151,7 +151,9 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     flat("", Value::Table(table), &mut given, &mut wrong);
     let counted = |key: &str, given: &[(String, Value)]| given.iter().any(|(name, _)| name == key);
     let before = *scene;
-    let nodes = ["sheet.nodes_x", "sheet.nodes_y"].map(|key| counted(key, &given));
+    let mut nodes = ["sheet.nodes_x", "sheet.nodes_y"].map(|key| counted(key, &given));
+    // The nodes of a ring follow from what is said of it.
+    nodes[0] |= fabric.is_none() && !given.iter().any(|(key, _)| key.starts_with("sheet."));
     wrong.extend(derived::conflicts(&given).map(Into::into));
     let (own, mut given): (Vec<_>, Vec<_>) =
         given.into_iter().partition(|(key, _)| derived::KEYS.iter().any(|(known, ..)| key == known));
