@@ -105,7 +105,7 @@ class Pictures(unittest.TestCase):
             for preset in PRESETS:
                 small = {"sheet": {"nodes_x": 61, "nodes_y": 61}}
                 if preset == "ring_40in":
-                    small = {"sheet": {"radius": 0.1, "nodes_y": 21}, "casing": {"radius": 0.1}, "projectile": {"position": [0, 0, 0.06]}}
+                    small = {"sheet": {"radius": 0.1, "nodes_y": 41}, "casing": {"radius": 0.1}, "projectile": {"position": [0, 0, 0.06]}}
                 plot.sheet(Simulation(Scene(preset, small)), folder / "preset.png")
         self.assertEqual(before, dict(matplotlib.rcParams))
 

@@ -649,10 +649,8 @@ impl<L: Lane> Carried<L> {
         let (mut lift, mut force) =
             forces::<L, PLAIN, CURVED>(([stress_h, stress_v], vertical_axes(up)), along, chord, [&rest_h, &rest_v]);
         // On a curve there are no moments.
-        if VISCOUS
-            && !CURVED
-            && let Some(past) = planes.past.as_deref()
-        {
+        let bends = VISCOUS && !CURVED;
+        if bends && let Some(past) = planes.past.as_deref() {
             let [next, above] = planes.past_beside;
             let [bent_h, bent_v] = bending_forces::<L>(past, next, above, g);
             force[2] = force[2].add(bent_h);
