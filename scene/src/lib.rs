@@ -698,16 +698,16 @@ mod tests {
         for asked in ["slack_balance = true\n", "yarn.viscosity_bending = 0.06\n"] {
             assert!(parse(&format!("{text}{asked}")).unwrap().check().is_err(), "{asked}");
         }
-        // Half a radian along the hoop, from inside, the sphere 1 mm before the ring.
+        // Half a radian along the hoop, from inside and from outside, the sphere 1 mm before the ring.
         let ([x, _, z], [u, _, w], r) = (scene.projectile.position, scene.projectile.velocity, scene.sheet.radius);
-        let away = (x * x + z * z).sqrt();
-        assert!((away + 6.35e-3 + 1e-3 - r).abs() < 1e-5 * r && (x / z - (0.05 / r).tan()).abs() < 1e-6);
+        let (away, [sine, cosine]) =
+            (fabric::math::length([x, 0.0, z]), [fabric::math::sin, fabric::math::cos].map(|f| f(0.05 / r)));
+        assert!((away + 6.35e-3 + 1e-3 - r).abs() < 1e-5 * r && (x * cosine - z * sine).abs() < 1e-6 * r);
         assert!((u * x + w * z - 80.0 * away).abs() < 1e-9 * away);
         let outside = parse(&format!("{text}projectile.velocity = [0, 0, -80]\n").replace("speed = 80, ", "")).unwrap();
         let [x, _, z] = outside.projectile.position;
-        assert!(
-            ((x * x + z * z).sqrt() - 6.35e-3 - 1e-3 - r).abs() < 1e-5 * r && (x - r * (0.05 / r).sin()).abs() < 1e-12
-        );
+        let away = fabric::math::length([x, 0.0, z]);
+        assert!((away - 6.35e-3 - 1e-3 - r).abs() < 1e-5 * r && (x - r * sine).abs() < 1e-12);
     }
 
     #[test]

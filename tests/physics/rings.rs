@@ -565,6 +565,9 @@ fn random(k: u64) -> Scene {
     scene
 }
 
+/// What a random scene shows: energy gained, lost, and momentum open, in parts of what was brought; depth, spacings; work; its number.
+type Shot = ([f64; 3], f64, f64, u64);
+
 /// Of 1,000 random curved scenes none gains more energy than slack yarn makes, none loses momentum, and none is entered deeper than a flat
 /// sheet of a turning body.
 ///
@@ -600,7 +603,7 @@ fn worst_balance_of_random_rings() {
     };
     for (kind, name) in ["without viscosity", "of viscous yarn", "pressed on their case"].into_iter().enumerate() {
         let these = || found.iter().filter(|shot| kind_of(shot.3) == kind);
-        let worst = |of: fn(&([f64; 3], f64, f64, u64)) -> f64| {
+        let worst = |of: fn(&Shot) -> f64| {
             these().map(|shot| (of(shot), shot.3)).fold((0.0, 0), |a: (f64, u64), b| if b.0 > a.0 { b } else { a })
         };
         let above = |limit: f64| these().filter(|(most, ..)| most[0] > limit).count();
