@@ -23,6 +23,7 @@ QUESTIONS = {
     "number": ("how many runs a mean needs", "1 h", "10 s"),
     "overshoot": ("strain behind a sudden front, and the velocity that breaks a strip, with viscosity", "2 min", "20 s"),
     "viscosity": ("what viscosity does to whole impacts", "5 min", "30 s"),
+    "rings": ("wraps: flat cloth, pre-tension, turns, angle of impact, spacing", "5 min", "20 s"),
     "grading": ("graded networks against the whole fabric", "20 min", "20 s"),
     "through": ("how often the outcome through is wrong near the ballistic limit", "25 min", "2 min"),
     "coupling": ("schemes for a projectile that its host moves", "10 min", "20 s"),

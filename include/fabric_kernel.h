@@ -627,6 +627,9 @@ typedef struct fk_scene {
 // projectile.shape to FK_SHAPE_DISC_SECTOR to change it by its dimensions. Its mass does not follow from them.
 #define FK_PRESET_TURBINE_DISC_SECTOR 2
 
+// Preset of a ring of NASA's tests, 40 in across within: five plies of Zylon on a case, and the sector of a disc that left the axis.
+#define FK_PRESET_RING_40IN 3
+
 // Bit of the outcome "arrested" in masks.
 #define FK_ARRESTED 1
 
@@ -821,7 +824,7 @@ typedef struct fk_energy {
     // `contact_loss` and `friction` hold it.
     double support_work;
     // Kinetic energy lost where nodes of a ring meet its case, J.
-    double case_loss;
+    double casing_loss;
 } fk_energy;
 
 // What one ply of a stack holds.

@@ -109,6 +109,7 @@ fn scene_of(preset: u32) -> Result<Scene, Error> {
         FK_PRESET_SHEET_3IN_SPHERE => Ok(Scene::sheet_3in_sphere()),
         FK_PRESET_SHEET_10IN_CYLINDER => Ok(Scene::sheet_10in_cylinder()),
         FK_PRESET_TURBINE_DISC_SECTOR => Ok(Scene::turbine_disc_sector()),
+        FK_PRESET_RING_40IN => Ok(Scene::ring_40in()),
         other => Err(Error::new(Code::UnknownChoice, "preset", other as f64, 0.0)),
     }
 }

@@ -33,6 +33,8 @@ pub const FK_PRESET_SHEET_10IN_CYLINDER: u32 = 1;
 /// Preset of the 10 in sheet with four sides held and a third of a small turbine disc, rim first, as a polyhedron: set
 /// projectile.shape to FK_SHAPE_DISC_SECTOR to change it by its dimensions. Its mass does not follow from them.
 pub const FK_PRESET_TURBINE_DISC_SECTOR: u32 = 2;
+/// Preset of a ring of NASA's tests, 40 in across within: five plies of Zylon on a case, and the sector of a disc that left the axis.
+pub const FK_PRESET_RING_40IN: u32 = 3;
 
 /// Bit of the outcome "arrested" in masks.
 pub const FK_ARRESTED: u32 = 1;

@@ -4,7 +4,8 @@ import numpy as np
 
 
 INTERFACE = "Interface, energy: loss of the fragment | contact.work"
-SHIELD = "Shield, energy: contact.work | kinetic + strain + dissipated + contact loss"
+SHIELD = "Shield, energy: contact.work | kinetic + strain + dissipated + viscous + lost in contact and on the case"
+PARTS = ["kinetic", "strain", "dissipated", "viscous", "contact_loss", "casing_loss"]
 
 
 class Ledger:
@@ -24,7 +25,7 @@ class Ledger:
         lost = self.energy - fragment.kinetic_energy() + self.own_work
         impulse, angular = outputs["contact.impulse"], outputs["contact.angular_impulse"]
         work = outputs["contact.work"]
-        held = sum(outputs[f"energy.{part}"] for part in ("kinetic", "strain", "dissipated", "contact_loss"))
+        held = sum(outputs[f"energy.{part}"] for part in PARTS)
         size = np.linalg.norm
 
         def entry(unit, ours, theirs, difference, scale, scale_name):
@@ -82,12 +83,13 @@ def result_rows(results):
         ("Largest deflection of what is still held", f"{1e3 * outputs['fabric.max_deflection']:.1f} mm"),
         ("Angular velocity at the end", vector(results["angular_velocity"], "rad/s", 1)),
         ("Impulse on the supports", vector(outputs["support.impulse"], "N s", 4)),
+        ("Energies of the shield", ", ".join(f"{part.replace('_', ' ')} {outputs[f'energy.{part}']:.2f}" for part in PARTS) + " J"),
     ]  # fmt: skip
     names = attachment_names(results["options"]["attachment"])
     each = np.reshape(outputs["support.attachment_impulse"], (-1, 3))
     rows += [(f"Impulse on {name}", vector(impulse, "N s", 4)) for name, impulse in zip(names, each)]
     steps, wall = results["internal_steps"], results["wall_time"]
-    cost = 1e9 * wall / (steps * results["nodes"] ** 2)
+    cost = 1e9 * wall / (steps * np.prod(results["nodes"]))
     for name, key in [("Interface residual", INTERFACE), ("Energy residual of the shield", SHIELD)]:
         entry = results["balances"][key]
         rows.append((name, f"{entry['difference']:.2e} J = {100.0 * entry['relative']:.1g} % of the energy at impact"))
@@ -102,6 +104,8 @@ def attachment_names(kind):
     """In the order of support.attachment_impulse."""
     if kind == "four_corners":
         return ["corner -x -y", "corner +x -y", "corner -x +y", "corner +x +y"]
+    if kind == "free":
+        return []
     sides = ["left side (-x)", "right side (+x)", "bottom side (-y)", "top side (+y)"]
     return sides[: 2 if kind == "two_sides" else 4]
 

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-static const double GRAVITY = -9.81;     /* along y, m/s2 */
+static const double GRAVITY = -9.81;     /* along x, m/s2 */
 static const double AIR_DENSITY = 1.225; /* kg/m3 */
 
 static double length_of(const double v[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
@@ -65,7 +65,7 @@ void fragment_own_force(const fragment *f, double force[3])
 {
     const double drag = -0.5 * AIR_DENSITY * f->body.drag_coefficient * f->body.frontal_area * length_of(f->velocity);
     for (int k = 0; k < 3; k++) force[k] = drag * f->velocity[k];
-    force[1] += f->body.mass * GRAVITY;
+    force[0] += f->body.mass * GRAVITY;
 }
 
 void fragment_step(fragment *f, double h, const double own[3], const double force[3], const double torque[3], double tick)

@@ -1,6 +1,6 @@
 """The host's model: a rigid fragment in free flight, six degrees of freedom.
 
-Axes: x and y in the plane of the sheet, y up, z along the flight. Units are SI. Quaternions are scalar first and turn body
+Axes: x and y in the plane of a flat sheet, y along the axis of a ring, x up, z along the flight. Units are SI. Quaternions are scalar first and turn body
 vectors into world vectors; the body's z axis is the fragment's axis.
 """
 
@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-GRAVITY = np.array([0.0, -9.81, 0.0])  # m/s2
+GRAVITY = np.array([-9.81, 0.0, 0.0])  # m/s2
 ZERO = np.zeros(3)
 AIR_DENSITY = 1.225  # kg/m3
 
@@ -105,6 +105,19 @@ class Fragment:
     velocity: np.ndarray  # m/s
     orientation: np.ndarray  # unit quaternion
     angular_momentum: np.ndarray  # about the centre of mass, N m s
+    ring: float = 0.0  # radius of the ring that it flies into from inside, m; 0: the plane z = 0
+
+    @staticmethod
+    def burst(body, ring, distance, speed, angle=0.0):
+        """A sector that left its disc on the axis of a ring, its rim ahead and `distance` before the ring: its spin is that of the disc,
+        and its path leads `angle`, rad, off the plane of rotation, to the middle of the ring."""
+        arm = body.outer_radius - body.support(np.array([1.0, 0.0, 0.0]))
+        position = np.array([-arm, -distance * math.tan(angle), ring])
+        velocity = speed * np.array([0.0, math.sin(angle), math.cos(angle)])
+        fragment = Fragment(body, position, velocity, body.start, np.zeros(3), ring)
+        fragment.angular_momentum = fragment.axis() * body.moments[2] * speed / arm
+        fragment.position[2] -= distance + fragment.front()
+        return fragment
 
     @staticmethod
     def launched(body, distance, speed, spin=0.0, tilt=0.0):
@@ -124,8 +137,18 @@ class Fragment:
         return self.body.support(rotation(self.orientation)[2])
 
     def front(self):
-        """z of the foremost point, m."""
-        return self.position[2] + self.reach()
+        """z of the foremost point, or how far the farthest corner from the axis is beyond the ring, m."""
+        if not self.ring:
+            return self.position[2] + self.reach()
+        x, _, z = (self.position[:, None] + rotation(self.orientation)[:, :2] @ self.body.corners.T)
+        return float(np.hypot(x, z).max()) - self.ring
+
+    def closing(self):
+        """What the front is not faster than, m/s."""
+        if not self.ring:
+            return self.velocity[2]
+        turning = np.linalg.norm(self.angular_velocity()) * np.hypot(*self.body.corners.T).max()
+        return float(np.linalg.norm(self.velocity) + turning)
 
     def angular_velocity(self, orientation=None, angular_momentum=None):
         """World axes, rad/s."""

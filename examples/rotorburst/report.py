@@ -55,7 +55,7 @@ def table(rows, numbers=(), header=None):
 def parameter_rows(results):
     """What was simulated."""
     options, body = results["options"], results["body"]
-    width = {350: "10 in", 105: "3 in"}[results["nodes"]]
+    width = {350: "10 in", 105: "3 in"}[results["nodes"][0]]
     if body["shape"] == "disc sector":
         size = f"{np.degrees(body['angle']):.0f} degrees, radii {1e3 * body['inner_radius']:g} and {1e3 * body['outer_radius']:g} mm, "
         size += f"{1e3 * body['thickness']:g} mm thick"
@@ -64,7 +64,7 @@ def parameter_rows(results):
     if body["shape"] == "cylinder":
         size += f", {1e3 * body['length']:.1f} mm long, flat ends"
     return [
-        ("Sheet", f"{width}, {plies_of(results)} of {results['nodes']} x {results['nodes']} nodes, {results['segments']} yarn "
+        ("Sheet", f"{width}, {plies_of(results)} of {' x '.join(map(str, results['nodes']))} nodes, {results['segments']} yarn "
          f"segments, held at {options['attachment'].replace('_', ' ')}, the yarn of Powell and Zohdi (2009), stochastic, seed {options['seed']}"),
         ("Fragment", f"{body['shape']}, {1e3 * body['mass']:.1f} g, {size}"),
         ("Flight", f"{options['speed']:g} m/s at {options['standoff']:g} m before the sheet; gravity, quadratic drag (coefficient "

@@ -1,7 +1,7 @@
 /* The rotorburst example as a host in C that links the kernel: what rotorburst.py does through the FMU, through fabric_kernel.h.
 
        cc -I../../include rotorburst.c fragment.c ../../target/ship/libfabric_kernel.a -lm -o rotorburst
-       ./rotorburst --case disc --speed 100 > history.csv
+       ./rotorburst --case ring --angle 15 --speed 100 > history.csv
 
    On each communication step the kernel goes first: it is led to where the fragment should be at the end of the step, at the
    acceleration of the last mean force. Then the fragment moves on under the mean force and torque that the sheet has given. */
@@ -18,7 +18,6 @@
 
 static const double NEAR_SHEET = 0.5e-3;    /* distance at which the sheet joins in, m */
 static const double FLIGHT_STEP = 1e-4;     /* largest step of the host alone, s */
-static const double INTERNAL_STEP = 2e-8;   /* the kernel's time step, s */
 static const double NONE[3] = {0.0, 0.0, 0.0};
 
 /* The cases of rotorburst.py: the preset that has the sheet, how it is held, and the fragment. */
@@ -29,22 +28,26 @@ typedef struct {
     double radius, length;           /* of a sphere, whose length is 0, or of a cylinder, m */
     fk_scene_projectile_sector disc; /* of a sector */
     double mass, drag_coefficient;
+    double tick; /* the kernel's time step, s */
 } impact;
 
+/* The ring is hit from inside. */
 static const impact CASES[] = {
+    {"ring", FK_PRESET_RING_40IN, FK_ATTACHMENT_FREE, FK_SHAPE_DISC_SECTOR, 0.0, 0.0,
+     {0.015, 0.04, 2.0 * PI / 3.0, 0.01}, 0.118, 1.05, 1e-7},
     {"disc", FK_PRESET_SHEET_10IN_CYLINDER, FK_ATTACHMENT_FOUR_SIDES, FK_SHAPE_DISC_SECTOR, 0.0, 0.0,
-     {0.015, 0.04, 2.0 * PI / 3.0, 0.01}, 0.118, 1.05},
+     {0.015, 0.04, 2.0 * PI / 3.0, 0.01}, 0.118, 1.05, 2e-8},
     {"small", FK_PRESET_SHEET_3IN_SPHERE, FK_ATTACHMENT_FOUR_SIDES, FK_SHAPE_DISC_SECTOR, 0.0, 0.0,
-     {0.0075, 0.02, 2.0 * PI / 3.0, 0.005}, 0.01475, 1.05},
+     {0.0075, 0.02, 2.0 * PI / 3.0, 0.005}, 0.01475, 1.05, 2e-8},
     {"10in", FK_PRESET_SHEET_10IN_CYLINDER, FK_ATTACHMENT_TWO_SIDES, FK_SHAPE_CYLINDER, 6.35e-3, 38.1e-3,
-     {0.0, 0.0, 0.0, 0.0}, 0.037, 0.9},
+     {0.0, 0.0, 0.0, 0.0}, 0.037, 0.9, 2e-8},
     {"3in", FK_PRESET_SHEET_3IN_SPHERE, FK_ATTACHMENT_FOUR_SIDES, FK_SHAPE_SPHERE, 6.35e-3, 0.0,
-     {0.0, 0.0, 0.0, 0.0}, 0.0084, 0.47},
+     {0.0, 0.0, 0.0, 0.0}, 0.0084, 0.47, 2e-8},
 };
 
 typedef struct {
     const impact *impact;
-    double speed, standoff, spin, tilt, step, limit;
+    double speed, standoff, spin, tilt, angle, step, limit;
 } options;
 
 static void stop(const char *what)
@@ -55,22 +58,23 @@ static void stop(const char *what)
 
 static options parsed(int count, char **words)
 {
-    options o = {&CASES[0], 100.0, 0.3, 300.0, 0.0, 1e-6, 2e-3};
+    options o = {&CASES[0], 100.0, 0.3, 300.0, 0.0, 0.0, 1e-6, 2e-3};
     const struct {
         const char *name;
         double *place;
     } numbers[] = {{"--speed", &o.speed}, {"--standoff", &o.standoff}, {"--spin", &o.spin},
-                   {"--tilt", &o.tilt},   {"--step", &o.step},         {"--limit", &o.limit}};
+                   {"--tilt", &o.tilt},   {"--angle", &o.angle},       {"--step", &o.step},
+                   {"--limit", &o.limit}};
     for (int k = 1; k + 1 < count; k += 2) {
         size_t n = 0;
         if (strcmp(words[k], "--case") == 0) {
             while (n < sizeof CASES / sizeof *CASES && strcmp(words[k + 1], CASES[n].name) != 0) n++;
-            if (n == sizeof CASES / sizeof *CASES) stop("--case disc|small|10in|3in");
+            if (n == sizeof CASES / sizeof *CASES) stop("--case ring|disc|small|10in|3in");
             o.impact = &CASES[n];
             continue;
         }
         while (n < sizeof numbers / sizeof *numbers && strcmp(words[k], numbers[n].name) != 0) n++;
-        if (n == sizeof numbers / sizeof *numbers) stop("options: --case --speed --standoff --spin --tilt --step --limit");
+        if (n == sizeof numbers / sizeof *numbers) stop("options: --case --speed --standoff --spin --tilt --angle --step --limit");
         *numbers[n].place = strtod(words[k + 1], NULL);
     }
     if (count % 2 == 0) stop("an option has no value");
@@ -134,9 +138,48 @@ static double reach(const impact *it, const double orientation[4])
     return farthest + 0.5 * it->disc.thickness * along;
 }
 
+/* The radius of the ring, m, or 0 of a flat sheet. */
+static double ring_of(const impact *it) { return fk_scene_preset(it->preset).sheet.radius; }
+
+/* z of the foremost point, or how far the farthest corner from the axis is beyond the ring, m; and what it is not faster than, m/s. */
+static double front(const impact *it, const fragment *f, double *closing)
+{
+    double turn[3][3], corner[CORNERS][2], rate[3], farthest = 0.0, around = 0.0;
+    *closing = f->velocity[2];
+    if (ring_of(it) == 0.0) return f->position[2] + reach(it, f->orientation);
+    fragment_rotation(f->orientation, turn);
+    fragment_angular_velocity(f, rate);
+    corners_of(&it->disc, corner);
+    for (int k = 0; k < CORNERS; k++) {
+        const double x = f->position[0] + turn[0][0] * corner[k][0] + turn[0][1] * corner[k][1];
+        const double z = f->position[2] + turn[2][0] * corner[k][0] + turn[2][1] * corner[k][1];
+        farthest = fmax(farthest, hypot(x, z));
+        around = fmax(around, hypot(corner[k][0], corner[k][1]));
+    }
+    *closing = sqrt(f->velocity[0] * f->velocity[0] + f->velocity[1] * f->velocity[1] + f->velocity[2] * f->velocity[2]) +
+               sqrt(rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]) * around;
+    return farthest - ring_of(it);
+}
+
+/* A sector that left its disc on the axis of the ring, its rim ahead, the stand-off before the ring: its spin is that of the disc, and its
+   path leads off the plane of rotation, to the middle of the ring. */
+static fragment burst(const options *o)
+{
+    const fragment_body body = body_of(o->impact);
+    const double orientation[4] = {0.5, -0.5, -0.5, -0.5}, angle = o->angle * PI / 180.0;
+    const double arm = o->impact->disc.outer_radius - reach(o->impact, orientation);
+    const double position[3] = {-arm, -o->standoff * tan(angle), ring_of(o->impact)};
+    const double velocity[3] = {0.0, o->speed * sin(angle), o->speed * cos(angle)}, rate[3] = {0.0, o->speed / arm, 0.0};
+    fragment f = fragment_in_motion(&body, position, velocity, orientation, rate);
+    double closing;
+    f.position[2] -= o->standoff + front(o->impact, &f, &closing);
+    return f;
+}
+
 /* The front at the stand-off; the axis along the flight, or a sector's rim ahead and its axis along y; then all tilted about x. */
 static fragment launched(const options *o)
 {
+    if (ring_of(o->impact) != 0.0) return burst(o);
     const fragment_body body = body_of(o->impact);
     const double about_x[3] = {o->tilt * PI / 180.0, 0.0, 0.0}, rim_ahead[4] = {0.5, -0.5, -0.5, -0.5}, axis_ahead[4] = {1.0, 0.0, 0.0, 0.0};
     const double velocity[3] = {0.0, 0.0, o->speed};
@@ -147,8 +190,6 @@ static fragment launched(const options *o)
     for (int k = 0; k < 3; k++) rate[k] = turn[k][2] * o->spin;
     return fragment_in_motion(&body, position, velocity, orientation, rate);
 }
-
-static double front(const impact *it, const fragment *f) { return f->position[2] + reach(it, f->orientation); }
 
 static fk_motion motion_of(const fragment *f)
 {
@@ -186,7 +227,7 @@ static fk_sim *sheet(const options *o, const fragment *f)
     scene.projectile.shape = o->impact->shape;
     if (o->impact->shape == FK_SHAPE_DISC_SECTOR) scene.projectile.sector = o->impact->disc;
     scene.projectile.mass = o->impact->mass;
-    scene.time_step.seconds = INTERNAL_STEP;
+    scene.time_step.seconds = o->impact->tick;
     scene.drive = FK_DRIVE_PRESCRIBED;
     scene.seed = 1;
     memcpy(scene.projectile.position, motion.position, sizeof motion.position);
@@ -217,15 +258,16 @@ int main(int count, char **words)
     fk_counters counters = {0};
     fk_outcome outcome = {0};
 
-    while (front(o.impact, &f) < -NEAR_SHEET) {
-        const double h = fmin(FLIGHT_STEP, (-NEAR_SHEET - front(o.impact, &f)) / f.velocity[2] + 1e-7);
+    double closing, ahead;
+    while ((ahead = front(o.impact, &f, &closing)) < -NEAR_SHEET) {
+        const double h = fmin(FLIGHT_STEP, (-NEAR_SHEET - ahead) / closing + 1e-7);
         if (f.velocity[2] <= 0.0) stop("the fragment never reaches the sheet");
         fragment_own_force(&f, own);
         fragment_step(&f, h, own, NONE, NONE, 0.0);
         start += h;
     }
     fk_sim *sim = sheet(&o, &f);
-    const uint64_t ticks = (uint64_t)llround(o.step / INTERNAL_STEP);
+    const uint64_t ticks = (uint64_t)llround(o.step / o.impact->tick);
     printf("time,position[1],position[2],position[3],velocity[1],velocity[2],velocity[3],angular_velocity[1],angular_velocity[2],"
            "angular_velocity[3],contact.force_mean[3],contact.work,fabric.failed_segments\n");
     for (uint64_t k = 0; k < (uint64_t)llround(o.limit / o.step); k++) {
@@ -243,7 +285,7 @@ int main(int count, char **words)
             force[i] = (after.impulse[i] - before.impulse[i]) / o.step;
             torque[i] = (after.angular_impulse[i] - before.angular_impulse[i]) / o.step;
         }
-        fragment_step(&f, o.step, own, force, torque, INTERNAL_STEP);
+        fragment_step(&f, o.step, own, force, torque, o.impact->tick);
         fk_get_counters(sim, &counters, sizeof counters);
         print_row(start + (double)(k + 1) * o.step, &f, force, after.work, counters.failed_segments);
         fk_get_outcome(sim, &outcome, sizeof outcome);

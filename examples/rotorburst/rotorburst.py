@@ -25,8 +25,10 @@ PARAMETERS = pathlib.Path(__file__).parent.parent / "parameters"
 
 # The sheet and the fragment that strikes it: width of the sheet in inches, its usual attachment, the fragment. A third of a small
 # turbine disc (drag of a cube: S. F. Hoerner, Fluid-Dynamic Drag, 1965) on the paper's 10 in sheet, the same at half the size on the
-# paper's 3 in sheet, the two sheets with the paper's projectiles, and three separate plies of the 3 in sheet.
+# paper's 3 in sheet, the two sheets with the paper's projectiles, and three separate plies of the 3 in sheet; first of all the ring of
+# 40 in with the sector of 10 in.
 CASES = {
+    "ring": (40, "free", DiscSector(0.015, 0.04, 2.0 * math.pi / 3.0, 0.01, 0.118, 1.05)),
     "disc": (10, "four_sides", DiscSector(0.015, 0.04, 2.0 * math.pi / 3.0, 0.01, 0.118, 1.05)),
     "small": (3, "four_sides", DiscSector(0.0075, 0.02, 2.0 * math.pi / 3.0, 0.005, 0.01475, 1.05)),
     "10in": (10, "two_sides", Body("cylinder", 6.35e-3, 38.1e-3, 0.037, 0.9)),
@@ -34,11 +36,12 @@ CASES = {
     "plies": (3, "four_sides", Body("sphere", 6.35e-3, 12.7e-3, 0.0084, 0.47)),
 }
 SECTOR = ["inner_radius", "outer_radius", "angle", "thickness"]
-NODES = {10: 350, 3: 105}  # along a side
+NODES = {40: (1155, 88), 10: (350, 350), 3: (105, 105)}
+RING = read_parameters(PARAMETERS / "ring_40in.ssv")["sheet.radius"]  # m
 ENDS = ["arrested", "exited", "passed"]  # outcomes that end the run
 NEAR = 0.5e-3  # distance from the sheet at which the FMU joins in, m
 FLIGHT_STEP = 1e-4  # largest step of the host alone, s
-INTERNAL_STEP = 2e-8  # the FMU's time step, s
+INTERNAL_STEPS = {40: 1e-7, 10: 2e-8, 3: 2e-8}  # the FMU's time steps, s
 
 
 def fly(fragment, ledger, rows):
@@ -48,7 +51,7 @@ def fly(fragment, ledger, rows):
     while fragment.front() < -NEAR:
         if fragment.velocity[2] <= 0.0:
             raise SystemExit("the fragment never reaches the sheet")
-        h = min(FLIGHT_STEP, (-NEAR - fragment.front()) / fragment.velocity[2] + 1e-7)
+        h = min(FLIGHT_STEP, (-NEAR - fragment.front()) / fragment.closing() + 1e-7)
         force = fragment.own_force()
         ledger.own_work += own_step(fragment, h, force)
         ledger.own_impulse += force * h
@@ -64,7 +67,7 @@ def own_step(fragment, h, own, *from_shield):
     return h * own @ (0.5 * (before + fragment.velocity))
 
 
-def couple(fragment, shield, ledger, rows, start, step, limit):
+def couple(fragment, shield, ledger, rows, start, step, tick, limit):
     """Flies fragment and shield together until the fragment has stopped or left. Returns what was watched on the way."""
     seen = {"first_contact": -1.0, "end": "time limit"}
     past = 2.0 * fragment.reach()
@@ -76,7 +79,7 @@ def couple(fragment, shield, ledger, rows, start, step, limit):
             outputs = shield.outputs()
             mean_force = outputs["contact.force_mean"]
             torque = outputs["contact.torque_mean"]
-            ledger.own_work += own_step(fragment, step, own, mean_force, torque, INTERNAL_STEP)
+            ledger.own_work += own_step(fragment, step, own, mean_force, torque, tick)
             ledger.own_impulse += own * step
             t = start + (k + 1) * step
             rows.append(row(t, fragment, outputs))
@@ -116,8 +119,8 @@ def write_history(path, rows):
 
 def scene_of(arguments, width, body):
     """The shield's parameters, as far as they are not its start values."""
-    name = "three_plies" if arguments.case == "plies" else "sheet_3in_sphere"
-    parameters = read_parameters(PARAMETERS / f"{name}.ssv") if width == 3 else {}
+    name = {"plies": "three_plies", "ring": "ring_40in"}.get(arguments.case, "sheet_3in_sphere")
+    parameters = {} if width == 10 else read_parameters(PARAMETERS / f"{name}.ssv")
     if isinstance(body, DiscSector):
         sizes = {name: getattr(body, name) for name in SECTOR}
         parameters |= {"projectile.shape": DISC_SECTOR, **{f"projectile.sector.{name}": value for name, value in sizes.items()}}
@@ -125,7 +128,7 @@ def scene_of(arguments, width, body):
         "attachment.kind": ATTACHMENTS[arguments.attachment],
         "seed": arguments.seed,
         "sheet.plies": arguments.plies,
-        "time_step.seconds": INTERNAL_STEP,
+        "time_step.seconds": INTERNAL_STEPS[width],
         "projectile.mass": body.mass,
     }
 
@@ -133,7 +136,7 @@ def scene_of(arguments, width, body):
 def impact_of(arguments, fragment):
     """The impact in a few lines, for a run of the same impact elsewhere."""
     width, _, body = CASES[arguments.case]
-    words = {"sheet": f"{width}in", "attachment": arguments.attachment, "seed": arguments.seed, "dt": INTERNAL_STEP}
+    words = {"sheet": f"{width}in", "attachment": arguments.attachment, "seed": arguments.seed, "dt": INTERNAL_STEPS[width]}
     words["plies"] = arguments.plies
     if isinstance(body, DiscSector):
         words |= {"sector": joined([getattr(body, name) for name in SECTOR]), "mass": repr(body.mass)}
@@ -159,18 +162,20 @@ def parsed():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--fmu", required=True, help="FabricShield-fmi2.fmu")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("results"), help="folder of the results")
-    parser.add_argument("--case", choices=CASES, default="disc", help="sheet and fragment (default: %(default)s)")
+    parser.add_argument("--case", choices=CASES, default="ring", help="sheet and fragment (default: %(default)s)")
     parser.add_argument("--attachment", choices=ATTACHMENTS, help="how the sheet is held (default: four sides; the paper's sheets as there)")
-    parser.add_argument("--plies", type=int, default=1, help="plies bonded into one network, sheet.plies (default: %(default)s)")
+    parser.add_argument("--plies", type=int, help="plies bonded into one network, sheet.plies (default: 1; of the ring 5)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the yarns' scatter (default: %(default)s)")
     parser.add_argument("--speed", type=float, default=100.0, help="speed at the stand-off, m/s (default: %(default)s)")
     parser.add_argument("--standoff", type=float, default=0.3, help="distance flown before the sheet, m (default: %(default)s)")
-    parser.add_argument("--spin", type=float, default=300.0, help="spin about the axis, rad/s (default: %(default)s)")
+    parser.add_argument("--spin", type=float, default=300.0, help="spin about the axis, rad/s; in the ring that of the disc (default: %(default)s)")
     parser.add_argument("--tilt", type=float, default=0.0, help="angle of the axis to the flight path, degrees (default: %(default)s)")
+    parser.add_argument("--angle", type=float, default=0.0, help="of the path in the ring to the plane of rotation, degrees (default: %(default)s)")
     parser.add_argument("--step", type=float, default=1e-6, help="communication step, s; at most 1e-5 (default: %(default)s)")
     parser.add_argument("--limit", type=float, default=2e-3, help="end of the coupled run at the latest, s (default: %(default)s)")
     arguments = parser.parse_args()
     arguments.attachment = arguments.attachment or CASES[arguments.case][1]
+    arguments.plies = arguments.plies or (5 if arguments.case == "ring" else 1)
     return arguments
 
 
@@ -178,8 +183,11 @@ def main():
     arguments = parsed()
     arguments.out.mkdir(parents=True, exist_ok=True)
     width, _, body = CASES[arguments.case]
-    nodes = NODES[width]
-    fragment = Fragment.launched(body, arguments.standoff, arguments.speed, arguments.spin, np.radians(arguments.tilt))
+    (nx, ny), tick, is_ring = NODES[width], INTERNAL_STEPS[width], arguments.case == "ring"
+    if is_ring:
+        fragment = Fragment.burst(body, RING, arguments.standoff, arguments.speed, math.radians(arguments.angle))
+    else:
+        fragment = Fragment.launched(body, arguments.standoff, arguments.speed, arguments.spin, np.radians(arguments.tilt))
     parameters = scene_of(arguments, width, body)
     plies, gap = parameters.get("stack.plies", 1), parameters.get("stack.gap", 0.0)
     shield = Shield(arguments.fmu, parameters)
@@ -189,25 +197,26 @@ def main():
     impact = impact_of(arguments, fragment)
     impact_energy, impact_speed = fragment.kinetic_energy(), float(np.linalg.norm(fragment.velocity))
     shield.initialise(start, fragment)
-    seen, outputs = couple(fragment, shield, ledger, rows, start, arguments.step, arguments.limit)
+    seen, outputs = couple(fragment, shield, ledger, rows, start, arguments.step, tick, arguments.limit)
     shield.close()
     wall = time.perf_counter() - began
 
     write_history(arguments.out / "history.csv", rows)
-    impact["pictures"] = joined(picture_times(rows, start, seen))
-    impact["end"] = repr(arguments.limit)
-    impact["stack"] = f"{plies} {gap!r}"
-    (arguments.out / "impact.txt").write_text("".join(f"{name} {value}\n" for name, value in impact.items()))
+    if not is_ring:
+        impact["pictures"] = joined(picture_times(rows, start, seen))
+        impact["end"] = repr(arguments.limit)
+        impact["stack"] = f"{plies} {gap!r}"
+        (arguments.out / "impact.txt").write_text("".join(f"{name} {value}\n" for name, value in impact.items()))
     results = {
         "options": {name: value for name, value in vars(arguments).items() if name not in ("fmu", "out")},
-        "nodes": nodes,
+        "nodes": [nx, ny],
         "plies": plies,
-        "segments": 2 * nodes * (nodes - 1) * plies,
+        "segments": ((nx if is_ring else nx - 1) * ny + nx * (ny - 1)) * plies,
         "body": {**vars(body), **({"corners": body.corners.tolist()} if isinstance(body, DiscSector) else {})},
         "start": start,
         "impact_speed": impact_speed,
         "impact_energy": impact_energy,
-        "internal_steps": round(seen["steps"] * arguments.step / INTERNAL_STEP),
+        "internal_steps": round(seen["steps"] * arguments.step / tick),
         "velocity": fragment.velocity.tolist(),
         "angular_velocity": fragment.angular_velocity().tolist(),
         **seen,

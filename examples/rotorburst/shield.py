@@ -10,14 +10,14 @@ from fmpy.ssp.ssd import read_ssv
 
 PRESCRIBED = 1
 DISC_SECTOR = 5
-ATTACHMENTS = {"two_sides": 0, "four_sides": 1, "four_corners": 2}
+ATTACHMENTS = {"two_sides": 0, "four_sides": 1, "four_corners": 2, "free": 3}
 
 MOTION = ["position", "velocity", "orientation", "angular_velocity"]
 INPUTS = [f"projectile.{name}" for name in [*MOTION, "acceleration"]]
 REAL_OUTPUTS = [
     "contact.force_mean", "contact.torque_mean", "contact.force_peak", "contact.impulse", "contact.angular_impulse",
     "contact.work", "support.impulse", "support.attachment_impulse", "energy.kinetic", "energy.strain",
-    "energy.dissipated", "energy.contact_loss", "energy.residual", "momentum.residual", "fabric.max_deflection",
+    "energy.dissipated", "energy.viscous", "energy.contact_loss", "energy.casing_loss", "energy.residual", "momentum.residual", "fabric.max_deflection",
     "fabric.max_stretch", "fabric.failed_segments", "contact.unconverged", "ply.failed_segments", "ply.kinetic",
     "ply.strain", "ply.dissipated", "outcome.first_contact_time", "outcome.detached_time",
 ]  # fmt: skip
@@ -27,7 +27,7 @@ BOOLEAN_OUTPUTS = [f"outcome.{name}" for name in ("first_contact", "arrested", "
 
 def read_parameters(path):
     """The numbers of a parameter set (.ssv) by name."""
-    kinds = {"Real": float, "Integer": int}
+    kinds = {"Real": float, "Integer": int, "Boolean": "true".__eq__}
     return {parameter.name: kinds[parameter.type](parameter.value) for parameter in read_ssv(str(path)).parameters}
 
 

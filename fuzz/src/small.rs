@@ -2,7 +2,7 @@
 
 use crate::bytes::Bytes;
 use fabric::{
-    AttachmentKind, Back, Case, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, RotationRule, Scene, Sector,
+    AttachmentKind, Back, Casing, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, RotationRule, Scene, Sector,
     Shape, Stack, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
 };
 
@@ -183,7 +183,7 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
 fn curve(scene: &mut Scene) {
     let (h, kind) = (scene.sheet.spacing, scene.attachment.kind);
     let pulls_in = scene.sheet.pre_strain != [0.0; 2] || kind == AttachmentKind::FourCorners;
-    let takes = scene.yarn.rate_modulus != 0.0 || scene.yarn.viscosity_linear != 0.0 || scene.slack_balance;
+    let takes = scene.yarn.rate_modulus != 0.0 || scene.yarn.viscosity_bending != 0.0 || scene.slack_balance;
     let other = scene.stack.plies > 1 || scene.sheet.grading.largest > 1 || scene.symmetry != Symmetry::default();
     if pulls_in || takes || other || scene.integrator.kind != IntegratorKind::Verlet || scene.sheet.nodes_x < 3 {
         return;
@@ -192,7 +192,7 @@ fn curve(scene: &mut Scene) {
     scene.sheet.radius = if scene.sheet.closed { scene.closed_radius() } else { 20.0 * h };
     if scene.sheet.closed && scene.seed % 8 == 1 {
         let (window_angle, window_place) = ([0.3, 1.0], [0.0, h]);
-        scene.casing = Case { radius: 0.9 * scene.sheet.radius, window_angle, window_place };
+        scene.casing = Casing { radius: 0.9 * scene.sheet.radius, window_angle, window_place };
     }
     let normal = turned_z(scene.sheet.orientation);
     let along = |a: [f64; 3]| (0..3).map(|k| a[k] * normal[k]).sum::<f64>();

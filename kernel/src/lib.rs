@@ -80,7 +80,7 @@ pub use memory::watch::{Latch, Outcome, OutcomeSet};
 pub use scene::features::{FEATURES, Feature};
 pub use scene::fields;
 pub use scene::parts::{
-    Attachment, AttachmentKind, Back, Case, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind,
+    Attachment, AttachmentKind, Back, Casing, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind,
     MAX_FACES, MAX_NODES_PER_SIDE, MAX_PLIES, Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet,
     Stack, StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };

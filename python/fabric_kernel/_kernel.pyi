@@ -185,7 +185,7 @@ class Energy(TypedDict):
     ply_loss: float  # J: Kinetic energy lost where separate plies meet
     contact_work: float  # J: The same as contact.work
     support_work: float  # J: Work of the projectile on held nodes: the part of contact.work that the fabric did not get
-    case_loss: float  # J: Kinetic energy lost where nodes of a ring meet its case
+    casing_loss: float  # J: Kinetic energy lost where nodes of a ring meet its case
     external_work: float  # J: Work of the external load on the projectile
     residual: float  # J: What the energy balance does not close by
 

@@ -138,7 +138,7 @@ def history(
     panels = figure.subplots(3, 1, sharex=True)
     energies = {
         "work": "absorbed", "fabric_kinetic": "fabric kinetic", "strain": "strain", "dissipated": "dissipated by rupture", "viscous": "taken by viscosity",
-        "friction": "friction", "ply_loss": "lost where plies meet", "case_loss": "lost on the case",
+        "friction": "friction", "ply_loss": "lost where plies meet", "casing_loss": "lost on the case",
         "contact_loss": "contact loss", "residual": "residual",
     }  # fmt: skip
     for panel, columns, label in (

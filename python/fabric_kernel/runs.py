@@ -30,7 +30,7 @@ UNITS = {
     "N": ("force_",),
     "J": (
         "work", "external_work", "initial_kinetic", "residual_kinetic", "absorbed", "support_work", "projectile_kinetic", "fabric_kinetic", "strain", "dissipated",
-        "viscous", "friction", "ply_loss", "case_loss", "contact_loss", "energy_residual", "residual",
+        "viscous", "friction", "ply_loss", "casing_loss", "contact_loss", "energy_residual", "residual",
     ),
 }  # fmt: skip
 """SI units of the columns of tables, by the beginnings of their names."""
@@ -60,7 +60,7 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s: after "arrested" that of the rebound; `angular_velocity_x`, `_y`, `_z`, rad/s;
     - `initial_kinetic`, `residual_kinetic`: kinetic energy of the projectile at the start and at the end, J;
     - `absorbed`: work of the projectile on the fabric, J; `support_work`: what of it went into held nodes; `force_peak`: largest mean force over a force window, N;
-    - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `case_loss`, `contact_loss`, `energy_residual`: the energy
+    - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `casing_loss`, `contact_loss`, `energy_residual`: the energy
       balance at the end, J;
     - `failed_segments`: segments that have failed;
     - `unconverged`: contact solves that did not converge; `ply_penetration`: deepest that plies were through each other, m;
@@ -115,7 +115,7 @@ def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False
     row["absorbed"] = contact.get("work")
     row["support_work"] = energy.get("support_work")
     row["force_peak"] = contact.get("force_peak")
-    for name in ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "case_loss", "contact_loss"):
+    for name in ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "contact_loss"):
         row[name] = energy.get(name)
     row["energy_residual"] = energy.get("residual")
     row |= {name: counters[name] for name in ("failed_segments", "unconverged", "ply_penetration", "beyond_fine")}

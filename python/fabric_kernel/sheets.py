@@ -33,7 +33,7 @@ class Sheet:
     def __init__(self, folder, about, ply=0, data=None):
         data = (folder / about["file"]).read_bytes() if data is None else data
         nx, ny = about["nodes"]
-        self.about, self.nodes = about, (nx, ny)
+        self.about, self.nodes, self.radius = about, (nx, ny), about.get("radius_m", 0.0)
         head = numpy.frombuffer(data, "<f8", 8)
         self.time, self.centre = float(head[0]), head[1:4]
         # A mirrored line has one segment more, to an image, and so has a closed one, to its first node; it is not drawn.
@@ -58,7 +58,7 @@ class Sheet:
         about = {
             "name": "", "plies": plies, "nodes": [positions.shape[1], positions.shape[0] // plies],
             "mirrored": [scene["symmetry.mirror_x"] or scene["sheet.closed"], scene["symmetry.mirror_y"]],
-            "half_size_m": [0.5 * side for side in sides(scene)], "critical_strain": scene["yarn.critical_stretch"] - 1.0,
+            "half_size_m": [0.5 * side for side in sides(scene)], "radius_m": scene["sheet.radius"], "critical_strain": scene["yarn.critical_stretch"] - 1.0,
             "sphere_m": scene["projectile.radius"] if scene["projectile.shape"] == "sphere" else 0.0, "held": [], "outline": outline(scene),
         }  # fmt: skip
         head = numpy.array([simulation.time, *body["position"], *body["orientation"]], "<f8").tobytes()
@@ -77,15 +77,16 @@ class Sheet:
 
     def deflection(self):
         """Largest deflection of a node that is still near the sheet's body, m: debris may be anywhere."""
-        depths = numpy.sort(numpy.abs(self.positions[:, 2]))
+        heights = numpy.hypot(self.positions[:, 0], self.positions[:, 2]) - self.radius if self.radius else self.positions[:, 2]
+        depths = numpy.sort(numpy.abs(heights))
         return float(depths[len(depths) - 1 - len(depths) // 500])
 
     def lines(self, points, chosen):
         return points[self.segments[chosen]]
 
-    def draw_oblique(self, axis, meshes=0.88):
+    def draw_oblique(self, axis, meshes=0.88, near=True):
         """The sheet as a lit surface, coloured by strain, with the torn yarns at its holes, and the projectile, dashed where it is
-        hidden; z is up. meshes: how bright the lines between meshes are."""
+        hidden; z is up. meshes: how bright the lines between meshes are; near: of a curved sheet what is near the projectile."""
         faces, colours, depths = [], [], []
         for corners, colour in [*self.cloth(), self.body()]:
             normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
@@ -97,7 +98,7 @@ class Sheet:
             faces.extend(screen[..., :2])
             colours.append(numpy.clip(light[:, None] * colour, 0, 1))
             # The body lies behind the cloth that touches it, although its faces are of another size.
-            mesh = 2e3 * self.about["half_size_m"][0] / min(max(self.nodes), MOST_MESHES)
+            mesh = 2e3 * self.about["half_size_m"][0] / min(max(self.nodes), self.most_meshes())
             depths.append(screen[..., 2].mean(1) + (0 if len(corners[0]) == 4 else 1.5 * mesh))
         order = numpy.argsort(-numpy.concatenate(depths), kind="stable")
         colours = numpy.concatenate(colours)[order]
@@ -109,10 +110,43 @@ class Sheet:
         silhouette = oblique(self.body()[0].reshape(-1, 3))[:, :2]
         silhouette = silhouette[ConvexHull(silhouette).vertices]
         axis.fill(*silhouette.T, fill=False, edgecolor="#1c2f40", linewidth=0.8, linestyle=(0, (3, 3)), alpha=0.7)
+        if self.radius:
+            self.frame(axis, near)
+            return
         half = [0.5 * side for side in numpy.ptp(oblique(self.corners())[:, :2], axis=0)]
         low, high = -half[1], max(half[1], *(oblique(line)[:, 1].max() for line in self.outline))
         axis.set(xlim=(-1.03 * half[0], 1.03 * half[0]), ylim=(1.03 * low, 1.03 * min(high, 2.2 * half[1])), aspect="equal")
         axis.set_axis_off()
+
+    def frame(self, axis, near):
+        """Shows all of a curved sheet, or six reaches of the projectile about the place that it hits."""
+        screen = oblique(self.places())[:, :2]
+        low, high = screen.min(0), screen.max(0)
+        if near:
+            reach = 1e3 * max(numpy.linalg.norm(line - self.centre, axis=1).max() for line in self.outline)
+            middle = screen[numpy.linalg.norm(self.places() - self.radius / numpy.hypot(*self.centre[[0, 2]]) * self.centre * [1, 0, 1], axis=1).argmin()]
+            low, high = numpy.maximum(low, middle - 6 * reach), numpy.minimum(high, middle + [6 * reach, 4 * reach])
+        # A body that has left is shown as far as the sheet is high.
+        high[1] = max(high[1], min(oblique(numpy.concatenate(self.outline))[:, 1].max(), high[1] + 0.4 * (high[1] - low[1])))
+        margin = 0.03 * (high - low).max()
+        axis.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
+        axis.set_axis_off()
+
+    def places(self):
+        """Where the nodes of a curved sheet rest, m."""
+        (nx, ny), [half_x, half_y] = self.nodes, self.about["half_size_m"]
+        angles, along = self.angles(), numpy.linspace(-half_y, half_y, ny)
+        ring = self.radius * numpy.stack([numpy.sin(angles), 0 * angles, numpy.cos(angles)], 1)
+        return (ring[None] + numpy.stack([0 * along, along, 0 * along], 1)[:, None]).reshape(-1, 3)
+
+    def angles(self):
+        """Of the columns of a curved sheet about its axis, rad: the spacing is a chord."""
+        nx = self.nodes[0]
+        return (numpy.arange(nx) - 0.5 * (nx - 1)) * 2 * numpy.arcsin(self.about["half_size_m"][0] / (nx - 1) / self.radius)
+
+    def most_meshes(self):
+        """A curved sheet is drawn from near."""
+        return 6 * MOST_MESHES if self.radius else MOST_MESHES
 
     def corners(self):
         """Corners of the sheet at rest, m; with its mirror images."""
@@ -143,11 +177,16 @@ class Sheet:
         for side in (0, 1):
             numpy.maximum.at(strain, self.segments[self.alpha > 0, side], self.strain(self.alpha > 0))
         strain = strain.reshape(ny, nx)
-        step = -(-max(self.nodes) // MOST_MESHES)
+        step = -(-max(self.nodes) // self.most_meshes())
         rows, columns = (ny - 1) // step, (nx - 1) // step
         blocks = whole[: rows * step, : columns * step].reshape(rows, step, columns, step).all((1, 3))
         single = whole.copy()
         single[: rows * step, : columns * step] &= ~blocks.repeat(step, 0).repeat(step, 1)
+        if self.radius and self.about["mirrored"][0]:
+            # Across the joint of a ring, whose segments are not kept.
+            j = numpy.nonzero(whole[:, 0] & whole[:, -1])[0]
+            ends = [(j, j * 0 + nx - 1), (j, j * 0), (j + 1, j * 0), (j + 1, j * 0 + nx - 1)]
+            yield numpy.stack([node[end] for end in ends], 1), STRAIN(numpy.mean([strain[end] for end in ends], 0))[:, :3]
         for chosen, stride in ((single, 1), (blocks, step)) if step > 1 else ((whole, 1),):
             j, i = stride * numpy.array(numpy.nonzero(chosen))
             ends = [(j, i), (j, i + stride), (j + stride, i + stride), (j + stride, i)]
@@ -298,10 +337,45 @@ def bar(figure, axis, sheet, label="strain (%), up to where the yarn begins to f
 @plot.styled
 def picture(sheet, path, title):
     """One large picture of the sheet."""
+    if sheet.radius:
+        return picture_of_curve(sheet, path, title)
     figure, axis = plot.new(10.5, 7.2)
     sheet.draw_oblique(axis)
     bar(figure, axis, sheet)
     axis.set_title(title)
+    return plot.saved(figure, path)
+
+
+def picture_of_curve(sheet, path, title):
+    """A curved sheet where it is hit and as a whole, a section along its middle row, and its failures on the sheet unrolled."""
+    figure = plot.new(12.6, 9.4)[0]
+    figure.clear()
+    near, whole, section, unrolled = (figure.add_subplot(2, 2, k) for k in (1, 2, 3, 4))
+    sheet.draw_oblique(near)
+    sheet.draw_oblique(whole, near=False)
+    bar(figure, near, sheet, "strain (%)")
+    whole.set_title("the whole sheet", fontsize=10)
+    lines, alpha = sheet.section()
+    section.add_collection(LineCollection(lines[alpha > 0], colors=YARN, linewidths=1.2))
+    section.add_collection(LineCollection(1e3 * sheet.places()[:, [0, 2]].reshape(*sheet.nodes[::-1], 2)[:1], colors="#bbbbbb", linewidths=0.8))
+    for line in sheet.outline:
+        section.plot(1e3 * line[:, 0], 1e3 * line[:, 2], color="black", linewidth=0.9)
+    reach, (x, _, z) = 1e3 * max(numpy.linalg.norm(line - sheet.centre, axis=1).max() for line in sheet.outline), 1e3 * sheet.centre
+    section.set(xlim=(x - 4 * reach, x + 4 * reach), ylim=(z - 3 * reach, z + 2 * reach), aspect="equal", xlabel="x (mm)", ylabel="z (mm)")
+    section.set_title("section: the middle row of nodes, grey at rest", fontsize=10)
+    angles = numpy.degrees(sheet.angles())
+    along = 1e3 * numpy.linspace(-sheet.about["half_size_m"][1], sheet.about["half_size_m"][1], sheet.nodes[1])
+    grid = numpy.stack([numpy.tile(angles, sheet.nodes[1]), numpy.repeat(along, sheet.nodes[0])], 1)
+    for chosen in ((sheet.alpha < 1) & (sheet.alpha > 0), sheet.alpha == 0):
+        unrolled.add_collection(LineCollection(sheet.lines(grid, chosen), colors=DAMAGE(sheet.alpha[chosen]), linewidths=1.6))
+    for name, alpha in [("damaged", 0.95), ("failed", 0.0)]:
+        unrolled.plot([], [], color=DAMAGE(alpha), linewidth=2.5, label=name)
+    middle, wide = numpy.degrees(numpy.arctan2(x, z)), numpy.degrees(4e-3 * reach / sheet.radius)
+    unrolled.set(xlim=(middle - wide, middle + wide), ylim=(along[0], along[-1]), xlabel="angle about the axis (degrees)", ylabel="y, along the axis (mm)")
+    unrolled.set_title(f"unrolled: {sheet.failed()} failed segments", fontsize=10)
+    unrolled.legend(loc="upper right", fontsize=8)
+    section.grid(False)
+    figure.suptitle(title)
     return plot.saved(figure, path)
 
 

@@ -162,7 +162,7 @@ impl Serialize for Summary {
             ("ply_loss", json!(energy.ply_loss)),
             ("ply_penetration", json!(counters.ply_penetration)),
             ("plies", json!(self.plies)),
-            ("case_loss", json!(energy.case_loss)),
+            ("casing_loss", json!(energy.casing_loss)),
             ("contact_loss", json!(energy.contact_loss)),
             ("energy_residual", json!(energy.residual)),
             ("energy_residual_relative", json!(self.open_part())),

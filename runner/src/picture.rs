@@ -24,6 +24,8 @@ pub struct Picture {
     mirrored: [bool; 2],
     /// Half of the side lengths of the whole sheet, m.
     half_size_m: [f64; 2],
+    /// Radius of a curved sheet, m; 0 of a flat one.
+    radius_m: f64,
     /// Strain at which the yarn begins to fail.
     critical_strain: f64,
     /// Radius of a sphere; 0 for another projectile, which its lines enclose.
@@ -126,6 +128,7 @@ pub fn describe(name: String, scene: &Scene) -> Result<Picture> {
         // The segment that closes a ring is not drawn either.
         mirrored: [scene.symmetry.mirror_x || scene.is_closed(), scene.symmetry.mirror_y],
         half_size_m: scene.half_size(),
+        radius_m: scene.sheet.radius,
         critical_strain: scene.yarn.critical_stretch - 1.0,
         sphere_m: if scene.projectile.shape == Shape::Sphere { scene.projectile.radius } else { 0.0 },
         held: (0..layout.y.modelled()).flat_map(held).collect(),

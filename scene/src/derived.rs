@@ -8,7 +8,7 @@ use crate::{BadKey, Result, bad, reals, short, units};
 use fabric::math::{abs, cos, length, round, sin};
 use fabric::pose::{Pose, Vector, into_body, normalised};
 use fabric::{Drive, Scene, Shape, Solid};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use toml::{Table, Value};
 
 /// A key, its SI unit (that of a material is a name), and the parameters and keys that follow from it, which are not given beside it.
@@ -107,6 +107,18 @@ pub fn sheet(given: &Given, scene: &mut Scene, counted: [bool; 2]) -> Result<()>
         }
         *[&mut scene.sheet.nodes_x, &mut scene.sheet.nodes_y][k] = nodes as u32;
     }
+    // A ring has as many nodes as its radius takes, and then the radius that they close.
+    let sheet = &mut scene.sheet;
+    if sheet.closed && sheet.radius > 0.0 && !counted[0] && width.is_none() {
+        let nodes = round(TAU * sheet.radius / sheet.spacing);
+        if !(3.0..=65_535.0).contains(&nodes) {
+            let text =
+                format!("sheet.radius = {}: a ring of it has {nodes} nodes; there may be 3 to 65535", sheet.radius);
+            return bad("sheet.radius", text);
+        }
+        sheet.nodes_x = nodes as u32;
+        scene.sheet.radius = scene.closed_radius();
+    }
     Ok(())
 }
 
@@ -158,34 +170,40 @@ pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
     let angle = within(given, "aim.angle", |x| (0.0..FRAC_PI_2).contains(&x), right)?;
     let towards = within(given, "aim.towards", f64::is_finite, "finite")?;
     let speed = positive(given, "aim.speed")?;
-    if angle.or(towards).or(speed).is_some() {
-        let speed = speed.unwrap_or_else(|| length(scene.projectile.velocity));
-        let (angle, towards) = (angle.unwrap_or(0.0), towards.unwrap_or(0.0));
-        let along = speed * sin(angle);
-        let velocity = [along * cos(towards), along * sin(towards), speed * cos(angle)];
-        scene.projectile.velocity = Pose::of_sheet(&scene.sheet).vector_out(velocity);
-    }
     let mut point = Vec::new();
     let value = of(given, "aim.point").cloned().unwrap_or_else(|| vec![0, 0].into());
     if reals(&value, &[2], &|_| "m", &mut point).is_none() {
         let value = short(&value.to_string()).to_string();
         return bad("aim.point", format!("aim.point = {value}: must be an array of 2 numbers{}", units::expected("m")));
     }
+    if angle.or(towards).or(speed).is_some() {
+        let speed = speed.unwrap_or_else(|| length(scene.projectile.velocity));
+        let (angle, towards) = (angle.unwrap_or(0.0), towards.unwrap_or(0.0));
+        let along = speed * sin(angle);
+        let [x, y, z] = [along * cos(towards), along * sin(towards), speed * cos(angle)];
+        let velocity = match hoop_angle(scene, point[0]) {
+            Some(hoop) => [x * cos(hoop) + z * sin(hoop), y, z * cos(hoop) - x * sin(hoop)],
+            None => [x, y, z],
+        };
+        scene.projectile.velocity = Pose::of_sheet(&scene.sheet).vector_out(velocity);
+    }
     let stand_off = within(given, "aim.stand_off", |x| x >= 0.0 && x.is_finite(), "at least 0")?.unwrap_or(0.0);
     scene.projectile.position = aimed(scene, "aim.point", [point[0], point[1]], stand_off)?;
     Ok(())
 }
 
+/// The angle about the axis of a curved sheet, rad, so far along its hoop, m.
+fn hoop_angle(scene: &Scene, along: f64) -> Option<f64> {
+    scene.is_curved().then(|| along / scene.sheet.radius)
+}
+
 /// Where the projectile's centre must be, m, in the host's frame, so that it has this distance from the first ply in its way with its
-/// foremost point, and flies through a point of it, given in the sheet's plane from its middle, m.
+/// foremost point, and flies through a point of it, given in the sheet's plane, or along its hoop and its axis, from its middle, m.
 ///
 /// # Errors
-/// A curved sheet. A point that lies more than a mesh beside the sheet, by its `key`: a millimetre is easily written as a metre. A velocity that leads
+/// A body that is too large for the ring that it starts in. A point that lies more than a mesh beside the sheet, by its `key`: a millimetre is easily written as a metre. A velocity that leads
 /// along the sheet.
 pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Result<[f64; 3]> {
-    if scene.is_curved() {
-        return bad(key, format!("{key}: only a flat sheet can be aimed at; give projectile.position and velocity"));
-    }
     let ([x, y], [half_x, half_y]) = (point, scene.half_size());
     let mesh = scene.largest_spacing();
     if !(abs(x) <= half_x + mesh && abs(y) <= half_y + mesh) {
@@ -199,6 +217,14 @@ pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Resul
     let up = velocity[2] > 0.0;
     let ahead = Vector::new(0.0, 0.0, if up { 1.0 } else { -1.0 });
     let orientation = normalised(pose.orientation_in(body.orientation));
+    if let Some(hoop) = hoop_angle(scene, x) {
+        let solid = Solid::of(body);
+        let support = |n: Vector| solid.support(&into_body(&orientation, &n));
+        let position = before_curve(scene.sheet.radius, [hoop, y], velocity, [stand_off, solid.reach()], support);
+        let far =
+            || format!("{key}: the projectile does not fit into the sheet on its way there; give projectile.position");
+        return position.map_or_else(|| bad(key, far()), |position| Ok(pose.point_out(position)));
+    }
     let reach = Solid::of(body).support(&into_body(&orientation, &ahead)) + stand_off;
     let height = if up { 0.0 } else { scene.stack_height() };
     let back = -reach / abs(velocity[2]);
@@ -208,6 +234,47 @@ pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Resul
         return Ok(position);
     }
     bad("projectile.velocity", "projectile.velocity: does not lead to the sheet".into())
+}
+
+/// Where a body must be on its way to a place of a curved sheet, by its angle and along the axis, so that all of it is within the sheet's
+/// cylinder, or outside of it, by the stand-off. `support`: how far it reaches along a direction; `reach`: along any. None if there is no
+/// such place.
+fn before_curve(
+    radius: f64,
+    [hoop, y]: [f64; 2],
+    velocity: [f64; 3],
+    [stand_off, reach]: [f64; 2],
+    support: impl Fn(Vector) -> f64,
+) -> Option<[f64; 3]> {
+    const DIRECTIONS: u32 = 1440;
+    let ([vx, vy, vz], [sine, cosine]) = (velocity, [sin(hoop), cos(hoop)]);
+    let outwards = vx * sine + vz * cosine;
+    let at = |t: f64| [radius * sine - vx * t, y - vy * t, radius * cosine - vz * t];
+    // Greatest over the directions: how far the body reaches from the axis, or the nearest plane before it. Convex in the time t.
+    let far = |t: f64| {
+        let ([x, _, z], side) = (at(t), if outwards > 0.0 { 1.0 } else { -1.0 });
+        let turns = (0..DIRECTIONS).map(|k| f64::from(k) * (TAU / f64::from(DIRECTIONS)));
+        let reaches = turns.map(|turn| {
+            let (a, b) = (sin(turn), cos(turn));
+            x * a + z * b + side * support(Vector::new(side * a, 0.0, side * b))
+        });
+        reaches.fold(f64::NEG_INFINITY, f64::max)
+    };
+    // The directions are so far apart that a corner may be missed by this.
+    let missed = radius * (1.0 - cos(0.5 * TAU / f64::from(DIRECTIONS)));
+    let is_clear =
+        |t: f64| if outwards > 0.0 { far(t) + missed <= radius - stand_off } else { far(t) >= radius + stand_off };
+    // The place nearest to the axis, or one beyond everything.
+    let beyond = 2.0 * radius + stand_off + reach;
+    let mut ends = [0.0, if outwards > 0.0 { radius * outwards / (vx * vx + vz * vz) } else { beyond / -outwards }];
+    if !is_clear(ends[1]) {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (ends[0] + ends[1]);
+        ends[usize::from(is_clear(middle))] = middle;
+    }
+    Some(at(ends[1]))
 }
 
 /// A sentence on a file that says what flies but not where it begins: then place and speed are those of the preset.

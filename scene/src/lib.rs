@@ -2,7 +2,7 @@
 //! the table of parameters ([`fabric::fields`]), which are the paths in [`fabric::Scene`]; an unknown key is an error.
 //!
 //! ```toml
-//! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder", "turbine_disc_sector"
+//! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder", "turbine_disc_sector", "ring_40in"
 //! time_step = { fraction = 0.4 }       # of dt_crit; or { seconds = 2e-8 }
 //! integrator = { kind = "theta", tolerance = 1e-8 }
 //! fabric = "kevlar_km2_s706"           # or a table: `textile.rs`; before all other keys, which override it
@@ -78,10 +78,11 @@ fn bad<T>(key: &str, text: String) -> Result<T> {
 /// A preset by name.
 pub type Preset = (&'static str, fn() -> Scene);
 /// The presets.
-pub const PRESETS: [Preset; 3] = [
+pub const PRESETS: [Preset; 4] = [
     ("sheet_3in_sphere", Scene::sheet_3in_sphere),
     ("sheet_10in_cylinder", Scene::sheet_10in_cylinder),
     ("turbine_disc_sector", Scene::turbine_disc_sector),
+    ("ring_40in", Scene::ring_40in),
 ];
 
 /// Reads a scene. The kernel's own checks come later, when a simulation is made of it.
@@ -151,7 +152,9 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     flat("", Value::Table(table), &mut given, &mut wrong);
     let counted = |key: &str, given: &[(String, Value)]| given.iter().any(|(name, _)| name == key);
     let before = *scene;
-    let nodes = ["sheet.nodes_x", "sheet.nodes_y"].map(|key| counted(key, &given));
+    let mut nodes = ["sheet.nodes_x", "sheet.nodes_y"].map(|key| counted(key, &given));
+    // The nodes of a ring follow from what is said of it.
+    nodes[0] |= fabric.is_none() && !given.iter().any(|(key, _)| key.starts_with("sheet."));
     wrong.extend(derived::conflicts(&given).map(Into::into));
     let (own, mut given): (Vec<_>, Vec<_>) =
         given.into_iter().partition(|(key, _)| derived::KEYS.iter().any(|(known, ..)| key == known));
@@ -168,12 +171,26 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     if fabric.is_some() {
         wrong.extend(changed.iter().filter_map(|field| textile::determined(field.name)).map(Into::into));
     }
+    let radius = scene.sheet.radius;
     wrong.extend(derived::sheet(&own, scene, nodes).err());
     if let (Some(textile), true) = (&back, wrong.is_empty()) {
         textile::apply_back(scene, textile)?;
     }
     for (key, value) in others {
         assign(scene, key, value).map_or_else(|error| wrong.push(error), |field| changed.extend(field));
+    }
+    if scene.casing.radius == radius {
+        // A case that bears a ring is as wide as that which its nodes close.
+        scene.casing.radius = scene.sheet.radius;
+    }
+    if fabric.is_some() && scene.is_curved() {
+        let asked = (scene.yarn.viscosity_bending, scene.slack_balance);
+        scene.leave_out_what_a_curve_refuses();
+        // What is asked for by name is refused by name.
+        if counted("yarn.viscosity_bending", &given) {
+            scene.yarn.viscosity_bending = asked.0;
+        }
+        scene.slack_balance |= asked.1 && counted("slack_balance", &given);
     }
     if let Some((_, Value::Array(planes))) = given.iter().find(|(name, _)| name == "projectile.faces.planes")
         && !counted("projectile.faces.count", &given)
@@ -553,6 +570,7 @@ mod tests {
         assert_eq!(parse("preset = \"sheet_3in_sphere\"").unwrap(), Scene::sheet_3in_sphere());
         assert_eq!(parse("preset = \"sheet_10in_cylinder\"").unwrap(), Scene::sheet_10in_cylinder());
         assert_eq!(parse("preset = \"turbine_disc_sector\"").unwrap(), Scene::turbine_disc_sector());
+        assert_eq!(parse("preset = \"ring_40in\"").unwrap(), Scene::ring_40in());
     }
 
     #[test]
@@ -673,6 +691,42 @@ mod tests {
         scene.step_limits().unwrap();
         let bare = parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_49_yarn\"\n").unwrap_err();
         assert!(bare.to_string().contains("fabric.linear_density, count: missing or 0"), "{bare}");
+    }
+
+    /// The preset has the numbers of the fabric's file; a ring of a fabric has as many nodes as its radius takes, and what it refuses is left
+    /// out, but not where it is asked for.
+    #[test]
+    fn a_ring_of_a_fabric_closes() {
+        let bare = Scene::ring_40in();
+        let ring = parse("preset = \"ring_40in\"\nfabric = \"zylon_as_500_35\"\nsheet.yarns_per_bar = 4\n").unwrap();
+        let differ = |a: f64, b: f64| (a / b - 1.0).abs() > 1e-12;
+        let (own, other) = (ring.sheet, bare.sheet);
+        assert!(!differ(own.spacing, other.spacing) && !differ(own.node_mass, other.node_mass));
+        assert!(!differ(own.yarn_area, other.yarn_area) && !differ(own.radius, other.radius));
+        assert_eq!((own.nodes_x, ring.yarn.modulus_mean), (other.nodes_x, bare.yarn.modulus_mean));
+        assert_eq!((ring.viscosity(), ring.casing.radius), (bare.viscosity(), own.radius));
+        let rim = -Scene::turbine_disc_sector().projectile.position[2];
+        assert_eq!(bare.projectile.position, [rim - 0.04, 0.0, bare.sheet.radius - rim - 2e-3]);
+        let text = "preset = \"sheet_3in_sphere\"\nfabric = { name = \"kevlar_km2_s706\", warp.crimp = 0.01 }\n\
+                    sheet = { radius = \"100 mm\", closed = true }\ncasing.radius = \"100 mm\"\n\
+                    aim = { point = [\"50 mm\", 0], speed = 80, stand_off = \"1 mm\" }\n";
+        let scene = parse(text).unwrap();
+        assert!(!scene.slack_balance && scene.viscosity()[2] == 0.0 && scene.casing.radius == scene.sheet.radius);
+        assert_eq!(scene.sheet.nodes_x, 841);
+        scene.check().unwrap();
+        for asked in ["slack_balance = true\n", "yarn.viscosity_bending = 0.06\n"] {
+            assert!(parse(&format!("{text}{asked}")).unwrap().check().is_err(), "{asked}");
+        }
+        // Half a radian along the hoop, from inside and from outside, the sphere 1 mm before the ring.
+        let ([x, _, z], [u, _, w], r) = (scene.projectile.position, scene.projectile.velocity, scene.sheet.radius);
+        let (away, [sine, cosine]) =
+            (fabric::math::length([x, 0.0, z]), [fabric::math::sin, fabric::math::cos].map(|f| f(0.05 / r)));
+        assert!((away + 6.35e-3 + 1e-3 - r).abs() < 1e-5 * r && (x * cosine - z * sine).abs() < 1e-6 * r);
+        assert!((u * x + w * z - 80.0 * away).abs() < 1e-9 * away);
+        let outside = parse(&format!("{text}projectile.velocity = [0, 0, -80]\n").replace("speed = 80, ", "")).unwrap();
+        let [x, _, z] = outside.projectile.position;
+        let away = fabric::math::length([x, 0.0, z]);
+        assert!((away - 6.35e-3 - 1e-3 - r).abs() < 1e-5 * r && (x - r * sine).abs() < 1e-12);
     }
 
     #[test]

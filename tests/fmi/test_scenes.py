@@ -17,13 +17,13 @@ SCENE = pathlib.Path(__file__).parents[2] / "runner" / "scenes" / "tilted_disc_s
 class Scenes(unittest.TestCase):
     def test_the_archive_has_the_parameter_sets_of_the_examples(self):
         files = sorted((EXAMPLES / "parameters").glob("*.ssv"))
-        self.assertEqual([file.stem for file in files], ["sheet_3in_sphere", "three_plies", "turbine_disc_sector"])
+        self.assertEqual([file.stem for file in files], ["ring_40in", "sheet_3in_sphere", "three_plies", "turbine_disc_sector"])
         with zipfile.ZipFile(ARCHIVES[2]) as archive:
             for file in files:
                 self.assertEqual(archive.read(f"documentation/parameters/{file.name}"), file.read_bytes())
 
     def test_each_parameter_set_is_a_sound_scene(self):
-        for name, shape, mass in [("sheet_3in_sphere", 0, 8.4e-3), ("three_plies", 0, 8.4e-3), ("turbine_disc_sector", 4, 0.118)]:
+        for name, shape, mass in [("sheet_3in_sphere", 0, 8.4e-3), ("three_plies", 0, 8.4e-3), ("turbine_disc_sector", 4, 0.118), ("ring_40in", 5, 0.118)]:
             for host in hosts(parameter_set(name)):
                 self.assertEqual(host.get("projectile.shape"), shape)
                 self.assertAlmostEqual(host.get("projectile.mass"), mass, 3)

@@ -106,28 +106,43 @@ fn forces_are_those_of_straight_yarn_between_the_nodes() {
 #[test]
 fn a_ring_breathes() {
     let scene = ring(48, 3);
+    let viscous = {
+        let mut scene = scene;
+        (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic) = (0.06, 1.5);
+        scene
+    };
     let (m, h, n) = (scene.sheet.node_mass, scene.sheet.spacing, 48.0);
     let (sine, radius) = ((PI / n).sin(), scene.sheet.radius);
-    let run = |speed: f64| {
-        let mut sim = sim_of(&scene);
+    let run = |scene: &Scene, speed: f64| {
+        let mut sim = sim_of(scene);
         set_off(&mut sim, |_, x| [x, scale([x[0], 0.0, x[2]], speed / radius_of(x))]);
         sim
     };
-    let dt = run(1.0).step_limits().dt;
+    let dt = run(&scene, 1.0).step_limits().dt;
     let omega = 2.0 * (scene.yarn.modulus_mean * scene.sheet.yarn_area / (h * m)).sqrt() * sine;
     let in_steps = 2.0 / dt * (0.5 * omega * dt).asin();
     let steps = (0.7 * PI / (in_steps * dt)) as u64;
-    let (mut sim, mut r, mut way) = (run(40.0), radius, 40.0 * dt);
-    for _ in 0..steps {
-        sim.step().unwrap();
-        way -= dt * dt * 2.0 * tension(&scene, (r / radius).max(1.0)) * sine / m;
-        r += way;
+    let (mut worst, mut taken) = (0.0_f64, 0.0);
+    for scene in [scene, viscous] {
+        let (mut sim, mut r, mut way, mut before) = (run(&scene, 40.0), radius, 40.0 * dt, 1.0);
+        for _ in 0..steps {
+            sim.step().unwrap();
+            let (u, [linear, quadratic, _]) = ((r / radius).max(1.0), scene.viscosity());
+            // (M16) with the growth of U^2/2 in the last step for U dU, and c dt/h as `sound`.
+            let (growth, sound) = (0.5 * (u * u - before * before), omega * h / (2.0 * sine) * dt / h);
+            let rate = linear * growth / sound + quadratic * growth * growth.max(0.0) / (sound * sound);
+            let viscous = scene.yarn.modulus_mean * scene.sheet.yarn_area * u * rate;
+            way -= dt * dt * 2.0 * (tension(&scene, u) + viscous) * sine / m;
+            (r, before) = (r + way, u);
+        }
+        worst = positions(&sim).into_iter().map(|x| (radius_of(x) - r).abs() / radius).fold(worst, f64::max);
+        assert!(r > radius, "{r}");
+        taken = sim.energy().unwrap().viscous / (sim.energy().unwrap().strain + sim.energy().unwrap().fabric_kinetic);
     }
-    let worst = positions(&sim).into_iter().map(|x| (radius_of(x) - r).abs() / radius).fold(0.0, f64::max);
-    println!("figure 19: a breathing ring, radius off by {worst:.0e} (allowed 1e-12)");
-    assert!(worst < 1e-12 && r > radius, "{worst:e} {r}");
+    println!("figure 19: breathing rings, one of viscous yarn, radius off by {worst:.0e} (allowed 1e-12)");
+    assert!(worst < 1e-12 && taken > 1e-3, "{worst:e} {taken:e}");
 
-    let (speed, mut sim) = (1e-5, run(1e-5));
+    let (speed, mut sim) = (1e-5, run(&scene, 1e-5));
     sim.advance(steps).unwrap();
     let expected = speed * (in_steps * dt * steps as f64).sin() / (omega * (0.5 * in_steps * dt).cos());
     let off = positions(&sim).into_iter().map(|x| ((radius_of(x) - radius) / expected - 1.0).abs()).fold(0.0, f64::max);
@@ -337,7 +352,7 @@ fn a_body_that_is_turned_around_is_arrested() {
 }
 
 /// A ring of 48 nodes on a case of its radius, with this strain along its yarn.
-fn on_case(strain: f64) -> Scene {
+fn on_casing(strain: f64) -> Scene {
     let mut scene = ring(48, 5);
     (scene.casing.radius, scene.sheet.pre_strain) = (scene.sheet.radius, [strain, 0.0]);
     scene
@@ -346,7 +361,7 @@ fn on_case(strain: f64) -> Scene {
 /// A taut ring rests on its case, whose pushes from all around cancel. On each column it pushes with 2 N sin(pi/n) in every row.
 #[test]
 fn a_taut_ring_rests_on_its_case() {
-    let mut scene = on_case(0.01);
+    let mut scene = on_casing(0.01);
     let mut sim = sim_of(&scene);
     let (start, taut) = (positions(&sim), sim.energy().unwrap().strain);
     sim.advance(2000).unwrap();
@@ -379,7 +394,7 @@ fn a_taut_ring_rests_on_its_case() {
 /// Without its case a taut ring shrinks as it would breathe: its radius follows one equation until the yarn is slack.
 #[test]
 fn a_taut_ring_without_its_case_shrinks() {
-    let mut scene = on_case(0.01);
+    let mut scene = on_casing(0.01);
     // The case is gone over the whole ring.
     (scene.casing.window_angle, scene.casing.window_place) = ([0.0, 4.0], [0.0, 2.5 * scene.sheet.spacing]);
     let mut sim = sim_of(&scene);
@@ -415,7 +430,7 @@ fn a_ring_that_falls_on_its_case_stops() {
         energy.residual.abs() / brought
     );
     assert!(off < 1e-13 && energy.residual.abs() < 1e-12 * brought);
-    close(energy.case_loss, brought, 1e-12);
+    close(energy.casing_loss, brought, 1e-12);
 }
 
 /// Through the window of a taut ring's case, at an angle: momentum and energy close with case and supports, in an image too, whatever the
@@ -428,6 +443,8 @@ fn balances_close_with_a_case() {
         scene.attachment.kind = AttachmentKind::FourSides;
         let h = scene.sheet.spacing;
         (scene.casing.radius, scene.sheet.pre_strain[0]) = (scene.sheet.radius, strain);
+        // With viscosity, too.
+        (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic) = (20.0 * strain, 500.0 * strain);
         (scene.casing.window_angle, scene.casing.window_place) = ([0.0, 0.45], [0.0, 6.0 * h]);
         (scene.projectile.velocity[0], scene.projectile.velocity[1]) = (30.0, 20.0);
         let body = scene.projectile;
@@ -493,7 +510,7 @@ fn what_is_no_ring_is_refused_by_field() {
     for change in [
         (|s| s.symmetry.mirror_x = true) as fn(&mut Scene),
         |s| s.slack_balance = true,
-        |s| s.yarn.viscosity_linear = 0.06,
+        |s| s.yarn.viscosity_bending = 0.06,
         |s| s.stack.plies = 2,
         |s| s.integrator = fabric::Integrator::THETA,
         |s| (s.sheet.grading.largest, s.sheet.grading.run) = (2, 1),
@@ -502,4 +519,108 @@ fn what_is_no_ring_is_refused_by_field() {
         change(&mut scene);
         assert!(scene.check().unwrap_err().text().as_str().contains("sheet.radius"), "{:?}", scene.check());
     }
+}
+
+/// The k-th random arc or ring: bare, on a case with or without a window or taut on it, of viscous yarn or not, hit by a body of any shape,
+/// attitude and spin from inside or outside.
+fn random(k: u64) -> Scene {
+    let mut draws = 1000 * k;
+    let mut draw = |least: f64, greatest: f64| {
+        draws += 1;
+        least + (greatest - least) * fabric_tests::number(draws)
+    };
+    let closed = draw(0.0, 1.0) < 0.7;
+    let nodes = draw(40.0, 90.0) as u32;
+    let mut scene = if closed { ring(nodes, 25) } else { arc(nodes / 2, draw(9.0, 40.0)) };
+    scene.attachment.kind = if draw(0.0, 1.0) < 0.3 { AttachmentKind::Free } else { AttachmentKind::FourSides };
+    (scene.drive, scene.yarn.stochastic) = (fabric::Drive::Free, draw(0.0, 1.0) < 0.5);
+    if draw(0.0, 1.0) < 0.5 {
+        (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic) = (0.06, 1.5);
+    }
+    let (h, radius) = (scene.sheet.spacing, scene.sheet.radius);
+    scene.contact.friction = draw(-0.3, 0.3).max(0.0);
+    if closed && draw(0.0, 1.0) < 0.6 {
+        let taut = draw(0.0, 1.0) < 0.5 && !scene.yarn.stochastic;
+        scene.casing.radius = if taut { radius } else { draw(0.8, 1.0) * radius };
+        scene.sheet.pre_strain[0] = if taut { draw(1e-4, 1e-2) } else { 0.0 };
+        (scene.casing.window_angle, scene.casing.window_place) =
+            ([draw(0.0, 0.5), draw(0.0, 1.0)], [0.0, draw(1.0, 9.0) * h]);
+    }
+    let inside = draw(0.0, 1.0) < 0.7;
+    let body = &mut scene.projectile;
+    body.shape = [Shape::Sphere, Shape::Cylinder, Shape::Box, Shape::DiscSector][draw(0.0, 4.0) as usize];
+    let size = draw(1.1, 0.25 * radius / h) * h;
+    (body.radius, body.length, body.size) = (size, 2.2 * size, [2.0 * size, 2.4 * size, 2.1 * size]);
+    let sector = &mut body.sector;
+    (sector.inner_radius, sector.outer_radius) = (size, 3.5 * size);
+    (sector.angle, sector.thickness) = (2.0, 2.1 * size);
+    body.mass = 1e-3 * draw(-3.0, 2.5).exp();
+    body.orientation =
+        fabric::pose::components(&fabric::pose::normalised([1.0, draw(-1.0, 1.0), draw(-1.0, 1.0), draw(-1.0, 1.0)]));
+    let (angle, speed, reach) = (draw(-0.2, 0.2), draw(2.5, 6.0).exp(), 5.0 * size);
+    let (side, from) = if inside { (1.0, (radius - reach).max(0.0)) } else { (-1.0, radius + reach) };
+    body.position = [from * angle.sin(), draw(-3.0, 3.0) * h, from * angle.cos()];
+    body.velocity = [draw(-0.3, 0.3) * speed, draw(-0.3, 0.3) * speed, side * speed];
+    body.angular_velocity = [(); 3].map(|()| draw(-0.5, 0.5) * speed / (3.5 * size));
+    scene
+}
+
+/// What a random scene shows: energy gained, lost, and momentum open, in parts of what was brought; depth, spacings; work; its number.
+type Shot = ([f64; 3], f64, f64, u64);
+
+/// Of 1,000 random curved scenes none gains more energy than slack yarn makes, none loses momentum, and none is entered deeper than a flat
+/// sheet of a turning body.
+///
+/// cargo test --release -p fabric-tests --test physics -- --ignored --nocapture worst_balance_of_random_rings
+#[test]
+#[ignore = "some minutes; cargo xtask verify runs it"]
+fn worst_balance_of_random_rings() {
+    let shots = std::env::var("FABRIC_SHOTS").map_or(1000, |shots| shots.parse().expect("a number of shots"));
+    let of = |k: u64| {
+        let scene = random(k);
+        let mut memory = vec![fabric::CacheLine::ZERO; fabric::Layout::of(&scene).ok()?.lines()];
+        let mut sim = Sim::new(&scene, &mut memory).ok()?;
+        let (first, body) = (sim.energy().ok()?, scene.projectile);
+        // A case holds a taut ring all around.
+        let held = 2.0 * PI * f64::from(scene.sheet.nodes_y) * tension(&scene, 1.0 + scene.sheet.pre_strain[0]);
+        let pushed = held * 6000.0 * sim.step_limits().dt;
+        let brought = [first.projectile_kinetic + first.strain, body.mass * length(body.velocity) + pushed];
+        let mut most = [0.0_f64; 3];
+        while sim.step_count() < 6000 {
+            sim.advance(100).ok()?;
+            let residual = sim.energy().ok()?.residual / brought[0];
+            let momentum = length(sim.momentum_residual().ok()?) / brought[1];
+            most = [most[0].max(residual), most[1].max(-residual), most[2].max(momentum)];
+        }
+        let depth = sim.counters().worst_penetration / scene.sheet.spacing;
+        Some((most, depth, sim.contact().ok()?.work / brought[0], k))
+    };
+    let found: Vec<_> = (0..shots).filter_map(of).collect();
+    let kind_of = |k: u64| {
+        let scene = random(k);
+        let pressed = scene.casing.radius != 0.0 && scene.projectile.position[2] > scene.sheet.radius;
+        if pressed { 2 } else { usize::from(scene.yarn.viscosity_linear > 0.0) }
+    };
+    for (kind, name) in ["without viscosity", "of viscous yarn", "pressed on their case"].into_iter().enumerate() {
+        let these = || found.iter().filter(|shot| kind_of(shot.3) == kind);
+        let worst = |of: fn(&Shot) -> f64| {
+            these().map(|shot| (of(shot), shot.3)).fold((0.0, 0), |a: (f64, u64), b| if b.0 > a.0 { b } else { a })
+        };
+        let above = |limit: f64| these().filter(|(most, ..)| most[0] > limit).count();
+        println!(
+            "figure 19: {} random curved scenes {name}: energy gained at most {:?}, above 1 % {}, above 0.1 % {}; lost at most {:?}; momentum {:?}, above 1e-12 {}; depth {:?} spacings",
+            these().count(),
+            worst(|shot| shot.0[0]),
+            above(1e-2),
+            above(1e-3),
+            worst(|shot| shot.0[1]),
+            worst(|shot| shot.0[2]),
+            these().filter(|(most, ..)| most[2] > 1e-12).count(),
+            worst(|shot| shot.1),
+        );
+        // Of a light body beside a ring that springs back, rounding is a larger part of its momentum.
+        assert!(worst(|shot| shot.0[2]).0 < 1e-11 && worst(|shot| shot.1).0 < 0.02);
+    }
+    assert!(found.len() as u64 > shots * 9 / 10, "{}", found.len());
+    assert!(found.iter().filter(|shot| shot.2 > 0.0).count() > found.len() / 2);
 }

@@ -151,6 +151,9 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
             continue;
         }
         let Some(v) = move_node(system, &candidate, [i, j], &push) else { break };
+        if system.layout.has(Feature::Casing) {
+            press(system, &candidate, [i, j], &push);
+        }
         if woken != j {
             system.wake(j);
             woken = j;
@@ -165,6 +168,19 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
         totals.lose(&candidate, rubbing.as_ref(), given, speed_after, &(v * unit_speed));
     }
     close(system, totals, before);
+}
+
+/// What the push of its case on a node takes less, or more, because the projectile has then given it this velocity, in spacings a step, too.
+#[inline(never)]
+fn press(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2], given: &Vector) {
+    let kept = system.arrays.before.get(j * system.layout.before_of_row() + 3 + i / CHUNK);
+    let by_case = kept.map_or(0.0, |pushes| pushes[i % CHUNK]);
+    if by_case > 0.0 {
+        let (rest, [x, _, z]) = (system.rest(i, j), candidate.displacement);
+        let (x, z) = (rest[0] + x, rest[2] + z);
+        let along = (x * given.x + z * given.z) / math::length([x, 0.0, z]);
+        system.state.sums.casing_loss -= system.model.unit_energy * (0.5 * by_case * along);
+    }
 }
 
 /// Gives a free node its velocity after a push, in spacings a step, and puts it where that leads. Returns the velocity.

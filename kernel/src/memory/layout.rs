@@ -98,7 +98,7 @@ impl Layout {
     /// Whether a plain sheet is too large for the caches, so that steps go in blocks.
     pub(super) fn can_take_blocks(&self) -> Option<bool> {
         use Feature::*;
-        let options = [Theta, Slack, Rate, Grading, Case].iter().any(|&feature| self.has(feature));
+        let options = [Theta, Slack, Rate, Grading, Casing].iter().any(|&feature| self.has(feature));
         let plain = self.plies == 1 && !(options || self.x.is_mirrored() || self.y.is_mirrored());
         let reals = self.nodes_y.checked_mul(self.chunks)?.checked_mul(CHUNK * HOT_PLANES)?;
         Some(Blocks.is_built() && plain && reals > CACHED_REALS)
@@ -253,13 +253,18 @@ impl Layout {
         row < self.y.segments() && ply < self.plies
     }
 
-    /// Eights of numbers that are kept of a row besides: of a stack one a chunk, of a ring on a case three.
+    /// Eights of numbers that are kept of a row besides: of a stack one a chunk, of a ring on a case three more.
     pub(crate) fn before_of_row(&self) -> usize {
-        match (self.is_stack(), self.has(Feature::Case)) {
+        match (self.is_stack(), self.has(Feature::Casing)) {
             (true, _) => self.chunks,
-            (_, true) => 3,
+            (_, true) => 3 + self.chunks,
             _ => 0,
         }
+    }
+
+    /// Whether rows are swept with viscosity as those of flat sheets: curved ones have a sweep of their own.
+    pub fn sweeps_viscous(&self) -> bool {
+        self.has(Feature::Viscosity) && !self.has(Feature::Curved)
     }
 
     /// Whether viscosity or the rate takes energy.

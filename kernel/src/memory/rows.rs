@@ -14,7 +14,7 @@ use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
 use crate::sheet::places::rest_offset;
-use crate::sheet::sweep::{OnCase, Report, Row};
+use crate::sheet::sweep::{OnCasing, Report, Row};
 use crate::sheet::symmetry::Line;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
@@ -41,7 +41,7 @@ pub(crate) struct Rows<'r> {
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
     /// Of a stack velocities along z before the sweep. Of a ring on a case, three of each row, what the case pushes it by along x and z
-    /// and takes of its energy, by columns of a chunk, in units of m h/dt and m (h/dt)^2. Empty otherwise.
+    /// and takes of its energy, by columns of a chunk, in units of m h/dt and m (h/dt)^2, and the push on every node. Empty otherwise.
     pub before: &'r mut [[f64; CHUNK]],
     /// Least and greatest displacement along y and x, one entry a row.
     pub ranges: &'r mut [[u32; 4]],
@@ -219,6 +219,12 @@ impl Rows<'_> {
             let Some((below, next)) = self.hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
             keep_fixed(row, self.kept, run);
+            let mut by_column = [0.0; CHUNK];
+            let viscous = if layout.has(Feature::Viscosity) {
+                Some(self.viscous.row(layout, pass.directions, (k, rows, self.first), &mut by_column).0)
+            } else {
+                None
+            };
             let row_job = Row {
                 pass: &pass,
                 j,
@@ -229,18 +235,22 @@ impl Rows<'_> {
                 yarn: &terms.yarn_row(self.yarn, self.strength, &[], k, self.ply),
                 owed: &mut [],
                 been_slack: 0,
-                viscous: None,
+                viscous,
             };
             // Whole rows of a ring are held, or none of it.
-            let case = terms.directions.case.as_ref().filter(|_| run[0] == run[1]);
+            let case = terms.directions.casing.as_ref().filter(|_| run[0] == run[1]);
             let place_y = rest_offset(j, layout.y.nodes) * pass.directions.vertical.rest.spacing;
-            let pushes = self.before.get_mut(3 * k..).and_then(|pushes| pushes.first_chunk_mut());
-            let on_case = case.zip(pushes).map(|(case, pushed)| OnCase { case, place_y, pushed });
-            let (met, reach) = row_job.step_curved(on_case);
+            let kept = self.before.get_mut(k * layout.before_of_row()..).and_then(|kept| kept.split_first_chunk_mut());
+            let mut on_casing =
+                case.zip(kept).map(|(case, (pushed, pushes))| OnCasing { case, place_y, pushed, pushes });
+            let (met, reach) = row_job.step_curved(on_casing.as_mut());
             report = report.merged(met);
             let pulled = end_row(terms, None, j, row, self.kept, run, (range, reach));
             if let Some(pulls) = self.pulls.get_mut(k) {
                 *pulls = pulled;
+            }
+            if let Some(taken) = self.taken.get_mut(k) {
+                *taken = self.viscous.taken(layout, pass.directions, [k, j], &by_column, &Last::default());
             }
         }
         report

@@ -28,9 +28,9 @@ pub struct Sums {
     /// Impulse of sheet and projectile on each attachment, in units of m h/dt.
     pub support: [Vector; ATTACHMENTS],
     /// Impulse of the sheet on its case, in units of m h/dt.
-    pub case: Vector,
+    pub casing: Vector,
     /// Kinetic energy lost on the case, J.
-    pub case_loss: f64,
+    pub casing_loss: f64,
     /// Impulse on the projectile in the running force window, N s.
     pub window: Vector,
     /// Largest mean force over a window so far, N.
@@ -81,8 +81,8 @@ impl Sums {
         external_impulse: ZERO,
         external_work: 0.0,
         support: [ZERO; ATTACHMENTS],
-        case: ZERO,
-        case_loss: 0.0,
+        casing: ZERO,
+        casing_loss: 0.0,
         window: ZERO,
         force_peak: 0.0,
         worst_penetration: 0.0,
@@ -178,9 +178,9 @@ impl State {
         if features.has(Feature::Grading) {
             visitor.count(&mut self.sums.beyond_fine);
         }
-        if features.has(Feature::Case) {
-            visitor.vector(&mut self.sums.case);
-            visitor.real(&mut self.sums.case_loss);
+        if features.has(Feature::Casing) {
+            visitor.vector(&mut self.sums.casing);
+            visitor.real(&mut self.sums.casing_loss);
         }
         visit_watch(&mut self.watch, features.has(Feature::Through), visitor);
     }

@@ -344,8 +344,12 @@ impl System<'_> {
         let up = force(Axis::Vertical, Some(i), Some(j));
         let down = force(Axis::Vertical, Some(i), j.checked_sub(1));
         let inverse_widths = self.net().inverse_widths(i, j);
-        let change = [0, 1, 2].map(|k| sweep::graded_sum(right[k], left[k], up[k], down[k], inverse_widths));
-        let Some(case) = &self.directions.case else { return change };
+        self.carried(i, j, [0, 1, 2].map(|k| sweep::graded_sum(right[k], left[k], up[k], down[k], inverse_widths)))
+    }
+
+    /// The change of velocity of a node that the yarns give this one, with the push of the case that it rests on.
+    pub fn carried(&self, i: usize, j: usize, change: [f64; 3]) -> [f64; 3] {
+        let Some(case) = &self.directions.casing else { return change };
         let (rest, (u, _)) = (self.rest(i, j), self.node(i, j));
         case.carry([0, 1, 2].map(|k| rest[k] + u[k]), change)
     }

@@ -141,6 +141,9 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
 #[inline(never)]
 pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, taken: &mut f64) {
     let (layout, line) = (terms.layout, terms.layout.x);
+    if layout.has(Feature::Curved) {
+        return;
+    }
     let before = if layout.has(Feature::Rate) { *taken } else { 0.0 };
     if !line.is_mirrored() {
         let found: f64 = lanes::dispatch(terms.instructions, row).iter().sum();

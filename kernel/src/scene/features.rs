@@ -36,7 +36,7 @@ pub enum Feature {
     Blocks,
     Curved,
     Closed,
-    Case,
+    Casing,
     Vectors,
     Slip,
 }
@@ -281,7 +281,7 @@ pub const FEATURES: [Record; 26] = [
         name: "rings",
         built: cfg!(feature = "rings"),
         asked_by: &[("sheet.radius", |s| s.sheet.radius != 0.0)],
-        not_with: &[Rate, Viscosity, Plies, Slack, Grading, Theta, Mirrors],
+        not_with: &[Rate, Plies, Slack, Grading, Theta, Mirrors],
         words: 0,
         about: "A sheet that is curved about an axis along y",
     },
@@ -295,7 +295,7 @@ pub const FEATURES: [Record; 26] = [
         about: "A ring: the last node of a row is joined to its first",
     },
     Record {
-        feature: Case,
+        feature: Casing,
         name: "rings",
         built: cfg!(feature = "rings"),
         asked_by: &[("casing.radius", |s| s.casing.radius != 0.0)],

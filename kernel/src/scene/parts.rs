@@ -347,7 +347,7 @@ pub struct Projectile {
 
 /// A rigid cylinder about the axis of a ring, which its nodes may lift off but not enter. The projectile does not meet it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Case {
+pub struct Casing {
     /// Radius, m, at most that of the ring; 0: no case, and the numbers below are not read.
     pub radius: f64,
     /// A window in which there is no case: angle of its middle from +z towards +x, and half its angle, rad; half an angle of 0: no window.
@@ -356,9 +356,9 @@ pub struct Case {
     pub window_place: [f64; 2],
 }
 
-impl Case {
+impl Casing {
     /// No case.
-    pub const NONE: Case = Case { radius: 0.0, window_angle: [0.0; 2], window_place: [0.0; 2] };
+    pub const NONE: Casing = Casing { radius: 0.0, window_angle: [0.0; 2], window_place: [0.0; 2] };
 }
 
 /// What acts between yarn and projectile besides the impulses that keep them apart.
@@ -488,7 +488,7 @@ pub struct Scene {
     /// Yarn law along y, where it is another.
     pub weft: Weft,
     /// The case under a ring.
-    pub casing: Case,
+    pub casing: Casing,
     /// Projectile.
     pub projectile: Projectile,
     /// Contact of the two.

@@ -240,7 +240,7 @@ impl Scene {
         self.check_rate()?;
         self.check_rest()?;
         self.check_curve()?;
-        self.check_case()?;
+        self.check_casing()?;
         self.check_grading()?;
         self.check_projectile()?;
         self.check_stack()?;
@@ -352,7 +352,7 @@ impl Scene {
         let all_sides = kind == AttachmentKind::FourSides;
         let [strain_x, strain_y] = self.sheet.pre_strain;
         let along_x =
-            (Axis::Horizontal, strain_x, all_sides || kind == AttachmentKind::TwoSides || self.has_snug_case());
+            (Axis::Horizontal, strain_x, all_sides || kind == AttachmentKind::TwoSides || self.has_snug_casing());
         for (axis, strain, held) in [along_x, (Axis::Vertical, strain_y, all_sides)] {
             if strain == 0.0 {
                 continue;

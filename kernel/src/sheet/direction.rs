@@ -4,7 +4,7 @@
 
 use crate::ground::planes::Axis;
 use crate::scene::parts::Scene;
-use crate::sheet::case::Cylinder;
+use crate::sheet::casing::Cylinder;
 use crate::sheet::draw::Arrangement;
 use crate::yarn::law::{DamageLaw, Rest, Viscosity};
 
@@ -94,20 +94,24 @@ pub struct Directions {
     /// How the plies differ.
     plies: Arrangement,
     /// The case that a ring lies on.
-    pub case: Option<Cylinder>,
+    pub casing: Option<Cylinder>,
 }
 
 impl Directions {
     /// No constants: a place for them.
-    pub(crate) const NOTHING: Directions =
-        Directions { front: WarpAndWeft::NOTHING, back: WarpAndWeft::NOTHING, plies: Arrangement::SINGLE, case: None };
+    pub(crate) const NOTHING: Directions = Directions {
+        front: WarpAndWeft::NOTHING,
+        back: WarpAndWeft::NOTHING,
+        plies: Arrangement::SINGLE,
+        casing: None,
+    };
 
     /// Derives the directions of a scene for passes of dt, s, where they are: a copy would add to the stack of the caller. `of_back`:
     /// the same scene, of which that of the back fabric is made.
     pub(crate) fn derive(&mut self, scene: &Scene, dt: f64, of_back: &mut Scene) {
         let unit = volume_of(scene, Axis::Horizontal);
         self.plies = scene.arrangement();
-        self.case = Cylinder::of(scene);
+        self.casing = Cylinder::of(scene);
         self.front.derive(scene, dt, unit);
         if scene.back.plies > 0 {
             of_back.become_back();

@@ -1,4 +1,4 @@
-pub mod case;
+pub mod casing;
 pub mod check;
 pub mod direction;
 pub mod draw;

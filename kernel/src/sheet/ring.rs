@@ -168,9 +168,12 @@ impl Scene {
             let with = if self.is_closed() { "sheet.closed" } else { "sheet.radius" };
             return Err(Error::beside("attachment.kind", with));
         }
+        if self.viscosity()[2] != 0.0 {
+            return Err(Error::beside("yarn.viscosity_bending", "sheet.radius"));
+        }
         // Yarn that is taut along a curve pulls inwards.
         let strain = self.sheet.pre_strain[Axis::Horizontal as usize];
-        if strain != 0.0 && !self.has_snug_case() {
+        if strain != 0.0 && !self.has_snug_casing() {
             return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0).from("casing.radius"));
         }
         Ok(())

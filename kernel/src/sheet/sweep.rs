@@ -18,7 +18,7 @@ use crate::ground::planes::{
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
-use crate::sheet::case::Cylinder;
+use crate::sheet::casing::Cylinder;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::sheet::neighbours::{NOTHING, right_of};
@@ -146,38 +146,41 @@ pub struct Row<'a> {
 }
 
 /// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what else acts on the
-/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity; CURVED: of a curved sheet; CASE: of a ring on a case.
+/// stresses; FETCH: whether it asks for [`Pass::fetches`]; VISCOUS: with viscosity; CURVED: of a curved sheet; CASING: of a ring on a case.
 struct RowJob<
     'a,
+    'j,
     const PLAIN: bool,
     const GRADED: bool,
     const FACTOR: u8,
     const FETCH: bool = true,
     const VISCOUS: bool = false,
     const CURVED: bool = false,
-    const CASE: bool = false,
->(Row<'a>, Joint<'a>);
+    const CASING: bool = false,
+>(Row<'a>, Joint<'j>);
 
 /// A row on a case.
-pub struct OnCase<'a> {
+pub struct OnCasing<'a> {
     /// The case.
     pub case: &'a Cylinder,
     /// Its rest place along y, spacings.
     pub place_y: f64,
     /// Sums over the columns of a chunk: the case's push along x and z, and the energy that it takes.
     pub pushed: &'a mut [[f64; CHUNK]; 3],
+    /// Receives the push on each of its nodes, and may be longer.
+    pub pushes: &'a mut [[f64; CHUNK]],
 }
 
 /// What a curved row has besides.
 struct Joint<'a> {
     /// Force of the segment before the first node.
     left: [f64; 3],
-    on_case: Option<OnCase<'a>>,
+    on_casing: Option<&'a mut OnCasing<'a>>,
 }
 
 impl Joint<'_> {
     /// Of a flat sheet.
-    const NONE: Joint<'static> = Joint { left: [0.0; 3], on_case: None };
+    const NONE: Joint<'static> = Joint { left: [0.0; 3], on_casing: None };
 }
 
 /// Nothing.
@@ -234,12 +237,15 @@ impl Row<'_> {
         }
     }
 
-    /// [`Row::step`] of a curved sheet. A curve excludes all but directions that are not plain.
+    /// [`Row::step`] of a curved sheet. A curve excludes all but viscosity along the yarn and directions that are not plain.
     #[inline(always)] // As above.
-    pub fn step_curved(self, on_case: Option<OnCase<'_>>) -> (Report, [f64; 2]) {
+    pub fn step_curved<'c>(self, on_casing: Option<&'c mut OnCasing<'c>>) -> (Report, [f64; 2]) {
         let (set, left) = (self.pass.instructions, self.force_across_the_joint());
-        let joint = Joint { left, on_case };
-        if joint.on_case.is_some() {
+        let joint = Joint { left, on_casing };
+        if self.viscous.is_some() {
+            return lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true, true, true>(self, joint));
+        }
+        if joint.on_casing.is_some() {
             return lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, false, true, true>(self, joint));
         }
         if self.pass.directions.plain {
@@ -252,7 +258,7 @@ impl Row<'_> {
     /// The force of the segment from the last node of a ring to its first, on the last; nothing is committed. 0 of an open row.
     #[inline(never)]
     fn force_across_the_joint(&self) -> [f64; 3] {
-        let Row { pass, row, history, yarn, .. } = self;
+        let Row { pass, row, history, yarn, viscous, .. } = self;
         // Only in a ring a segment begins at the last node.
         let last = pass.verticals.wrapping_sub(1);
         let places = (row.first(), row.get(last / CHUNK), history.get(last / CHUNK), pass.net.hoop.get(last / CHUNK));
@@ -272,7 +278,15 @@ impl Row<'_> {
         };
         let (mut largest, mut stiffness) = (largest[lane], chunk[6][lane]);
         pass.damage_segment(q, yarn, Axis::Horizontal, last, [&mut largest, &mut stiffness]);
-        ring::force(law::stress(stiffness, q), d, chord)
+        let zero = 0.0_f64;
+        let strain = match viscous.as_ref().and_then(|viscous| viscous.past.get(last / CHUNK)) {
+            Some([before, ..]) => {
+                let viscosity = pass.directions.horizontal.viscosity.lanes::<f64>();
+                viscosity.twice_strain(q.max(zero), before[lane].max(zero))
+            }
+            None => q,
+        };
+        ring::force(law::stress(stiffness, strain), d, chord)
     }
 }
 
@@ -381,8 +395,8 @@ impl<
     const FETCH: bool,
     const VISCOUS: bool,
     const CURVED: bool,
-    const CASE: bool,
-> Job for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS, CURVED, CASE>
+    const CASING: bool,
+> Job for RowJob<'_, '_, PLAIN, GRADED, FACTOR, FETCH, VISCOUS, CURVED, CASING>
 {
     type Output = (Report, [f64; 2]);
 
@@ -456,16 +470,16 @@ impl<
             };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASE>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -566,7 +580,7 @@ impl<L: Lane> Carried<L> {
         const FACTOR: u8,
         const VISCOUS: bool,
         const CURVED: bool,
-        const CASE: bool,
+        const CASING: bool,
     >(
         &mut self,
         planes: &mut Planes<'_, '_>,
@@ -634,7 +648,9 @@ impl<L: Lane> Carried<L> {
         }
         let (mut lift, mut force) =
             forces::<L, PLAIN, CURVED>(([stress_h, stress_v], vertical_axes(up)), along, chord, [&rest_h, &rest_v]);
-        if VISCOUS && let Some(past) = planes.past.as_deref() {
+        // On a curve there are no moments.
+        let bends = VISCOUS && !CURVED;
+        if bends && let Some(past) = planes.past.as_deref() {
             let [next, above] = planes.past_beside;
             let [bent_h, bent_v] = bending_forces::<L>(past, next, above, g);
             force[2] = force[2].add(bent_h);
@@ -644,8 +660,9 @@ impl<L: Lane> Carried<L> {
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
         let mut sum = self.sums::<GRADED>(force, vertical, (columns, planes.net), g);
-        if CASE && let Some(on_case) = &mut planes.joint.on_case {
-            sum = push_off(on_case, (planes.hoop, here), [L::load(&vx[g]), L::load(&vz[g])], sum, g);
+        if CASING && let Some(on_casing) = &mut planes.joint.on_casing {
+            let place = (planes.hoop, here, planes.column / CHUNK);
+            sum = push_off(on_casing, place, [L::load(&vx[g]), L::load(&vz[g])], sum, g);
         }
         move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
         let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
@@ -774,8 +791,8 @@ fn forces<L: Lane, const PLAIN: bool, const CURVED: bool>(
 /// The change of velocity of the nodes of group g with the push of their case, which is added to its sums.
 #[inline(always)]
 fn push_off<L: Lane>(
-    OnCase { case, place_y, pushed: [to_x, to_z, taken] }: &mut OnCase<'_>,
-    (hoop, here): (&Chunk<HOOP_PLANES>, [L; 3]),
+    OnCasing { case, place_y, pushed: [to_x, to_z, taken], pushes }: &mut OnCasing<'_>,
+    (hoop, here, chunk): (&Chunk<HOOP_PLANES>, [L; 3], usize),
     before: [L; 2],
     sum: [L; 3],
     g: usize,
@@ -784,8 +801,11 @@ fn push_off<L: Lane>(
     let z = L::load(&L::groups(&hoop[PLACE_Z])[g]).add(here[2]);
     let place = [x, L::splat(*place_y).add(here[1]), z];
     let sums = [&mut L::groups_mut(to_x)[g], &mut L::groups_mut(to_z)[g], &mut L::groups_mut(taken)[g]];
-    let push = case.push(place, before, [sum[0], sum[2]], sums);
-    [sum[0].add(push[0]), sum[1], sum[2].add(push[1])]
+    let (push, along) = case.push(place, before, [sum[0], sum[2]], sums);
+    if let Some(pushes) = pushes.get_mut(chunk) {
+        push.store(&mut L::groups_mut(pushes)[g]);
+    }
+    [sum[0].add(along[0]), sum[1], sum[2].add(along[1])]
 }
 
 /// up - down: the vertical part of a node's sum. Leaves `up` in the carry, as what the row above calls down.

@@ -471,10 +471,10 @@ impl<'a> Sim<'a> {
             total += impulse;
             self.system.model.pose.vector_out(impulse.into())
         });
-        let case = self.system.state.sums.case * self.system.model.unit_impulse;
-        total += case;
+        let casing = self.system.state.sums.casing * self.system.model.unit_impulse;
+        total += casing;
         let pose = &self.system.model.pose;
-        Ok(Support { total: pose.vector_out(total.into()), attachments, casing: pose.vector_out(case.into()) })
+        Ok(Support { total: pose.vector_out(total.into()), attachments, casing: pose.vector_out(casing.into()) })
     }
 
     /// The energies, with a full pass over the sheet. Commits nothing.

@@ -48,7 +48,7 @@ pub struct Energy {
     /// `contact_loss` and `friction` hold it.
     pub support_work: f64,
     /// Kinetic energy lost where nodes of a ring meet its case, J.
-    pub case_loss: f64,
+    pub casing_loss: f64,
 }
 
 /// (M15) The energies, with a full pass over the sheet. Commits nothing.
@@ -60,7 +60,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
     let viscous = sums.viscous + viscosity::open(system);
     let held =
-        fabric_kinetic + strain + dissipated + viscous + sums.friction + sums.ply_loss + sums.loss + sums.case_loss;
+        fabric_kinetic + strain + dissipated + viscous + sums.friction + sums.ply_loss + sums.loss + sums.casing_loss;
     let residual = if prescribed {
         held - sums.work - sums.first_energy
     } else {
@@ -79,7 +79,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         friction: sums.friction,
         ply_loss: sums.ply_loss,
         support_work: sums.support_work,
-        case_loss: sums.case_loss,
+        casing_loss: sums.casing_loss,
     })
 }
 
@@ -92,7 +92,7 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
         // The body's reaction is the load the fabric received.
         balance += sums.impulse;
     }
-    for support in sums.support.iter().chain([&sums.case]) {
+    for support in sums.support.iter().chain([&sums.casing]) {
         balance += support * system.model.unit_impulse;
     }
     Ok(system.model.pose.vector_out(balance.into()))

@@ -157,7 +157,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
         return Report::default();
     }
     begin_sweep(system, rows);
-    let report = if system.layout.has(Feature::Viscosity) {
+    let report = if system.layout.sweeps_viscous() {
         sweep_rows::<true>(system, ply, rows, None)
     } else {
         sweep_rows::<false>(system, ply, rows, None)
@@ -181,7 +181,7 @@ fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
 
 /// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
-    if system.layout.has(Feature::Viscosity) {
+    if system.layout.sweeps_viscous() {
         find_moments_above(system, step, rows[1]);
         return sweep_rows::<true>(system, 0, rows, Some(step));
     }
@@ -241,14 +241,15 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
 #[inline(never)]
 pub(crate) fn book_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (unit, sums) = (system.model.unit_energy, &mut system.state.sums);
-    let pushes = if system.layout.has(Feature::Case) { 3 * first..3 * end } else { 0..0 };
-    let pushes = system.arrays.before.get_mut(pushes).unwrap_or_default();
-    for push in pushes.as_chunks_mut::<3>().0 {
+    let of_row = system.layout.before_of_row();
+    let rows = if system.layout.has(Feature::Casing) { of_row * first..of_row * end } else { 0..0 };
+    let rows = system.arrays.before.get_mut(rows).unwrap_or_default();
+    for push in rows.chunks_exact_mut(of_row.max(1)).filter_map(|row| row.first_chunk_mut::<3>()) {
         // The next pass may leave out a row.
         let [x, z, taken] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
         *push = [[0.0; CHUNK]; 3];
-        sums.case -= Vector::new(x, 0.0, z);
-        sums.case_loss += unit * taken;
+        sums.casing -= Vector::new(x, 0.0, z);
+        sums.casing_loss += unit * taken;
     }
 }
 

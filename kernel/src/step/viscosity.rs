@@ -116,10 +116,10 @@ fn segment_force(system: &System<'_>, axis: Axis, i: Option<usize>, j: Option<us
 /// same order as the sweep.
 pub(crate) fn acceleration(system: &System<'_>, i: usize, j: usize) -> [f64; 3] {
     let right = segment_force(system, Axis::Horizontal, Some(i), Some(j));
-    let left = segment_force(system, Axis::Horizontal, i.checked_sub(1), Some(j));
+    let left = segment_force(system, Axis::Horizontal, system.layout.x.before(i), Some(j));
     let up = segment_force(system, Axis::Vertical, Some(i), Some(j));
     let down = segment_force(system, Axis::Vertical, Some(i), j.checked_sub(1));
-    [0, 1, 2].map(|k| node_sum(right[k], left[k], up[k], down[k]))
+    system.carried(i, j, [0, 1, 2].map(|k| node_sum(right[k], left[k], up[k], down[k])))
 }
 
 #[cfg(test)]
@@ -150,7 +150,22 @@ mod tests {
             (scene.sheet.spacing_y, scene.sheet.crimp) = (9e-4, [0.0, 0.004]);
             scene
         };
-        for scene in [plain, part(true, false), part(false, true), part(true, true), unlike] {
+        let curved = {
+            let mut scene = plain;
+            (scene.sheet.radius, scene.sheet.spacing_y, scene.yarn.viscosity_bending) =
+                (30.0 * scene.sheet.spacing, 9e-4, 0.0);
+            scene.projectile.position[2] += scene.sheet.radius;
+            scene
+        };
+        let ring = {
+            let mut scene = curved;
+            (scene.sheet.nodes_x, scene.sheet.closed) = (60, true);
+            let radius = scene.closed_radius();
+            scene.projectile.position[2] += radius - scene.sheet.radius;
+            scene.sheet.radius = radius;
+            scene
+        };
+        for scene in [plain, part(true, false), part(false, true), part(true, true), unlike, curved, ring] {
             let mut sim = sim(&scene);
             let mut moved = 0;
             for k in 0..60 {

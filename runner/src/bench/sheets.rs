@@ -140,17 +140,35 @@ fn rate(size: u32) -> Case {
     })
 }
 
+/// The hot pass of a ring.
+fn ring(size: u32) -> Case {
+    let mut case = sweep(size);
+    case.scene.sheet.closed = true;
+    case.scene.sheet.radius = case.scene.closed_radius();
+    case
+}
+
+/// The hot pass of a ring of viscous yarn on a case.
+fn cased_ring(size: u32) -> Case {
+    let mut case = ring(size);
+    case.scene.casing.radius = case.scene.sheet.radius;
+    (case.scene.yarn.viscosity_linear, case.scene.yarn.viscosity_quadratic) = (0.06, 1.5);
+    case
+}
+
 /// A case of so many nodes along each side.
 type OfSize = fn(u32) -> Result<Case>;
 
 /// The cases whose instructions are counted.
-pub const COUNTED: [(&str, OfSize); 11] = [
+pub const COUNTED: [(&str, OfSize); 13] = [
     ("sweep", |size| Ok(sweep(size))),
     ("fabric", |size| Ok(fabric(size))),
     ("slack", |size| Ok(slack(size))),
     ("graded", |size| Ok(graded(size))),
     ("viscous", |size| Ok(viscous(size))),
     ("rate", |size| Ok(rate(size))),
+    ("ring", |size| Ok(ring(size))),
+    ("cased ring", |size| Ok(cased_ring(size))),
     ("KM2 sweep", |size| of_kevlar(sweep(size), "KM2 sweep")),
     ("run", |size| Ok(whole_run(size))),
     ("KM2 run", |size| of_kevlar(whole_run(size), "KM2 run")),

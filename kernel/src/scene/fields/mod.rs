@@ -158,7 +158,9 @@ mod tests {
 
     #[test]
     fn defaults_lie_in_their_ranges() {
-        for mut scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder(), Scene::turbine_disc_sector()] {
+        for make in [Scene::sheet_3in_sphere, Scene::sheet_10in_cylinder, Scene::turbine_disc_sector, Scene::ring_40in]
+        {
+            let mut scene = make();
             check(&scene).unwrap();
             for field in FIELDS {
                 let [least, greatest] = field.limits();

@@ -803,7 +803,7 @@ typedef struct fk_energy {
     // `contact_loss` and `friction` hold it.
     double support_work;
     // Kinetic energy lost where nodes of a ring meet its case, J.
-    double case_loss;
+    double casing_loss;
 } fk_energy;
 
 // What one ply of a stack holds.

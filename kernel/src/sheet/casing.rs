@@ -4,7 +4,7 @@
 //! J = max(0, -max(g, 0)/dt - n.v) along n, with restitution 0. It then ends on or outside of the tangent plane at its foot, and so on or
 //! outside of the cylinder. The pushes of a row are summed lane by lane and then in order, whatever the instruction set.
 //! Limits: no friction. A node that is deeper within than a spacing has come in through the window, and is left alone. A node that
-//! projectile and case push in one step gets the case's push first.
+//! projectile and case push in one step gets the case's push first, whose work follows the velocity that the projectile then leaves.
 //! Reference: docs/model.md, "Curved sheets and rings".
 
 use crate::ground::error::{Code, Error};
@@ -34,7 +34,7 @@ pub struct Cylinder {
 impl Cylinder {
     /// That of a scene, if it has one.
     pub fn of(scene: &Scene) -> Option<Cylinder> {
-        let hoop = Hoop::of(scene).filter(|_| Feature::Case.is_built() && scene.casing.radius != 0.0)?;
+        let hoop = Hoop::of(scene).filter(|_| Feature::Casing.is_built() && scene.casing.radius != 0.0)?;
         let (h, [angle, half_angle], [place, half]) =
             (scene.sheet.spacing, scene.casing.window_angle, scene.casing.window_place);
         // A case that bears the ring at rest does so to rounding.
@@ -49,9 +49,9 @@ impl Cylinder {
         Some(Cylinder { radius, window: [math::sin(angle), math::cos(angle), cosine], along: [place / h, half / h] })
     }
 
-    /// (M24) The push of the case on nodes, in spacings a pass, along x and z: what it adds to their change of velocity. `place`: at the
-    /// start of the pass, spacings from the axis; `before`: velocity along x and z then; `change`: by the yarns. Adds to the sums of the
-    /// push along x and z and of the energy that it takes, in units of m (h/dt)^2.
+    /// (M24) The push of the case on nodes, spacings a pass, and its parts along x and z: what it adds to their change of velocity.
+    /// `place`: at the start of the pass, spacings from the axis; `before`: velocity along x and z then; `change`: by the yarns. Adds to
+    /// the sums of the push along x and z and of the energy that it takes, in units of m (h/dt)^2.
     #[inline(always)]
     pub fn push<L: Lane>(
         &self,
@@ -59,7 +59,7 @@ impl Cylinder {
         before: [L; 2],
         change: [L; 2],
         [sum_x, sum_z, taken]: [&mut L::Group; 3],
-    ) -> [L; 2] {
+    ) -> (L, [L; 2]) {
         let (zero, radius) = (L::splat(0.0), L::splat(self.radius));
         let from_axis = x.mul(x).add(z.mul(z)).sqrt();
         let n = [x.div(from_axis), z.div(from_axis)];
@@ -80,7 +80,7 @@ impl Cylinder {
         L::load(sum_x).add(push_along[0]).store(sum_x);
         L::load(sum_z).add(push_along[1]).store(sum_z);
         L::load(taken).sub(push.mul(mean)).store(taken);
-        push_along
+        (push, push_along)
     }
 
     /// The change of velocity of a node that rests on the case, at `place`, spacings, where the yarns give it this one.
@@ -90,8 +90,8 @@ impl Cylinder {
         }
         let [mut sum_x, mut sum_z, mut taken] = [[0.0]; 3];
         // As if it lay on the case to rounding.
-        let on_case = Cylinder { radius: math::length([x, 0.0, z]), ..*self };
-        let push = on_case.push([x, y, z], [0.0; 2], [a, c], [&mut sum_x, &mut sum_z, &mut taken]);
+        let on_casing = Cylinder { radius: math::length([x, 0.0, z]), ..*self };
+        let (_, push) = on_casing.push([x, y, z], [0.0; 2], [a, c], [&mut sum_x, &mut sum_z, &mut taken]);
         [a + push[0], b, c + push[1]]
     }
 }
@@ -103,15 +103,15 @@ fn is_snug(scene: &Scene) -> bool {
 
 impl Scene {
     /// Whether the case bears a ring that is taut at rest.
-    pub(crate) fn has_snug_case(&self) -> bool {
-        Feature::Case.is_built() && self.is_closed() && is_snug(self)
+    pub(crate) fn has_snug_casing(&self) -> bool {
+        Feature::Casing.is_built() && self.is_closed() && is_snug(self)
     }
 
     /// A case lies within a ring, and its window along it.
     #[inline(never)]
-    pub(crate) fn check_case(&self) -> Result<(), Error> {
+    pub(crate) fn check_casing(&self) -> Result<(), Error> {
         let (casing, ring) = (&self.casing, self.sheet.radius);
-        if !Feature::Case.is_built() || casing.radius == 0.0 {
+        if !Feature::Casing.is_built() || casing.radius == 0.0 {
             return Ok(());
         }
         if !self.is_closed() {
