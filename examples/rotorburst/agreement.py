@@ -153,16 +153,18 @@ def compare(programs, title, launch):
     # Both hosts do the same; only rounding differs, which contact amplifies.
     same = [largest(rows["C host", step], rows["FMPy host", step], COMPARED) / speed for step in (FINE, COARSE)]
     coupling = errors["FMPy host", COARSE][1]
+    # A node that is swept up changes the velocity all at once: where it comes into another step, the error is that of its momentum.
+    velocity = np.array([runs["FMPy host", FINE][name] for name in COMPARED])[:, : round(times[-1] / FINE)]
+    jump = float(np.linalg.norm(np.diff(velocity, axis=1), axis=0).max()) / speed
     print(f"  C host to FMPy host at the same step: {same[0]:.1e} and {same[1]:.1e} V0; coupling error at 1e-6 s: {coupling:.1e} V0")
+    print(f"  largest change of velocity in a step of 1e-7 s: {jump:.1e} V0")
     checks = {
-        "the hosts' coupling error at 1e-6 s is small": coupling < 1e-5,
+        "the hosts' coupling error at 1e-6 s is small, or that of one node": coupling < max(1e-5, jump),
         "C host and FMPy host differ by less than it, or by rounding": max(same) < max(coupling, ROUNDING),
     }
     if title == PACKAGED:
         # A master that runs both at once gives the force one step late. So the velocity is off by what it changes in a step (whatever
         # the step, where a node is swept up all at once), and the position lags by the step times all that the velocity has changed.
-        velocity = np.array([runs["FMPy host", FINE][name] for name in COMPARED])[:, : round(times[-1] / FINE)]
-        jump = float(np.linalg.norm(np.diff(velocity, axis=1), axis=0).max()) / speed
         lag = FINE * float(np.linalg.norm(velocity - velocity[:, :1], axis=0).max())
         order = math.log2(errors["SSP", 2.0 * FINE][0] / errors["SSP", FINE][0])
         masters = largest(rows["OMSimulator", FINE], rows["SSP", FINE], COMPARED) / speed
