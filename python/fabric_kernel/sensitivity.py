@@ -226,6 +226,8 @@ def sensitivity(
     limits_of = found([(name, changed[name], shot, limit) for name in changed for (_, shot), limit in own.items() if shot < asked])
     for name in changed:
         row(name, limits_of, own)
+    if scene["projectile.shape"] != "sphere":
+        notes.append("Spacing: bars of two yarns may be on the unsafe side for a body with edges or corners, which break single yarns (docs/v50.md).")
     rows.sort(key=lambda one: -abs(one.percent) if math.isfinite(one.percent) else math.inf)
     notes += [
         f"Changes are of the limits of those of {asked} shots that have one with and without the change (the last column), each found to "
