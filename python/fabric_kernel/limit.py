@@ -319,8 +319,11 @@ def fit(
     if law.deviation * sigma > LARGEST * mu:
         notes.append(
             f"The standard deviation that was found, {law.deviation * sigma:.3g} m/s, is more than a third of V50: a normal law does not describe such "
-            "shots, as of a mixture of attitudes. An estimate outside of its interval is left out; use the share stopped at your velocity (docs/tutorial.md)."
+            "shots, as of a mixture of attitudes; use the share stopped at your velocity (docs/tutorial.md)."
         )
+    if any(map(math.isnan, values)):
+        which = ", ".join(name(share) for share, value in zip(shares, values) if math.isnan(value))
+        notes.append(f"Estimates that are outside of their intervals, which also assume a standard deviation of at most a third of V50, are left out: {which}.")
     method = "maximum likelihood" if overlap else "Firth"
     return Fit(
         link, confidence, count, hits, method, mu, sigma, law.deviation * sigma, tuple(shares), values, calibrated_intervals, assumed,

@@ -264,6 +264,7 @@ class Alike(unittest.TestCase):
         self.assertTrue(math.isnan(found.velocities[0]), found)
         self.assertTrue(found.intervals[1].low < found.velocities[1] < found.intervals[1].high)
         self.assertIn("more than a third of V50", " ".join(found.notes))
+        self.assertIn("are left out: V01", " ".join(found.notes))
 
     def test_any_few_shots_give_ordered_intervals(self):
         random = numpy.random.default_rng(11)
