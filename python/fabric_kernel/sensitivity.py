@@ -88,7 +88,8 @@ def turn(scene: Scene) -> tuple[int, str, tuple[float, ...]]:
     looks = lambda orientation: turned(numpy.array(orientation), own)
     for degrees, axis in ((90, "x"), (90, "y"), (45, "x")):
         c, s = math.cos(math.radians(0.5 * degrees)), math.sin(math.radians(0.5 * degrees))
-        orientation = (c * w - s * x, c * x + s * w, c * y - s * z, c * z + s * y) if axis == "x" else (c * w - s * y, c * x + s * z, c * y + s * w, c * z - s * x)
+        about_x, about_y = (c * w - s * x, c * x + s * w, c * y - s * z, c * z + s * y), (c * w - s * y, c * x + s * z, c * y + s * w, c * z - s * x)
+        orientation = about_x if axis == "x" else about_y
         apart = cdist(looks(orientation), looks((w, x, y, z))).min(axis=1).max()
         if apart > 1e-6 * numpy.abs(own).max():
             break
