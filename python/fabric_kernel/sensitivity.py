@@ -83,8 +83,8 @@ def turn(scene: Scene) -> tuple[int, str, tuple[float, ...]]:
     w, x, y, z = scene["projectile.orientation"]
     try:
         own = numpy.concatenate(outline(scene))
-    except ValueError:  # A shape that is not drawn: none that is mapped onto itself.
-        own = numpy.eye(3)
+    except ValueError:  # A hemispherical cylinder is not drawn; its axis tells as much.
+        own = numpy.array([[0.0, 0.0, 1.0]])
     looks = lambda orientation: turned(numpy.array(orientation), own)
     for degrees, axis in ((90, "x"), (90, "y"), (45, "x")):
         c, s = math.cos(math.radians(0.5 * degrees)), math.sin(math.radians(0.5 * degrees))
