@@ -1,7 +1,8 @@
 """The ballistic limit with its interval: V01, V50 and V99 from shots that were stopped or went through.
 
 Estimate: maximum likelihood, or Firth's penalised likelihood where results do not overlap. No estimate where all results are alike or
-where the faster shots did not go through more often.
+where the faster shots did not go through more often, nor of a share whose estimate is outside of its interval, as maximum likelihood does
+not know what is assumed below.
 Interval: a velocity belongs to it if the ratio of Firth's penalised likelihoods, at the best fit and with this velocity held, is not
 rarer than the confidence allows. How rare it is comes from simulated tests of the same design with as many shots against a fabric that
 has this velocity (and the sigma that fits it best), not from chi squared, which promises too much for few shots and for shots that are
@@ -61,7 +62,7 @@ class Fit(NamedTuple):
     sigma: float  # scale of F, m/s
     deviation: float  # standard deviation of single limits, m/s
     shares: tuple[float, ...]
-    velocities: tuple[float, ...]  # at which these shares go through, m/s
+    velocities: tuple[float, ...]  # at which these shares go through, m/s; NaN where not known
     intervals: tuple[Interval, ...]
     assumed: tuple[bool, ...]  # whether an end of this interval is given by the assumption about the standard deviation, or by nothing
     profile: tuple[Interval, ...]  # plain profile-likelihood intervals
@@ -314,7 +315,15 @@ def fit(
     profile = tuple(Interval(float(low) if low > 0 else -math.inf, float(high)) for low, high in found)
     if any(math.isinf(end) for pair in calibrated_intervals for end in pair):
         notes.append("Some ends are not bounded by these shots; more shots, or slower and faster ones, bound them.")
-    values = tuple(float(x) for x in mu + quantiles * sigma)
+    values = tuple(float(x) if low <= x <= high else math.nan for x, (low, high) in zip(mu + quantiles * sigma, calibrated_intervals))
+    if law.deviation * sigma > LARGEST * mu:
+        notes.append(
+            f"The standard deviation that was found, {law.deviation * sigma:.3g} m/s, is more than a third of V50: a normal law does not describe such "
+            "shots, as of a mixture of attitudes; use the share stopped at your velocity (docs/tutorial.md)."
+        )
+    if any(map(math.isnan, values)):
+        which = ", ".join(name(share) for share, value in zip(shares, values) if math.isnan(value))
+        notes.append(f"Estimates that are outside of their intervals, which also assume a standard deviation of at most a third of V50, are left out: {which}.")
     method = "maximum likelihood" if overlap else "Firth"
     return Fit(
         link, confidence, count, hits, method, mu, sigma, law.deviation * sigma, tuple(shares), values, calibrated_intervals, assumed,

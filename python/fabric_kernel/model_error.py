@@ -61,30 +61,31 @@ class Series(NamedTuple):
     def errors(self) -> list[float]:
         return [error for case in self.cases for error in case.errors()]
 
-    def lacks(self, scene: Scene) -> list[str]:
-        """Why a scene is none of those that were compared; nothing if it is."""
+    def lacks(self, scene: Scene) -> list[tuple[str, str]]:
+        """Why a scene is none of those that were compared: what they have, and what it has instead; nothing if it is."""
         found, density = [], areal_density(scene)
         least, most = (end(case["areal_density_kg_per_m2"] for case in self.about["case"]) for end in (min, max))
         if not least <= density * (1 + 1e-9) <= most * (1 + 2e-9):
-            ply = ", one ply" if scene["sheet.plies"] * scene["stack.plies"] == 1 else ""
-            found.append(f"{least:g} to {most:g} kg/m² (here {density:.3g}{ply})")
+            ply = " (one ply)" if scene["sheet.plies"] * scene["stack.plies"] == 1 else ""
+            found.append((f"{least:g} to {most:g} kg/m²", f"{density:.3g} kg/m²{ply}"))
         mass, own = 1e3 * scene["projectile.mass"], self.about["mass_g"]
         if not LIGHTEST * own <= mass <= HEAVIEST * own:
-            found.append(f"{LIGHTEST * own:g} to {HEAVIEST * own:.3g} g (here {mass:.3g})")
+            found.append((f"{LIGHTEST * own:g} to {HEAVIEST * own:.3g} g", f"{mass:.3g} g"))
         if scene["attachment.kind"] != self.about["support"]:
-            found.append(f"{self.about['support'].replace('_', ' ')} held (here {scene['attachment.kind'].replace('_', ' ')})")
-        for (least, most), here, text in (
-            (self.about["width_mm"], [1e3 * side for side in sides(scene)], "{} to {} mm wide"),
-            (about_as(self.about["modulus_gpa"]), [1e-9 * scene["yarn.modulus_mean"]], "a yarn of {} to {} GPa"),
-            (about_as(self.about["failure_strain_percent"]), [100 * (scene["yarn.critical_stretch"] - 1)], "a yarn that fails at {} to {} %"),
+            found.append(tuple(kind.replace("_", " ") + " held" for kind in (self.about["support"], scene["attachment.kind"])))
+        for (least, most), here, text, unit in (
+            (self.about["width_mm"], [1e3 * side for side in sides(scene)], "{} to {}", "mm wide"),
+            (about_as(self.about["modulus_gpa"]), [1e-9 * scene["yarn.modulus_mean"]], "a yarn of {} to {}", "GPa"),
+            (about_as(self.about["failure_strain_percent"]), [100 * (scene["yarn.critical_stretch"] - 1)], "a yarn that fails at {} to {}", "%"),
         ):
             if not all(0.99 * least <= one <= 1.01 * most for one in here):
-                found.append(f"{text.format(f'{least:.3g}', f'{most:.3g}')} (here {' x '.join(f'{one:.3g}' for one in dict.fromkeys(here))})")
+                own = " x ".join(f"{one:.3g}" for one in dict.fromkeys(here))
+                found.append((f"{text.format(f'{least:.3g}', f'{most:.3g}')} {unit}", f"{own} {unit}"))
         if scene["projectile.shape"] != self.about["shape"]:
-            return [*found, f"a {self.about['shape']} (here {scene['projectile.shape'].replace('_', ' ')})"]
-        for name, angle in (("angle of impact", ahead(scene, "sheet.orientation")), ("attitude", ahead(scene, "projectile.orientation"))):
+            return [*found, tuple("a " + shape.replace("_", " ") for shape in (self.about["shape"], scene["projectile.shape"]))]
+        for name, angle in (("an angle of impact", ahead(scene, "sheet.orientation")), ("an attitude", ahead(scene, "projectile.orientation"))):
             if angle > STRAIGHT:
-                found.append(f"{name} of at most {STRAIGHT:g} degrees (here {angle:.0f})")
+                found.append((f"{name} of at most {STRAIGHT:g} degrees", f"{name} of {angle:.0f} degrees"))
         return found
 
 
@@ -146,8 +147,9 @@ def model_error(scene: Scene, confidence: float = 0.95) -> ModelError:
     every = compared()
     near = [one for one in every if not one.lacks(scene)]
     if not near:
-        missing = " or ".join(dict.fromkeys("; ".join(one.lacks(scene)) for one in every))
-        return ModelError(math.nan, confidence, f"no comparison within {missing}; {beside_reference(scene) or 'nothing is known of the error.'}")
+        missing = "; or: ".join(dict.fromkeys("{}; here: {}".format(*map(", ".join, zip(*one.lacks(scene)))) for one in every))
+        known = beside_reference(scene)
+        return ModelError(math.nan, confidence, f"compared only with: {missing}{f'; {known}' if known else ': so the error is unknown.'}")
     found = factor([one.errors() for one in near], confidence)
     errors = [100 * math.expm1(e) for one in near for e in one.errors()]
     series = f"{len(near)} independent series of tests" if len(near) > 1 else f"one series of tests, which counts once ({near[0].name})"

@@ -140,8 +140,8 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     if gained:
         found.append(
             f"In {gained} of {len(rows)} runs the energy balance is open by more than {100 * MOST_GAINED:g} % of the impact energy "
-            f"(`energy_residual`; at most {100 * max(gains):.2g} %): yarn that goes slack and taut adds energy. Take "
-            "slack_balance (docs/model.md, \"Slack and taut\")."
+            f"(`energy_residual`; at most {100 * max(gains):.4g} %): yarn that goes slack and taut adds energy. Write "
+            "slack_balance = true at the top of the scene file (docs/model.md, \"Slack and taut\")."
         )
     beside = sum(row["beyond_fine"] > 0 for row in rows)
     if beside:

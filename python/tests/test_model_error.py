@@ -83,21 +83,21 @@ class ModelError(unittest.TestCase):
         self.assertGreater(high, 420.0 * 1.16)
         self.assertRegex(within.sentence(400.0, 420.0), r"^Of the model against tests: \[\d+, \d+\] m/s; within a factor of")
         for scene, told in (
-            (self.pack(1), "here 0.178, one ply"),
-            (self.pack(20, 5e-3), "here 5"),
-            (self.pack(20).replace({"attachment.kind": "two_sides"}), "here two sides"),
-            (self.pack(20).replace({"sheet.nodes_x": 51}), "80 to 160 mm wide (here 37.4 x 89.6)"),
-            (self.pack(20).replace({"yarn.modulus_mean": 140e9}), "a yarn of 54 to 96 GPa (here 140)"),
-            (self.pack(20).replace({"yarn.critical_stretch": 1.1}), "fails at 2.62 to 4.67 % (here 10)"),
-            (self.pack(20).replace({"projectile.shape": "sphere"}), "a cylinder (here sphere)"),
-            (self.pack(20).aimed(velocity=[300, 0, 300]), "angle of impact of at most 5 degrees (here 45)"),
-            (self.pack(20).aimed(orientation=[0.6, 0.8, 0, 0]), "attitude of at most 5 degrees (here 74)"),
+            (self.pack(1), "here: 0.178 kg/m² (one ply)"),
+            (self.pack(20, 5e-3), "here: 5 g"),
+            (self.pack(20).replace({"attachment.kind": "two_sides"}), "here: two sides held"),
+            (self.pack(20).replace({"sheet.nodes_x": 51}), "80 to 160 mm wide; here: 37.4 x 89.6 mm wide"),
+            (self.pack(20).replace({"yarn.modulus_mean": 140e9}), "a yarn of 54 to 96 GPa; here: 140 GPa"),
+            (self.pack(20).replace({"yarn.critical_stretch": 1.1}), "fails at 2.62 to 4.67 %; here: 10 %"),
+            (self.pack(20).replace({"projectile.shape": "sphere"}), "a cylinder; here: a sphere"),
+            (self.pack(20).aimed(velocity=[300, 0, 300]), "here: an angle of impact of 45 degrees"),
+            (self.pack(20).aimed(orientation=[0.6, 0.8, 0, 0]), "an attitude of at most 5 degrees; here: an attitude of 74 degrees"),
         ):
             error = model_error(scene)
             self.assertTrue(math.isnan(error.factor))
             self.assertIsNone(error.band(1.0, 2.0))
             self.assertIn(told, error.sentence(1.0, 2.0))
-            unknown = "no test of one ply" if told.endswith("one ply") else "nothing is known of the error"
+            unknown = "no test of one ply" if told.endswith("(one ply)") else "so the error is unknown"
             self.assertIn(unknown, error.sentence(1.0, 2.0))
 
     def test_the_numbers_of_cunniffs_axes(self):

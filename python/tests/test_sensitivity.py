@@ -45,7 +45,7 @@ class Sensitivity(unittest.TestCase):
 
     def test_every_variant_differs_by_what_it_says_and_can_be_simulated(self):
         from fabric_kernel.sensitivity import variants
-        from fabric_kernel.textile import areal_density, sides
+        from fabric_kernel.textile import areal_density, presented_area, sides
 
         scene = self.scene()
         found = variants(scene)
@@ -62,6 +62,14 @@ class Sensitivity(unittest.TestCase):
         turned = variants(flat)["attitude: turned by 90 degrees about x"]
         turned.check()
         self.assertAlmostEqual(turned["projectile.position"][2], -2.778e-3)
+        for size, how in (((0.01, 0.02, 0.03), "90 degrees about x"), ((0.01, 0.02, 0.02), "90 degrees about y"), ((0.01, 0.01, 0.01), "45 degrees about x")):
+            box = scene.replace(projectile={"shape": "box", "size": size}).aimed()
+            other = variants(box)[f"attitude: turned by {how}"]
+            other.check()
+            self.assertNotAlmostEqual(presented_area(other) / presented_area(box), 1.0, places=3)
+        for body in (flat, flat.replace({"projectile.shape": "hemispherical_cylinder"})):
+            along_x = body.aimed(orientation=[math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0])
+            self.assertIn("attitude: turned by 90 degrees about y", variants(along_x))
         dry = scene.replace({f"yarn.viscosity_{kind}": 0.0 for kind in ("linear", "quadratic", "bending")})
         self.assertIn("viscosity of the yarn: that of real fabrics", variants(dry))
 
