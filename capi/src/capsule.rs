@@ -6,7 +6,7 @@
 
 use crate::block::{self, Lent, ToChange, Window, fk_sim};
 use crate::calls::{array, array_mut, put_number, status};
-use crate::sizes::{Part, put_scene, read};
+use crate::sizes::{Part, put_scene, read_to_change};
 use crate::types::*;
 use fabric::{Code, Error};
 use fabric_capsule::{Broken, Capsule, Difference, Log, Seen, What};
@@ -124,8 +124,7 @@ pub unsafe extern "C" fn fk_replay(
     let mut go_on = || {
         let capsule = Capsule::open(array(&capsule, bytes, "capsule")?).map_err(bad)?;
         let room = if n == 0 { &mut [][..] } else { array_mut(&mut room, n, "room")? };
-        // SAFETY: the host vouches for an initialised structure to be changed, as for one that is only read.
-        let mut found: fk_replayed = read(&unsafe { Input::given(replay.pointer()) }, size)?;
+        let mut found = read_to_change(&replay, size)?;
         let part = Part::of(&mut replay, size)?;
         let block = block::open(&mut sim)?;
         let last = found.at.steps.saturating_add(steps);

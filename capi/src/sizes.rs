@@ -81,6 +81,13 @@ pub(crate) fn read<T: Structure + Default>(given: &Input<T>, size: u64) -> Resul
     Ok(value)
 }
 
+/// Reads a structure that is to be changed where it is.
+#[cfg(feature = "capsule")]
+pub(crate) fn read_to_change<T: Structure + Default>(place: &Output<T>, size: u64) -> Result<T, Error> {
+    // SAFETY: the host vouches for an initialised structure to be changed, as for one that is only read.
+    read(&unsafe { Input::given(place.pointer()) }, size)
+}
+
 /// Reads a scene. Not inlined: what it takes of the stack is free again afterwards.
 #[inline(never)]
 pub(crate) fn read_scene(given: &Input<fk_scene>) -> Result<Scene, Error> {
