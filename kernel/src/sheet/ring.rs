@@ -7,13 +7,15 @@
 //! In a ring the last segment of a row pulls its first node, too: its force is found before the row is swept, from places and damage at the
 //! start of the step, and its damage is committed where the sweep comes to it. Behind the last node stands an image of the first one.
 //! Limits: the fabric does not bend; between two nodes it is straight.
-//! Reference: docs/model.md, "Curved sheets and rings".
+//! Reference: docs/model.md, "Curved sheets and rings"; of the preset NASA, Research and Technology 2001, NTRS 20050207394, and
+//! fabrics/zylon_as_500_35.toml.
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::Lane;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk};
-use crate::scene::parts::{AttachmentKind, Scene};
+use crate::scene::parts::{Attachment, AttachmentKind, Casing, Projectile, Scene, Shape, Sheet, Yarn};
+use crate::sheet::textile::centinewton_per_dtex;
 use crate::yarn::law::RestLanes;
 use core::f64::consts::PI;
 
@@ -134,6 +136,57 @@ pub(crate) fn box_at_rest(hoop: &[Chunk<HOOP_PLANES>], nodes: usize, spacing: f6
 }
 
 impl Scene {
+    /// The ring of NASA's tests, 40 in across within and 10 in long, as far as it is known: five bonded plies of Zylon AS, 35 x 35 per
+    /// inch, in place of braided ones, 1,155 x 88 nodes of four yarns a bar, 21 in from the axis, on a case with a window. The sector of
+    /// the preset `turbine_disc_sector` has left its disc at 4,000 rad/s on the engine's axis and is about to meet the middle of the window.
+    #[inline(never)] // Of its caller's stack as little as the other presets.
+    pub fn ring_40in() -> Scene {
+        let small = Scene::sheet_3in_sphere();
+        let (yarns, denier, per_metre) = (4.0, 1e-3 / 9000.0, 35.0 / 0.0254);
+        let mut scene = Scene {
+            sheet: Sheet {
+                nodes_x: 1155,
+                nodes_y: 88,
+                spacing: yarns / per_metre,
+                node_mass: yarns * yarns * (2.0 * 500.0 * denier / per_metre),
+                yarn_area: yarns * (500.0 * denier / 1540.0),
+                plies: 5,
+                closed: true,
+                ..small.sheet
+            },
+            attachment: Attachment { kind: AttachmentKind::Free, ..small.attachment },
+            yarn: Yarn {
+                modulus_mean: centinewton_per_dtex(1150.0, 1540.0),
+                modulus_sd: 0.0,
+                damage_slope: 0.0,
+                damage_intercept: 2302.6,
+                damage_sd: 0.0,
+                critical_stretch: 1.035,
+                stochastic: false,
+                viscosity_linear: 0.06,
+                viscosity_quadratic: 1.5,
+                ..small.yarn
+            },
+            ..small
+        };
+        let radius = scene.closed_radius();
+        scene.sheet.radius = radius;
+        // Twice as wide as the fragment: how much of a case it tears away is not known.
+        scene.casing = Casing { radius, window_angle: [0.0, 0.15], window_place: [0.0, 0.04] };
+        // How far the sector's centre of mass was from the axis, and is from the rim.
+        let (arm, rim, rate) = (0.022984880036043084, 0.017015119963956916, 4000.0);
+        scene.projectile = Projectile {
+            shape: Shape::DiscSector,
+            mass: 0.118,
+            position: [-arm, 0.0, radius - rim - 2e-3],
+            velocity: [0.0, 0.0, rate * arm],
+            orientation: [0.5, -0.5, -0.5, -0.5],
+            angular_velocity: [0.0, rate, 0.0],
+            ..small.projectile
+        };
+        scene
+    }
+
     /// The radius that a ring of the sheet's nodes and spacing has, m: h/(2 sin(pi/n)).
     pub fn closed_radius(&self) -> f64 {
         self.sheet.spacing * closed_radius(self.sheet.nodes_x)
