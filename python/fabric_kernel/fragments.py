@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import lookup
 from ._kernel import Scene
-from .about import SCENE_HELP, cautions, claim, command, described, noted, positive, scene_named
+from .about import CAVEAT, SCENE_HELP, cautions, claim, command, described, noted, positive, scene_named
 from .ensembles import ensemble, vary, within_mesh
 from .files import written
 from .model_error import model_error
@@ -230,7 +230,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         lines = answer(table)
         print(*lines, sep="\n", flush=True)
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
-        plot.map(table, given.out / "map.svg", described(scene, fabric))
+        plot.map(table, given.out / "map.svg", (*described(scene, fabric), CAVEAT))
         report = Page(f"Fragments of {given.scene}")
         report.answer((*lines, about[0], first))
         report.figure(given.out / "map.svg", "")
