@@ -63,6 +63,17 @@ pub struct Log<S> {
     whole: bool,
 }
 
+/// Does a call, and writes it if a log is kept.
+///
+/// # Errors
+/// Those of the call.
+pub fn run<S: Sink>(log: &mut Option<Log<S>>, sim: &mut Sim<'_>, call: &Call<'_>) -> Result<(), Error> {
+    match log {
+        Some(log) => log.run(sim, call),
+        None => call.apply(sim),
+    }
+}
+
 impl<S: Sink> Log<S> {
     /// Puts the simulation back to step 0 and begins its capsule. stride: calls from one digest of the state to the next, at least 1; a
     /// digest takes about as long as a step, and a replay can say no closer than that where the first difference is.

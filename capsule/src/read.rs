@@ -136,8 +136,8 @@ impl<'c> Capsule<'c> {
         let mut before = None;
         loop {
             *at = bytes.len() - rest.len();
-            let started = !self.records.is_empty() || before == Some(Kind::Start);
-            if rest.is_empty() && started {
+            let in_scene = matches!(before, None | Some(Kind::Origin | Kind::Number));
+            if rest.is_empty() && !in_scene {
                 return Ok(());
             }
             let next = record(rest)?;
@@ -244,7 +244,7 @@ fn number(content: &[u8]) -> Option<(&'static Field, &[[u8; 8]])> {
     (values.len() == field.size()).then_some((field, values))
 }
 
-/// The call of a record, if it is one that fits; arrays in `room`.
+/// The call of a record, if it is one that fits and takes no steps; arrays in `room`.
 pub(crate) fn call<'a>(kind: Kind, content: &'a [u8], room: &'a mut [f64]) -> Option<Call<'a>> {
     let numbers = |room: &'a mut [f64]| -> Option<&'a [f64]> {
         let (words, _) = content.as_chunks::<8>();
@@ -253,7 +253,6 @@ pub(crate) fn call<'a>(kind: Kind, content: &'a [u8], room: &'a mut [f64]) -> Op
         Some(place)
     };
     match kind {
-        Kind::Advance => words::<3>(content).map(|[steps, ..]| Call::Advance(steps)),
         Kind::Path => {
             let [first, steps, end @ .., ahead] = words::<16>(content)?;
             Some(Call::Path(Path { first, steps, end: motion_of(end.map(f64::from_bits)) }, ahead))

@@ -56,10 +56,7 @@ impl Capsule {
     /// # Errors
     /// Those of the call.
     pub fn run(&mut self, sim: &mut Sim<'_>, call: &Call<'_>) -> Result<(), Error> {
-        match &mut self.0 {
-            Some(written) => written.run(sim, call),
-            None => call.apply(sim),
-        }
+        fabric_capsule::run(&mut self.0, sim, call)
     }
 
     /// Writes a call that was done.

@@ -67,12 +67,7 @@ impl Simulation {
 
     /// Does a call, which the capsule gets, without the interpreter.
     fn call(&mut self, py: Python<'_>, call: &Call<'_>) -> PyResult<()> {
-        let done = py.detach(|| {
-            in_our_environment(|| match &mut self.capsule {
-                Some(capsule) => capsule.run(&mut self.sim, call),
-                None => call.apply(&mut self.sim),
-            })
-        });
+        let done = py.detach(|| in_our_environment(|| fabric_capsule::run(&mut self.capsule, &mut self.sim, call)));
         done.map_err(errors::of)?;
         self.whole_capsule()
     }

@@ -2,8 +2,8 @@
 //! that it comes from memory once and not once a step.
 //!
 //! Method: a row can take a step as soon as the row above it has taken the one before. So rows are stepped in a skewed order: where row r
-//! takes the first step of the block, row r - s takes step s; with viscosity, whose moments reach one row further (M17), row r - 2 s. Rows below the body take all steps in this order; then the rows that the
-//! body may reach take them one by one, with contact and all else that belongs to a step; then those above. Each row has the neighbours and
+//! takes the first step of the block, row r - s takes step s; with viscosity, whose moments reach one row further (M17), row r - 2 s. Rows
+//! below the body take all steps in this order; then the rows that the body may reach take them one by one, with contact and all else that belongs to a step; then those above. Each row has the neighbours and
 //! the forces from below that it has in single steps, and the pulls on the supports are summed in the order of single steps: the bits are
 //! the same.
 //! With bands the order is another one (`bands/block.rs`), without viscosity.
