@@ -130,7 +130,7 @@ class Scene:
 
     def weave(self) -> dict[str, float]:
         """Of the fabric of the sheet the "thickness" of the ply and "width" of a yarn in it, m, and the "friction" between yarns, as far as its table
-        gives them; what is missing is unknown."""
+        gives them, and the larger "spacing" of its yarns, m; what is missing is unknown."""
 
     def unlikely_body(self) -> str | None:
         """What must be said of a projectile that is too heavy or too light for its size, as in a wrong unit; None otherwise."""

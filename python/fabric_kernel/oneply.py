@@ -58,9 +58,12 @@ def windowing(scene: Scene) -> Windowing | None:
     given, shape = scene.weave(), scene["projectile.shape"]
     if scene["sheet.plies"] * scene["stack.plies"] != 1 or not (shape == "sphere" or "cylinder" in shape):
         return None
-    thickness = given.get("thickness", THICKNESS * math.sqrt(scene["sheet.yarn_area"]))
+    # A bar of the network may stand for several yarns.
+    of_bars = max(spacings(scene))
+    spacing = given.get("spacing", of_bars)
+    thickness = given.get("thickness", THICKNESS * math.sqrt(scene["sheet.yarn_area"] * spacing / of_bars))
     low, high = (given["friction"],) * 2 if "friction" in given else FRICTION
-    needed = 0.5 * max(spacings(scene)) / (scene["projectile.radius"] + 0.25 * thickness)
+    needed = 0.5 * spacing / (scene["projectile.radius"] + 0.25 * thickness)
     body = scene["contact.friction"]
     return Windowing(needed, (low + body, high + body))
 

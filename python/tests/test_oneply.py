@@ -76,6 +76,8 @@ class OnePly(unittest.TestCase):
         self.assertEqual(unknown.there, (0.1, 0.3))
         self.assertIn("may push the yarns aside and pass", unknown.sentence())
         self.assertIn("at a velocity far below this limit: the coefficients of friction between yarns and on the projectile are together 0.1 to 0.3, and the criterion asks for 0.13", unknown.sentence())
+        coarse = windowing(self.ply(sheet={"yarns_per_bar": 3}))
+        self.assertAlmostEqual(coarse.needed, unknown.needed, places=12)
         self.assertIsNone(windowing(self.ply(stack={"plies": 2, "gap": 1e-4})))
 
     def test_what_is_out_of_range_is_named(self):
@@ -88,11 +90,12 @@ class OnePly(unittest.TestCase):
 
         from fabric_kernel import Scene
 
+        spacing = {"spacing": 0.0254 / 34}
         known = {"thickness": 2e-4, "width": 5e-4, "friction": 0.2}
         scene = self.ply(weave=known)
         for same in (scene, scene.replace({"contact.friction": 0.1}), pickle.loads(pickle.dumps(scene)), Scene.parse(scene.text())):
-            self.assertEqual(same.weave(), known)
-        self.assertEqual((self.ply().weave(), Scene().weave()), ({}, {}))
+            self.assertEqual(same.weave(), known | spacing)
+        self.assertEqual((self.ply().weave(), Scene().weave()), (spacing, {}))
 
     def test_crossings_slip_only_below_the_friction_that_holds_them(self):
         from fabric_kernel import Simulation

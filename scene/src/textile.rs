@@ -122,9 +122,17 @@ pub fn write(textiles: &Table) -> String {
     text
 }
 
-/// Thickness of the ply and width of a yarn in it, m, and friction between yarns, of the fabric of the sheet, by their keys; none that is unknown.
+/// Thickness of the ply and width of a yarn in it, m, and friction between yarns, of the fabric of the sheet, by their keys; none that is unknown. And
+/// the larger spacing of its yarns, m.
 pub fn weave(textiles: &Table) -> Result<Vec<(&'static str, f64)>> {
-    textiles.get(FRONT).map_or(Ok(Vec::new()), |values| weave_of(FRONT, &given(FRONT, values)?))
+    let Some(values) = textiles.get(FRONT) else { return Ok(Vec::new()) };
+    let mut found = weave_of(FRONT, &given(FRONT, values)?)?;
+    let Textile { warp, weft, .. } = textile(FRONT, values)?;
+    let count = warp.count.min(weft.count);
+    if count > 0.0 {
+        found.push(("spacing", 1.0 / count));
+    }
+    Ok(found)
 }
 
 fn weave_of(table: &str, all: &BTreeMap<String, (String, Value)>) -> Result<Vec<(&'static str, f64)>> {
@@ -419,9 +427,10 @@ mod tests {
     #[test]
     fn thickness_width_and_friction_are_known_or_not() {
         let known = |text: &str| weave(&text.parse().unwrap());
+        let yarns = ("spacing", 0.0254 / 34.0);
         let text = "[fabric]\nname = \"kevlar_km2_s706\"\nthickness = \"0.2 mm\"\nfriction = { value = 20, unit = \"%\", source = \"pulled\" }";
-        assert_eq!(known(text).unwrap(), [("thickness", 2e-4), ("friction", 0.2)]);
-        assert_eq!((known("fabric = \"kevlar_km2_s706\"").unwrap(), known("").unwrap()), (Vec::new(), Vec::new()));
+        assert_eq!(known(text).unwrap(), [("thickness", 2e-4), ("friction", 0.2), yarns]);
+        assert_eq!((known("fabric = \"kevlar_km2_s706\"").unwrap(), known("").unwrap()), (vec![yarns], vec![]));
         assert_eq!(of(text).unwrap(), of("fabric = \"kevlar_km2_s706\"").unwrap());
         for (wrong, told) in [
             ("friction = -0.1", "fabric.friction = -0.1: must be 0 to 2; leave it out if it is unknown"),
