@@ -8,7 +8,7 @@ use crate::ground::planes::{
     RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::memory::layout::{
-    BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, SPRING_REALS, TANGENTIAL_REALS, TOUCH_REALS,
+    CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, SPRING_REALS, TANGENTIAL_REALS, TOUCH_REALS,
 };
 use crate::scene::features::{Feature, Features};
 use crate::scene::parts::Scene;
@@ -53,7 +53,7 @@ impl Layout {
             upper: 0,
             chunks: x.stored().div_ceil(CHUNK),
             has: Features::of(scene),
-            in_blocks: false,
+            block_steps: 1,
             supports: scene.track_support,
             candidates: match scene.contact_capacity {
                 0 => nodes,
@@ -63,7 +63,7 @@ impl Layout {
             words: 0,
             image_words: 0,
         };
-        layout.in_blocks = layout.can_take_blocks()?;
+        layout.block_steps = layout.find_block_steps()?;
         [layout.reals, layout.words] = Arrays::count(&layout)?;
         layout.image_words = layout.count_image()?;
         // Neither memory nor image may exceed what a slice can hold.
@@ -213,7 +213,7 @@ impl<'a> Arrays<'a> {
         use Feature::{Curved, Detachment, Friction, Grading, Rate, Slack, Strength, Theta, Viscosity};
         let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
         let has = |feature| layout.has(feature);
-        let steps = if layout.in_blocks { BLOCK_STEPS } else { 1 };
+        let steps = layout.block_steps as usize;
         let mut real = |needed, factors| reals.take(needed, factors);
         *self = Arrays {
             hot: chunked(real(true, [layout.stored_rows(), row, CHUNK * HOT_PLANES])?),
@@ -228,7 +228,7 @@ impl<'a> Arrays<'a> {
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
             hoop: chunked(real(has(Curved), [1, row, CHUNK * HOOP_PLANES])?),
             carry: chunked(real(true, [1, row, CHUNK * CARRY_PLANES])?),
-            carries: chunked(real(layout.in_blocks, [steps, row, CHUNK * CARRY_PLANES])?),
+            carries: chunked(real(steps > 1, [steps, row, CHUNK * CARRY_PLANES])?),
             kept: real(true, [1, nx, 3])?.as_chunks_mut().0,
             taken: real(layout.takes_energy(), [1, steps, rows])?,
             candidates: real(true, [1, candidates, CANDIDATE_REALS])?.as_chunks_mut().0,

@@ -20,12 +20,13 @@ pub(crate) const SPRING_REALS: usize = 11;
 /// And of one with friction.
 pub(crate) const PACE_REALS: usize = 3;
 
-/// Hot rows of more numbers than this do not stay in a processor's caches from one step to the next: 12 MiB, less than half of
-/// what the cores of a server share in their third level.
+/// Hot rows of more numbers than this do not stay in a core's own caches from one step to the next, so that steps pay in blocks: 4 MiB.
+const OWN_CACHE_REALS: usize = (4 << 20) / 8;
+/// And of more than this in none, so that a pass fetches them from memory: 12 MiB, less than half of what the cores of a server share.
 const CACHED_REALS: usize = (12 << 20) / 8;
 
-/// Steps that a sheet beyond the caches takes in one block (`step/blocks.rs`); a divisor of the steps between two tests of outcomes.
-pub(crate) const BLOCK_STEPS: usize = 8;
+/// Most steps of a block (`step/blocks.rs`); a divisor of the steps between two tests of outcomes.
+pub(crate) const BLOCK_STEPS: u32 = 8;
 
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
@@ -64,9 +65,8 @@ pub struct Layout {
     pub chunks: usize,
     /// What the scene has besides a plain sheet.
     pub has: Features,
-    /// true if there is memory for steps in blocks: of a sheet that exceeds the caches, one ply without mirror planes and without what takes
-    /// more than one pass or looks at the whole sheet between two steps.
-    pub in_blocks: bool,
+    /// Steps of a block that there is memory for, 4 or 8, and 1 where steps are taken one by one (`step/blocks.rs`).
+    pub block_steps: u32,
     /// Whether impulses on the supports are summed.
     pub supports: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
@@ -87,7 +87,7 @@ impl Layout {
         upper: 0,
         chunks: 0,
         has: Features::NONE,
-        in_blocks: false,
+        block_steps: 1,
         supports: false,
         candidates: 0,
         reals: 0,
@@ -95,13 +95,17 @@ impl Layout {
         image_words: 0,
     };
 
-    /// Whether a plain sheet is too large for the caches, so that steps go in blocks.
-    pub(super) fn can_take_blocks(&self) -> Option<bool> {
+    /// [`Layout::block_steps`]: more than 1 for a sheet that exceeds a core's own caches, of one ply without mirror planes and without what
+    /// takes more than one pass or looks at the whole sheet between two steps. Half of the most with viscosity, with which a step reaches
+    /// twice as many rows, which are to stay in the caches, and where the caches that cores share are quick to give a row back.
+    pub(super) fn find_block_steps(&self) -> Option<u32> {
         use Feature::*;
         let options = [Theta, Slack, Rate, Grading, Casing].iter().any(|&feature| self.has(feature));
         let plain = self.plies == 1 && !(options || self.x.is_mirrored() || self.y.is_mirrored());
         let reals = self.nodes_y.checked_mul(self.chunks)?.checked_mul(CHUNK * HOT_PLANES)?;
-        Some(Blocks.is_built() && plain && reals > CACHED_REALS)
+        let pays = Blocks.is_built() && plain && reals > OWN_CACHE_REALS;
+        let most = if self.has(Viscosity) || reals <= CACHED_REALS { BLOCK_STEPS / 2 } else { BLOCK_STEPS };
+        Some(if pays { most } else { 1 })
     }
 
     /// Words of an image. Node rows: u and v of every node, then the history, and what it owes if it may, of its horizontal and
@@ -163,7 +167,7 @@ impl Layout {
 
     /// Steps of a block whose rows a band keeps; with viscosity bands take single steps.
     pub(crate) fn block_steps_of_a_band(&self) -> usize {
-        if self.in_blocks && !self.has(Feature::Viscosity) { BLOCK_STEPS } else { 0 }
+        if self.block_steps > 1 && !self.has(Feature::Viscosity) { self.block_steps as usize } else { 0 }
     }
 
     /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, copies of viscosity's at its ends, its
@@ -305,11 +309,15 @@ mod tests {
         let stochastic = Layout::of(&scene).unwrap();
         assert_eq!((stochastic.chunks, stochastic.nodes(), stochastic.segments()), (44, 122_500, 244_300));
         scene.track_support = false;
-        // Six numbers a row, to the next line.
-        assert!((stochastic.bytes() - Layout::of(&scene).unwrap().bytes()).abs_diff(6 * 8 * 350) < 64);
+        // Six numbers a row and step of a block, to the next line.
+        assert!(
+            (stochastic.bytes() - Layout::of(&scene).unwrap().bytes())
+                .abs_diff(stochastic.block_steps as usize * 6 * 8 * 350)
+                < 64
+        );
         // A place for every node as a candidate takes 116; or room for what wraps the cylinder, and half as much again.
         for (stochastic, capacity, most) in
-            [(true, 0, 233.0), (false, 0, 201.0), (true, 7250, 124.0), (false, 7250, 92.0)]
+            [(true, 0, 233.3), (false, 0, 201.3), (true, 7250, 124.3), (false, 7250, 92.3)]
         {
             (scene.yarn.stochastic, scene.contact_capacity) = (stochastic, capacity);
             let bytes = Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0;
@@ -320,11 +328,12 @@ mod tests {
     #[test]
     fn sheets_that_exceed_the_caches() {
         let mut scene = Scene::sheet_3in_sphere();
-        // 64 bytes a node, rows in whole chunks of eight: 439 rows of 440 nodes are 11.8 MiB, 447 of 448 are 12.2 MiB.
-        for (nodes, exceeds) in [(350, false), (439, false), (447, true)] {
+        // 64 bytes a node, rows in whole chunks of eight: 255 rows of 256 nodes are 3.98 MiB, 257 of 264 are 4.1 MiB; 439 of 440 are 11.8 MiB,
+        // 447 of 448 are 12.2 MiB.
+        for (nodes, exceeds, steps) in [(255, false, 1), (257, false, 4), (439, false, 4), (447, true, 8)] {
             (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
             let layout = Layout::of(&scene).unwrap();
-            assert_eq!((layout.exceeds_caches(), layout.in_blocks), (exceeds, exceeds));
+            assert_eq!((layout.exceeds_caches(), layout.block_steps), (exceeds, steps));
         }
         // Three bands keep a row and its forces, and both of eight steps; then the fixed nodes in whole cache lines.
         let reals: usize = 3 * (9 * 56 * 8 * (HOT_PLANES + CARRY_PLANES) + 1344);
@@ -334,7 +343,7 @@ mod tests {
         scene.slack_balance = true;
         let single = Layout::of(&scene).unwrap();
         let owed = 447 * 56 * 8 * OWED_PLANES;
-        assert!(!single.in_blocks);
+        assert_eq!(single.block_steps, 1);
         assert_eq!(blocks.reals + owed - single.reals, 8 * 56 * 8 * CARRY_PLANES + 7 * 6 * 447);
     }
 

@@ -7,7 +7,7 @@
 //! the forces from below that it has in single steps, and the pulls on the supports are summed in the order of single steps: the bits are
 //! the same.
 //! With bands the order is another one (`bands/block.rs`), without viscosity.
-//! Limits: one ply, velocity Verlet, nothing that takes two passes or looks at the whole sheet between two steps (`Layout::in_blocks`); every
+//! Limits: one ply, velocity Verlet, nothing that takes two passes or looks at the whole sheet between two steps (`Layout::block_steps`); every
 //! row awake; no fixed node within the body's reach. Otherwise, and for what is left of less than a block, single steps are taken.
 //! The surface of the body crosses less than a spacing in a step, so what it may reach in a block is known; a row beyond [`APPROACH`] that
 //! comes so near within a block, at some 2e4 m/s, is a lost state.
@@ -21,7 +21,7 @@ use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
 use crate::ground::planes::{CARRY_PLANES, CHUNK};
 use crate::ground::ranges::range_of;
-use crate::memory::layout::{BLOCK_STEPS, Layout};
+use crate::memory::layout::Layout;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::places::rest_offset;
@@ -34,9 +34,7 @@ const APPROACH: f64 = 8.0;
 /// How many steps a block has with these instructions. The wider they are, the more a sweep waits for memory.
 pub(crate) fn block_steps(layout: &Layout, instructions: InstructionSet) -> usize {
     let pays = matches!(instructions, InstructionSet::Avx512 | InstructionSet::Avx2);
-    // With viscosity a step reaches twice as many rows, which are to stay in the caches.
-    let steps = if layout.has(Feature::Viscosity) { BLOCK_STEPS / 2 } else { BLOCK_STEPS };
-    if layout.in_blocks && pays { steps } else { 1 }
+    if pays { layout.block_steps as usize } else { 1 }
 }
 
 /// Takes a block of steps, if `most` steps allow one now: how many, or 0.
@@ -245,12 +243,13 @@ mod tests {
     /// Gives a small sheet what one beyond the caches has.
     fn allow_blocks(sim: &mut Sim<'_>) {
         let (rows, chunks) = (sim.system.layout.nodes_y, sim.system.layout.chunks);
-        let carries = vec![[[0.0; CHUNK]; CARRY_PLANES]; BLOCK_STEPS * chunks];
-        let pulls = vec![[[0.0; 3]; 2]; BLOCK_STEPS * rows];
-        let taken = if sim.layout().takes_energy() { vec![0.0; BLOCK_STEPS * rows] } else { Vec::new() };
+        let steps = BLOCK_STEPS as usize;
+        let carries = vec![[[0.0; CHUNK]; CARRY_PLANES]; steps * chunks];
+        let pulls = vec![[[0.0; 3]; 2]; steps * rows];
+        let taken = if sim.layout().takes_energy() { vec![0.0; steps * rows] } else { Vec::new() };
         (sim.system.arrays.carries, sim.system.arrays.pulls) = (carries.leak(), pulls.leak());
         sim.system.arrays.taken = taken.leak();
-        (sim.system.layout.in_blocks, sim.system.block_steps) = (true, BLOCK_STEPS);
+        (sim.system.layout.block_steps, sim.system.block_steps) = (BLOCK_STEPS, steps);
     }
 
     /// The paper's sphere on 61 x 141 nodes.

@@ -247,7 +247,8 @@ pub fn measure(bench: &mut Bench, case: &Case) -> Result<()> {
     let nodes = sim.layout().nodes() as u64;
     let (steps, bursts) = steps_and_bursts(nodes, bench.effort);
     // Those in single steps are others where there are blocks alone.
-    let ways: Vec<Way> = bench.ways.iter().copied().filter(|way| !way.single_steps || sim.layout().in_blocks).collect();
+    let ways: Vec<Way> =
+        bench.ways.iter().copied().filter(|way| !way.single_steps || sim.layout().block_steps > 1).collect();
     let mut times = vec![Vec::new(); ways.len()];
     let mut digests = vec![0; ways.len()];
     for _ in 0..bench.effort.rounds {
