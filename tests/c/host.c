@@ -1,7 +1,7 @@
 /* A C host of libfabric_kernel: runs an impact in several ways that must give the same bits, and asks for things that must
  * be refused. Prints the digests of its runs. Exit code 1 on the first check that fails. */
 #include "fabric_kernel.h"
-#include "scenes.h"
+#include "../digests/scenes.h"
 
 #include <fenv.h>
 #include <math.h>
@@ -71,7 +71,7 @@ static uint64_t digest_of(const fk_sim *sim)
     return digest;
 }
 
-/* The scenes of scenes.h: their digests are printed, to be compared with those of the kernel called from Rust. */
+/* The digests of the scenes of tests/digests are printed, to be compared with those of the kernel called from Rust. */
 static void the_digests_of_every_scene(void)
 {
     int i;
@@ -80,12 +80,12 @@ static void the_digests_of_every_scene(void)
         block b;
         fk_sim *sim = NULL;
         fk_contact contact = {0};
-        scene = fk_scene_preset(test_scenes[i].preset);
+        scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
         test_scenes[i].change(&scene);
         CHECK(fk_scene_check(&scene, NULL, 0) == FK_OK);
         b = new_block(&scene, 0xee);
         CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL, 0) == FK_OK);
-        CHECK(fk_advance(sim, test_scenes[i].steps) == FK_OK);
+        CHECK(test_run(sim, &scene, test_scenes[i].steps) == FK_OK);
         CHECK(fk_get_contact(sim, &contact, sizeof contact) == FK_OK && contact.work > 0.0);
         printf("%s %016llx\n", test_scenes[i].name, (unsigned long long)digest_of(sim));
         free_block(b);
@@ -466,7 +466,7 @@ static void read_outs(void)
 }
 
 /* Each ply of a stack by itself: what all hold together is what the stack holds. */
-static void plies(void)
+static void separate_plies(void)
 {
     fk_scene scene = small_scene();
     fk_sim *sim = NULL;
@@ -618,7 +618,7 @@ static void rounding_of_the_host(uint64_t expected)
 }
 
 /* A projectile the host prescribes; requests that do not fit it are refused and change nothing. */
-static void prescribed(void)
+static void a_led_body(void)
 {
     fk_scene scene = small_scene();
     block b;
@@ -825,11 +825,11 @@ int main(void)
     gradings();
     bad_faults();
     read_outs();
-    plies();
+    separate_plies();
     slip();
     given_starts();
     rounding_of_the_host(digest);
-    prescribed();
+    a_led_body();
     failure();
     bands(digest);
     fprintf(stderr, "%d checks hold\n", checks);

@@ -1,8 +1,8 @@
-// A C++ host of libfabric_kernel through fabric_kernel.hpp: the scenes of the C host, whose digests it prints, and what the
+// A C++ host of libfabric_kernel through fabric_kernel.hpp: the scenes of tests/digests, whose digests it prints, and what the
 // header promises: who owns memory, what moves, how refusals are told. Exit code 1 on the first check that fails.
 #include "fabric_kernel.hpp"
 
-#include "../c/scenes.h"
+#include "../digests/scenes.h"
 
 #include <cstdio>
 #include <cstdlib>
@@ -48,11 +48,11 @@ void print(const char *name, const fabric::Sim &sim)
 void the_digests_of_every_scene()
 {
     for (const test_scene &test : test_scenes) {
-        fk_scene scene = fk_scene_preset(test.preset);
+        fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
         test.change(&scene);
         CHECK(fabric::check(scene));
         fabric::Sim sim = made(scene);
-        CHECK(sim.advance(test.steps));
+        CHECK(test_run(sim.raw(), &scene, test.steps) == FK_OK);
         print(test.name, sim);
     }
     fabric::Sim sim = made(small_scene());

@@ -1,4 +1,4 @@
-/* The scenes of digests.c: so small that a processor without floating-point hardware runs them all in seconds, and together
+/* The scenes of digests.c and of the C and C++ hosts: so small that a processor without floating-point hardware runs them all in seconds, and together
  * touching every shape, attachment, kind of yarn, integrator and drive. In each but `theta` segments fail. Literal numbers only: the
  * host's arithmetic has no part in them. */
 #ifndef SCENES_H
@@ -200,7 +200,7 @@ static void strength(fk_scene *scene)
 /* A sheet made from a data sheet: viscous, crimped, of drawn modulus and strength. */
 static void textile(fk_scene *scene)
 {
-    fk_textile kevlar = {0};
+    static fk_textile kevlar;
     sphere(scene);
     kevlar.warp.linear_density = 6.7e-5;
     kevlar.warp.count = 1339.0;
@@ -232,7 +232,8 @@ static const test_scene test_scenes[TEST_SCENES] = {
 /* Steps a scene to its end; a prescribed body is led through the sheet while it turns back, in two calls. */
 static int32_t test_run(fk_sim *sim, const fk_scene *scene, uint64_t steps)
 {
-    fk_path path = {0};
+    static fk_path zero;
+    fk_path path = zero;
     int32_t status;
     if (scene->drive != FK_DRIVE_PRESCRIBED)
         return fk_advance(sim, steps);

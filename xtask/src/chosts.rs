@@ -1,5 +1,6 @@
 //! The C interface: its two libraries, and C and C++ programs that use them as a host would.
 
+use crate::digests::{lines, pins};
 use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top, wait};
 use std::path::{Path, PathBuf};
 
@@ -13,11 +14,12 @@ const COMPILERS: [([&str; 2], &str, usize); 2] =
     [(["gcc", "g++"], "KINDS=shared static", 8), (["clang", "clang++"], "KINDS=shared", 4)];
 
 /// Installs the library and runs C99, C11, C++17 and C++20 hosts against it, built by a makefile with pkg-config. Each must
-/// print tests/c/digests, which a test of `fabric-capi` compares with the kernel called from Rust.
+/// print the digests of tests/golden, which are those of the kernel called from Rust, and of tests/c/digests, which a test of `fabric-capi`
+/// compares with it.
 pub fn run() -> Outcome {
     crate::install::into(&prefix())?;
     crate::gates::undefined_in_kernel(&prefix().join("lib/libfabric_kernel.so"))?;
-    let wanted = read(top().join("tests/c/digests"))?;
+    let wanted = [pins()?, lines(&read(top().join("tests/c/digests"))?)].concat();
     for ([c, cpp], kinds, expected) in COMPILERS {
         if !found(c, "its C and C++ hosts are") {
             continue;
@@ -29,8 +31,8 @@ pub fn run() -> Outcome {
             let path = entry.map_err(|error| error.to_string())?.path();
             if path.extension().is_some_and(|extension| extension == "digests") {
                 let printed = read(&path)?;
-                if printed != wanted {
-                    return Err(format!("{} holds other digests than tests/c/digests:\n{printed}", path.display()));
+                if lines(&printed) != wanted {
+                    return Err(format!("{} holds other digests than {wanted:?}:\n{printed}", path.display()));
                 }
                 hosts += 1;
             }
@@ -47,7 +49,7 @@ pub fn run() -> Outcome {
 
 /// The C99 and the C++17 host with AddressSanitizer and the checks for undefined behaviour; a short C host under valgrind, which
 /// sees the library too (the long one changes the rounding mode, which valgrind does not know): no complaint, the same digests.
-fn watched(wanted: &str) -> Outcome {
+fn watched(wanted: &[(String, String)]) -> Outcome {
     let folder = emptied(target().join("hosts/watched"))?;
     let library = prefix().join("lib/libfabric_kernel.a").to_string_lossy().into_owned();
     let include = format!("-I{}", prefix().join("include").display());
@@ -62,8 +64,8 @@ fn watched(wanted: &str) -> Outcome {
     {
         let sanitizer = [standard, "-fsanitize=address,undefined", "-fno-sanitize-recover"];
         let printed = output(build(compiler, source, &sanitizer)?, &[])?;
-        if printed != wanted {
-            return Err(format!("{source} with sanitizers prints other digests than tests/c/digests:\n{printed}"));
+        if lines(&printed) != wanted {
+            return Err(format!("{source} with sanitizers prints other digests than {wanted:?}:\n{printed}"));
         }
     }
     println!("figure 23: C99 and C++17 hosts with AddressSanitizer and UBSan (which see the host's code): 0 errors");

@@ -432,12 +432,13 @@ fn output_within(command: &mut Command, longest: Duration) -> Result<String, Str
     }
 }
 
-fn pins() -> Result<Vec<(String, String)>, String> {
+/// Names and digests of tests/golden/digests.
+pub(crate) fn pins() -> Result<Vec<(String, String)>, String> {
     Ok(lines(&read(top().join("tests/golden/digests"))?))
 }
 
 /// Names and digests of the lines of a text.
-fn lines(text: &str) -> Vec<(String, String)> {
+pub(crate) fn lines(text: &str) -> Vec<(String, String)> {
     let pair = |line: &str| line.split_once(' ').map(|(name, digest)| (name.to_string(), digest.trim().to_string()));
     text.lines().filter(|line| !line.starts_with('#')).filter_map(pair).collect()
 }
