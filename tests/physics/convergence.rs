@@ -52,7 +52,7 @@ fn errors(integrator: Integrator, v0: f64, time: u64) -> [f64; 4] {
     [2, 4, 8, 16].map(|division| largest_distance(&run(integrator, v0, time, division).positions, &fine))
 }
 
-/// 150 m/s, 4.2 us: no damage. 1300 m/s, 1.3 us: first damage, no failure. The errors at 0.5 dt_crit are those of the prototype; the theta
+/// 150 m/s, 4.2 us: no damage. 1300 m/s, 1.3 us: first damage, no failure. The errors at 0.5 dt_crit are what was measured; the theta
 /// rule's is twice Verlet's.
 #[test]
 fn positions_converge_with_second_order() {
