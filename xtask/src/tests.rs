@@ -109,7 +109,7 @@ fn documentation() -> Outcome {
 }
 
 /// The kernel as crates.io would get it builds by itself, and its documentation as docs.rs would build it.
-pub fn package() -> Outcome {
+fn package() -> Outcome {
     cargo(&["package", "--quiet", "--package", "fabric-kernel", "--allow-dirty"])?;
     let packed = target().join(format!("package/fabric-kernel-{}/Cargo.toml", env!("CARGO_PKG_VERSION")));
     if let Some(missing) = ["LICENSE-MIT", "LICENSE-APACHE"].iter().find(|name| !packed.with_file_name(name).is_file())
