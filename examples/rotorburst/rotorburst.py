@@ -130,6 +130,7 @@ def scene_of(arguments, width, body):
         "sheet.plies": arguments.plies,
         "time_step.seconds": INTERNAL_STEPS[width],
         "projectile.mass": body.mass,
+        "capsule": arguments.capsule,
     }
 
 
@@ -173,6 +174,7 @@ def parsed():
     parser.add_argument("--angle", type=float, default=0.0, help="of the path in the ring to the plane of rotation, degrees (default: %(default)s)")
     parser.add_argument("--step", type=float, default=1e-6, help="communication step, s; at most 1e-5 (default: %(default)s)")
     parser.add_argument("--limit", type=float, default=2e-3, help="end of the coupled run at the latest, s (default: %(default)s)")
+    parser.add_argument("--capsule", action="store_true", help="also print the FMU's capsule, which `fabric replay` does again")
     arguments = parser.parse_args()
     arguments.attachment = arguments.attachment or CASES[arguments.case][1]
     arguments.plies = arguments.plies or (5 if arguments.case == "ring" else 1)

@@ -12,6 +12,9 @@ pub struct Options {
     pub quick: bool,
 }
 
+/// The programs that it runs.
+pub const PROGRAMS: &str = "examples/rotorburst";
+
 pub fn run(options: &Options) -> Outcome {
     crate::needs::demo()?;
     let python = tools::python()?;
@@ -26,7 +29,7 @@ pub fn run(options: &Options) -> Outcome {
     let (folder, case, pack) = if options.quick { ("demo-quick", "small", "10") } else { ("demo", "disc", "12") };
     let out = tools::target().join(folder);
     let text = |path: &Path| path.to_string_lossy().into_owned();
-    let program = |name: &str| text(&tools::top().join("examples/rotorburst").join(name));
+    let program = |name: &str| text(&tools::top().join(PROGRAMS).join(name));
     let fmu = text(&tools::target().join("fmu/FabricShield-fmi2.fmu"));
     let snapshots = tools::target().join("release/examples/snapshots");
     for (out, plies) in [(&out, "1"), (&out.join("pack"), pack)] {

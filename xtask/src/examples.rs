@@ -1,7 +1,7 @@
 //! The C and C++ examples, built outside the project as a user would, and what the C++ header costs over C.
 
 use crate::chosts::prefix;
-use crate::tools::{Outcome, cmake, emptied, found, output, read, run as command, target, top, wait};
+use crate::tools::{Outcome, cargo_tool, cmake, emptied, found, output, read, run as command, target, top, wait};
 use std::path::Path;
 
 /// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and the static one,
@@ -99,13 +99,7 @@ fn cost() -> Outcome {
     if c > 0 && cpp <= allowed { Ok(()) } else { Err(format!("the C++ header costs more than {allowed}")) }
 }
 
-/// `cargo deny`: licences, sources and bans of every dependency. Installed from crates.io if it is not here.
+/// `cargo deny`: licences, sources and bans of every dependency.
 pub fn deny() -> Outcome {
-    if !found("cargo-deny", "it is being installed, no check is") {
-        crate::tools::cargo(&["install", "--quiet", "--locked", "cargo-deny", "--root", &target().to_string_lossy()])?;
-    }
-    let path = format!("{}:{}", target().join("bin").display(), std::env::var("PATH").unwrap_or_default());
-    let mut deny = std::process::Command::new("cargo-deny");
-    deny.args(["--offline", "check", "bans", "licenses", "sources"]).env("PATH", path).current_dir(top());
-    wait(&mut deny)
+    wait(cargo_tool("cargo-deny")?.args(["--offline", "check", "bans", "licenses", "sources"]))
 }

@@ -27,11 +27,8 @@ pub struct Options {
     /// Which platforms the archives hold: all whose tools are installed, or only this one.
     #[arg(long, value_enum, default_value_t)]
     pub targets: Targets,
-    /// Build everything a second time in another folder and compare the archives byte by byte.
-    #[arg(long)]
-    pub reproduce: bool,
     /// Pack a model of its own, whose start values, description and page are those of this scene (TOML).
-    #[arg(long, value_name = "FILE", requires = "name", conflicts_with_all = ["check", "reproduce"])]
+    #[arg(long, value_name = "FILE", requires = "name", conflicts_with = "check")]
     pub scene: Option<PathBuf>,
     /// Name of that model: letters, digits and _, a letter first.
     #[arg(long, requires = "scene")]
@@ -60,15 +57,6 @@ pub fn run(options: &Options) -> Outcome {
     }
     let libraries = platforms::build(&tools::top(), &tools::target(), options.targets, None)?;
     let archives = archives(&model, &tools::top(), &made, &libraries, &tools::target().join("fmu"))?;
-    if options.reproduce {
-        let (copy, again) = platforms::reproduced(&libraries, options.targets)?;
-        let others =
-            self::archives(&model, &copy, &copy.join("modelDescription"), &again, &copy.with_file_name("fmu"))?;
-        for (one, other) in archives.iter().zip(&others) {
-            tools::same_bytes(one, other)?;
-            println!("  {} and {} are the same", one.display(), other.display());
-        }
-    }
     for archive in archives {
         println!("{}", archive.display());
     }

@@ -15,9 +15,8 @@ pub fn run(options: &Options) -> Outcome {
     into(&std::path::absolute(&options.prefix).map_err(|error| error.to_string())?)
 }
 
-/// `cargo xtask archive`: packs what `install` lays out for a release: target/archive/fabric_kernel-VERSION-TARGET.tar.gz. The same
-/// libraries give the same archive.
-pub fn archive() -> Outcome {
+/// Packs what `install` lays out: target/archive/fabric_kernel-VERSION-TARGET.tar.gz. The same libraries give the same archive.
+pub fn archive() -> Result<PathBuf, String> {
     let target_name = output("rustc", &["--print", "host-tuple"])?;
     let name = format!("fabric_kernel-{}-{}", env!("CARGO_PKG_VERSION"), target_name.trim());
     let folder = emptied(target().join("archive"))?;
@@ -27,8 +26,7 @@ pub fn archive() -> Outcome {
         ["--sort=name", "--mtime=@0", "--owner=0", "--group=0", "--numeric-owner", "--use-compress-program=gzip -n"];
     let (folder, path) = (folder.to_string_lossy(), file.to_string_lossy());
     crate::tools::run("tar", &[&fixed[..], &["-C", &folder, "-cf", &path, &name]].concat())?;
-    println!("{}", file.display());
-    Ok(())
+    Ok(file)
 }
 
 /// Lays out under `prefix`:

@@ -18,6 +18,7 @@ mod outputs;
 mod page;
 mod platforms;
 mod readme;
+mod release;
 mod rotorburst;
 mod sanitize;
 mod size;
@@ -55,8 +56,8 @@ enum Command {
     Rotorburst(rotorburst::Options),
     /// Build the C and C++ library and install it with its headers, CMake package and pkg-config file.
     Install(install::Options),
-    /// Pack the C and C++ library with its headers, CMake package, pkg-config file and licences for a release.
-    Archive,
+    /// Build all that a release holds, from the commit that is checked out, in one folder: target/dist.
+    Release(release::Options),
     /// Write include/fabric_kernel.h and tests/c/abi/scene.inc.
     Header,
     /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/digests.
@@ -65,7 +66,7 @@ enum Command {
     Web(web::Options),
     /// Measure ns per node-step, parts and peers; `python -m evidence bench` compares them with the goals.
     Bench(tests::BenchOptions),
-    /// Build the Python package as wheels: target/wheels.
+    /// Build the Python package as wheels, and pack its source: target/wheels.
     Wheel,
     /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer.
     Fuzz(fuzz::Options),
@@ -84,7 +85,7 @@ fn main() -> std::process::ExitCode {
         Command::Fmu(options) => fmu::run(&options),
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
-        Command::Archive => install::archive(),
+        Command::Release(options) => release::run(&options),
         Command::Header => header::run(false),
         Command::Digests(options) => digests::run(&options),
         Command::Web(options) => web::run(&options),

@@ -377,24 +377,6 @@ fn check_macos(file: &MachOFile64<Endianness>, platform: &Target) -> Outcome {
     Ok(())
 }
 
-/// Builds everything again in another folder; every library must have the same bytes.
-pub fn reproduced(libraries: &[Library], targets: Targets) -> Result<(PathBuf, Vec<Library>), String> {
-    let elsewhere = tools::target().join("elsewhere");
-    let copy = elsewhere.join("a-copy-of-the-checkout");
-    let _ = std::fs::remove_dir_all(&elsewhere);
-    for name in output("git", &["ls-files", "--cached", "--others", "--exclude-standard"])?.lines() {
-        let (from, to) = (tools::top().join(name), copy.join(name));
-        let folder = to.parent().unwrap_or(&copy);
-        tools::make_folder(folder.to_path_buf())?;
-        std::fs::copy(&from, &to).map_err(|error| format!("{}: {error}", from.display()))?;
-    }
-    let again = build(&copy, &elsewhere.join("target"), targets, None)?;
-    for (one, other) in libraries.iter().zip(&again) {
-        tools::same_bytes(&one.path, &other.path)?;
-    }
-    Ok((copy, again))
-}
-
 #[cfg(test)]
 mod tests {
     use super::version;

@@ -74,8 +74,8 @@ fn tutorial() -> Outcome {
 
 /// The long checks, by hand before a release.
 const VERIFY: &[Step] = &[
-    ("two builds of the FMUs in two folders", || {
-        fmu::run(&fmu::Options { targets: Targets::All, reproduce: true, ..Default::default() })
+    ("release, built in two folders and tried", || {
+        crate::release::run(&crate::release::Options { reproduce: true, smoke: true })
     }),
     ("digests on every target", || crate::digests::run(&crate::digests::Options::default())),
     ("sanitizers", crate::sanitize::run),
@@ -91,7 +91,6 @@ const VERIFY: &[Step] = &[
     ("FMU reference results", || {
         command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
     }),
-    ("C release archive", crate::install::archive),
     ("licences, sources and bans of the dependencies", crate::examples::deny),
 ];
 

@@ -35,6 +35,19 @@ pub fn cargo_program() -> std::ffi::OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
+/// A command of cargo's that is a program of its own, run in the top folder; installed from crates.io if it is not here.
+pub fn cargo_tool(name: &str) -> Result<Command, String> {
+    let own = target().join("bin").join(name);
+    let here = first_found(&[name]).is_some();
+    if !here && !own.exists() {
+        println!("  {name} is not here: it is being installed, which takes some minutes");
+        cargo(&["install", "--quiet", "--locked", name, "--root", &target().to_string_lossy()])?;
+    }
+    let mut program = if here { Command::new(name) } else { Command::new(own) };
+    program.current_dir(top());
+    Ok(program)
+}
+
 /// Runs a program in the top folder and returns what it prints to standard output.
 pub fn output(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Result<String, String> {
     let printed = finish(Command::new(program).args(arguments).current_dir(top()))?.stdout;

@@ -64,7 +64,7 @@ fn runner() -> String {
 }
 
 /// Builds the page: its folder.
-fn build() -> Result<PathBuf, String> {
+pub fn build() -> Result<PathBuf, String> {
     tools()?;
     let out = make_folder(target().join("web"))?;
     let kernel = out.join("kernel.wasm");

@@ -7,7 +7,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Builds the wheels into target/wheels.
+/// Builds the wheels into target/wheels, and packs their source.
 pub fn run() -> Outcome {
     let folder = emptied(target().join("wheels"))?;
     build(&folder, None)?;
@@ -18,6 +18,8 @@ pub fn run() -> Outcome {
             Err(reason) => println!("  {}: skipped, {reason}", target.triple),
         }
     }
+    let maturin = python_with("python/requirements.txt")?.with_file_name("maturin");
+    finish(Command::new(maturin).args(["sdist", "--out"]).arg(&folder).current_dir(top().join("python")))?;
     for entry in std::fs::read_dir(&folder).map_err(|error| error.to_string())?.flatten() {
         let bytes = entry.metadata().map_or(0, |data| data.len());
         println!("  {} ({bytes} bytes)", entry.path().display());
