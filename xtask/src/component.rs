@@ -22,11 +22,15 @@ pub fn build(source: &Path, target: &Path, scene: Option<[&str; 2]>) -> Result<P
         .arg("--target-dir")
         .arg(target)
         .args(compiler.options_with("core,alloc"))
-        .env("CARGO_TARGET_WASM32_WASIP2_LINKER", linker)
+        .env("CARGO_TARGET_WASM32_WASIP2_LINKER", &linker)
         // Vectors of two numbers. The same source gives the same bytes: places in the code of others are named by this.
         .env(
             "CARGO_TARGET_WASM32_WASIP2_RUSTFLAGS",
-            format!("-Ctarget-feature=+simd128 --remap-path-prefix={}=/cargo", home.display()),
+            format!(
+                "-Ctarget-feature=+simd128 --remap-path-prefix={}=/cargo -Clink-arg=--wasm-ld-path={}",
+                home.display(),
+                linker.with_file_name("gcc-ld/wasm-ld").display()
+            ),
         )
         .current_dir(source);
     tools::wait(&mut command)?;
