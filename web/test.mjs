@@ -1,4 +1,4 @@
-// The page in a browser: node test.mjs BROWSER FOLDER FABRIC-STUDY
+// The page in a browser: node test.mjs BROWSER FOLDER FABRIC-STUDY [COMPONENT.wasm]
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
@@ -9,8 +9,9 @@ import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { build } from "esbuild";
 import { drawn, goTo, says, start } from "./browser.mjs";
+import { run as runComponent } from "./component.mjs";
 
-const [program, folder, runner] = process.argv.slice(2);
+const [program, folder, runner, component] = process.argv.slice(2);
 const file = join(folder, "index.html");
 const address = pathToFileURL(file).href;
 const shots = join(folder, "shots");
@@ -63,6 +64,21 @@ const tests = {
     altered[700] ^= 1;
     await replayed({ name: "altered", mimeType: "", buffer: altered }, /^Refused: not a capsule/);
     await replayed({ name: "none", mimeType: "", buffer: Buffer.from("{}") }, /^Refused: not a capsule/);
+    await close(page);
+  },
+
+  async "runs the FMU's component, whose capsule has the native library's bits"() {
+    if (!component) return console.log("    left out: there is no component");
+    const page = await open();
+    const { log, events, said, same, none, bytes, version, imports } = await runComponent(page, component);
+    assert.deepEqual([version, imports, none, same], ["3.0", ["fmi:fmi3/callbacks"], true, true]);
+    assert.deepEqual([said[0], new Set(said.slice(1))], ["error", new Set(["ok"])]);
+    assert.ok(events.length > 0);
+    const file = join(folder, "component.log");
+    writeFileSync(file, log.map((line) => line.join(" ")).join("\n"));
+    const replayed = execFileSync(runner, ["replay", file], { encoding: "utf8" }).trim();
+    assert.match(replayed, /^.*same bits: \d+ calls, \d+ steps, \d+ digests/);
+    console.log(`    ${events.length} events, a state of ${bytes} bytes; fabric replay: ${replayed}`);
     await close(page);
   },
 

@@ -8,28 +8,34 @@
 #![allow(non_snake_case)] // the standard's names
 #![allow(clippy::missing_safety_doc)] // said once, above
 
-use crate::calls::{Handle, no_status, none_of_this_type, unsupported};
+use crate::calls::{Handle, no_status, none_of_this_type, pass, unsupported};
+use crate::instance::Instance;
 use crate::kept::Phase;
 use crate::log::Status;
+use crate::three::{get_none, set_none};
 
 macro_rules! of_no_variable {
-    ($phases:expr; $($name:ident)*) => {$(
+    ($answer:path; $($name:ident)*) => {$(
         /// No variable has this type: reading or writing none is fine, any is not.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name(instance: Handle, _vr: *const u32, count: usize) -> Status {
-            none_of_this_type(instance, stringify!($name), $phases, count)
+            pass(instance, |instance| $answer(instance, stringify!($name), count))
         }
     )*};
 }
 
-of_no_variable! { Phase::READABLE_IN_2; fmi2GetString }
+of_no_variable! { get_none_in_2; fmi2GetString }
 
-of_no_variable! { Phase::ANY;
+fn get_none_in_2(instance: &mut Instance, function: &str, count: usize) -> Status {
+    none_of_this_type(instance, function, Phase::READABLE_IN_2, count)
+}
+
+of_no_variable! { get_none;
     fmi3GetFloat32 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetUInt32 fmi3GetUInt64
     fmi3GetString fmi3GetBinary fmi3GetClock
 }
 
-of_no_variable! { Phase::SETTABLE;
+of_no_variable! { set_none;
     fmi2SetString
     fmi3SetFloat32 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16 fmi3SetUInt16 fmi3SetUInt32 fmi3SetUInt64
     fmi3SetString fmi3SetBinary fmi3SetClock
@@ -40,7 +46,7 @@ macro_rules! not_offered {
         /// Not offered.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name(instance: Handle) -> Status {
-            $answer(instance, stringify!($name))
+            pass(instance, |instance| $answer(instance, stringify!($name)))
         }
     )*};
 }

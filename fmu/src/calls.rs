@@ -72,21 +72,44 @@ pub(crate) fn enter(
     work: impl FnOnce(&mut Instance) -> Status,
 ) -> Status {
     let Some(instance) = handle.instance() else { return Status::Error };
-    if instance.kept.phase as u32 & phases == 0 {
-        let mut line = Line::new();
-        let _ = write!(line, "{function}: not allowed in this state");
-        return instance.refuse(&line);
+    within(instance, function, phases, work)
+}
+
+/// The same for an instance that is there.
+pub(crate) fn within(
+    instance: &mut Instance,
+    function: &str,
+    phases: u32,
+    work: impl FnOnce(&mut Instance) -> Status,
+) -> Status {
+    match check(instance, function, phases) {
+        Ok(()) => in_our_environment(|| work(instance)),
+        Err(refused) => refused,
     }
-    in_our_environment(|| work(instance))
+}
+
+/// Refuses a call if the instance is in none of `phases`.
+pub(crate) fn check(instance: &Instance, function: &str, phases: u32) -> Result<(), Status> {
+    if instance.kept.phase as u32 & phases != 0 {
+        return Ok(());
+    }
+    let mut line = Line::new();
+    let _ = write!(line, "{function}: not allowed in this state");
+    Err(instance.refuse(&line))
+}
+
+/// Runs `work`, which looks itself whether the state allows the call.
+pub(crate) fn pass(mut handle: Handle, work: impl FnOnce(&mut Instance) -> Status) -> Status {
+    handle.instance().map_or(Status::Error, work)
 }
 
 /// A new instance if the token is that of this build.
-pub(crate) fn create(log: Log, name: Text, token: Text) -> Option<Owned<Instance>> {
-    if name.get().is_none_or(|name| name.to_bytes().iter().all(u8::is_ascii_whitespace)) {
+pub(crate) fn create(log: Log, name: Option<&CStr>, token: Option<&CStr>) -> Option<Owned<Instance>> {
+    if name.is_none_or(|name| name.to_bytes().iter().all(u8::is_ascii_whitespace)) {
         log.say(Category::Error, "instanceName: missing");
         return None;
     }
-    if token.get().is_none_or(|token| token.to_bytes() != token::text(NAME, Parameters::default())) {
+    if token.is_none_or(|token| token.to_bytes() != token::text(NAME, Parameters::default())) {
         log.say(Category::Error, "token: the model description and the library are of different builds");
         return None;
     }
@@ -177,22 +200,20 @@ pub(crate) fn deserialize(handle: Handle, bytes: Input<u8>, size: usize, mut sta
 }
 
 /// For functions of a type that no variable has: reading or writing none is fine, any is not.
-pub(crate) fn none_of_this_type(handle: Handle, function: &str, phases: u32, count: usize) -> Status {
-    if count == 0 { enter(handle, function, phases, |_| Status::Ok) } else { unsupported(handle, function) }
+pub(crate) fn none_of_this_type(instance: &mut Instance, function: &str, phases: u32, count: usize) -> Status {
+    if count == 0 { within(instance, function, phases, |_| Status::Ok) } else { unsupported(instance, function) }
 }
 
 /// For functions that are not provided.
-pub(crate) fn unsupported(handle: Handle, function: &str) -> Status {
-    enter(handle, function, Phase::ANY, |instance| {
-        let mut line = Line::new();
-        let _ = write!(line, "{function}: not supported");
-        instance.refuse(&line)
-    })
+pub fn unsupported(instance: &mut Instance, function: &str) -> Status {
+    let mut line = Line::new();
+    let _ = write!(line, "{function}: not supported");
+    instance.refuse(&line)
 }
 
 /// For a status of FMI 2.0 that there is not: Discard, as its section 4.2.3 asks; nothing has changed.
-pub(crate) fn no_status(handle: Handle, function: &str) -> Status {
-    enter(handle, function, Phase::AFTER_SETTING_UP, |instance| instance.no_status(function))
+pub(crate) fn no_status(instance: &mut Instance, function: &str) -> Status {
+    within(instance, function, Phase::AFTER_SETTING_UP, |instance| instance.no_status(function))
 }
 
 /// An array of the host's; None for null with a length.

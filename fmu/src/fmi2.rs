@@ -77,7 +77,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
         log.say(Category::Error, "only co-simulation is supported");
         return ptr::null_mut();
     }
-    create(log, name, guid).map_or(ptr::null_mut(), Owned::into_pointer)
+    create(log, name.get(), guid.get()).map_or(ptr::null_mut(), Owned::into_pointer)
 }
 
 /// Frees an instance and its states.

@@ -9,13 +9,12 @@
 #![allow(non_snake_case)] // the standard's names
 #![allow(clippy::missing_safety_doc)] // said once, above
 
-use crate::calls::{self, Handle, Text, Version, array, array_mut, create, enter};
-use crate::instance::{Early, Instance};
-use crate::kept::Phase;
+use crate::calls::{self, Handle, Text, array, array_mut, pass};
+use crate::instance::Instance;
 use crate::kept::Saved;
 use crate::log::{Category, Log, Logger, Logger3, Status};
 use crate::memory::Owned;
-use crate::table::{Kind, STATUS};
+use crate::three::{self, BOOLEAN, FLOAT64, INT32, INT64};
 use core::ffi::{c_char, c_void};
 use core::ptr;
 use fabric_host::{Input, Output};
@@ -34,13 +33,9 @@ pub unsafe extern "C" fn fmi3SetDebugLogging(
     count: usize,
     categories: Input<Text>,
 ) -> Status {
-    enter(instance, "fmi3SetDebugLogging", Phase::ANY, |instance| {
+    pass(instance, |instance| {
         let Some(names) = array(&categories, count) else { return instance.refuse("null array") };
-        if instance.log.switch(on != 0, names.iter().map(Text::get)) {
-            Status::Ok
-        } else {
-            instance.refuse("fmi3SetDebugLogging: unknown category")
-        }
+        three::set_debug_logging(instance, on != 0, names.iter().map(Text::get))
     })
 }
 
@@ -60,17 +55,10 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     logger: Option<Logger3>,
     _intermediate_update: *const c_void,
 ) -> *mut Instance {
-    let shown = name.get().unwrap_or(c"");
-    // Why there is no instance is told in any case.
-    let log = Log::new(Logger::Three(logger), environment, shown, logging_on != 0);
-    let Some(mut instance) = create(log, name, token) else { return ptr::null_mut() };
-    if logging_on == 0 {
-        // In FMI 3.0 the logger is then not called at all; FMI 2.0 means messages for debugging only.
-        instance.log.switch(false, core::iter::empty());
-    }
-    instance.event_mode_used = event_mode_used != 0;
-    instance.early_return_allowed = early_return_allowed != 0;
-    Owned::into_pointer(instance)
+    let (name, token, logging_on) = (name.get(), token.get(), logging_on != 0);
+    let log = Log::new(Logger::Three(logger), environment, name.unwrap_or(c""), logging_on);
+    let (events, early) = (event_mode_used != 0, early_return_allowed != 0);
+    three::instantiate(log, name, token, logging_on, events, early).map_or(ptr::null_mut(), Owned::into_pointer)
 }
 
 /// Not provided: null.
@@ -126,35 +114,23 @@ pub unsafe extern "C" fn fmi3EnterInitializationMode(
     stop_defined: u8,
     stop: f64,
 ) -> Status {
-    enter(instance, "fmi3EnterInitializationMode", Phase::Instantiated as u32, |instance| {
-        match instance.set_experiment(start, (stop_defined != 0).then_some(stop)) {
-            Status::Ok => instance.enter_initialization(),
-            status => status,
-        }
-    })
+    let stop = (stop_defined != 0).then_some(stop);
+    pass(instance, |instance| three::enter_initialization(instance, start, stop))
 }
 
 /// Makes the simulation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: Handle) -> Status {
-    let phases = Phase::Initialization as u32;
-    enter(instance, "fmi3ExitInitializationMode", phases, Instance::exit_initialization)
+    pass(instance, three::exit_initialization)
 }
 
 /// From stepping to handling events.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3EnterEventMode(instance: Handle) -> Status {
-    enter(instance, "fmi3EnterEventMode", Phase::Step as u32, |instance| {
-        if !instance.event_mode_used {
-            return instance.refuse("fmi3EnterEventMode: instantiated without event mode");
-        }
-        instance.kept.phase = Phase::Event;
-        instance.show();
-        Status::Ok
-    })
+    pass(instance, three::enter_event_mode)
 }
 
-/// Discrete outputs are already up to date. Whether to end is said here, too, for hosts that handle the event before they ask.
+/// Whether to end is said here, too, for hosts that handle the event before they ask.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
     instance: Handle,
@@ -165,39 +141,35 @@ pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
     next_event_defined: Output<u8>,
     mut next_event: Output<f64>,
 ) -> Status {
-    enter(instance, "fmi3UpdateDiscreteStates", Phase::Event as u32, |instance| {
-        for mut place in [need_update, nominals_changed, states_changed, next_event_defined] {
-            place.put(0);
+    pass(instance, |instance| match three::update_discrete_states(instance) {
+        Ok(end) => {
+            for mut place in [need_update, nominals_changed, states_changed, next_event_defined] {
+                place.put(0);
+            }
+            terminate.put(u8::from(end));
+            next_event.put(0.0);
+            Status::Ok
         }
-        terminate.put(u8::from(instance.kept.terminated));
-        next_event.put(0.0);
-        Status::Ok
+        Err(refused) => refused,
     })
 }
 
 /// From handling events to stepping.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3EnterStepMode(instance: Handle) -> Status {
-    enter(instance, "fmi3EnterStepMode", Phase::Event as u32, |instance| {
-        instance.kept.phase = Phase::Step;
-        Status::Ok
-    })
+    pass(instance, three::enter_step_mode)
 }
 
 /// Ends the run; values may still be read.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3Terminate(instance: Handle) -> Status {
-    enter(instance, "fmi3Terminate", Phase::RUNNING, |instance| {
-        instance.end_capsule();
-        instance.kept.phase = Phase::Terminated;
-        Status::Ok
-    })
+    pass(instance, three::terminate)
 }
 
 /// Back to just after instantiation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3Reset(instance: Handle) -> Status {
-    enter(instance, "fmi3Reset", Phase::ANY, Instance::reset)
+    pass(instance, three::reset)
 }
 
 /// Reads Float64 variables.
@@ -209,9 +181,7 @@ pub unsafe extern "C" fn fmi3GetFloat64(
     mut values: Output<f64>,
     length: usize,
 ) -> Status {
-    enter(instance, "fmi3GetFloat64", Phase::ANY, |instance| {
-        calls::get(instance, Version::Three, Kind::Real, array(&vr, count), array_mut(&mut values, length), |x| x)
-    })
+    pass(instance, |instance| three::get(instance, &FLOAT64, array(&vr, count), array_mut(&mut values, length)))
 }
 
 /// Reads Int32 variables.
@@ -223,10 +193,7 @@ pub unsafe extern "C" fn fmi3GetInt32(
     mut values: Output<i32>,
     length: usize,
 ) -> Status {
-    enter(instance, "fmi3GetInt32", Phase::ANY, |instance| {
-        let (vr, values) = (array(&vr, count), array_mut(&mut values, length));
-        calls::get(instance, Version::Three, Kind::Integer, vr, values, calls::to_integer)
-    })
+    pass(instance, |instance| three::get(instance, &INT32, array(&vr, count), array_mut(&mut values, length)))
 }
 
 /// Reads Enumeration variables.
@@ -238,10 +205,7 @@ pub unsafe extern "C" fn fmi3GetInt64(
     mut values: Output<i64>,
     length: usize,
 ) -> Status {
-    enter(instance, "fmi3GetInt64", Phase::ANY, |instance| {
-        let (vr, values) = (array(&vr, count), array_mut(&mut values, length));
-        calls::get(instance, Version::Three, ENUMERATION, vr, values, |x| x as i64)
-    })
+    pass(instance, |instance| three::get(instance, &INT64, array(&vr, count), array_mut(&mut values, length)))
 }
 
 /// Reads Boolean variables.
@@ -253,10 +217,7 @@ pub unsafe extern "C" fn fmi3GetBoolean(
     mut values: Output<u8>,
     length: usize,
 ) -> Status {
-    enter(instance, "fmi3GetBoolean", Phase::ANY, |instance| {
-        let (vr, values) = (array(&vr, count), array_mut(&mut values, length));
-        calls::get(instance, Version::Three, Kind::Boolean, vr, values, |x| u8::from(x != 0.0))
-    })
+    pass(instance, |instance| three::get(instance, &BOOLEAN, array(&vr, count), array_mut(&mut values, length)))
 }
 
 /// Sets Float64 variables.
@@ -268,9 +229,7 @@ pub unsafe extern "C" fn fmi3SetFloat64(
     values: Input<f64>,
     length: usize,
 ) -> Status {
-    enter(instance, "fmi3SetFloat64", Phase::SETTABLE, |instance| {
-        calls::set(instance, Version::Three, Kind::Real, array(&vr, count), array(&values, length), |x| x)
-    })
+    pass(instance, |instance| three::set(instance, &FLOAT64, array(&vr, count), array(&values, length)))
 }
 
 /// Sets Int32 variables.
@@ -282,9 +241,7 @@ pub unsafe extern "C" fn fmi3SetInt32(
     values: Input<i32>,
     length: usize,
 ) -> Status {
-    enter(instance, "fmi3SetInt32", Phase::SETTABLE, |instance| {
-        calls::set(instance, Version::Three, Kind::Integer, array(&vr, count), array(&values, length), f64::from)
-    })
+    pass(instance, |instance| three::set(instance, &INT32, array(&vr, count), array(&values, length)))
 }
 
 /// Sets Enumeration variables.
@@ -296,10 +253,7 @@ pub unsafe extern "C" fn fmi3SetInt64(
     values: Input<i64>,
     length: usize,
 ) -> Status {
-    enter(instance, "fmi3SetInt64", Phase::SETTABLE, |instance| {
-        let (vr, values) = (array(&vr, count), array(&values, length));
-        calls::set(instance, Version::Three, ENUMERATION, vr, values, |x| x as f64)
-    })
+    pass(instance, |instance| three::set(instance, &INT64, array(&vr, count), array(&values, length)))
 }
 
 /// Sets Boolean variables.
@@ -311,14 +265,8 @@ pub unsafe extern "C" fn fmi3SetBoolean(
     values: Input<u8>,
     length: usize,
 ) -> Status {
-    enter(instance, "fmi3SetBoolean", Phase::SETTABLE, |instance| {
-        let (vr, values) = (array(&vr, count), array(&values, length));
-        calls::set(instance, Version::Three, Kind::Boolean, vr, values, |x| f64::from(u8::from(x != 0)))
-    })
+    pass(instance, |instance| three::set(instance, &BOOLEAN, array(&vr, count), array(&values, length)))
 }
-
-/// Any enumeration: all are read and written alike.
-const ENUMERATION: Kind = Kind::Choice(&STATUS);
 
 /// Copies the state; a state given by the host is used again.
 #[unsafe(no_mangle)]
@@ -382,18 +330,14 @@ pub unsafe extern "C" fn fmi3DoStep(
     mut early_return: Output<u8>,
     mut last_successful_time: Output<f64>,
 ) -> Status {
-    enter(instance, "fmi3DoStep", Phase::Step as u32, |instance| {
-        let early = match (instance.early_return_allowed, instance.event_mode_used) {
-            (false, _) => Early::No,
-            (true, true) => Early::AtEvents,
-            (true, false) if instance.kept.parameters.stop_on_event() => Early::ToStop,
-            (true, false) => Early::No,
-        };
-        let end = instance.do_step(t, h, early);
-        event_handling_needed.put(u8::from(end.event && instance.event_mode_used));
-        terminate.put(u8::from(end.terminate));
-        early_return.put(u8::from(end.early));
-        last_successful_time.put(instance.kept.time);
-        end.status
+    pass(instance, |instance| match three::do_step(instance, t, h) {
+        Ok(end) => {
+            event_handling_needed.put(u8::from(end.event));
+            terminate.put(u8::from(end.terminate));
+            early_return.put(u8::from(end.early));
+            last_successful_time.put(instance.kept.time);
+            end.status
+        }
+        Err(refused) => refused,
     })
 }

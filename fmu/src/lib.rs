@@ -11,15 +11,20 @@
 //! allocation while stepping, no thread, no global state; the floating-point environment of the host is saved, set and
 //! restored; a refused call says why in the log and changes nothing.
 #![no_std]
+// Without the C functions not all is used that only they need.
+#![cfg_attr(target_family = "wasm", allow(dead_code))]
 
 #[cfg(test)]
 extern crate std;
 
+#[cfg(not(target_family = "wasm"))]
 pub mod absent;
 pub mod calls;
 pub mod capsule;
 pub mod coupling;
+#[cfg(not(target_family = "wasm"))]
 pub mod fmi2;
+#[cfg(not(target_family = "wasm"))]
 pub mod fmi3;
 pub mod instance;
 pub mod kept;
@@ -29,9 +34,11 @@ pub mod parameters;
 pub mod starts;
 pub mod state;
 pub mod table;
+pub mod three;
 pub mod token;
 
 pub use fabric_host::{Input, Output};
+pub use memory::Owned;
 
 /// Name of the model and of the library's file in both archives.
 pub const MODEL_IDENTIFIER: &str = "FabricShield";

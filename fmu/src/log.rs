@@ -48,6 +48,8 @@ pub enum Logger {
     Two(Option<Logger2>),
     /// FMI 3.0.
     Three(Option<Logger3>),
+    /// FMI 3.0 without C: instance name, status, category, message.
+    Component(fn(&str, Status, &str, &str)),
 }
 
 /// One line. What does not fit is cut.
@@ -114,13 +116,18 @@ impl Log {
         let mut line: heapless::Vec<u8, 256> = text.bytes().filter(|&byte| byte != 0).take(255).collect();
         // There is room: 255 bytes at most were taken.
         let _ = line.push(0);
-        let (environment, status, message) = (self.environment, status as c_int, line.as_ptr().cast::<c_char>());
+        let (environment, number, message) = (self.environment, status as c_int, line.as_ptr().cast::<c_char>());
         // All texts end with a zero and outlive the call.
         match self.logger {
             Logger::Two(Some(logger)) => {
-                logger(environment, self.name.as_ptr().cast(), status, name.as_ptr(), c"%s".as_ptr(), message)
+                logger(environment, self.name.as_ptr().cast(), number, name.as_ptr(), c"%s".as_ptr(), message)
             }
-            Logger::Three(Some(logger)) => logger(environment, status, name.as_ptr(), message),
+            Logger::Three(Some(logger)) => logger(environment, number, name.as_ptr(), message),
+            Logger::Component(logger) => {
+                // A name that is cut within a letter ends before it.
+                let shown = self.name.split_last().and_then(|(_, shown)| shown.utf8_chunks().next());
+                logger(shown.map_or("", |shown| shown.valid()), status, name.to_str().unwrap_or(""), text)
+            }
             Logger::Two(None) | Logger::Three(None) => {}
         }
     }

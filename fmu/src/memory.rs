@@ -1,18 +1,58 @@
-//! Memory from the C library: one block at a time, zeroed, freed when dropped.
+//! Memory from the C library, or as a component for WebAssembly from its own allocator: one block at a time, zeroed, freed when
+//! dropped.
 
 use core::ffi::c_void;
 use core::ops::{Deref, DerefMut};
 use core::ptr::NonNull;
 use fabric::CacheLine;
 
-unsafe extern "C" {
-    safe fn calloc(count: usize, size: usize) -> *mut c_void;
-    fn free(block: *mut c_void);
+#[cfg(not(target_family = "wasm"))]
+mod library {
+    use super::c_void;
+
+    unsafe extern "C" {
+        safe fn calloc(count: usize, size: usize) -> *mut c_void;
+        fn free(block: *mut c_void);
+    }
+
+    /// So many zeroed bytes, aligned for every type of ours; null if there is no memory.
+    pub fn take(bytes: usize) -> *mut c_void {
+        calloc(1, bytes)
+    }
+
+    /// # Safety
+    /// A block of `take` of so many bytes, not used again.
+    pub unsafe fn give_back(block: *mut c_void, _bytes: usize) {
+        // SAFETY: from calloc, as the caller promises.
+        unsafe { free(block) }
+    }
+}
+
+#[cfg(target_family = "wasm")]
+mod library {
+    extern crate alloc;
+
+    use super::c_void;
+    use alloc::alloc::{Layout, alloc_zeroed, dealloc};
+
+    pub fn take(bytes: usize) -> *mut c_void {
+        // SAFETY: never of no bytes: `Owned` asks for one at least.
+        Layout::from_size_align(bytes, 8).map_or(core::ptr::null_mut(), |layout| unsafe { alloc_zeroed(layout) }.cast())
+    }
+
+    /// # Safety
+    /// A block of `take` of so many bytes, not used again.
+    pub unsafe fn give_back(block: *mut c_void, bytes: usize) {
+        if let Ok(layout) = Layout::from_size_align(bytes, 8) {
+            // SAFETY: taken with this layout.
+            unsafe { dealloc(block.cast(), layout) }
+        }
+    }
 }
 
 /// A value in a block of its own, with bytes behind it. Dropped, the value is dropped and the block freed.
 pub struct Owned<T> {
-    /// From calloc: aligned for every type of ours (checked in [`Owned::new`]), with `size_of::<T>() + extra` bytes.
+    /// Taken: aligned for every type of ours (checked in [`Owned::new`]), with `size_of::<T>() + extra` bytes.
     start: NonNull<T>,
     extra: usize,
 }
@@ -23,7 +63,7 @@ impl<T> Owned<T> {
         // What every calloc aligns to, those of 32-bit machines too.
         const { assert!(align_of::<T>() <= 8) }
         let bytes = size_of::<T>().checked_add(extra)?;
-        let start = NonNull::new(calloc(1, bytes.max(1)).cast::<T>())?;
+        let start = NonNull::new(library::take(bytes.max(1)).cast::<T>())?;
         // SAFETY: a fresh block, large enough and aligned.
         unsafe { start.write(value) };
         Some(Owned { start, extra })
@@ -77,10 +117,10 @@ impl<T> DerefMut for Owned<T> {
 
 impl<T> Drop for Owned<T> {
     fn drop(&mut self) {
-        // SAFETY: a value that is not used again, in a block of calloc that nobody else frees.
+        // SAFETY: a value that is not used again, in a block of so many bytes that nobody else frees.
         unsafe {
             self.start.drop_in_place();
-            free(self.start.as_ptr().cast());
+            library::give_back(self.start.as_ptr().cast(), (size_of::<T>() + self.extra).max(1));
         }
     }
 }

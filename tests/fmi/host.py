@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 
 import fmpy
 from fmpy import fmi2, fmi3
+from component import FILE, Slave
 from fmpy.fmi1 import FMICallException
 
 OK, WARNING, DISCARD, ERROR = range(4)
@@ -74,7 +75,7 @@ class Host:
     """One instance. With `values` it is initialised at once and must accept them."""
 
     def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, early=None, logging_on=True,
-                 archive=None):
+                 archive=None, component=False):
         self.version, self.log = version, []
         description, folder = opened(version, archive)
         self.variables = {variable.name: variable for variable in description.modelVariables}
@@ -93,6 +94,10 @@ class Host:
             callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
             callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
             self.fmu.instantiate(callbacks=callbacks, loggingOn=logging_on)
+        elif component:
+            # The same FMU in WebAssembly.
+            self.fmu = Slave(pathlib.Path(folder, FILE), self._log3)
+            self.fmu.instantiate(arguments["guid"], logging_on, events, events if early is None else early)
         else:
             self.fmu = fmi3.FMU3Slave(**arguments)
             self.fmu.instantiate(

@@ -1,6 +1,7 @@
 //! `cargo xtask fmu`: the model descriptions, their page and parameter sets, the tables of parameters and outputs of the documents,
 //! and the types of the Python package, from the tables in code; and the archives.
 
+use crate::component;
 use crate::description::{self, element_name};
 use crate::header;
 use crate::model::Model;
@@ -55,12 +56,24 @@ pub fn run(options: &Options) -> Outcome {
     if options.targets == Targets::Host {
         println!("For this platform only; `cargo xtask fmu --targets all` adds the others.");
     }
-    let libraries = platforms::build(&tools::top(), &tools::target(), options.targets, None)?;
-    let archives = archives(&model, &tools::top(), &made, &libraries, &tools::target().join("fmu"))?;
+    let built = build(&tools::top(), &tools::target(), options.targets, None)?;
+    let archives = archives(&model, &tools::top(), &made, &built, &tools::target().join("fmu"))?;
     for archive in archives {
         println!("{}", archive.display());
     }
     Ok(())
+}
+
+/// What archives hold of compiled code: the libraries, and the component for WebAssembly if it is wanted and can be built.
+type Built = (Vec<Library>, Option<PathBuf>);
+
+fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str; 2]>) -> Result<Built, String> {
+    let libraries = platforms::build(source, target, targets, scene)?;
+    let component = match targets {
+        Targets::Host => None,
+        Targets::All => component::build_if_ready(source, &target.join("cross"), scene)?,
+    };
+    Ok((libraries, component))
 }
 
 /// Builds and packs a model of a scene: FMI 2.0, then FMI 3.0.
@@ -70,8 +83,8 @@ pub fn of_scene(name: &str, file: &Path, targets: Targets) -> Result<[PathBuf; 2
     let folder = out.join(name);
     tools::made(&files(&model, &folder), false, "")?;
     // Its library has another folder than the usual one: neither is built again because of the other.
-    let libraries = platforms::build(&tools::top(), &tools::target().join("scenes"), targets, model.compiled())?;
-    archives(&model, &tools::top(), &folder, &libraries, &out)
+    let built = build(&tools::top(), &tools::target().join("scenes"), targets, model.compiled())?;
+    archives(&model, &tools::top(), &folder, &built, &out)
 }
 
 /// The files that are made for a model in a folder, and their texts.
@@ -81,12 +94,12 @@ fn files(model: &Model, folder: &Path) -> Vec<(PathBuf, String)> {
     names.into_iter().map(|name| folder.join(name)).zip(texts).collect()
 }
 
-/// Packs the two archives: the files made for the model in `made`, what the checkout in `source` has besides, and the libraries.
+/// Packs the two archives: the files made for the model in `made`, what the checkout in `source` has besides, and what is compiled.
 fn archives(
     model: &Model,
     source: &Path,
     made: &Path,
-    libraries: &[Library],
+    (libraries, component): &Built,
     out: &Path,
 ) -> Result<[PathBuf; 2], String> {
     let of_model = |name: &str, path: &str| (name.to_string(), made.join(path));
@@ -101,6 +114,10 @@ fn archives(
         file("terminalsAndIcons/icon.png", "icon.png"),
         file("terminalsAndIcons/terminalsAndIcons.xml", "terminalsAndIcons.xml"),
     ];
+    if let Some(component) = component {
+        three.push((format!("binaries/{}/{}.wasm", component::PLATFORM, model.name), component.clone()));
+        three.extend(component::MANIFESTS.map(|name| file(name, "fmi-ls-wasm.xml")));
+    }
     for (entries, version) in [(&mut two, 2), (&mut three, 3)] {
         entries.push(of_model("documentation/index.html", "documentation/index.html"));
         entries.push(file("documentation/licenses/license.txt", "documentation/licenses/license.txt"));

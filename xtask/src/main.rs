@@ -3,6 +3,7 @@
 mod abi;
 mod bochs;
 mod chosts;
+mod component;
 mod demo;
 mod description;
 mod digests;

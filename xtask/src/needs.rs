@@ -1,5 +1,6 @@
 //! What the commands need of the machine: all that is missing is named at once, before anything is built.
 
+use crate::component::PLATFORM;
 use crate::platforms::compiler_for;
 use crate::targets::{TARGETS, Target};
 use crate::tools::{Outcome, answers, cargo_program, first_found};
@@ -81,8 +82,8 @@ pub fn test() -> Outcome {
             line(&others)
         );
     }
-    let triples: Vec<_> =
-        checked().map(|target| target.triple).filter(|triple| compiler_for(triple).is_err()).collect();
+    let triples = checked().map(|target| target.triple).chain([PLATFORM]);
+    let triples: Vec<_> = triples.filter(|triple| compiler_for(triple).is_err()).collect();
     if !triples.is_empty() {
         println!("Left out without Rust for other platforms:\n\n    rustup target add {}\n", triples.join(" "));
     }
@@ -92,7 +93,7 @@ pub fn test() -> Outcome {
 /// `cargo xtask packages`: two lines, for .ci/run.
 pub fn packages() -> Outcome {
     // Debian's Rust brings the source of `core`, from which it is built for any platform.
-    let cross = checked().all(|target| compiler_for(target.triple).is_ok());
+    let cross = checked().map(|target| target.triple).chain([PLATFORM]).all(|triple| compiler_for(triple).is_ok());
     let rust = if cross { "" } else { "rustc-web cargo-web rust-web-src" };
     println!("{}\n{} {rust}", joined(&for_test_missing()), joined(&missing(for_some())));
     Ok(())

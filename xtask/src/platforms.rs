@@ -117,8 +117,13 @@ impl Compiler {
     }
 
     /// Options behind cargo's subcommand.
-    pub fn options(&self) -> &'static [&'static str] {
-        if self.build_core { &["-Zbuild-std=core"] } else { &[] }
+    pub fn options(&self) -> Option<String> {
+        self.options_with("core")
+    }
+
+    /// The same for a program that needs these libraries of Rust.
+    pub fn options_with(&self, libraries: &str) -> Option<String> {
+        self.build_core.then(|| format!("-Zbuild-std={libraries}"))
     }
 }
 
@@ -145,9 +150,22 @@ fn compiler(platform: &Target) -> Result<Compiler, String> {
 /// What links for another platform: a program that is installed, or for macOS the one that lies beside our compiler's libraries.
 fn linker(platform: &Target) -> PathBuf {
     let name = platform.compiler.0[0];
-    match output(our_rustc(), &["--print", "target-libdir"]) {
-        Ok(libraries) if platform.extension == "dylib" => Path::new(libraries.trim()).with_file_name("bin").join(name),
-        _ => name.into(),
+    let besides = beside_our_compiler(name).ok().filter(|_| platform.extension == "dylib");
+    besides.unwrap_or(name.into())
+}
+
+/// A program that rustup puts beside our compiler's libraries.
+pub fn beside_our_compiler(name: &str) -> Result<PathBuf, String> {
+    let libraries = output(our_rustc(), &["--print", "target-libdir"])?;
+    let program = Path::new(libraries.trim()).with_file_name("bin").join(name);
+    if program.exists() { Ok(program) } else { Err(format!("{name} is missing; rustup's compilers bring it")) }
+}
+
+/// Tells a build the name and the start values of a model of its own, if it is one.
+pub fn of_scene<'c>(command: &'c mut Command, scene: Option<[&str; 2]>) -> &'c mut Command {
+    match scene {
+        Some([name, words]) => command.env("FABRIC_FMU_NAME", name).env("FABRIC_FMU_SCENE", words),
+        None => command.env_remove("FABRIC_FMU_NAME").env_remove("FABRIC_FMU_SCENE"),
     }
 }
 
@@ -190,11 +208,7 @@ fn version(text: &str) -> Option<(u32, u32)> {
 /// Builds the library in its shipped form into `target`, for this platform if `others` names none.
 fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target], scene: Option<[&str; 2]>) -> Outcome {
     let mut command = compiler.command();
-    match scene {
-        Some([name, words]) => command.env("FABRIC_FMU_NAME", name).env("FABRIC_FMU_SCENE", words),
-        None => command.env_remove("FABRIC_FMU_NAME").env_remove("FABRIC_FMU_SCENE"),
-    };
-    command
+    of_scene(&mut command, scene)
         .args(["build", "--quiet", "--locked", "--profile", "ship", "-p", "fmu-lib", "--features", "bare"])
         .arg("--target-dir")
         .arg(target)

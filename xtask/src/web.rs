@@ -19,7 +19,8 @@ pub struct Options {
 pub fn run(options: &Options) -> Outcome {
     let out = build()?;
     if options.test {
-        node("test.mjs", &[browser()?, &out.to_string_lossy(), &runner()])?;
+        let component = crate::component::build_if_ready(&top(), &target().join("cross"), None)?.unwrap_or_default();
+        node("test.mjs", &[browser()?, &out.to_string_lossy(), &runner(), &component.to_string_lossy()])?;
     }
     if options.pictures {
         let images = top().join("docs/images");
