@@ -113,6 +113,7 @@ def capsule(_):
 
 def page(_):
     handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=HERE)
+    http.server.SimpleHTTPRequestHandler.log_message = lambda *_: None
     with http.server.HTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         with urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/index.html") as answer:

@@ -149,17 +149,17 @@ fn page() -> Made {
     one(web::build()?.join("index.html"), "the kernel in a web page, with three.js (MIT): open it in a browser")
 }
 
-/// What the host of the demo does to the FMU, from the FMU's log.
+/// What the host of the demo in short form does to the FMU, from the FMU's log.
 fn capsule() -> Made {
     let (folder, text) = (target().join("dist-demo"), |path: PathBuf| path.to_string_lossy().into_owned());
     let (program, fmu) =
         (text(top().join(demo::PROGRAMS).join("rotorburst.py")), text(target().join("fmu/FabricShield-fmi2.fmu")));
-    let options = ["--case", "disc", "--fmu", &fmu, "--out", &text(folder.clone()), "--capsule"];
+    let options = ["--case", "small", "--fmu", &fmu, "--out", &text(folder.clone()), "--capsule"];
     let printed = output(python()?, &[&[&*program], &options[..]].concat())?;
     let file = folder.join("demo.capsule");
     let lines = printed.lines().filter(|line| line.contains("capsule: "));
     write(&file, lines.map(|line| format!("{line}\n")).collect::<String>())?;
-    one(file, "capsule of the demo: what its host did to the FMU, to be replayed")
+    one(file, "capsule of the short demo: what its host did to the FMU, to be replayed")
 }
 
 /// What is in each thing that is shipped, with licences (CycloneDX), by the tools for it.
