@@ -1,5 +1,7 @@
 """The component for WebAssembly in an archive of FMI 3.0, run by wasmtime behind the names of FMPy's class for the native library."""
 
+from functools import partialmethod
+
 from fmpy.fmi1 import FMICallException
 from wasmtime import Config, Engine, Store
 from wasmtime.component import Component, Linker
@@ -53,11 +55,11 @@ class Slave:
         return function(self.store, *([] if kind == "[static]" else [self.component]), *arguments)
 
     def call(self, name, *arguments):
-        """The same; as FMPy does it, all but success and a warning raises."""
+        """The same, None for success; as FMPy does it, all but that and a warning raises."""
         result = self.plain(name, *arguments)
         if isinstance(result, str) and STATUS.index(result) > 1:
             raise FMICallException(function=name, status=STATUS.index(result))
-        return result
+        return None if isinstance(result, str) else result
 
     def instantiate(self, token, loggingOn, eventModeUsed, earlyReturnAllowed):
         named = ("test", token, False, loggingOn, eventModeUsed, earlyReturnAllowed, [])
@@ -96,17 +98,16 @@ class Slave:
     def fmi3FreeInstance(self, component):
         component.drop(self.store)
 
+    def _get(self, kind, references, nValues=None):
+        return self.call(f"get-{kind}", list(references))
 
-def _simple(name):
-    return lambda self: self.call(name) and None
+    def _set(self, kind, of, references, values):
+        self.call(f"set-{kind}", list(references), [of(value) for value in values])
 
-
-for camel, name in {
-    "exitInitializationMode": "exit-initialization-mode", "enterEventMode": "enter-event-mode", "enterStepMode": "enter-step-mode",
-    "terminate": "terminate", "reset": "reset",
-}.items():  # fmt: skip
-    setattr(Slave, camel, _simple(name))
-for kind, of in {"Float64": float, "Int32": int, "Int64": int, "Boolean": bool}.items():
-    get = lambda self, vr, nValues=None, name=f"get-{kind.lower()}": self.call(name, list(vr))  # noqa: E731
-    set_ = lambda self, vr, values, of=of, name=f"set-{kind.lower()}": self.call(name, list(vr), [of(x) for x in values])  # noqa: E731
-    setattr(Slave, f"get{kind}", get), setattr(Slave, f"set{kind}", set_)
+    exitInitializationMode = partialmethod(call, "exit-initialization-mode")
+    enterEventMode, enterStepMode = partialmethod(call, "enter-event-mode"), partialmethod(call, "enter-step-mode")
+    terminate, reset = partialmethod(call, "terminate"), partialmethod(call, "reset")
+    getFloat64, setFloat64 = partialmethod(_get, "float64"), partialmethod(_set, "float64", float)
+    getInt32, setInt32 = partialmethod(_get, "int32"), partialmethod(_set, "int32", int)
+    getInt64, setInt64 = partialmethod(_get, "int64"), partialmethod(_set, "int64", int)
+    getBoolean, setBoolean = partialmethod(_get, "boolean"), partialmethod(_set, "boolean", bool)

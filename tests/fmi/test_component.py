@@ -7,6 +7,7 @@ import zipfile
 
 import fmpy
 from component import FILE, interfaces
+from fmpy.fmi1 import FMICallException
 from host import ARCHIVES, DISCARD, ERROR, OK, PRESCRIBED, SMALL, Host, opened
 from lxml import etree
 
@@ -107,11 +108,13 @@ class Component(unittest.TestCase):
             for name, call in CALLS.items():
                 both = []
                 for component in (False, True):
-                    host = reached(state, component)
-                    answer = []
-                    status = host.attempt(lambda: answer.append(call(host) or 0))
+                    host, status, answer = reached(state, component), OK, None
+                    try:
+                        answer = call(host) or 0
+                    except FMICallException as refused:
+                        status = refused.status
                     values = {} if state == "failed" else {name: host.get(name) for name in ("state.position", "status")}
-                    both.append((status, repr(answer), host.log, repr(values)))
+                    both.append((status, answer, host.log, repr(values)))
                     host.close()
                 with self.subTest(state=state, call=name):
                     self.assertEqual(both[1], both[0])
@@ -122,7 +125,7 @@ class Component(unittest.TestCase):
         host = reached("step", True)
         for kind, values in REFERENCES.items():
             self.assertEqual(host.fmu.call(f"get-{kind}", []), b"" if kind == "uint8" else [])
-            self.assertEqual(host.fmu.call(f"set-{kind}", [], values[:0]), "ok")
+            self.assertIsNone(host.fmu.call(f"set-{kind}", [], values[:0]))
             for name, *arguments in ((f"get-{kind}", [1]), (f"set-{kind}", [1], values)):
                 self.assertEqual(host.attempt(host.fmu.call, name, *arguments), ERROR, name)
                 self.assertIn("not supported", host.log[-1][2])
@@ -133,7 +136,7 @@ class Component(unittest.TestCase):
         host.close()
 
     def test_a_wrong_token_is_refused(self):
-        with self.assertRaises(Exception):
+        with self.assertRaises(FMICallException):
             Host(3, token="{FabricShield-0000000000000}", component=True)
 
     def test_events_and_digests_are_those_of_the_library(self):

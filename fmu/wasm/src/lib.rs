@@ -96,10 +96,6 @@ impl Component {
     fn set_none(&self, function: &str, references: &[u32]) -> Status {
         self.call(|instance| three::set_none(instance, function, references.len()))
     }
-
-    fn no(&self, function: &str) -> Status {
-        self.call(|instance| unsupported(instance, function))
-    }
 }
 
 /// The functions of types that no variable has.
@@ -111,6 +107,15 @@ macro_rules! of_no_variable {
 
         fn $set(&self, references: Vec<u32>, _: Vec<$type>) -> Status {
             self.set_none($c_set, &references)
+        }
+    )*};
+}
+
+/// What this FMU does not offer in any form: each is refused and logged.
+macro_rules! not_offered {
+    ($($answer:path, $name:ident($($of:ty),*) -> $result:ty, $function:literal;)*) => {$(
+        fn $name(&self, $(_: $of),*) -> $result {
+            $answer(self.call(|instance| unsupported(instance, $function)))
         }
     )*};
 }
@@ -253,74 +258,24 @@ impl co_simulation::GuestCoSimulationInstance for Component {
         get_clock set_clock bool, "fmi3GetClock" "fmi3SetClock";
     }
 
-    // What this FMU does not offer in any form: each is refused and logged.
-
-    fn enter_configuration_mode(&self) -> Status {
-        self.no("fmi3EnterConfigurationMode")
-    }
-
-    fn exit_configuration_mode(&self) -> Status {
-        self.no("fmi3ExitConfigurationMode")
-    }
-
-    fn get_number_of_variable_dependencies(&self, _: u32) -> Result<u64, Status> {
-        Err(self.no("fmi3GetNumberOfVariableDependencies"))
-    }
-
-    fn get_variable_dependencies(&self, _: u32) -> Result<Vec<VariableDependency>, Status> {
-        Err(self.no("fmi3GetVariableDependencies"))
-    }
-
-    fn get_directional_derivative(&self, _: Vec<u32>, _: Vec<u32>, _: Vec<f64>) -> Result<Vec<f64>, Status> {
-        Err(self.no("fmi3GetDirectionalDerivative"))
-    }
-
-    fn get_adjoint_derivative(&self, _: Vec<u32>, _: Vec<u32>, _: Vec<f64>) -> Result<Vec<f64>, Status> {
-        Err(self.no("fmi3GetAdjointDerivative"))
-    }
-
-    fn get_interval_decimal(&self, _: Vec<u32>) -> Result<Vec<(f64, IntervalQualifier)>, Status> {
-        Err(self.no("fmi3GetIntervalDecimal"))
-    }
-
-    fn get_interval_fraction(&self, _: Vec<u32>) -> Result<Vec<(IntervalFraction, IntervalQualifier)>, Status> {
-        Err(self.no("fmi3GetIntervalFraction"))
-    }
-
-    fn get_shift_decimal(&self, _: Vec<u32>) -> Result<Vec<f64>, Status> {
-        Err(self.no("fmi3GetShiftDecimal"))
-    }
-
-    fn get_shift_fraction(&self, _: Vec<u32>) -> Result<Vec<IntervalFraction>, Status> {
-        Err(self.no("fmi3GetShiftFraction"))
-    }
-
-    fn set_interval_decimal(&self, _: Vec<u32>, _: Vec<f64>) -> Status {
-        self.no("fmi3SetIntervalDecimal")
-    }
-
-    fn set_interval_fraction(&self, _: Vec<u32>, _: Vec<IntervalFraction>) -> Status {
-        self.no("fmi3SetIntervalFraction")
-    }
-
-    fn set_shift_decimal(&self, _: Vec<u32>, _: Vec<f64>) -> Status {
-        self.no("fmi3SetShiftDecimal")
-    }
-
-    fn set_shift_fraction(&self, _: Vec<u32>, _: Vec<IntervalFraction>) -> Status {
-        self.no("fmi3SetShiftFraction")
-    }
-
-    fn evaluate_discrete_states(&self) -> Status {
-        self.no("fmi3EvaluateDiscreteStates")
-    }
-
-    fn set_input_derivatives(&self, _: Vec<(u32, u32)>, _: Vec<f64>) -> Status {
-        self.no("fmi3SetInputDerivatives")
-    }
-
-    fn get_output_derivatives(&self, _: Vec<(u32, u32)>) -> Result<Vec<f64>, Status> {
-        Err(self.no("fmi3GetOutputDerivatives"))
+    not_offered! {
+        Status::from, enter_configuration_mode() -> Status, "fmi3EnterConfigurationMode";
+        Status::from, exit_configuration_mode() -> Status, "fmi3ExitConfigurationMode";
+        Err, get_number_of_variable_dependencies(u32) -> Result<u64, Status>, "fmi3GetNumberOfVariableDependencies";
+        Err, get_variable_dependencies(u32) -> Result<Vec<VariableDependency>, Status>, "fmi3GetVariableDependencies";
+        Err, get_directional_derivative(Vec<u32>, Vec<u32>, Vec<f64>) -> Result<Vec<f64>, Status>, "fmi3GetDirectionalDerivative";
+        Err, get_adjoint_derivative(Vec<u32>, Vec<u32>, Vec<f64>) -> Result<Vec<f64>, Status>, "fmi3GetAdjointDerivative";
+        Err, get_interval_decimal(Vec<u32>) -> Result<Vec<(f64, IntervalQualifier)>, Status>, "fmi3GetIntervalDecimal";
+        Err, get_interval_fraction(Vec<u32>) -> Result<Vec<(IntervalFraction, IntervalQualifier)>, Status>, "fmi3GetIntervalFraction";
+        Err, get_shift_decimal(Vec<u32>) -> Result<Vec<f64>, Status>, "fmi3GetShiftDecimal";
+        Err, get_shift_fraction(Vec<u32>) -> Result<Vec<IntervalFraction>, Status>, "fmi3GetShiftFraction";
+        Status::from, set_interval_decimal(Vec<u32>, Vec<f64>) -> Status, "fmi3SetIntervalDecimal";
+        Status::from, set_interval_fraction(Vec<u32>, Vec<IntervalFraction>) -> Status, "fmi3SetIntervalFraction";
+        Status::from, set_shift_decimal(Vec<u32>, Vec<f64>) -> Status, "fmi3SetShiftDecimal";
+        Status::from, set_shift_fraction(Vec<u32>, Vec<IntervalFraction>) -> Status, "fmi3SetShiftFraction";
+        Status::from, evaluate_discrete_states() -> Status, "fmi3EvaluateDiscreteStates";
+        Status::from, set_input_derivatives(Vec<(u32, u32)>, Vec<f64>) -> Status, "fmi3SetInputDerivatives";
+        Err, get_output_derivatives(Vec<(u32, u32)>) -> Result<Vec<f64>, Status>, "fmi3GetOutputDerivatives";
     }
 }
 
