@@ -7,7 +7,7 @@ use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, veloc
 use std::f64::consts::PI;
 
 /// A ring of so many nodes in each of `rows` free rows, without a projectile.
-fn ring(nodes: u32, rows: u32) -> Scene {
+pub(crate) fn ring(nodes: u32, rows: u32) -> Scene {
     let mut scene = without_projectile(small_sheet(nodes, 0.0));
     (scene.sheet.nodes_y, scene.attachment.kind, scene.sheet.closed) = (rows, AttachmentKind::Free, true);
     scene.sheet.radius = scene.closed_radius();
@@ -22,7 +22,7 @@ fn arc(nodes: u32, radius: f64) -> Scene {
 }
 
 /// A sphere of 3 g before the middle of the sheet, on a side of it, that touches it and flies towards it.
-fn with_sphere(mut scene: Scene, radius: f64, speed: f64, inside: bool) -> Scene {
+pub(crate) fn with_sphere(mut scene: Scene, radius: f64, speed: f64, inside: bool) -> Scene {
     let (side, sheet) = (if inside { 1.0 } else { -1.0 }, scene.sheet);
     scene.drive = fabric::Drive::Free;
     let body = &mut scene.projectile;
@@ -54,12 +54,12 @@ fn forces(sim: &Sim<'_>) -> Vec<V3> {
     forces
 }
 
-fn radius_of(x: V3) -> f64 {
+pub(crate) fn radius_of(x: V3) -> f64 {
     x[0].hypot(x[2])
 }
 
 /// N(U) = E A_0 U (U^2 - 1)/2.
-fn tension(scene: &Scene, stretch: f64) -> f64 {
+pub(crate) fn tension(scene: &Scene, stretch: f64) -> f64 {
     0.5 * scene.yarn.modulus_mean * scene.sheet.yarn_area * stretch * (stretch * stretch - 1.0)
 }
 
@@ -352,7 +352,7 @@ fn a_body_that_is_turned_around_is_arrested() {
 }
 
 /// A ring of 48 nodes on a case of its radius, with this strain along its yarn.
-fn on_casing(strain: f64) -> Scene {
+pub(crate) fn on_casing(strain: f64) -> Scene {
     let mut scene = ring(48, 5);
     (scene.casing.radius, scene.sheet.pre_strain) = (scene.sheet.radius, [strain, 0.0]);
     scene
@@ -511,7 +511,6 @@ fn what_is_no_ring_is_refused_by_field() {
         (|s| s.symmetry.mirror_x = true) as fn(&mut Scene),
         |s| s.slack_balance = true,
         |s| s.yarn.viscosity_bending = 0.06,
-        |s| s.stack.plies = 2,
         |s| s.integrator = fabric::Integrator::THETA,
         |s| (s.sheet.grading.largest, s.sheet.grading.run) = (2, 1),
     ] {

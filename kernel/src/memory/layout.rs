@@ -253,15 +253,6 @@ impl Layout {
         row < self.y.segments() && ply < self.plies
     }
 
-    /// Eights of numbers that are kept of a row besides: of a stack one a chunk, of a ring on a case three more.
-    pub(crate) fn before_of_row(&self) -> usize {
-        match (self.is_stack(), self.has(Feature::Casing)) {
-            (true, _) => self.chunks,
-            (_, true) => 3 + self.chunks,
-            _ => 0,
-        }
-    }
-
     /// Whether rows are swept with viscosity as those of flat sheets: curved ones have a sweep of their own.
     pub fn sweeps_viscous(&self) -> bool {
         self.has(Feature::Viscosity) && !self.has(Feature::Curved)
@@ -272,9 +263,9 @@ impl Layout {
         self.has(Feature::Viscosity) || self.has(Feature::Rate)
     }
 
-    /// Whether segments have constants of their own: drawn ones, or those of a graded network.
+    /// Whether segments have constants of their own: drawn ones, those of a graded network, or those of plies with radii of their own.
     pub fn has_constants(&self) -> bool {
-        self.has(Feature::Drawn) || self.has(Feature::Grading)
+        self.has(Feature::Drawn) || self.has(Feature::Grading) || self.has(Feature::Curved) && self.is_stack()
     }
 
     /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass, too.

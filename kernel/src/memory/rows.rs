@@ -3,7 +3,7 @@
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::planes::{
-    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, RATE_PLANES, SPEED_X, STRENGTH_PLANES,
     YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
@@ -13,7 +13,9 @@ use crate::memory::terms::Terms;
 use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
+use crate::sheet::neighbours::own;
 use crate::sheet::places::rest_offset;
+use crate::sheet::ring::{FLAT, HOOP_PLANES};
 use crate::sheet::sweep::{OnCasing, Report, Row};
 use crate::sheet::symmetry::Line;
 
@@ -40,9 +42,11 @@ pub(crate) struct Rows<'r> {
     pub viscous: ViscousRows<'r>,
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
-    /// Of a stack velocities along z before the sweep. Of a ring on a case, three of each row, what the case pushes it by along x and z
-    /// and takes of its energy, by columns of a chunk, in units of m h/dt and m (h/dt)^2, and the push on every node. Empty otherwise.
+    /// Of a stack velocities across the sheet before the sweep.
     pub before: &'r mut [[f64; CHUNK]],
+    /// Of a ring on a case what it pushes each row by, and its push on every node (`arrays.rs`).
+    pub pushed: &'r mut [[[f64; CHUNK]; 3]],
+    pub pushes: &'r mut [[f64; CHUNK]],
     /// Least and greatest displacement along y and x, one entry a row.
     pub ranges: &'r mut [[u32; 4]],
     /// Fixed nodes, one entry a row.
@@ -91,13 +95,16 @@ impl<'r> Rows<'r> {
             been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
             viscous,
             taken: if layout.takes_energy() { arrays.taken.get_mut(noted + first..noted + end)? } else { &mut [] },
-            before: match layout.before_of_row() {
-                0 => &mut [],
-                of_row => arrays.before.get_mut(first * of_row..end * of_row)?,
-            },
+            before: if layout.is_stack() { arrays.before.get_mut(own.clone())? } else { &mut [] },
+            pushed: if layout.has(Feature::Casing) { arrays.pushed.get_mut(first..end)? } else { &mut [] },
+            pushes: if layout.has(Feature::Casing) { arrays.pushes.get_mut(own)? } else { &mut [] },
             ranges: arrays.ranges.get_mut(first..end)?,
             runs: arrays.runs.get(first..end)?,
-            net: Net { columns: arrays.columns, lines: arrays.lines, hoop: arrays.hoop },
+            net: Net {
+                columns: arrays.columns,
+                lines: arrays.lines,
+                hoop: planes::row(arrays.hoop, layout.chunks, ply),
+            },
             carry: match in_block {
                 None => arrays.carry,
                 Some(step) => planes::row_mut(arrays.carries, layout.chunks, step),
@@ -152,7 +159,7 @@ impl Rows<'_> {
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         if !before.is_empty() {
-            lanes::dispatch(terms.instructions, Keep { hot, before });
+            lanes::dispatch(terms.instructions, Keep::<false> { hot, before, hoop: &[] });
         }
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
         let been_slack = if OPTIONS { self.been_slack } else { &[] };
@@ -212,6 +219,10 @@ impl Rows<'_> {
     #[inline(never)]
     fn sweep_curved(&mut self, terms: &Terms<'_>) -> Report {
         let (layout, chunks) = (terms.layout, terms.layout.chunks);
+        if layout.is_stack() {
+            let Rows { hot, before, net: Net { hoop, .. }, .. } = self;
+            lanes::dispatch(terms.instructions, Keep::<true> { hot, before, hoop });
+        }
         let pass = terms.pass(&self.net, self.ply);
         let (mut report, rows) = (Report::default(), self.ranges.len());
         for (k, (range, run)) in self.ranges.iter_mut().zip(self.runs).enumerate() {
@@ -239,10 +250,10 @@ impl Rows<'_> {
             };
             // Whole rows of a ring are held, or none of it.
             let case = terms.directions.casing.as_ref().filter(|_| run[0] == run[1]);
-            let place_y = rest_offset(j, layout.y.nodes) * pass.directions.vertical.rest.spacing;
-            let kept = self.before.get_mut(k * layout.before_of_row()..).and_then(|kept| kept.split_first_chunk_mut());
+            let place_y = rest_offset(layout.ply_and_row(j).1, layout.y.nodes) * pass.directions.vertical.rest.spacing;
+            let of_row = self.pushed.get_mut(k).zip(self.pushes.chunks_exact_mut(chunks.max(1)).nth(k));
             let mut on_casing =
-                case.zip(kept).map(|(case, (pushed, pushes))| OnCasing { case, place_y, pushed, pushes });
+                case.zip(of_row).map(|(case, (pushed, pushes))| OnCasing { case, place_y, pushed, pushes });
             let (met, reach) = row_job.step_curved(on_casing.as_mut());
             report = report.merged(met);
             let pulled = end_row(terms, None, j, row, self.kept, run, (range, reach));
@@ -282,20 +293,23 @@ fn end_row(
     pulled
 }
 
-/// Keeps the velocities along z.
-struct Keep<'a> {
+/// Keeps the velocities across the sheet. CURVED: along the normals of its columns.
+struct Keep<'a, const CURVED: bool> {
     hot: &'a [Chunk<HOT_PLANES>],
     before: &'a mut [[f64; CHUNK]],
+    hoop: &'a [Chunk<HOOP_PLANES>],
 }
 
-impl Job for Keep<'_> {
+impl<const CURVED: bool> Job for Keep<'_, CURVED> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lane>(self) {
+        let mut hoop = self.hoop.iter().cycle();
         for (before, chunk) in self.before.iter_mut().zip(self.hot) {
-            for (before, speed) in L::groups_mut(before).iter_mut().zip(L::groups(&chunk[5])) {
-                L::load(speed).store(before);
+            let hoop = if CURVED { hoop.next() } else { None }.unwrap_or(&FLAT);
+            for (g, before) in L::groups_mut(before).iter_mut().enumerate() {
+                own::<L, CURVED>(chunk, SPEED_X, hoop, g)[2].store(before);
             }
         }
     }

@@ -121,8 +121,8 @@ impl ViscousRows<'_> {
 #[inline(always)]
 fn weights(layout: &Layout, along: Along<'_>, j: usize) -> ([f64; 2], [f64; 2]) {
     let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
-    let lengths =
-        [along.horizontal, along.vertical].map(|direction| 0.25 * direction.rest.length * direction.rest.length);
+    let lengths = [along.horizontal.rest.length * along.turn, along.vertical.rest.length];
+    let lengths = lengths.map(|length| 0.25 * length * length);
     let [x, y] = [layout.y.node_weight(j) * lengths[0], layout.y.segment_weight(j) * lengths[1]];
     let whole = [x * line.segment_weight(0), y * line.node_weight(0)];
     (whole, [whole[0] - x * line.segment_weight(last), whole[1] - y * line.node_weight(last)])

@@ -270,11 +270,10 @@ impl Row<'_> {
         let lane = last % CHUNK;
         let ([a, b, c], [x, y, z]) = (planes::displacement(first, 0), planes::displacement(chunk, lane));
         let (d, chord) = ([a - x, b - y, c - z], [hoop[CHORD_X][lane], hoop[CHORD_Z][lane]]);
-        let rest = &pass.directions.horizontal.rest;
         let q = if pass.directions.plain {
             ring::twice_strain(d, chord)
         } else {
-            ring::general_twice_strain(d, chord, &rest.lanes())
+            ring::general_twice_strain(d, chord, &pass.directions.around().lanes())
         };
         let (mut largest, mut stiffness) = (largest[lane], chunk[6][lane]);
         pass.damage_segment(q, yarn, Axis::Horizontal, last, [&mut largest, &mut stiffness]);
@@ -422,8 +421,8 @@ impl<
         let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let limits = [L::splat(limits[0]), L::splat(limits[1])];
         let viscosity = [horizontal.viscosity.lanes(), vertical.viscosity.lanes()];
-        let (rests, inverse_width) =
-            ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
+        let along_x = if CURVED { pass.directions.around() } else { horizontal.rest };
+        let (rests, inverse_width) = ([along_x.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
         let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
         let mut joint = self.1;
         let left_force = if CURVED { spread(joint.left) } else { [zero; 3] };
