@@ -153,6 +153,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     fn start(&mut self, c: usize) -> [f64; 3] {
         self.set_impulse(c, 0.0);
         let candidate = self.candidate(c);
+        self.set_touch(c, Touch { normal: self.own_axes(c, candidate.normal).into(), ..Touch::default() });
         let rate = self.body_rate(&candidate);
         let (mut fastest, mut farthest) = (math::abs(rate), candidate.arm.dot(&candidate.arm));
         if let Some(mut t) = self.tangential(c) {
@@ -218,7 +219,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                 let soft = if members > 1.0 && !first.is_fixed() && rubbing.is_none() { EVEN * own } else { 0.0 };
                 let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
                 let slide = math::max(members * of_body, EVEN * own);
-                self.set_touch(k, Touch { lift: 0.0, give, soft, own, last: 0.0, stale: true, slide });
+                self.set_touch(k, Touch { give, soft, own, stale: true, slide, ..self.touch(k) });
                 next = self.behind(k);
             }
         }
@@ -273,18 +274,17 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// need not give way to what they share, two times over, because the column's own nodes give way by more.
     fn give_besides(&self, c: usize, own: f64, leader: usize, members: f64) -> f64 {
         let (candidate, first) = (&self.candidate(c), &self.candidate(leader));
-        let normal = self.own_axes(c, &candidate.normal);
+        let ([x, y, z], [_, _, up]) = (self.touch(c).normal, self.touch(leader).normal);
         let (of_body, of_first) = (self.body_give(candidate, candidate), self.body_give(first, first));
-        let along = own * (normal.x * normal.x + normal.y * normal.y);
+        let along = own * (x * x + y * y);
         if candidate.is_fixed() {
             return of_body;
         }
-        let up = self.up(leader, &first.normal);
         let outweighs = 2.0 * of_first * self.mass <= 0.5 * self.give * (up * up);
         if members == 1.0 || !outweighs {
             return math::max(along + members * of_body, EVEN * own);
         }
-        let share = normal.z / up;
+        let share = z / up;
         let rest = of_body - 2.0 * share * self.body_give(first, candidate) + share * share * of_first;
         along + 2.0 * members * math::max(rest, 0.0) + EVEN * own
     }
@@ -296,16 +296,11 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     /// A vector in the axes of a candidate's column.
-    fn own_axes(&self, c: usize, v: &Vector) -> Vector {
+    pub(super) fn own_axes(&self, c: usize, v: Vector) -> Vector {
         if !self.system.layout.has(Feature::Curved) {
-            return *v;
+            return v;
         }
-        Vector::from(self.system.own_axes(place(self.system, c).0, [v.x, v.y, v.z]))
-    }
-
-    /// Its part along z there.
-    pub(super) fn up(&self, c: usize, v: &Vector) -> f64 {
-        self.own_axes(c, v).z
+        Vector::from(self.system.own_axes(place(self.system, c).0, v.into()))
     }
 
     pub(super) fn candidate(&self, c: usize) -> Candidate {
@@ -370,28 +365,27 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     /// The velocity along the sheet that impulses give a candidate's node of this inverse mass, m/s.
-    fn along(&self, c: usize, candidate: &Candidate, rubbing: Option<&Tangential>, own: f64) -> [f64; 2] {
+    fn along(&self, c: usize, candidate: &Candidate, rubbing: Option<&Tangential>, touch: &Touch) -> [f64; 2] {
         if candidate.is_fixed() {
             return [0.0; 2];
         }
-        let mut push = candidate.normal * candidate.impulse;
+        let mut push = Vector::from(touch.normal) * candidate.impulse;
         if let Some(t) = rubbing {
-            push += t.push(t.impulse);
+            push += self.own_axes(c, t.push(t.impulse));
         }
-        let push = self.own_axes(c, &push);
-        [push.x * own, push.y * own]
+        [push.x * touch.own, push.y * touch.own]
     }
 
     /// How fast its gap grows, but for what its node is moved along z, m/s.
     fn rate_besides(&self, c: usize, candidate: &Candidate, rubbing: Option<&Tangential>, touch: &Touch) -> f64 {
-        let ([x, y], normal) = (self.along(c, candidate, rubbing, touch.own), self.own_axes(c, &candidate.normal));
-        self.body_rate(candidate) + (normal.x * x + normal.y * y) + touch.soft * candidate.impulse
+        let ([x, y], [along, across, _]) = (self.along(c, candidate, rubbing, touch), touch.normal);
+        self.body_rate(candidate) + (along * x + across * y) + touch.soft * candidate.impulse
     }
 
     /// The next impulses along the surface of a candidate.
     fn rubbed(&self, c: usize, candidate: &Candidate, t: &Tangential, touch: &Touch) -> [f64; 2] {
-        let ([x, y], lift) = (self.along(c, candidate, Some(t), touch.own), touch.lift);
-        let moved = t.tangents.map(|tangent| self.own_axes(c, &tangent).dot(&Vector::new(x, y, lift)));
+        let ([x, y], lift) = (self.along(c, candidate, Some(t), touch), touch.lift);
+        let moved = t.tangents.map(|tangent| self.own_axes(c, tangent).dot(&Vector::new(x, y, lift)));
         let [p, q] = t.slip(&self.velocity, &self.rate);
         t.next([p + moved[0], q + moved[1]], self.system.scene.contact.friction * candidate.impulse)
     }
@@ -424,8 +418,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mut error = 0.0;
         for c in core::iter::successors(Some(leader), |&c| self.behind(c)) {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let up = self.up(c, &candidate.normal);
-            let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch) + up * touch.lift;
+            let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch) + touch.normal[2] * touch.lift;
             error = math::max(if candidate.impulse > 0.0 { math::abs(rate) } else { -rate }, error);
             if error > enough {
                 break;
@@ -469,8 +462,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         while let Some(c) = next {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch);
-            let (up, ply) = (self.up(c, &candidate.normal), self.ply(c));
-            let rubbed = rubbing.map_or(0.0, |t| self.up(c, &t.push(t.impulse)));
+            let (up, ply) = (touch.normal[2], self.ply(c));
+            let rubbed = if let Some(t) = &rubbing { self.own_axes(c, t.push(t.impulse)).z } else { 0.0 };
             let Some(place) = self.system.arrays.column.get_mut(ply) else { break };
             let mut node = Node::read(place);
             node.grip = up * math::abs(up) * self.give / touch.give;
@@ -493,7 +486,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         while let Some(c) = next {
             let (candidate, rubbing, mut touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let Some(node) = self.system.arrays.column.get(self.ply(c)).map(Node::read) else { break };
-            let (up, lift) = (self.up(c, &candidate.normal), (node.speed - node.before) * unit_speed);
+            let (up, lift) = (touch.normal[2], (node.speed - node.before) * unit_speed);
             let impulse = if math::abs(node.grip) > node.mass {
                 node.push * unit_impulse / up
             } else {
@@ -525,8 +518,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mut next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
-            let push = self.up(c, &candidate.normal) * candidate.impulse
-                + rubbing.map_or(0.0, |t| self.up(c, &t.push(t.impulse)));
+            let rubbed = rubbing.map_or(0.0, |t| self.own_axes(c, t.push(t.impulse)).z);
+            let push = self.touch(c).normal[2] * candidate.impulse + rubbed;
             if let Some(place) = self.system.arrays.column.get_mut(ply) {
                 let mut node = Node::read(place);
                 node.push = push / self.system.model.unit_impulse;
@@ -585,7 +578,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mut stale = false;
         while let Some(c) = next {
             let (candidate, mut rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let before = self.along(c, &Candidate { impulse: touch.last, ..candidate }, rubbing.as_ref(), touch.own);
+            let before = self.along(c, &Candidate { impulse: touch.last, ..candidate }, rubbing.as_ref(), &touch);
             if let Some(t) = &mut rubbing {
                 let [p, q] = t.impulse;
                 let next = self.rubbed(c, &candidate, t, &touch);
@@ -600,7 +593,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                     moved = math::max(size / t.effective_mass, moved);
                 }
             }
-            let after = self.along(c, &candidate, rubbing.as_ref(), touch.own);
+            let after = self.along(c, &candidate, rubbing.as_ref(), &touch);
             let change = math::max(math::abs(after[0] - before[0]), math::abs(after[1] - before[1]));
             moved = math::max(change, moved);
             next = self.behind(c);
@@ -638,7 +631,7 @@ fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved
         let rate = candidate.gap_rate(&body.velocity, &body.angular_velocity);
         before += candidate.impulse * rate + t.work([p, q]);
         let share = joint.share(c);
-        let [x, y] = joint.along(c, &candidate, Some(&t), joint.give / share);
+        let [x, y] = joint.along(c, &candidate, Some(&t), &Touch { own: joint.give / share, ..joint.touch(c) });
         change += mass * share * (x * x + y * y);
         if joint.leads(c) && !candidate.is_fixed() {
             let [work, moved] = joint.of_plies(c);

@@ -186,7 +186,8 @@ impl Joint<'_, '_> {
     fn contact(&self, c: usize) -> Option<Contact> {
         let (candidate, t, touch) = (self.candidate(c), self.tangential(c)?, self.touch(c));
         let softer = self.damping * touch.own;
-        let up = [candidate.normal, t.tangents[0], t.tangents[1]].map(|v| self.up(c, &v));
+        let ([_, _, up], tangents) = (touch.normal, t.tangents);
+        let up = [up, self.own_axes(c, tangents[0]).z, self.own_axes(c, tangents[1]).z];
         let mut contact = Contact {
             up,
             impulse: [candidate.impulse, t.impulse[0], t.impulse[1]],
