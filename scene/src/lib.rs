@@ -183,14 +183,9 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
         // A case that bears a ring is as wide as that which its nodes close.
         scene.casing.radius = scene.sheet.radius;
     }
-    if fabric.is_some() && scene.is_curved() {
-        let asked = (scene.yarn.viscosity_bending, scene.slack_balance);
-        scene.leave_out_what_a_curve_refuses();
+    if fabric.is_some() && scene.is_curved() && !counted("yarn.viscosity_bending", &given) {
         // What is asked for by name is refused by name.
-        if counted("yarn.viscosity_bending", &given) {
-            scene.yarn.viscosity_bending = asked.0;
-        }
-        scene.slack_balance |= asked.1 && counted("slack_balance", &given);
+        scene.yarn.viscosity_bending = 0.0;
     }
     if let Some((_, Value::Array(planes))) = given.iter().find(|(name, _)| name == "projectile.faces.planes")
         && !counted("projectile.faces.count", &given)

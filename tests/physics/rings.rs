@@ -509,7 +509,6 @@ fn what_is_no_ring_is_refused_by_field() {
     assert_eq!(refused(beyond), (Code::OutOfRange, "casing.window_place"));
     for change in [
         (|s| s.symmetry.mirror_x = true) as fn(&mut Scene),
-        |s| s.slack_balance = true,
         |s| s.yarn.viscosity_bending = 0.06,
         |s| s.integrator = fabric::Integrator::THETA,
         |s| (s.sheet.grading.largest, s.sheet.grading.run) = (2, 1),

@@ -253,11 +253,6 @@ impl Layout {
         row < self.y.segments() && ply < self.plies
     }
 
-    /// Whether rows are swept with viscosity as those of flat sheets: curved ones have a sweep of their own.
-    pub fn sweeps_viscous(&self) -> bool {
-        self.has(Feature::Viscosity) && !self.has(Feature::Curved)
-    }
-
     /// Whether viscosity or the rate takes energy.
     pub fn takes_energy(&self) -> bool {
         self.has(Feature::Viscosity) || self.has(Feature::Rate)

@@ -123,20 +123,33 @@ impl Rows<'_> {
             self.place_images(layout);
         }
         if layout.has(Feature::Curved) {
-            return self.sweep_curved(terms);
+            return self.sweep_curved::<false>(terms);
         }
         let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Slack);
         let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
-        if optional { self.sweep_with::<true, false>(terms) } else { self.sweep_with::<false, false>(terms) }
+        if optional {
+            self.sweep_with::<true, false, false>(terms)
+        } else {
+            self.sweep_with::<false, false, false>(terms)
+        }
     }
 
     /// [`Rows::sweep`] with viscosity.
     #[inline(always)] // The rows themselves then take no stack.
     pub fn sweep_viscous(&mut self, terms: &Terms<'_>) -> Report {
-        if terms.layout.x.is_mirrored() {
+        if terms.layout.x.has_image() {
             self.place_images(terms.layout);
         }
-        self.sweep_with::<true, true>(terms)
+        if terms.layout.has(Feature::Curved) {
+            return self.sweep_curved::<true>(terms);
+        }
+        self.sweep_with::<true, true, false>(terms)
+    }
+
+    /// Both of a curved sheet.
+    #[inline(never)]
+    fn sweep_curved<const VISCOUS: bool>(&mut self, terms: &Terms<'_>) -> Report {
+        self.sweep_with::<true, VISCOUS, true>(terms)
     }
 
     /// The image columns, with velocities for viscosity and slack segments.
@@ -151,15 +164,20 @@ impl Rows<'_> {
     }
 
     /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, slack or grading; otherwise no row is asked for them. VISCOUS: with viscosity.
+    /// CURVED: of a curved sheet.
     #[inline(always)]
-    fn sweep_with<const OPTIONS: bool, const VISCOUS: bool>(&mut self, terms: &Terms<'_>) -> Report {
+    fn sweep_with<const OPTIONS: bool, const VISCOUS: bool, const CURVED: bool>(
+        &mut self,
+        terms: &Terms<'_>,
+    ) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let Rows { hot, history, owed, viscous, before, taken, ranges, carry, kept, pulls, .. } = self;
+        let Rows { hot, history, owed, viscous, before, pushed, pushes, taken, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         if !before.is_empty() {
-            lanes::dispatch(terms.instructions, Keep::<false> { hot, before, hoop: &[] });
+            let hoop = self.net.hoop;
+            lanes::dispatch(terms.instructions, Keep::<CURVED> { hot, before, hoop });
         }
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
         let been_slack = if OPTIONS { self.been_slack } else { &[] };
@@ -200,7 +218,18 @@ impl Rows<'_> {
                 been_slack,
                 viscous: viscous_row,
             };
-            let (met, reach) = row_job.step::<VISCOUS>();
+            let (met, reach) = if CURVED {
+                // Whole rows of a ring are held, or none of it.
+                let case = terms.directions.casing.as_ref().filter(|_| run[0] == run[1]);
+                let place_y =
+                    rest_offset(layout.ply_and_row(j).1, layout.y.nodes) * pass.directions.vertical.rest.spacing;
+                let of_row = pushed.get_mut(k).zip(pushes.chunks_exact_mut(chunks.max(1)).nth(k));
+                let mut on_casing =
+                    case.zip(of_row).map(|(case, (pushed, pushes))| OnCasing { case, place_y, pushed, pushes });
+                row_job.step_curved(on_casing.as_mut())
+            } else {
+                row_job.step::<VISCOUS>()
+            };
             report = report.merged(met);
             let pulled = end_row(terms, if weighed { Some(net) } else { None }, j, row, kept, run, (range, reach));
             if let Some(pulls) = pulls.get_mut(k) {
@@ -208,60 +237,6 @@ impl Rows<'_> {
             }
             if VISCOUS && let Some(taken) = taken.get_mut(k) {
                 *taken += viscous.taken(layout, pass.directions, [k, j], &by_column, &last);
-            }
-        }
-        report
-    }
-}
-
-impl Rows<'_> {
-    /// [`Rows::sweep`] of a curved sheet, which excludes most options.
-    #[inline(never)]
-    fn sweep_curved(&mut self, terms: &Terms<'_>) -> Report {
-        let (layout, chunks) = (terms.layout, terms.layout.chunks);
-        if layout.is_stack() {
-            let Rows { hot, before, net: Net { hoop, .. }, .. } = self;
-            lanes::dispatch(terms.instructions, Keep::<true> { hot, before, hoop });
-        }
-        let pass = terms.pass(&self.net, self.ply);
-        let (mut report, rows) = (Report::default(), self.ranges.len());
-        for (k, (range, run)) in self.ranges.iter_mut().zip(self.runs).enumerate() {
-            let j = self.first + k;
-            let Some((below, next)) = self.hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
-            let row = planes::row_mut(below, chunks, k);
-            keep_fixed(row, self.kept, run);
-            let mut by_column = [0.0; CHUNK];
-            let viscous = if layout.has(Feature::Viscosity) {
-                Some(self.viscous.row(layout, pass.directions, (k, rows, self.first), &mut by_column).0)
-            } else {
-                None
-            };
-            let row_job = Row {
-                pass: &pass,
-                j,
-                row: &mut *row,
-                history: planes::row_mut(self.history, chunks, k),
-                above: if k + 1 < rows { planes::row(next, chunks, 0) } else { self.above },
-                carry: self.carry,
-                yarn: &terms.yarn_row(self.yarn, self.strength, &[], k, self.ply),
-                owed: &mut [],
-                been_slack: 0,
-                viscous,
-            };
-            // Whole rows of a ring are held, or none of it.
-            let case = terms.directions.casing.as_ref().filter(|_| run[0] == run[1]);
-            let place_y = rest_offset(layout.ply_and_row(j).1, layout.y.nodes) * pass.directions.vertical.rest.spacing;
-            let of_row = self.pushed.get_mut(k).zip(self.pushes.chunks_exact_mut(chunks.max(1)).nth(k));
-            let mut on_casing =
-                case.zip(of_row).map(|(case, (pushed, pushes))| OnCasing { case, place_y, pushed, pushes });
-            let (met, reach) = row_job.step_curved(on_casing.as_mut());
-            report = report.merged(met);
-            let pulled = end_row(terms, None, j, row, self.kept, run, (range, reach));
-            if let Some(pulls) = self.pulls.get_mut(k) {
-                *pulls = pulled;
-            }
-            if let Some(taken) = self.taken.get_mut(k) {
-                *taken = self.viscous.taken(layout, pass.directions, [k, j], &by_column, &Last::default());
             }
         }
         report

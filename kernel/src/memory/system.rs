@@ -133,15 +133,19 @@ impl SegmentView {
 
     /// Work over 1/4 l^2 that its stress at t_n, with this stiffness, does more in the last step than that at t_{n-1}.
     pub fn growth_of_work(&self, stiffness: f64) -> f64 {
-        let (q, ends) = (self.twice_strain(), [self.axis.own_axes(self.d), self.axis.own_axes(self.w)]);
+        let (q, rest) = (self.twice_strain(), self.rest.lanes());
+        let ends = match self.chord {
+            Some(chord) => [ring::end_to_end(self.d, chord), self.w],
+            None => [rest.end_to_end(self.axis.own_axes(self.d)), self.axis.own_axes(self.w)],
+        };
         let mut now = law::stress(stiffness, q);
         let mut before = law::stress(self.stiffness, self.twice_strain_before());
         if let Some([energy, given]) = self.owed {
             before += given;
             let mut owed = Owed { energy: &mut [energy; CHUNK], given: &mut [given; CHUNK] };
-            now += owed.stress(&self.rest.lanes(), [self.stiffness, stiffness], q, ends, 0);
+            now += owed.stress(&rest, [self.stiffness, stiffness], q, ends, 0);
         }
-        let [r, r_before] = slack::growths(&self.rest.lanes(), ends);
+        let [r, r_before] = slack::growths(&rest, ends);
         now * r - before * r_before
     }
 }

@@ -132,6 +132,12 @@ pub fn general_twice_strain<L: Lane>(d: [L; 3], chord: [L; 2], rest: &RestLanes<
     twice_strain(d, chord).mul(rest.inverse_square).add(rest.twice_strain)
 }
 
+/// From end to end.
+#[inline(always)]
+pub fn end_to_end<L: Lane>([x, y, z]: [L; 3], [along, across]: [L; 2]) -> [L; 3] {
+    [x.add(along), y, z.add(across)]
+}
+
 /// Their force on the first node: along c + d.
 #[inline(always)]
 pub fn force<L: Lane>(stress: L, [x, y, z]: [L; 3], [along, across]: [L; 2]) -> [L; 3] {

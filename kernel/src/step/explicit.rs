@@ -157,7 +157,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
         return Report::default();
     }
     begin_sweep(system, rows);
-    let report = if system.layout.sweeps_viscous() {
+    let report = if system.layout.has(Feature::Viscosity) {
         sweep_rows::<true>(system, ply, rows, None)
     } else {
         sweep_rows::<false>(system, ply, rows, None)
@@ -181,7 +181,7 @@ fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
 
 /// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
-    if system.layout.sweeps_viscous() {
+    if system.layout.has(Feature::Viscosity) {
         find_moments_above(system, step, rows[1]);
         return sweep_rows::<true>(system, 0, rows, Some(step));
     }

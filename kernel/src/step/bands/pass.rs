@@ -172,7 +172,7 @@ impl Plan {
     pub(super) unsafe fn sweep(&self, of: u32, band: u32) -> Report {
         // SAFETY: the caller's promise.
         unsafe {
-            if self.layout.sweeps_viscous() {
+            if self.layout.has(Feature::Viscosity) {
                 self.sweep_with::<true>(of, band)
             } else {
                 self.sweep_with::<false>(of, band)
