@@ -575,7 +575,8 @@ type Shot = ([f64; 3], f64, f64, u64);
 fn worst_balance_of_random_rings() {
     let shots = std::env::var("FABRIC_SHOTS").map_or(1000, |shots| shots.parse().expect("a number of shots"));
     let of = |k: u64| {
-        let scene = random(k);
+        let mut scene = random(k);
+        scene.slack_balance = std::env::var("FABRIC_SLACK").is_ok();
         let mut memory = vec![fabric::CacheLine::ZERO; fabric::Layout::of(&scene).ok()?.lines()];
         let mut sim = Sim::new(&scene, &mut memory).ok()?;
         let (first, body) = (sim.energy().ok()?, scene.projectile);

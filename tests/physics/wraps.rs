@@ -209,6 +209,7 @@ fn balances_of_a_perforated_wrap() {
         if friction > 0.0 {
             scene = with_back(scene, 1, another);
         }
+        scene.slack_balance = friction == 0.0;
         let body = scene.projectile;
         let brought = (0.5 * body.mass * dot(body.velocity, body.velocity), body.mass * length(body.velocity));
         let (mut sim, mut other) = (sim_of(&scene), sim_of(&scene));
