@@ -305,8 +305,9 @@ typedef struct fk_scene_sheet {
     // every segment. >= 0. Default 0 each.
     double pre_strain[2];
     // Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of
-    // sheet.spacing (M23); 0 = flat. Velocity Verlet only; not with viscosity, a dependence on the rate of strain,
-    // slack_balance, separate plies, a graded network, mirror planes or four corners. In m, >= 0. Default 0.
+    // sheet.spacing (M23); 0 = flat. Separate plies lie at R + k stack.gap. Velocity Verlet only; not with
+    // yarn.viscosity_bending, a dependence on the rate of strain, a graded network, mirror planes or four corners. In
+    // m, >= 0. Default 0.
     double radius;
     // A ring: a segment joins the last node of every row to its first. sheet.radius must be sheet.spacing/(2
     // sin(pi/sheet.nodes_x)) to 1e-6; two sides cannot be held. 0 or 1. Default 0.
@@ -326,8 +327,8 @@ typedef struct fk_scene_stack {
     // Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network. 1 to 1000. Default
     // 1.
     uint64_t plies;
-    // Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read
-    // for more than one ply only. In m, >= 0. Default 0.
+    // Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other, as
+    // plies of a ring with pre-strain along x must. Read for more than one ply only. In m, >= 0. Default 0.
     double gap;
     // Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for
     // more than one ply only. 0 or 1. Default 0.

@@ -183,8 +183,8 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
 fn curve(scene: &mut Scene) {
     let (h, kind) = (scene.sheet.spacing, scene.attachment.kind);
     let pulls_in = scene.sheet.pre_strain != [0.0; 2] || kind == AttachmentKind::FourCorners;
-    let takes = scene.yarn.rate_modulus != 0.0 || scene.yarn.viscosity_bending != 0.0 || scene.slack_balance;
-    let other = scene.stack.plies > 1 || scene.sheet.grading.largest > 1 || scene.symmetry != Symmetry::default();
+    let takes = scene.yarn.rate_modulus != 0.0 || scene.yarn.viscosity_bending != 0.0;
+    let other = scene.sheet.grading.largest > 1 || scene.symmetry != Symmetry::default();
     if pulls_in || takes || other || scene.integrator.kind != IntegratorKind::Verlet || scene.sheet.nodes_x < 3 {
         return;
     }
@@ -199,7 +199,7 @@ fn curve(scene: &mut Scene) {
     let body = &mut scene.projectile;
     let place = along([0, 1, 2].map(|k| body.position[k] - scene.sheet.position[k]));
     let speed = along(body.velocity);
-    let by = scene.sheet.radius - 2.0 * place;
+    let by = scene.sheet.radius + scene.stack_height() - 2.0 * place;
     body.position = [0, 1, 2].map(|k| body.position[k] + by * normal[k]);
     body.velocity = [0, 1, 2].map(|k| body.velocity[k] - 2.0 * speed * normal[k]);
 }

@@ -220,7 +220,9 @@ pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Resul
     if let Some(hoop) = hoop_angle(scene, x) {
         let solid = Solid::of(body);
         let support = |n: Vector| solid.support(&into_body(&orientation, &n));
-        let position = before_curve(scene.sheet.radius, [hoop, y], velocity, [stand_off, solid.reach()], support);
+        let outwards = velocity[0] * sin(hoop) + velocity[2] * cos(hoop) > 0.0;
+        let radius = scene.sheet.radius + if outwards { 0.0 } else { scene.stack_height() };
+        let position = before_curve(radius, [hoop, y], velocity, [stand_off, solid.reach()], support);
         let far =
             || format!("{key}: the projectile does not fit into the sheet on its way there; give projectile.position");
         return position.map_or_else(|| bad(key, far()), |position| Ok(pose.point_out(position)));

@@ -183,14 +183,9 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
         // A case that bears a ring is as wide as that which its nodes close.
         scene.casing.radius = scene.sheet.radius;
     }
-    if fabric.is_some() && scene.is_curved() {
-        let asked = (scene.yarn.viscosity_bending, scene.slack_balance);
-        scene.leave_out_what_a_curve_refuses();
+    if fabric.is_some() && scene.is_curved() && !counted("yarn.viscosity_bending", &given) {
         // What is asked for by name is refused by name.
-        if counted("yarn.viscosity_bending", &given) {
-            scene.yarn.viscosity_bending = asked.0;
-        }
-        scene.slack_balance |= asked.1 && counted("slack_balance", &given);
+        scene.yarn.viscosity_bending = 0.0;
     }
     if let Some((_, Value::Array(planes))) = given.iter().find(|(name, _)| name == "projectile.faces.planes")
         && !counted("projectile.faces.count", &given)
@@ -711,12 +706,10 @@ mod tests {
                     sheet = { radius = \"100 mm\", closed = true }\ncasing.radius = \"100 mm\"\n\
                     aim = { point = [\"50 mm\", 0], speed = 80, stand_off = \"1 mm\" }\n";
         let scene = parse(text).unwrap();
-        assert!(!scene.slack_balance && scene.viscosity()[2] == 0.0 && scene.casing.radius == scene.sheet.radius);
+        assert!(scene.slack_balance && scene.viscosity()[2] == 0.0 && scene.casing.radius == scene.sheet.radius);
         assert_eq!(scene.sheet.nodes_x, 841);
         scene.check().unwrap();
-        for asked in ["slack_balance = true\n", "yarn.viscosity_bending = 0.06\n"] {
-            assert!(parse(&format!("{text}{asked}")).unwrap().check().is_err(), "{asked}");
-        }
+        assert!(parse(&format!("{text}yarn.viscosity_bending = 0.06\n")).unwrap().check().is_err());
         // Half a radian along the hoop, from inside and from outside, the sphere 1 mm before the ring.
         let ([x, _, z], [u, _, w], r) = (scene.projectile.position, scene.projectile.velocity, scene.sheet.radius);
         let (away, [sine, cosine]) =

@@ -33,6 +33,7 @@ mod supports;
 mod symmetry;
 mod theta;
 mod viscosity;
+mod wraps;
 
 /// So many random cases, the same every time.
 fn random(cases: u32) -> proptest::test_runner::Config {

@@ -7,7 +7,7 @@ use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, veloc
 use std::f64::consts::PI;
 
 /// A ring of so many nodes in each of `rows` free rows, without a projectile.
-fn ring(nodes: u32, rows: u32) -> Scene {
+pub(crate) fn ring(nodes: u32, rows: u32) -> Scene {
     let mut scene = without_projectile(small_sheet(nodes, 0.0));
     (scene.sheet.nodes_y, scene.attachment.kind, scene.sheet.closed) = (rows, AttachmentKind::Free, true);
     scene.sheet.radius = scene.closed_radius();
@@ -22,7 +22,7 @@ fn arc(nodes: u32, radius: f64) -> Scene {
 }
 
 /// A sphere of 3 g before the middle of the sheet, on a side of it, that touches it and flies towards it.
-fn with_sphere(mut scene: Scene, radius: f64, speed: f64, inside: bool) -> Scene {
+pub(crate) fn with_sphere(mut scene: Scene, radius: f64, speed: f64, inside: bool) -> Scene {
     let (side, sheet) = (if inside { 1.0 } else { -1.0 }, scene.sheet);
     scene.drive = fabric::Drive::Free;
     let body = &mut scene.projectile;
@@ -54,12 +54,12 @@ fn forces(sim: &Sim<'_>) -> Vec<V3> {
     forces
 }
 
-fn radius_of(x: V3) -> f64 {
+pub(crate) fn radius_of(x: V3) -> f64 {
     x[0].hypot(x[2])
 }
 
 /// N(U) = E A_0 U (U^2 - 1)/2.
-fn tension(scene: &Scene, stretch: f64) -> f64 {
+pub(crate) fn tension(scene: &Scene, stretch: f64) -> f64 {
     0.5 * scene.yarn.modulus_mean * scene.sheet.yarn_area * stretch * (stretch * stretch - 1.0)
 }
 
@@ -352,7 +352,7 @@ fn a_body_that_is_turned_around_is_arrested() {
 }
 
 /// A ring of 48 nodes on a case of its radius, with this strain along its yarn.
-fn on_casing(strain: f64) -> Scene {
+pub(crate) fn on_casing(strain: f64) -> Scene {
     let mut scene = ring(48, 5);
     (scene.casing.radius, scene.sheet.pre_strain) = (scene.sheet.radius, [strain, 0.0]);
     scene
@@ -509,9 +509,7 @@ fn what_is_no_ring_is_refused_by_field() {
     assert_eq!(refused(beyond), (Code::OutOfRange, "casing.window_place"));
     for change in [
         (|s| s.symmetry.mirror_x = true) as fn(&mut Scene),
-        |s| s.slack_balance = true,
         |s| s.yarn.viscosity_bending = 0.06,
-        |s| s.stack.plies = 2,
         |s| s.integrator = fabric::Integrator::THETA,
         |s| (s.sheet.grading.largest, s.sheet.grading.run) = (2, 1),
     ] {
@@ -565,62 +563,89 @@ fn random(k: u64) -> Scene {
     scene
 }
 
-/// What a random scene shows: energy gained, lost, and momentum open, in parts of what was brought; depth, spacings; work; its number.
+/// The same of two to four plies, which lie on each other or part by a fifth of a spacing.
+fn random_plies(k: u64) -> Scene {
+    let mut scene = Scene { slack_balance: true, ..random(k) };
+    let apart = k.is_multiple_of(2) && scene.sheet.pre_strain[0] == 0.0;
+    (scene.stack.plies, scene.stack.gap) = (2 + (k % 3) as u32, if apart { 0.2 * scene.sheet.spacing } else { 0.0 });
+    let body = &mut scene.projectile;
+    let away = radius_of(body.position);
+    if away > scene.sheet.radius {
+        let farther = 1.0 + f64::from(scene.stack.plies - 1) * scene.stack.gap / away;
+        body.position = [body.position[0] * farther, body.position[1], body.position[2] * farther];
+    }
+    scene
+}
+
+/// What a random scene shows: energy gained and lost, in parts of what was brought; momentum open, in parts of what nodes and body have by
+/// magnitude; depth, spacings; work; its number.
 type Shot = ([f64; 3], f64, f64, u64);
 
-/// Of 1,000 random curved scenes none gains more energy than slack yarn makes, none loses momentum, and none is entered deeper than a flat
-/// sheet of a turning body.
+/// What a random scene shows in 6,000 steps; None if it cannot start or is lost.
+///
+/// A step rounds the velocity of every node by at most u = 2^-53 of itself, and the momentum that it gets of a neighbour or of the case as much
+/// of that: T steps leave of a sum that is 0 no more than some T u times the sum of the magnitudes, 7e-13 of it here. A light body that has
+/// thrown a ring about has less momentum than that.
+fn shot(scene: &Scene, k: u64) -> Option<Shot> {
+    let mut memory = vec![fabric::CacheLine::ZERO; fabric::Layout::of(scene).ok()?.lines()];
+    let mut sim = Sim::new(scene, &mut memory).ok()?;
+    let (first, body) = (sim.energy().ok()?, scene.projectile);
+    // A case holds a taut ring all around.
+    let held = 2.0 * PI * f64::from(scene.sheet.nodes_y) * tension(scene, 1.0 + scene.sheet.pre_strain[0]);
+    let pushed = held * f64::from(scene.stack.plies) * 6000.0 * sim.step_limits().dt;
+    let brought = first.projectile_kinetic + first.strain;
+    let (mut gained, mut lost, mut open, mut moving) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+    while sim.step_count() < 6000 {
+        sim.advance(100).ok()?;
+        let residual = sim.energy().ok()?.residual / brought;
+        (gained, lost) = (gained.max(residual), lost.max(-residual));
+        open = open.max(length(sim.momentum_residual().ok()?));
+        moving = moving.max(velocities(&sim).into_iter().map(length).sum::<f64>() * scene.sheet.node_mass);
+    }
+    let scale = body.mass * length(body.velocity) + pushed + moving;
+    let depth = sim.counters().worst_penetration / scene.sheet.spacing;
+    Some(([gained, lost, open / scale], depth, sim.contact().ok()?.work / brought, k))
+}
+
+/// Of 1,000 random curved scenes none gains more energy than slack yarn makes, which `slack_balance` gives back, none loses momentum, and none is
+/// entered deeper than a flat sheet of a turning body; nor do 250 of several plies.
 ///
 /// cargo test --release -p fabric-tests --test physics -- --ignored --nocapture worst_balance_of_random_rings
 #[test]
 #[ignore = "some minutes; cargo xtask verify runs it"]
 fn worst_balance_of_random_rings() {
     let shots = std::env::var("FABRIC_SHOTS").map_or(1000, |shots| shots.parse().expect("a number of shots"));
-    let of = |k: u64| {
-        let scene = random(k);
-        let mut memory = vec![fabric::CacheLine::ZERO; fabric::Layout::of(&scene).ok()?.lines()];
-        let mut sim = Sim::new(&scene, &mut memory).ok()?;
-        let (first, body) = (sim.energy().ok()?, scene.projectile);
-        // A case holds a taut ring all around.
-        let held = 2.0 * PI * f64::from(scene.sheet.nodes_y) * tension(&scene, 1.0 + scene.sheet.pre_strain[0]);
-        let pushed = held * 6000.0 * sim.step_limits().dt;
-        let brought = [first.projectile_kinetic + first.strain, body.mass * length(body.velocity) + pushed];
-        let mut most = [0.0_f64; 3];
-        while sim.step_count() < 6000 {
-            sim.advance(100).ok()?;
-            let residual = sim.energy().ok()?.residual / brought[0];
-            let momentum = length(sim.momentum_residual().ok()?) / brought[1];
-            most = [most[0].max(residual), most[1].max(-residual), most[2].max(momentum)];
-        }
-        let depth = sim.counters().worst_penetration / scene.sheet.spacing;
-        Some((most, depth, sim.contact().ok()?.work / brought[0], k))
-    };
-    let found: Vec<_> = (0..shots).filter_map(of).collect();
     let kind_of = |k: u64| {
         let scene = random(k);
         let pressed = scene.casing.radius != 0.0 && scene.projectile.position[2] > scene.sheet.radius;
         if pressed { 2 } else { usize::from(scene.yarn.viscosity_linear > 0.0) }
     };
-    for (kind, name) in ["without viscosity", "of viscous yarn", "pressed on their case"].into_iter().enumerate() {
-        let these = || found.iter().filter(|shot| kind_of(shot.3) == kind);
-        let worst = |of: fn(&Shot) -> f64| {
-            these().map(|shot| (of(shot), shot.3)).fold((0.0, 0), |a: (f64, u64), b| if b.0 > a.0 { b } else { a })
-        };
-        let above = |limit: f64| these().filter(|(most, ..)| most[0] > limit).count();
-        println!(
-            "figure 19: {} random curved scenes {name}: energy gained at most {:?}, above 1 % {}, above 0.1 % {}; lost at most {:?}; momentum {:?}, above 1e-12 {}; depth {:?} spacings",
-            these().count(),
-            worst(|shot| shot.0[0]),
-            above(1e-2),
-            above(1e-3),
-            worst(|shot| shot.0[1]),
-            worst(|shot| shot.0[2]),
-            these().filter(|(most, ..)| most[2] > 1e-12).count(),
-            worst(|shot| shot.1),
-        );
-        // Of a light body beside a ring that springs back, rounding is a larger part of its momentum.
-        assert!(worst(|shot| shot.0[2]).0 < 1e-11 && worst(|shot| shot.1).0 < 0.02);
+    let all: [(&str, fn(u64) -> Scene, u64); 3] = [
+        ("", random, shots),
+        (" with slack_balance", |k| Scene { slack_balance: true, ..random(k) }, shots),
+        (" of several plies with slack_balance", random_plies, shots / 4),
+    ];
+    for (form, scene, shots) in all {
+        let found: Vec<_> = (0..shots).filter_map(|k| shot(&scene(k), k)).collect();
+        for (kind, name) in ["without viscosity", "of viscous yarn", "pressed on their case"].into_iter().enumerate() {
+            let these = || found.iter().filter(|shot| kind_of(shot.3) == kind);
+            let worst = |of: fn(&Shot) -> f64| {
+                these().map(|shot| (of(shot), shot.3)).fold((0.0, 0), |a: (f64, u64), b| if b.0 > a.0 { b } else { a })
+            };
+            let above = |limit: f64| these().filter(|(most, ..)| most[0] > limit).count();
+            println!(
+                "figure 19: {} random curved scenes {name}{form}: energy gained at most {:?}, above 1 % {}, above 0.1 % {}; lost at most {:?}; momentum {:?}; depth {:?} spacings",
+                these().count(),
+                worst(|shot| shot.0[0]),
+                above(1e-2),
+                above(1e-3),
+                worst(|shot| shot.0[1]),
+                worst(|shot| shot.0[2]),
+                worst(|shot| shot.1),
+            );
+            assert!(worst(|shot| shot.0[2]).0 < 1e-12 && worst(|shot| shot.1).0 < 0.02);
+        }
+        assert!(found.len() as u64 > shots * 9 / 10, "{}", found.len());
+        assert!(found.iter().filter(|shot| shot.2 > 0.0).count() > found.len() / 2);
     }
-    assert!(found.len() as u64 > shots * 9 / 10, "{}", found.len());
-    assert!(found.iter().filter(|shot| shot.2 > 0.0).count() > found.len() / 2);
 }

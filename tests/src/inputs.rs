@@ -207,7 +207,8 @@ fn rows() -> Vec<Row> {
         // ---- Curved sheets, and the case under a ring. The sphere of the flat sheet is met by a nearly closed arc.
         real("sphere", &["sheet.radius"], &[negative, (To(0.0), Accepted), (About(1.0609e-3), own(OutOfRange)), (About(1.35e-3), overlap), (To(1e6 * h), Accepted), beyond], &[1e-3, 1.2e-3, 2e-3]),
         real("ring", &["sheet.radius"], &[negative, (To(0.0), own(NotPositive)), (About(RING - 1.2e-9), own(OutOfRange)), (About(RING + 1.2e-9), Accepted), beyond], &[RING - 0.9e-9, RING + 0.9e-9]),
-        real("stack", &["sheet.radius"], &[negative, (To(0.0), Accepted), (End, apart)], &[]),
+        real("theta", &["sheet.radius"], &[negative, (To(0.0), Accepted), (End, apart)], &[]),
+        real("stack", &["sheet.radius"], &[negative, (To(0.0), Accepted), (About(1.0609e-3), own(OutOfRange)), (About(1.35e-3), overlap), (To(1e6 * h), Accepted), beyond], &[]),
         count("sphere", &["sheet.closed"], &[(To(0.0), Accepted), (To(1.0), Refused(NotPositive, "sheet.radius")), (End, own(UnknownChoice))], &[]),
         choice("ring", &["sheet.closed"], 1.0),
         real("sphere", &["casing.radius"], &[negative, (To(0.0), Accepted), beyond], &[]),

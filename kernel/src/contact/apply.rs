@@ -152,7 +152,8 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
         }
         let Some(v) = move_node(system, &candidate, [i, j], &push) else { break };
         if system.layout.has(Feature::Casing) {
-            press(system, &candidate, [i, j], &push);
+            let [x, _, z] = candidate.displacement;
+            press(system, [x, z], [i, j], &push);
         }
         if woken != j {
             system.wake(j);
@@ -170,16 +171,18 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
     close(system, totals, before);
 }
 
-/// What the push of its case on a node takes less, or more, because the projectile has then given it this velocity, in spacings a step, too.
+/// What the push of its case on a node takes less, or more, because projectile or plies have then given it this velocity, in spacings a step,
+/// too. `displacement`: at the start of the step along x and z.
 #[inline(never)]
-fn press(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2], given: &Vector) {
-    let kept = system.arrays.before.get(j * system.layout.before_of_row() + 3 + i / CHUNK);
+pub(crate) fn press(system: &mut System<'_>, displacement: [f64; 2], [i, j]: [usize; 2], given: &Vector) {
+    let kept = system.arrays.pushes.get(j * system.layout.chunks + i / CHUNK);
     let by_case = kept.map_or(0.0, |pushes| pushes[i % CHUNK]);
     if by_case > 0.0 {
-        let (rest, [x, _, z]) = (system.rest(i, j), candidate.displacement);
+        let (rest, [x, z]) = (system.rest(i, j), displacement);
         let (x, z) = (rest[0] + x, rest[2] + z);
         let along = (x * given.x + z * given.z) / math::length([x, 0.0, z]);
-        system.state.sums.casing_loss -= system.model.unit_energy * (0.5 * by_case * along);
+        let unit = system.model.unit_energy * system.mass_share_of_row(j);
+        system.state.sums.casing_loss -= unit * (0.5 * by_case * along);
     }
 }
 

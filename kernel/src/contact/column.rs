@@ -1,4 +1,5 @@
 //! A column: the nodes of one place of the sheet in all plies, their velocities along z, and what the projectile does to those that are candidates.
+//! Of a curved sheet x, y and z are here the axes of the column at rest: along the hoop, along the axis, and outwards.
 //!
 //! Method: the velocities after contact are the nearest ones to those before (least sum of m dv^2) with which no facing pair ends nearer than
 //! 0, or nearer than it was if it was through each other. That is an isotonic regression of the velocities with the gaps over dt added up,
@@ -8,10 +9,12 @@
 //! adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10 (2000) 658, of sums of convex functions.
 
 use crate::ground::math;
-use crate::ground::planes::{self, CHUNK, SPEED_Z};
+use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::Arrays;
 use crate::memory::layout::COLUMN_REALS;
 use crate::memory::system::System;
+use crate::scene::features::Feature;
+use crate::sheet::ring;
 
 /// Steps for the speed of a pool with candidates; in each at least one of them lets go or is met.
 const MAX_NEWTON: u32 = 60;
@@ -238,6 +241,26 @@ fn move_together(nodes: &mut [[f64; COLUMN_REALS]], pool: &Pool) {
     }
 }
 
+/// Holds the nodes back that face the first of a column where the case holds it: no lower than at this velocity. Returns what the case gives them,
+/// and what that takes of their energy, from the velocities `before` the sweep on, in masses of a node and units of (h/dt)^2.
+pub(super) fn hold_back(column: &mut [[f64; COLUMN_REALS]], floor: f64, before: impl Fn(usize) -> f64) -> [f64; 2] {
+    let (mut given, mut taken) = (0.0, 0.0);
+    for (ply, place) in column.iter_mut().enumerate() {
+        let mut node = Node::read(place);
+        if ply > 0 && node.room == f64::INFINITY {
+            break;
+        }
+        let lift = floor - node.offset - node.speed;
+        if lift > 0.0 {
+            node.speed += lift;
+            given += node.mass * lift;
+            taken -= node.mass * (lift * (0.5 * (before(ply) + node.speed)));
+            node.write(place);
+        }
+    }
+    [given, taken]
+}
+
 /// Puts the nodes at a place of the sheet into the column, as the sweep left them. Returns how deep facing ones are through each
 /// other at the pass's start, spacings, 0 if none is; and whether any press on each other before the projectile does.
 pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool) {
@@ -245,13 +268,15 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
     let rise = system.directions.front.vertical.rest.spacing;
     let shares = [1.0, system.model.back_share];
     let [mut at, next] = system.layout.stacked(i, row);
+    let normal = system.layout.has(Feature::Curved).then(|| system.normal(i));
+    let own = |v: [f64; 3]| normal.map_or(v, |normal| ring::own_axes(v, normal));
     let System { directions, arrays: Arrays { hot, column, .. }, .. } = system;
     let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
     let (mut offset, mut speed_below, mut presses) = (0.0, -f64::INFINITY, false);
     for (ply, place) in column.iter_mut().enumerate() {
         let Some(chunk) = hot.get(at) else { break };
         at += next;
-        let ([x, y, z], v) = (planes::displacement(chunk, lane), chunk[SPEED_Z][lane]);
+        let ([x, y, z], [_, _, v]) = (own(planes::displacement(chunk, lane)), own(planes::velocity(chunk, lane)));
         let room = match below {
             Some([x_below, y_below, z_below, v_below])
                 if math::abs(x - x_below) <= 1.0 && math::abs(y - y_below) <= rise =>

@@ -1,7 +1,7 @@
 //! Separate plies that push on each other: unilateral impulses between facing nodes, restitution zero, without friction between them.
 //!
 //! Method: node (i, j) of a ply faces node (i, j) of the next one, and impulses along the sheet's normal z keep their order. The
-//! nodes of one place in all plies are a column. Masses are those of the fabrics, over that of a node of the front one. Their velocities
+//! nodes of one place in all plies are a column. Of a curved sheet each column has axes of its own, of which z is the normal at rest. Masses are those of the fabrics, over that of a node of the front one. Their velocities
 //! after contact follow from an exact regression (`column.rs`).
 //! So momentum is kept, no energy is ever added (no relative motion at all would be allowed, too), and the order of nodes does not matter.
 //! With the projectile: at given rates of the body a candidate is a spring of one-sided force on its node, beca
@@ -14,7 +14,7 @@ use crate::contact::friction::{self, Tangential};
 use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::touch::{self, Link, Pace, Touch};
 use crate::ground::math;
-use crate::ground::planes::{CHUNK, SPEED_Z};
+use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
@@ -153,6 +153,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     fn start(&mut self, c: usize) -> [f64; 3] {
         self.set_impulse(c, 0.0);
         let candidate = self.candidate(c);
+        self.set_touch(c, Touch { normal: self.own_axes(c, candidate.normal).into(), ..Touch::default() });
         let rate = self.body_rate(&candidate);
         let (mut fastest, mut farthest) = (math::abs(rate), candidate.arm.dot(&candidate.arm));
         if let Some(mut t) = self.tangential(c) {
@@ -176,7 +177,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
         let [at, next] = self.system.layout.stacked(i, row);
         for ply in 0..self.system.layout.plies {
-            let speed = self.system.arrays.hot.get(at + ply * next).map_or(0.0, |chunk| chunk[SPEED_Z][i % CHUNK]);
+            let velocity = self.system.arrays.hot.get(at + ply * next).map(|chunk| planes::velocity(chunk, i % CHUNK));
+            let [_, _, speed] = self.system.own_axes(i, velocity.unwrap_or([0.0; 3]));
             (low, high) = (math::min(speed, low), math::max(speed, high));
         }
         (high - low) * self.system.model.unit_speed
@@ -211,13 +213,13 @@ impl<'s, 'a> Joint<'s, 'a> {
             next = Some(c);
             while let Some(k) = next {
                 let own = self.own_give(k);
-                let give = self.give_besides(&self.candidate(k), own, &first, members);
+                let give = self.give_besides(k, own, c, members);
                 let rubbing = self.tangential(k);
                 // With friction the limits of friction would differ from those of plies that share evenly.
                 let soft = if members > 1.0 && !first.is_fixed() && rubbing.is_none() { EVEN * own } else { 0.0 };
                 let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
                 let slide = math::max(members * of_body, EVEN * own);
-                self.set_touch(k, Touch { lift: 0.0, give, soft, own, last: 0.0, stale: true, slide });
+                self.set_touch(k, Touch { give, soft, own, stale: true, slide, ..self.touch(k) });
                 next = self.behind(k);
             }
         }
@@ -270,19 +272,19 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// A step of a column never goes too far if the body is taken to give way to each of n candidates n times as much as it does. That is
     /// exact for one; several that point the same way would pass the impulse on between them for long. But a body that outweighs the column
     /// need not give way to what they share, two times over, because the column's own nodes give way by more.
-    fn give_besides(&self, candidate: &Candidate, own: f64, first: &Candidate, members: f64) -> f64 {
-        let normal = &candidate.normal;
+    fn give_besides(&self, c: usize, own: f64, leader: usize, members: f64) -> f64 {
+        let (candidate, first) = (&self.candidate(c), &self.candidate(leader));
+        let ([x, y, z], [_, _, up]) = (self.touch(c).normal, self.touch(leader).normal);
         let (of_body, of_first) = (self.body_give(candidate, candidate), self.body_give(first, first));
-        let along = own * (normal.x * normal.x + normal.y * normal.y);
+        let along = own * (x * x + y * y);
         if candidate.is_fixed() {
             return of_body;
         }
-        let up = first.normal.z;
         let outweighs = 2.0 * of_first * self.mass <= 0.5 * self.give * (up * up);
         if members == 1.0 || !outweighs {
             return math::max(along + members * of_body, EVEN * own);
         }
-        let share = normal.z / up;
+        let share = z / up;
         let rest = of_body - 2.0 * share * self.body_give(first, candidate) + share * share * of_first;
         along + 2.0 * members * math::max(rest, 0.0) + EVEN * own
     }
@@ -291,6 +293,14 @@ impl<'s, 'a> Joint<'s, 'a> {
     fn body_give(&self, one: &Candidate, other: &Candidate) -> f64 {
         let turning = one.arm.dot(&other.arm.component_mul(&self.inertia.inverse_moments));
         one.normal.dot(&other.normal) * self.inertia.inverse_mass + turning
+    }
+
+    /// A vector in the axes of a candidate's column.
+    pub(super) fn own_axes(&self, c: usize, v: Vector) -> Vector {
+        if !self.system.layout.has(Feature::Curved) {
+            return v;
+        }
+        Vector::from(self.system.own_axes(place(self.system, c).0, v.into()))
     }
 
     pub(super) fn candidate(&self, c: usize) -> Candidate {
@@ -355,27 +365,27 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     /// The velocity along the sheet that impulses give a candidate's node of this inverse mass, m/s.
-    fn along(&self, candidate: &Candidate, rubbing: Option<&Tangential>, own: f64) -> [f64; 2] {
+    fn along(&self, c: usize, candidate: &Candidate, rubbing: Option<&Tangential>, touch: &Touch) -> [f64; 2] {
         if candidate.is_fixed() {
             return [0.0; 2];
         }
-        let mut push = candidate.normal * candidate.impulse;
+        let mut push = Vector::from(touch.normal) * candidate.impulse;
         if let Some(t) = rubbing {
-            push += t.push(t.impulse);
+            push += self.own_axes(c, t.push(t.impulse));
         }
-        [push.x * own, push.y * own]
+        [push.x * touch.own, push.y * touch.own]
     }
 
     /// How fast its gap grows, but for what its node is moved along z, m/s.
-    fn rate_besides(&self, candidate: &Candidate, rubbing: Option<&Tangential>, touch: &Touch) -> f64 {
-        let [x, y] = self.along(candidate, rubbing, touch.own);
-        self.body_rate(candidate) + (candidate.normal.x * x + candidate.normal.y * y) + touch.soft * candidate.impulse
+    fn rate_besides(&self, c: usize, candidate: &Candidate, rubbing: Option<&Tangential>, touch: &Touch) -> f64 {
+        let ([x, y], [along, across, _]) = (self.along(c, candidate, rubbing, touch), touch.normal);
+        self.body_rate(candidate) + (along * x + across * y) + touch.soft * candidate.impulse
     }
 
     /// The next impulses along the surface of a candidate.
-    fn rubbed(&self, candidate: &Candidate, t: &Tangential, touch: &Touch) -> [f64; 2] {
-        let [x, y] = self.along(candidate, Some(t), touch.own);
-        let moved = t.along(&Vector::new(x, y, touch.lift));
+    fn rubbed(&self, c: usize, candidate: &Candidate, t: &Tangential, touch: &Touch) -> [f64; 2] {
+        let ([x, y], lift) = (self.along(c, candidate, Some(t), touch), touch.lift);
+        let moved = t.tangents.map(|tangent| self.own_axes(c, tangent).dot(&Vector::new(x, y, lift)));
         let [p, q] = t.slip(&self.velocity, &self.rate);
         t.next([p + moved[0], q + moved[1]], self.system.scene.contact.friction * candidate.impulse)
     }
@@ -408,7 +418,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mut error = 0.0;
         for c in core::iter::successors(Some(leader), |&c| self.behind(c)) {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let rate = self.rate_besides(&candidate, rubbing.as_ref(), &touch) + candidate.normal.z * touch.lift;
+            let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch) + touch.normal[2] * touch.lift;
             error = math::max(if candidate.impulse > 0.0 { math::abs(rate) } else { -rate }, error);
             if error > enough {
                 break;
@@ -416,7 +426,7 @@ impl<'s, 'a> Joint<'s, 'a> {
             if let Some(t) = &rubbing
                 && t.effective_mass > 0.0
             {
-                let [p, q] = self.rubbed(&candidate, t, &touch);
+                let [p, q] = self.rubbed(c, &candidate, t, &touch);
                 let change = math::max(math::abs(p - t.impulse[0]), math::abs(q - t.impulse[1]));
                 error = math::max(change / t.effective_mass, error);
             }
@@ -451,16 +461,17 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mut next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let rate = self.rate_besides(&candidate, rubbing.as_ref(), &touch);
-            let (up, ply) = (candidate.normal.z, self.ply(c));
+            let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch);
+            let (up, ply) = (touch.normal[2], self.ply(c));
+            let rubbed = if let Some(t) = &rubbing { self.own_axes(c, t.push(t.impulse)).z } else { 0.0 };
             let Some(place) = self.system.arrays.column.get_mut(ply) else { break };
             let mut node = Node::read(place);
             node.grip = up * math::abs(up) * self.give / touch.give;
             if up != 0.0 {
                 node.release = node.before + (touch.give * candidate.impulse - rate) / (up * unit_speed);
             }
-            if let Some(t) = &rubbing {
-                node.speed += t.push(t.impulse).z / (unit_impulse * node.mass);
+            if rubbing.is_some() {
+                node.speed += rubbed / (unit_impulse * node.mass);
             }
             node.write(place);
             next = self.behind(c);
@@ -475,11 +486,11 @@ impl<'s, 'a> Joint<'s, 'a> {
         while let Some(c) = next {
             let (candidate, rubbing, mut touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let Some(node) = self.system.arrays.column.get(self.ply(c)).map(Node::read) else { break };
-            let (up, lift) = (candidate.normal.z, (node.speed - node.before) * unit_speed);
+            let (up, lift) = (touch.normal[2], (node.speed - node.before) * unit_speed);
             let impulse = if math::abs(node.grip) > node.mass {
                 node.push * unit_impulse / up
             } else {
-                let rate = self.rate_besides(&candidate, rubbing.as_ref(), &touch) + up * lift;
+                let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch) + up * lift;
                 candidate.impulse - rate / touch.give
             };
             let impulse = math::max(impulse, 0.0);
@@ -507,7 +518,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mut next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
-            let push = candidate.normal.z * candidate.impulse + rubbing.map_or(0.0, |t| t.push(t.impulse).z);
+            let rubbed = rubbing.map_or(0.0, |t| self.own_axes(c, t.push(t.impulse)).z);
+            let push = self.touch(c).normal[2] * candidate.impulse + rubbed;
             if let Some(place) = self.system.arrays.column.get_mut(ply) {
                 let mut node = Node::read(place);
                 node.push = push / self.system.model.unit_impulse;
@@ -566,10 +578,10 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mut stale = false;
         while let Some(c) = next {
             let (candidate, mut rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let before = self.along(&Candidate { impulse: touch.last, ..candidate }, rubbing.as_ref(), touch.own);
+            let before = self.along(c, &Candidate { impulse: touch.last, ..candidate }, rubbing.as_ref(), &touch);
             if let Some(t) = &mut rubbing {
                 let [p, q] = t.impulse;
-                let next = self.rubbed(&candidate, t, &touch);
+                let next = self.rubbed(c, &candidate, t, &touch);
                 t.impulse = self.paced(c, &candidate, [p, q], next);
                 let change = [t.impulse[0] - p, t.impulse[1] - q];
                 self.velocity -= t.push(change) * self.inertia.inverse_mass;
@@ -581,7 +593,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                     moved = math::max(size / t.effective_mass, moved);
                 }
             }
-            let after = self.along(&candidate, rubbing.as_ref(), touch.own);
+            let after = self.along(c, &candidate, rubbing.as_ref(), &touch);
             let change = math::max(math::abs(after[0] - before[0]), math::abs(after[1] - before[1]));
             moved = math::max(change, moved);
             next = self.behind(c);
@@ -619,7 +631,7 @@ fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved
         let rate = candidate.gap_rate(&body.velocity, &body.angular_velocity);
         before += candidate.impulse * rate + t.work([p, q]);
         let share = joint.share(c);
-        let [x, y] = joint.along(&candidate, Some(&t), joint.give / share);
+        let [x, y] = joint.along(c, &candidate, Some(&t), &Touch { own: joint.give / share, ..joint.touch(c) });
         change += mass * share * (x * x + y * y);
         if joint.leads(c) && !candidate.is_fixed() {
             let [work, moved] = joint.of_plies(c);

@@ -186,13 +186,14 @@ impl Joint<'_, '_> {
     fn contact(&self, c: usize) -> Option<Contact> {
         let (candidate, t, touch) = (self.candidate(c), self.tangential(c)?, self.touch(c));
         let softer = self.damping * touch.own;
+        let ([_, _, up], tangents) = (touch.normal, t.tangents);
+        let up = [up, self.own_axes(c, tangents[0]).z, self.own_axes(c, tangents[1]).z];
         let mut contact = Contact {
-            up: [candidate.normal.z, t.tangents[0].z, t.tangents[1].z],
+            up,
             impulse: [candidate.impulse, t.impulse[0], t.impulse[1]],
             rate: [0.0; 3],
             own: touch.own,
-            body: [touch.give - touch.own * (1.0 - candidate.normal.z * candidate.normal.z), touch.slide]
-                .map(|d| d + softer),
+            body: [touch.give - touch.own * (1.0 - up[0] * up[0]), touch.slide].map(|d| d + softer),
             mass: t.effective_mass,
             friction: self.system.scene.contact.friction,
         };

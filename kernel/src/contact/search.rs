@@ -297,11 +297,11 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
             [*left, *right] = spread(row, system.instructions).map(end_of_range);
         }
         // Of a curved row every column may lie at either side of the body.
-        let all = [0, chunks];
         let [mut from, end] =
-            if curved { all } else { near.chunks(x0, net.columns, range_of([*left, *right]), chunks) };
+            if curved { [0, chunks] } else { near.chunks(x0, net.columns, range_of([*left, *right]), chunks) };
+        let of_row = Net { hoop: planes::row(net.hoop, chunks, ply), ..net };
         while from < end
-            && let Some(c) = near.next(row, &net, [from, end], first, &mut offsets)
+            && let Some(c) = near.next(row, &of_row, [from, end], first, &mut offsets)
         {
             from = c + 1;
             let Some(chunk) = row.get(c) else { break };

@@ -19,16 +19,19 @@ pub(super) struct Touch {
     pub stale: bool,
     /// What the body gives way by across the normal, with friction, 1/kg.
     pub slide: f64,
+    /// The outward normal in the axes of its column.
+    pub normal: [f64; 3],
 }
 
 impl Touch {
     pub fn read(slot: &[f64; TOUCH_REALS]) -> Touch {
-        let [lift, give, soft, own, last, stale, slide] = *slot;
-        Touch { lift, give, soft, own, last, stale: stale != 0.0, slide }
+        let [lift, give, soft, own, last, stale, slide, x, y, z] = *slot;
+        Touch { lift, give, soft, own, last, stale: stale != 0.0, slide, normal: [x, y, z] }
     }
 
     pub fn write(&self, slot: &mut [f64; TOUCH_REALS]) {
-        *slot = [self.lift, self.give, self.soft, self.own, self.last, f64::from(u8::from(self.stale)), self.slide];
+        let (stale, [x, y, z]) = (f64::from(u8::from(self.stale)), self.normal);
+        *slot = [self.lift, self.give, self.soft, self.own, self.last, stale, self.slide, x, y, z];
     }
 }
 

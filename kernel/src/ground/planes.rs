@@ -47,6 +47,10 @@ pub type Chunk<const P: usize> = [[f64; CHUNK]; P];
 pub const Z: usize = 2;
 /// See [`Z`].
 pub const SPEED_Z: usize = 5;
+/// Planes of displacement and velocity along x, before those along y and z.
+pub const X: usize = 0;
+/// See [`X`].
+pub const SPEED_X: usize = 3;
 
 /// Displacement of a node in its chunk of the hot rows, spacings.
 #[inline(always)]

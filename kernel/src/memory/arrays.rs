@@ -108,10 +108,14 @@ pub(crate) struct Arrays<'a> {
     pub columns: &'a mut [Chunk<LINE_PLANES>],
     /// The same of a column of nodes.
     pub lines: &'a mut [Chunk<LINE_PLANES>],
-    /// Constants of a row of nodes of a curved sheet, chunk by chunk of its columns (`ring.rs`).
+    /// Constants of a row of nodes of each ply of a curved sheet, chunk by chunk of its columns (`ring.rs`).
     pub hoop: &'a mut [Chunk<HOOP_PLANES>],
-    /// Of a stack (`contact/joint.rs`), as all up to `links`: velocities along z before the sweep. Of a ring on a case the pushes of each
-    /// row in the present pass.
+    /// Of a ring on a case, of each row in the present pass: sums of its pushes along x and z and of the energy that it takes, by columns of
+    /// a chunk, in units of m h/dt and m (h/dt)^2.
+    pub pushed: &'a mut [[[f64; CHUNK]; 3]],
+    /// And its push on every node, spacings a pass.
+    pub pushes: &'a mut [[f64; CHUNK]],
+    /// Of a stack (`contact/joint.rs`), as all up to `links`: velocities across the sheet before the sweep.
     pub before: &'a mut [[f64; CHUNK]],
     /// A column of facing nodes.
     pub column: &'a mut [[f64; COLUMN_REALS]],
@@ -166,6 +170,8 @@ impl<'a> Arrays<'a> {
             columns: &mut [],
             lines: &mut [],
             hoop: &mut [],
+            pushed: &mut [],
+            pushes: &mut [],
             before: &mut [],
             column: &mut [],
             touches: &mut [],
@@ -210,7 +216,7 @@ impl<'a> Arrays<'a> {
     /// The list: of each array whether the scene needs it, and the factors of its length.
     #[inline(never)]
     fn cut(&mut self, reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<()> {
-        use Feature::{Curved, Detachment, Friction, Grading, Rate, Slack, Strength, Theta, Viscosity};
+        use Feature::{Casing, Curved, Detachment, Friction, Grading, Rate, Slack, Strength, Theta, Viscosity};
         let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
         let has = |feature| layout.has(feature);
         let steps = layout.block_steps as usize;
@@ -226,13 +232,15 @@ impl<'a> Arrays<'a> {
             logarithms: chunked(real(has(Rate), [rows, row, CHUNK * RATE_PLANES])?),
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
-            hoop: chunked(real(has(Curved), [1, row, CHUNK * HOOP_PLANES])?),
+            hoop: chunked(real(has(Curved), [layout.plies, row, CHUNK * HOOP_PLANES])?),
             carry: chunked(real(true, [1, row, CHUNK * CARRY_PLANES])?),
             carries: chunked(real(steps > 1, [steps, row, CHUNK * CARRY_PLANES])?),
             kept: real(true, [1, nx, 3])?.as_chunks_mut().0,
             taken: real(layout.takes_energy(), [1, steps, rows])?,
             candidates: real(true, [1, candidates, CANDIDATE_REALS])?.as_chunks_mut().0,
-            before: real(true, [rows, layout.before_of_row(), CHUNK])?.as_chunks_mut().0,
+            pushed: real(has(Casing), [rows, 3, CHUNK])?.as_chunks_mut().0.as_chunks_mut().0,
+            pushes: real(has(Casing), [rows, row, CHUNK])?.as_chunks_mut().0,
+            before: real(layout.is_stack(), [rows, row, CHUNK])?.as_chunks_mut().0,
             column: real(layout.is_stack(), [1, layout.plies, COLUMN_REALS])?.as_chunks_mut().0,
             touches: real(layout.is_stack(), [1, candidates, TOUCH_REALS])?.as_chunks_mut().0,
             springs: real(layout.is_stack() && has(Friction), [1, candidates, SPRING_REALS])?.as_chunks_mut().0,

@@ -14,7 +14,7 @@ pub const TANGENTIAL_REALS: usize = 19;
 /// Numbers kept per ply of a column of facing nodes.
 pub(crate) const COLUMN_REALS: usize = 14;
 /// Numbers kept per contact candidate of a stack besides.
-pub(crate) const TOUCH_REALS: usize = 7;
+pub(crate) const TOUCH_REALS: usize = 10;
 /// Numbers kept per contact candidate of a stack for a step of Newton's method, with friction.
 pub(crate) const SPRING_REALS: usize = 11;
 /// And of one with friction.
@@ -257,28 +257,14 @@ impl Layout {
         row < self.y.segments() && ply < self.plies
     }
 
-    /// Eights of numbers that are kept of a row besides: of a stack one a chunk, of a ring on a case three more.
-    pub(crate) fn before_of_row(&self) -> usize {
-        match (self.is_stack(), self.has(Feature::Casing)) {
-            (true, _) => self.chunks,
-            (_, true) => 3 + self.chunks,
-            _ => 0,
-        }
-    }
-
-    /// Whether rows are swept with viscosity as those of flat sheets: curved ones have a sweep of their own.
-    pub fn sweeps_viscous(&self) -> bool {
-        self.has(Feature::Viscosity) && !self.has(Feature::Curved)
-    }
-
     /// Whether viscosity or the rate takes energy.
     pub fn takes_energy(&self) -> bool {
         self.has(Feature::Viscosity) || self.has(Feature::Rate)
     }
 
-    /// Whether segments have constants of their own: drawn ones, or those of a graded network.
+    /// Whether segments have constants of their own: drawn ones, those of a graded network, or those of plies with radii of their own.
     pub fn has_constants(&self) -> bool {
-        self.has(Feature::Drawn) || self.has(Feature::Grading)
+        self.has(Feature::Drawn) || self.has(Feature::Grading) || self.has(Feature::Curved) && self.is_stack()
     }
 
     /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass, too.

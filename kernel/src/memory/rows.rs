@@ -3,7 +3,7 @@
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::planes::{
-    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, RATE_PLANES, SPEED_X, STRENGTH_PLANES,
     YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
@@ -13,7 +13,9 @@ use crate::memory::terms::Terms;
 use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
+use crate::sheet::neighbours::own;
 use crate::sheet::places::rest_offset;
+use crate::sheet::ring::{FLAT, HOOP_PLANES};
 use crate::sheet::sweep::{OnCasing, Report, Row};
 use crate::sheet::symmetry::Line;
 
@@ -40,9 +42,11 @@ pub(crate) struct Rows<'r> {
     pub viscous: ViscousRows<'r>,
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
-    /// Of a stack velocities along z before the sweep. Of a ring on a case, three of each row, what the case pushes it by along x and z
-    /// and takes of its energy, by columns of a chunk, in units of m h/dt and m (h/dt)^2, and the push on every node. Empty otherwise.
+    /// Of a stack velocities across the sheet before the sweep.
     pub before: &'r mut [[f64; CHUNK]],
+    /// Of a ring on a case what it pushes each row by, and its push on every node (`arrays.rs`).
+    pub pushed: &'r mut [[[f64; CHUNK]; 3]],
+    pub pushes: &'r mut [[f64; CHUNK]],
     /// Least and greatest displacement along y and x, one entry a row.
     pub ranges: &'r mut [[u32; 4]],
     /// Fixed nodes, one entry a row.
@@ -91,13 +95,16 @@ impl<'r> Rows<'r> {
             been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
             viscous,
             taken: if layout.takes_energy() { arrays.taken.get_mut(noted + first..noted + end)? } else { &mut [] },
-            before: match layout.before_of_row() {
-                0 => &mut [],
-                of_row => arrays.before.get_mut(first * of_row..end * of_row)?,
-            },
+            before: if layout.is_stack() { arrays.before.get_mut(own.clone())? } else { &mut [] },
+            pushed: if layout.has(Feature::Casing) { arrays.pushed.get_mut(first..end)? } else { &mut [] },
+            pushes: if layout.has(Feature::Casing) { arrays.pushes.get_mut(own)? } else { &mut [] },
             ranges: arrays.ranges.get_mut(first..end)?,
             runs: arrays.runs.get(first..end)?,
-            net: Net { columns: arrays.columns, lines: arrays.lines, hoop: arrays.hoop },
+            net: Net {
+                columns: arrays.columns,
+                lines: arrays.lines,
+                hoop: planes::row(arrays.hoop, layout.chunks, ply),
+            },
             carry: match in_block {
                 None => arrays.carry,
                 Some(step) => planes::row_mut(arrays.carries, layout.chunks, step),
@@ -116,20 +123,33 @@ impl Rows<'_> {
             self.place_images(layout);
         }
         if layout.has(Feature::Curved) {
-            return self.sweep_curved(terms);
+            return self.sweep_curved::<false>(terms);
         }
         let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Slack);
         let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
-        if optional { self.sweep_with::<true, false>(terms) } else { self.sweep_with::<false, false>(terms) }
+        if optional {
+            self.sweep_with::<true, false, false>(terms)
+        } else {
+            self.sweep_with::<false, false, false>(terms)
+        }
     }
 
     /// [`Rows::sweep`] with viscosity.
     #[inline(always)] // The rows themselves then take no stack.
     pub fn sweep_viscous(&mut self, terms: &Terms<'_>) -> Report {
-        if terms.layout.x.is_mirrored() {
+        if terms.layout.x.has_image() {
             self.place_images(terms.layout);
         }
-        self.sweep_with::<true, true>(terms)
+        if terms.layout.has(Feature::Curved) {
+            return self.sweep_curved::<true>(terms);
+        }
+        self.sweep_with::<true, true, false>(terms)
+    }
+
+    /// Both of a curved sheet.
+    #[inline(never)]
+    fn sweep_curved<const VISCOUS: bool>(&mut self, terms: &Terms<'_>) -> Report {
+        self.sweep_with::<true, VISCOUS, true>(terms)
     }
 
     /// The image columns, with velocities for viscosity and slack segments.
@@ -144,15 +164,20 @@ impl Rows<'_> {
     }
 
     /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, slack or grading; otherwise no row is asked for them. VISCOUS: with viscosity.
+    /// CURVED: of a curved sheet.
     #[inline(always)]
-    fn sweep_with<const OPTIONS: bool, const VISCOUS: bool>(&mut self, terms: &Terms<'_>) -> Report {
+    fn sweep_with<const OPTIONS: bool, const VISCOUS: bool, const CURVED: bool>(
+        &mut self,
+        terms: &Terms<'_>,
+    ) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let Rows { hot, history, owed, viscous, before, taken, ranges, carry, kept, pulls, .. } = self;
+        let Rows { hot, history, owed, viscous, before, pushed, pushes, taken, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         if !before.is_empty() {
-            lanes::dispatch(terms.instructions, Keep { hot, before });
+            let hoop = self.net.hoop;
+            lanes::dispatch(terms.instructions, Keep::<CURVED> { hot, before, hoop });
         }
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
         let been_slack = if OPTIONS { self.been_slack } else { &[] };
@@ -193,7 +218,18 @@ impl Rows<'_> {
                 been_slack,
                 viscous: viscous_row,
             };
-            let (met, reach) = row_job.step::<VISCOUS>();
+            let (met, reach) = if CURVED {
+                // Whole rows of a ring are held, or none of it.
+                let case = terms.directions.casing.as_ref().filter(|_| run[0] == run[1]);
+                let place_y =
+                    rest_offset(layout.ply_and_row(j).1, layout.y.nodes) * pass.directions.vertical.rest.spacing;
+                let of_row = pushed.get_mut(k).zip(pushes.chunks_exact_mut(chunks.max(1)).nth(k));
+                let mut on_casing =
+                    case.zip(of_row).map(|(case, (pushed, pushes))| OnCasing { case, place_y, pushed, pushes });
+                row_job.step_curved(on_casing.as_mut())
+            } else {
+                row_job.step::<VISCOUS>()
+            };
             report = report.merged(met);
             let pulled = end_row(terms, if weighed { Some(net) } else { None }, j, row, kept, run, (range, reach));
             if let Some(pulls) = pulls.get_mut(k) {
@@ -201,56 +237,6 @@ impl Rows<'_> {
             }
             if VISCOUS && let Some(taken) = taken.get_mut(k) {
                 *taken += viscous.taken(layout, pass.directions, [k, j], &by_column, &last);
-            }
-        }
-        report
-    }
-}
-
-impl Rows<'_> {
-    /// [`Rows::sweep`] of a curved sheet, which excludes most options.
-    #[inline(never)]
-    fn sweep_curved(&mut self, terms: &Terms<'_>) -> Report {
-        let (layout, chunks) = (terms.layout, terms.layout.chunks);
-        let pass = terms.pass(&self.net, self.ply);
-        let (mut report, rows) = (Report::default(), self.ranges.len());
-        for (k, (range, run)) in self.ranges.iter_mut().zip(self.runs).enumerate() {
-            let j = self.first + k;
-            let Some((below, next)) = self.hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
-            let row = planes::row_mut(below, chunks, k);
-            keep_fixed(row, self.kept, run);
-            let mut by_column = [0.0; CHUNK];
-            let viscous = if layout.has(Feature::Viscosity) {
-                Some(self.viscous.row(layout, pass.directions, (k, rows, self.first), &mut by_column).0)
-            } else {
-                None
-            };
-            let row_job = Row {
-                pass: &pass,
-                j,
-                row: &mut *row,
-                history: planes::row_mut(self.history, chunks, k),
-                above: if k + 1 < rows { planes::row(next, chunks, 0) } else { self.above },
-                carry: self.carry,
-                yarn: &terms.yarn_row(self.yarn, self.strength, &[], k, self.ply),
-                owed: &mut [],
-                been_slack: 0,
-                viscous,
-            };
-            // Whole rows of a ring are held, or none of it.
-            let case = terms.directions.casing.as_ref().filter(|_| run[0] == run[1]);
-            let place_y = rest_offset(j, layout.y.nodes) * pass.directions.vertical.rest.spacing;
-            let kept = self.before.get_mut(k * layout.before_of_row()..).and_then(|kept| kept.split_first_chunk_mut());
-            let mut on_casing =
-                case.zip(kept).map(|(case, (pushed, pushes))| OnCasing { case, place_y, pushed, pushes });
-            let (met, reach) = row_job.step_curved(on_casing.as_mut());
-            report = report.merged(met);
-            let pulled = end_row(terms, None, j, row, self.kept, run, (range, reach));
-            if let Some(pulls) = self.pulls.get_mut(k) {
-                *pulls = pulled;
-            }
-            if let Some(taken) = self.taken.get_mut(k) {
-                *taken = self.viscous.taken(layout, pass.directions, [k, j], &by_column, &Last::default());
             }
         }
         report
@@ -282,20 +268,23 @@ fn end_row(
     pulled
 }
 
-/// Keeps the velocities along z.
-struct Keep<'a> {
+/// Keeps the velocities across the sheet. CURVED: along the normals of its columns.
+struct Keep<'a, const CURVED: bool> {
     hot: &'a [Chunk<HOT_PLANES>],
     before: &'a mut [[f64; CHUNK]],
+    hoop: &'a [Chunk<HOOP_PLANES>],
 }
 
-impl Job for Keep<'_> {
+impl<const CURVED: bool> Job for Keep<'_, CURVED> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lane>(self) {
+        let mut hoop = self.hoop.iter().cycle();
         for (before, chunk) in self.before.iter_mut().zip(self.hot) {
-            for (before, speed) in L::groups_mut(before).iter_mut().zip(L::groups(&chunk[5])) {
-                L::load(speed).store(before);
+            let hoop = if CURVED { hoop.next() } else { None }.unwrap_or(&FLAT);
+            for (g, before) in L::groups_mut(before).iter_mut().enumerate() {
+                own::<L, CURVED>(chunk, SPEED_X, hoop, g)[2].store(before);
             }
         }
     }

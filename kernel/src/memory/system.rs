@@ -133,15 +133,19 @@ impl SegmentView {
 
     /// Work over 1/4 l^2 that its stress at t_n, with this stiffness, does more in the last step than that at t_{n-1}.
     pub fn growth_of_work(&self, stiffness: f64) -> f64 {
-        let (q, ends) = (self.twice_strain(), [self.axis.own_axes(self.d), self.axis.own_axes(self.w)]);
+        let (q, rest) = (self.twice_strain(), self.rest.lanes());
+        let ends = match self.chord {
+            Some(chord) => [ring::end_to_end(self.d, chord), self.w],
+            None => [rest.end_to_end(self.axis.own_axes(self.d)), self.axis.own_axes(self.w)],
+        };
         let mut now = law::stress(stiffness, q);
         let mut before = law::stress(self.stiffness, self.twice_strain_before());
         if let Some([energy, given]) = self.owed {
             before += given;
             let mut owed = Owed { energy: &mut [energy; CHUNK], given: &mut [given; CHUNK] };
-            now += owed.stress(&self.rest.lanes(), [self.stiffness, stiffness], q, ends, 0);
+            now += owed.stress(&rest, [self.stiffness, stiffness], q, ends, 0);
         }
-        let [r, r_before] = slack::growths(&self.rest.lanes(), ends);
+        let [r, r_before] = slack::growths(&rest, ends);
         now * r - before * r_before
     }
 }
@@ -149,12 +153,13 @@ impl SegmentView {
 impl System<'_> {
     /// Rest place of a node in spacings h.
     pub fn rest(&self, i: usize, j: usize) -> [f64; 3] {
-        let Arrays { columns, lines, hoop, .. } = &self.arrays;
+        let Arrays { columns, lines, .. } = &self.arrays;
         if let (Some(x), Some(y)) = (planes::get(columns, PLACE, i), planes::get(lines, PLACE, j)) {
             return [x, y, 0.0];
         }
         let (ply, row) = self.layout.ply_and_row(j);
         let y = rest_offset(row, self.scene.sheet.nodes_y) * self.directions.front.vertical.rest.spacing;
+        let hoop = planes::row(self.arrays.hoop, self.layout.chunks, ply);
         if let (Some(x), Some(z)) = (planes::get(hoop, ring::PLACE_X, i), planes::get(hoop, ring::PLACE_Z, i)) {
             return [x, y, z];
         }
@@ -165,9 +170,22 @@ impl System<'_> {
     pub fn deflection(&self, i: usize, j: usize) -> f64 {
         let ([u, _, w], _) = self.node(i, j);
         let Some(hoop) = ring::Hoop::of(&self.scene) else { return w };
-        let [x, _, z] = self.rest(i, j);
+        let ([x, _, z], radius) = (self.rest(i, j), hoop.radius * self.directions_of_row(j).turn);
         // |r + d| - R without rounding at rest.
-        (u * (2.0 * x + u) + w * (2.0 * z + w)) / (math::length([x + u, 0.0, z + w]) + hoop.radius)
+        (u * (2.0 * x + u) + w * (2.0 * z + w)) / (math::length([x + u, 0.0, z + w]) + radius)
+    }
+
+    /// Normal of a column at rest along x and z.
+    #[inline]
+    pub fn normal(&self, i: usize) -> [f64; 2] {
+        [(ring::NORMAL_X, 0.0), (ring::NORMAL_Z, 1.0)]
+            .map(|(plane, of_flat)| planes::get(self.arrays.hoop, plane, i).unwrap_or(of_flat))
+    }
+
+    /// A vector in the axes of its column, of which the last one is across the sheet; of a flat sheet as it is.
+    #[inline]
+    pub fn own_axes(&self, i: usize, v: [f64; 3]) -> [f64; 3] {
+        if self.layout.has(Feature::Curved) { ring::own_axes(v, self.normal(i)) } else { v }
     }
 
     /// Bars and widths of a graded network.
@@ -254,7 +272,8 @@ impl System<'_> {
         let dv = [v2[0] - v1[0], v2[1] - v1[1], v2[2] - v1[2]];
         let (ply, _) = self.layout.ply_and_row(j);
         let direction = self.directions.of_ply(ply).along(axis);
-        let bar = self.net().bar(axis, i, j);
+        let turn = if axis == Axis::Horizontal { self.directions.turn(ply) } else { 1.0 };
+        let bar = self.net().bar(axis, i, j).or((turn != 1.0).then_some([turn, 1.0]));
         let yarn = planes::row(self.arrays.yarn, chunks, j);
         let drawn = |plane: usize| planes::get(yarn, axis as usize + plane, i).unwrap_or(0.0);
         let stochastic = self.layout.has_constants();
@@ -263,7 +282,7 @@ impl System<'_> {
             axis,
             ply,
             rest: bar.map_or(direction.rest, |[segments, _]| direction.rest.in_series(segments)),
-            chord: self.chord(axis, i),
+            chord: self.chord(axis, i, ply),
             bar: bar.unwrap_or([1.0; 2]),
             stiffness: planes::get(planes::row(self.arrays.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged: if stochastic { drawn(0) } else { direction.stiffness },
@@ -279,8 +298,9 @@ impl System<'_> {
     }
 
     /// Rest vector along x and z of a horizontal segment of a curved sheet.
-    fn chord(&self, axis: Axis, i: usize) -> Option<[f64; 2]> {
+    fn chord(&self, axis: Axis, i: usize, ply: usize) -> Option<[f64; 2]> {
         let hoop: &[_] = if axis == Axis::Horizontal { self.arrays.hoop } else { &[] };
+        let hoop = planes::row(hoop, self.layout.chunks, ply);
         Some([planes::get(hoop, ring::CHORD_X, i)?, planes::get(hoop, ring::CHORD_Z, i)?])
     }
 
@@ -362,7 +382,9 @@ impl System<'_> {
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
         if let Some(hoop) = ring::Hoop::of(&self.scene) {
-            hoop.fill(self.arrays.hoop);
+            for (ply, row) in self.arrays.hoop.chunks_exact_mut(self.layout.chunks.max(1)).enumerate() {
+                hoop.fill(row, self.directions.turn(ply));
+            }
         }
         let (Layout { nodes_x: nx, nodes_y: ny, chunks, .. }, strength) = (layout, layout.has(Feature::Strength));
         if !layout.has_constants() && !strength {
@@ -388,7 +410,8 @@ impl System<'_> {
                 for (axis, _) in exists.into_iter().filter(|(_, exists)| *exists) {
                     let direction = along.along(axis);
                     let bar = self.scene.draw_bar(&places, before, axis, [i, row_of_ply])?;
-                    let stiffness = bar.modulus / (direction.modulus_per_stiffness * bar.segments);
+                    let turn = if axis == Axis::Horizontal { along.turn } else { 1.0 };
+                    let stiffness = bar.modulus / (direction.modulus_per_stiffness * (bar.segments * turn));
                     let constants = [(axis as usize, stiffness), (axis as usize + 2, bar.damage_rate)];
                     for (plane, constant) in constants {
                         if let Some(slot) = planes::get_mut(row, plane, i) {
@@ -442,6 +465,8 @@ impl System<'_> {
         self.failure = None;
         self.arrays.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
         self.arrays.before.fill([0.0; CHUNK]);
+        self.arrays.pushed.fill([[0.0; CHUNK]; 3]);
+        self.arrays.pushes.fill([0.0; CHUNK]);
         (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));
         for j in 0..self.layout.nodes_y {
             if fill(self, j) {

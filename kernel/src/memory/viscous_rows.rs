@@ -1,7 +1,7 @@
 //! What viscosity keeps of a run of rows, and what it takes of them in a pass (`sheet/viscous.rs`).
 
 use crate::ground::lanes;
-use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z, VISCOUS_STRESS};
+use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_X, SPEED_Z, VISCOUS_STRESS};
 use crate::memory::layout::Layout;
 use crate::memory::terms::Terms;
 use crate::scene::features::Feature;
@@ -121,8 +121,8 @@ impl ViscousRows<'_> {
 #[inline(always)]
 fn weights(layout: &Layout, along: Along<'_>, j: usize) -> ([f64; 2], [f64; 2]) {
     let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
-    let lengths =
-        [along.horizontal, along.vertical].map(|direction| 0.25 * direction.rest.length * direction.rest.length);
+    let lengths = [along.horizontal.rest.length * along.turn, along.vertical.rest.length];
+    let lengths = lengths.map(|length| 0.25 * length * length);
     let [x, y] = [layout.y.node_weight(j) * lengths[0], layout.y.segment_weight(j) * lengths[1]];
     let whole = [x * line.segment_weight(0), y * line.node_weight(0)];
     (whole, [whole[0] - x * line.segment_weight(last), whole[1] - y * line.node_weight(last)])
@@ -142,6 +142,7 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
 pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, taken: &mut f64) {
     let (layout, line) = (terms.layout, terms.layout.x);
     if layout.has(Feature::Curved) {
+        *taken = 0.0;
         return;
     }
     let before = if layout.has(Feature::Rate) { *taken } else { 0.0 };
@@ -181,9 +182,9 @@ pub(crate) fn place_image_moments(images: &mut [Chunk<PAST_PLANES>], row: &[Chun
 
 /// The velocities of the image column of so many rows.
 pub(crate) fn place_image_speeds(hot: &mut [Chunk<HOT_PLANES>], chunks: usize, line: Line) {
-    let (node, _) = line.node(line.modelled());
+    let (node, mirrored) = line.node(line.modelled());
     for row in hot.chunks_exact_mut(chunks.max(1)) {
-        for (plane, sign) in [(SPEED_Z - 2, -1.0), (SPEED_Z - 1, 1.0), (SPEED_Z, 1.0)] {
+        for (plane, sign) in [(SPEED_X, if mirrored { -1.0 } else { 1.0 }), (SPEED_X + 1, 1.0), (SPEED_Z, 1.0)] {
             let speed = planes::get(row, plane, node).unwrap_or(0.0);
             set(row, plane, line.modelled(), sign * speed);
         }

@@ -281,7 +281,7 @@ pub const FEATURES: [Record; 26] = [
         name: "rings",
         built: cfg!(feature = "rings"),
         asked_by: &[("sheet.radius", |s| s.sheet.radius != 0.0)],
-        not_with: &[Rate, Plies, Slack, Grading, Theta, Mirrors],
+        not_with: &[Rate, Grading, Theta, Mirrors],
         words: 0,
         about: "A sheet that is curved about an axis along y",
     },

@@ -83,6 +83,17 @@ impl Cylinder {
         (push, push_along)
     }
 
+    /// By how much more than that the case lets a node at `place` move outwards along this normal of its column, if it is pushed along it by
+    /// `push`; 0 where it is free to move. Spacings.
+    pub(crate) fn room(&self, place: [f64; 3], [sine, cosine]: [f64; 2], push: f64) -> f64 {
+        let [mut sum_x, mut sum_z, mut taken] = [[0.0]; 3];
+        let sums = [&mut sum_x, &mut sum_z, &mut taken];
+        let (held, [x, z]) = self.push(place, [0.0; 2], [push * sine, push * cosine], sums);
+        // Where a node has slid along the case its normal is another.
+        let along = x * sine + z * cosine;
+        if push < 0.0 && along > 0.0 { held * (held / along) } else { 0.0 }
+    }
+
     /// The change of velocity of a node that rests on the case, at `place`, spacings, where the yarns give it this one.
     pub(crate) fn carry(&self, [x, y, z]: [f64; 3], [a, b, c]: [f64; 3]) -> [f64; 3] {
         if math::length([x, 0.0, z]) - self.radius > CLOSES {

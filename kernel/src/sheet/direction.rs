@@ -93,6 +93,8 @@ pub struct Directions {
     pub back: WarpAndWeft,
     /// How the plies differ.
     plies: Arrangement,
+    /// Of a curved sheet by how much the radius grows from ply to ply, over that of the first.
+    growth: f64,
     /// The case that a ring lies on.
     pub casing: Option<Cylinder>,
 }
@@ -103,6 +105,7 @@ impl Directions {
         front: WarpAndWeft::NOTHING,
         back: WarpAndWeft::NOTHING,
         plies: Arrangement::SINGLE,
+        growth: 0.0,
         casing: None,
     };
 
@@ -111,6 +114,7 @@ impl Directions {
     pub(crate) fn derive(&mut self, scene: &Scene, dt: f64, of_back: &mut Scene) {
         let unit = volume_of(scene, Axis::Horizontal);
         self.plies = scene.arrangement();
+        self.growth = if scene.is_curved() { scene.stack.gap / scene.sheet.radius } else { 0.0 };
         self.casing = Cylinder::of(scene);
         self.front.derive(scene, dt, unit);
         if scene.back.plies > 0 {
@@ -124,7 +128,13 @@ impl Directions {
         let WarpAndWeft { horizontal, vertical, plain } = if self.is_back(ply) { &self.back } else { &self.front };
         let (horizontal, vertical) =
             if self.plies.is_turned(ply) { (vertical, horizontal) } else { (horizontal, vertical) };
-        Along { horizontal, vertical, plain: *plain }
+        let turn = self.turn(ply);
+        Along { horizontal, vertical, plain: *plain && turn == 1.0, turn }
+    }
+
+    /// Radius of a ply of a curved sheet over that of the first; 1 in a flat one.
+    pub(crate) fn turn(&self, ply: usize) -> f64 {
+        1.0 + f64::from(ply as u32) * self.growth
     }
 
     /// Whether a ply is of the back fabric.
@@ -168,11 +178,18 @@ pub struct Along<'a> {
     pub horizontal: &'a Direction,
     /// Of the segments along y.
     pub vertical: &'a Direction,
-    /// [`WarpAndWeft::plain`].
+    /// [`WarpAndWeft::plain`], of the radius of the first ply.
     pub plain: bool,
+    /// By how much longer segments along x are than those of the first ply of a curved sheet; 1 in a flat one.
+    pub turn: f64,
 }
 
 impl<'a> Along<'a> {
+    /// How the segments along x of a curved sheet lie at rest.
+    pub fn around(&self) -> Rest {
+        self.horizontal.rest.in_series(self.turn)
+    }
+
     /// That of an axis.
     pub fn along(&self, axis: Axis) -> &'a Direction {
         match axis {

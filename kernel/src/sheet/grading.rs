@@ -51,7 +51,7 @@ pub struct Net<'a> {
     pub columns: &'a [Chunk<LINE_PLANES>],
     /// Of a column of nodes.
     pub lines: &'a [Chunk<LINE_PLANES>],
-    /// Of a row of nodes of a curved sheet (`ring.rs`); empty of a flat one.
+    /// Of a row of nodes of a ply of a curved sheet, or of all plies (`ring.rs`); empty of a flat one.
     pub hoop: &'a [Chunk<HOOP_PLANES>],
 }
 

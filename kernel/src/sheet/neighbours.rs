@@ -2,6 +2,7 @@
 
 use crate::ground::lanes::Lane;
 use crate::ground::planes::{CHUNK, Chunk, HOT_PLANES};
+use crate::sheet::ring::{HOOP_PLANES, NORMAL_X, NORMAL_Z, own_axes};
 
 /// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
 pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
@@ -10,6 +11,18 @@ pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 #[inline(always)]
 pub(crate) fn at<L: Lane, const P: usize>(chunk: &Chunk<P>, plane: usize, g: usize) -> L {
     L::load(&L::groups(&chunk[plane])[g])
+}
+
+/// Three planes from this one on, displacements or velocities, in the axes of their columns; of a flat sheet as they are.
+#[inline(always)]
+pub(crate) fn own<L: Lane, const CURVED: bool>(
+    chunk: &Chunk<HOT_PLANES>,
+    first: usize,
+    hoop: &Chunk<HOOP_PLANES>,
+    g: usize,
+) -> [L; 3] {
+    let sheets = [at(chunk, first, g), at(chunk, first + 1, g), at(chunk, first + 2, g)];
+    if CURVED { own_axes(sheets, [at(hoop, NORMAL_X, g), at(hoop, NORMAL_Z, g)]) } else { sheets }
 }
 
 /// Puts a lane group into a plane.

@@ -6,7 +6,9 @@
 //! c_i = (cos(a_i + s/2), 0, -sin(a_i + s/2)) in spacings, which takes the place of (1, 0, 0) in (M2) and (M4).
 //! In a ring the last segment of a row pulls its first node, too: its force is found before the row is swept, from places and damage at the
 //! start of the step, and its damage is committed where the sweep comes to it. Behind the last node stands an image of the first one.
-//! Limits: the fabric does not bend; between two nodes it is straight.
+//! Separate plies lie on circles of their own: ply k has the radius R_k = R + k gap, and its rest vectors and natural lengths are R_k/R times
+//! those of the first. The plies push on each other along the normal (sin a_i, 0, cos a_i) that their column has at rest.
+//! Limits: the fabric does not bend; between two nodes it is straight. A turn about the axis turns no normal of a column.
 //! Reference: docs/model.md, "Curved sheets and rings"; of the preset NASA, Research and Technology 2001, NTRS 20050207394, and
 //! fabrics/zylon_as_500_35.toml.
 
@@ -20,7 +22,7 @@ use crate::yarn::law::RestLanes;
 use core::f64::consts::PI;
 
 /// Planes of the constants of a row of nodes of a curved sheet.
-pub const HOOP_PLANES: usize = 4;
+pub const HOOP_PLANES: usize = 6;
 /// Rest place along x and z, spacings from the axis.
 pub const PLACE_X: usize = 0;
 /// See [`PLACE_X`].
@@ -29,6 +31,10 @@ pub const PLACE_Z: usize = 1;
 pub const CHORD_X: usize = 2;
 /// See [`CHORD_X`].
 pub const CHORD_Z: usize = 3;
+/// Normal of the sheet at rest along x and z; 0 behind the last node.
+pub const NORMAL_X: usize = 4;
+/// See [`NORMAL_X`].
+pub const NORMAL_Z: usize = 5;
 
 /// Columns of a flat sheet.
 pub(crate) const FLAT: Chunk<HOOP_PLANES> = [[0.0; CHUNK]; HOOP_PLANES];
@@ -81,12 +87,16 @@ impl Hoop {
         (column - 0.5 * (f64::from(self.nodes) - 1.0)) * self.step
     }
 
-    /// Fills the constants of a row. Behind its last node there is a place that no case and no projectile meets.
-    pub(crate) fn fill(&self, row: &mut [Chunk<HOOP_PLANES>]) {
+    /// Fills the constants of a row of a ply of so many times the first one's radius. Behind its last node there is a place that no case and
+    /// no projectile meets.
+    pub(crate) fn fill(&self, row: &mut [Chunk<HOOP_PLANES>], turn: f64) {
+        let radius = turn * self.radius;
         for i in 0..row.len() * CHUNK {
-            let ([x, z], [along, across]) = (self.place(i), self.chord(i));
-            let nowhere = [4.0 * self.radius, 0.0, 0.0, 0.0];
-            let constants = if i < self.nodes as usize { [x, z, along, across] } else { nowhere };
+            let (normal, chord) = (math::sine_and_cosine(self.angle(f64::from(i as u32))), self.chord(i));
+            let ([x, z], [along, across]) = (normal.map(|part| radius * part), chord.map(|part| turn * part));
+            let nowhere = [4.0 * radius, 0.0, 0.0, 0.0, 0.0, 0.0];
+            let is_node = i < self.nodes as usize;
+            let constants = if is_node { [x, z, along, across, normal[0], normal[1]] } else { nowhere };
             for (plane, constant) in constants.into_iter().enumerate() {
                 if let Some(slot) = planes::get_mut(row, plane, i) {
                     *slot = constant;
@@ -100,6 +110,12 @@ impl Hoop {
 fn closed_radius(nodes: u32) -> f64 {
     let [sine, _] = math::sine_and_cosine(PI / f64::from(nodes));
     0.5 / sine
+}
+
+/// A vector in the axes of a column with this normal: along the hoop, along the axis, and outwards.
+#[inline(always)]
+pub fn own_axes<L: Lane>([x, y, z]: [L; 3], [sine, cosine]: [L; 2]) -> [L; 3] {
+    [cosine.mul(x).sub(sine.mul(z)), y, sine.mul(x).add(cosine.mul(z))]
 }
 
 /// (M23) Twice the strain of segments with the rest vectors `chord` along x and z, of length and natural length 1: q = d.(d + 2 c).
@@ -116,18 +132,24 @@ pub fn general_twice_strain<L: Lane>(d: [L; 3], chord: [L; 2], rest: &RestLanes<
     twice_strain(d, chord).mul(rest.inverse_square).add(rest.twice_strain)
 }
 
+/// From end to end.
+#[inline(always)]
+pub fn end_to_end<L: Lane>([x, y, z]: [L; 3], [along, across]: [L; 2]) -> [L; 3] {
+    [x.add(along), y, z.add(across)]
+}
+
 /// Their force on the first node: along c + d.
 #[inline(always)]
 pub fn force<L: Lane>(stress: L, [x, y, z]: [L; 3], [along, across]: [L; 2]) -> [L; 3] {
     [stress.mul(x.add(along)), stress.mul(y), stress.mul(z.add(across))]
 }
 
-/// The box about a sheet at rest along x and z, m: its least and its greatest corner.
-pub(crate) fn box_at_rest(hoop: &[Chunk<HOOP_PLANES>], nodes: usize, spacing: f64) -> [[f64; 2]; 2] {
+/// The box about plies at rest along x and z, m: its least and its greatest corner.
+pub(crate) fn box_at_rest(hoop: &[Chunk<HOOP_PLANES>], [chunks, nodes]: [usize; 2], spacing: f64) -> [[f64; 2]; 2] {
     let mut ends = [[f64::MAX; 2], [f64::MIN; 2]];
-    for i in 0..nodes {
+    for (row, i) in hoop.chunks_exact(chunks.max(1)).flat_map(|row| (0..nodes).map(move |i| (row, i))) {
         for (k, plane) in [PLACE_X, PLACE_Z].into_iter().enumerate() {
-            let place = planes::get(hoop, plane, i).unwrap_or(0.0) * spacing;
+            let place = planes::get(row, plane, i).unwrap_or(0.0) * spacing;
             ends[0][k] = math::min(place, ends[0][k]);
             ends[1][k] = math::max(place, ends[1][k]);
         }
@@ -228,6 +250,9 @@ impl Scene {
         let strain = self.sheet.pre_strain[Axis::Horizontal as usize];
         if strain != 0.0 && !self.has_snug_casing() {
             return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0).from("casing.radius"));
+        }
+        if strain != 0.0 && self.stack.plies > 1 && self.stack.gap > 0.0 {
+            return Err(Error::new(Code::NotInEquilibrium, "stack.gap", self.stack.gap, 0.0).from("sheet.pre_strain"));
         }
         Ok(())
     }

@@ -22,6 +22,7 @@ use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, OWED_PLANES, vertica
 use crate::sheet::direction::Along;
 use crate::sheet::grading::NetRow;
 use crate::sheet::neighbours::{NOTHING, at, right_of, to_the_right, upwards};
+use crate::sheet::ring::{self, CHORD_X, CHORD_Z, HOOP_PLANES};
 use crate::yarn::law::RestLanes;
 
 /// Largest stress given, over k |r|.
@@ -41,20 +42,20 @@ pub(crate) struct Owed<'a> {
 }
 
 impl Owed<'_> {
-    /// (M9) The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one; `d`, `w`: relative
-    /// displacement and velocity of the ends, in their own axes.
+    /// (M9) The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one; `x`, `w`: from end to end, and how
+    /// the ends move relative to each other.
     #[inline(always)]
     pub fn stress<L: Lane>(
         &mut self,
         rest: &RestLanes<L>,
         [stiffness_before, stiffness]: [L; 2],
         q: L,
-        [d, w]: [[L; 3]; 2],
+        [x, w]: [[L; 3]; 2],
         g: usize,
     ) -> L {
         let (energy, given) = (&mut L::groups_mut(self.energy)[g], &mut L::groups_mut(self.given)[g]);
         let zero = L::splat(0.0);
-        let [r, r_before] = growths(rest, [d, w]);
+        let [r, r_before] = growths(rest, [x, w]);
         let (taut, before) = (q.max(zero), q.sub(L::splat(0.5).mul(r.add(r_before))).max(zero));
         let law = stiffness.mul(taut.mul(taut.sub(r))).sub(stiffness_before.mul(before.mul(before.add(r_before))));
         let owed = L::load(energy).add(law).sub(L::load(given).mul(r_before));
@@ -70,9 +71,9 @@ impl Owed<'_> {
 
 /// r and r - 2 p: what q grows by in the last step, from the direction that the segment has at its end and at its start.
 #[inline(always)]
-pub(crate) fn growths<L: Lane>(rest: &RestLanes<L>, [d, w]: [[L; 3]; 2]) -> [L; 2] {
+pub(crate) fn growths<L: Lane>(rest: &RestLanes<L>, [x, w]: [[L; 3]; 2]) -> [L; 2] {
     let two = L::splat(2.0).mul(rest.inverse_square);
-    let along = d[0].add(rest.spacing).mul(w[0]).add(d[1].mul(w[1])).add(d[2].mul(w[2]));
+    let along = x[0].mul(w[0]).add(x[1].mul(w[1])).add(x[2].mul(w[2]));
     let squared = w[0].mul(w[0]).add(w[1].mul(w[1])).add(w[2].mul(w[2]));
     [two.mul(along), two.mul(along.sub(squared))]
 }
@@ -102,6 +103,8 @@ pub(crate) struct FindSlack<'a> {
     pub above: &'a [Chunk<HOT_PLANES>],
     pub directions: Along<'a>,
     pub net: NetRow<'a>,
+    /// Of a curved sheet.
+    pub hoop: &'a [Chunk<HOOP_PLANES>],
 }
 
 impl Job for FindSlack<'_> {
@@ -109,18 +112,23 @@ impl Job for FindSlack<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) -> u32 {
-        let FindSlack { row, above, directions: Along { horizontal, vertical, .. }, net } = self;
-        let (zero, rest_v) = (L::splat(0.0), net.upwards::<L>(&vertical.rest));
+        let FindSlack { row, above, directions, net, hoop } = self;
+        let Along { horizontal, vertical, .. } = directions;
+        let (zero, rest_v, around) = (L::splat(0.0), net.upwards::<L>(&vertical.rest), directions.around().lanes());
         let mut slack = [false; 2];
         for (c, chunk) in row.iter().enumerate() {
             let (next, above) = (row.get(c + 1).unwrap_or(&NOTHING), above.get(c).unwrap_or(&NOTHING));
             for g in 0..CHUNK / L::WIDTH {
-                let ends = [to_the_right(chunk, next, g), vertical_axes(upwards(chunk, above, g))];
-                let rests = [net.along::<L>(c, g, &horizontal.rest), rest_v];
-                for k in 0..2 {
+                let (along, up) = (to_the_right(chunk, next, g), vertical_axes(upwards(chunk, above, g)));
+                let of_x = match hoop.get(c) {
+                    Some(hoop) => {
+                        ring::general_twice_strain(along, [at(hoop, CHORD_X, g), at(hoop, CHORD_Z, g)], &around)
+                    }
+                    None => net.along::<L>(c, g, &horizontal.rest).twice_strain(along),
+                };
+                for (k, q) in [of_x, rest_v.twice_strain(up)].into_iter().enumerate() {
                     // Where there is no segment the stiffness is 0, as of a broken one.
-                    let (stiffness, d): (L, [L; 3]) = (at(chunk, 6 + k, g), ends[k]);
-                    slack[k] |= zero.any_above(stiffness.mul(rests[k].twice_strain(d)));
+                    slack[k] |= zero.any_above(at::<L, HOT_PLANES>(chunk, 6 + k, g).mul(q));
                 }
             }
             if slack == [true; 2] {
@@ -147,8 +155,9 @@ mod tests {
             let p = (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * rest.inverse_square;
             assert!(q * q_0 < 0.0, "{q} {q_0}");
             let mut owed = Owed { energy: &mut [0.0; CHUNK], given: &mut [0.0; CHUNK] };
-            let given = owed.stress(&rest.lanes(), [k; 2], q, [d, w], 0);
-            let [r, _] = growths(&rest.lanes(), [d, w]);
+            let ends = [rest.lanes().end_to_end(d), w];
+            let given = owed.stress(&rest.lanes(), [k; 2], q, ends, 0);
+            let [r, _] = growths(&rest.lanes(), ends);
             let made = if q > 0.0 { k * q * (q_0 - p) } else { -k * q_0 * (q - p) };
             assert!((owed.energy[0] + given * r - made).abs() < 1e-12 * k * q.abs(), "{} {made}", owed.energy[0]);
             assert!(given.abs() <= LARGEST * k * r.abs() && given * r * made >= 0.0);

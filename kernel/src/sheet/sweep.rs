@@ -237,11 +237,18 @@ impl Row<'_> {
         }
     }
 
-    /// [`Row::step`] of a curved sheet. A curve excludes all but viscosity along the yarn and directions that are not plain.
+    /// [`Row::step`] of a curved sheet. A curve excludes a dependence on the rate and grading.
     #[inline(always)] // As above.
     pub fn step_curved<'c>(self, on_casing: Option<&'c mut OnCasing<'c>>) -> (Report, [f64; 2]) {
         let (set, left) = (self.pass.instructions, self.force_across_the_joint());
         let joint = Joint { left, on_casing };
+        if Feature::Slack.is_built() && !self.owed.is_empty() {
+            return if self.viscous.is_some() {
+                lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, true, true, true>(self, joint))
+            } else {
+                lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, false, true, true>(self, joint))
+            };
+        }
         if self.viscous.is_some() {
             return lanes::dispatch_narrow(set, RowJob::<false, false, NONE, true, true, true, true>(self, joint));
         }
@@ -258,7 +265,7 @@ impl Row<'_> {
     /// The force of the segment from the last node of a ring to its first, on the last; nothing is committed. 0 of an open row.
     #[inline(never)]
     fn force_across_the_joint(&self) -> [f64; 3] {
-        let Row { pass, row, history, yarn, viscous, .. } = self;
+        let Row { pass, row, history, yarn, owed, been_slack, viscous, .. } = self;
         // Only in a ring a segment begins at the last node.
         let last = pass.verticals.wrapping_sub(1);
         let places = (row.first(), row.get(last / CHUNK), history.get(last / CHUNK), pass.net.hoop.get(last / CHUNK));
@@ -270,13 +277,13 @@ impl Row<'_> {
         let lane = last % CHUNK;
         let ([a, b, c], [x, y, z]) = (planes::displacement(first, 0), planes::displacement(chunk, lane));
         let (d, chord) = ([a - x, b - y, c - z], [hoop[CHORD_X][lane], hoop[CHORD_Z][lane]]);
-        let rest = &pass.directions.horizontal.rest;
+        let rest = pass.directions.around().lanes();
         let q = if pass.directions.plain {
             ring::twice_strain(d, chord)
         } else {
-            ring::general_twice_strain(d, chord, &rest.lanes())
+            ring::general_twice_strain(d, chord, &rest)
         };
-        let (mut largest, mut stiffness) = (largest[lane], chunk[6][lane]);
+        let (mut largest, before, mut stiffness) = (largest[lane], chunk[6][lane], chunk[6][lane]);
         pass.damage_segment(q, yarn, Axis::Horizontal, last, [&mut largest, &mut stiffness]);
         let zero = 0.0_f64;
         let strain = match viscous.as_ref().and_then(|viscous| viscous.past.get(last / CHUNK)) {
@@ -286,7 +293,17 @@ impl Row<'_> {
             }
             None => q,
         };
-        ring::force(law::stress(stiffness, strain), d, chord)
+        let mut stress = law::stress(stiffness, strain);
+        if let Some([energy, _, given, _]) = owed.get(last / CHUNK).filter(|_| been_slack & bit(Axis::Horizontal) != 0)
+        {
+            let (mut energy, mut given) = ([energy[lane]; CHUNK], [given[lane]; CHUNK]);
+            pass.owe_dissipated(yarn, Axis::Horizontal, last, [before, stiffness], &mut energy[0]);
+            let ([a, b, c], [x, y, z]) = (planes::velocity(first, 0), planes::velocity(chunk, lane));
+            let ends = [ring::end_to_end(d, chord), [a - x, b - y, c - z]];
+            let mut owed = Owed { energy: &mut energy, given: &mut given };
+            stress += owed.stress(&rest, [before, stiffness], q, ends, 0);
+        }
+        ring::force(stress, d, chord)
     }
 }
 
@@ -372,7 +389,7 @@ impl Job for Lift<'_> {
                 }
                 if !owed.is_empty() {
                     let [_, w] = relative_velocities([here, &NOTHING, over], g);
-                    let ends = [vertical_axes(d), vertical_axes(w)];
+                    let ends = [rest.end_to_end(vertical_axes(d)), vertical_axes(w)];
                     let mut owed = Owed { energy, given };
                     stress = stress.add(owed.stress(&rest, [before, stiffness], q, ends, g));
                 }
@@ -422,8 +439,8 @@ impl<
         let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let limits = [L::splat(limits[0]), L::splat(limits[1])];
         let viscosity = [horizontal.viscosity.lanes(), vertical.viscosity.lanes()];
-        let (rests, inverse_width) =
-            ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
+        let along_x = if CURVED { pass.directions.around() } else { horizontal.rest };
+        let (rests, inverse_width) = ([along_x.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
         let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
         let mut joint = self.1;
         let left_force = if CURVED { spread(joint.left) } else { [zero; 3] };
@@ -551,13 +568,13 @@ struct Cold<'a> {
 impl<L: Lane> Carried<L> {
     /// How the segments of group g lie in the flat sheet.
     #[inline(always)]
-    fn rests<const GRADED: bool, const FACTOR: u8>(
+    fn rests<const GRADED: bool, const FACTOR: u8, const CURVED: bool>(
         &self,
         (columns, net): (&Chunk<LINE_PLANES>, &NetRow<'_>),
         g: usize,
         pass: &Pass<'_>,
     ) -> [RestLanes<L>; 2] {
-        let [horizontal, vertical] = if FACTOR == SLACK || L::WIDTH == CHUNK {
+        let [horizontal, vertical] = if FACTOR == SLACK && !CURVED || L::WIDTH == CHUNK {
             // AVX-512 spreads a number as it reads it: eight copies of each on the stack would be no gain.
             [pass.directions.horizontal.rest.lanes(), net.upwards(&pass.directions.vertical.rest)]
         } else {
@@ -612,7 +629,7 @@ impl<L: Lane> Carried<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
+        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, cold.pass);
         let chord = [L::load(&L::groups(&planes.hoop[CHORD_X])[g]), L::load(&L::groups(&planes.hoop[CHORD_Z])[g])];
         let (q_v, q_h) = twice_strains::<L, PLAIN, CURVED>(vertical_axes(up), along, chord, [&rest_h, &rest_v]);
         let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
@@ -638,11 +655,12 @@ impl<L: Lane> Carried<L> {
             }
             _ => [law::stress(kv, q_v), law::stress(kh, q_h)],
         };
-        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR>((columns, planes.net), g, cold.pass);
+        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, cold.pass);
         if FACTOR == SLACK
             && let Some(owed) = planes.owed.as_deref_mut()
         {
-            let ends = [[along, w_h], [vertical_axes(up), vertical_axes(w_v)]];
+            let x = if CURVED { ring::end_to_end(along, chord) } else { rest_h.end_to_end(along) };
+            let ends = [[x, w_h], [rest_v.end_to_end(vertical_axes(up)), vertical_axes(w_v)]];
             let given = self.given(owed, [rest_h, rest_v], [before, [kh, kv]], [q_h, q_v], ends, g);
             (stress_h, stress_v) = (stress_h.add(given[0]), stress_v.add(given[1]));
         }
@@ -915,12 +933,8 @@ impl Cold<'_> {
                 let met = self.pass.damage_segment(q, self.yarn, place.axis, column, [history, stiffness]);
                 self.report.add(met);
                 let owed = owed.as_deref_mut().filter(|_| KEEPS && self.keeps & bit(place.axis) != 0);
-                if let Some(owed) = owed.and_then(|owed| owed.as_mut().get_mut(lane))
-                    && *stiffness != before
-                {
-                    for (sign, stiffness) in [(4.0, *stiffness), (-4.0, before)] {
-                        *owed += sign * self.pass.dissipated(self.yarn, place.axis, column, stiffness);
-                    }
+                if let Some(owed) = owed.and_then(|owed| owed.as_mut().get_mut(lane)) {
+                    self.pass.owe_dissipated(self.yarn, place.axis, column, [before, *stiffness], owed);
                 }
             }
         }
@@ -958,6 +972,15 @@ impl Pass<'_> {
         // A failed segment never comes here again: no q is above its history.
         *history = damage.history;
         Report { newly_failed: u64::from(damage.alpha == 0.0 && !failed_before), non_finite: false }
+    }
+
+    /// Adds to what a segment owes what it dissipates as its stiffness changes so.
+    fn owe_dissipated(&self, yarn: &YarnRow<'_>, axis: Axis, column: usize, [before, now]: [f64; 2], owed: &mut f64) {
+        if now != before {
+            for (sign, stiffness) in [(4.0, now), (-4.0, before)] {
+                *owed += sign * self.dissipated(yarn, axis, column, stiffness);
+            }
+        }
     }
 
     /// What a segment has dissipated when its stiffness has become this, in the unit of stiffness.

@@ -231,14 +231,9 @@ impl Scene {
         [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = viscosity_at(strongest);
         self.slack_balance = self.sheet.crimp != [0.0; 2] && !self.depends_on_rate();
         if self.is_curved() {
-            self.leave_out_what_a_curve_refuses();
+            self.yarn.viscosity_bending = 0.0;
         }
         Ok(())
-    }
-
-    /// Takes from the yarn of a textile what curved sheets refuse: `yarn.viscosity_bending` and `slack_balance`.
-    pub fn leave_out_what_a_curve_refuses(&mut self) {
-        (self.yarn.viscosity_bending, self.slack_balance) = (0.0, false);
     }
 
     /// Makes the back fabric of this textile, in the scene's own grid: a bar stands for as many yarns as there are in a spacing, so

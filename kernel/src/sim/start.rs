@@ -93,15 +93,19 @@ fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Resul
     let places = Places::both(scene);
     let search = Search::new(solid, body, scene.largest_spacing(), InstructionSet::Scalar);
     let (movable, [columns, rows, plies]) = (scene.is_free(), search.box_at_rest(scene, &places));
-    let columns = if scene.is_curved() { 0..places[0].nodes() as usize } else { columns };
+    let (columns, plies) = if scene.is_curved() {
+        (0..places[0].nodes() as usize, 0..scene.stack.plies as usize)
+    } else {
+        (columns, plies)
+    };
     let [along, up, through] = strides([&columns, &rows, &plies].map(|range| range.len() as u64), most);
     for j in rows.step_by(up.max(1)) {
         let y = places[1].offset(j) * h_y;
         let [[a, b], [c, d]] = if movable { [[0; 2]; 2] } else { weave::runs_among(scene, &places, j) };
         for i in columns.clone().step_by(along.max(1)).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let [x, z] = place_at_rest(scene, &places[0], i);
             for ply in plies.clone().step_by(through.max(1)) {
-                let gap = search.gap(&Vector::new(x, y, z + ply as f64 * scene.stack.gap));
+                let [x, z] = place_at_rest(scene, &places[0], i, ply);
+                let gap = search.gap(&Vector::new(x, y, z));
                 if overlaps(scene, gap) {
                     return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
                 }
@@ -111,11 +115,12 @@ fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Resul
     Ok(())
 }
 
-/// Where a column of the first ply rests along x and z, m.
+/// Where a column of a ply rests along x and z, m.
 #[inline(never)] // Off the stack of its caller.
-fn place_at_rest(scene: &Scene, columns: &Places, i: usize) -> [f64; 2] {
-    let place = Hoop::of(scene).map_or([columns.offset(i), 0.0], |hoop| hoop.place(i));
-    place.map(|place| place * scene.sheet.spacing)
+fn place_at_rest(scene: &Scene, columns: &Places, i: usize, ply: usize) -> [f64; 2] {
+    let (h, off) = (scene.sheet.spacing, ply as f64 * scene.stack.gap);
+    let Some(hoop) = Hoop::of(scene) else { return [columns.offset(i) * h, off] };
+    hoop.place(i).map(|place| place * (h * (1.0 + off / scene.sheet.radius)))
 }
 
 /// See [`Sim::set_motion`](crate::Sim::set_motion).
@@ -158,10 +163,13 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
         }
     }
     let nodes_of_ply = system.layout.nodes_x * system.layout.y.modelled();
-    let height = |point: &[f64; 3]| system.model.pose.point_in(*point)[2];
-    for (below, above) in points.iter().zip(points.iter().skip(nodes_of_ply)) {
+    let height = |k: usize, point: &[f64; 3]| {
+        let [_, _, height] = system.own_axes(system.layout.column_and_row(k).0, system.model.pose.point_in(*point));
+        height
+    };
+    for (k, (below, above)) in points.iter().zip(points.iter().skip(nodes_of_ply)).enumerate() {
         // Rounding aside, a node lies on or above the one that it faces below.
-        let gap = height(above) - height(below);
+        let gap = height(k, above) - height(k, below);
         if system.layout.is_stack() && overlaps(&system.scene, gap) {
             return Err(Error::new(Code::PliesOverlap, "positions", gap, 0.0));
         }

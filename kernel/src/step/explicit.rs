@@ -157,14 +157,14 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
         return Report::default();
     }
     begin_sweep(system, rows);
-    let report = if system.layout.sweeps_viscous() {
+    let report = if system.layout.has(Feature::Viscosity) {
         sweep_rows::<true>(system, ply, rows, None)
     } else {
         sweep_rows::<false>(system, ply, rows, None)
     };
     book_taken(system, ply, rows, 0);
     book_pulls(system, ply, rows, 0);
-    book_pushes(system, rows);
+    book_pushes(system, ply, rows);
     system.set_awake(ply, rows);
     report
 }
@@ -181,7 +181,7 @@ fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
 
 /// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
-    if system.layout.sweeps_viscous() {
+    if system.layout.has(Feature::Viscosity) {
         find_moments_above(system, step, rows[1]);
         return sweep_rows::<true>(system, 0, rows, Some(step));
     }
@@ -237,18 +237,16 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
     taken.into_iter().flatten().for_each(|taken| system.state.sums.viscous += unit * taken);
 }
 
-/// Books what a case has pushed rows [first, end) by, and what it has taken, lowest row first.
+/// Books what a case has pushed rows [first, end) of a ply by, and what it has taken, lowest row first.
 #[inline(never)]
-pub(crate) fn book_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
-    let (unit, sums) = (system.model.unit_energy, &mut system.state.sums);
-    let of_row = system.layout.before_of_row();
-    let rows = if system.layout.has(Feature::Casing) { of_row * first..of_row * end } else { 0..0 };
-    let rows = system.arrays.before.get_mut(rows).unwrap_or_default();
-    for push in rows.chunks_exact_mut(of_row.max(1)).filter_map(|row| row.first_chunk_mut::<3>()) {
+pub(crate) fn book_pushes(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
+    let share = system.mass_share(ply);
+    let (unit, sums) = (system.model.unit_energy * share, &mut system.state.sums);
+    for push in system.arrays.pushed.get_mut(first..end).unwrap_or_default() {
         // The next pass may leave out a row.
         let [x, z, taken] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
         *push = [[0.0; CHUNK]; 3];
-        sums.casing -= Vector::new(x, 0.0, z);
+        sums.casing -= Vector::new(x, 0.0, z) * share;
         sums.casing_loss += unit * taken;
     }
 }

@@ -284,9 +284,9 @@ fn has_passed(system: &System<'_>) -> bool {
     let [x, y] = system.scene.half_size();
     let (mut low, mut high) = ([-x, -y, 0.0], [x, y, system.scene.stack_height()]);
     if system.layout.has(Feature::Curved) {
-        let nodes = system.layout.nodes_x;
+        let counts = [system.layout.chunks, system.layout.nodes_x];
         [[low[0], low[2]], [high[0], high[2]]] =
-            ring::box_at_rest(system.arrays.hoop, nodes, system.scene.sheet.spacing);
+            ring::box_at_rest(system.arrays.hoop, counts, system.scene.sheet.spacing);
     }
     let flight = flight(system);
     if !system.scene.is_free() {

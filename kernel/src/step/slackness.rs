@@ -21,7 +21,7 @@ pub(crate) fn search(system: &mut System<'_>) {
             if system.arrays.been_slack.get(j) == Some(&ALL) {
                 continue;
             }
-            if line.is_mirrored() {
+            if line.has_image() {
                 place_image_column(planes::row_mut(system.arrays.hot, chunks, j), line);
             }
             // Above the top row of a ply the stiffnesses are 0.
@@ -30,6 +30,7 @@ pub(crate) fn search(system: &mut System<'_>) {
                 above: planes::row(system.arrays.hot, chunks, j + 1),
                 directions: system.directions_of_row(j),
                 net: system.net().row(j),
+                hoop: planes::row(system.arrays.hoop, chunks, ply),
             };
             let found = lanes::dispatch(system.instructions, job);
             if let Some(been_slack) = system.arrays.been_slack.get_mut(j) {

@@ -177,6 +177,12 @@ impl<L: Lane> RestLanes<L> {
     pub fn force(&self, stress: L, d: [L; 3]) -> [L; 3] {
         [stress.mul(d[0].add(self.spacing)), stress.mul(d[1]), stress.mul(d[2])]
     }
+
+    /// From end to end.
+    #[inline(always)]
+    pub fn end_to_end(&self, d: [L; 3]) -> [L; 3] {
+        [d[0].add(self.spacing), d[1], d[2]]
+    }
 }
 
 /// Part of the tension at the critical stretch up to which the bending viscosity grows with the tension.

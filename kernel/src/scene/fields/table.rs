@@ -63,7 +63,7 @@ pub const FIELDS: &[Field] = &[
         "Strain at which the sheet is held along x (two or four sides) and along y (four sides), below critical_stretch - 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus drawn for every segment")
         .image(Image::Later(0x7_0003)),
     real("sheet.radius", |s| one(&mut s.sheet.radius), &LENGTH, Range::NotNegative, 750,
-        "Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of sheet.spacing (M23); 0 = flat. Velocity Verlet only; not with viscosity, a dependence on the rate of strain, slack_balance, separate plies, a graded network, mirror planes or four corners")
+        "Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of sheet.spacing (M23); 0 = flat. Separate plies lie at R + k stack.gap. Velocity Verlet only; not with yarn.viscosity_bending, a dependence on the rate of strain, a graded network, mirror planes or four corners")
         .image(Image::Later(0x6c_0000)),
     flag("sheet.closed", |s| &mut s.sheet.closed, 751,
         "A ring: a segment joins the last node of every row to its first. sheet.radius must be sheet.spacing/(2 sin(pi/sheet.nodes_x)) to 1e-6; two sides cannot be held")
@@ -88,7 +88,7 @@ pub const FIELDS: &[Field] = &[
         "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network")
         .read(|s| if_so(s.stack.plies != 1)).image(Image::Later(0x69_0000)),
     real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
-        "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read for more than one ply only")
+        "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other, as plies of a ring with pre-strain along x must. Read for more than one ply only")
         .read(stacked).image(Image::Later(0x69_1000)),
     flag("stack.turned", |s| &mut s.stack.turned, 722,
         "Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for more than one ply only")

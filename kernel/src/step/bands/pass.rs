@@ -89,7 +89,7 @@ impl Plan {
             let owed = if is_slack { rows(memory.owed, chunks, j - 1, 1) } else { &[] };
             let terms = self.terms(false);
             let yarn = terms.yarn_row(yarn, strength, logarithms, 0, ply);
-            let (net, viscous) = (self.net(), [0, 1].map(|slot| planes::row(viscous, chunks, slot)));
+            let (net, viscous) = (self.net(ply), [0, 1].map(|slot| planes::row(viscous, chunks, slot)));
             let pass = terms.pass(&net, ply);
             let (row, above, yarn) = (below, here, &yarn);
             Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, owed, viscous }.find();
@@ -172,7 +172,7 @@ impl Plan {
     pub(super) unsafe fn sweep(&self, of: u32, band: u32) -> Report {
         // SAFETY: the caller's promise.
         unsafe {
-            if self.layout.sweeps_viscous() {
+            if self.layout.has(Feature::Viscosity) {
                 self.sweep_with::<true>(of, band)
             } else {
                 self.sweep_with::<false>(of, band)
@@ -352,13 +352,16 @@ impl Plan {
                 been_slack: if layout.has(Feature::Slack) { rows(memory.been_slack, 1, first, count) } else { &[] },
                 viscous: self.viscous_rows([first, end], ply, viscous),
                 taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
-                before: match layout.before_of_row() {
-                    0 => &mut [],
-                    of_row => rows_mut(memory.before, of_row, first, count),
+                before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
+                pushed: if layout.has(Feature::Casing) { rows_mut(memory.pushed, 1, first, count) } else { &mut [] },
+                pushes: if layout.has(Feature::Casing) {
+                    rows_mut(memory.pushes, chunks, first, count)
+                } else {
+                    &mut []
                 },
                 ranges: rows_mut(memory.ranges, 1, first, count),
                 runs: rows(memory.runs, 1, first, count),
-                net: self.net(),
+                net: self.net(ply),
                 carry,
                 kept,
                 pulls: if layout.supports {
@@ -374,7 +377,7 @@ impl Plan {
     ///
     /// # Safety
     /// The simulation's arrays are there.
-    unsafe fn net<'r>(&self) -> Net<'r> {
+    unsafe fn net<'r>(&self, ply: usize) -> Net<'r> {
         let (layout, memory) = (&self.layout, &self.memory);
         let (graded, curved) = (layout.has(Feature::Grading), layout.has(Feature::Curved));
         // SAFETY: they are as long, and nothing changes them.
@@ -382,7 +385,7 @@ impl Plan {
             Net {
                 columns: if graded { rows(memory.columns, 1, 0, layout.chunks) } else { &[] },
                 lines: if graded { rows(memory.lines, 1, 0, layout.nodes_y.div_ceil(CHUNK)) } else { &[] },
-                hoop: if curved { rows(memory.hoop, 1, 0, layout.chunks) } else { &[] },
+                hoop: if curved { rows(memory.hoop, layout.chunks, ply, 1) } else { &[] },
             }
         }
     }
@@ -405,7 +408,7 @@ impl Plan {
             system.set_awake(ply, [first, end]);
             explicit::book_taken(system, ply, [first, end], 0);
             explicit::book_pulls(system, ply, [first, end], 0);
-            explicit::book_pushes(system, [first, end]);
+            explicit::book_pushes(system, ply, [first, end]);
         }
         explicit::close_pass(system, &gathered, report)?;
         explicit::end_step(system);
