@@ -3,12 +3,12 @@
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::planes::{
-    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, RATE_PLANES, STRENGTH_PLANES,
-    YARN_PLANES,
+    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
+use crate::memory::taken::TakenOfRow;
 use crate::memory::terms::Terms;
 use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
@@ -31,14 +31,12 @@ pub(crate) struct Rows<'r> {
     pub yarn: &'r [Chunk<YARN_PLANES>],
     /// Critical stretches from the first row on; empty where all have the same.
     pub strength: &'r [Chunk<STRENGTH_PLANES>],
-    /// Logarithms of the rate from the first row on; empty where yarn does not depend on it.
-    pub logarithms: &'r [Chunk<RATE_PLANES>],
     /// What slack segments owe from the first row on, and of each row in which directions they have been slack; empty where nobody asks.
     pub owed: &'r mut [Chunk<OWED_PLANES>],
     pub been_slack: &'r [u32],
     /// What viscosity keeps.
     pub viscous: ViscousRows<'r>,
-    /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
+    /// Energy that viscosity and rate take, one entry a row; empty without both.
     pub taken: &'r mut [f64],
     /// Of a stack velocities along z before the sweep. Of a ring on a case, three of each row, what the case pushes it by along x and z
     /// and takes of its energy, by columns of a chunk, in units of m h/dt and m (h/dt)^2, and the push on every node. Empty otherwise.
@@ -86,7 +84,6 @@ impl<'r> Rows<'r> {
             history: arrays.history.get_mut(own.clone())?,
             yarn: if layout.has_constants() { arrays.yarn.get(own.clone())? } else { &[] },
             strength: if layout.has(Feature::Strength) { arrays.strength.get(own.clone())? } else { &[] },
-            logarithms: if layout.has(Feature::Rate) { arrays.logarithms.get(own.clone())? } else { &[] },
             owed: if layout.has(Feature::Slack) { arrays.owed.get_mut(own.clone())? } else { &mut [] },
             been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
             viscous,
@@ -154,7 +151,7 @@ impl Rows<'_> {
         if !before.is_empty() {
             lanes::dispatch(terms.instructions, Keep { hot, before });
         }
-        let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
+        let strength = if OPTIONS { self.strength } else { &[] };
         let been_slack = if OPTIONS { self.been_slack } else { &[] };
         let net = if OPTIONS { &self.net } else { &Net::NONE };
         let pass = terms.pass(net, ply);
@@ -170,13 +167,20 @@ impl Rows<'_> {
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, logarithms, k, ply);
+            let yarn = terms.yarn_row(yarn, strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
             let been_slack = been_slack.get(k).copied().unwrap_or(0);
             let owed = if been_slack != 0 { planes::row_mut(owed, chunks, k) } else { &mut [] };
-            let mut by_column = [0.0; CHUNK];
+            let mut counted = if OPTIONS && !taken.is_empty() {
+                TakenOfRow::nothing(layout, pass.directions, j)
+            } else {
+                TakenOfRow::NONE
+            };
+            if OPTIONS && layout.x.is_mirrored() && layout.has(Feature::Rate) {
+                counted.relax_last(&pass, [row, above]);
+            }
             let (viscous_row, last) = if VISCOUS {
-                let (row, last) = viscous.row(layout, pass.directions, (k, rows, first), &mut by_column);
+                let (row, last) = viscous.row(layout, (k, rows, first));
                 (Some(row), last)
             } else {
                 (None, Last::default())
@@ -192,6 +196,7 @@ impl Rows<'_> {
                 owed,
                 been_slack,
                 viscous: viscous_row,
+                taken: if OPTIONS { Some(&mut counted.sums) } else { None },
             };
             let (met, reach) = row_job.step::<VISCOUS>();
             report = report.merged(met);
@@ -199,8 +204,13 @@ impl Rows<'_> {
             if let Some(pulls) = pulls.get_mut(k) {
                 *pulls = pulled;
             }
-            if VISCOUS && let Some(taken) = taken.get_mut(k) {
-                *taken += viscous.taken(layout, pass.directions, [k, j], &by_column, &last);
+            if OPTIONS && let Some(taken) = taken.get_mut(k) {
+                if VISCOUS && layout.x.is_mirrored() {
+                    let of_last = viscous.taken_of_last(layout, k, &last);
+                    counted.of_last = [0, 1].map(|axis| counted.of_last[axis] + of_last[axis]);
+                }
+                // What the moments take is there.
+                *taken = counted.total(layout) + if VISCOUS { *taken } else { 0.0 };
             }
         }
         report
@@ -219,9 +229,9 @@ impl Rows<'_> {
             let Some((below, next)) = self.hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
             keep_fixed(row, self.kept, run);
-            let mut by_column = [0.0; CHUNK];
+            let mut counted = TakenOfRow::nothing(layout, pass.directions, j);
             let viscous = if layout.has(Feature::Viscosity) {
-                Some(self.viscous.row(layout, pass.directions, (k, rows, self.first), &mut by_column).0)
+                Some(self.viscous.row(layout, (k, rows, self.first)).0)
             } else {
                 None
             };
@@ -232,10 +242,11 @@ impl Rows<'_> {
                 history: planes::row_mut(self.history, chunks, k),
                 above: if k + 1 < rows { planes::row(next, chunks, 0) } else { self.above },
                 carry: self.carry,
-                yarn: &terms.yarn_row(self.yarn, self.strength, &[], k, self.ply),
+                yarn: &terms.yarn_row(self.yarn, self.strength, k, self.ply),
                 owed: &mut [],
                 been_slack: 0,
                 viscous,
+                taken: Some(&mut counted.sums),
             };
             // Whole rows of a ring are held, or none of it.
             let case = terms.directions.casing.as_ref().filter(|_| run[0] == run[1]);
@@ -250,7 +261,7 @@ impl Rows<'_> {
                 *pulls = pulled;
             }
             if let Some(taken) = self.taken.get_mut(k) {
-                *taken = self.viscous.taken(layout, pass.directions, [k, j], &by_column, &Last::default());
+                *taken = counted.total(layout);
             }
         }
         report

@@ -1,11 +1,10 @@
 //! What viscosity keeps of a run of rows, and what it takes of them in a pass (`sheet/viscous.rs`).
 
 use crate::ground::lanes;
-use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z, VISCOUS_STRESS};
+use crate::ground::planes::{self, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z, VISCOUS_STRESS};
 use crate::memory::layout::Layout;
 use crate::memory::terms::Terms;
 use crate::scene::features::Feature;
-use crate::sheet::direction::Along;
 use crate::sheet::symmetry::Line;
 use crate::sheet::viscous::{MomentsOfRow, ViscousRow};
 
@@ -68,13 +67,7 @@ impl ViscousRows<'_> {
 
     /// What the sweep of the k-th of so many rows needs, and the past of its last segments. `first`: as above.
     #[inline(always)]
-    pub fn row<'a>(
-        &'a mut self,
-        layout: &Layout,
-        along: Along<'_>,
-        (k, rows, first): (usize, usize, usize),
-        taken: &'a mut [f64; CHUNK],
-    ) -> (ViscousRow<'a>, Last) {
+    pub fn row<'a>(&'a mut self, layout: &Layout, (k, rows, first): (usize, usize, usize)) -> (ViscousRow<'a>, Last) {
         let chunks = layout.chunks;
         if layout.y.is_mirrored()
             && first + k + 1 == layout.nodes_y
@@ -86,46 +79,17 @@ impl ViscousRows<'_> {
         let past = planes::row_mut(below, chunks, k);
         let above = if k + 1 < rows { planes::row(rest, chunks, 0) } else { &*self.above };
         let last = last_of(past, layout);
-        let ([of_horizontal, of_vertical], _) = weights(layout, along, first + k);
-        (ViscousRow { past, above, share: of_vertical / of_horizontal, taken }, last)
+        (ViscousRow { past, above }, last)
     }
 
-    /// What the segments of the k-th row, row j of the sheet, have taken in the pass, in units of m (h/dt)^2. `before`: the past of the last
-    /// ones.
-    #[inline(always)]
-    pub fn taken(
-        &mut self,
-        layout: &Layout,
-        along: Along<'_>,
-        [k, j]: [usize; 2],
-        by_column: &[f64; CHUNK],
-        before: &Last,
-    ) -> f64 {
-        let (whole, twice) = weights(layout, along, j);
-        let sum = whole[0] * by_column.iter().sum::<f64>();
-        if !layout.x.is_mirrored() {
-            return sum;
-        }
+    /// What the last segments of the k-th row, a mirrored one, have taken since this was their past, over 1/4 l^2.
+    #[inline(never)]
+    pub fn taken_of_last(&mut self, layout: &Layout, k: usize, before: &Last) -> [f64; 2] {
         // It was that of a node beside the plane.
         set(planes::row_mut(self.past, layout.chunks, k), MOMENT, layout.x.modelled(), 0.0);
         let now = last_of(planes::row(self.past, layout.chunks, k), layout);
-        [0, 1].into_iter().fold(sum, |sum, axis: usize| {
-            let once = (now[axis][0] - before[axis][0]) * (now[axis][1] + before[axis][1]);
-            sum - twice[axis] * once
-        })
+        [0, 1].map(|axis| (now[axis][0] - before[axis][0]) * (now[axis][1] + before[axis][1]))
     }
-}
-
-/// Of the horizontal and the vertical segments of row j: what each counts, 1/4 l^2 times its weight, and what of it the last of the row does
-/// not count.
-#[inline(always)]
-fn weights(layout: &Layout, along: Along<'_>, j: usize) -> ([f64; 2], [f64; 2]) {
-    let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
-    let lengths =
-        [along.horizontal, along.vertical].map(|direction| 0.25 * direction.rest.length * direction.rest.length);
-    let [x, y] = [layout.y.node_weight(j) * lengths[0], layout.y.segment_weight(j) * lengths[1]];
-    let whole = [x * line.segment_weight(0), y * line.node_weight(0)];
-    (whole, [whole[0] - x * line.segment_weight(last), whole[1] - y * line.node_weight(last)])
 }
 
 /// The past of the last segments of a row along x and along y.
@@ -137,17 +101,16 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
     [[at(0), at(VISCOUS_STRESS)], [at(1), at(VISCOUS_STRESS + 1)]]
 }
 
-/// Finds the moments of row j, and begins to count what viscosity takes of it, behind what the rate takes.
+/// Finds the moments of row j, and begins to count what viscosity takes of it.
 #[inline(never)]
 pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, taken: &mut f64) {
     let (layout, line) = (terms.layout, terms.layout.x);
     if layout.has(Feature::Curved) {
         return;
     }
-    let before = if layout.has(Feature::Rate) { *taken } else { 0.0 };
     if !line.is_mirrored() {
         let found: f64 = lanes::dispatch(terms.instructions, row).iter().sum();
-        *taken = before + 0.5 * layout.y.node_weight(j) * found;
+        *taken = 0.5 * layout.y.node_weight(j) * found;
         return;
     }
     // Nodes on the plane are there once, the others twice; and there is an image.
@@ -166,7 +129,7 @@ pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow
     let found: f64 = lanes::dispatch(terms.instructions, MomentsOfRow { past, ..row }).iter().sum();
     once += of_last(past);
     let all = line.node_weight(0) * found - (line.node_weight(0) - line.node_weight(last)) * once;
-    *taken = before + 0.5 * layout.y.node_weight(j) * all;
+    *taken = 0.5 * layout.y.node_weight(j) * all;
     let (node, _) = line.node(line.modelled());
     let image = planes::get(past, MOMENT, node).unwrap_or(0.0);
     set(past, MOMENT, line.modelled(), image);

@@ -21,10 +21,6 @@ pub struct ViscousRow<'a> {
     pub past: &'a mut [Chunk<PAST_PLANES>],
     /// The same of the row above; empty for none.
     pub above: &'a [Chunk<PAST_PLANES>],
-    /// What of a vertical segment counts, over that of a horizontal one.
-    pub share: f64,
-    /// Receives what its segments take, by columns, as if all were horizontal ones: over 1/4 l^2.
-    pub taken: &'a mut [f64; CHUNK],
 }
 
 /// Without a past.
