@@ -239,6 +239,7 @@ impl Row<'_> {
         }
         // A dependence on the rate excludes both.
         match (plain, ungraded, unmarked) {
+            (true, ..) if dependent => lanes::dispatch(set, RowJob::<true, false, RATE>(self, Joint::NONE)),
             _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self, Joint::NONE)),
             // The commonest path is compiled apart for sheets that lie in the caches.
             (true, true, true) if !(self.pass.fetches && Feature::Blocks.is_built()) => {
