@@ -1,12 +1,12 @@
 //! What viscosity keeps of a run of rows, and what it takes of them in a pass (`sheet/viscous.rs`).
 
 use crate::ground::lanes;
-use crate::ground::planes::{self, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z, VISCOUS_STRESS};
+use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z, VISCOUS_STRESS};
 use crate::memory::layout::Layout;
 use crate::memory::terms::Terms;
 use crate::scene::features::Feature;
 use crate::sheet::symmetry::Line;
-use crate::sheet::viscous::{MomentsOfRow, ViscousRow};
+use crate::sheet::viscous::{Ahead, MomentsOfRow, ViscousRow};
 
 /// What viscosity keeps of neighbouring rows; empty without it.
 pub(crate) struct ViscousRows<'r> {
@@ -22,25 +22,10 @@ pub(crate) struct ViscousRows<'r> {
 pub(crate) type Last = [[f64; 2]; 2];
 
 impl ViscousRows<'_> {
-    /// Finds the moments that the sweep of row k of `hot` needs: those of the row above it, and of the first row before that. `above`: the
-    /// row above the last; `first`: the number of the first row in the sheet.
+    /// Finds the moments of row k of `hot`, if they are not known. Begins to count what viscosity takes of it. `above`: the row above the
+    /// last; `first`: the number of the first row in the sheet.
     #[inline(never)]
-    pub fn find_moments_ahead(
-        &mut self,
-        terms: &Terms<'_>,
-        [ply, first, k]: [usize; 3],
-        rows: [&[Chunk<HOT_PLANES>]; 2],
-        taken: &mut [f64],
-    ) {
-        if k == 0 {
-            self.find_moments(terms, [ply, first, 0], rows, taken);
-        }
-        self.find_moments(terms, [ply, first, k + 1], rows, taken);
-    }
-
-    /// Finds the moments of row k. Begins to count what viscosity takes of it.
-    #[inline(never)]
-    fn find_moments(
+    pub fn find_moments(
         &mut self,
         terms: &Terms<'_>,
         [ply, first, k]: [usize; 3],
@@ -65,9 +50,20 @@ impl ViscousRows<'_> {
         find_moments_of_row(terms, first + k, row, taken);
     }
 
+    /// Whether the sweep of the k-th of so many rows finds the moments of the row above it.
+    #[inline(always)]
+    pub fn finds_ahead(&self, layout: &Layout, k: usize, rows: usize) -> bool {
+        !layout.x.is_mirrored() && k + 1 < rows && !(k + 2 == rows && self.known[1])
+    }
+
     /// What the sweep of the k-th of so many rows needs, and the past of its last segments. `first`: as above.
     #[inline(always)]
-    pub fn row<'a>(&'a mut self, layout: &Layout, (k, rows, first): (usize, usize, usize)) -> (ViscousRow<'a>, Last) {
+    pub fn row<'a>(
+        &'a mut self,
+        layout: &Layout,
+        (k, rows, first): (usize, usize, usize),
+        ahead: Option<Ahead<'a>>,
+    ) -> (ViscousRow<'a>, Last) {
         let chunks = layout.chunks;
         if layout.y.is_mirrored()
             && first + k + 1 == layout.nodes_y
@@ -77,9 +73,9 @@ impl ViscousRows<'_> {
         }
         let (below, rest) = self.past.split_at_mut(((k + 1) * chunks).min(self.past.len()));
         let past = planes::row_mut(below, chunks, k);
-        let above = if k + 1 < rows { planes::row(rest, chunks, 0) } else { &*self.above };
+        let above = if k + 1 < rows { planes::row_mut(rest, chunks, 0) } else { &mut *self.above };
         let last = last_of(past, layout);
-        (ViscousRow { past, above }, last)
+        (ViscousRow { past, above, ahead }, last)
     }
 
     /// What the last segments of the k-th row, a mirrored one, have taken since this was their past, over 1/4 l^2.
@@ -101,6 +97,12 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
     [[at(0), at(VISCOUS_STRESS)], [at(1), at(VISCOUS_STRESS + 1)]]
 }
 
+/// What the moments of row j have taken, of which no node is there twice along x. `twice`: by columns.
+#[inline(always)]
+pub(crate) fn taken_by_moments(layout: &Layout, j: usize, twice: &[f64; CHUNK]) -> f64 {
+    0.5 * layout.y.node_weight(j) * twice.iter().sum::<f64>()
+}
+
 /// Finds the moments of row j, and begins to count what viscosity takes of it.
 #[inline(never)]
 pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, taken: &mut f64) {
@@ -109,8 +111,7 @@ pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow
         return;
     }
     if !line.is_mirrored() {
-        let found: f64 = lanes::dispatch(terms.instructions, row).iter().sum();
-        *taken = 0.5 * layout.y.node_weight(j) * found;
+        *taken = taken_by_moments(layout, j, &lanes::dispatch(terms.instructions, row));
         return;
     }
     // Nodes on the plane are there once, the others twice; and there is an image.

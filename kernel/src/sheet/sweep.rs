@@ -25,7 +25,7 @@ use crate::sheet::neighbours::{NOTHING, right_of};
 use crate::sheet::ring::{self, CHORD_X, CHORD_Z, HOOP_PLANES, PLACE_X, PLACE_Z};
 use crate::sheet::slack::{NOTHING_OWED, Owed, bit, relative_velocities};
 use crate::sheet::symmetry::Line;
-use crate::sheet::viscous::{NO_PAST, Past, ViscousRow, bending_forces};
+use crate::sheet::viscous::{Ahead, Moments, NO_PAST, Nodes, Past, ViscousRow, bending_forces};
 use crate::yarn::law::{self, DamageLaw, LOST, RestLanes, ViscosityLanes};
 use crate::yarn::rate::{RateLanes, RateLaw, Rates, stiffenings};
 
@@ -424,8 +424,11 @@ impl<
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
         let Row { pass, j, row, history, above, carry, yarn, owed, been_slack, viscous, taken } = self.0;
-        let (mut rest_of_past, past_above) =
-            viscous.map_or((&mut [][..], &[][..]), |ViscousRow { past, above }| (past, above));
+        let (mut rest_of_past, past_above, mut ahead) = match viscous {
+            Some(ViscousRow { past, above, ahead }) => (past, above, ahead),
+            None => (&mut [][..], &mut [][..], None),
+        };
+        let mut moments = Moments::<L>::of(pass.directions);
         let (mut no_past, mut none) = (NO_PAST, Taken::NONE);
         let taken = if VISCOUS || FACTOR == RATE { taken.unwrap_or(&mut none) } else { &mut none };
         let share = taken.share;
@@ -437,7 +440,7 @@ impl<
             vertical_end: if above.is_empty() { 0 } else { pass.verticals },
             keeps: been_slack,
             report: Report::default(),
-            share,
+            share: if FACTOR == RATE { share } else { 0.0 },
             by_rupture: 0.0,
         };
         let zero = L::splat(0.0);
@@ -471,7 +474,7 @@ impl<
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
-            let above = above.get(c).unwrap_or(&NOTHING);
+            let (above_row, above) = (above, above.get(c).unwrap_or(&NOTHING));
             // The pass reads three planes of the row above and leaves out five, which a processor does not take for a stream that
             // it should fetch by itself. All eight are fetched together: the next row needs the other five.
             if FETCH && pass.fetches {
@@ -484,6 +487,14 @@ impl<
             if VISCOUS {
                 let Some((first, tail)) = rest_of_past.split_first_mut() else { break };
                 (past, rest_of_past) = (first, tail);
+                if !CURVED
+                    && let Some(Ahead { beyond, taken }) = &mut ahead
+                    && let Some(past_above) = past_above.get_mut(c)
+                {
+                    let [next, beyond] = [above_row.get(c + 1), beyond.get(c)].map(|chunk| chunk.unwrap_or(&NOTHING));
+                    let nodes = Nodes { chunk: above, next, above: beyond, below: chunk, past_below: past };
+                    moments.find(&nodes, past_above, taken);
+                }
                 past_beside = [rest_of_past.first(), past_above.get(c)].map(|beside| beside.unwrap_or(&NO_PAST));
             }
             let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
@@ -505,18 +516,13 @@ impl<
                 taken: &mut taken.by_column,
             };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
-            match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold),
-                2 => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 1, &mut cold);
-                }
-                _ => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 3, &mut cold);
-                }
+            along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold);
+            if L::WIDTH < CHUNK {
+                along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 1, &mut cold);
+            }
+            if L::WIDTH < CHUNK / 2 {
+                along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 2, &mut cold);
+                along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 3, &mut cold);
             }
             rest = tail;
         }
