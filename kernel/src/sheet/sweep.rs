@@ -443,41 +443,24 @@ impl<
             share: if FACTOR == RATE { share } else { 0.0 },
             by_rupture: 0.0,
         };
-        let zero = L::splat(0.0);
-        let Along { horizontal, vertical, .. } = pass.directions;
-        let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
-        let limits = [L::splat(limits[0]), L::splat(limits[1])];
-        let viscosity = [horizontal.viscosity.lanes(), vertical.viscosity.lanes()];
-        let at_time = |law: &RateLaw| if FACTOR == RATE { law.at(pass.rates.time) } else { RateLaw::NONE };
-        let laws = [at_time(&horizontal.rate), at_time(&vertical.rate)];
-        let (rates, relaxing, share) = (spread_rates(&laws), L::splat(pass.rates.relaxing), L::splat(share));
-        let (rests, inverse_width) =
-            ([horizontal.rest.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
-        let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
         let mut joint = self.1;
-        let left_force = if CURVED { spread(joint.left) } else { [zero; 3] };
-        let (low, high) = (zero, zero);
-        let mut along = Carried::<L> {
-            limits,
-            viscosity,
-            laws,
-            rates,
-            relaxing,
-            share,
-            rests,
-            inverse_width,
-            keeps,
-            left_force,
-            low,
-            high,
+        let mut along = Carried::<L>::of::<CURVED, FACTOR>(pass, &net, been_slack, (&joint, share));
+        // All as long as the row, so that one test in the loop is enough.
+        let (chunks, fetches) = (row.len(), FETCH && pass.fetches);
+        let (Some(history), Some(carry)) = (history.get_mut(..chunks), carry.get_mut(..chunks)) else {
+            return (Report::LOST, [0.0; 2]);
         };
+        if VISCOUS {
+            let Some(past) = rest_of_past.get_mut(..chunks) else { return (Report::LOST, [0.0; 2]) };
+            rest_of_past = past;
+        }
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
             let (above_row, above) = (above, above.get(c).unwrap_or(&NOTHING));
             // The pass reads three planes of the row above and leaves out five, which a processor does not take for a stream that
             // it should fetch by itself. All eight are fetched together: the next row needs the other five.
-            if FETCH && pass.fetches {
+            if fetches {
                 lanes::fetch(above, AHEAD);
             }
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
@@ -487,15 +470,16 @@ impl<
             if VISCOUS {
                 let Some((first, tail)) = rest_of_past.split_first_mut() else { break };
                 (past, rest_of_past) = (first, tail);
-                if !CURVED
-                    && let Some(Ahead { beyond, taken }) = &mut ahead
-                    && let Some(past_above) = past_above.get_mut(c)
-                {
-                    let [next, beyond] = [above_row.get(c + 1), beyond.get(c)].map(|chunk| chunk.unwrap_or(&NOTHING));
-                    let nodes = Nodes { chunk: above, next, above: beyond, below: chunk, past_below: past };
-                    moments.find(&nodes, past_above, taken);
+                past_beside[0] = rest_of_past.first().unwrap_or(&NO_PAST);
+                if let Some(past_above) = past_above.get_mut(c) {
+                    if !CURVED && let Some(Ahead { beyond, taken }) = &mut ahead {
+                        let next = above_row.get(c + 1).unwrap_or(&NOTHING);
+                        let beyond = beyond.get(c).unwrap_or(&NOTHING);
+                        let nodes = Nodes { chunk: above, next, above: beyond, below: chunk, past_below: past };
+                        moments.find(&nodes, past_above, taken);
+                    }
+                    past_beside[1] = past_above;
                 }
-                past_beside = [rest_of_past.first(), past_above.get(c)].map(|beside| beside.unwrap_or(&NO_PAST));
             }
             let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
             let hoop = if CURVED { pass.net.hoop.get(c) } else { None }.unwrap_or(&ring::FLAT);
@@ -601,6 +585,34 @@ struct Cold<'a> {
 }
 
 impl<L: Lane> Carried<L> {
+    /// At the start of a row. `share`: [`Taken::share`].
+    #[inline(always)]
+    fn of<const CURVED: bool, const FACTOR: u8>(
+        pass: &Pass<'_>,
+        net: &NetRow<'_>,
+        been_slack: u32,
+        (joint, share): (&Joint<'_>, f64),
+    ) -> Self {
+        let (zero, Along { horizontal, vertical, .. }) = (L::splat(0.0), pass.directions);
+        let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
+        let law = |law: &RateLaw| if FACTOR == RATE { law.at(pass.rates.time) } else { RateLaw::NONE };
+        let laws = [law(&horizontal.rate), law(&vertical.rate)];
+        Carried {
+            limits: [L::splat(limits[0]), L::splat(limits[1])],
+            viscosity: [horizontal.viscosity.lanes(), vertical.viscosity.lanes()],
+            rates: [laws[0].lanes(), laws[1].lanes()],
+            laws,
+            relaxing: L::splat(pass.rates.relaxing),
+            share: L::splat(share),
+            rests: [horizontal.rest.lanes(), net.upwards(&vertical.rest)],
+            inverse_width: L::splat(net.inverse_width),
+            keeps: [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0))),
+            left_force: if CURVED { spread(joint.left) } else { [zero; 3] },
+            low: zero,
+            high: zero,
+        }
+    }
+
     /// How the segments of group g lie in the flat sheet.
     #[inline(always)]
     fn rests<const GRADED: bool, const FACTOR: u8>(
@@ -674,22 +686,15 @@ impl<L: Lane> Carried<L> {
             q_h.any_not_below(limit_h) || q_v.any_not_below(limit_v)
         };
         let before = [L::load(&kh[g]), L::load(&kv[g])];
-        let mut stiffening = [L::splat(1.0); 2];
-        if FACTOR == RATE {
-            let [of_h, of_v] = &self.rates;
-            let beyond = [of_h.beyond(q_h), of_v.beyond(q_v)];
-            let (taken_h, taken_v) = (of_h.relaxing(before[0], beyond[0]), of_v.relaxing(before[1], beyond[1]));
-            let taken = &mut L::groups_mut(planes.taken)[g];
-            L::load(taken).add(taken_h.add(taken_v.mul(self.share)).mul(self.relaxing)).store(taken);
-            stiffening = stiffenings([&self.laws[0], &self.laws[1]], &self.rates, beyond, [q_h, q_v]);
-        }
+        let [of_h, of_v] =
+            if FACTOR == RATE { self.stiffenings(planes.taken, before, [q_h, q_v], g) } else { [L::splat(1.0); 2] };
         if some_beyond {
             let of = [[&mut history_h[g], &mut kh[g]], [&mut history_v[g], &mut kv[g]]];
             cold.damage_both::<L, FACTOR>([q_h, q_v], [limit_h, limit_v], column, of, planes.owed.as_deref_mut(), g);
         }
         let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
         if FACTOR == RATE {
-            (kh, kv) = (kh.mul(stiffening[0]), kv.mul(stiffening[1]));
+            (kh, kv) = (kh.mul(of_h), kv.mul(of_v));
         }
         let [mut stress_v, mut stress_h] = if VISCOUS {
             self.viscous_stresses::<FACTOR>((planes.past, planes.taken), [kh, kv], [q_h, q_v], g, cold.pass)
@@ -727,6 +732,18 @@ impl<L: Lane> Carried<L> {
         move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
         self.low = y.min(self.low);
         self.high = y.max(self.high);
+    }
+
+    /// Factors of the rate on the stiffnesses of group g, along x and y; counts what relaxation takes. `before`: without damage of this
+    /// pass.
+    #[inline(always)]
+    fn stiffenings(&self, taken: &mut [f64; CHUNK], before: [L; 2], q: [L; 2], g: usize) -> [L; 2] {
+        let [of_h, of_v] = &self.rates;
+        let beyond = [of_h.beyond(q[0]), of_v.beyond(q[1])];
+        let (taken_h, taken_v) = (of_h.relaxing(before[0], beyond[0]), of_v.relaxing(before[1], beyond[1]));
+        let taken = &mut L::groups_mut(taken)[g];
+        L::load(taken).add(taken_h.add(taken_v.mul(self.share)).mul(self.relaxing)).store(taken);
+        stiffenings([&self.laws[0], &self.laws[1]], &self.rates, beyond, q)
     }
 
     /// The stresses of (M16) of group g along y and x with their viscous parts; counts what these take.
@@ -800,12 +817,6 @@ impl<L: Lane> Carried<L> {
             ]
         }
     }
-}
-
-/// The laws of both directions everywhere.
-#[inline(always)]
-fn spread_rates<L: Lane>([horizontal, vertical]: &[RateLaw; 2]) -> [RateLanes<L>; 2] {
-    [horizontal.lanes(), vertical.lanes()]
 }
 
 /// The same vector everywhere.
