@@ -292,7 +292,10 @@ fn end_row(
     (range, reach): (&mut [u32; 4], [f64; 2]),
 ) -> [[f64; 3]; 2] {
     let pulled = match weighed {
-        Some(net) => restore_fixed(row, kept, run, |i| terms.layout.node_weight(i, j) * net.share(i, j)),
+        Some(net) => {
+            let of_row = net.row_share(j);
+            restore_fixed(row, kept, run, |i| terms.layout.node_weight(i, j) * (net.column_share(i) * of_row))
+        }
         None => restore_fixed(row, kept, run, |_| 1.0),
     };
     let [low, high, left, right] = range;

@@ -499,14 +499,10 @@ impl<
                 past_beside,
                 taken: &mut taken.by_column,
             };
-            // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
-            along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold);
-            if L::WIDTH < CHUNK {
-                along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 1, &mut cold);
-            }
-            if L::WIDTH < CHUNK / 2 {
-                along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 2, &mut cold);
-                along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 3, &mut cold);
+            if GRADED && FACTOR == NONE && net.is_fine_in(columns) {
+                along.chunk::<PLAIN, false, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, &mut cold);
+            } else {
+                along.chunk::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, &mut cold);
             }
             rest = tail;
         }
@@ -631,6 +627,30 @@ impl<L: Lane> Carried<L> {
             [grading::bars_along(columns, g, horizontal.twice_strain), vertical]
         } else {
             [horizontal, vertical]
+        }
+    }
+
+    /// Eight columns. Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
+    #[inline(always)]
+    fn chunk<
+        const PLAIN: bool,
+        const GRADED: bool,
+        const FACTOR: u8,
+        const VISCOUS: bool,
+        const CURVED: bool,
+        const CASING: bool,
+    >(
+        &mut self,
+        planes: &mut Planes<'_, '_>,
+        cold: &mut Cold<'_>,
+    ) {
+        self.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(planes, 0, cold);
+        if L::WIDTH < CHUNK {
+            self.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(planes, 1, cold);
+        }
+        if L::WIDTH < CHUNK / 2 {
+            self.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(planes, 2, cold);
+            self.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(planes, 3, cold);
         }
     }
 
