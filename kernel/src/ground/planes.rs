@@ -17,8 +17,6 @@ pub const YARN_PLANES: usize = 4;
 pub const STRENGTH_PLANES: usize = 2;
 /// Planes of what slack segments owe: the energy owed and the stress given of the horizontal and vertical segment (`sheet/slack.rs`).
 pub const OWED_PLANES: usize = 4;
-/// Planes of the rows of the rate: the logarithm of the horizontal and vertical segment (`rate.rs`).
-pub const RATE_PLANES: usize = 2;
 /// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the step's start and
 /// at the guess (3 each).
 pub const ITERATE_PLANES: usize = 12;

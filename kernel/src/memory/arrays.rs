@@ -5,7 +5,7 @@ use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
 use crate::ground::planes::{
     Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES,
-    RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::memory::layout::{
     CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, SPRING_REALS, TANGENTIAL_REALS, TOUCH_REALS,
@@ -100,8 +100,6 @@ pub(crate) struct Arrays<'a> {
     pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
     /// Rows of what viscosity keeps of the last pass: `planes.rs` names the planes.
     pub past: &'a mut [Chunk<PAST_PLANES>],
-    /// Rows of the logarithms of the rate, horizontal and vertical.
-    pub logarithms: &'a mut [Chunk<RATE_PLANES>],
     /// Energy that viscosity and rate have taken of each row in the present pass, or in each step of a block, in units of m (h/dt)^2.
     pub taken: &'a mut [f64],
     /// Constants of a row of nodes of a graded network, chunk by chunk of its columns (`grading.rs`).
@@ -165,7 +163,6 @@ impl<'a> Arrays<'a> {
             owed: &mut [],
             iterate: &mut [],
             past: &mut [],
-            logarithms: &mut [],
             taken: &mut [],
             columns: &mut [],
             lines: &mut [],
@@ -216,7 +213,7 @@ impl<'a> Arrays<'a> {
     /// The list: of each array whether the scene needs it, and the factors of its length.
     #[inline(never)]
     fn cut(&mut self, reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<()> {
-        use Feature::{Casing, Curved, Detachment, Friction, Grading, Rate, Slack, Strength, Theta, Viscosity};
+        use Feature::{Casing, Curved, Detachment, Friction, Grading, Slack, Strength, Theta, Viscosity};
         let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
         let has = |feature| layout.has(feature);
         let steps = layout.block_steps as usize;
@@ -229,7 +226,6 @@ impl<'a> Arrays<'a> {
             owed: chunked(real(has(Slack), [rows, row, CHUNK * OWED_PLANES])?),
             iterate: chunked(real(has(Theta), [layout.stored_rows(), row, CHUNK * ITERATE_PLANES])?),
             past: chunked(real(has(Viscosity), [layout.stored_rows(), row, CHUNK * PAST_PLANES])?),
-            logarithms: chunked(real(has(Rate), [rows, row, CHUNK * RATE_PLANES])?),
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
             hoop: chunked(real(has(Curved), [layout.plies, row, CHUNK * HOOP_PLANES])?),

@@ -286,7 +286,7 @@ mod tests {
     use super::*;
     use crate::Scene;
     use crate::ground::planes::{
-        HISTORY_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
+        HISTORY_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES, STRENGTH_PLANES, YARN_PLANES,
     };
 
     #[test]
@@ -376,11 +376,11 @@ mod tests {
         // Past of 5 rows, what each takes; of the image two words for each of 76 segments and 45 nodes, and one more.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
         assert_eq!(with(&viscous), (5 * 16 * PAST_PLANES + 5, 0, 2 * (76 + 45) + 1));
-        // Logarithms of 5 rows, the energy of each row; two words of the image.
+        // The energy of each row; two words of the image.
         let rate = |scene: &mut Scene| {
             (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.1, 30.0, 170.0);
         };
-        assert_eq!(with(&rate), (5 * 16 * RATE_PLANES + 5, 0, 2));
+        assert_eq!(with(&rate), (5, 0, 2));
         // The tangential parts of 10 candidates; a word of the image.
         assert_eq!(with(&|scene| scene.track_support = true), (6 * 5, 0, 0));
         let friction = |scene: &mut Scene| scene.contact.friction = 0.3;

@@ -4,6 +4,7 @@ pub mod model;
 pub mod rows;
 pub mod state;
 pub mod system;
+pub mod taken;
 pub mod terms;
 pub mod viscous_rows;
 pub mod watch;

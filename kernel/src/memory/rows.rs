@@ -3,14 +3,14 @@
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::planes::{
-    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, RATE_PLANES, SPEED_X, STRENGTH_PLANES,
-    YARN_PLANES,
+    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, SPEED_X, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
+use crate::memory::taken::TakenOfRow;
 use crate::memory::terms::Terms;
-use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
+use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds, taken_by_moments};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
 use crate::sheet::neighbours::own;
@@ -18,6 +18,7 @@ use crate::sheet::places::rest_offset;
 use crate::sheet::ring::{FLAT, HOOP_PLANES};
 use crate::sheet::sweep::{OnCasing, Report, Row};
 use crate::sheet::symmetry::Line;
+use crate::sheet::viscous::Ahead;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
 pub(crate) struct Rows<'r> {
@@ -33,14 +34,12 @@ pub(crate) struct Rows<'r> {
     pub yarn: &'r [Chunk<YARN_PLANES>],
     /// Critical stretches from the first row on; empty where all have the same.
     pub strength: &'r [Chunk<STRENGTH_PLANES>],
-    /// Logarithms of the rate from the first row on; empty where yarn does not depend on it.
-    pub logarithms: &'r [Chunk<RATE_PLANES>],
     /// What slack segments owe from the first row on, and of each row in which directions they have been slack; empty where nobody asks.
     pub owed: &'r mut [Chunk<OWED_PLANES>],
     pub been_slack: &'r [u32],
     /// What viscosity keeps.
     pub viscous: ViscousRows<'r>,
-    /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
+    /// Energy that viscosity and rate take, one entry a row; empty without both.
     pub taken: &'r mut [f64],
     /// Of a stack velocities across the sheet before the sweep.
     pub before: &'r mut [[f64; CHUNK]],
@@ -90,7 +89,6 @@ impl<'r> Rows<'r> {
             history: arrays.history.get_mut(own.clone())?,
             yarn: if layout.has_constants() { arrays.yarn.get(own.clone())? } else { &[] },
             strength: if layout.has(Feature::Strength) { arrays.strength.get(own.clone())? } else { &[] },
-            logarithms: if layout.has(Feature::Rate) { arrays.logarithms.get(own.clone())? } else { &[] },
             owed: if layout.has(Feature::Slack) { arrays.owed.get_mut(own.clone())? } else { &mut [] },
             been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
             viscous,
@@ -179,7 +177,7 @@ impl Rows<'_> {
             let hoop = self.net.hoop;
             lanes::dispatch(terms.instructions, Keep::<CURVED> { hot, before, hoop });
         }
-        let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
+        let strength = if OPTIONS { self.strength } else { &[] };
         let been_slack = if OPTIONS { self.been_slack } else { &[] };
         let net = if OPTIONS { &self.net } else { &Net::NONE };
         let pass = terms.pass(net, ply);
@@ -188,20 +186,34 @@ impl Rows<'_> {
         let (mut report, rows) = (Report::default(), ranges.len());
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;
-            if VISCOUS {
-                viscous.find_moments_ahead(terms, [ply, first, k], [hot, above], taken);
+            let finds_ahead = VISCOUS && !CURVED && viscous.finds_ahead(layout, k, rows);
+            if VISCOUS && k == 0 {
+                viscous.find_moments(terms, [ply, first, 0], [hot, above], taken);
+            }
+            if VISCOUS && !finds_ahead {
+                viscous.find_moments(terms, [ply, first, k + 1], [hot, above], taken);
             }
             let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
+            let beyond = if k + 2 < rows { planes::row(next, chunks, 1) } else { above };
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, logarithms, k, ply);
+            let yarn = terms.yarn_row(yarn, strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
             let been_slack = been_slack.get(k).copied().unwrap_or(0);
             let owed = if been_slack != 0 { planes::row_mut(owed, chunks, k) } else { &mut [] };
-            let mut by_column = [0.0; CHUNK];
+            let mut counted = if OPTIONS && !taken.is_empty() {
+                TakenOfRow::nothing(layout, pass.directions, j)
+            } else {
+                TakenOfRow::NONE
+            };
+            if OPTIONS && layout.x.is_mirrored() && layout.has(Feature::Rate) {
+                counted.relax_last(&pass, [row, above]);
+            }
+            let mut ahead = [0.0; CHUNK];
             let (viscous_row, last) = if VISCOUS {
-                let (row, last) = viscous.row(layout, pass.directions, (k, rows, first), &mut by_column);
+                let ahead = if finds_ahead { Some(Ahead { beyond, taken: &mut ahead }) } else { None };
+                let (row, last) = viscous.row(layout, (k, rows, first), ahead);
                 (Some(row), last)
             } else {
                 (None, Last::default())
@@ -217,6 +229,7 @@ impl Rows<'_> {
                 owed,
                 been_slack,
                 viscous: viscous_row,
+                taken: if OPTIONS { Some(&mut counted.sums) } else { None },
             };
             let (met, reach) = if CURVED {
                 // Whole rows of a ring are held, or none of it.
@@ -235,8 +248,16 @@ impl Rows<'_> {
             if let Some(pulls) = pulls.get_mut(k) {
                 *pulls = pulled;
             }
-            if VISCOUS && let Some(taken) = taken.get_mut(k) {
-                *taken += viscous.taken(layout, pass.directions, [k, j], &by_column, &last);
+            if OPTIONS && let Some(taken) = taken.get_mut(k) {
+                if VISCOUS && layout.x.is_mirrored() {
+                    let of_last = viscous.taken_of_last(layout, k, &last);
+                    counted.of_last = [0, 1].map(|axis| counted.of_last[axis] + of_last[axis]);
+                }
+                // What the moments take is there.
+                *taken = counted.total(layout) + if VISCOUS { *taken } else { 0.0 };
+            }
+            if finds_ahead && let Some(taken) = taken.get_mut(k + 1) {
+                *taken = taken_by_moments(layout, j + 1, &ahead);
             }
         }
         report
@@ -256,7 +277,10 @@ fn end_row(
     (range, reach): (&mut [u32; 4], [f64; 2]),
 ) -> [[f64; 3]; 2] {
     let pulled = match weighed {
-        Some(net) => restore_fixed(row, kept, run, |i| terms.layout.node_weight(i, j) * net.share(i, j)),
+        Some(net) => {
+            let of_row = net.row_share(j);
+            restore_fixed(row, kept, run, |i| terms.layout.node_weight(i, j) * (net.column_share(i) * of_row))
+        }
         None => restore_fixed(row, kept, run, |_| 1.0),
     };
     let [low, high, left, right] = range;

@@ -7,9 +7,7 @@ use crate::body::shape::Solid;
 use crate::ground::error::{Error, Failure};
 use crate::ground::lanes::InstructionSet;
 use crate::ground::math;
-use crate::ground::planes::{
-    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
-};
+use crate::ground::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, STRENGTH_PLANES, YARN_PLANES};
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
@@ -324,13 +322,13 @@ impl System<'_> {
 
     /// How the segments of a direction depend on the rate of strain at t_n.
     pub fn rate_law(&self, axis: Axis) -> RateLaw {
-        RateLaw::of(&self.scene, self.direction(axis, 0).rest.twice_strain, self.load_time())
+        self.direction(axis, 0).rate.at(self.load_time())
     }
 
     /// The same at t_{n-1}.
     pub fn rate_law_before(&self, axis: Axis) -> RateLaw {
         let time = self.state.loaded.saturating_sub(1).max(1) as f64 * self.model.limits.dt;
-        RateLaw::of(&self.scene, self.direction(axis, 0).rest.twice_strain, time)
+        self.direction(axis, 0).rate.at(time)
     }
 
     /// Stiffness kk of a segment at t_n, with damage up to t_n and rate; nothing is committed.
@@ -338,7 +336,7 @@ impl System<'_> {
         let q = segment.twice_strain();
         let (seen, stiffening) = if self.layout.has(Feature::Rate) {
             let rate = self.rate_law(segment.axis);
-            (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
+            (rate.seen_at(q), rate.stiffening(q))
         } else {
             (q, 1.0)
         };
@@ -463,7 +461,6 @@ impl System<'_> {
     /// whether a history of the row has changed; if not, its stiffnesses are still right.
     pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
-        self.arrays.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
         self.arrays.before.fill([0.0; CHUNK]);
         self.arrays.pushed.fill([[0.0; CHUNK]; 3]);
         self.arrays.pushes.fill([0.0; CHUNK]);

@@ -1,7 +1,7 @@
 //! What all rows of a sweep have in common.
 
 use crate::ground::lanes::InstructionSet;
-use crate::ground::planes::{self, Chunk, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES};
+use crate::ground::planes::{self, Chunk, STRENGTH_PLANES, YARN_PLANES};
 use crate::memory::layout::Layout;
 use crate::sheet::direction::Directions;
 use crate::sheet::grading::Net;
@@ -24,6 +24,7 @@ impl<'t> Terms<'t> {
     /// The hot pass with these constants.
     pub fn pass<'p>(&'p self, net: &'p Net<'p>, ply: usize) -> Pass<'p> {
         Pass {
+            x: self.layout.x,
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
             directions: self.directions.of_ply(ply),
@@ -34,13 +35,11 @@ impl<'t> Terms<'t> {
         }
     }
 
-    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn, and of
-    /// `logarithms`, empty where yarn does not depend on the rate.
+    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
     pub fn yarn_row<'y>(
         &self,
         yarn: &'y [Chunk<YARN_PLANES>],
         strength: &'y [Chunk<STRENGTH_PLANES>],
-        logarithms: &'y [Chunk<RATE_PLANES>],
         k: usize,
         ply: usize,
     ) -> YarnRow<'y>
@@ -52,11 +51,6 @@ impl<'t> Terms<'t> {
         } else {
             Constants::Uniform(self.directions.of_ply(ply))
         };
-        let chunks = self.layout.chunks;
-        YarnRow {
-            constants,
-            strength: planes::row(strength, chunks, k),
-            logarithms: if logarithms.is_empty() { &[] } else { planes::row(logarithms, chunks, k) },
-        }
+        YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k) }
     }
 }

@@ -5,9 +5,8 @@ use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES,
 use crate::memory::layout::Layout;
 use crate::memory::terms::Terms;
 use crate::scene::features::Feature;
-use crate::sheet::direction::Along;
 use crate::sheet::symmetry::Line;
-use crate::sheet::viscous::{MomentsOfRow, ViscousRow};
+use crate::sheet::viscous::{Ahead, MomentsOfRow, ViscousRow};
 
 /// What viscosity keeps of neighbouring rows; empty without it.
 pub(crate) struct ViscousRows<'r> {
@@ -23,25 +22,10 @@ pub(crate) struct ViscousRows<'r> {
 pub(crate) type Last = [[f64; 2]; 2];
 
 impl ViscousRows<'_> {
-    /// Finds the moments that the sweep of row k of `hot` needs: those of the row above it, and of the first row before that. `above`: the
-    /// row above the last; `first`: the number of the first row in the sheet.
+    /// Finds the moments of row k of `hot`, if they are not known. Begins to count what viscosity takes of it. `above`: the row above the
+    /// last; `first`: the number of the first row in the sheet.
     #[inline(never)]
-    pub fn find_moments_ahead(
-        &mut self,
-        terms: &Terms<'_>,
-        [ply, first, k]: [usize; 3],
-        rows: [&[Chunk<HOT_PLANES>]; 2],
-        taken: &mut [f64],
-    ) {
-        if k == 0 {
-            self.find_moments(terms, [ply, first, 0], rows, taken);
-        }
-        self.find_moments(terms, [ply, first, k + 1], rows, taken);
-    }
-
-    /// Finds the moments of row k. Begins to count what viscosity takes of it.
-    #[inline(never)]
-    fn find_moments(
+    pub fn find_moments(
         &mut self,
         terms: &Terms<'_>,
         [ply, first, k]: [usize; 3],
@@ -66,14 +50,19 @@ impl ViscousRows<'_> {
         find_moments_of_row(terms, first + k, row, taken);
     }
 
+    /// Whether the sweep of the k-th of so many rows finds the moments of the row above it.
+    #[inline(always)]
+    pub fn finds_ahead(&self, layout: &Layout, k: usize, rows: usize) -> bool {
+        !layout.x.is_mirrored() && k + 1 < rows && !(k + 2 == rows && self.known[1])
+    }
+
     /// What the sweep of the k-th of so many rows needs, and the past of its last segments. `first`: as above.
     #[inline(always)]
     pub fn row<'a>(
         &'a mut self,
         layout: &Layout,
-        along: Along<'_>,
         (k, rows, first): (usize, usize, usize),
-        taken: &'a mut [f64; CHUNK],
+        ahead: Option<Ahead<'a>>,
     ) -> (ViscousRow<'a>, Last) {
         let chunks = layout.chunks;
         if layout.y.is_mirrored()
@@ -84,48 +73,19 @@ impl ViscousRows<'_> {
         }
         let (below, rest) = self.past.split_at_mut(((k + 1) * chunks).min(self.past.len()));
         let past = planes::row_mut(below, chunks, k);
-        let above = if k + 1 < rows { planes::row(rest, chunks, 0) } else { &*self.above };
+        let above = if k + 1 < rows { planes::row_mut(rest, chunks, 0) } else { &mut *self.above };
         let last = last_of(past, layout);
-        let ([of_horizontal, of_vertical], _) = weights(layout, along, first + k);
-        (ViscousRow { past, above, share: of_vertical / of_horizontal, taken }, last)
+        (ViscousRow { past, above, ahead }, last)
     }
 
-    /// What the segments of the k-th row, row j of the sheet, have taken in the pass, in units of m (h/dt)^2. `before`: the past of the last
-    /// ones.
-    #[inline(always)]
-    pub fn taken(
-        &mut self,
-        layout: &Layout,
-        along: Along<'_>,
-        [k, j]: [usize; 2],
-        by_column: &[f64; CHUNK],
-        before: &Last,
-    ) -> f64 {
-        let (whole, twice) = weights(layout, along, j);
-        let sum = whole[0] * by_column.iter().sum::<f64>();
-        if !layout.x.is_mirrored() {
-            return sum;
-        }
+    /// What the last segments of the k-th row, a mirrored one, have taken since this was their past, over 1/4 l^2.
+    #[inline(never)]
+    pub fn taken_of_last(&mut self, layout: &Layout, k: usize, before: &Last) -> [f64; 2] {
         // It was that of a node beside the plane.
         set(planes::row_mut(self.past, layout.chunks, k), MOMENT, layout.x.modelled(), 0.0);
         let now = last_of(planes::row(self.past, layout.chunks, k), layout);
-        [0, 1].into_iter().fold(sum, |sum, axis: usize| {
-            let once = (now[axis][0] - before[axis][0]) * (now[axis][1] + before[axis][1]);
-            sum - twice[axis] * once
-        })
+        [0, 1].map(|axis| (now[axis][0] - before[axis][0]) * (now[axis][1] + before[axis][1]))
     }
-}
-
-/// Of the horizontal and the vertical segments of row j: what each counts, 1/4 l^2 times its weight, and what of it the last of the row does
-/// not count.
-#[inline(always)]
-fn weights(layout: &Layout, along: Along<'_>, j: usize) -> ([f64; 2], [f64; 2]) {
-    let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
-    let lengths = [along.horizontal.rest.length * along.turn, along.vertical.rest.length];
-    let lengths = lengths.map(|length| 0.25 * length * length);
-    let [x, y] = [layout.y.node_weight(j) * lengths[0], layout.y.segment_weight(j) * lengths[1]];
-    let whole = [x * line.segment_weight(0), y * line.node_weight(0)];
-    (whole, [whole[0] - x * line.segment_weight(last), whole[1] - y * line.node_weight(last)])
 }
 
 /// The past of the last segments of a row along x and along y.
@@ -137,7 +97,13 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
     [[at(0), at(VISCOUS_STRESS)], [at(1), at(VISCOUS_STRESS + 1)]]
 }
 
-/// Finds the moments of row j, and begins to count what viscosity takes of it, behind what the rate takes.
+/// What the moments of row j have taken, of which no node is there twice along x. `twice`: by columns.
+#[inline(always)]
+pub(crate) fn taken_by_moments(layout: &Layout, j: usize, twice: &[f64; CHUNK]) -> f64 {
+    0.5 * layout.y.node_weight(j) * twice.iter().sum::<f64>()
+}
+
+/// Finds the moments of row j, and begins to count what viscosity takes of it.
 #[inline(never)]
 pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, taken: &mut f64) {
     let (layout, line) = (terms.layout, terms.layout.x);
@@ -145,10 +111,8 @@ pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow
         *taken = 0.0;
         return;
     }
-    let before = if layout.has(Feature::Rate) { *taken } else { 0.0 };
     if !line.is_mirrored() {
-        let found: f64 = lanes::dispatch(terms.instructions, row).iter().sum();
-        *taken = before + 0.5 * layout.y.node_weight(j) * found;
+        *taken = taken_by_moments(layout, j, &lanes::dispatch(terms.instructions, row));
         return;
     }
     // Nodes on the plane are there once, the others twice; and there is an image.
@@ -167,7 +131,7 @@ pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow
     let found: f64 = lanes::dispatch(terms.instructions, MomentsOfRow { past, ..row }).iter().sum();
     once += of_last(past);
     let all = line.node_weight(0) * found - (line.node_weight(0) - line.node_weight(last)) * once;
-    *taken = before + 0.5 * layout.y.node_weight(j) * all;
+    *taken = 0.5 * layout.y.node_weight(j) * all;
     let (node, _) = line.node(line.modelled());
     let image = planes::get(past, MOMENT, node).unwrap_or(0.0);
     set(past, MOMENT, line.modelled(), image);

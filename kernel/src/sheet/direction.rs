@@ -7,6 +7,7 @@ use crate::scene::parts::Scene;
 use crate::sheet::casing::Cylinder;
 use crate::sheet::draw::Arrangement;
 use crate::yarn::law::{DamageLaw, Rest, Viscosity};
+use crate::yarn::rate::RateLaw;
 
 /// Constants of the horizontal or of the vertical segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +28,8 @@ pub struct Direction {
     pub volume: f64,
     /// Their viscosity.
     pub viscosity: Viscosity,
+    /// How they depend on the rate of strain, at no time.
+    pub rate: RateLaw,
 }
 
 impl Direction {
@@ -40,6 +43,7 @@ impl Direction {
         modulus_per_stiffness: 0.0,
         volume: 0.0,
         viscosity: Viscosity::NONE,
+        rate: RateLaw::NONE,
     };
 
     /// Constants of the segments of one direction for passes of dt, s. `unit`: volume of a horizontal segment of the front fabric, in
@@ -59,6 +63,7 @@ impl Direction {
             modulus_per_stiffness,
             volume: volume_of(scene, axis) / unit,
             viscosity: Viscosity::of(scene.viscosity(), stiffness, critical),
+            rate: RateLaw::of(scene, rest.twice_strain),
         }
     }
 }

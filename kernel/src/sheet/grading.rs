@@ -87,10 +87,19 @@ impl<'a> Net<'a> {
     /// How many nodes of the fabric node (i, j) stands for.
     #[inline]
     pub fn share(&self, i: usize, j: usize) -> f64 {
-        if self.columns.is_empty() {
-            return 1.0;
-        }
-        planes::get(self.columns, WIDTH, i).unwrap_or(1.0) * planes::get(self.lines, WIDTH, j).unwrap_or(1.0)
+        self.column_share(i) * self.row_share(j)
+    }
+
+    /// Width of the nodes of column i.
+    #[inline]
+    pub fn column_share(&self, i: usize) -> f64 {
+        planes::get(self.columns, WIDTH, i).unwrap_or(1.0)
+    }
+
+    /// Width of the nodes of row j.
+    #[inline]
+    pub fn row_share(&self, j: usize) -> f64 {
+        planes::get(self.lines, WIDTH, j).unwrap_or(1.0)
     }
 
     /// Whether the bars from the nodes of chunk c of row j are single segments of single yarns, as all are without grading.
@@ -119,6 +128,14 @@ impl<'a> Net<'a> {
 impl NetRow<'_> {
     /// Of no grading.
     pub const NONE: NetRow<'static> = NetRow { columns: &[], spacing: 1.0, inverse_square: 1.0, inverse_width: 1.0 };
+
+    /// Whether all of eight columns and the row have single segments of single yarns: where the first and the last have, because the fine part
+    /// is whole. They move as without grading then, to the bit.
+    #[inline(always)]
+    pub fn is_fine_in(&self, columns: &Chunk<LINE_PLANES>) -> bool {
+        let [first, .., last] = columns[INVERSE_WIDTH];
+        first == 1.0 && last == 1.0 && self.inverse_width == 1.0
+    }
 
     /// How the row's vertical bars lie in the flat sheet. `rest`: a segment of the fabric.
     #[inline(always)]

@@ -25,12 +25,6 @@ pub(crate) fn own<L: Lane, const CURVED: bool>(
     if CURVED { own_axes(sheets, [at(hoop, NORMAL_X, g), at(hoop, NORMAL_Z, g)]) } else { sheets }
 }
 
-/// Puts a lane group into a plane.
-#[inline(always)]
-pub(crate) fn put<L: Lane, const P: usize>(chunk: &mut Chunk<P>, plane: usize, g: usize, lanes: L) {
-    lanes.store(&mut L::groups_mut(&mut chunk[plane])[g]);
-}
-
 /// The right-hand neighbours of group g: from the same plane, or with the first of the chunk behind.
 #[inline(always)]
 pub(crate) fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUNK], g: usize) -> L {

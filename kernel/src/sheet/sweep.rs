@@ -13,20 +13,21 @@
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
-    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES, RATE_PLANES,
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES,
     STRENGTH_PLANES, YARN_PLANES, vertical_axes,
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
 use crate::sheet::casing::Cylinder;
-use crate::sheet::direction::Along;
+use crate::sheet::direction::{Along, Direction};
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::sheet::neighbours::{NOTHING, right_of};
 use crate::sheet::ring::{self, CHORD_X, CHORD_Z, HOOP_PLANES, PLACE_X, PLACE_Z};
 use crate::sheet::slack::{NOTHING_OWED, Owed, bit, relative_velocities};
-use crate::sheet::viscous::{NO_PAST, Past, ViscousRow, bending_forces};
+use crate::sheet::symmetry::Line;
+use crate::sheet::viscous::{Ahead, Moments, NO_PAST, Nodes, Past, ViscousRow, bending_forces};
 use crate::yarn::law::{self, DamageLaw, LOST, RestLanes, ViscosityLanes};
-use crate::yarn::rate::Rates;
+use crate::yarn::rate::{RateLanes, RateLaw, Rates, stiffenings};
 
 /// What one pass met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,8 +45,6 @@ pub struct YarnRow<'a> {
     pub constants: Constants<'a>,
     /// Chunks of own critical stretches, horizontal and vertical; empty where all have that of the law.
     pub strength: &'a [Chunk<STRENGTH_PLANES>],
-    /// Chunks of logarithms of the rate, horizontal and vertical; empty where yarn does not depend on it.
-    pub logarithms: &'a [Chunk<RATE_PLANES>],
 }
 
 /// Stiffness and damage rate of a row's segments.
@@ -81,6 +80,8 @@ impl YarnRow<'_> {
 /// Constants of the pass.
 #[derive(Clone, Copy)]
 pub struct Pass<'a> {
+    /// A row of nodes.
+    pub x: Line,
     /// Horizontal segments in a row.
     pub horizontals: usize,
     /// Vertical segments above a row.
@@ -143,6 +144,23 @@ pub struct Row<'a> {
     pub been_slack: u32,
     /// What viscosity keeps of it; None without.
     pub viscous: Option<ViscousRow<'a>>,
+    /// Counts what viscosity and rate take; None without both.
+    pub taken: Option<&'a mut Taken>,
+}
+
+/// What viscosity and rate take of the segments of a row, over 1/4 l^2 of a horizontal one.
+pub struct Taken {
+    /// What of a vertical segment counts, over that of a horizontal one.
+    pub share: f64,
+    /// By columns, as if each were in the sheet once.
+    pub by_column: [f64; CHUNK],
+    /// By rupture beyond the law of the reference rate, of each segment as often as it is in the sheet.
+    pub by_rupture: f64,
+}
+
+impl Taken {
+    /// Nothing.
+    pub const NONE: Taken = Taken { share: 0.0, by_column: [0.0; CHUNK], by_rupture: 0.0 };
 }
 
 /// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what else acts on the
@@ -193,9 +211,6 @@ const RATE: u8 = 2;
 /// How many chunks a row is fetched ahead: 4 KiB, some 100 ns of work.
 const AHEAD: usize = 8;
 
-/// Without a dependence on the rate.
-const NO_LOGARITHMS: Chunk<RATE_PLANES> = [[0.0; CHUNK]; RATE_PLANES];
-
 /// Columns of no grading.
 const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
 
@@ -208,7 +223,7 @@ impl Row<'_> {
         let plain = self.pass.directions.plain || !(Feature::Crimp.is_built() || Feature::Unlike.is_built());
         let ungraded = self.pass.net.columns.is_empty() || !Feature::Grading.is_built();
         let unmarked = self.owed.is_empty() || !Feature::Slack.is_built();
-        let dependent = Feature::Rate.is_built() && !self.yarn.logarithms.is_empty();
+        let dependent = Feature::Rate.is_built() && self.pass.directions.horizontal.rate.depends();
         if VISCOUS {
             // Viscosity excludes grading.
             return match (plain, unmarked) {
@@ -224,6 +239,7 @@ impl Row<'_> {
         }
         // A dependence on the rate excludes both.
         match (plain, ungraded, unmarked) {
+            (true, ..) if dependent => lanes::dispatch(set, RowJob::<true, false, RATE>(self, Joint::NONE)),
             _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self, Joint::NONE)),
             // The commonest path is compiled apart for sheets that lie in the caches.
             (true, true, true) if !(self.pass.fetches && Feature::Blocks.is_built()) => {
@@ -339,8 +355,10 @@ impl Job for Lift<'_> {
     fn run<L: Lane>(self) {
         let Lift { pass, j, row, history, above, carry, yarn, owed, viscous: [past, past_above] } = self;
         let upwards = pass.directions.vertical;
-        let dependent = !yarn.logarithms.is_empty();
+        let dependent = upwards.rate.depends();
         let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
+        let law = upwards.rate.at(pass.rates.time);
+        let rate = law.lanes::<L>();
         let rest = pass.net.row(j).upwards(&upwards.rest);
         let viscosity = upwards.viscosity.lanes::<L>();
         let report = Report::default();
@@ -351,6 +369,8 @@ impl Job for Lift<'_> {
             vertical_end: pass.verticals,
             keeps: if owed.is_empty() { 0 } else { bit(Axis::Vertical) },
             report,
+            share: 1.0,
+            by_rupture: 0.0,
         };
         let rows = row.iter().zip(above).zip(history).zip(carry);
         for (c, (((here, over), [_, history]), carry)) in rows.enumerate() {
@@ -376,8 +396,9 @@ impl Job for Lift<'_> {
                     cold.damage::<L, true>(q, place, [&mut copy, &mut damaged], Some(&mut L::groups_mut(energy)[g]));
                     stiffness = L::load(&damaged);
                 }
-                if let Some([_, logarithm]) = yarn.logarithms.get(c) {
-                    stiffness = stiffness.mul(pass.rates.stiffening(L::load(&L::groups(logarithm)[g])));
+                if dependent {
+                    [stiffness, _] = stiffenings([&law; 2], &[rate; 2], [rate.beyond(q); 2], [q; 2])
+                        .map(|factor| stiffness.mul(factor));
                 }
                 let mut stress = law::stress(stiffness, q);
                 let mut bent = L::splat(0.0);
@@ -419,12 +440,15 @@ impl<
 
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
-        let Row { pass, j, row, history, above, carry, yarn, owed, been_slack, viscous } = self.0;
-        let (share, mut rest_of_past, past_above, mut taken) = match viscous {
-            Some(ViscousRow { share, past, above, taken }) if VISCOUS => (L::splat(share), past, above, Some(taken)),
-            None if VISCOUS => return (Report::LOST, [0.0; 2]),
-            _ => (L::splat(0.0), &mut [][..], &[][..], None),
+        let Row { pass, j, row, history, above, carry, yarn, owed, been_slack, viscous, taken } = self.0;
+        let (mut rest_of_past, past_above, mut ahead) = match viscous {
+            Some(ViscousRow { past, above, ahead }) => (past, above, ahead),
+            None => (&mut [][..], &mut [][..], None),
         };
+        let mut moments = Moments::<L>::of(pass.directions);
+        let (mut no_past, mut none) = (NO_PAST, Taken::NONE);
+        let taken = if VISCOUS || FACTOR == RATE { taken.unwrap_or(&mut none) } else { &mut none };
+        let share = taken.share;
         let net = if GRADED { pass.net.row(j) } else { NetRow::NONE };
         let mut cold = Cold {
             pass,
@@ -433,47 +457,54 @@ impl<
             vertical_end: if above.is_empty() { 0 } else { pass.verticals },
             keeps: been_slack,
             report: Report::default(),
+            share: if FACTOR == RATE { share } else { 0.0 },
+            by_rupture: 0.0,
         };
-        let zero = L::splat(0.0);
-        let Along { horizontal, vertical, .. } = pass.directions;
-        let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
-        let limits = [L::splat(limits[0]), L::splat(limits[1])];
-        let viscosity = [horizontal.viscosity.lanes(), vertical.viscosity.lanes()];
-        let along_x = if CURVED { pass.directions.around() } else { horizontal.rest };
-        let (rests, inverse_width) = ([along_x.lanes(), net.upwards(&vertical.rest)], L::splat(net.inverse_width));
-        let keeps = [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0)));
         let mut joint = self.1;
-        let left_force = if CURVED { spread(joint.left) } else { [zero; 3] };
-        let mut along =
-            Carried::<L> { limits, viscosity, share, rests, inverse_width, keeps, left_force, low: zero, high: zero };
+        let mut along = Carried::<L>::of::<CURVED, FACTOR>(pass, &net, been_slack, (&joint, share));
+        // All as long as the row, so that one test in the loop is enough.
+        let (chunks, fetches) = (row.len(), FETCH && pass.fetches);
+        let (Some(history), Some(carry)) = (history.get_mut(..chunks), carry.get_mut(..chunks)) else {
+            return (Report::LOST, [0.0; 2]);
+        };
+        if VISCOUS {
+            let Some(past) = rest_of_past.get_mut(..chunks) else { return (Report::LOST, [0.0; 2]) };
+            rest_of_past = past;
+        }
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
-            let above = above.get(c).unwrap_or(&NOTHING);
+            let (above_row, above) = (above, above.get(c).unwrap_or(&NOTHING));
             // The pass reads three planes of the row above and leaves out five, which a processor does not take for a stream that
             // it should fetch by itself. All eight are fetched together: the next row needs the other five.
-            if FETCH && pass.fetches {
+            if fetches {
                 lanes::fetch(above, AHEAD);
             }
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
             let owed = if FACTOR == SLACK { owed.get_mut(c) } else { None };
-            let logarithms = if FACTOR == RATE { yarn.logarithms.get(c) } else { None }.unwrap_or(&NO_LOGARITHMS);
-            let (mut past, mut past_beside) = (None, [&NO_PAST; 2]);
+            let (mut past, mut past_beside) = (&mut no_past, [&NO_PAST; 2]);
             if VISCOUS {
                 let Some((first, tail)) = rest_of_past.split_first_mut() else { break };
-                (past, rest_of_past) = (Some(first), tail);
-                past_beside = [rest_of_past.first(), past_above.get(c)].map(|beside| beside.unwrap_or(&NO_PAST));
+                (past, rest_of_past) = (first, tail);
+                past_beside[0] = rest_of_past.first().unwrap_or(&NO_PAST);
+                if let Some(past_above) = past_above.get_mut(c) {
+                    if !CURVED && let Some(Ahead { beyond, taken }) = &mut ahead {
+                        let next = above_row.get(c + 1).unwrap_or(&NOTHING);
+                        let beyond = beyond.get(c).unwrap_or(&NOTHING);
+                        let nodes = Nodes { chunk: above, next, above: beyond, below: chunk, past_below: past };
+                        moments.find(&nodes, past_above, taken);
+                    }
+                    past_beside[1] = past_above;
+                }
             }
             let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
             let hoop = if CURVED { pass.net.hoop.get(c) } else { None }.unwrap_or(&ring::FLAT);
-            let taken = taken.as_deref_mut();
             let mut planes = Planes {
                 chunk,
                 history,
                 above,
                 carry,
-                logarithms,
                 next,
                 column: c * CHUNK,
                 columns,
@@ -483,23 +514,17 @@ impl<
                 owed,
                 past,
                 past_beside,
-                taken,
+                taken: &mut taken.by_column,
             };
-            // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
-            match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold),
-                2 => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 1, &mut cold);
-                }
-                _ => {
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, 3, &mut cold);
-                }
+            if GRADED && FACTOR == NONE && net.is_fine_in(columns) {
+                along.chunk::<PLAIN, false, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, &mut cold);
+            } else {
+                along.chunk::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, &mut cold);
             }
             rest = tail;
+        }
+        if FACTOR == RATE {
+            taken.by_rupture = cold.by_rupture;
         }
         (cold.report, [least(along.low), greatest(along.high)])
     }
@@ -511,8 +536,6 @@ struct Planes<'a, 'j> {
     history: &'a mut Chunk<HISTORY_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
-    /// Logarithms of the rate.
-    logarithms: &'a Chunk<RATE_PLANES>,
     /// The chunk behind this one.
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
@@ -525,9 +548,9 @@ struct Planes<'a, 'j> {
     joint: &'a mut Joint<'j>,
     /// What slack segments owe.
     owed: Option<&'a mut Chunk<OWED_PLANES>>,
-    /// What viscosity keeps of the segments, and what they take.
-    past: Option<&'a mut Chunk<PAST_PLANES>>,
-    taken: Option<&'a mut [f64; CHUNK]>,
+    /// What viscosity keeps of the segments, and what it and the rate take of them.
+    past: &'a mut Chunk<PAST_PLANES>,
+    taken: &'a mut [f64; CHUNK],
     /// The same of the chunk behind and of the row above.
     past_beside: [&'a Chunk<PAST_PLANES>; 2],
 }
@@ -539,7 +562,12 @@ struct Carried<L> {
     limits: [L; 2],
     /// Viscosity of both.
     viscosity: [ViscosityLanes<L>; 2],
-    /// [`ViscousRow::share`].
+    /// Dependence on the rate of both.
+    laws: [RateLaw; 2],
+    rates: [RateLanes<L>; 2],
+    /// [`Rates::relaxing`].
+    relaxing: L,
+    /// [`Taken::share`].
     share: L,
     /// How both lie in the flat sheet; of no use for plain ones. Of graded horizontal ones it is that of the fabric.
     rests: [RestLanes<L>; 2],
@@ -563,9 +591,41 @@ struct Cold<'a> {
     /// Bits of the directions in which segments keep what they owe.
     keeps: u32,
     report: Report,
+    /// [`Taken::share`].
+    share: f64,
+    /// [`Taken::by_rupture`].
+    by_rupture: f64,
 }
 
 impl<L: Lane> Carried<L> {
+    /// At the start of a row. `share`: [`Taken::share`].
+    #[inline(always)]
+    fn of<const CURVED: bool, const FACTOR: u8>(
+        pass: &Pass<'_>,
+        net: &NetRow<'_>,
+        been_slack: u32,
+        (joint, share): (&Joint<'_>, f64),
+    ) -> Self {
+        let (zero, Along { horizontal, vertical, .. }) = (L::splat(0.0), pass.directions);
+        let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
+        let law = |law: &RateLaw| if FACTOR == RATE { law.at(pass.rates.time) } else { RateLaw::NONE };
+        let laws = [law(&horizontal.rate), law(&vertical.rate)];
+        Carried {
+            limits: [L::splat(limits[0]), L::splat(limits[1])],
+            viscosity: [horizontal.viscosity.lanes(), vertical.viscosity.lanes()],
+            rates: [laws[0].lanes(), laws[1].lanes()],
+            laws,
+            relaxing: L::splat(pass.rates.relaxing),
+            share: L::splat(share),
+            rests: [if CURVED { pass.directions.around() } else { horizontal.rest }.lanes(), net.upwards(&vertical.rest)],
+            inverse_width: L::splat(net.inverse_width),
+            keeps: [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0))),
+            left_force: if CURVED { spread(joint.left) } else { [zero; 3] },
+            low: zero,
+            high: zero,
+        }
+    }
+
     /// How the segments of group g lie in the flat sheet.
     #[inline(always)]
     fn rests<const GRADED: bool, const FACTOR: u8, const CURVED: bool>(
@@ -584,6 +644,30 @@ impl<L: Lane> Carried<L> {
             [grading::bars_along(columns, g, horizontal.twice_strain), vertical]
         } else {
             [horizontal, vertical]
+        }
+    }
+
+    /// Eight columns. Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
+    #[inline(always)]
+    fn chunk<
+        const PLAIN: bool,
+        const GRADED: bool,
+        const FACTOR: u8,
+        const VISCOUS: bool,
+        const CURVED: bool,
+        const CASING: bool,
+    >(
+        &mut self,
+        planes: &mut Planes<'_, '_>,
+        cold: &mut Cold<'_>,
+    ) {
+        self.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(planes, 0, cold);
+        if L::WIDTH < CHUNK {
+            self.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(planes, 1, cold);
+        }
+        if L::WIDTH < CHUNK / 2 {
+            self.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(planes, 2, cold);
+            self.group::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(planes, 3, cold);
         }
     }
 
@@ -639,21 +723,20 @@ impl<L: Lane> Carried<L> {
             q_h.any_not_below(limit_h) || q_v.any_not_below(limit_v)
         };
         let before = [L::load(&kh[g]), L::load(&kv[g])];
+        let [of_h, of_v] =
+            if FACTOR == RATE { self.stiffenings(planes.taken, before, [q_h, q_v], g) } else { [L::splat(1.0); 2] };
         if some_beyond {
             let of = [[&mut history_h[g], &mut kh[g]], [&mut history_v[g], &mut kv[g]]];
             cold.damage_both::<L, FACTOR>([q_h, q_v], [limit_h, limit_v], column, of, planes.owed.as_deref_mut(), g);
         }
         let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
         if FACTOR == RATE {
-            let [of_h, of_v] = planes.logarithms;
-            kh = kh.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_h)[g])));
-            kv = kv.mul(cold.pass.rates.stiffening(L::load(&L::groups(of_v)[g])));
+            (kh, kv) = (kh.mul(of_h), kv.mul(of_v));
         }
-        let [mut stress_v, mut stress_h] = match (planes.past.as_deref_mut(), planes.taken.as_deref_mut()) {
-            (Some(past), Some(taken)) if VISCOUS => {
-                self.viscous_stresses::<FACTOR>((past, taken), [kh, kv], [q_h, q_v], g, cold.pass)
-            }
-            _ => [law::stress(kv, q_v), law::stress(kh, q_h)],
+        let [mut stress_v, mut stress_h] = if VISCOUS {
+            self.viscous_stresses::<FACTOR>((planes.past, planes.taken), [kh, kv], [q_h, q_v], g, cold.pass)
+        } else {
+            [law::stress(kv, q_v), law::stress(kh, q_h)]
         };
         let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, cold.pass);
         if FACTOR == SLACK
@@ -668,9 +751,9 @@ impl<L: Lane> Carried<L> {
             forces::<L, PLAIN, CURVED>(([stress_h, stress_v], vertical_axes(up)), along, chord, [&rest_h, &rest_v]);
         // On a curve there are no moments.
         let bends = VISCOUS && !CURVED;
-        if bends && let Some(past) = planes.past.as_deref() {
+        if bends {
             let [next, above] = planes.past_beside;
-            let [bent_h, bent_v] = bending_forces::<L>(past, next, above, g);
+            let [bent_h, bent_v] = bending_forces::<L>(planes.past, next, above, g);
             force[2] = force[2].add(bent_h);
             lift[2] = lift[2].add(bent_v);
         }
@@ -687,6 +770,18 @@ impl<L: Lane> Carried<L> {
         move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
         self.low = y.min(self.low);
         self.high = y.max(self.high);
+    }
+
+    /// Factors of the rate on the stiffnesses of group g, along x and y; counts what relaxation takes. `before`: without damage of this
+    /// pass.
+    #[inline(always)]
+    fn stiffenings(&self, taken: &mut [f64; CHUNK], before: [L; 2], q: [L; 2], g: usize) -> [L; 2] {
+        let [of_h, of_v] = &self.rates;
+        let beyond = [of_h.beyond(q[0]), of_v.beyond(q[1])];
+        let (taken_h, taken_v) = (of_h.relaxing(before[0], beyond[0]), of_v.relaxing(before[1], beyond[1]));
+        let taken = &mut L::groups_mut(taken)[g];
+        L::load(taken).add(taken_h.add(taken_v.mul(self.share)).mul(self.relaxing)).store(taken);
+        stiffenings([&self.laws[0], &self.laws[1]], &self.rates, beyond, q)
     }
 
     /// The stresses of (M16) of group g along y and x with their viscous parts; counts what these take.
@@ -932,12 +1027,30 @@ impl Cold<'_> {
                 let before = *stiffness;
                 let met = self.pass.damage_segment(q, self.yarn, place.axis, column, [history, stiffness]);
                 self.report.add(met);
+                if *stiffness != before && self.pass.directions.horizontal.rate.depends() {
+                    self.by_rupture += self.taken_by_rupture(q, place.axis, column, [before, *stiffness]);
+                }
                 let owed = owed.as_deref_mut().filter(|_| KEEPS && self.keeps & bit(place.axis) != 0);
                 if let Some(owed) = owed.and_then(|owed| owed.as_mut().get_mut(lane)) {
                     self.pass.owe_dissipated(self.yarn, place.axis, column, [before, *stiffness], owed);
                 }
             }
         }
+    }
+}
+
+impl Cold<'_> {
+    /// What a segment dissipates, whose stiffness falls, beyond the law of the reference rate, which the balance counts (`energy.rs`).
+    #[inline(never)]
+    fn taken_by_rupture(&self, q: f64, axis: Axis, column: usize, [before, now]: [f64; 2]) -> f64 {
+        let Cold { pass, yarn, share, .. } = self;
+        let law = pass.directions.along(axis).rate.at(pass.rates.time);
+        let dissipated = |stiffness: f64| pass.dissipated(yarn, axis, column, stiffness);
+        let weight = match axis {
+            Axis::Horizontal => pass.x.segment_weight(column),
+            Axis::Vertical => share * pass.x.node_weight(column),
+        };
+        4.0 * weight * law.excess(q, law.seen_at(q)) * (dissipated(now) - dissipated(before))
     }
 }
 
@@ -956,11 +1069,8 @@ impl Pass<'_> {
         if !usable {
             return Report::LOST;
         }
-        let law = &self.directions.along(axis).law;
-        let q = match planes::get(yarn.logarithms, axis as usize, column) {
-            Some(logarithm) => self.rates.seen(q, logarithm),
-            None => q,
-        };
+        let Direction { law, rate, .. } = self.directions.along(axis);
+        let q = rate.at(self.rates.time).seen_at(q);
         if !law.is_damaging(q, *history) {
             return Report::default();
         }

@@ -20,10 +20,16 @@ pub struct ViscousRow<'a> {
     /// Of its segments in the last pass, and the moments of its nodes in this one.
     pub past: &'a mut [Chunk<PAST_PLANES>],
     /// The same of the row above; empty for none.
-    pub above: &'a [Chunk<PAST_PLANES>],
-    /// What of a vertical segment counts, over that of a horizontal one.
-    pub share: f64,
-    /// Receives what its segments take, by columns, as if all were horizontal ones: over 1/4 l^2.
+    pub above: &'a mut [Chunk<PAST_PLANES>],
+    /// For the moments of the row above, which the sweep finds; None where they are found or there is no such row.
+    pub ahead: Option<Ahead<'a>>,
+}
+
+/// What the moments of the row above a swept one need besides.
+pub struct Ahead<'a> {
+    /// The row above it; empty for none.
+    pub beyond: &'a [Chunk<HOT_PLANES>],
+    /// Receives twice what its moments take, by columns.
     pub taken: &'a mut [f64; CHUNK],
 }
 
@@ -71,55 +77,59 @@ impl Job for MomentsOfRow<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) -> [f64; CHUNK] {
         let MomentsOfRow { directions, row, below, past_below, above, past } = self;
-        let zero = L::splat(0.0);
-        let [horizontal, vertical] = [directions.horizontal.viscosity.lanes(), directions.vertical.viscosity.lanes()];
-        let mut along = Carried { horizontal, vertical, last: [zero; 2], taken: [0.0; CHUNK] };
+        let (mut along, mut taken) = (Moments::<L>::of(directions), [0.0; CHUNK]);
         for (c, (chunk, past)) in row.iter().zip(past).enumerate() {
             let next = row.get(c + 1).unwrap_or(&NOTHING);
             let (above, below) = (above.get(c).unwrap_or(&NOTHING), below.get(c).unwrap_or(&NOTHING));
             let past_below = past_below.get(c).unwrap_or(&NO_PAST);
-            let nodes = Nodes { chunk, next, above, below, past_below };
-            // Written out, so that every place in the chunk is a constant, as in the sweep.
-            match CHUNK / L::WIDTH {
-                1 => along.group(&nodes, past, 0),
-                2 => {
-                    along.group(&nodes, past, 0);
-                    along.group(&nodes, past, 1);
-                }
-                _ => {
-                    along.group(&nodes, past, 0);
-                    along.group(&nodes, past, 1);
-                    along.group(&nodes, past, 2);
-                    along.group(&nodes, past, 3);
-                }
-            }
+            along.find(&Nodes { chunk, next, above, below, past_below }, past, &mut taken);
         }
-        along.taken
+        taken
     }
 }
 
 /// Eight columns of what the moments of a row follow from.
-struct Nodes<'a> {
-    chunk: &'a Chunk<HOT_PLANES>,
+pub(crate) struct Nodes<'a> {
+    pub chunk: &'a Chunk<HOT_PLANES>,
     /// The chunk behind it.
-    next: &'a Chunk<HOT_PLANES>,
-    above: &'a Chunk<HOT_PLANES>,
-    below: &'a Chunk<HOT_PLANES>,
-    past_below: &'a Chunk<PAST_PLANES>,
+    pub next: &'a Chunk<HOT_PLANES>,
+    pub above: &'a Chunk<HOT_PLANES>,
+    pub below: &'a Chunk<HOT_PLANES>,
+    pub past_below: &'a Chunk<PAST_PLANES>,
 }
 
-/// What is carried along a row.
-struct Carried<L> {
+/// What is carried along a row whose moments are found.
+pub(crate) struct Moments<L> {
     horizontal: ViscosityLanes<L>,
     vertical: ViscosityLanes<L>,
     /// Velocity of the group to the left, and the stress of its segments.
     last: [L; 2],
-    taken: [f64; CHUNK],
 }
 
-impl<L: Lane> Carried<L> {
+impl<L: Lane> Moments<L> {
+    /// At the start of a row.
     #[inline(always)]
-    fn group(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, g: usize) {
+    pub fn of(Along { horizontal, vertical, .. }: Along<'_>) -> Self {
+        let (horizontal, vertical) = (horizontal.viscosity.lanes(), vertical.viscosity.lanes());
+        Moments { horizontal, vertical, last: [L::splat(0.0); 2] }
+    }
+
+    /// Finds those of eight columns. `past`: theirs; `taken`: twice what they take is added, by columns.
+    #[inline(always)]
+    pub fn find(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, taken: &mut [f64; CHUNK]) {
+        // Written out, so that every place in the chunk is a constant, as in the sweep.
+        self.group(nodes, past, taken, 0);
+        if L::WIDTH < CHUNK {
+            self.group(nodes, past, taken, 1);
+        }
+        if L::WIDTH < CHUNK / 2 {
+            self.group(nodes, past, taken, 2);
+            self.group(nodes, past, taken, 3);
+        }
+    }
+
+    #[inline(always)]
+    fn group(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, taken: &mut [f64; CHUNK], g: usize) {
         let Nodes { chunk, next, above, below, past_below } = *nodes;
         let (v, stress): (L, L) = (at(chunk, SPEED_Z, g), law::stress(at(chunk, 6, g), at(past, 0, g)));
         let right = v.sub(right_of(v, &chunk[SPEED_Z], &next[SPEED_Z], g));
@@ -132,7 +142,7 @@ impl<L: Lane> Carried<L> {
         let before = law::stress::<L>(at(below, 7, g), at(past_below, 1, g));
         let bending = self.vertical.bending(before, law::stress(at(chunk, 7, g), at(past, 1, g)));
         let along_y = moment(down.add(up), bending, &mut L::groups_mut(&mut past[MOMENT + 1])[g]);
-        let taken = &mut L::groups_mut(&mut self.taken)[g];
+        let taken = &mut L::groups_mut(taken)[g];
         L::load(taken).add(along_x.add(along_y)).store(taken);
     }
 }

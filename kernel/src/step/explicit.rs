@@ -28,7 +28,6 @@ use crate::sheet::viscous::MomentsOfRow;
 use crate::sheet::weave;
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
-use crate::step::relaxation;
 use crate::step::slackness;
 use crate::step::theta;
 use crate::yarn::rate::Rates;
@@ -156,7 +155,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     if rows[0] == rows[1] {
         return Report::default();
     }
-    begin_sweep(system, rows);
+    begin_sweep(system, rows[1]);
     let report = if system.layout.has(Feature::Viscosity) {
         sweep_rows::<true>(system, ply, rows, None)
     } else {
@@ -169,13 +168,10 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     report
 }
 
-/// What a sweep of rows [first, end) of a ply starts from.
+/// What a sweep of the rows of a ply up to row `end` starts from.
 #[inline(never)]
-fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
+fn begin_sweep(system: &mut System<'_>, end: usize) {
     place_images_above(system, end);
-    if system.layout.has(Feature::Rate) {
-        relaxation::find_rates(system, [first, end]);
-    }
     system.arrays.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
@@ -262,7 +258,11 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
 pub(crate) fn rates(system: &System<'_>) -> Rates {
     // Below it damage sees no strain beyond the critical one.
     let limit = |axis: Axis| system.rate_law(axis).limit(system.direction(axis, 0).critical);
-    Rates::of(&system.scene, [limit(Axis::Horizontal), limit(Axis::Vertical)])
+    let time = system.load_time();
+    // None before the load has begun.
+    let growth = if system.state.loaded > 0 { system.model.limits.dt / time } else { 0.0 };
+    let relaxing = system.scene.yarn.rate_modulus * growth;
+    Rates { time, relaxing, limits: [limit(Axis::Horizontal), limit(Axis::Vertical)] }
 }
 
 /// At the end of a force window: keeps the largest mean force.

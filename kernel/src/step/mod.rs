@@ -5,7 +5,6 @@ pub mod explicit;
 pub mod motion;
 pub mod outcome;
 pub mod readout;
-pub mod relaxation;
 pub mod slackness;
 pub mod slip;
 pub mod theta;

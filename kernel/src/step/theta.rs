@@ -197,7 +197,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         let (hot, history) = (planes::row(hot, chunks, j), planes::row(history, chunks, j));
         let constants =
             if system.layout.has_constants() { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
-        let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j), logarithms: &[] };
+        let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j) };
         let rest = |axis: Axis, i: usize| {
             let rest = directions.along(axis).rest;
             net.bar(axis, i, j).map_or(rest, |[segments, _]| rest.in_series(segments))

@@ -8,7 +8,7 @@
 //! over e; -dW/dt = alpha E C_E (c^2 - a^2)/(2t) is what relaxation dissipates, with c the strain held within a = e(r_0) and
 //! b = e(r_1). It is never negative, so no way of loading gains energy. A segment breaks at a higher strain than damage sees, and
 //! what rupture dissipates beyond the law of the reference rate is counted too.
-//! Before a pass the logarithms of its rows are found (`relaxation.rs`), and what is dissipated in them; the sweep reads the logarithms.
+//! The sweep finds rate, relaxation and rupture of each segment from the strain that it has at hand.
 //! Limits: one event that begins with the first contact. Velocity Verlet; no pre-tension.
 //! Reference: docs/model.md, "Rate of strain".
 
@@ -20,6 +20,9 @@ use crate::yarn::law;
 /// The limit from which the sweep looks for damage lies so much lower than it could: rounding must hide none.
 const ROUNDING: f64 = 1e-12;
 
+/// A strain that is none.
+const LEAST: f64 = 1e-290;
+
 /// The law of the segments of one direction at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateLaw {
@@ -29,77 +32,134 @@ pub struct RateLaw {
     stretch: f64,
     /// q of the flat sheet, at most 0.
     rest: f64,
-    /// Change of q since then at the reference rate, 2 r_0 t.
-    least: f64,
-    /// Its inverse; 0 for no dependence on the rate.
-    per_least: f64,
+    /// 2 r_0, 1/s; 0 for no dependence on the rate.
+    reference: f64,
     /// r_1/r_0, at least 1.
     ratio: f64,
     /// Its logarithm.
     largest: f64,
+    /// Change of q since the load began at the reference rate, 2 r_0 t.
+    least: f64,
+    /// Its inverse.
+    per_least: f64,
+}
+
+/// [`RateLaw`] of several segments at once.
+#[derive(Clone, Copy)]
+pub struct RateLanes<L> {
+    /// q of taut yarn at the reference rate, and twice it.
+    first: L,
+    twice_first: L,
+    /// How much more q is at the highest rate.
+    width: L,
+    /// C_E times the largest logarithm.
+    stiffest: L,
 }
 
 impl RateLaw {
     /// No dependence on the rate.
-    pub const NONE: RateLaw =
-        RateLaw { modulus: 0.0, stretch: 0.0, rest: 0.0, least: 1.0, per_least: 0.0, ratio: 1.0, largest: 0.0 };
+    pub const NONE: RateLaw = RateLaw {
+        modulus: 0.0,
+        stretch: 0.0,
+        rest: 0.0,
+        reference: 0.0,
+        ratio: 1.0,
+        largest: 0.0,
+        least: 1.0,
+        per_least: 1.0,
+    };
 
-    /// The law of a scene for segments with this q in the flat sheet, at a time, s, since the load began.
-    pub fn of(scene: &Scene, rest: f64, time: f64) -> RateLaw {
+    /// The law of a scene for segments with this q in the flat sheet, at no time yet.
+    pub fn of(scene: &Scene, rest: f64) -> RateLaw {
         if !scene.depends_on_rate() {
             return RateLaw::NONE;
         }
         let yarn = &scene.yarn;
-        let (ratio, least) = (yarn.rate_limit / yarn.rate_reference, 2.0 * yarn.rate_reference * time);
+        let ratio = yarn.rate_limit / yarn.rate_reference;
         RateLaw {
             modulus: yarn.rate_modulus,
             stretch: yarn.rate_stretch,
             rest,
-            least,
-            per_least: 1.0 / least,
+            reference: 2.0 * yarn.rate_reference,
             ratio,
             largest: math::ln(ratio),
+            ..RateLaw::NONE
         }
+    }
+
+    /// The law at a time, s, since the load began.
+    #[inline(always)]
+    pub fn at(&self, time: f64) -> RateLaw {
+        if !self.depends() {
+            return RateLaw::NONE;
+        }
+        let least = self.reference * time;
+        RateLaw { least, per_least: 1.0 / least, ..*self }
+    }
+
+    /// Whether yarn depends on the rate at all.
+    #[inline(always)]
+    pub fn depends(&self) -> bool {
+        self.reference != 0.0
+    }
+
+    /// The same for several segments at once.
+    #[inline(always)]
+    pub fn lanes<L: Lane>(&self) -> RateLanes<L> {
+        let [first, last] = self.range();
+        RateLanes {
+            first: L::splat(first),
+            twice_first: L::splat(2.0 * first),
+            // Yarn that is faster than the highest rate as soon as it is taut has the largest stiffness, too.
+            width: L::splat(math::max(last - first, LEAST)),
+            stiffest: L::splat(self.modulus * self.largest),
+        }
+    }
+
+    fn at_reference(&self) -> f64 {
+        self.rest * self.per_least + 1.0
     }
 
     /// L, the logarithm of the rate over the reference rate.
-    #[inline(always)]
-    pub fn logarithm<L: Lane>(&self, q: L) -> L {
-        let over = q.sub(L::splat(self.rest)).mul(L::splat(self.per_least));
-        let (one, ratio) = (L::splat(1.0), L::splat(self.ratio));
-        let over = over.max(one).min(ratio);
-        // Mostly all are held: 0 or the largest.
-        if !over.sub(one).mul(ratio.sub(over)).any_above(L::splat(0.0)) {
-            return over.sub(one).mul(L::splat(f64::MAX)).min(L::splat(self.largest));
+    fn logarithm(&self, q: f64) -> f64 {
+        let more = q * self.per_least - self.at_reference();
+        if more <= 0.0 {
+            0.0
+        } else if more >= self.ratio - 1.0 {
+            self.largest
+        } else {
+            math::ln_1p(more)
         }
+    }
+
+    /// (M19) Stiffness of a segment over that at the reference rate, 1 + C_E L.
+    pub fn stiffening(&self, q: f64) -> f64 {
+        let lanes = self.lanes::<f64>();
+        stiffenings([self; 2], &[lanes; 2], [lanes.beyond(q); 2], [q; 2])[0]
+    }
+
+    /// The same of a lane group whose rates lie within the two.
+    #[inline(never)]
+    fn stiffening_within<L: Lane>(&self, q: L) -> L {
         let mut group = L::ZEROS;
-        over.store(&mut group);
-        for x in group.as_mut() {
-            *x = if *x <= 1.0 {
-                0.0
-            } else if *x >= self.ratio {
-                self.largest
-            } else {
-                math::ln(*x)
-            };
-        }
+        q.store(&mut group);
+        group.as_mut().iter_mut().for_each(|q| *q = self.modulus * self.logarithm(*q) + 1.0);
         L::load(&group)
     }
 
-    /// Stiffness over that at the reference rate, at this logarithm.
-    #[inline(always)]
-    pub fn stiffening<L: Lane>(&self, logarithm: L) -> L {
-        stiffening(self.modulus, logarithm)
+    /// (M20) The q that damage sees.
+    pub fn seen_at(&self, q: f64) -> f64 {
+        if self.stretch == 0.0 { q } else { q / self.weakening(q) }
     }
 
-    /// The q that damage sees.
-    pub fn seen_at(&self, q: f64) -> f64 {
-        if self.stretch == 0.0 { q } else { seen(self.stretch, q, self.logarithm(q)) }
+    /// q over the one that damage sees, 1 + C_U L.
+    fn weakening(&self, q: f64) -> f64 {
+        1.0 + self.stretch * self.logarithm(q)
     }
 
     /// A q below which damage sees none beyond this critical one.
     pub fn limit(&self, critical: f64) -> f64 {
-        let limit = critical * (1.0 + self.stretch * self.logarithm(critical));
+        let limit = critical * self.weakening(critical);
         if limit > critical { limit * (1.0 - ROUNDING) } else { critical }
     }
 
@@ -122,14 +182,6 @@ impl RateLaw {
         base + 0.5 * stiffness * self.modulus * (growing + beyond)
     }
 
-    /// What relaxation takes while the logarithm of the time grows by 1, in units of [`RateLaw::stored`].
-    #[inline(always)]
-    pub fn relaxing<L: Lane>(&self, stiffness: L, q: L) -> L {
-        let [first, last] = self.range();
-        let held = q.max(L::splat(first)).min(L::splat(last));
-        stiffness.mul(held.mul(held).sub(L::splat(first * first))).mul(L::splat(0.25 * self.modulus))
-    }
-
     /// q of taut yarn at the reference rate and at the highest.
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
@@ -142,42 +194,49 @@ impl RateLaw {
     }
 }
 
-/// What a sweep needs of the laws at its time.
+impl<L: Lane> RateLanes<L> {
+    /// How far q is beyond that of the reference rate, up to that of the highest.
+    #[inline(always)]
+    pub fn beyond(&self, q: L) -> L {
+        q.sub(self.first).max(L::splat(0.0)).min(self.width)
+    }
+
+    /// What relaxation takes while the logarithm of the time grows by 1, over 1/4 C_E, in units of [`RateLaw::stored`].
+    #[inline(always)]
+    pub fn relaxing(&self, stiffness: L, beyond: L) -> L {
+        stiffness.mul(beyond.mul(beyond.add(self.twice_first)))
+    }
+
+    /// Above 0 where the rate lies within the two.
+    #[inline(always)]
+    fn within(&self, beyond: L) -> L {
+        beyond.mul(self.width.sub(beyond))
+    }
+
+    /// 1 + C_E L where L is 0 or the largest.
+    #[inline(always)]
+    fn stiffening(&self, beyond: L) -> L {
+        beyond.mul(L::splat(f64::MAX)).min(self.stiffest).add(L::splat(1.0))
+    }
+}
+
+/// (M19) Stiffness of segments of two directions over that at the reference rate. `lanes`: of the laws; `beyond`: of q.
+#[inline(always)]
+pub fn stiffenings<L: Lane>(laws: [&RateLaw; 2], lanes: &[RateLanes<L>; 2], beyond: [L; 2], q: [L; 2]) -> [L; 2] {
+    if lanes[0].within(beyond[0]).max(lanes[1].within(beyond[1])).any_above(L::splat(0.0)) {
+        [laws[0].stiffening_within(q[0]), laws[1].stiffening_within(q[1])]
+    } else {
+        [lanes[0].stiffening(beyond[0]), lanes[1].stiffening(beyond[1])]
+    }
+}
+
+/// What a sweep needs of the laws besides what a direction has.
 #[derive(Clone, Copy)]
 pub struct Rates {
-    /// C_E.
-    modulus: f64,
-    /// C_U.
-    stretch: f64,
+    /// Time since the load began, s.
+    pub time: f64,
+    /// C_E times the growth of the logarithm of the time since the last pass.
+    pub relaxing: f64,
     /// q of horizontal and vertical segments from which damage is looked for.
     pub limits: [f64; 2],
-}
-
-impl Rates {
-    /// Of a scene; `limits`: q of horizontal and vertical segments from which damage is looked for.
-    pub(crate) fn of(scene: &Scene, limits: [f64; 2]) -> Rates {
-        Rates { modulus: scene.yarn.rate_modulus, stretch: scene.yarn.rate_stretch, limits }
-    }
-
-    /// Stiffness over that at the reference rate, at this logarithm.
-    #[inline(always)]
-    pub fn stiffening<L: Lane>(&self, logarithm: L) -> L {
-        stiffening(self.modulus, logarithm)
-    }
-
-    /// The q that damage sees, at this logarithm.
-    pub fn seen(&self, q: f64, logarithm: f64) -> f64 {
-        seen(self.stretch, q, logarithm)
-    }
-}
-
-/// (M20) q/(1 + C_U L).
-fn seen(stretch: f64, q: f64, logarithm: f64) -> f64 {
-    q / (1.0 + stretch * logarithm)
-}
-
-/// (M19) 1 + C_E L.
-#[inline(always)]
-fn stiffening<L: Lane>(modulus: f64, logarithm: L) -> L {
-    L::splat(modulus).mul(logarithm).add(L::splat(1.0))
 }

@@ -81,14 +81,13 @@ impl Plan {
         unsafe {
             let yarn = if layout.has_constants() { rows(memory.yarn, chunks, j - 1, 1) } else { &[] };
             let strength = if layout.has(Feature::Strength) { rows(memory.strength, chunks, j - 1, 1) } else { &[] };
-            let logarithms = if layout.has(Feature::Rate) { rows(memory.logarithms, chunks, j - 1, 1) } else { &[] };
             let below = rows(memory.hot, chunks, j - 1, 1);
             let history = rows(memory.history, chunks, j - 1, 1);
             let here = rows(memory.hot, chunks, j, 1);
             let is_slack = layout.has(Feature::Slack) && memory.been_slack.add(j - 1).read() & bit(Axis::Vertical) != 0;
             let owed = if is_slack { rows(memory.owed, chunks, j - 1, 1) } else { &[] };
             let terms = self.terms(false);
-            let yarn = terms.yarn_row(yarn, strength, logarithms, 0, ply);
+            let yarn = terms.yarn_row(yarn, strength, 0, ply);
             let (net, viscous) = (self.net(ply), [0, 1].map(|slot| planes::row(viscous, chunks, slot)));
             let pass = terms.pass(&net, ply);
             let (row, above, yarn) = (below, here, &yarn);
@@ -347,7 +346,6 @@ impl Plan {
                 history: rows_mut(memory.history, chunks, first, count),
                 yarn: if layout.has_constants() { rows(memory.yarn, chunks, first, count) } else { &[] },
                 strength: if layout.has(Feature::Strength) { rows(memory.strength, chunks, first, count) } else { &[] },
-                logarithms: if layout.has(Feature::Rate) { rows(memory.logarithms, chunks, first, count) } else { &[] },
                 owed: if layout.has(Feature::Slack) { rows_mut(memory.owed, chunks, first, count) } else { &mut [] },
                 been_slack: if layout.has(Feature::Slack) { rows(memory.been_slack, 1, first, count) } else { &[] },
                 viscous: self.viscous_rows([first, end], ply, viscous),

@@ -12,7 +12,6 @@ use crate::memory::viscous_rows::place_image_speeds;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
 use crate::step::explicit;
-use crate::step::relaxation;
 use crate::yarn::rate::Rates;
 
 /// What all bands need to know for one pass.
@@ -33,8 +32,8 @@ pub(super) struct Plan {
     pub(super) memory: Pointers,
 }
 
-/// Rows [first, end) of all plies that a pass steps; what it needs of rates and images is put there. `sound`: whether it will be taken.
-fn prepare_rows(system: &mut System<'_>, sound: bool) -> [usize; 2] {
+/// Rows [first, end) of all plies that a pass steps; the images that it needs are put there.
+fn prepare_rows(system: &mut System<'_>) -> [usize; 2] {
     let mut rows = [system.layout.nodes_y, 0];
     for ply in 0..system.layout.plies {
         let [first, end] = system.rows_to_step(ply);
@@ -43,9 +42,6 @@ fn prepare_rows(system: &mut System<'_>, sound: bool) -> [usize; 2] {
         }
         rows = [rows[0].min(first), rows[1].max(end)];
         explicit::place_images_above(system, end);
-        if system.layout.has(Feature::Rate) && sound {
-            relaxation::find_rates(system, [first, end]);
-        }
         if (system.layout.has(Feature::Viscosity) || system.layout.has(Feature::Slack)) && system.layout.x.is_mirrored()
         {
             let (line, chunks) = (system.layout.x, system.layout.chunks);
@@ -65,7 +61,7 @@ impl Plan {
             Some(block) => block.look_ahead(system),
             None => explicit::look_ahead(system, [0, system.layout.nodes_y]),
         };
-        let mut rows = prepare_rows(system, found.is_ok());
+        let mut rows = prepare_rows(system);
         if let Some(block) = &block {
             rows = block.rows_near();
         }

@@ -1,8 +1,7 @@
 //! Where the rows are: bare pointers into the simulation's arrays, which all bands share, and slices of rows made of them.
 
 use crate::ground::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES, RATE_PLANES, STRENGTH_PLANES,
-    YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
@@ -19,7 +18,6 @@ pub(super) struct Pointers {
     pub(super) history: *mut Chunk<HISTORY_PLANES>,
     pub(super) yarn: *const Chunk<YARN_PLANES>,
     pub(super) strength: *const Chunk<STRENGTH_PLANES>,
-    pub(super) logarithms: *const Chunk<RATE_PLANES>,
     pub(super) owed: *mut Chunk<OWED_PLANES>,
     pub(super) been_slack: *const u32,
     pub(super) past: *mut Chunk<PAST_PLANES>,
@@ -47,7 +45,6 @@ impl Pointers {
             history,
             yarn,
             strength,
-            logarithms,
             owed,
             been_slack,
             past,
@@ -71,7 +68,6 @@ impl Pointers {
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
             strength: strength.as_ptr(),
-            logarithms: logarithms.as_ptr(),
             owed: owed.as_mut_ptr(),
             been_slack: been_slack.as_ptr(),
             past: past.as_mut_ptr(),
