@@ -617,7 +617,10 @@ impl<L: Lane> Carried<L> {
             laws,
             relaxing: L::splat(pass.rates.relaxing),
             share: L::splat(share),
-            rests: [if CURVED { pass.directions.around() } else { horizontal.rest }.lanes(), net.upwards(&vertical.rest)],
+            rests: [
+                if CURVED { pass.directions.around() } else { horizontal.rest }.lanes(),
+                net.upwards(&vertical.rest),
+            ],
             inverse_width: L::splat(net.inverse_width),
             keeps: [Axis::Horizontal, Axis::Vertical].map(|axis| f64::from(u8::from(been_slack & bit(axis) != 0))),
             left_force: if CURVED { spread(joint.left) } else { [zero; 3] },
