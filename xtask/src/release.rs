@@ -195,7 +195,8 @@ fn bills() -> Made {
     let wheel = names.iter().find(own).map(|name| wheels.join(name).to_string_lossy().into_owned());
     let wheel = wheel.ok_or("no wheel of this machine")?;
     command("python3", &["-m", "venv", "--without-pip", &environment.to_string_lossy()])?;
-    let pip = ["-m", "pip", "--quiet", "--disable-pip-version-check", "--python", &inside, "install", &wheel];
+    let pip =
+        ["-m", "pip", "--quiet", "--disable-pip-version-check", "--python", &inside, "install", "--no-compile", &wheel];
     command(&python, &[&pip[..], &["-c", "requirements.txt", "-c", "evidence/requirements.txt"]].concat())?;
     let list = ["-m", "cyclonedx_py", "environment", &inside, "--output-reproducible", "-o", &file];
     command(&python, &list)?;
