@@ -135,7 +135,7 @@ def main():
         if sys.prefix == sys.base_prefix:
             # Where nothing is installed but the wheel with what it depends on, and FMPy.
             run(sys.executable, "-m", "venv", folder)
-            run(f"{folder}/bin/pip", "--quiet", "install", only(f"*_{platform.machine()}.whl"), "fmpy")
+            run(f"{folder}/bin/pip", "--quiet", "install", "--no-compile", only(f"*_{platform.machine()}.whl"), "fmpy")
             sys.exit(subprocess.run([f"{folder}/bin/python", __file__], check=False).returncode)
         for part in (sums, wheel_and_library, fmus, capsule, page, bills_of_materials):
             start = time.perf_counter()

@@ -43,7 +43,8 @@ pub fn run(options: &Options) -> Outcome {
     if !changed.is_empty() {
         return Err(format!("a release is built from a commit; commit or stash what has changed:\n{changed}"));
     }
-    let folder = emptied(target().join("dist"))?;
+    let commit = || output("git", &["log", "-1", "--format=%H of %cs"]);
+    let (before, folder) = (commit()?, emptied(target().join("dist"))?);
     let mut rows = Vec::new();
     for (name, make) in PARTS {
         println!("\n== {name}");
@@ -56,9 +57,11 @@ pub fn run(options: &Options) -> Outcome {
         }
         println!("  {:.1} s", start.elapsed().as_secs_f64());
     }
-    let commit = output("git", &["log", "-1", "--format=%H of %cs"])?;
+    if commit()? != before {
+        return Err("another commit was checked out meanwhile: build the release again".into());
+    }
     let text = read(top().join("xtask/release/README.md"))?;
-    let words = [("@VERSION@", env!("CARGO_PKG_VERSION")), ("@COMMIT@", commit.trim()), ("@FILES@", &rows.concat())];
+    let words = [("@VERSION@", env!("CARGO_PKG_VERSION")), ("@COMMIT@", before.trim()), ("@FILES@", &rows.concat())];
     let text = words.iter().fold(text, |text, (word, value)| text.replace(word, value));
     write(folder.join("README.md"), &text)?;
     let names = listed(&folder)?;
@@ -195,7 +198,8 @@ fn bills() -> Made {
     let wheel = names.iter().find(own).map(|name| wheels.join(name).to_string_lossy().into_owned());
     let wheel = wheel.ok_or("no wheel of this machine")?;
     command("python3", &["-m", "venv", "--without-pip", &environment.to_string_lossy()])?;
-    let pip = ["-m", "pip", "--quiet", "--disable-pip-version-check", "--python", &inside, "install", &wheel];
+    let pip =
+        ["-m", "pip", "--quiet", "--disable-pip-version-check", "--python", &inside, "install", "--no-compile", &wheel];
     command(&python, &[&pip[..], &["-c", "requirements.txt", "-c", "evidence/requirements.txt"]].concat())?;
     let list = ["-m", "cyclonedx_py", "environment", &inside, "--output-reproducible", "-o", &file];
     command(&python, &list)?;
