@@ -8,12 +8,11 @@ import time
 
 from host import SMALL, Host
 
-TICK = 2e-8
-RUNS = 7
+TICK, RUNS = 2e-8, 7
 
 
-def least(work, count):
-    """Seconds of one of `count` times that `work` does."""
+def least(count, work):
+    """Seconds of one of `count` times that `work` does in a run."""
     times = []
     for _ in range(RUNS):
         start = time.process_time()
@@ -22,29 +21,23 @@ def least(work, count):
     return min(times)
 
 
-def steps(host, count, ticks):
-    """Does steps from where the host is."""
-    for _ in range(count):
-        assert host.step(host.t, ticks * TICK) == 0, host.log
-        host.t = host.last[3]
-
-
 def measured(component):
     """Seconds of a call without work, of a step of one tick of 6 x 6 nodes, and of a node-step of 105 x 105 nodes."""
-    few = {**SMALL, "sheet.nodes_x": 6, "sheet.nodes_y": 6}
-    many = {**SMALL, "sheet.nodes_x": 105, "sheet.nodes_y": 105}
-    small, large = (Host(3, values, logging_on=False, component=component) for values in (few, many))
-    small.t = large.t = 0.0
-    call = least(lambda: [small.fmu.getFloat64([0]) for _ in range(500)], 500)
-    step = least(lambda: steps(small, 500, 1), 500)
-    steps(large, 1, 1000)  # until the waves have reached the sides
-    node = least(lambda: steps(large, 1, 200), 200 * 105 * 105)
-    return call, step, node
+
+    def steps(host, count, ticks):
+        for _ in range(count):
+            assert host.step(host.last[3], ticks * TICK) == 0, host.log
+
+    scenes = ({**SMALL, "sheet.nodes_x": nodes, "sheet.nodes_y": nodes} for nodes in (6, 105))
+    few, many = (Host(3, scene, logging_on=False, component=component) for scene in scenes)
+    few.last = many.last = (False, False, False, 0.0)
+    steps(many, 1, 1000)  # until the waves have reached the sides
+    call = least(500, lambda: [few.fmu.getFloat64([0]) for _ in range(500)])
+    return call, least(500, lambda: steps(few, 500, 1)), least(200 * 105**2, lambda: steps(many, 1, 200))
 
 
 if __name__ == "__main__":
-    native, component = measured(False), measured(True)
     names = ["a call without work, us", "a communication step of one tick, 6 x 6 nodes, us", "a node-step, 105 x 105 nodes, ns"]
-    for name, one, other, unit in zip(names, native, component, (1e6, 1e6, 1e9)):
+    for name, one, other, unit in zip(names, measured(False), measured(True), (1e6, 1e6, 1e9)):
         print(f"{name}: library {one * unit:.2f}, component {other * unit:.2f}, {other / one:.2f} times as long")
     print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
