@@ -153,13 +153,17 @@ def compare(programs, title, launch):
     # Both hosts do the same; only rounding differs, which contact amplifies.
     same = [largest(rows["C host", step], rows["FMPy host", step], COMPARED) / speed for step in (FINE, COARSE)]
     coupling = errors["FMPy host", COARSE][1]
-    # A node that is swept up changes the velocity all at once: where it comes into another step, the error is that of its momentum.
+    # A node that is swept up changes the velocity all at once. Where one run meets a node that the other one meets later, the error is that
+    # of its momentum until then; at 30 degrees that begins at 102 us of 120.
+    apart = [rows["FMPy host", COARSE][name] - reference[name] for name in COMPARED]
+    typical = float(np.median(np.linalg.norm(apart, axis=0))) / speed
     velocity = np.array([runs["FMPy host", FINE][name] for name in COMPARED])[:, : round(times[-1] / FINE)]
     jump = float(np.linalg.norm(np.diff(velocity, axis=1), axis=0).max()) / speed
-    print(f"  C host to FMPy host at the same step: {same[0]:.1e} and {same[1]:.1e} V0; coupling error at 1e-6 s: {coupling:.1e} V0")
+    print(f"  C host to FMPy host at the same step: {same[0]:.1e} and {same[1]:.1e} V0; coupling error at 1e-6 s: {coupling:.1e} V0, median {typical:.1e}")
     print(f"  largest change of velocity in a step of 1e-7 s: {jump:.1e} V0")
     checks = {
-        "the hosts' coupling error at 1e-6 s is small, or that of one node": coupling < max(1e-5, jump),
+        "the hosts' coupling error at 1e-6 s is small at half of the times": typical < 1e-5,
+        "and no larger than what nodes that are swept up at once change": coupling < max(1e-5, jump),
         "C host and FMPy host differ by less than it, or by rounding": max(same) < max(coupling, ROUNDING),
     }
     if title == PACKAGED:
