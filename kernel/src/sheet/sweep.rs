@@ -485,11 +485,7 @@ impl<
                 past_beside,
                 taken: &mut taken.by_column,
             };
-            if GRADED && FACTOR == NONE && net.is_fine_in(columns) {
-                along.chunk::<PLAIN, false, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, &mut cold);
-            } else {
-                along.chunk::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, &mut cold);
-            }
+            along.chunk::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, &mut cold);
             rest = tail;
         }
         if FACTOR == RATE {
