@@ -10,7 +10,7 @@ use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
 use crate::memory::taken::TakenOfRow;
 use crate::memory::terms::Terms;
-use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds, taken_by_moments};
+use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
 use crate::sheet::neighbours::own;
@@ -18,7 +18,6 @@ use crate::sheet::places::rest_offset;
 use crate::sheet::ring::{FLAT, HOOP_PLANES};
 use crate::sheet::sweep::{OnCasing, Report, Row};
 use crate::sheet::symmetry::Line;
-use crate::sheet::viscous::Ahead;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
 pub(crate) struct Rows<'r> {
@@ -186,16 +185,15 @@ impl Rows<'_> {
         let (mut report, rows) = (Report::default(), ranges.len());
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;
-            let finds_ahead = VISCOUS && !CURVED && viscous.finds_ahead(layout, k, rows);
-            if VISCOUS && k == 0 {
-                viscous.find_moments(terms, [ply, first, 0], [hot, above], taken);
-            }
-            if VISCOUS && !finds_ahead {
+            if VISCOUS {
+                if k == 0 {
+                    viscous.find_moments(terms, [ply, first, 0], [hot, above], taken);
+                }
+                // The row needs those of the row above it.
                 viscous.find_moments(terms, [ply, first, k + 1], [hot, above], taken);
             }
             let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
-            let beyond = if k + 2 < rows { planes::row(next, chunks, 1) } else { above };
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, k, ply);
@@ -210,10 +208,8 @@ impl Rows<'_> {
             if OPTIONS && layout.x.is_mirrored() && layout.has(Feature::Rate) {
                 counted.relax_last(&pass, [row, above]);
             }
-            let mut ahead = [0.0; CHUNK];
             let (viscous_row, last) = if VISCOUS {
-                let ahead = if finds_ahead { Some(Ahead { beyond, taken: &mut ahead }) } else { None };
-                let (row, last) = viscous.row(layout, (k, rows, first), ahead);
+                let (row, last) = viscous.row(layout, (k, rows, first));
                 (Some(row), last)
             } else {
                 (None, Last::default())
@@ -255,9 +251,6 @@ impl Rows<'_> {
                 }
                 // What the moments take is there.
                 *taken = counted.total(layout) + if VISCOUS { *taken } else { 0.0 };
-            }
-            if finds_ahead && let Some(taken) = taken.get_mut(k + 1) {
-                *taken = taken_by_moments(layout, j + 1, &ahead);
             }
         }
         report

@@ -1,12 +1,12 @@
 //! What viscosity keeps of a run of rows, and what it takes of them in a pass (`sheet/viscous.rs`).
 
 use crate::ground::lanes;
-use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_X, SPEED_Z, VISCOUS_STRESS};
+use crate::ground::planes::{self, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_X, SPEED_Z, VISCOUS_STRESS};
 use crate::memory::layout::Layout;
 use crate::memory::terms::Terms;
 use crate::scene::features::Feature;
 use crate::sheet::symmetry::Line;
-use crate::sheet::viscous::{Ahead, MomentsOfRow, ViscousRow};
+use crate::sheet::viscous::{MomentsOfRow, ViscousRow};
 
 /// What viscosity keeps of neighbouring rows; empty without it.
 pub(crate) struct ViscousRows<'r> {
@@ -50,20 +50,9 @@ impl ViscousRows<'_> {
         find_moments_of_row(terms, first + k, row, taken);
     }
 
-    /// Whether the sweep of the k-th of so many rows finds the moments of the row above it.
-    #[inline(always)]
-    pub fn finds_ahead(&self, layout: &Layout, k: usize, rows: usize) -> bool {
-        !layout.x.is_mirrored() && k + 1 < rows && !(k + 2 == rows && self.known[1])
-    }
-
     /// What the sweep of the k-th of so many rows needs, and the past of its last segments. `first`: as above.
     #[inline(always)]
-    pub fn row<'a>(
-        &'a mut self,
-        layout: &Layout,
-        (k, rows, first): (usize, usize, usize),
-        ahead: Option<Ahead<'a>>,
-    ) -> (ViscousRow<'a>, Last) {
+    pub fn row<'a>(&'a mut self, layout: &Layout, (k, rows, first): (usize, usize, usize)) -> (ViscousRow<'a>, Last) {
         let chunks = layout.chunks;
         if layout.y.is_mirrored()
             && first + k + 1 == layout.nodes_y
@@ -73,9 +62,9 @@ impl ViscousRows<'_> {
         }
         let (below, rest) = self.past.split_at_mut(((k + 1) * chunks).min(self.past.len()));
         let past = planes::row_mut(below, chunks, k);
-        let above = if k + 1 < rows { planes::row_mut(rest, chunks, 0) } else { &mut *self.above };
+        let above = if k + 1 < rows { planes::row(rest, chunks, 0) } else { &*self.above };
         let last = last_of(past, layout);
-        (ViscousRow { past, above, ahead }, last)
+        (ViscousRow { past, above }, last)
     }
 
     /// What the last segments of the k-th row, a mirrored one, have taken since this was their past, over 1/4 l^2.
@@ -97,12 +86,6 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
     [[at(0), at(VISCOUS_STRESS)], [at(1), at(VISCOUS_STRESS + 1)]]
 }
 
-/// What the moments of row j have taken, of which no node is there twice along x. `twice`: by columns.
-#[inline(always)]
-pub(crate) fn taken_by_moments(layout: &Layout, j: usize, twice: &[f64; CHUNK]) -> f64 {
-    0.5 * layout.y.node_weight(j) * twice.iter().sum::<f64>()
-}
-
 /// Finds the moments of row j, and begins to count what viscosity takes of it.
 #[inline(never)]
 pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, taken: &mut f64) {
@@ -112,7 +95,8 @@ pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow
         return;
     }
     if !line.is_mirrored() {
-        *taken = taken_by_moments(layout, j, &lanes::dispatch(terms.instructions, row));
+        let found: f64 = lanes::dispatch(terms.instructions, row).iter().sum();
+        *taken = 0.5 * layout.y.node_weight(j) * found;
         return;
     }
     // Nodes on the plane are there once, the others twice; and there is an image.

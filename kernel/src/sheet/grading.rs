@@ -129,14 +129,6 @@ impl NetRow<'_> {
     /// Of no grading.
     pub const NONE: NetRow<'static> = NetRow { columns: &[], spacing: 1.0, inverse_square: 1.0, inverse_width: 1.0 };
 
-    /// Whether all of eight columns and the row have single segments of single yarns: where the first and the last have, because the fine part
-    /// is whole. They move as without grading then, to the bit.
-    #[inline(always)]
-    pub fn is_fine_in(&self, columns: &Chunk<LINE_PLANES>) -> bool {
-        let [first, .., last] = columns[INVERSE_WIDTH];
-        first == 1.0 && last == 1.0 && self.inverse_width == 1.0
-    }
-
     /// How the row's vertical bars lie in the flat sheet. `rest`: a segment of the fabric.
     #[inline(always)]
     pub fn upwards<L: Lane>(&self, rest: &Rest) -> RestLanes<L> {

@@ -25,9 +25,9 @@ use crate::sheet::neighbours::{NOTHING, right_of};
 use crate::sheet::ring::{self, CHORD_X, CHORD_Z, HOOP_PLANES, PLACE_X, PLACE_Z};
 use crate::sheet::slack::{NOTHING_OWED, Owed, bit, relative_velocities};
 use crate::sheet::symmetry::Line;
-use crate::sheet::viscous::{Ahead, Moments, NO_PAST, Nodes, Past, ViscousRow, bending_forces};
+use crate::sheet::viscous::{NO_PAST, Past, ViscousRow, bending_forces};
 use crate::yarn::law::{self, DamageLaw, LOST, RestLanes, ViscosityLanes};
-use crate::yarn::rate::{RateLanes, RateLaw, Rates, stiffenings};
+use crate::yarn::rate::{RateLanes, RateLaw, Rates};
 
 /// What one pass met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -239,8 +239,8 @@ impl Row<'_> {
         }
         // A dependence on the rate excludes both.
         match (plain, ungraded, unmarked) {
-            (true, ..) if dependent => lanes::dispatch(set, RowJob::<true, false, RATE>(self, Joint::NONE)),
-            _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self, Joint::NONE)),
+            (true, ..) if dependent => lanes::dispatch_narrow(set, RowJob::<true, false, RATE>(self, Joint::NONE)),
+            _ if dependent => lanes::dispatch_narrow(set, RowJob::<false, false, RATE>(self, Joint::NONE)),
             // The commonest path is compiled apart for sheets that lie in the caches.
             (true, true, true) if !(self.pass.fetches && Feature::Blocks.is_built()) => {
                 lanes::dispatch(set, RowJob::<true, false, NONE, false>(self, Joint::NONE))
@@ -357,8 +357,6 @@ impl Job for Lift<'_> {
         let upwards = pass.directions.vertical;
         let dependent = upwards.rate.depends();
         let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
-        let law = upwards.rate.at(pass.rates.time);
-        let rate = law.lanes::<L>();
         let rest = pass.net.row(j).upwards(&upwards.rest);
         let viscosity = upwards.viscosity.lanes::<L>();
         let report = Report::default();
@@ -397,8 +395,7 @@ impl Job for Lift<'_> {
                     stiffness = L::load(&damaged);
                 }
                 if dependent {
-                    [stiffness, _] = stiffenings([&law; 2], &[rate; 2], [rate.beyond(q); 2], [q; 2])
-                        .map(|factor| stiffness.mul(factor));
+                    stiffness = stiffness.mul(pass.stiffenings([q; 2])[1]);
                 }
                 let mut stress = law::stress(stiffness, q);
                 let mut bent = L::splat(0.0);
@@ -441,11 +438,8 @@ impl<
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
         let Row { pass, j, row, history, above, carry, yarn, owed, been_slack, viscous, taken } = self.0;
-        let (mut rest_of_past, past_above, mut ahead) = match viscous {
-            Some(ViscousRow { past, above, ahead }) => (past, above, ahead),
-            None => (&mut [][..], &mut [][..], None),
-        };
-        let mut moments = Moments::<L>::of(pass.directions);
+        let (mut rest_of_past, past_above) =
+            viscous.map_or((&mut [][..], &[][..]), |ViscousRow { past, above }| (past, above));
         let (mut no_past, mut none) = (NO_PAST, Taken::NONE);
         let taken = if VISCOUS || FACTOR == RATE { taken.unwrap_or(&mut none) } else { &mut none };
         let share = taken.share;
@@ -474,7 +468,7 @@ impl<
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
-            let (above_row, above) = (above, above.get(c).unwrap_or(&NOTHING));
+            let above = above.get(c).unwrap_or(&NOTHING);
             // The pass reads three planes of the row above and leaves out five, which a processor does not take for a stream that
             // it should fetch by itself. All eight are fetched together: the next row needs the other five.
             if fetches {
@@ -488,15 +482,7 @@ impl<
                 let Some((first, tail)) = rest_of_past.split_first_mut() else { break };
                 (past, rest_of_past) = (first, tail);
                 past_beside[0] = rest_of_past.first().unwrap_or(&NO_PAST);
-                if let Some(past_above) = past_above.get_mut(c) {
-                    if !CURVED && let Some(Ahead { beyond, taken }) = &mut ahead {
-                        let next = above_row.get(c + 1).unwrap_or(&NOTHING);
-                        let beyond = beyond.get(c).unwrap_or(&NOTHING);
-                        let nodes = Nodes { chunk: above, next, above: beyond, below: chunk, past_below: past };
-                        moments.find(&nodes, past_above, taken);
-                    }
-                    past_beside[1] = past_above;
-                }
+                past_beside[1] = past_above.get(c).unwrap_or(&NO_PAST);
             }
             let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
             let hoop = if CURVED { pass.net.hoop.get(c) } else { None }.unwrap_or(&ring::FLAT);
@@ -516,11 +502,7 @@ impl<
                 past_beside,
                 taken: &mut taken.by_column,
             };
-            if GRADED && FACTOR == NONE && net.is_fine_in(columns) {
-                along.chunk::<PLAIN, false, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, &mut cold);
-            } else {
-                along.chunk::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, &mut cold);
-            }
+            along.chunk::<PLAIN, GRADED, FACTOR, VISCOUS, CURVED, CASING>(&mut planes, &mut cold);
             rest = tail;
         }
         if FACTOR == RATE {
@@ -563,7 +545,6 @@ struct Carried<L> {
     /// Viscosity of both.
     viscosity: [ViscosityLanes<L>; 2],
     /// Dependence on the rate of both.
-    laws: [RateLaw; 2],
     rates: [RateLanes<L>; 2],
     /// [`Rates::relaxing`].
     relaxing: L,
@@ -614,7 +595,6 @@ impl<L: Lane> Carried<L> {
             limits: [L::splat(limits[0]), L::splat(limits[1])],
             viscosity: [horizontal.viscosity.lanes(), vertical.viscosity.lanes()],
             rates: [laws[0].lanes(), laws[1].lanes()],
-            laws,
             relaxing: L::splat(pass.rates.relaxing),
             share: L::splat(share),
             rests: [
@@ -629,15 +609,15 @@ impl<L: Lane> Carried<L> {
         }
     }
 
-    /// How the segments of group g lie in the flat sheet.
+    /// How the segments of group g lie in the flat sheet. `spare`: whether stack is dear.
     #[inline(always)]
     fn rests<const GRADED: bool, const FACTOR: u8, const CURVED: bool>(
         &self,
         (columns, net): (&Chunk<LINE_PLANES>, &NetRow<'_>),
         g: usize,
-        pass: &Pass<'_>,
+        (pass, spare): (&Pass<'_>, bool),
     ) -> [RestLanes<L>; 2] {
-        let [horizontal, vertical] = if FACTOR == SLACK && !CURVED || L::WIDTH == CHUNK {
+        let [horizontal, vertical] = if FACTOR == SLACK && !CURVED || FACTOR == RATE && spare || L::WIDTH == CHUNK {
             // AVX-512 spreads a number as it reads it: eight copies of each on the stack would be no gain.
             [pass.directions.horizontal.rest.lanes(), net.upwards(&pass.directions.vertical.rest)]
         } else {
@@ -716,7 +696,7 @@ impl<L: Lane> Carried<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, cold.pass);
+        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, (cold.pass, VISCOUS));
         let chord = [L::load(&L::groups(&planes.hoop[CHORD_X])[g]), L::load(&L::groups(&planes.hoop[CHORD_Z])[g])];
         let (q_v, q_h) = twice_strains::<L, PLAIN, CURVED>(vertical_axes(up), along, chord, [&rest_h, &rest_v]);
         let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
@@ -726,22 +706,28 @@ impl<L: Lane> Carried<L> {
             q_h.any_not_below(limit_h) || q_v.any_not_below(limit_v)
         };
         let before = [L::load(&kh[g]), L::load(&kv[g])];
-        let [of_h, of_v] =
-            if FACTOR == RATE { self.stiffenings(planes.taken, before, [q_h, q_v], g) } else { [L::splat(1.0); 2] };
+        let (mut factors, within) = if FACTOR == RATE {
+            self.stiffenings(planes.taken, before, [q_h, q_v], g)
+        } else {
+            ([L::splat(1.0); 2], false)
+        };
         if some_beyond {
             let of = [[&mut history_h[g], &mut kh[g]], [&mut history_v[g], &mut kv[g]]];
             cold.damage_both::<L, FACTOR>([q_h, q_v], [limit_h, limit_v], column, of, planes.owed.as_deref_mut(), g);
         }
         let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
         if FACTOR == RATE {
-            (kh, kv) = (kh.mul(of_h), kv.mul(of_v));
+            if within {
+                factors = cold.pass.stiffenings([q_h, q_v]);
+            }
+            (kh, kv) = (kh.mul(factors[0]), kv.mul(factors[1]));
         }
         let [mut stress_v, mut stress_h] = if VISCOUS {
             self.viscous_stresses::<FACTOR>((planes.past, planes.taken), [kh, kv], [q_h, q_v], g, cold.pass)
         } else {
             [law::stress(kv, q_v), law::stress(kh, q_h)]
         };
-        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, cold.pass);
+        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, (cold.pass, VISCOUS));
         if FACTOR == SLACK
             && let Some(owed) = planes.owed.as_deref_mut()
         {
@@ -775,16 +761,17 @@ impl<L: Lane> Carried<L> {
         self.high = y.max(self.high);
     }
 
-    /// Factors of the rate on the stiffnesses of group g, along x and y; counts what relaxation takes. `before`: without damage of this
-    /// pass.
+    /// Factors of the rate on the stiffnesses of group g, along x and y, and whether they are others, because some rates lie within the
+    /// two; counts what relaxation takes. `before`: without damage of this pass.
     #[inline(always)]
-    fn stiffenings(&self, taken: &mut [f64; CHUNK], before: [L; 2], q: [L; 2], g: usize) -> [L; 2] {
+    fn stiffenings(&self, taken: &mut [f64; CHUNK], before: [L; 2], q: [L; 2], g: usize) -> ([L; 2], bool) {
         let [of_h, of_v] = &self.rates;
         let beyond = [of_h.beyond(q[0]), of_v.beyond(q[1])];
         let (taken_h, taken_v) = (of_h.relaxing(before[0], beyond[0]), of_v.relaxing(before[1], beyond[1]));
         let taken = &mut L::groups_mut(taken)[g];
         L::load(taken).add(taken_h.add(taken_v.mul(self.share)).mul(self.relaxing)).store(taken);
-        stiffenings([&self.laws[0], &self.laws[1]], &self.rates, beyond, q)
+        let within = of_h.within(beyond[0]).max(of_v.within(beyond[1])).any_above(L::splat(0.0));
+        ([of_h.stiffening(beyond[0]), of_v.stiffening(beyond[1])], within)
     }
 
     /// The stresses of (M16) of group g along y and x with their viscous parts; counts what these take.
@@ -799,7 +786,7 @@ impl<L: Lane> Carried<L> {
     ) -> [L; 2] {
         let Along { horizontal, vertical, .. } = pass.directions;
         let [of_h, of_v] =
-            if FACTOR == SLACK { [horizontal.viscosity.lanes(), vertical.viscosity.lanes()] } else { self.viscosity };
+            if FACTOR != NONE { [horizontal.viscosity.lanes(), vertical.viscosity.lanes()] } else { self.viscosity };
         let (stress_v, taken_v) = Past { twice_strain: q_y, stress: y }.stress(&of_v, kv, q_v, g);
         let (stress_h, taken_h) = Past { twice_strain: q_x, stress: x }.stress(&of_h, kh, q_h, g);
         let taken = &mut L::groups_mut(taken)[g];
@@ -1058,6 +1045,21 @@ impl Cold<'_> {
 }
 
 impl Pass<'_> {
+    /// (M19) Stiffness over that at the reference rate of a lane group of segments along x and of one along y.
+    #[cold]
+    #[inline(never)]
+    fn stiffenings<L: Lane>(&self, q: [L; 2]) -> [L; 2] {
+        let mut groups = [L::ZEROS; 2];
+        for ((group, direction), q) in
+            groups.iter_mut().zip([self.directions.horizontal, self.directions.vertical]).zip(q)
+        {
+            q.store(group);
+            let law = direction.rate.at(self.rates.time);
+            group.as_mut().iter_mut().for_each(|q| *q = law.stiffening(*q));
+        }
+        [L::load(&groups[0]), L::load(&groups[1])]
+    }
+
     /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then. The
     /// history of drawn strength begins at the segment's own critical q, so no other test is needed here.
     fn damage_segment(

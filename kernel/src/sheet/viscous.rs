@@ -20,17 +20,7 @@ pub struct ViscousRow<'a> {
     /// Of its segments in the last pass, and the moments of its nodes in this one.
     pub past: &'a mut [Chunk<PAST_PLANES>],
     /// The same of the row above; empty for none.
-    pub above: &'a mut [Chunk<PAST_PLANES>],
-    /// For the moments of the row above, which the sweep finds; None where they are found or there is no such row.
-    pub ahead: Option<Ahead<'a>>,
-}
-
-/// What the moments of the row above a swept one need besides.
-pub struct Ahead<'a> {
-    /// The row above it; empty for none.
-    pub beyond: &'a [Chunk<HOT_PLANES>],
-    /// Receives twice what its moments take, by columns.
-    pub taken: &'a mut [f64; CHUNK],
+    pub above: &'a [Chunk<PAST_PLANES>],
 }
 
 /// Without a past.

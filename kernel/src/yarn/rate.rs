@@ -14,6 +14,7 @@
 
 use crate::ground::lanes::Lane;
 use crate::ground::math;
+use crate::scene::features::Feature;
 use crate::scene::parts::Scene;
 use crate::yarn::law;
 
@@ -100,7 +101,7 @@ impl RateLaw {
     /// Whether yarn depends on the rate at all.
     #[inline(always)]
     pub fn depends(&self) -> bool {
-        self.reference != 0.0
+        Feature::Rate.is_built() && self.reference != 0.0
     }
 
     /// The same for several segments at once.
@@ -134,17 +135,7 @@ impl RateLaw {
 
     /// (M19) Stiffness of a segment over that at the reference rate, 1 + C_E L.
     pub fn stiffening(&self, q: f64) -> f64 {
-        let lanes = self.lanes::<f64>();
-        stiffenings([self; 2], &[lanes; 2], [lanes.beyond(q); 2], [q; 2])[0]
-    }
-
-    /// The same of a lane group whose rates lie within the two.
-    #[inline(never)]
-    fn stiffening_within<L: Lane>(&self, q: L) -> L {
-        let mut group = L::ZEROS;
-        q.store(&mut group);
-        group.as_mut().iter_mut().for_each(|q| *q = self.modulus * self.logarithm(*q) + 1.0);
-        L::load(&group)
+        self.modulus * self.logarithm(q) + 1.0
     }
 
     /// (M20) The q that damage sees.
@@ -209,24 +200,14 @@ impl<L: Lane> RateLanes<L> {
 
     /// Above 0 where the rate lies within the two.
     #[inline(always)]
-    fn within(&self, beyond: L) -> L {
+    pub fn within(&self, beyond: L) -> L {
         beyond.mul(self.width.sub(beyond))
     }
 
     /// 1 + C_E L where L is 0 or the largest.
     #[inline(always)]
-    fn stiffening(&self, beyond: L) -> L {
+    pub fn stiffening(&self, beyond: L) -> L {
         beyond.mul(L::splat(f64::MAX)).min(self.stiffest).add(L::splat(1.0))
-    }
-}
-
-/// (M19) Stiffness of segments of two directions over that at the reference rate. `lanes`: of the laws; `beyond`: of q.
-#[inline(always)]
-pub fn stiffenings<L: Lane>(laws: [&RateLaw; 2], lanes: &[RateLanes<L>; 2], beyond: [L; 2], q: [L; 2]) -> [L; 2] {
-    if lanes[0].within(beyond[0]).max(lanes[1].within(beyond[1])).any_above(L::splat(0.0)) {
-        [laws[0].stiffening_within(q[0]), laws[1].stiffening_within(q[1])]
-    } else {
-        [lanes[0].stiffening(beyond[0]), lanes[1].stiffening(beyond[1])]
     }
 }
 
