@@ -577,15 +577,14 @@ fn random_plies(k: u64) -> Scene {
     scene
 }
 
-/// What a random scene shows: energy gained and lost, in parts of what was brought; momentum open, in parts of what nodes and body have by
-/// magnitude; depth, spacings; work; its number.
+/// What a random scene shows: energy gained and lost, in parts of what was brought; momentum open, in parts of that of the body and of the
+/// case's pushes; depth, spacings; work; its number.
 type Shot = ([f64; 3], f64, f64, u64);
 
 /// What a random scene shows in 6,000 steps; None if it cannot start or is lost.
 ///
-/// A step rounds the velocity of every node by at most u = 2^-53 of itself, and the momentum that it gets of a neighbour or of the case as much
-/// of that: T steps leave of a sum that is 0 no more than some T u times the sum of the magnitudes, 7e-13 of it here. A light body that has
-/// thrown a ring about has less momentum than that.
+/// Each impulse of a solve rounds the velocity V of the body by at most u = 2^-53 of itself, so n of them leave up to n u M V of momentum: in
+/// the worst scene, 965, a sphere of 200 m/s is in contact with up to 270 nodes for 2,600 steps, n u = 4e-11, and 5e-12 are left.
 fn shot(scene: &Scene, k: u64) -> Option<Shot> {
     let mut memory = vec![fabric::CacheLine::ZERO; fabric::Layout::of(scene).ok()?.lines()];
     let mut sim = Sim::new(scene, &mut memory).ok()?;
@@ -594,15 +593,14 @@ fn shot(scene: &Scene, k: u64) -> Option<Shot> {
     let held = 2.0 * PI * f64::from(scene.sheet.nodes_y) * tension(scene, 1.0 + scene.sheet.pre_strain[0]);
     let pushed = held * f64::from(scene.stack.plies) * 6000.0 * sim.step_limits().dt;
     let brought = first.projectile_kinetic + first.strain;
-    let (mut gained, mut lost, mut open, mut moving) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+    let (mut gained, mut lost, mut open) = (0.0_f64, 0.0_f64, 0.0_f64);
     while sim.step_count() < 6000 {
         sim.advance(100).ok()?;
         let residual = sim.energy().ok()?.residual / brought;
         (gained, lost) = (gained.max(residual), lost.max(-residual));
         open = open.max(length(sim.momentum_residual().ok()?));
-        moving = moving.max(velocities(&sim).into_iter().map(length).sum::<f64>() * scene.sheet.node_mass);
     }
-    let scale = body.mass * length(body.velocity) + pushed + moving;
+    let scale = body.mass * length(body.velocity) + pushed;
     let depth = sim.counters().worst_penetration / scene.sheet.spacing;
     Some(([gained, lost, open / scale], depth, sim.contact().ok()?.work / brought, k))
 }
@@ -643,7 +641,7 @@ fn worst_balance_of_random_rings() {
                 worst(|shot| shot.0[2]),
                 worst(|shot| shot.1),
             );
-            assert!(worst(|shot| shot.0[2]).0 < 1e-12 && worst(|shot| shot.1).0 < 0.02);
+            assert!(worst(|shot| shot.0[2]).0 < 1e-11 && worst(|shot| shot.1).0 < 0.02);
         }
         assert!(found.len() as u64 > shots * 9 / 10, "{}", found.len());
         assert!(found.iter().filter(|shot| shot.2 > 0.0).count() > found.len() / 2);
