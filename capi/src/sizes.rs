@@ -84,19 +84,33 @@ pub(crate) fn read<T: Structure + Default>(given: &Input<T>, size: u64) -> Resul
 /// Reads a structure that is to be changed where it is.
 #[cfg(feature = "capsule")]
 pub(crate) fn read_to_change<T: Structure + Default>(place: &Output<T>, size: u64) -> Result<T, Error> {
+    read(&to_read(place), size)
+}
+
+/// A place that is to be changed, to be read before.
+fn to_read<T>(place: &Output<T>) -> Input<T> {
     // SAFETY: the host vouches for an initialised structure to be changed, as for one that is only read.
-    read(&unsafe { Input::given(place.pointer()) }, size)
+    unsafe { Input::given(place.pointer()) }
+}
+
+/// The size that a scene says it has. `words`: its words, of which the first must be usable.
+fn size_of_scene(words: &Input<u64>) -> u64 {
+    words.elements(1).and_then(|words| words.first()).map_or(0, |size| *size)
+}
+
+/// The words of a scene.
+fn words_of(scene: &Input<fk_scene>) -> Input<u64> {
+    // SAFETY: a structure of whole words; the host vouches for the first, its size, and for as many initialised bytes as that says. No
+    // more are looked at.
+    unsafe { Input::given(scene.pointer().cast()) }
 }
 
 /// Reads a scene. Not inlined: what it takes of the stack is free again afterwards.
 #[inline(never)]
 pub(crate) fn read_scene(given: &Input<fk_scene>) -> Result<Scene, Error> {
     usable(given.pointer())?;
-    // SAFETY: not null and aligned, a structure of whole words; the host vouches for the first, its size, and for as many initialised
-    // bytes as that says. No more are looked at.
-    let words: Input<u64> = unsafe { Input::given(given.pointer().cast()) };
-    let size = words.elements(1).and_then(|words| words.first()).map_or(0, |size| *size);
-    let size = known_size::<fk_scene>(size)?;
+    let words = words_of(given);
+    let size = known_size::<fk_scene>(size_of_scene(&words))?;
     fk_scene::scene(words.elements(size / size_of::<u64>()).unwrap_or_default())
 }
 
@@ -106,14 +120,11 @@ pub(crate) fn change_scene(
     place: &mut Output<fk_scene>,
     change: impl FnOnce(&mut Scene) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    // SAFETY: the host vouches for an initialised scene to be changed, as for one that is only read.
-    let mut scene = read_scene(&unsafe { Input::given(place.pointer()) });
+    let given = to_read(place);
+    let mut scene = read_scene(&given);
     let scene = scene.as_mut().map_err(|error| *error)?;
     change(scene)?;
-    // SAFETY: usable, or it would not have been read; the host vouches for the first word, the size.
-    let words: Input<u64> = unsafe { Input::given(place.pointer().cast()) };
-    let size = words.elements(1).and_then(|words| words.first()).map_or(0, |size| *size);
-    put_scene(place, size, scene)
+    put_scene(place, size_of_scene(&words_of(&given)), scene)
 }
 
 /// Writes a scene as far as the host's structure, of this size, goes, word by word: a copy would take a kilobyte of stack. The scene

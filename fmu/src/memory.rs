@@ -33,20 +33,24 @@ mod library {
     extern crate alloc;
 
     use super::c_void;
-    use alloc::alloc::{Layout, alloc_zeroed, dealloc};
+    use alloc::boxed::Box;
+    use alloc::vec::Vec;
+    use core::ptr;
 
     pub fn take(bytes: usize) -> *mut c_void {
-        // SAFETY: never of no bytes: `Owned` asks for one at least.
-        Layout::from_size_align(bytes, 8).map_or(core::ptr::null_mut(), |layout| unsafe { alloc_zeroed(layout) }.cast())
+        let (mut words, count) = (Vec::<u64>::new(), bytes.div_ceil(8));
+        if words.try_reserve_exact(count).is_err() {
+            return ptr::null_mut();
+        }
+        words.resize(count, 0);
+        Box::leak(words.into_boxed_slice()).as_mut_ptr().cast()
     }
 
     /// # Safety
     /// A block of `take` of so many bytes, not used again.
     pub unsafe fn give_back(block: *mut c_void, bytes: usize) {
-        if let Ok(layout) = Layout::from_size_align(bytes, 8) {
-            // SAFETY: taken with this layout.
-            unsafe { dealloc(block.cast(), layout) }
-        }
+        // SAFETY: words from a box, as many.
+        drop(unsafe { Box::from_raw(ptr::slice_from_raw_parts_mut(block.cast::<u64>(), bytes.div_ceil(8))) });
     }
 }
 
