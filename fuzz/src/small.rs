@@ -196,10 +196,11 @@ fn curve(scene: &mut Scene) {
     }
     let normal = turned_z(scene.sheet.orientation);
     let along = |a: [f64; 3]| (0..3).map(|k| a[k] * normal[k]).sum::<f64>();
+    let reach = scene.sheet.radius + scene.stack_height();
     let body = &mut scene.projectile;
     let place = along([0, 1, 2].map(|k| body.position[k] - scene.sheet.position[k]));
     let speed = along(body.velocity);
-    let by = scene.sheet.radius + scene.stack_height() - 2.0 * place;
+    let by = reach - 2.0 * place;
     body.position = [0, 1, 2].map(|k| body.position[k] + by * normal[k]);
     body.velocity = [0, 1, 2].map(|k| body.velocity[k] - 2.0 * speed * normal[k]);
 }
