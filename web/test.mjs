@@ -248,6 +248,10 @@ const tests = {
       ["oblique", "90", /takes -80 to 80/],
       ["friction", "-1", /friction/],
       ["plies", "0", /takes 1 to 1000/],
+      ["rows", "1", /sheet.nodes_y/],
+      ["curve", "11", /sheet.radius.*; it is 1.1e-2 m: see sheet.nodes_x/],
+      ["curve", "5", /does not fit/],
+      ["casing", "10", /casing.radius.*; it is 1e-2 m: see sheet.closed/],
       ["edgeX", "-3", /size.*it is -3e-3 m/],
     ]) {
       await page.selectOption("#shape", field === "edgeX" ? "box" : "sphere");
@@ -315,6 +319,51 @@ const tests = {
       assert.equal(await text(page, "value-same"), "yes");
       await close(page);
     }
+  },
+
+  async "shows a ring with the native library's bits, turns it, and refuses one that does not close"() {
+    const page = await open();
+    await says(page, /Ready/);
+    await page.selectOption("#named", "ring");
+    await says(page, /Ready/);
+    for (const row of ["1", "2", "3", "4", "5", "6", "7", "8"]) {
+      await page.click("#step");
+      await page.waitForFunction((row) => document.getElementById("picture").dataset.row === row, row);
+    }
+    await says(page, /Stopped/);
+    const native = join(folder, "native", "ring-begins");
+    execFileSync(runner, ["run", join(folder, "scenes", "ring.toml"), "--steps", "512", "--until", "none", "--out", native], { stdio: "ignore" });
+    assert.equal(await text(page, "value-digest"), JSON.parse(readFileSync(join(native, "summary.json"), "utf8")).digest);
+    // Along its axis one sees through it: parts of the picture that are covered, and its middle. A flat sheet is a line through the middle.
+    await page.selectOption("#side", "side");
+    const [covered, middle] = await page.evaluate(async (url) => {
+      const image = Object.assign(new Image(), { src: url });
+      await image.decode();
+      const drawing = new OffscreenCanvas(image.width, image.height).getContext("2d");
+      drawing.drawImage(image, 0, 0);
+      const opaque = drawing.getImageData(0, 0, image.width, image.height).data.filter((_, k) => k % 4 === 3).map((alpha) => alpha > 0);
+      return [opaque.reduce((sum, one) => sum + one, 0) / opaque.length, opaque[image.width * (image.height >> 1) + (image.width >> 1)]];
+    }, await drawn(page));
+    assert.ok(covered > 0.02 && covered < 0.5 && middle === 0, `covered: ${covered}, the middle: ${middle}`);
+    const before = await drawn(page);
+    const { x, y, width, height } = await page.locator("#picture").boundingBox();
+    await page.mouse.move(x + width / 2, y + height / 2);
+    await page.mouse.down();
+    await page.mouse.move(x + width / 2 + 90, y + height / 2 - 60, { steps: 4 });
+    await page.mouse.up();
+    assert.notEqual(await drawn(page), before, "the mouse turns it");
+    await page.screenshot({ path: join(shots, "1280-ring.png"), fullPage: true });
+    // The form says at which radius it closes.
+    const [, closing] = (await text(page, "size")).match(/closes to a ring at a radius of ([\d.]+) mm/);
+    for (const [radius, message] of [["231", /sheet.radius.*; it is 2.31e-1 m/], [closing, /^$/]]) {
+      await page.fill("#curve", radius);
+      await page.locator("#curve").blur();
+      await page.waitForFunction(([source]) => new RegExp(source).test(document.getElementById("problem").textContent), [message.source]);
+      assert.equal(await page.getAttribute("#curve", "aria-invalid"), radius === closing ? null : "true");
+    }
+    await says(page, /Ready/);
+    assert.equal(await page.inputValue("#named"), "ring");
+    await close(page);
   },
 
   async "labels zero as zero"() {

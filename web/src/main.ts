@@ -8,7 +8,7 @@ import { COLUMNS, ROW } from "./messages";
 import type { Frame, FromWorker, Rest, Row, Speed, ToWorker } from "./messages";
 import { Plot } from "./plots";
 import type { Axis } from "./plots";
-import { DEFAULTS, DIMENSIONS, NAMED, assignments, changesOf, fromAddress, misses, nameOf, spacing, toAddress, toToml } from "./scene";
+import { DEFAULTS, DIMENSIONS, NAMED, assignments, ball, changesOf, closing, extent, fromAddress, misses, nameOf, rows, toAddress, toToml } from "./scene";
 import type { Choices, Shape } from "./scene";
 import { View } from "./view";
 import type { Colouring, Side } from "./view";
@@ -34,15 +34,16 @@ const card = element("card", HTMLElement);
 const problem = element("problem", HTMLElement);
 
 /** Least and most of what the page itself limits: 501 x 501 nodes take some 60 MB. */
-const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], plies: [1, 1000], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3], oblique: [-80, 80], speed: [0.1, 1e6], mass: [1e-3, 1e6] };
-const WHOLE: (keyof Choices)[] = ["nodes", "plies", "seed"];
+const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], rows: [0, 501], bar: [1, 100], curve: [0, 1e6], casing: [0, 1e6], plies: [1, 1000], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3], oblique: [-80, 80], speed: [0.1, 1e6], mass: [1e-3, 1e6] };
+const WHOLE: (keyof Choices)[] = ["nodes", "rows", "bar", "plies", "seed"];
 /** The field of the form that a parameter of the kernel comes from, and the parameter's unit in the kernel. */
 const FIELDS: [string, keyof Choices, string][] = [
   ["projectile.sector.inner_radius", "bore", "m"], ["projectile.sector.outer_radius", "radius", "m"], ["projectile.sector.angle", "angle", "rad"],
   ["projectile.sector.thickness", "length", "m"], ["projectile.radius", "radius", "m"], ["projectile.length", "length", "m"], ["projectile.mass", "mass", "kg"],
   ["projectile.velocity", "speed", "m/s"], ["contact.friction", "friction", ""], ["projectile.position", "x", "m"], ["projectile.orientation", "tiltX", ""],
   ["projectile.size", "edgeX", "m"],
-  ["attachment", "attachment", ""], ["sheet.plies", "plies", ""], ["sheet", "nodes", ""],
+  ["attachment", "attachment", ""], ["sheet.plies", "plies", ""], ["sheet.radius", "curve", "m"], ["sheet.closed", "closed", ""], ["sheet.nodes_y", "rows", ""],
+  ["casing.radius", "casing", "m"], ["casing.window_angle", "windowHalfAngle", "rad"], ["casing.window_place", "windowHalfY", "m"], ["sheet", "nodes", ""],
 ];
 
 /** What the form says, and what the picture shows: the last scene that was taken. */
@@ -139,9 +140,12 @@ function read(): Choices | { field: keyof Choices; text: string } {
     if (value < least || value > most) return { field: key, text: `${label}: this page takes ${least} to ${most}.` };
     Object.assign(found, { [key]: value });
   }
+  if (found.curve > 0 && Math.abs(found.x) + 1e3 * ball(found) >= found.curve) {
+    return { field: "curve", text: `The ${inWords(found.shape)} does not fit into a circle of ${found.curve} mm.` };
+  }
   if (misses(found)) {
-    const half = 500 * (found.nodes - 1) * spacing(found.fabric);
-    const field = Math.abs(found.x) > Math.abs(found.y) ? "x" : "y";
+    const field = found.curve === 0 && Math.abs(found.x) > Math.abs(found.y) ? "x" : "y";
+    const half = 1e3 * extent(found)[1][field === "x" ? 0 : 1];
     return { field, text: `The ${inWords(found.shape)} does not meet the sheet, which reaches ${half.toFixed(1)} mm to each side of its middle.` };
   }
   return found;
@@ -167,8 +171,10 @@ function fit(): void {
   const label = (id: string, text: string): void => void (form.querySelector(`label[for=${id}]`)!.textContent = text);
   label("length", choices.shape === "disc_sector" ? "Thickness, mm" : choices.shape === "box" ? "Edge along z, mm" : "Length, mm");
   label("radius", choices.shape === "disc_sector" ? "Radius of the rim, mm" : "Radius, mm");
-  const millimetres = 1e3 * (choices.nodes - 1) * spacing(choices.fabric);
-  element("size", HTMLElement).textContent = `${millimetres.toFixed(0)} x ${millimetres.toFixed(0)} mm, ${(2 * choices.nodes * (choices.nodes - 1)).toLocaleString("en")} yarn segments`;
+  const [width = 0, length = 0] = extent(choices)[1].map((half) => (2e3 * half).toFixed(0));
+  const [across, along, closed] = [choices.nodes, rows(choices), choices.closed === "yes"];
+  const segments = along * (closed ? across : across - 1) + across * (along - 1);
+  element("size", HTMLElement).textContent = `${width} x ${length} mm, ${segments.toLocaleString("en")} yarn segments${closed ? `; a row closes to a ring at a radius of ${closing(choices).toFixed(6)} mm` : ""}`;
   named.value = nameOf(choices) ?? "";
 }
 
@@ -314,13 +320,13 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       swift.max = String(Math.ceil(curve.take(shown) ? 2 * shown.speed : Math.max(Number(swift.max), shown.speed)));
       swift.value = String(shown.speed);
       [history, frame, rest, speed, end] = [[], undefined, undefined, undefined, undefined];
-      view?.make(data.nodes, (data.nodes[0] - 1) * spacing(shown.fabric), shown, side.value as Side);
+      view?.make(data.nodes, shown, side.value as Side);
       return;
     case "refused": {
       const [, field = "", unit = ""] = FIELDS.find(([start]) => data.field.startsWith(start)) ?? [];
       // Of a box the least edge is refused.
       const least = (["edgeX", "edgeY", "length"] as const).reduce((a, b) => (choices[b] < choices[a] ? b : a));
-      return refuse(field === "edgeX" ? least : field, data.text.replace(/; it is \S+$/, (value) => `${value} ${unit}`).trim(), "The kernel");
+      return refuse(field === "edgeX" ? least : field, data.text.replace(/; it is [^\s:]+/, (value) => `${value} ${unit}`.trim()), "The kernel");
     }
     case "failed":
       running = false;

@@ -12,6 +12,19 @@ export interface Choices {
   /** "" is the paper's yarn with its scatter; else a file of the folder fabrics. */
   fabric: string;
   nodes: number;
+  /** Nodes along y; 0: as many as along x. */
+  rows: number;
+  /** Yarns that one bar of the network stands for. */
+  bar: number;
+  /** Radius of a sheet curved about its y axis, 0: flat; closed: a ring. */
+  curve: number;
+  closed: "no" | "yes";
+  /** A case about the ring's axis, 0: none, and its window: angle and place along y of the middle, and half of both lengths. */
+  casing: number;
+  windowAngle: number;
+  windowHalfAngle: number;
+  windowY: number;
+  windowHalfY: number;
   /** Bonded into one network. */
   plies: number;
   attachment: Attachment;
@@ -38,9 +51,12 @@ export interface Choices {
 }
 
 export const DEFAULTS: Choices = {
-  fabric: "", nodes: 105, plies: 1, attachment: "four_sides", shape: "sphere", radius: 6.35, bore: 10, length: 12.7, edgeX: 12.7, edgeY: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
+  fabric: "", nodes: 105, rows: 0, bar: 1, curve: 0, closed: "no", casing: 0, windowAngle: 0, windowHalfAngle: 0, windowY: 0, windowHalfY: 0, plies: 1, attachment: "four_sides", shape: "sphere", radius: 6.35, bore: 10, length: 12.7, edgeX: 12.7, edgeY: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
   tiltX: 0, tiltY: 0, turn: 0, x: 0, y: 0, seed: 1,
 };
+
+/** Of the scene "ring", mm: where its chords close. */
+const RING = 231.465553;
 
 /** Scenes with a name; their digests are computed by the native library when the page is built. The page opens with the first. */
 export const NAMED: { name: string; title: string; changes: Partial<Choices> }[] = [
@@ -50,6 +66,7 @@ export const NAMED: { name: string; title: string; changes: Partial<Choices> }[]
   { name: "corners", title: "Four corners held", changes: { attachment: "four_corners" } },
   { name: "cylinder", title: "Tilted cylinder, off the middle", changes: { shape: "cylinder", length: 20, mass: 14, speed: 110, tiltX: 35, tiltY: 10, x: 8, y: -5 } },
   { name: "sector", title: "Sector of a turbine disc, rim first", changes: { shape: "disc_sector", radius: 30, length: 8, mass: 28, speed: 80, tiltY: 20 } },
+  { name: "ring", title: "Ring of Zylon on a case with a window, a third of a disc from inside", changes: { fabric: "zylon_as_500_35", nodes: 501, rows: 88, bar: 4, plies: 5, curve: RING, closed: "yes", casing: RING, windowHalfAngle: 20, windowHalfY: 40, attachment: "free", shape: "disc_sector", bore: 15, radius: 40, length: 10, angle: 120, mass: 118, speed: 92 } },
   { name: "large", title: "10 in sheet, cylinder (350 x 350 nodes: slow)", changes: { nodes: 350, attachment: "two_sides", shape: "cylinder", length: 38.1, mass: 37, speed: 100 } },
 ];
 
@@ -139,15 +156,40 @@ function reach(choices: Choices, q: Quaternion): number {
   return Math.max(...corners.map((corner) => height(q, corner)));
 }
 
-/** Whether the fragment cannot meet the sheet: whether the ball about it does not, on its way through the sheet's plane. Not so where its
- * dimensions make no body: those the kernel refuses. */
-export function misses(choices: Choices): boolean {
-  const half = 0.5 * (choices.nodes - 1) * spacing(choices.fabric);
-  const [radius, length, x, y] = [choices.radius, choices.length, choices.x, choices.y].map((value) => 1e-3 * value) as [number, number, number, number];
+/** Radius of a ball about the fragment, m. */
+export function ball(choices: Choices): number {
+  const [radius, length] = [1e-3 * choices.radius, 1e-3 * choices.length];
   const flat = choices.shape === "disc_sector" ? Math.max(...profile(choices).map((corner) => Math.hypot(...corner))) : choices.shape === "box" ? 5e-4 * Math.hypot(choices.edgeX, choices.edgeY) : radius;
-  const ball = choices.shape === "sphere" ? Math.abs(radius) : Math.hypot(flat, length / 2);
-  const way = 2 * ball * Math.tan((choices.oblique * Math.PI) / 180);
-  return x + Math.min(0, way) - ball > half || x + Math.max(0, way) + ball < -half || Math.abs(y) - ball > half;
+  return choices.shape === "sphere" ? Math.abs(radius) : Math.hypot(flat, length / 2);
+}
+
+/** Whether the fragment cannot meet the sheet: whether the ball about it does not, on its way through the sheet's plane; inside a curved
+ * sheet along y only. Not so where its dimensions make no body: those the kernel refuses. */
+export function misses(choices: Choices): boolean {
+  const [x, y, far, [right, top]] = [1e-3 * choices.x, 1e-3 * choices.y, ball(choices), extent(choices)[1]];
+  const way = 2 * far * Math.tan((choices.oblique * Math.PI) / 180);
+  const beside = x + Math.min(0, way) - far > right || x + Math.max(0, way) + far < -right;
+  return (choices.curve === 0 && beside) || Math.abs(y) - far > top;
+}
+
+/** Nodes along y. */
+export function rows(choices: Choices): number {
+  return choices.rows || choices.nodes;
+}
+
+/** Radius at which the chords of a row close to a ring, mm. */
+export function closing(choices: Choices): number {
+  return 1e3 * rounded(spacing(choices) / (2 * Math.sin(Math.PI / choices.nodes)));
+}
+
+/** The box about the sheet at rest, m: its least and its greatest corner. */
+export function extent(choices: Choices): [Vector, Vector] {
+  const [radius, y] = [1e-3 * choices.curve, 0.5 * (rows(choices) - 1) * spacing(choices)];
+  const flat = 0.5 * (choices.nodes - 1) * spacing(choices);
+  if (radius === 0) return [[-flat, -y, 0], [flat, y, 0]];
+  const half = Math.min(Math.PI, (choices.nodes - 1) * Math.asin(Math.min(1, (0.5 * spacing(choices)) / radius)));
+  const x = radius * Math.sin(Math.min(half, Math.PI / 2));
+  return [[-x, -y, radius * Math.cos(half)], [x, y, radius]];
 }
 
 /** What a fabric changes in the preset; nothing for "". */
@@ -157,22 +199,39 @@ export function changesOf(fabric: string): Record<string, number[]> {
   return changes;
 }
 
-/** The distance of two crossings of a fabric, m. */
-export function spacing(fabric: string): number {
-  return changesOf(fabric)["sheet.spacing"]?.[0] ?? SPACING;
+/** The distance of two nodes along x, m. */
+export function spacing({ fabric, bar }: Choices): number {
+  return (changesOf(fabric)["sheet.spacing"]?.[0] ?? SPACING) * bar;
 }
 
 /** What differs from the preset `sheet_3in_sphere`, beside what the fabric changes. */
 export function assignments(choices: Choices): Assignment[] {
   const q = orientation(choices);
-  const side = (choices.nodes - 1) * spacing(choices.fabric);
+  const side = (Math.min(choices.nodes, rows(choices)) - 1) * spacing(choices);
   const all: Assignment[] = [
     { key: "seed", value: [choices.seed] },
     { key: "sheet.nodes_x", value: [choices.nodes] },
-    { key: "sheet.nodes_y", value: [choices.nodes] },
+    { key: "sheet.nodes_y", value: [rows(choices)] },
     { key: "sheet.plies", value: [choices.plies] },
-    { key: "attachment.kind", value: choices.attachment },
   ];
+  // As `sheet.yarns_per_bar` of a scene file has it, to the bit.
+  const network = { "sheet.spacing": [SPACING], "sheet.node_mass": [6.52e-8], "sheet.yarn_area": [1.075e-7], ...changesOf(choices.fabric) };
+  for (const [key, [value = 0]] of choices.bar === 1 ? [] : Object.entries(network)) {
+    if (/^sheet\.(spacing|yarn_area)/.test(key)) all.push({ key, value: [value * choices.bar] });
+    if (key === "sheet.node_mass") all.push({ key, value: [value * (choices.bar * choices.bar)] });
+  }
+  const circle = rounded(1e-3 * choices.curve);
+  if (circle !== 0 || choices.closed === "yes") all.push({ key: "sheet.radius", value: [circle] }, { key: "sheet.closed", value: [choices.closed === "yes" ? 1 : 0] });
+  // Curved cloth has no such viscosity.
+  if (circle !== 0) all.push({ key: "yarn.viscosity_bending", value: [0] });
+  if (choices.casing !== 0) {
+    const window: [string, number[]][] = [
+      ["radius", [1e-3 * choices.casing]], ["window_angle", [choices.windowAngle, choices.windowHalfAngle].map((angle) => (angle * Math.PI) / 180)],
+      ["window_place", [1e-3 * choices.windowY, 1e-3 * choices.windowHalfY]],
+    ];
+    all.push(...window.map(([key, value]) => ({ key: `casing.${key}`, value: value.map(rounded) })));
+  }
+  all.push({ key: "attachment.kind", value: choices.attachment });
   if (choices.attachment === "four_corners") {
     // As large beside the sheet as the paper's.
     all.push({ key: "attachment.disc_inset", value: [rounded(0.1 * side)] }, { key: "attachment.disc_radius", value: [rounded(0.075 * side)] });
@@ -191,8 +250,10 @@ export function assignments(choices: Choices): Assignment[] {
   }
   const gap = 2e-5;
   const flight = (choices.oblique * Math.PI) / 180;
+  // Inside a curved sheet the ball about the fragment is as wide as the fragment may be.
+  const inside = Math.sqrt(Math.max(0, circle * circle - (Math.abs(1e-3 * choices.x) + ball(choices)) ** 2));
   all.push(
-    { key: "projectile.position", value: [1e-3 * choices.x, 1e-3 * choices.y, -reach(choices, q) - gap].map(rounded) },
+    { key: "projectile.position", value: [1e-3 * choices.x, 1e-3 * choices.y, inside - reach(choices, q) - gap].map(rounded) },
     { key: "projectile.velocity", value: [choices.speed * Math.sin(flight), 0, choices.speed * Math.cos(flight)].map(rounded) },
     { key: "projectile.orientation", value: q },
     { key: "contact.friction", value: [choices.friction] },
@@ -205,9 +266,12 @@ export function toToml(choices: Choices): string {
   const lines = ["# Written by the page of fabric. `fabric run FILE` runs it and prints its digest.", 'preset = "sheet_3in_sphere"'];
   const written = ({ value }: Assignment, key: string): string => {
     if (typeof value === "string") return `${key} = "${value}"`;
+    if (key === "closed") return `closed = ${value[0] === 1}`;
     return `${key} = ${value.length === 1 ? String(value[0]) : `[${value.join(", ")}]`}`;
   };
-  const all = assignments(choices);
+  // A scene file has yarns for the numbers of a bar that follow from them.
+  const bars = (one: Assignment): Assignment[] => (one.key === "sheet.spacing" ? [{ key: "sheet.yarns_per_bar", value: [choices.bar] }] : /^sheet\.(spacing_y|node_mass|yarn_area)/.test(one.key) ? [] : [one]);
+  const all = assignments(choices).flatMap(bars);
   lines.push(...all.filter(({ key }) => !key.includes(".")).map((one) => written(one, one.key)));
   if (choices.fabric !== "") lines.push("", "[fabric]", `name = "${choices.fabric}"`);
   let group = "";
@@ -232,6 +296,7 @@ export function fromAddress(address: string): { choices: Choices; unknown: strin
   const unknown: string[] = [];
   const allowed: Partial<Record<keyof Choices, readonly string[]>> = {
     fabric: ["", ...Object.keys(fabrics)],
+    closed: ["no", "yes"],
     attachment: ["two_sides", "four_sides", "four_corners", "free"],
     shape: ["sphere", "cylinder", "box", "disc_sector"],
   };

@@ -5,7 +5,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Frame } from "./messages";
-import { profile } from "./scene";
+import { extent, profile } from "./scene";
 import type { Choices } from "./scene";
 
 export type Colouring = "stretch" | "damage";
@@ -34,6 +34,9 @@ export class View {
   private readonly cloth = new Mesh(new BufferGeometry(), new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, flatShading: true, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
   private readonly yarns = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ vertexColors: true }));
   private nodes: [number, number] = [0, 0];
+  /** Corners of the box about the sheet at rest, its middle, and the largest half of its lengths. */
+  private corners: Vector3[] = [];
+  private readonly middle = new Vector3();
   private half = 0;
   private asked = false;
 
@@ -55,7 +58,7 @@ export class View {
   }
 
   /** A new sheet and body. The camera moves only if the sheet has another size; then it looks from the side `view`. */
-  make(nodes: [number, number], side: number, choices: Choices, view: Side): void {
+  make(nodes: [number, number], choices: Choices, view: Side): void {
     this.nodes = nodes;
     const count = nodes[0] * nodes[1];
     for (const thing of [this.cloth, this.yarns]) {
@@ -78,8 +81,12 @@ export class View {
     this.body.add(new Mesh(form, steel), new Mesh(form, hidden));
     // A little smaller than it is: between the nodes that touch it the cloth is drawn straight, and would lie within it.
     this.body.scale.setScalar(0.98);
-    if (Math.abs(side / 2 - this.half) > 1e-9) {
-      this.half = side / 2;
+    const [least, most] = extent(choices).map((corner) => new Vector3(...corner)) as [Vector3, Vector3];
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => new Vector3(k & 1 ? most.x : least.x, k & 2 ? most.y : least.y, k & 4 ? most.z : least.z));
+    if (corners.some((corner, k) => corner.distanceTo(this.corners[k] ?? new Vector3(Infinity)) > 1e-9)) {
+      this.corners = corners;
+      this.middle.addVectors(least, most).divideScalar(2);
+      this.half = Math.max(...most.clone().sub(least).toArray()) / 2;
       this.resize();
       this.look(view);
     }
@@ -87,13 +94,13 @@ export class View {
 
   look(side: Side): void {
     const [x, y, z] = VIEWS[side];
-    this.controls.target.set(0, 0, side === "oblique" ? -0.06 * this.half : 0);
+    this.controls.target.copy(this.middle).z -= side === "oblique" ? 0.06 * this.half : 0;
     // So far away that all corners are in the picture.
     const fits = (far: number): boolean => {
       this.camera.position.set(x * far, y * far, z * far).add(this.controls.target);
       this.camera.lookAt(this.controls.target);
       this.camera.updateMatrixWorld();
-      const corners = [-1, 1].flatMap((i) => [-1, 1].map((j) => new Vector3(i * this.half, j * this.half, 0).project(this.camera)));
+      const corners = this.corners.map((corner) => corner.clone().project(this.camera));
       return corners.every((corner) => Math.max(Math.abs(corner.x), Math.abs(corner.y)) < 0.94);
     };
     let far = this.half;
@@ -133,28 +140,30 @@ export class View {
     const [faces, lines] = [this.cloth.geometry.getIndex(), this.yarns.geometry.getIndex()];
     if (!faces || !lines) return;
     const [face, line] = [faces.array as Uint32Array, lines.array as Uint32Array];
-    const upright = (nx - 1) * ny;
+    // Segments of a row: of a ring as many as nodes.
+    const across = (failed.length - nx * (ny - 1)) / ny;
+    const upright = across * ny;
     const stride = Math.ceil(Math.max(nx, ny) / MOST_YARNS);
     const open = (i: number, j: number): boolean => {
-      if (i < 0 || j < 0 || i >= nx - 1 || j >= ny - 1) return false;
-      const low = j * (nx - 1) + i;
-      const left = upright + j * nx + i;
-      return ((failed[low] ?? 0) | (failed[low + nx - 1] ?? 0) | (failed[left] ?? 0) | (failed[left + 1] ?? 0)) !== 0;
+      if (i < 0 || j < 0 || i >= across || j >= ny - 1) return false;
+      const [low, column] = [j * across + i, upright + j * nx];
+      return ((failed[low] ?? 0) | (failed[low + across] ?? 0) | (failed[column + i] ?? 0) | (failed[column + ((i + 1) % nx)] ?? 0)) !== 0;
     };
     let [f, l] = [0, 0];
     for (let j = 0; j < ny; j++) {
       for (let i = 0; i < nx; i++) {
         const node = j * nx + i;
+        const next = j * nx + ((i + 1) % nx);
         const torn = open(i, j);
-        if (i < nx - 1 && j < ny - 1 && !torn) {
-          face.set([node, node + 1, node + nx + 1, node, node + nx + 1, node + nx], f);
+        if (i < across && j < ny - 1 && !torn) {
+          face.set([node, next, next + nx, node, next + nx, node + nx], f);
           f += 6;
         }
-        if (i < nx - 1 && !failed[j * (nx - 1) + i] && (j % stride === 0 || torn || open(i, j - 1))) {
+        if (i < across && !failed[j * across + i] && (j % stride === 0 || torn || open(i, j - 1))) {
           line[l++] = node;
-          line[l++] = node + 1;
+          line[l++] = next;
         }
-        if (j < ny - 1 && !failed[upright + node] && (i % stride === 0 || torn || open(i - 1, j))) {
+        if (j < ny - 1 && !failed[upright + node] && (i % stride === 0 || torn || open(i === 0 && across === nx ? nx - 1 : i - 1, j))) {
           line[l++] = node;
           line[l++] = node + nx;
         }

@@ -164,7 +164,9 @@ class Run {
         if (d > (damage[node] ?? 0)) damage[node] = d;
       }
     };
-    for (let j = 0, segment = 0; j < ny; j++) for (let i = 0; i + 1 < nx; i++, segment++) join(segment, j * nx + i, j * nx + i + 1);
+    // The last segment of a ring's row ends at its first node.
+    const across = this.sim.horizontal / ny;
+    for (let j = 0, segment = 0; j < ny; j++) for (let i = 0; i < across; i++, segment++) join(segment, j * nx + i, j * nx + ((i + 1) % nx));
     for (let j = 0, segment = this.sim.horizontal; j + 1 < ny; j++) for (let i = 0; i < nx; i++, segment++) join(segment, j * nx + i, j * nx + i + nx);
     return { row: this.row, motion: this.sim.projectile(), positions, strain, damage, failed, peakForce: this.sim.contact().peak };
   }
