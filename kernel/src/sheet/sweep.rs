@@ -1045,7 +1045,7 @@ impl Cold<'_> {
 }
 
 impl Pass<'_> {
-    /// (M19) Stiffness over that at the reference rate of a lane group of segments along x and of one along y.
+    /// `RateLaw::stiffening` of a lane group of segments along x and of one along y.
     #[cold]
     #[inline(never)]
     fn stiffenings<L: Lane>(&self, q: [L; 2]) -> [L; 2] {
