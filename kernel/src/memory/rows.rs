@@ -154,11 +154,9 @@ impl Rows<'_> {
         &mut self,
         terms: &Terms<'_>,
     ) -> Report {
-        let layout = terms.layout;
-        let chunks = layout.chunks;
+        let (layout, chunks) = (terms.layout, terms.layout.chunks);
         let Rows { hot, history, owed, viscous, before, pushed, pushes, taken, ranges, carry, kept, pulls, .. } = self;
-        let (first, ply, above, yarn, strength, runs) =
-            (self.first, self.ply, self.above, self.yarn, self.strength, self.runs);
+        let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         if !before.is_empty() {
             let hoop = self.net.hoop;
@@ -183,7 +181,7 @@ impl Rows<'_> {
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, k, ply);
+            let yarn = terms.yarn_row(yarn, self.strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
             let been_slack = been_slack.get(k).copied().unwrap_or(0);
             let owed = if been_slack != 0 { planes::row_mut(owed, chunks, k) } else { &mut [] };

@@ -632,6 +632,20 @@ impl<L: Lane> Carried<L> {
         }
     }
 
+    /// From which q on damage is looked for.
+    #[inline(always)]
+    fn limits<const PLAIN: bool, const FACTOR: u8>(&self, pass: &Pass<'_>) -> [L; 2] {
+        if PLAIN {
+            [self.limits[0]; 2]
+        } else if FACTOR == SLACK {
+            // Read where they are used, as the rests are.
+            let Along { horizontal, vertical, .. } = pass.directions;
+            [L::splat(horizontal.critical), L::splat(vertical.critical)]
+        } else {
+            self.limits
+        }
+    }
+
     /// Eight columns. Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
     #[inline(always)]
     fn chunk<
@@ -701,15 +715,7 @@ impl<L: Lane> Carried<L> {
         let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, cold.pass);
         let chord = [L::load(&L::groups(&planes.hoop[CHORD_X])[g]), L::load(&L::groups(&planes.hoop[CHORD_Z])[g])];
         let (q_v, q_h) = twice_strains::<L, PLAIN, CURVED>(vertical_axes(up), along, chord, [&rest_h, &rest_v]);
-        let [limit_h, limit_v] = if PLAIN {
-            [self.limits[0]; 2]
-        } else if FACTOR == SLACK {
-            // As the rests.
-            let Along { horizontal, vertical, .. } = cold.pass.directions;
-            [L::splat(horizontal.critical), L::splat(vertical.critical)]
-        } else {
-            self.limits
-        };
+        let [limit_h, limit_v] = self.limits::<PLAIN, FACTOR>(cold.pass);
         let some_beyond = if PLAIN {
             q_v.any_not_below_either(q_h, limit_h)
         } else {
