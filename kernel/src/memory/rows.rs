@@ -113,40 +113,28 @@ impl<'r> Rows<'r> {
 }
 
 impl Rows<'_> {
-    /// The hot pass over these rows, with fixed nodes put back and their pulls noted.
-    pub fn sweep(&mut self, terms: &Terms<'_>) -> Report {
+    /// The hot pass over these rows, with fixed nodes put back and their pulls noted. OPTIONS: whether there
+    /// may be rate, slack or grading, which a block excludes; VISCOUS: with viscosity; CURVED: of a curved sheet.
+    #[inline(always)] // The rows themselves then take no stack.
+    pub fn sweep<const OPTIONS: bool, const VISCOUS: bool, const CURVED: bool>(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
         if layout.x.has_image() {
             self.place_images(layout);
         }
-        if layout.has(Feature::Curved) {
-            return self.sweep_curved::<false>(terms);
-        }
-        let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Slack);
-        let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
-        if optional {
-            self.sweep_with::<true, false, false>(terms)
+        let optional = layout.has(Feature::Slack) || layout.has(Feature::Grading) || layout.takes_energy();
+        if VISCOUS {
+            self.sweep_with::<true, true, CURVED>(terms)
+        } else if OPTIONS && optional {
+            self.sweep_apart::<true, CURVED>(terms)
         } else {
-            self.sweep_with::<false, false, false>(terms)
+            self.sweep_apart::<false, CURVED>(terms)
         }
     }
 
-    /// [`Rows::sweep`] with viscosity.
-    #[inline(always)] // The rows themselves then take no stack.
-    pub fn sweep_viscous(&mut self, terms: &Terms<'_>) -> Report {
-        if terms.layout.x.has_image() {
-            self.place_images(terms.layout);
-        }
-        if terms.layout.has(Feature::Curved) {
-            return self.sweep_curved::<true>(terms);
-        }
-        self.sweep_with::<true, true, false>(terms)
-    }
-
-    /// Both of a curved sheet.
+    /// [`Rows::sweep`] without viscosity: the stack of one kind must not add to that of another.
     #[inline(never)]
-    fn sweep_curved<const VISCOUS: bool>(&mut self, terms: &Terms<'_>) -> Report {
-        self.sweep_with::<true, VISCOUS, true>(terms)
+    fn sweep_apart<const OPTIONS: bool, const CURVED: bool>(&mut self, terms: &Terms<'_>) -> Report {
+        self.sweep_with::<OPTIONS, false, CURVED>(terms)
     }
 
     /// The image columns, with velocities for viscosity and slack segments.
@@ -160,15 +148,13 @@ impl Rows<'_> {
         }
     }
 
-    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, slack or grading; otherwise no row is asked for them. VISCOUS: with viscosity.
-    /// CURVED: of a curved sheet.
+    /// [`Rows::sweep`]. OPTIONS: whether there is rate, viscosity, slack or grading; otherwise no row is asked for them.
     #[inline(always)]
     fn sweep_with<const OPTIONS: bool, const VISCOUS: bool, const CURVED: bool>(
         &mut self,
         terms: &Terms<'_>,
     ) -> Report {
-        let layout = terms.layout;
-        let chunks = layout.chunks;
+        let (layout, chunks) = (terms.layout, terms.layout.chunks);
         let Rows { hot, history, owed, viscous, before, pushed, pushes, taken, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
@@ -176,9 +162,8 @@ impl Rows<'_> {
             let hoop = self.net.hoop;
             lanes::dispatch(terms.instructions, Keep::<CURVED> { hot, before, hoop });
         }
-        let strength = if OPTIONS { self.strength } else { &[] };
         let been_slack = if OPTIONS { self.been_slack } else { &[] };
-        let net = if OPTIONS { &self.net } else { &Net::NONE };
+        let net = if OPTIONS || CURVED { &self.net } else { &Net::NONE };
         let pass = terms.pass(net, ply);
         // Whether nodes stand for several.
         let weighed = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Grading);
@@ -196,7 +181,7 @@ impl Rows<'_> {
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, k, ply);
+            let yarn = terms.yarn_row(yarn, self.strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
             let been_slack = been_slack.get(k).copied().unwrap_or(0);
             let owed = if been_slack != 0 { planes::row_mut(owed, chunks, k) } else { &mut [] };
@@ -237,7 +222,7 @@ impl Rows<'_> {
                     case.zip(of_row).map(|(case, (pushed, pushes))| OnCasing { case, place_y, pushed, pushes });
                 row_job.step_curved(on_casing.as_mut())
             } else {
-                row_job.step::<VISCOUS>()
+                row_job.step::<OPTIONS, VISCOUS>()
             };
             report = report.merged(met);
             let pulled = end_row(terms, if weighed { Some(net) } else { None }, j, row, kept, run, (range, reach));

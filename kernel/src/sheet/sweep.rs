@@ -215,15 +215,15 @@ const AHEAD: usize = 8;
 const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
 
 impl Row<'_> {
-    /// Steps the row. Returns what was met, and the least and greatest y displacement.
+    /// Steps the row. OPTIONS: whether it may have rate, slack or grading. Returns what was met, and the least and greatest y displacement.
     #[inline(always)] // A copy of the row would be read before its stores are done: 20 ns.
-    pub fn step<const VISCOUS: bool>(self) -> (Report, [f64; 2]) {
+    pub fn step<const OPTIONS: bool, const VISCOUS: bool>(self) -> (Report, [f64; 2]) {
         let set = self.pass.instructions;
         // What is not built has no path.
         let plain = self.pass.directions.plain || !(Feature::Crimp.is_built() || Feature::Unlike.is_built());
-        let ungraded = self.pass.net.columns.is_empty() || !Feature::Grading.is_built();
-        let unmarked = self.owed.is_empty() || !Feature::Slack.is_built();
-        let dependent = Feature::Rate.is_built() && self.pass.directions.horizontal.rate.depends();
+        let ungraded = !OPTIONS || self.pass.net.columns.is_empty() || !Feature::Grading.is_built();
+        let unmarked = !OPTIONS || self.owed.is_empty() || !Feature::Slack.is_built();
+        let dependent = OPTIONS && Feature::Rate.is_built() && self.pass.directions.horizontal.rate.depends();
         if VISCOUS {
             // Viscosity excludes grading.
             return match (plain, unmarked) {
@@ -259,10 +259,12 @@ impl Row<'_> {
         let (set, left) = (self.pass.instructions, self.force_across_the_joint());
         let joint = Joint { left, on_casing };
         if Feature::Slack.is_built() && !self.owed.is_empty() {
+            // Two at a time take little stack.
+            let set = InstructionSet::Sse2;
             return if self.viscous.is_some() {
-                lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, true, true, true>(self, joint))
+                lanes::dispatch(set, RowJob::<false, false, SLACK, true, true, true, true>(self, joint))
             } else {
-                lanes::dispatch_narrow(set, RowJob::<false, false, SLACK, true, false, true, true>(self, joint))
+                lanes::dispatch(set, RowJob::<false, false, SLACK, true, false, true, true>(self, joint))
             };
         }
         if self.viscous.is_some() {
@@ -300,7 +302,7 @@ impl Row<'_> {
             ring::general_twice_strain(d, chord, &rest)
         };
         let (mut largest, before, mut stiffness) = (largest[lane], chunk[6][lane], chunk[6][lane]);
-        pass.damage_segment(q, yarn, Axis::Horizontal, last, [&mut largest, &mut stiffness]);
+        pass.damage_segment::<NONE>(q, yarn, Axis::Horizontal, last, [&mut largest, &mut stiffness]);
         let zero = 0.0_f64;
         let strain = match viscous.as_ref().and_then(|viscous| viscous.past.get(last / CHUNK)) {
             Some([before, ..]) => {
@@ -391,7 +393,7 @@ impl Job for Lift<'_> {
                     let (mut copy, mut damaged) = (L::ZEROS, L::ZEROS);
                     largest.store(&mut copy);
                     stiffness.store(&mut damaged);
-                    cold.damage::<L, true>(q, place, [&mut copy, &mut damaged], Some(&mut L::groups_mut(energy)[g]));
+                    cold.damage::<L, SLACK>(q, place, [&mut copy, &mut damaged], Some(&mut L::groups_mut(energy)[g]));
                     stiffness = L::load(&damaged);
                 }
                 if dependent {
@@ -609,15 +611,15 @@ impl<L: Lane> Carried<L> {
         }
     }
 
-    /// How the segments of group g lie in the flat sheet. `spare`: whether stack is dear.
+    /// How the segments of group g lie in the flat sheet.
     #[inline(always)]
     fn rests<const GRADED: bool, const FACTOR: u8, const CURVED: bool>(
         &self,
         (columns, net): (&Chunk<LINE_PLANES>, &NetRow<'_>),
         g: usize,
-        (pass, spare): (&Pass<'_>, bool),
+        pass: &Pass<'_>,
     ) -> [RestLanes<L>; 2] {
-        let [horizontal, vertical] = if FACTOR == SLACK && !CURVED || FACTOR == RATE && spare || L::WIDTH == CHUNK {
+        let [horizontal, vertical] = if FACTOR == SLACK && !CURVED || FACTOR == RATE || L::WIDTH == CHUNK {
             // AVX-512 spreads a number as it reads it: eight copies of each on the stack would be no gain.
             [pass.directions.horizontal.rest.lanes(), net.upwards(&pass.directions.vertical.rest)]
         } else {
@@ -627,6 +629,20 @@ impl<L: Lane> Carried<L> {
             [grading::bars_along(columns, g, horizontal.twice_strain), vertical]
         } else {
             [horizontal, vertical]
+        }
+    }
+
+    /// From which q on damage is looked for.
+    #[inline(always)]
+    fn limits<const PLAIN: bool, const FACTOR: u8>(&self, pass: &Pass<'_>) -> [L; 2] {
+        if PLAIN {
+            [self.limits[0]; 2]
+        } else if FACTOR == SLACK {
+            // Read where they are used, as the rests are.
+            let Along { horizontal, vertical, .. } = pass.directions;
+            [L::splat(horizontal.critical), L::splat(vertical.critical)]
+        } else {
+            self.limits
         }
     }
 
@@ -696,10 +712,10 @@ impl<L: Lane> Carried<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, (cold.pass, VISCOUS));
+        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, cold.pass);
         let chord = [L::load(&L::groups(&planes.hoop[CHORD_X])[g]), L::load(&L::groups(&planes.hoop[CHORD_Z])[g])];
         let (q_v, q_h) = twice_strains::<L, PLAIN, CURVED>(vertical_axes(up), along, chord, [&rest_h, &rest_v]);
-        let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
+        let [limit_h, limit_v] = self.limits::<PLAIN, FACTOR>(cold.pass);
         let some_beyond = if PLAIN {
             q_v.any_not_below_either(q_h, limit_h)
         } else {
@@ -727,7 +743,7 @@ impl<L: Lane> Carried<L> {
         } else {
             [law::stress(kv, q_v), law::stress(kh, q_h)]
         };
-        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, (cold.pass, VISCOUS));
+        let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, cold.pass);
         if FACTOR == SLACK
             && let Some(owed) = planes.owed.as_deref_mut()
         {
@@ -785,8 +801,12 @@ impl<L: Lane> Carried<L> {
         pass: &Pass<'_>,
     ) -> [L; 2] {
         let Along { horizontal, vertical, .. } = pass.directions;
-        let [of_h, of_v] =
-            if FACTOR != NONE { [horizontal.viscosity.lanes(), vertical.viscosity.lanes()] } else { self.viscosity };
+        // As the rests.
+        let [of_h, of_v] = if FACTOR != NONE || L::WIDTH == CHUNK {
+            [horizontal.viscosity.lanes(), vertical.viscosity.lanes()]
+        } else {
+            self.viscosity
+        };
         let (stress_v, taken_v) = Past { twice_strain: q_y, stress: y }.stress(&of_v, kv, q_v, g);
         let (stress_h, taken_h) = Past { twice_strain: q_x, stress: x }.stress(&of_h, kh, q_h, g);
         let taken = &mut L::groups_mut(taken)[g];
@@ -973,17 +993,17 @@ impl Cold<'_> {
             && FACTOR == SLACK
         {
             let [h, v] = [&mut L::groups_mut(h)[g], &mut L::groups_mut(v)[g]];
-            self.damage_beyond::<L, true>(q[0], limits[0], column, Axis::Horizontal, of_h, Some(h));
-            self.damage_beyond::<L, true>(q[1], limits[1], column, Axis::Vertical, of_v, Some(v));
+            self.damage_beyond::<L, SLACK>(q[0], limits[0], column, Axis::Horizontal, of_h, Some(h));
+            self.damage_beyond::<L, SLACK>(q[1], limits[1], column, Axis::Vertical, of_v, Some(v));
         } else {
-            self.damage_beyond::<L, false>(q[0], limits[0], column, Axis::Horizontal, of_h, None);
-            self.damage_beyond::<L, false>(q[1], limits[1], column, Axis::Vertical, of_v, None);
+            self.damage_beyond::<L, FACTOR>(q[0], limits[0], column, Axis::Horizontal, of_h, None);
+            self.damage_beyond::<L, FACTOR>(q[1], limits[1], column, Axis::Vertical, of_v, None);
         }
     }
 
-    /// The same of one direction. KEEPS: whether they may keep what they owe.
+    /// The same of one direction.
     #[inline(always)]
-    fn damage_beyond<L: Lane, const KEEPS: bool>(
+    fn damage_beyond<L: Lane, const FACTOR: u8>(
         &mut self,
         q: L,
         limit: L,
@@ -994,14 +1014,14 @@ impl Cold<'_> {
     ) {
         if q.any_not_below(limit) && q.any_above(L::load(history)) {
             let end = if axis == Axis::Horizontal { self.horizontal_end } else { self.vertical_end };
-            self.damage::<L, KEEPS>(q, Place { first, end, axis }, [history, stiffness], owed);
+            self.damage::<L, FACTOR>(q, Place { first, end, axis }, [history, stiffness], owed);
         }
     }
 
     /// The cold path: a lane group in which some q is at or beyond the critical one and above all before, or no number.
     #[cold]
     #[inline(never)]
-    fn damage<L: Lane, const KEEPS: bool>(
+    fn damage<L: Lane, const FACTOR: u8>(
         &mut self,
         q: L,
         place: Place,
@@ -1015,12 +1035,12 @@ impl Cold<'_> {
             let column = place.first + lane;
             if column < place.end {
                 let before = *stiffness;
-                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, [history, stiffness]);
+                let met = self.pass.damage_segment::<FACTOR>(q, self.yarn, place.axis, column, [history, stiffness]);
                 self.report.add(met);
-                if *stiffness != before && self.pass.directions.horizontal.rate.depends() {
+                if FACTOR == RATE && *stiffness != before {
                     self.by_rupture += self.taken_by_rupture(q, place.axis, column, [before, *stiffness]);
                 }
-                let owed = owed.as_deref_mut().filter(|_| KEEPS && self.keeps & bit(place.axis) != 0);
+                let owed = owed.as_deref_mut().filter(|_| FACTOR == SLACK && self.keeps & bit(place.axis) != 0);
                 if let Some(owed) = owed.and_then(|owed| owed.as_mut().get_mut(lane)) {
                     self.pass.owe_dissipated(self.yarn, place.axis, column, [before, *stiffness], owed);
                 }
@@ -1034,13 +1054,19 @@ impl Cold<'_> {
     #[inline(never)]
     fn taken_by_rupture(&self, q: f64, axis: Axis, column: usize, [before, now]: [f64; 2]) -> f64 {
         let Cold { pass, yarn, share, .. } = self;
-        let law = pass.directions.along(axis).rate.at(pass.rates.time);
         let dissipated = |stiffness: f64| pass.dissipated(yarn, axis, column, stiffness);
         let weight = match axis {
             Axis::Horizontal => pass.x.segment_weight(column),
             Axis::Vertical => share * pass.x.node_weight(column),
         };
-        4.0 * weight * law.excess(q, law.seen_at(q)) * (dissipated(now) - dissipated(before))
+        4.0 * weight * self.excess(q, axis) * (dissipated(now) - dissipated(before))
+    }
+
+    /// [`RateLaw::excess`] now.
+    #[inline(never)]
+    fn excess(&self, q: f64, axis: Axis) -> f64 {
+        let law = self.pass.directions.along(axis).rate.at(self.pass.rates.time);
+        law.excess(q, law.seen_at(q))
     }
 }
 
@@ -1062,7 +1088,7 @@ impl Pass<'_> {
 
     /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then. The
     /// history of drawn strength begins at the segment's own critical q, so no other test is needed here.
-    fn damage_segment(
+    fn damage_segment<const FACTOR: u8>(
         &self,
         q: f64,
         yarn: &YarnRow<'_>,
@@ -1075,7 +1101,7 @@ impl Pass<'_> {
             return Report::LOST;
         }
         let Direction { law, rate, .. } = self.directions.along(axis);
-        let q = rate.at(self.rates.time).seen_at(q);
+        let q = if FACTOR == NONE { q } else { rate.at(self.rates.time).seen_at(q) };
         if !law.is_damaging(q, *history) {
             return Report::default();
         }

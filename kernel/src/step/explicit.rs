@@ -156,11 +156,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
         return Report::default();
     }
     begin_sweep(system, rows[1]);
-    let report = if system.layout.has(Feature::Viscosity) {
-        sweep_rows::<true>(system, ply, rows, None)
-    } else {
-        sweep_rows::<false>(system, ply, rows, None)
-    };
+    let report = sweep_rows(system, ply, rows, None);
     book_taken(system, ply, rows, 0);
     book_pulls(system, ply, rows, 0);
     book_pushes(system, ply, rows);
@@ -179,9 +175,8 @@ fn begin_sweep(system: &mut System<'_>, end: usize) {
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
     if system.layout.has(Feature::Viscosity) {
         find_moments_above(system, step, rows[1]);
-        return sweep_rows::<true>(system, 0, rows, Some(step));
     }
-    sweep_rows::<false>(system, 0, rows, Some(step))
+    sweep_rows(system, 0, rows, Some(step))
 }
 
 /// The viscous moments of row j in a step of a block, which the row below it needs; nothing above the top row.
@@ -204,9 +199,19 @@ fn find_moments_above(system: &mut System<'_>, step: usize, j: usize) {
     find_moments_of_row(&terms, j, row, taken);
 }
 
-/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block. VISCOUS: with viscosity.
+/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
+fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
+    match (system.layout.has(Feature::Viscosity), system.layout.has(Feature::Curved)) {
+        (false, false) => sweep_rows_with::<false, false>(system, ply, rows, in_block),
+        (false, true) => sweep_rows_with::<false, true>(system, ply, rows, in_block),
+        (true, false) => sweep_rows_with::<true, false>(system, ply, rows, in_block),
+        (true, true) => sweep_rows_with::<true, true>(system, ply, rows, in_block),
+    }
+}
+
+/// [`sweep_rows`]. VISCOUS: with viscosity; CURVED: of a curved sheet. Apart, so that the stack of one does not add to that of another.
 #[inline(never)]
-fn sweep_rows<const VISCOUS: bool>(
+fn sweep_rows_with<const VISCOUS: bool, const CURVED: bool>(
     system: &mut System<'_>,
     ply: usize,
     rows: [usize; 2],
@@ -219,8 +224,7 @@ fn sweep_rows<const VISCOUS: bool>(
     let terms = Terms { layout, directions, rates: &rates, fetches, instructions: *instructions };
     // A block shorter than the layout says is a lost state, never a row that stands still.
     match &mut Rows::of(arrays, layout, rows, ply, in_block) {
-        Some(rows) if VISCOUS => rows.sweep_viscous(&terms),
-        Some(rows) => rows.sweep(&terms),
+        Some(rows) => rows.sweep::<true, VISCOUS, CURVED>(&terms),
         None => Report::LOST,
     }
 }

@@ -171,20 +171,21 @@ impl Plan {
     pub(super) unsafe fn sweep(&self, of: u32, band: u32) -> Report {
         // SAFETY: the caller's promise.
         unsafe {
-            if self.layout.has(Feature::Viscosity) {
-                self.sweep_with::<true>(of, band)
-            } else {
-                self.sweep_with::<false>(of, band)
+            match (self.layout.has(Feature::Viscosity), self.layout.has(Feature::Curved)) {
+                (false, false) => self.sweep_with::<false, false>(of, band),
+                (false, true) => self.sweep_with::<false, true>(of, band),
+                (true, false) => self.sweep_with::<true, false>(of, band),
+                (true, true) => self.sweep_with::<true, true>(of, band),
             }
         }
     }
 
-    /// [`Plan::sweep`]. VISCOUS: with viscosity.
+    /// [`Plan::sweep`]. VISCOUS: with viscosity; CURVED: of a curved sheet.
     ///
     /// # Safety
     /// The same.
     #[inline(never)]
-    unsafe fn sweep_with<const VISCOUS: bool>(&self, of: u32, band: u32) -> Report {
+    unsafe fn sweep_with<const VISCOUS: bool, const CURVED: bool>(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
             return Report::default();
@@ -221,7 +222,7 @@ impl Plan {
                 let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, beside);
                 let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
                 let terms = self.terms(fetches);
-                let met = if VISCOUS { rows.sweep_viscous(&terms) } else { rows.sweep(&terms) };
+                let met = rows.sweep::<true, VISCOUS, CURVED>(&terms);
                 report = report.merged(met);
             }
         }
@@ -307,7 +308,10 @@ impl Plan {
             let beside = Beside { above, carry, kept: self.scratch(band).kept, viscous: &mut [] };
             let mut row = self.rows(step, [j, j + 1], 0, beside);
             // A row comes from memory in the first step alone.
-            let mut report = row.sweep(&self.terms(self.fetches && step == 0));
+            let terms = self.terms(self.fetches && step == 0);
+            let curved = self.layout.has(Feature::Curved);
+            let mut report =
+                if curved { row.sweep::<false, false, true>(&terms) } else { row.sweep::<false, false, false>(&terms) };
             report.non_finite |= block.is_met(step, j, memory.ranges.add(j).read());
             report
         }
