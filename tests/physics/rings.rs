@@ -618,7 +618,8 @@ fn worst_balance_of_random_rings() {
         let pressed = scene.casing.radius != 0.0 && scene.projectile.position[2] > scene.sheet.radius;
         if pressed { 2 } else { usize::from(scene.yarn.viscosity_linear > 0.0) }
     };
-    let all: [(&str, fn(u64) -> Scene, u64); 3] = [
+    type Form = (&'static str, fn(u64) -> Scene, u64);
+    let all: [Form; 3] = [
         ("", random, shots),
         (" with slack_balance", |k| Scene { slack_balance: true, ..random(k) }, shots),
         (" of several plies with slack_balance", random_plies, shots / 4),

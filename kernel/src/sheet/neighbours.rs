@@ -34,11 +34,22 @@ pub(crate) fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUN
 /// The first three planes: those of the right-hand neighbours less those of group g.
 #[inline(always)]
 pub(crate) fn to_the_right<L: Lane, const P: usize>(chunk: &Chunk<P>, next: &Chunk<P>, g: usize) -> [L; 3] {
-    let here: [L; 3] = [at(chunk, 0, g), at(chunk, 1, g), at(chunk, 2, g)];
+    let here = [at(chunk, 0, g), at(chunk, 1, g), at(chunk, 2, g)];
+    right_less(here, [&chunk[0], &chunk[1], &chunk[2]], next, g)
+}
+
+/// The same of these planes, where those of group g are at hand.
+#[inline(always)]
+pub(crate) fn right_less<L: Lane, const P: usize>(
+    here: [L; 3],
+    [x, y, z]: [&[f64; CHUNK]; 3],
+    next: &Chunk<P>,
+    g: usize,
+) -> [L; 3] {
     [
-        right_of(here[0], &chunk[0], &next[0], g).sub(here[0]),
-        right_of(here[1], &chunk[1], &next[1], g).sub(here[1]),
-        right_of(here[2], &chunk[2], &next[2], g).sub(here[2]),
+        right_of(here[0], x, &next[0], g).sub(here[0]),
+        right_of(here[1], y, &next[1], g).sub(here[1]),
+        right_of(here[2], z, &next[2], g).sub(here[2]),
     ]
 }
 

@@ -21,7 +21,7 @@ use crate::scene::features::Feature;
 use crate::sheet::casing::Cylinder;
 use crate::sheet::direction::{Along, Direction};
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
-use crate::sheet::neighbours::{NOTHING, to_the_right};
+use crate::sheet::neighbours::{NOTHING, right_less};
 use crate::sheet::ring::{self, CHORD_X, CHORD_Z, HOOP_PLANES, PLACE_X, PLACE_Z};
 use crate::sheet::slack::{NOTHING_OWED, Owed, bit, relative_velocities};
 use crate::sheet::symmetry::Line;
@@ -693,7 +693,6 @@ impl<L: Lane> Carried<L> {
         } else {
             [[L::splat(0.0); 3]; 2]
         };
-        let along = to_the_right(planes.chunk, planes.next, g);
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -707,6 +706,7 @@ impl<L: Lane> Carried<L> {
         let column = planes.column + g * L::WIDTH;
 
         let up = [L::load(&ax[g]).sub(here[0]), L::load(&ay[g]).sub(here[1]), L::load(&az[g]).sub(here[2])];
+        let along = right_less(here, [&*ux, &*uy, &*uz], planes.next, g);
         let [rest_h, rest_v] = self.rests::<GRADED, FACTOR, CURVED>((columns, planes.net), g, cold.pass);
         let chord = [L::load(&L::groups(&planes.hoop[CHORD_X])[g]), L::load(&L::groups(&planes.hoop[CHORD_Z])[g])];
         let (q_v, q_h) = twice_strains::<L, PLAIN, CURVED>(vertical_axes(up), along, chord, [&rest_h, &rest_v]);
