@@ -52,7 +52,7 @@ fn open(scene: &Scene, steps: u64) -> Option<[f64; 2]> {
 #[test]
 #[ignore = "a minute or more; cargo xtask verify runs it"]
 fn worst_balance_of_random_shots() {
-    let asked = |name, else_| std::env::var(name).map_or(else_, |number| number.parse().expect(name));
+    let asked = |name, usual| std::env::var(name).map_or(usual, |number| number.parse().expect(name));
     let (shots, steps) = (asked("FABRIC_SHOTS", 60), asked("FABRIC_STEPS", 30_000));
     for (slack_balance, fraction, stated) in
         [(true, 0.4, Some([1e-3, 1e-2])), (true, 0.5, Some([1e-3, 1e-2])), (false, 0.4, None)]

@@ -462,22 +462,7 @@ fn balances_close_with_a_case() {
         }
         let case = sim.support().unwrap().casing;
         assert!(length(case) > 1e-3 * brought.1 && sim.counters().failed_segments > 0, "{case:?}");
-        let mut scratch = vec![fabric::CacheLine::ZERO; other.layout().band_lines(3).unwrap()];
-        let bands = other.bands(&mut scratch, 3, 2000).unwrap();
-        while bands.steps() < 2000 {
-            (0..3).for_each(|band| _ = bands.pass(band).unwrap());
-        }
-        drop(bands);
-        assert_eq!((other.digest(), other.energy()), (sim.digest(), sim.energy()));
-        other.reset();
-        other.load(&fabric_tests::image_of(&sim)).unwrap();
-        assert_eq!((other.digest(), other.energy(), other.support()), (sim.digest(), sim.energy(), sim.support()));
-        for set in fabric::InstructionSet::ALL.into_iter().filter(|set| set.available()) {
-            other.reset();
-            other.use_instructions(set).unwrap();
-            other.advance(2000).unwrap();
-            assert_eq!(other.digest(), sim.digest(), "{set:?}");
-        }
+        fabric_tests::assert_same_bits_in_other_ways(&mut other, &sim);
     }
     println!("figure 19: rings on a case, energy open by {most_energy:.0e}, momentum by {most_momentum:.0e}");
     assert!(most_energy < 0.01 && most_momentum < 1e-12, "{most_energy:e} {most_momentum:e}");

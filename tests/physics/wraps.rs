@@ -230,22 +230,7 @@ fn balances_of_a_perforated_wrap() {
         assert!(through < 1e-12 && sim.counters().failed_segments > 0);
         assert!(gap == 0.0 || sim.energy().unwrap().ply_loss > 0.0);
         assert!(damage(&sim).contains(&0.0) && length(sim.support().unwrap().casing) > 0.0);
-        let mut scratch = vec![fabric::CacheLine::ZERO; other.layout().band_lines(3).unwrap()];
-        let bands = other.bands(&mut scratch, 3, 2000).unwrap();
-        while bands.steps() < 2000 {
-            (0..3).for_each(|band| _ = bands.pass(band).unwrap());
-        }
-        drop(bands);
-        assert_eq!((other.digest(), other.energy()), (sim.digest(), sim.energy()));
-        other.reset();
-        other.load(&fabric_tests::image_of(&sim)).unwrap();
-        assert_eq!((other.digest(), other.energy(), other.support()), (sim.digest(), sim.energy(), sim.support()));
-        for set in fabric::InstructionSet::ALL.into_iter().filter(|set| set.available()) {
-            other.reset();
-            other.use_instructions(set).unwrap();
-            other.advance(2000).unwrap();
-            assert_eq!(other.digest(), sim.digest(), "{set:?}");
-        }
+        fabric_tests::assert_same_bits_in_other_ways(&mut other, &sim);
     }
     assert!(most_energy < 0.01 && most_momentum < 1e-12, "{most_energy:e} {most_momentum:e}");
 }
