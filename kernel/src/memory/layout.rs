@@ -11,8 +11,8 @@ pub const CANDIDATE_REALS: usize = 14;
 /// Numbers kept per contact candidate for friction.
 pub const TANGENTIAL_REALS: usize = 19;
 
-/// Numbers kept per ply of a column of facing nodes.
-pub(crate) const COLUMN_REALS: usize = 14;
+/// Numbers kept per ply of a column of facing nodes, or of the eight columns of a chunk.
+pub(crate) const COLUMN_REALS: usize = 16;
 /// Numbers kept per contact candidate of a stack besides.
 pub(crate) const TOUCH_REALS: usize = 10;
 /// Numbers kept per contact candidate of a stack for a step of Newton's method, with friction.
