@@ -35,16 +35,17 @@ fn is_awake(system: &System<'_>, ply: usize, row: usize) -> bool {
     (first..end).contains(&(ply * system.layout.y.modelled() + row))
 }
 
-/// The candidates of a column of free nodes that take part in the solve, one after the other.
+/// The candidates of a column of free nodes that the projectile pushes, one after the other.
 fn pushed<'s>(system: &'s System<'_>, i: usize, row: usize, count: usize) -> impl Iterator<Item = usize> + 's {
-    let Arrays { last, links, candidate_nodes, .. } = &system.arrays;
+    let Arrays { last, links, candidate_nodes, candidates, .. } = &system.arrays;
     let place = row * system.layout.nodes_x + i;
     // What an earlier step has left there names a candidate that is now elsewhere.
     let is_here = move |&c: &usize| {
         c < count && candidate_nodes.get(c).is_some_and(|&node| node as usize % last.len().max(1) == place)
     };
     let first = last.get(place).copied().and_then(touch::number).filter(is_here);
-    core::iter::successors(first, |&c| links.get(c).and_then(|link| Link::read(link).behind))
+    let column = core::iter::successors(first, |&c| links.get(c).and_then(|link| Link::read(link).behind));
+    column.filter(|&c| candidates.get(c).is_some_and(|slot| Candidate::read(slot).impulse > 0.0))
 }
 
 /// Separates the columns of one row in which plies press on each other. CURVED: of a curved sheet, whose columns have axes of their own.
@@ -57,9 +58,8 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
         let pressed = Pressed::<CURVED> { hot, next, hoop, gap: system.model.gap, chunks: [from, chunks] };
         let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };
         from = chunk + 1;
-        let impulse = |c: usize| system.arrays.candidates.get(c).map_or(0.0, |slot| Candidate::read(slot).impulse);
         let is_pushed = (chunk * CHUNK..system.layout.nodes_x.min(from * CHUNK))
-            .any(|i| pushed(system, i, row, count).any(|c| impulse(c) > 0.0));
+            .any(|i| pushed(system, i, row, count).next().is_some());
         let columns = Columns::<CURVED> {
             hoop: hoop.get(chunk).unwrap_or(&FLAT),
             hot: system.arrays.hot.get_mut(at + chunk..).unwrap_or(&mut []),
@@ -305,7 +305,9 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) 
         return;
     }
     project(system.arrays.column);
-    let by_case = if layout.has(Feature::Casing) { rest_on_casing(system, i, row) } else { 0.0 };
+    // Nodes that the projectile pushes get the push of the case with the next sweep, as those of a single ply.
+    let rests = layout.has(Feature::Casing) && pushed(system, i, row, count).next().is_none();
+    let by_case = if rests { rest_on_casing(system, i, row) } else { 0.0 };
     let mut lost = -by_case;
     for ply in 0..layout.plies {
         let j = ply * rows + row;
