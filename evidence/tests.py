@@ -374,7 +374,3 @@ class Page(unittest.TestCase):
     def test_numbers_are_short(self):
         self.assertEqual([page.significant(x) for x in (1234.5, 12.345, 1.2345, 0.012345, 0.0)], ["1234", "12.3", "1.23", "0.0123", "0.0000"])
         self.assertEqual([page.power(x, 1) for x in (0.00123, 12.3)], ["1.2e-3", "1.2e1"])
-
-
-if __name__ == "__main__":
-    unittest.main()

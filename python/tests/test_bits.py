@@ -172,7 +172,3 @@ class Bits(unittest.TestCase):
         self.assertEqual(set(straight["alpha"]), {0.0})
         self.assertAlmostEqual(straight["work"] / (0.5 * 180e9 * (0.5 * (1.03**2 - 1)) ** 2), 1.0, delta=1e-9)
         self.assertEqual(straight["critical_stretch"], 1.03)
-
-
-if __name__ == "__main__":
-    unittest.main()

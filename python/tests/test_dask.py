@@ -141,6 +141,3 @@ import fabric_kernel as fk
 scenes = fk.vary(fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41}), 40, seed=2)
 fk.ensemble(scenes, on=sys.argv[1], keep=sys.argv[2])
 """
-
-if __name__ == "__main__":
-    unittest.main()

@@ -405,7 +405,3 @@ class Fragments(unittest.TestCase):
         table = fk.fragment_map(BASE, steps=10, **options)
         self.assertEqual((table["unknown"][0], table["low"][0], table["high"][0]), (2, 0.0, 1.0))
         self.assertEqual(answer(table), ["as given at (0, 0) mm: no shot has a known end."])
-
-
-if __name__ == "__main__":
-    unittest.main()

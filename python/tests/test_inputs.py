@@ -528,7 +528,3 @@ def anything(source, depth=0):
         return endless
     rows = source.sample(sorted(TABLE), source.randrange(4))
     return {name: source.choice([anything(source, depth + 1), fk.Scene()[name]]) for name in rows}
-
-
-if __name__ == "__main__":
-    unittest.main()

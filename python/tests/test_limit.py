@@ -506,7 +506,3 @@ class Report(unittest.TestCase):
         self.assertEqual([shot.velocity for shot in test.shots], plan)
         with self.assertRaisesRegex(ValueError, "shots"):
             v50(self.shoot, designs.Plan(plan), 5)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -112,7 +112,3 @@ class ModelError(unittest.TestCase):
         from fabric_kernel import Scene
 
         self.assertIsNone(axes(Scene("sheet_3in_sphere")))
-
-
-if __name__ == "__main__":
-    unittest.main()

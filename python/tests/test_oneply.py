@@ -118,7 +118,3 @@ class OnePly(unittest.TestCase):
         self.assertTrue(any("push the yarns aside" in line for line in cautions(self.ply())))
         self.assertFalse(any("push the yarns aside" in line for line in cautions(self.ply(friction=0.2))))
         self.assertRegex(model_error(self.ply()).sentence(100.0, 110.0), r"no test of one ply could be read.*the limit is off by [-+]\d+ to")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -90,7 +90,3 @@ class Command(unittest.TestCase):
             with tempfile.TemporaryDirectory() as name, contextlib.redirect_stderr(io.StringIO()) as errors, self.assertRaises(SystemExit):
                 main(["sheet_3in_sphere", *words, "--out", name])
             self.assertIn(told, errors.getvalue().splitlines()[-1])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -144,7 +144,3 @@ class Pictures(unittest.TestCase):
             self.assertTrue(1e-3 < reach < 0.1)
             self.assertTrue(farthest is None or abs(reach - farthest) < 1e-9)
             self.assertTrue((points.min(0) < 0).all() and (points.max(0) > 0).all())
-
-
-if __name__ == "__main__":
-    unittest.main()

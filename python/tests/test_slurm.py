@@ -138,7 +138,3 @@ class Slurm(unittest.TestCase):
         with self.cluster() as cluster, Client(cluster) as client:
             cluster.scale(jobs=2)
             self.assertEqual(client.gather(client.map(limit, SCENES[:2])), [limit(scene) for scene in SCENES[:2]])
-
-
-if __name__ == "__main__":
-    unittest.main()

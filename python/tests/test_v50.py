@@ -226,7 +226,3 @@ class OfAScene(unittest.TestCase):
                 main(["sheet_3in_sphere", "--out", name])
         self.assertEqual(left.exception.code, 130)
         self.assertIn("the same command goes on", errors.getvalue())
-
-
-if __name__ == "__main__":
-    unittest.main()

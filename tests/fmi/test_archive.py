@@ -78,7 +78,3 @@ class Archive(unittest.TestCase):
         for version in (2, 3):
             with self.assertRaises(Exception):
                 Host(version, token="{FabricShield-0000000000000}")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -40,7 +40,3 @@ class Calls(unittest.TestCase):
     @unittest.skipUnless(shutil.which("valgrind"), "valgrind is not installed")
     def test_no_byte_is_misread_or_lost(self):
         self.check("valgrind", "--quiet", "--leak-check=full", "--error-exitcode=9")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -53,7 +53,3 @@ class Capsule(unittest.TestCase):
         for version in (2, 3):
             ratio = spent[version, True] / spent[version, False]
             print(f"\nFMI {version}: 1000 steps take {ratio:.3f} times as long with a capsule", end=" ", flush=True)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -194,7 +194,3 @@ class Component(unittest.TestCase):
             one.run(k, k + 1, H), other.run(k, k + 1, H)
         self.assertEqual(one.image(), Host(3, SMALL).run(0, 10, H).image())
         one.close(), other.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

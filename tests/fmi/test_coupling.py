@@ -121,7 +121,3 @@ class Interface(unittest.TestCase):
         print(f"\n  force_peak {peak:.0f} N, free {expected:.0f} N", end=" ")
         self.assertLess(max(peak / expected, expected / peak), 1.2)
         host.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

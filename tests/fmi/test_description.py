@@ -128,7 +128,3 @@ class Description(unittest.TestCase):
                 host.close()
                 tried += 1
         self.assertGreater(tried, 40)
-
-
-if __name__ == "__main__":
-    unittest.main()

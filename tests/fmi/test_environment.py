@@ -24,7 +24,3 @@ class Environment(unittest.TestCase):
         usual, *changed = run.stdout.split()
         self.assertEqual(changed, [usual] * 5)
         self.assertGreater(float.fromhex(usual), 0.0)
-
-
-if __name__ == "__main__":
-    unittest.main()

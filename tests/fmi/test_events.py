@@ -187,7 +187,3 @@ class Events(unittest.TestCase):
         host = Host(3, SMALL, logging_on=False).run(0, 5, H)
         self.assertEqual(host.log, [])
         host.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -102,7 +102,3 @@ class Free(unittest.TestCase):
             self.assertNotEqual(second.image(), expected)
             for host in (plain, first, second):
                 host.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -108,7 +108,3 @@ class Steps(unittest.TestCase):
                 self.assertEqual(means[1], means[0])
                 self.assertEqual(means[2], means[0])
             self.assertNotEqual(means[0][0][2], 0.0)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -208,7 +208,3 @@ class Dependencies(unittest.TestCase):
                     found.setdefault(output, set()).update(names)
                 host.close()
             self.compare(allowed, found)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -160,7 +160,3 @@ class Inputs(unittest.TestCase):
                             tried += 1
                 host.close()
         print(f"figure 8: {tried} inputs in FMI, {tried} discarded")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -171,7 +171,3 @@ class Prescribed(unittest.TestCase):
             self.assertEqual(len(said), 1 if logging else 0, host.log)
             self.assertEqual({status for status, _, _ in host.log[before:]} - {OK}, set())
             host.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -113,7 +113,3 @@ class Refusals(unittest.TestCase):
             self.assertEqual(host.restore(state), OK)
             self.assertEqual(host.run(10, 20, 1e-6).outputs(), plain.outputs())
             host.close(), plain.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -134,7 +134,3 @@ class Scenes(unittest.TestCase):
         for version, values in zip((2, 3), shown):
             rows = fmpy.simulate_fmu(str(ARCHIVES[version]), stop_time=1e-6, start_values=values, output=["contact.work", "state.velocity[3]"[: None if version == 2 else -3]])
             self.assertAlmostEqual(float(rows[-1][-1] if version == 2 else rows[-1][-1][2]), 80.0, 6)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -61,7 +61,3 @@ class Indicators(unittest.TestCase):
             host = Host(version, wedged).run(0, 60, 1e-6)
             self.assertGreater(host.get("contact.unconverged"), 0)
             host.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

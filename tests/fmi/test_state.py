@@ -111,7 +111,4 @@ def go_on(version, before, after):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 4:
-        go_on(int(sys.argv[1]), sys.argv[2], sys.argv[3])
-    else:
-        unittest.main()
+    go_on(int(sys.argv[1]), *sys.argv[2:])
