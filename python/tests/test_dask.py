@@ -8,9 +8,9 @@ import shutil
 import socket
 import subprocess
 import sys
-import tempfile
 import unittest
 
+from commands import InFolder
 import fabric_kernel as fk
 from fabric_kernel import _kernel
 from fabric_kernel.ensembles import kept
@@ -22,11 +22,9 @@ from test_ensembles import forty, lines, wait_for
 ONE = ["--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "60"]
 
 
-class Dask(unittest.TestCase):
+class Dask(InFolder):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
+        super().setUp()
         self.keep = self.folder / "runs.jsonl"
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))

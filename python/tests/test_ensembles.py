@@ -2,7 +2,6 @@
 
 import contextlib
 import functools
-import io
 import json
 import math
 import os
@@ -11,9 +10,7 @@ import resource
 import signal
 import subprocess
 import sys
-import tempfile
 import time
-import unittest
 import unittest.mock
 import warnings
 
@@ -21,6 +18,7 @@ import numpy
 import pandas
 import scipy.stats
 
+from commands import InFolder
 import fabric_kernel as fk
 from fabric_kernel import plot
 from fabric_kernel.ensembles import MOST_KEPT, each, kept
@@ -75,15 +73,10 @@ def divided(job):
     return 1 / job
 
 
-class Ensembles(unittest.TestCase):
+class Ensembles(InFolder):
     @classmethod
     def setUpClass(cls):
         cls.table = fk.ensemble(SCENES, on=1)
-
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
 
     def assert_same(self, table, other):
         self.assertTrue(table.equals(other))
@@ -288,9 +281,6 @@ class Ensembles(unittest.TestCase):
             fk.ensemble(fk.vary(cloth, 3, seed=1, point=(scipy.stats.norm(0.0, 1e-4), 0.0)), on=1, steps=300)
             fk.ensemble(fk.vary(far, 2, seed=1), on=1, steps=300)
 
-    def test_the_history_of_a_scene_is_that_of_its_simulation(self):
-        self.assertTrue(fk.history(SCENES[0]).equals(fk.history(fk.Simulation(SCENES[0]))))
-
     def test_draws(self):
         longer = fk.vary(BASE, 15, seed=1, speed=scipy.stats.uniform(30.0, 60.0), point=(scipy.stats.norm(0.0, 1e-4), 0.0))
         self.assertEqual(longer[:12], SCENES)
@@ -307,7 +297,6 @@ class Ensembles(unittest.TestCase):
         random = fk.vary(cylinder, 400, seed=5, attitude="random")
         heights = [1.0 - 2.0 * (q[1] ** 2 + q[2] ** 2) for q in (scene["projectile.orientation"] for scene in random)]
         self.assertGreater(scipy.stats.kstest(heights, scipy.stats.uniform(-1.0, 2.0).cdf).pvalue, 0.01)
-
 
     def test_a_run_goes_on_with_the_torn_cloth(self):
         """A cylinder on Kevlar KM2 held on two sides carries cloth that is torn off and still slows it."""
@@ -336,7 +325,7 @@ class Ensembles(unittest.TestCase):
             fk.ensemble(BASE)
 
 
-class Fragments(unittest.TestCase):
+class Fragments(InFolder):
     def test_a_miss_is_no_perforation(self):
         # Aimed at an edge and away from it: half of the shots pass.
         small = BASE.replace(projectile={"velocity": [0.0, 0.0, 50.0]})
@@ -354,41 +343,32 @@ class Fragments(unittest.TestCase):
         self.assertAlmostEqual(cell["low"], 0.025, places=12)
 
     def test_the_command(self):
-        with tempfile.TemporaryDirectory() as name:
-            for words, told in (
-                (["--velocities", "-5"], "must be a number above 0; it is -5"),
-                (["--velocities", "50", "--attitudes", "side=1,2"], "must have 4 numbers"),
-                (["--velocities", "50", "--points", "15,15"], "point: (15, 15) m lies beside the sheet"),
-            ):
-                with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as errors:
-                    with self.assertRaises(SystemExit):
-                        main(["sheet_3in_sphere", *words, "--out", name])
-                self.assertIn(told, errors.getvalue().splitlines()[-1])
-            with contextlib.redirect_stdout(io.StringIO()) as said:
-                main(["sheet_3in_sphere", "--velocities", "200", "--shots", "1", "--on", "1", "--out", name])
-            for text in (said.getvalue(), (pathlib.Path(name) / "map.svg").read_text()):
-                self.assertIn("Projectile: sphere", text)
-                self.assertIn("Not validated", text)
+        for words, told in (
+            (["--velocities", "-5"], "must be a number above 0; it is -5"),
+            (["--velocities", "50", "--attitudes", "side=1,2"], "must have 4 numbers"),
+            (["--velocities", "50", "--points", "15,15"], "point: (15, 15) m lies beside the sheet"),
+        ):
+            self.assertIn(told, self.ran(main, "sheet_3in_sphere", *words)[1].splitlines()[-1])
+        said, _, _ = self.ran(main, "sheet_3in_sphere", "--velocities", "200", "--shots", "1", "--on", "1")
+        for text in (said, (self.folder / "out/map.svg").read_text()):
+            self.assertIn("Projectile: sphere", text)
+            self.assertIn("Not validated", text)
 
     def test_without_velocities_a_map_has_both_colours(self):
-        with tempfile.TemporaryDirectory() as name:
-            (pathlib.Path(name) / "scene.toml").write_text(BASE.text())
-            with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()):
-                main([str(pathlib.Path(name) / "scene.toml"), "--shots", "2", "--out", name])
-            table = pandas.read_csv(pathlib.Path(name) / "table.csv")
-        self.assertIn("Velocities about the limits that were bracketed", said.getvalue())
+        said, _, _ = self.ran(main, BASE, "--shots", "2")
+        table = pandas.read_csv(self.folder / "out/table.csv")
+        self.assertIn("Velocities about the limits that were bracketed", said)
         self.assertIn("residual_speed_sd_m_per_s", table.columns)
         shares = list(table["perforation"])
         self.assertEqual((len(shares), shares[0], shares[-1]), (5, 0.0, 1.0))
 
     def test_table_and_picture(self):
         cylinder = BASE.replace(projectile={"shape": "cylinder", "length": 0.01, "radius": 4e-3, "mass": 4e-3})
-        with tempfile.TemporaryDirectory() as folder:
-            attitudes = {"end on": (1.0, 0.0, 0.0, 0.0), "random": "random"}
-            options = {"velocities": [2.0, 300.0], "attitudes": attitudes, "shots": 3, "steps": 40_000}
-            table = fk.fragment_map(cylinder, keep=pathlib.Path(folder) / "runs.jsonl", **options)
-            plot.map(table, pathlib.Path(folder) / "map.svg")
-            self.assertGreater((pathlib.Path(folder) / "map.svg").stat().st_size, 5000)
+        attitudes = {"end on": (1.0, 0.0, 0.0, 0.0), "random": "random"}
+        options = {"velocities": [2.0, 300.0], "attitudes": attitudes, "shots": 3, "steps": 40_000}
+        table = fk.fragment_map(cylinder, keep=self.folder / "runs.jsonl", **options)
+        plot.map(table, self.folder / "map.svg")
+        self.assertGreater((self.folder / "map.svg").stat().st_size, 5000)
         slow, fast = table[table["velocity"] == 2.0], table[table["velocity"] == 300.0]
         self.assertEqual((list(slow["perforation"]), list(fast["perforation"])), ([0.0, 0.0], [1.0, 1.0]))
         # Exact intervals of 0 and 3 of 3, from the binomial distribution: 1 - 0.025^(1/3).

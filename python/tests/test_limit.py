@@ -2,14 +2,13 @@
 
 import json
 import math
-import pathlib
-import tempfile
 import unittest
 
 import numpy
 import scipy.optimize
 import scipy.stats
 
+from commands import InFolder
 from fabric_kernel import coverage, designs, limit
 from fabric_kernel.likelihood import LINKS, LOGIT, PROBIT, firth, held, maximum, possible, possible_ratio, ratio
 from fabric_kernel.v50 import Unknown, v50
@@ -428,7 +427,7 @@ class Designs(unittest.TestCase):
                 self.assertTrue(numpy.allclose(designs.simulate(design, 25, limits[k : k + 1])[0][0], together[k], atol=1e-9))
 
 
-class Report(unittest.TestCase):
+class Report(InFolder):
     limits = numpy.random.default_rng(10).normal(100, 4, 40)
 
     def shoot(self, velocity, shot):
@@ -444,27 +443,24 @@ class Report(unittest.TestCase):
         for words in ("Neyer", "seed 1", "V01", "V50", "V99", "95 % interval", "MIL-STD-662F", "Lambert"):
             self.assertIn(words, text)
         self.assertEqual(sum(line.strip().startswith(f"{k} ") for k, line in zip(range(1, 21), text.splitlines()[-20:])), 20)
-        with tempfile.TemporaryDirectory() as name:
-            folder = pathlib.Path(name)
-            test.write(folder / "one")
-            test.write(folder / "two")
-            page = (folder / "one/report.html").read_text()
-            self.assertIn("A &lt; B", page)
-            self.assertNotIn('src="plot', page)
-            self.assertEqual(page, (folder / "two/report.html").read_text())
-            self.assertEqual(len((folder / "one/shots.csv").read_text().splitlines()), 21)
-            self.assertAlmostEqual(json.loads((folder / "one/test.json").read_text())["fit"]["mu"], test.fit.mu)
+        test.write(self.folder / "one")
+        test.write(self.folder / "two")
+        page = (self.folder / "one/report.html").read_text()
+        self.assertIn("A &lt; B", page)
+        self.assertNotIn('src="plot', page)
+        self.assertEqual(page, (self.folder / "two/report.html").read_text())
+        self.assertEqual(len((self.folder / "one/shots.csv").read_text().splitlines()), 21)
+        self.assertAlmostEqual(json.loads((self.folder / "one/test.json").read_text())["fit"]["mu"], test.fit.mu)
 
     def test_every_degenerate_test_has_a_report(self):
-        with tempfile.TemporaryDirectory() as name:
-            for number, (shoot, shots) in enumerate((
-                (lambda v, k: (True, 0.0), 1), (lambda v, k: (True, 0.0), 8), (lambda v, k: (False, v), 2), (lambda v, k: (v > 101, v), 3),
-                (lambda v, k: (v < 101, 0.5 * v), 5),
-            )):  # fmt: skip
-                test = v50(shoot, designs.Neyer(80, 120, 5), shots, tests=20)
-                self.assertTrue(test.fit.notes)
-                test.write(pathlib.Path(name) / str(number))
-                json.loads((pathlib.Path(name) / str(number) / "test.json").read_text())
+        for shoot, shots in (
+            (lambda v, k: (True, 0.0), 1), (lambda v, k: (True, 0.0), 8), (lambda v, k: (False, v), 2), (lambda v, k: (v > 101, v), 3),
+            (lambda v, k: (v < 101, 0.5 * v), 5),
+        ):  # fmt: skip
+            test = v50(shoot, designs.Neyer(80, 120, 5), shots, tests=20)
+            self.assertTrue(test.fit.notes)
+            test.write(self.folder)
+            json.loads((self.folder / "test.json").read_text())
 
     def test_twelve_shots_that_are_alike_end_the_test_with_their_bound(self):
         for first, through, bound in ((100.0, False, (100.0 * 2**6, math.inf)), (100.0, True, (-math.inf, 100.0 / 2**6))):
