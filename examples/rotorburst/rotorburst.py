@@ -4,7 +4,7 @@
 
 Far from the sheet the host flies the fragment alone, in large steps. Close to it both go on in communication steps of 1e-6 s: the FMU
 first, with the fragment's motion at the start of the step; then the host, with the mean force and torque that the FMU measured.
-Writes history.csv, results.json, and impact.txt (the motion at which the two were connected, for the kernel's example `snapshots`).
+Writes history.csv and results.json.
 """
 
 import argparse
@@ -37,6 +37,7 @@ CASES = {
 }
 SECTOR = ["inner_radius", "outer_radius", "angle", "thickness"]
 NODES = {40: (1155, 88), 10: (350, 350), 3: (105, 105)}
+PRESETS = {40: "ring_40in", 10: "sheet_10in_cylinder", 3: "sheet_3in_sphere"}
 RING = read_parameters(PARAMETERS / "ring_40in.ssv")["sheet.radius"]  # m
 ENDS = ["arrested", "exited", "passed"]  # outcomes that end the run
 NEAR = 0.5e-3  # distance from the sheet at which the FMU joins in, m
@@ -134,19 +135,16 @@ def scene_of(arguments, width, body):
     }
 
 
-def impact_of(arguments, fragment):
-    """The impact in a few lines, for a run of the same impact elsewhere."""
+def impact_of(arguments, parameters, fragment):
+    """The impact as a scene of `fabric_kernel`: its preset, and what differs from it."""
     width, _, body = CASES[arguments.case]
-    words = {"sheet": f"{width}in", "attachment": arguments.attachment, "seed": arguments.seed, "dt": INTERNAL_STEPS[width]}
-    words["plies"] = arguments.plies
+    changes = {name: parameters[name] for name in ("seed", "sheet.plies", "time_step.seconds", "stack.plies", "stack.gap") if name in parameters}
+    changes |= {"attachment.kind": arguments.attachment}
+    changes |= {f"projectile.{name}": value.tolist() for name, value in zip(MOTION, motions(fragment))}
     if isinstance(body, DiscSector):
-        words |= {"sector": joined([getattr(body, name) for name in SECTOR]), "mass": repr(body.mass)}
-    return {**words, **{name: joined(value) for name, value in zip(MOTION, motions(fragment))}}
-
-
-def joined(values):
-    """Numbers as text that reads back as the same numbers."""
-    return " ".join(repr(float(x)) for x in values)
+        changes |= {"projectile.shape": "disc_sector", "projectile.mass": body.mass}
+        changes |= {f"projectile.sector.{name}": getattr(body, name) for name in SECTOR}
+    return PRESETS[width], changes
 
 
 def picture_times(rows, start, seen):
@@ -191,12 +189,12 @@ def main():
     else:
         fragment = Fragment.launched(body, arguments.standoff, arguments.speed, arguments.spin, np.radians(arguments.tilt))
     parameters = scene_of(arguments, width, body)
-    plies, gap = parameters.get("stack.plies", 1), parameters.get("stack.gap", 0.0)
+    plies = parameters.get("stack.plies", 1)
     shield = Shield(arguments.fmu, parameters)
     began = time.perf_counter()
     ledger, rows = balances.Ledger(fragment), []
     start = fly(fragment, ledger, rows)
-    impact = impact_of(arguments, fragment)
+    impact = impact_of(arguments, parameters, fragment)
     impact_energy, impact_speed = fragment.kinetic_energy(), float(np.linalg.norm(fragment.velocity))
     shield.initialise(start, fragment)
     seen, outputs = couple(fragment, shield, ledger, rows, start, arguments.step, tick, arguments.limit)
@@ -204,17 +202,14 @@ def main():
     wall = time.perf_counter() - began
 
     write_history(arguments.out / "history.csv", rows)
-    if not is_ring:
-        impact["pictures"] = joined(picture_times(rows, start, seen))
-        impact["end"] = repr(arguments.limit)
-        impact["stack"] = f"{plies} {gap!r}"
-        (arguments.out / "impact.txt").write_text("".join(f"{name} {value}\n" for name, value in impact.items()))
     results = {
         "options": {name: value for name, value in vars(arguments).items() if name not in ("fmu", "out")},
         "nodes": [nx, ny],
         "plies": plies,
         "segments": ((nx if is_ring else nx - 1) * ny + nx * (ny - 1)) * plies,
-        "body": {**vars(body), **({"corners": body.corners.tolist()} if isinstance(body, DiscSector) else {})},
+        "body": vars(body),
+        "scene": impact,
+        "pictures": picture_times(rows, start, seen),
         "start": start,
         "impact_speed": impact_speed,
         "impact_energy": impact_energy,
