@@ -19,9 +19,7 @@ import numpy as np
 import balances
 from fragment import Body, DiscSector, Fragment
 from progress import Progress
-from shield import ATTACHMENTS, DISC_SECTOR, MOTION, Shield, motions, read_parameters
-
-PARAMETERS = pathlib.Path(__file__).parent.parent / "parameters"
+from shield import ATTACHMENTS, DISC_SECTOR, MOTION, Shield, motions, parameter_set
 
 # The sheet and the fragment that strikes it: width of the sheet in inches, its usual attachment, the fragment. A third of a small
 # turbine disc (drag of a cube: S. F. Hoerner, Fluid-Dynamic Drag, 1965) on the paper's 10 in sheet, the same at half the size on the
@@ -38,7 +36,7 @@ CASES = {
 SECTOR = ["inner_radius", "outer_radius", "angle", "thickness"]
 NODES = {40: (1155, 88), 10: (350, 350), 3: (105, 105)}
 PRESETS = {40: "ring_40in", 10: "sheet_10in_cylinder", 3: "sheet_3in_sphere"}
-RING = read_parameters(PARAMETERS / "ring_40in.ssv")["sheet.radius"]  # m
+RING = parameter_set("ring_40in")["sheet.radius"]  # m
 ENDS = ["arrested", "exited", "passed"]  # outcomes that end the run
 NEAR = 0.5e-3  # distance from the sheet at which the FMU joins in, m
 FLIGHT_STEP = 1e-4  # largest step of the host alone, s
@@ -121,7 +119,7 @@ def write_history(path, rows):
 def scene_of(arguments, width, body):
     """The shield's parameters, as far as they are not its start values."""
     name = {"plies": "three_plies", "ring": "ring_40in"}.get(arguments.case, "sheet_3in_sphere")
-    parameters = {} if width == 10 else read_parameters(PARAMETERS / f"{name}.ssv")
+    parameters = {} if width == 10 else parameter_set(name)
     if isinstance(body, DiscSector):
         sizes = {name: getattr(body, name) for name in SECTOR}
         parameters |= {"projectile.shape": DISC_SECTOR, **{f"projectile.sector.{name}": value for name, value in sizes.items()}}
@@ -190,13 +188,12 @@ def main():
         fragment = Fragment.launched(body, arguments.standoff, arguments.speed, arguments.spin, np.radians(arguments.tilt))
     parameters = scene_of(arguments, width, body)
     plies = parameters.get("stack.plies", 1)
-    shield = Shield(arguments.fmu, parameters)
     began = time.perf_counter()
     ledger, rows = balances.Ledger(fragment), []
     start = fly(fragment, ledger, rows)
     impact = impact_of(arguments, parameters, fragment)
     impact_energy, impact_speed = fragment.kinetic_energy(), float(np.linalg.norm(fragment.velocity))
-    shield.initialise(start, fragment)
+    shield = Shield(arguments.fmu, parameters, start, fragment)
     seen, outputs = couple(fragment, shield, ledger, rows, start, arguments.step, tick, arguments.limit)
     shield.close()
     wall = time.perf_counter() - began
