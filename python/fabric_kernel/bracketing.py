@@ -11,7 +11,7 @@ import json
 import math
 import pathlib
 
-from . import designs, limit
+from . import Scene, designs, limit
 from .coverage import DEVIATION, MU, Case, percent
 from .files import written
 from .page import markdown, write_table
@@ -27,8 +27,6 @@ WIDTHS = (0.5, 1.0, 2.0)
 
 def scenes():
     """By their names in the table. The sheets are small, and Kevlar 49 has a weave that is chosen here."""
-    from . import Scene
-
     small = {"nodes_x": 51, "nodes_y": 51}
     found = {"sheet_3in_sphere": Scene()}
     weave = {"linear_density": {"value": 1420, "unit": "denier"}, "count": {"value": 17, "unit": "1/in"}}

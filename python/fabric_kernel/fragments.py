@@ -14,6 +14,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy
+
 from . import lookup
 from ._kernel import Scene
 from .about import CAVEAT, SCENE_HELP, cautions, claim, command, described, noted, positive, scene_named
@@ -41,8 +43,6 @@ def bracket(
     slow shots are stopped and fast ones go through.
 
     The search begins with the velocity of the scene. Raises ValueError if no limit is found."""
-    import numpy
-
     from .sensitivity import limits
 
     speed = math.hypot(*shield["projectile.velocity"])
@@ -133,8 +133,6 @@ def fragment_map(
 def answer(table: "pandas.DataFrame") -> list[str]:
     """A sentence for each attitude and impact point of a map: up to which velocity none goes through, and from which on all; before it
     another one if the shots contradict a share that grows with the velocity (`limit.falling`)."""
-    import numpy
-
     from . import limit
 
     found = []

@@ -17,18 +17,18 @@ import math
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy
 import scipy.special
 
 from . import limit
+from ._kernel import Scene
+from .about import SCENE_HELP, cautions, claim, command, described, positive, scene_named
 from .files import csv_of, written
+from .model_error import model_error
 from .page import Page, printed
 from .v50 import Shooter, Shot, Unknown
-
-if TYPE_CHECKING:
-    from . import Scene
 
 RESAMPLES = 200
 """Refitted sets of shots behind an interval."""
@@ -124,7 +124,7 @@ def fits(shots: Sequence[Shot], confidence: float = 0.95, seed: int = 1, resampl
 
 
 def residual_curve(
-    scene: "Scene",
+    scene: Scene,
     velocities: Sequence[float] | None = None,
     *,
     shots: int = 24,
@@ -142,9 +142,6 @@ def residual_curve(
     the others go up to `fastest` limits. about: what was shot at, for the report; say: receives a line after each shot; the other `options`
     are those of `Shooter` (`point`, `attitude`, `keep`, `steps`). A shot of unknown end is left out, which the notes say.
     Raises ValueError with the name of the argument, Refused with the field of the scene."""
-    from .about import cautions
-    from .model_error import model_error
-
     if velocities is None and shots < 10:
         raise ValueError(f"shots: must be at least 10; it is {shots}")
     first = math.hypot(*scene["projectile.velocity"])
@@ -194,8 +191,6 @@ def residual_curve(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-residual`."""
-    from .about import SCENE_HELP, claim, command, described, positive, scene_named
-
     about = "The residual over the impact velocity of the projectile of a scene, with fitted curves."
     parser = argparse.ArgumentParser(prog="fabric-residual", description=about)
     parser.add_argument("scene", help=SCENE_HELP)
@@ -219,7 +214,3 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(curve.text())
         curve.write(given.out)
     print(f"written to {given.out}: report.html, residual.svg, residual.csv, runs.jsonl")
-
-
-if __name__ == "__main__":
-    main()

@@ -17,12 +17,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy
 
 from . import designs, limit
+from ._kernel import Refused, Scene
+from .about import SCENE_HELP, cautions, claim, command, described, noted, positive, scene_named
+from .ensembles import append, kept, run_key, vary, within_mesh
 from .files import csv_of, written
 from .likelihood import LINKS
+from .model_error import model_error
 from .page import Page, printed
+from .runs import STEPS, doubts, flown
+from .textile import axes
 
 if TYPE_CHECKING:
-    from . import Scene
     from .sensitivity import Sensitivity
 
 Shoot = Callable[[float, int], tuple[bool, float]]
@@ -195,8 +200,8 @@ def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) ->
             return made, [*left_out, "The test ended without a V50, as all known results are alike."]
         in_turn = 0
         made.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(residual)))
-        kept = ", kept from before" if getattr(shoot, "was_kept", False) else ""
-        say(f"shot {len(made)} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + kept)
+        before = ", kept from before" if getattr(shoot, "was_kept", False) else ""
+        say(f"shot {len(made)} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + before)
     return made, left_out
 
 
@@ -244,20 +249,16 @@ def v50(
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
     drawn = seeds or (shoot.drawn() if isinstance(shoot, Shooter) else "")
     words = f"{drawn} {simulated}".strip()
-    against, cautions = "", ()
+    against, first = "", ()
     if isinstance(shoot, Shooter):
-        from .about import cautions as known, described
-        from .model_error import model_error
-        from .textile import axes
-
         scaled = axes(shoot.scene)
         notes += [*shoot.notes(), *([scaled.words(found.mu)] if scaled else [])]
         interval = next(interval for share, interval in zip(found.shares, found.intervals) if share == 0.5)
         about = about or described(shoot.scene)
-        against, cautions = model_error(shoot.scene, confidence).sentence(*interval), known(shoot.scene)
+        against, first = model_error(shoot.scene, confidence).sentence(*interval), cautions(shoot.scene)
     average = limit.standard_average(v, y)
     doubt = limit.falling(v, y, seed)
-    return Test(title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, cautions, doubt=doubt)
+    return Test(title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, first, doubt=doubt)
 
 
 class Shooter:
@@ -279,7 +280,7 @@ class Shooter:
 
     def __init__(
         self,
-        scene: "Scene",
+        scene: Scene,
         *,
         seed: int = 1,
         point: tuple[float, float] | None = (0.0, 0.0),
@@ -289,9 +290,6 @@ class Shooter:
         steps: int | None = None,
         to_the_end: bool = False,
     ) -> None:
-        from .ensembles import kept, within_mesh
-        from .runs import STEPS
-
         self.scene, self.seed, self.attitude, self.tilt = scene, seed, attitude, tilt
         self.steps = 10 * STEPS if steps is None else steps
         self.until = self.UNTIL[:-1] if to_the_end else self.UNTIL
@@ -304,10 +302,6 @@ class Shooter:
         self.fastest = 0.0
 
     def __call__(self, velocity: float, shot: int) -> tuple[bool, float]:
-        from . import Refused, vary
-        from .ensembles import append, run_key
-        from .runs import flown
-
         one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[shot]
         key = run_key(one, self.until, self.steps)
         self.fastest = max(self.fastest, velocity)
@@ -337,14 +331,11 @@ class Shooter:
         yarn = "yarns drawn for each" if yarns else "the same yarns in each, as the scene draws none"
         where = "as the scene says" if self.mesh is None else "through a point drawn within one mesh about the middle"
         attitude = ", every orientation equally likely" if self.attitude == "random" else ""
-        kept = ["fragment", "fabric", "support"] + ([] if attitude else ["attitude"]) + ["angle of impact"]
-        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}; not drawn: {', '.join(kept)}."
+        fixed = ["fragment", "fabric", "support"] + ([] if attitude else ["attitude"]) + ["angle of impact"]
+        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}; not drawn: {', '.join(fixed)}."
 
     def notes(self) -> list[str]:
         """What the reader of the shots made so far must know."""
-        from .about import noted
-        from .runs import doubts
-
         rows = [row for row in self.made.values() if row["stopped"] is not None]
         through = [row for row in rows if not row["stopped"]]
         torn = sum(row["outcome"] == "detached" for row in through)
@@ -385,9 +376,6 @@ def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-v50`."""
-    # The statistics work without the kernel.
-    from .about import SCENE_HELP, claim, command, described, positive, scene_named
-
     parser = argparse.ArgumentParser(prog="fabric-v50", description="The ballistic limit of the projectile and the sheet of a scene, with its interval.")
     parser.add_argument("scene", help=SCENE_HELP)
     parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
