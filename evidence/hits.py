@@ -73,15 +73,25 @@ def limit(scene, guess, hit, longest):
     return bracketed(guess, lambda velocity: impact(shot(scene, velocity, hit), longest)["through"])
 
 
-def bracketed(guess, through):
-    """Where a velocity begins to go through, m/s, to half of WIDTH."""
+def bracket(guess, through, stride):
+    """Two velocities a stride apart of which the faster goes through, m/s."""
     low = guess
     while through(low):
-        low /= STRIDE
-    high = low * STRIDE
+        low /= stride
+    high = low * stride
     while low >= guess and not through(high):
-        low, high = high, high * STRIDE
-    while high / low > WIDTH:
+        low, high = high, high * stride
+    return low, high
+
+
+def between(low, high, through, width):
+    """Where a velocity between these two begins to go through, m/s, to half of this width, a ratio: bisection of the logarithm."""
+    while high / low > width:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if through(middle) else (middle, high)
     return math.sqrt(low * high)
+
+
+def bracketed(guess, through):
+    """The same from a guess, to half of WIDTH."""
+    return between(*bracket(guess, through, STRIDE), through, WIDTH)

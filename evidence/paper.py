@@ -283,4 +283,3 @@ def limits_table(runs):
             rows.append([washer, yarn, *texts, limit.text(1) if limit else "not bracketed", over])
             below = limit if yarn == STOCHASTIC else below
     return heading, rows
-
