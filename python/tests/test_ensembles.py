@@ -147,27 +147,28 @@ class Ensembles(InFolder):
         with self.assertRaisesRegex(ValueError, "has 4294967297 bytes, and kept results may have 4294967296"):
             fk.ensemble(SCENES[:1], keep=keep)
 
+    def begun(self, script=KILLED, **options):
+        """The ensemble of the forty in another process, and the file that it writes."""
+        keep = self.folder / "runs.jsonl"
+        (self.folder / "script.py").write_text(script)
+        return subprocess.Popen([sys.executable, self.folder / "script.py", keep], stderr=subprocess.PIPE, text=True, **options), keep
+
     def test_a_full_disk_is_told_and_loses_nothing(self):
         keep = self.folder / "runs.jsonl"
         fk.ensemble(SCENES[:1], keep=keep)
         first = keep.read_text()
-        script = self.folder / "full.py"
-        script.write_text(KILLED)
-        small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2 * len(first),) * 2)
-        done = subprocess.run([sys.executable, script, keep], capture_output=True, text=True, preexec_fn=small)
-        self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stderr.splitlines()[-1], r"File too large: '.*runs\.jsonl'")
+        process, _ = self.begun(preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2 * len(first),) * 2))
+        _, said = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 1)
+        self.assertRegex(said.splitlines()[-1], r"File too large: '.*runs\.jsonl'")
         self.assertTrue(keep.read_text().startswith(first))
         self.assert_same(fk.ensemble(SCENES, keep=keep), self.table)
 
     def test_killed_and_resumed(self):
-        keep = self.folder / "runs.jsonl"
-        script = self.folder / "killed.py"
-        script.write_text(KILLED)
-        process = subprocess.Popen([sys.executable, script, keep], stderr=subprocess.DEVNULL, start_new_session=True)
+        process, keep = self.begun(start_new_session=True)
         wait_for(lambda: lines(keep) >= 3)
         os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
+        process.communicate()
         before = lines(keep)
         self.assertLess(before, 40)
         table = fk.ensemble(FORTY, keep=keep)
@@ -177,23 +178,19 @@ class Ensembles(InFolder):
     def test_workers_end_with_their_parent(self):
         for method in ("fork", "spawn", "forkserver"):
             with self.subTest(method):
-                keep = self.folder / f"{method}.jsonl"
-                script = self.folder / f"{method}.py"
                 start = f"    import multiprocessing; multiprocessing.set_start_method('{method}')\n    scenes"
-                script.write_text(KILLED.replace("    scenes", start).replace("keep=", "progress=False, keep="))
-                process = subprocess.Popen([sys.executable, script, keep], stderr=subprocess.DEVNULL, start_new_session=True)
+                script = KILLED.replace("    scenes", start).replace("keep=", "progress=False, keep=")
+                process, keep = self.begun(script, start_new_session=True)
                 wait_for(lambda: lines(keep) >= 2)
                 workers = processes_of(process.pid)
                 self.assertGreaterEqual(len(workers), 3)
                 process.kill()
-                process.wait()
-                wait_for(lambda: not processes_of(process.pid), seconds=30.0)
+                wait_for(lambda: process.poll() is not None and not processes_of(process.pid), seconds=30.0)
+                process.communicate()
+                keep.unlink()
 
     def test_a_local_worker_that_dies(self):
-        keep = self.folder / "runs.jsonl"
-        script = self.folder / "killed.py"
-        script.write_text(KILLED)
-        process = subprocess.Popen([sys.executable, script, keep], stderr=subprocess.PIPE, text=True)
+        process, keep = self.begun()
         wait_for(lambda: lines(keep) >= 3)
         children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
         os.kill(int(children[0]), signal.SIGKILL)
