@@ -18,7 +18,6 @@ import numpy as np
 
 import balances
 from fragment import Body, DiscSector, Fragment
-from progress import Progress
 from shield import ATTACHMENTS, DISC_SECTOR, MOTION, Shield, motions, parameter_set
 
 # The sheet and the fragment that strikes it: width of the sheet in inches, its usual attachment, the fragment. A third of a small
@@ -70,26 +69,28 @@ def couple(fragment, shield, ledger, rows, start, step, tick, limit):
     """Flies fragment and shield together until the fragment has stopped or left. Returns what was watched on the way."""
     seen = {"first_contact": -1.0, "end": "time limit"}
     past = 2.0 * fragment.reach()
-    mean_force = np.zeros(3)
-    with Progress("co-simulation") as progress:
-        for k in range(round(limit / step)):
-            own = fragment.own_force()
-            shield.step(start + k * step, step, fragment, (mean_force + own) / fragment.body.mass)
-            outputs = shield.outputs()
-            mean_force = outputs["contact.force_mean"]
-            torque = outputs["contact.torque_mean"]
-            ledger.own_work += own_step(fragment, step, own, mean_force, torque, tick)
-            ledger.own_impulse += own * step
-            t = start + (k + 1) * step
-            rows.append(row(t, fragment, outputs))
-            if outputs["outcome.detached"] and "detached" not in seen:
-                seen["detached"] = {"time": outputs["outcome.detached_time"], "absorbed": outputs["contact.work"]}
+    mean_force, shown = np.zeros(3), 0.0
+    for k in range(round(limit / step)):
+        own = fragment.own_force()
+        shield.step(start + k * step, step, fragment, (mean_force + own) / fragment.body.mass)
+        outputs = shield.outputs()
+        mean_force = outputs["contact.force_mean"]
+        torque = outputs["contact.torque_mean"]
+        ledger.own_work += own_step(fragment, step, own, mean_force, torque, tick)
+        ledger.own_impulse += own * step
+        t = start + (k + 1) * step
+        rows.append(row(t, fragment, outputs))
+        if outputs["outcome.detached"] and "detached" not in seen:
+            seen["detached"] = {"time": outputs["outcome.detached_time"], "absorbed": outputs["contact.work"]}
+        ended = [name for name in ENDS if outputs[f"outcome.{name}"]]
+        done = 1.0 if ended else max((k + 1) * step / limit, min(fragment.front() / past, 0.99))
+        if done >= shown:
             text = f"{1e6 * (t - start):4.0f} us, {fragment.velocity[2]:6.2f} m/s, {outputs['fabric.failed_segments']:.0f} failed"
-            progress.show(max((k + 1) * step / limit, min(fragment.front() / past, 0.99)), text)
-            if ended := [name for name in ENDS if outputs[f"outcome.{name}"]]:
-                seen["end"] = ended[0]
-                break
-        progress.show(1.0, text)
+            print(f"co-simulation {100 * done:3.0f} %: {text}", flush=True)
+            shown = done // 0.05 * 0.05 + 0.05
+        if ended:
+            seen["end"] = ended[0]
+            break
     seen["end_time"] = t
     if outputs["outcome.first_contact"]:
         seen["first_contact"] = outputs["outcome.first_contact_time"]
