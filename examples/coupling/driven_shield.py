@@ -5,7 +5,6 @@ import shutil
 import tempfile
 
 import fmpy
-from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.ssp.ssd import read_ssv
 
@@ -66,14 +65,6 @@ class Shield:
         self.set("projectile.acceleration", acceleration)
         self.fmu.doStep(t, h)
         return self.get("contact.force_mean")
-
-    def try_step(self, t, h, body):
-        """Whether the FMU takes the step. If it does not, nothing has changed."""
-        try:
-            self.step(t, h, body)
-        except FMICallException:
-            return False
-        return True
 
     def save(self, state=None):
         """The present state; a state saved before is written over, which costs no memory."""

@@ -35,15 +35,6 @@ class Rollback(unittest.TestCase):
 
         self.assertEqual(rollback.run(ARCHIVE, 5e-6, twice, 1e-4), rollback.run(ARCHIVE, 5e-6, rollback.sequential, 1e-4))
 
-    def test_a_step_that_was_refused_may_be_repeated(self):
-        body = Body(rollback.START, [0.0, 0.0, 60.0])
-        values = {**SPHERE, "drive": PRESCRIBED, "projectile.start.position": body.position, "projectile.start.velocity": body.velocity}
-        shield = Shield(ARCHIVE, values)
-        for teleport in (1e-3, float("nan")):
-            self.assertFalse(shield.try_step(0.0, 1e-6, Body([0.0, teleport, body.position[2]], body.velocity)))
-        self.assertTrue(shield.try_step(0.0, 1e-6, body))
-        shield.close()
-
 
 class TwoShields(unittest.TestCase):
     def test_the_balances_close_over_both(self):
