@@ -1,10 +1,19 @@
-"""A folder for each test, and commands that run in it."""
+"""A folder for each test, commands that run in it, and waiting for what another process does."""
 
 import contextlib
 import io
 import pathlib
 import tempfile
+import time
 import unittest
+
+
+def wait_for(done, seconds=120.0):
+    end = time.monotonic() + seconds
+    while not done():
+        if time.monotonic() > end:
+            raise TimeoutError
+        time.sleep(0.01)
 
 
 class InFolder(unittest.TestCase):

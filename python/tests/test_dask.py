@@ -10,12 +10,12 @@ import subprocess
 import sys
 import unittest
 
-from commands import InFolder
+from commands import InFolder, wait_for
 import fabric_kernel as fk
 from fabric_kernel import _kernel
 from fabric_kernel.ensembles import kept
 from test_ensembles import FORTY as SCENES
-from test_ensembles import forty, lines, wait_for
+from test_ensembles import forty, lines
 
 
 # A worker of one thread.

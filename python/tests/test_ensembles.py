@@ -10,7 +10,6 @@ import resource
 import signal
 import subprocess
 import sys
-import time
 import unittest.mock
 import warnings
 
@@ -18,7 +17,7 @@ import numpy
 import pandas
 import scipy.stats
 
-from commands import InFolder
+from commands import InFolder, wait_for
 import fabric_kernel as fk
 from fabric_kernel import plot
 from fabric_kernel.ensembles import MOST_KEPT, each, kept
@@ -59,14 +58,6 @@ def processes_of(session):
             if int(its) == session and state not in "ZX":
                 found.append(int(path.parent.name))
     return found
-
-
-def wait_for(done, seconds=120.0):
-    end = time.monotonic() + seconds
-    while not done():
-        if time.monotonic() > end:
-            raise TimeoutError
-        time.sleep(0.01)
 
 
 def divided(job):
