@@ -9,6 +9,7 @@ Limit: beyond the first failure the model is chaotic, so the limit of one hit is
 import math
 
 from fabric_kernel import Scene, Simulation
+from fabric_kernel.textile import spacings
 
 # Stride of the search for an arrest below and a perforation above, and width at which bisection ends, in parts of the velocity.
 STRIDE, WIDTH = 1.25, 1.01
@@ -24,10 +25,6 @@ def splitmix64(x):
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & mask
     z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & mask
     return z ^ (z >> 31)
-
-
-def spacings(scene):
-    return scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]
 
 
 def sheet(fabric, width, bar):
