@@ -11,7 +11,6 @@ Limits: few shots lie near the limit, so its interval is too narrow: of 40 inven
 Reference: R. F. Recht, T. W. Ipson, J. Appl. Mech. 30 (1963) 384; J. P. Lambert, G. H. Jonas, BRL Report 1852 (1976).
 """
 
-import argparse
 import functools
 import math
 import os
@@ -24,7 +23,7 @@ import scipy.special
 
 from . import limit
 from ._kernel import Scene
-from .about import SCENE_HELP, cautions, claim, command, described, positive, scene_named
+from .about import cautions, command, described, of_a_scene, positive
 from .files import csv_of, written
 from .model_error import model_error
 from .page import Page, printed
@@ -192,19 +191,14 @@ def residual_curve(
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-residual`."""
     about = "The residual over the impact velocity of the projectile of a scene, with fitted curves."
-    parser = argparse.ArgumentParser(prog="fabric-residual", description=about)
-    parser.add_argument("scene", help=SCENE_HELP)
+    parser = of_a_scene("residual", about, "report.html, residual.svg, residual.csv, runs.jsonl")
     parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: the limit is bracketed, then from it up to --fastest limits")
     parser.add_argument("--shots", type=int, default=24, help="default: %(default)s")
     parser.add_argument("--fastest", type=positive, default=2.5, help="largest velocity, in limits; default: %(default)s")
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
-    parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
-    parser.add_argument("--out", type=Path, default=Path("residual"), help="folder for report.html, residual.svg, residual.csv, runs.jsonl")
     given = parser.parse_args(arguments)
-    with command(parser, given.out):
-        scene, fabric = scene_named(given.scene)
-        claim(given.out, scene)
+    with command(parser, given) as (scene, fabric):
         curve = residual_curve(
             scene, given.velocities, shots=given.shots, fastest=given.fastest, seed=given.seed, confidence=given.confidence,
             title=f"Residual velocity of {given.scene}", about=described(scene, fabric), say=functools.partial(print, flush=True),

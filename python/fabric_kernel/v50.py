@@ -5,7 +5,6 @@ How velocities are chosen stands in `designs.py`, what is made of the results in
 docs/tables/v50.md.
 """
 
-import argparse
 import functools
 import json
 import math
@@ -18,7 +17,7 @@ import numpy
 
 from . import designs, limit
 from ._kernel import Refused, Scene
-from .about import SCENE_HELP, cautions, claim, command, described, noted, positive, scene_named
+from .about import cautions, command, described, noted, of_a_scene, positive
 from .ensembles import append, kept, run_key, vary, within_mesh
 from .files import csv_of, written
 from .likelihood import LINKS
@@ -376,8 +375,8 @@ def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-v50`."""
-    parser = argparse.ArgumentParser(prog="fabric-v50", description="The ballistic limit of the projectile and the sheet of a scene, with its interval.")
-    parser.add_argument("scene", help=SCENE_HELP)
+    about = "The ballistic limit of the projectile and the sheet of a scene, with its interval."
+    parser = of_a_scene("v50", about, "report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
     parser.add_argument("--shots", type=int, help="default: 20, or all of the plan")
     parser.add_argument("--low", type=positive, help="guess: V50 is probably above this, m/s; default: no guess, the shots bracket it")
@@ -389,14 +388,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--link", choices=tuple(LINKS), default="probit", help="law of single limits; default: %(default)s")
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
     parser.add_argument("--tests", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s")
-    parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
     parser.add_argument("--steps", type=int, help="most steps of a shot; default: ten times those of an ensemble")
     parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
     changed = "width, spacing, time step, viscosity, crimp, strength, friction, support, attitude"
     parser.add_argument("--sensitivity", action="store_true", help=f"also how the limit changes with {changed}")
-    parser.add_argument("--out", type=Path, default=Path("v50"), help="folder for report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     given = parser.parse_args(arguments)
     for design, names in {"three-phase": ("aim", "last"), "plan": ("plan",)}.items():
         for name in names:
@@ -405,20 +402,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if given.last is not None and given.aim is None:
         parser.exit(1, "error: --last goes with --aim only\n")
 
-    with command(parser, given.out):
-        scene, fabric = scene_named(given.scene)
-        claim(given.out, scene)
+    with command(parser, given) as (scene, fabric):
         shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20
         design = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
         shoot = Shooter(
-            scene,
-            seed=given.seed,
-            point=None if given.as_aimed else (0.0, 0.0),
-            attitude=given.attitude,
-            keep=given.out / "runs.jsonl",
-            steps=given.steps,
-            to_the_end=given.to_the_end,
-        )
+            scene, seed=given.seed, point=None if given.as_aimed else (0.0, 0.0), attitude=given.attitude, keep=given.out / "runs.jsonl",
+            steps=given.steps, to_the_end=given.to_the_end,
+        )  # fmt: skip
         test = v50(
             shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=functools.partial(print, flush=True),
             title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=shoot.drawn(),
