@@ -206,22 +206,17 @@ class Intervals(unittest.TestCase):
 
 
 class Alike(unittest.TestCase):
-    def test_bounds_of_shots_that_were_all_stopped(self):
-        v = numpy.arange(100.0, 110.0)
-        found = limit.fit(v, numpy.zeros(10, bool))
-        # 0.5^6 < 0.025 < 0.5^5: the sixth fastest; 0.01 < 0.025: the fastest; 0.99^10 is no evidence.
-        self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, math.inf), (104.0, math.inf), (109.0, math.inf)])
-        self.assertEqual((found.method, found.through), ("none", 0))
-        self.assertIn("All 10 shots were stopped", found.notes[0])
-
-    def test_bounds_of_shots_that_all_went_through(self):
-        found = limit.fit(numpy.arange(100.0, 110.0), numpy.ones(10, bool))
-        self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, 100.0), (-math.inf, 105.0), (-math.inf, math.inf)])
-
-    def test_one_shot(self):
-        found = limit.fit([100.0], [True])
-        self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, 100.0), (-math.inf, math.inf), (-math.inf, math.inf)])
-        self.assertIn("The one shot", found.notes[0])
+    def test_bounds_of_shots_that_are_all_alike(self):
+        none = (-math.inf, math.inf)
+        for shots, through, bounds, told in (
+            # 0.5^6 < 0.025 < 0.5^5: the sixth fastest; 0.01 < 0.025: the fastest; 0.99^10 is no evidence.
+            (10, False, [none, (104.0, math.inf), (109.0, math.inf)], "All 10 shots were stopped"),
+            (10, True, [(-math.inf, 100.0), (-math.inf, 105.0), none], "All 10 shots went through"),
+            (1, True, [(-math.inf, 100.0), none, none], "The one shot"),
+        ):
+            found = limit.fit(100.0 + numpy.arange(shots), [through] * shots)
+            self.assertEqual(([tuple(x) for x in found.intervals], found.method, found.through), (bounds, "none", shots * through))
+            self.assertIn(told, found.notes[0])
 
     def test_wrong_way_round(self):
         found = limit.fit([90.0, 100.0, 110.0], [True, True, False])
