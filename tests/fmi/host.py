@@ -78,6 +78,11 @@ def size_of(variable):
     return math.prod(int(dimension.start) for dimension in variable.dimensions or ())
 
 
+def freed(fmu, version, _logger):
+    """Frees an instance, with the logger that it may call till then."""
+    getattr(fmu, f"fmi{version}FreeInstance")(fmu.component)
+
+
 class Host:
     """One instance, freed with this object. With `values` it is initialised at once and must accept them."""
 
@@ -113,9 +118,7 @@ class Host:
                 logMessage=say, loggingOn=logging_on, eventModeUsed=events,
                 earlyReturnAllowed=events if early is None else early,
             )  # fmt: skip
-        # What it may call lives as long.
-        weakref.finalize(self, lambda free, component, *_: free(component), getattr(self.fmu, f"fmi{version}FreeInstance"), self.fmu.component,
-                         self.fmu, getattr(self, "logger", None))  # fmt: skip
+        weakref.finalize(self, freed, self.fmu, version, getattr(self, "logger", None))
         if values is not None:
             status = self.initialise(values, start, stop)
             assert status <= WARNING, (status, self.log)
