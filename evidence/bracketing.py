@@ -77,7 +77,7 @@ def answer(study):
         f"The projectile of a textile is that of the 3 in preset; intervals are from {tests} simulated tests.\n"
         "Kevlar 49 has a weave that was chosen for this table: 1420 denier, 17 per inch.\n\n"
         f"{markdown(heading, shots)}\n"
-        f"## Coverage\n\nPercent of {simulations} simulated tests whose 95 % interval holds the truth (probit); its standard error is 0.7 percentage points.\n"
+        f"## Coverage\n\nPercent of {simulations} simulated tests whose 95 % interval holds the truth (probit); its standard error is {100 * math.sqrt(0.95 * 0.05 / simulations):.1f} percentage points.\n"
         "\"Plain\": the profile likelihood with chi squared.\n\n"
         f"{markdown(plain, coverage)}"
     ))  # fmt: skip
