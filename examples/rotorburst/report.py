@@ -102,7 +102,7 @@ def plots(folder, results):
     marks, times = [(1e6 * (time - zero), name) for time, name in events], 1e6 * (rows["time"] - zero)
     for name, label, columns, _ in PLOTS:
         series = [plot.Series(words, list(zip(times, scale * rows[column])), "line") for column, (words, scale) in columns.items()]
-        plot.draw(folder / f"{name}.svg", "", "time since first contact (µs)", label, series, "from zero", marks=marks)
+        plot.draw(folder / f"{name}.svg", "", "time since first contact (µs)", label, series, "linear" if name == "velocity" else "from zero", marks=marks)
 
 
 def parameter_rows(results):
