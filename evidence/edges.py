@@ -7,6 +7,7 @@ Limit: one hit each; the node spacing decides, too (docs/validation.md, "Spacing
 
 from fabric_kernel import Scene, Simulation, page
 
+from .hits import between
 from .overshoot import NONE, viscous
 from .study import FULL
 
@@ -30,11 +31,7 @@ def breaks(scene, velocity):
 
 
 def threshold(scene):
-    low, high = 100.0, 1200.0
-    while high / low > STRIDE:
-        middle = (low * high) ** 0.5
-        low, high = (low, middle) if breaks(scene, middle) else (middle, high)
-    return (low * high) ** 0.5
+    return between(100.0, 1200.0, lambda velocity: breaks(scene, velocity), STRIDE)
 
 
 def answer(study):

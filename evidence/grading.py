@@ -8,8 +8,8 @@ differences of equal seeds, or of both means. The chaos floor is the deviation o
 import math
 
 from fabric_kernel import Scene, Simulation, page
+from fabric_kernel.textile import spacings
 
-from .hits import spacings
 from .impact import ROUNDING, node_steps
 from .statistics import deviation, mean
 from .study import FULL, SMOKE, clock

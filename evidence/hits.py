@@ -9,6 +9,7 @@ Limit: beyond the first failure the model is chaotic, so the limit of one hit is
 import math
 
 from fabric_kernel import Scene, Simulation
+from fabric_kernel.textile import spacings
 
 # Stride of the search for an arrest below and a perforation above, and width at which bisection ends, in parts of the velocity.
 STRIDE, WIDTH = 1.25, 1.01
@@ -24,10 +25,6 @@ def splitmix64(x):
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & mask
     z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & mask
     return z ^ (z >> 31)
-
-
-def spacings(scene):
-    return scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]
 
 
 def sheet(fabric, width, bar):
@@ -73,15 +70,25 @@ def limit(scene, guess, hit, longest):
     return bracketed(guess, lambda velocity: impact(shot(scene, velocity, hit), longest)["through"])
 
 
-def bracketed(guess, through):
-    """Where a velocity begins to go through, m/s, to half of WIDTH."""
+def bracket(guess, through, stride):
+    """Two velocities a stride apart of which the faster goes through, m/s."""
     low = guess
     while through(low):
-        low /= STRIDE
-    high = low * STRIDE
+        low /= stride
+    high = low * stride
     while low >= guess and not through(high):
-        low, high = high, high * STRIDE
-    while high / low > WIDTH:
+        low, high = high, high * stride
+    return low, high
+
+
+def between(low, high, through, width):
+    """Where a velocity between these two begins to go through, m/s, to half of this width, a ratio: bisection of the logarithm."""
+    while high / low > width:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if through(middle) else (middle, high)
     return math.sqrt(low * high)
+
+
+def bracketed(guess, through):
+    """The same from a guess, to half of WIDTH."""
+    return between(*bracket(guess, through, STRIDE), through, WIDTH)

@@ -12,9 +12,9 @@ import math
 import os
 import subprocess
 
-from fabric_kernel import Scene, Simulation, page, plot
+from fabric_kernel import Simulation, page, plot
 
-from .hits import impact, sheet
+from .hits import bracket, impact, sheet
 from .study import FULL, TOP
 
 # Raised when the reference computes something else: kept runs are then made anew.
@@ -120,12 +120,7 @@ def measured(job):
             shots.append(found | {"speed": velocity, "through": passed})
         return shots[-1]["through"]
 
-    low = job["guess"]
-    while through(low):
-        low /= STRIDE
-    high = low * STRIDE
-    while low >= job["guess"] and not through(high):
-        low, high = high, high * STRIDE
+    low, high = bracket(job["guess"], through, STRIDE)
     while high - low > BRACKET:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if through(middle) else (middle, high)

@@ -14,21 +14,7 @@ from fabric_kernel import page, plot, yarn_of_fibrils, yarns_of_fibrils
 from fabric_kernel.plot import Series
 
 from . import claims
-from .paper_runs import (
-    ATTACHMENTS,
-    CORNERS,
-    FOUR_SIDES,
-    LARGE,
-    SMALL,
-    STOCHASTIC,
-    SYMMETRIC,
-    TWO_SIDES,
-    UNIFORM,
-    VELOCITIES,
-    WOVEN,
-    Runs,
-    number,
-)  # fmt: skip
+from .paper_runs import ATTACHMENTS, CORNERS, FOUR_SIDES, LARGE, SMALL, STOCHASTIC, SYMMETRIC, TWO_SIDES, UNIFORM, VELOCITIES, WOVEN, Runs, number
 from .statistics import Estimate, arrest_limit
 from .study import SMOKE, clock
 
@@ -283,4 +269,3 @@ def limits_table(runs):
             rows.append([washer, yarn, *texts, limit.text(1) if limit else "not bracketed", over])
             below = limit if yarn == STOCHASTIC else below
     return heading, rows
-

@@ -345,4 +345,3 @@ class Runs:
             self.of(*ensemble, energy) and not any(run.arrested for run in self.of(*ensemble, energy)) for ensemble in ensembles
         )
         return [energy for energy in self.energies if free(energy)]
-

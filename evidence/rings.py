@@ -9,6 +9,7 @@ import math
 
 from fabric_kernel import Scene, Simulation, page, plot
 
+from .hits import between
 from .statistics import mean
 from .study import FULL
 
@@ -62,11 +63,7 @@ def flown(scene):
 
 def limit(changes):
     """The velocity, m/s, from which on the sphere leaves the ring."""
-    low, high = 15.0, 250.0
-    while high / low > 1.03:
-        middle = (low * high) ** 0.5
-        low, high = (low, middle) if flown(ring(changes, middle))[2] == "exited" else (middle, high)
-    return (low * high) ** 0.5
+    return between(15.0, 250.0, lambda velocity: flown(ring(changes, velocity))[2] == "exited", 1.03)
 
 
 def answer(study):

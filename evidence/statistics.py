@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 import numpy
+import scipy.optimize
 import scipy.stats
 
 AGREES, DOES_NOT, CANNOT_BE_TOLD = "agrees", "does not", "cannot be told"
@@ -141,13 +142,8 @@ def arrest_limit(counts):
     where between two energies a limit lies (the spacing over sqrt(12))."""
     if not counts or counts[0][1] != counts[0][2] or counts[-1][1] != 0 or counts[0][2] == 0:
         return None
-    pools = []
-    for _, arrested, runs in counts:
-        pool = (arrested, runs, 1)
-        while pools and pools[-1][0] * pool[1] < pool[0] * pools[-1][1]:
-            pool = tuple(a + b for a, b in zip(pools.pop(), pool))
-        pools.append(pool)
-    parts = [arrested / runs for arrested, runs, energies in pools for _ in range(energies)]
+    _, arrested, runs = map(numpy.array, zip(*counts))
+    parts = scipy.optimize.isotonic_regression(arrested / runs, weights=runs, increasing=False).x.tolist()
     limit = variance = 0.0
     for k in range(len(counts) - 1):
         start, end = counts[k][0], counts[k + 1][0]

@@ -4,7 +4,6 @@ A job is a function of a module and its argument, which pickles and which JSON c
 key that has the library of the kernel, the function's name and the argument, so that an answer that was stopped goes on where it was.
 """
 
-import csv
 import hashlib
 import json
 import os
@@ -17,6 +16,7 @@ import time
 import fabric_kernel
 from fabric_kernel import Scene, ensembles, page, plot
 from fabric_kernel.about import scene_hash
+from fabric_kernel.files import csv_of, written
 
 plot.use()
 
@@ -79,10 +79,7 @@ class Study:
     def write(self, name, rows):
         """NAME.csv, and NAME.json with what made it."""
         heading = list(rows[0]) if rows else []
-        with open(self.folder / f"{name}.csv", "w", newline="") as file:
-            table = csv.writer(file)
-            table.writerow(heading)
-            table.writerows([["" if value != value else value for value in (row[key] for key in heading)] for row in rows])
+        written(self.folder / f"{name}.csv", csv_of(heading, [["" if row[key] != row[key] else row[key] for key in heading] for row in rows]))
         self.note(name, {})
 
     def note(self, name, numbers):

@@ -10,9 +10,10 @@ import unittest
 from xml.etree import ElementTree
 
 import numpy
+import scipy.stats
 from fabric_kernel import Scene, Simulation, page, report, sheets
 
-from . import claims, comparison, friction, front, hits, impact, overshoot, packs, paper_runs, strength, strips, study, yarn
+from . import claims, comparison, coverage, friction, front, hits, impact, overshoot, packs, paper_runs, strength, strips, study, yarn
 from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, arrest_limit, student, verdict_of_all, verdict_of_any
 
 
@@ -54,6 +55,15 @@ class Hits(unittest.TestCase):
         self.assertLess(max(abs(x) for place in places for x in place), 0.5 * scene["sheet.spacing"])
         # The first outputs of the reference program for the seed 0.
         self.assertEqual([hits.splitmix64(k * 0x9E3779B97F4A7C15 % 2**64) for k in (0, 1)], [0xE220A8397B1DCDAF, 0x6E789E6AA1B965F4])
+
+
+class Limits(unittest.TestCase):
+    def test_intervals_hold_the_truth(self):
+        # 100 tests with 15 shots: 95 % within what a binomial does in all but 1 of 10 000 cases.
+        case = coverage.Case("Neyer", "probit", 15)
+        for part, plain in zip(*case.run(1, 1, 100, seed=2)):
+            self.assertGreater(scipy.stats.binomtest(round(100 * part), 100, 0.95).pvalue, 1e-4)
+            self.assertLess(plain, part)
 
 
 class Statistics(unittest.TestCase):
@@ -374,7 +384,3 @@ class Page(unittest.TestCase):
     def test_numbers_are_short(self):
         self.assertEqual([page.significant(x) for x in (1234.5, 12.345, 1.2345, 0.012345, 0.0)], ["1234", "12.3", "1.23", "0.0123", "0.0000"])
         self.assertEqual([page.power(x, 1) for x in (0.00123, 12.3)], ["1.2e-3", "1.2e1"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -9,6 +9,7 @@ Limit: what the numbers of the rule were chosen on, 380 other shots at six of th
 import numpy
 import scipy.stats
 from fabric_kernel import Scene, Simulation, page, vary
+from fabric_kernel.ensembles import within_mesh
 
 from .study import SMOKE, clock
 
@@ -64,9 +65,7 @@ def row_of(name, velocities, done):
 def answer(study):
     jobs = []
     for name, scene, velocities, count, attitude in SHEETS:
-        spacings = [scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]]
-        mesh = tuple(scipy.stats.uniform(-0.5 * h, h) for h in spacings)
-        speed = scipy.stats.uniform(velocities[0], velocities[1] - velocities[0])
+        mesh, speed = within_mesh(scene, (0.0, 0.0)), scipy.stats.uniform(velocities[0], velocities[1] - velocities[0])
         scenes = vary(scene, study.of(count, count // 20, 1), seed=SEED, speed=speed, point=mesh, attitude=attitude)
         jobs += [(k / count, name, one) for k, one in enumerate(scenes)]
     jobs.sort(key=lambda job: job[0])  # What has been done when it is stopped is of every sheet.

@@ -20,7 +20,7 @@ from fabric_kernel import Scene, Simulation, page, plot
 from fabric_kernel.plot import Series
 
 from .comparison import Comparison, Point, about, exact
-from .overshoot import NONE, PLATEAU, TRAVEL, VISCOUS, lying, smith, transverse, viscosity_name, viscous
+from .overshoot import NONE, PLATEAU, TRAVEL, VISCOUS, least, lying, smith, transverse, viscosity_name, viscous
 from .study import FULL
 
 YARNS = ("zylon_as_500_35", "kevlar_km2_s706")
@@ -111,27 +111,11 @@ def slope(x, y):
 
 
 def critical(job):
-    """Least velocity at which the yarn breaks before the front is near its ends, m/s: upwards in strides of 1 % of the closed form's from half of it
-    on, the last one by bisection to 1 m/s, as the peaks grow unsteadily."""
+    """Least velocity at which the yarn breaks before the front is near its ends, m/s, searched from half of the closed form's on."""
     strip = Strip(*job)
     scene = strip.scene(0.0)
     closed = transverse(scene, scene["yarn.critical_stretch"]).speed
-    high = 0.5 * closed
-    while not breaks(strip, high):
-        high += 0.01 * closed
-    low = high - 0.01 * closed
-    while high - low > 1.0:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if breaks(strip, middle) else (middle, high)
-    return high
-
-
-def breaks(strip, speed):
-    scene = strip.scene(speed)
-    simulation = Simulation(scene, warns=False)
-    front = smith(scene, speed)[1].front
-    simulation.run([], int(TRAVEL * strip.half / strip.bar * scene["sheet.spacing"] / front / simulation.step_limits["dt"]), failed=1)
-    return simulation.counters()["failed_segments"] > 0
+    return least(strip, 0.5 * closed, closed, failure=True)
 
 
 def compared(study):

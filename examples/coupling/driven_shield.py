@@ -3,11 +3,10 @@
 import pathlib
 import shutil
 import tempfile
-from xml.etree import ElementTree
 
 import fmpy
-from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
+from fmpy.ssp.ssd import read_ssv
 
 FREE, PRESCRIBED = range(2)
 
@@ -15,13 +14,12 @@ FREE, PRESCRIBED = range(2)
 def parameter_set(name):
     """The values of a parameter set of the examples, e.g. sheet_3in_sphere."""
     file = pathlib.Path(__file__).parents[1] / "parameters" / f"{name}.ssv"
-    read = {"Real": float, "Integer": int, "Boolean": lambda text: text == "true"}
-    found = ElementTree.parse(file).getroot().find("{*}Parameters")
-    return {parameter.get("name"): read[parameter[0].tag.split("}")[1]](parameter[0].get("value")) for parameter in found}
+    read = {"Real": float, "Integer": int, "Boolean": "true".__eq__}
+    return {parameter.name: read[parameter.type](parameter.value) for parameter in read_ssv(str(file)).parameters}
 
 
 class Shield:
-    """Variables are read and set by name; a vector is a list."""
+    """Variables are read and set by name; a vector is a list, or what can be made one."""
 
     def __init__(self, archive, parameters, start=0.0):
         description = fmpy.read_model_description(str(archive))
@@ -52,7 +50,7 @@ class Shield:
     def set(self, name, value):
         kind, references = self._of(name)
         setter = {"Real": self.fmu.setReal, "Boolean": self.fmu.setBoolean}.get(kind, self.fmu.setInteger)
-        setter(references, list(value) if isinstance(value, (list, tuple)) else [value])
+        setter(references, list(value) if hasattr(value, "__len__") else [value])
 
     def get(self, name):
         kind, references = self._of(name)
@@ -67,14 +65,6 @@ class Shield:
         self.set("projectile.acceleration", acceleration)
         self.fmu.doStep(t, h)
         return self.get("contact.force_mean")
-
-    def try_step(self, t, h, body):
-        """Whether the FMU takes the step. If it does not, nothing has changed."""
-        try:
-            self.step(t, h, body)
-        except FMICallException:
-            return False
-        return True
 
     def save(self, state=None):
         """The present state; a state saved before is written over, which costs no memory."""

@@ -60,9 +60,7 @@ def went_through(results):
 
 def result_rows(results):
     """The results as (name, value) in words, for the terminal and the report."""
-    outputs, body = results["outputs"], results["body"]
-    start, energy = results["start"], results["impact_energy"]
-    contact = results["first_contact"]
+    outputs, energy, contact = results["outputs"], results["impact_energy"], results["first_contact"]
 
     def since(t):
         return f"{1e6 * (t - contact):.0f} us after first contact" if contact >= 0.0 else "no contact"

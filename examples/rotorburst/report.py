@@ -2,54 +2,107 @@
 
     python report.py results
 
-Reads what rotorburst.py wrote, and snapshots.bin of the kernel's example `snapshots` if it is there; the same of a second run with
-more plies in the folder `pack`, if that is there.
+Reads what rotorburst.py wrote, and the same of a second run with more plies in the folder `pack`, if that is there. The pictures of the sheet are of the
+same impact with the kernel moving the fragment, by the package fabric_kernel.
 """
 
-import base64
-import html
 import json
 import pathlib
 import sys
 
 import numpy as np
-import plots
+import pandas
 from balances import result_rows, went_through
+from fabric_kernel import Scene, Simulation, page, plot, sheets
 
-STYLE = """
-body { font: 16px/1.55 system-ui, sans-serif; color: #1f2937; max-width: 62rem; margin: 2.5rem auto; padding: 0 1.25rem; }
-h1 { font-size: 1.75rem; line-height: 1.2; margin-bottom: .3rem; }
-h2 { font-size: 1.2rem; margin-top: 2.4rem; border-bottom: 1px solid #d1d5db; padding-bottom: .25rem; }
-p.lead { color: #4b5563; margin-top: 0; }
-.card { border-left: .4rem solid #6b7280; background: #f3f4f6; border-radius: .4rem; padding: .7rem 1.1rem; }
-.card b { display: block; font-size: 1.35rem; } .through { border-color: #b8322a; } .stopped { border-color: #3c7d4a; }
-.card p { margin: .2rem 0; } p.caveat { border: 1px solid #d98a1f; border-radius: .4rem; padding: .7rem 1.1rem; }
-details { border-top: 1px solid #d1d5db; padding: .5rem 0; } summary { font-weight: 600; cursor: pointer; }
-table { border-collapse: collapse; width: 100%; font-size: .92rem; }
-td, th { padding: .3rem .8rem .3rem 0; border-bottom: 1px solid #e5e7eb; text-align: left; vertical-align: top; }
-td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
-.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(26rem, 100%), 1fr)); gap: 1rem; }
-figure { margin: 1rem 0; } img { width: 100%; } figcaption { font-size: .85rem; color: #4b5563; }
-@media (max-width: 40rem) { table { display: block; overflow-x: auto; } }
-pre { background: #f3f4f6; border-radius: .4rem; padding: .7rem .9rem; white-space: pre-wrap; font-size: .85rem; }
-"""
+ENDS = ["arrested", "exited", "passed"]
+CAVEAT = (
+    "Not yet the numbers of a real fabric: the yarn area of the source paper is about 3.7 times too large for its mass, so the yarn is as much too "
+    "stiff and strong: calibrate the area before using absolute numbers."
+)
+PICTURES = (
+    "the whole sheet from the side the fragment leaves by, coloured by strain until it fails. The fragment is dashed where the sheet hides it."
+)
+# Plots over time: file, label, columns of history.csv with their names and factors, caption.
+PLOTS = [
+    ("velocity", "velocity along the flight (m/s)", {"velocity[3]": ("velocity", 1.0)}, "Velocity of the fragment."),
+    ("force", "force on the fragment (kN)", {"contact.force_mean[3]": ("mean over a communication step", -1e-3)},
+     "Force on the fragment against its flight. A flat end sweeps up its nodes within the first step: an impulse, whose mean force depends on the "
+     "time over which it is taken."),
+    ("energies", "energy (J)", {
+        "contact.work": ("absorbed (work of the fragment)", 1.0), "energy.kinetic": ("kinetic energy of the sheet", 1.0), "energy.strain": ("strain energy", 1.0),
+        "energy.dissipated": ("dissipated by rupture", 1.0), "energy.contact_loss": ("lost in nodal impacts", 1.0),
+    }, "Energy the fabric has absorbed, and where it is."),
+    ("failed_segments", "failed segments", {"fabric.failed_segments": ("failed", 1.0)}, "Yarn segments that have lost all stiffness."),
+]  # fmt: skip
+MEANING = (
+    "After the first failed segment the model is chaotic: a change of the speed in the 13th digit changes the pattern of failure. One run is one draw; "
+    "residual velocity, absorbed energy and failed segments are to be compared as ensembles, over seeds or over slightly changed speeds. The same run on "
+    "another machine gives the same FMU bits for the same inputs.",
+    "Not modelled: friction between yarns, bending, slip of yarns at crossings and clamps, interchange of crimp, deformation of the fragment. Options that "
+    "this run does not use are friction on the fragment and dependence on strain rate{}.",
+    "The host's drag is that of a body flying straight; lift and tumbling drag are left out.",
+)
+REPEATED = (
+    "The FMU gives no node positions: the pictures are of the reference run of the same impact with the kernel moving the fragment itself, without gravity "
+    "and drag during contact. The two runs are the same up to the coupling error until the first segment fails. From then on rounding decides which "
+    "segment fails next, so they differ as two runs of the same set-up differ:"
+)
+BALANCES = (
+    "The host's own bookkeeping against the FMU's outputs at the end of the run. Gravity and drag are taken out of the host's side. The difference in "
+    "energy is the error of the coupling at this communication step; the shield's own energy balance shows the error of its time step."
+)
 
 
-def figure(path, caption):
-    """An embedded picture."""
-    data = base64.b64encode(path.read_bytes()).decode()
-    caption = html.escape(caption)
-    return f'<figure><img alt="{caption}" src="data:image/png;base64,{data}"><figcaption>{caption}</figcaption></figure>'
+class Repeated:
+    """The same impact with the kernel moving the fragment: sheets on the way, of a stack the last ply, and how it ended."""
+
+    def __init__(self, results):
+        preset, changes = results["scene"]
+        self.simulation, self.ending, self.sheets = Simulation(Scene(preset, changes), warns=False), None, []
+        for time in results["pictures"]:
+            self.go_on(time)
+            self.sheets.append(sheets.Sheet.of(self.simulation, results["plies"] - 1))
+        self.go_on(results["options"]["limit"] if not self.ending else 0.0)
+        self.ending = self.ending or self.now("time limit")
+
+    def now(self, end):
+        simulation = self.simulation
+        return end, simulation.projectile()["velocity"][2], simulation.contact()["work"], simulation.counters()["failed_segments"]
+
+    def go_on(self, time):
+        """To a time after the start, with a look at the ending on the way."""
+        simulation, step = self.simulation, round(time / self.simulation.step_limits["dt"])
+        if not self.ending:
+            simulation.run(ENDS, max(step - simulation.step_count, 0))
+            self.ending = next((self.now(end) for end in ENDS if end in simulation.outcomes()), None)
+        simulation.run([], max(step - simulation.step_count, 0))
+
+    @plot.styled
+    def draw(self, path, zero):
+        # As much room for all as the last one needs.
+        figure, panels = plot.new(11.0, 8.4, 2, 2, sharex=True, sharey=True)
+        for panel, sheet in zip(panels.flat, self.sheets):
+            sheet.draw_oblique(panel)
+            panel.set_title(f"{1e6 * (sheet.time - zero):.0f} µs after first contact", fontsize=10)
+        sheets.bar(figure, panels, self.sheets[-1], "strain (%)")
+        plot.save(figure, path)
 
 
-def table(rows, numbers=(), header=None):
-    """Rows of texts; the columns `numbers` are set flush right."""
-    kind = [' class="number"' if k in numbers else "" for k in range(len(rows[0]))]
-
-    def line(cells, tag):
-        return "<tr>" + "".join(f"<{tag}{c}>{html.escape(str(x).strip())}</{tag}>" for x, c in zip(cells, kind)) + "</tr>"
-
-    return "<table>" + (line(header, "th") if header else "") + "".join(line(row, "td") for row in rows) + "</table>"
+def plots(folder, results):
+    """One picture for each of PLOTS, of the time during which host and shield are coupled."""
+    rows = pandas.read_csv(folder / "history.csv")
+    rows, zero = rows[rows["time"] > results["start"]], results["first_contact"] if results["first_contact"] >= 0.0 else results["start"]
+    events = [(results["end_time"], results["end"])]
+    if "detached" in results:
+        events.append((results["detached"]["time"], "detached"))
+    elif went_through(results):
+        work = rows["contact.work"]
+        events.append((rows["time"][work >= 0.99 * work.max()].iloc[0], "99 % absorbed"))
+    marks, times = [(1e6 * (time - zero), name) for time, name in events], 1e6 * (rows["time"] - zero)
+    for name, label, columns, _ in PLOTS:
+        series = [plot.Series(words, list(zip(times, scale * rows[column])), "line") for column, (words, scale) in columns.items()]
+        plot.draw(folder / f"{name}.svg", "", "time since first contact (µs)", label, series, "linear" if name == "velocity" else "from zero", marks=marks)
 
 
 def parameter_rows(results):
@@ -82,12 +135,13 @@ def plies_of(results):
     return f"{bonded} bonded plies" if bonded > 1 else "1 ply"
 
 
-def card(results):
+def answer(results):
     """The answer of a run: stopped or not, the residual velocity, the absorbed energy."""
     through, stopped, detached = went_through(results), results["end"] == "arrested", results.get("detached")
-    answer = "went through" if through else "stopped" if stopped else "not decided when the time was over"
+    verdict = "went through" if through else "stopped" if stopped else "not decided when the time was over"
     absorbed = detached["absorbed"] if through and detached else results["outputs"]["contact.work"]
     lines = [
+        f"{plies_of(results)}: {verdict}",
         f"Residual velocity along the flight: {0.0 if stopped else results['velocity'][2]:.1f} m/s of {results['impact_speed']:.1f} m/s.",
         f"Absorbed energy: {absorbed:.1f} J of {results['impact_energy']:.1f} J.",
     ]
@@ -101,120 +155,61 @@ def card(results):
         lines.append(f"Failed yarn segments: {results['outputs']['fabric.failed_segments']:.0f} of {results['segments']}.")
     if results["options"]["plies"] > 1:
         lines.append("The plies are one network (sheet.plies): none of them moves apart from the others.")
-    print(f"{plies_of(results)}: {answer}. {' '.join(lines[:2])}")
-    kind = "through" if through else "stopped" if stopped else ""
-    return f'<div class="card {kind}"><b>{plies_of(results)}: {answer}</b>{"".join(f"<p>{line}</p>" for line in lines)}</div>'
-
-
-def folded(title, *parts):
-    """What a reader opens if needed."""
-    return f"<details><summary>{title}</summary>{''.join(parts)}</details>"
-
-
-def comparison(results, snapshots):
-    """Co-simulated and integrated run side by side."""
-    outcome = {0.0: "arrested", 2.0: "exited", 3.0: "passed"}.get(snapshots.outcome, "time limit")
-    outputs = results["outputs"]
-    rows = [
-        ("end", results["end"], outcome),
-        ("residual velocity (z), m/s", f"{results['velocity'][2]:.3f}", f"{snapshots.velocity[2]:.3f}"),
-        ("absorbed energy, J", f"{outputs['contact.work']:.3f}", f"{snapshots.absorbed:.3f}"),
-        ("failed segments", f"{outputs['fabric.failed_segments']:.0f}", int(snapshots.failed)),
-    ]
-    return table(rows, numbers=(1, 2), header=("", "co-simulation (this report)", "kernel alone"))
+    print(f"{lines[0]}. {' '.join(lines[1:3])}")
+    return lines
 
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    results = json.loads((folder / "results.json").read_text())
-    times = plots.Times(plots.read_history(folder / "history.csv"), results)
-    plots.velocity(times, folder / "velocity.png")
-    plots.force(times, folder / "force.png", results["options"]["step"])
-    plots.energies(times, folder / "energies.png")
-    plots.damage(times, folder / "failed_segments.png")
-    pack = folder / "pack"
-    packed = json.loads((pack / "results.json").read_text()) if (pack / "results.json").exists() else None
-    body, options = results["body"], results["options"]
-    parts = [
-        "<h1>A rotorburst fragment against a fabric shield</h1>",
-        f'<p class="lead">A {body["shape"]} of {1e3 * body["mass"]:.1f} g at {results["impact_speed"]:.0f} m/s against a sheet of the '
-        f"yarn of Powell and Zohdi (2009), held at {options['attachment'].replace('_', ' ')}: a host flies the fragment, an FMU holds the fabric.</p>",
-        f'<div class="pair">{card(results)}{card(packed) if packed else ""}</div>',
-        '<p class="caveat"><b>Not yet the numbers of a real fabric.</b> The yarn area of the source paper is about 3.7 times too large '
-        "for its mass, so the yarn is as much too stiff and strong: calibrate the area before using absolute numbers.</p>",
-    ]  # fmt: skip
-    for place, run in [(folder, results)] + ([(pack, packed)] if packed else []):
-        if (place / "snapshots.bin").exists():
-            plots.sheet(plots.Snapshots(place / "snapshots.bin"), run, place / "sheet.png")
-            parts.append(figure(place / "sheet.png", f"{plies_of(run)}: the whole sheet from the side the fragment leaves by, coloured by "
-                                "strain until it fails; dark is what is behind it. The fragment is dashed where the sheet hides it."))  # fmt: skip
-    parts += [
-        f"<h2>The event, {plies_of(results)}</h2>",
-        '<div class="pair">',
-        figure(folder / "velocity.png", "Velocity of the fragment."),
-        figure(folder / "force.png", "Force on the fragment against its flight. A flat end sweeps up its nodes within the first step: "
-               "an impulse, whose mean force depends on the time over which it is taken."),
-        figure(folder / "energies.png", "Energy the fabric has absorbed, and where it is."
-               + (" After perforation (grey) the torn cloth goes on moving without it." if went_through(results) else "")),
-        figure(folder / "failed_segments.png", "Yarn segments that have lost all stiffness."),
-        "</div>",
-    ]  # fmt: skip
-    entries = results["balances"].items()
-    balances = [(name, entry["unit"], f"{entry['ours']:.6g}", f"{entry['theirs']:.6g}", f"{entry['difference']:.2e}",
-              f"{entry['relative']:.1e}", entry["scale"]) for name, entry in entries]  # fmt: skip
+    runs = [(place, json.loads((place / "results.json").read_text())) for place in (folder, folder / "pack") if (place / "results.json").exists()]
+    results, html = runs[0][1], page.Page("A rotorburst fragment against a fabric shield")
+    plots(folder, results)
+    html.text(
+        f"A {results['body']['shape']} of {1e3 * results['body']['mass']:.1f} g at {results['impact_speed']:.0f} m/s against a sheet of the yarn of Powell and "
+        f"Zohdi (2009), held at {results['options']['attachment'].replace('_', ' ')}: a host flies the fragment, an FMU holds the fabric."
+    )
+    for _, run in runs:
+        html.answer(answer(run))
+    html.text(CAVEAT)
+    repeated = [Repeated(run) for _, run in runs]
+    for (place, run), again in zip(runs, repeated):
+        again.draw(place / "sheet.png", max(run["first_contact"] - run["start"], 0.0))
+        html.figure(place / "sheet.png", f"{plies_of(run)}: {PICTURES}")
+    html.section(f"The event, {plies_of(results)}")
+    for name, _, _, caption in PLOTS:
+        html.figure(folder / f"{name}.svg", caption)
+    html.section("What these numbers mean")
+    for text in MEANING:
+        html.text(text.format(", and separate plies" if results["plies"] == 1 else ""))
     after = ", after perforation" if went_through(results) else ""
-    parts += [
-        "<h2>What these numbers mean</h2>",
-        "<ul><li>After the first failed segment the model is chaotic: a change of the speed in the 13th digit changes the pattern of "
-        "failure. One run is one draw; residual velocity, absorbed energy and failed segments are to be compared as "
-        "ensembles, over seeds or over slightly changed speeds. The same run on another machine gives the same FMU bits for the same "
-        "inputs.</li>"
-        "<li>Not modelled: friction between yarns, bending, slip of yarns at crossings and clamps, interchange of crimp, deformation of the "
-        "fragment. Options that this run does not use are friction on the fragment and dependence on strain rate"
-        f"{', and separate plies' if results['plies'] == 1 else ''}.</li>"
-        "<li>The host's drag is that of a body flying straight; lift and tumbling drag are left out.</li></ul>",
-        folded("What was simulated", table(parameter_rows(results))),
-        folded("All results", table([(name.replace(" us", " µs"), value.replace(" us", " µs")) for name, value in result_rows(results)])),
-    ]  # fmt: skip
+    html.fold("What was simulated")
+    html.table(["", ""], parameter_rows(results), (1,))
+    html.fold("All results")
+    html.table(["", ""], [(name, value.replace(" us", " µs")) for name, value in result_rows(results)], (1,))
+    outputs = results["outputs"]
     if results["plies"] > 1:
         names = ["ply.failed_segments", "ply.kinetic", "ply.strain", "ply.dissipated"]
-        rows = [[k, *(f"{results['outputs'][name][k]:.4g}" for name in names)] for k in range(min(results["plies"], 8))]
-        header = ("ply", "failed segments", "kinetic, J", "strain, J", "dissipated, J")
-        parts.append(folded(f"Each ply at the end{after}", table(rows, numbers=(1, 2, 3, 4), header=header)))
-    if (folder / "snapshots.bin").exists():
-        parts.append(folded(
-            "The run of the pictures beside that of the numbers",
-            "<p>The FMU gives no node positions: the pictures are of the reference run of the same impact with the kernel moving the "
-            "fragment itself, without gravity and drag during contact. The two runs are the same up to the coupling error until the first "
-            "segment fails. From then on rounding decides which segment fails next, so they differ as two runs of the same set-up differ:</p>",
-            comparison(results, plots.Snapshots(folder / "snapshots.bin")),
-        ))  # fmt: skip
-    parts += [
-        folded(
-            f"Balances between host and shield, at the end of the run{after}",
-            "<p>The host's own bookkeeping against the FMU's outputs at the end of the run. Gravity and drag are taken out of the "
-            "host's side. The difference in energy is the error of the coupling at this communication step; the shield's own energy "
-            "balance shows the error of its time step.</p>",
-            table(balances, numbers=(1, 2, 3, 4, 5), header=("balance", "unit", "one side", "other side", "difference", "relative", "to")),
-        ),
-        folded(
-            "How to run it again",
-            "<pre>cargo xtask demo\n\n"
-            "# other cases, with the environment and the FMU that the demo has made:\n"
-            "target/venv/bin/python examples/rotorburst/rotorburst.py --fmu target/fmu/FabricShield-fmi2.fmu \\\n"
-            f"    --out results{shown_options(results)}\n"
-            "target/venv/bin/python examples/rotorburst/report.py results</pre>",
-        ),
-    ]  # fmt: skip
-    page = f"<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>Rotorburst fragment against a fabric shield</title><style>{STYLE}</style></head><body>\n"
-    path = folder / "report.html"
-    path.write_text(page + "\n".join(parts) + "\n</body></html>\n", encoding="utf-8")
-    print(f"\nReport: {path}")
-
-
-def shown_options(results):
-    """The run's options as on a command line."""
-    return "".join(f" --{name} {value}" for name, value in results["options"].items())
+        html.fold(f"Each ply at the end{after}")
+        rows = [[k, *(f"{outputs[name][k]:.4g}" for name in names)] for k in range(min(results["plies"], 8))]
+        html.table(["ply", "failed segments", "kinetic, J", "strain, J", "dissipated, J"], rows)
+    html.fold("The run of the pictures beside that of the numbers")
+    html.text(REPEATED)
+    own = results["end"], results["velocity"][2], outputs["contact.work"], outputs["fabric.failed_segments"]
+    names = ("end", "residual velocity (z), m/s", "absorbed energy, J", "failed segments")
+    shown = [[name, *(page.shown(value, digits) for value in both)] for name, digits, *both in zip(names, (None, 3, 3, 0), own, repeated[0].ending)]
+    html.table(["", "co-simulation (this report)", "kernel alone"], shown)
+    html.fold(f"Balances between host and shield, at the end of the run{after}")
+    html.text(BALANCES)
+    rows = [(name, entry["unit"], f"{entry['ours']:.6g}", f"{entry['theirs']:.6g}", f"{entry['difference']:.2e}", f"{entry['relative']:.1e}", entry["scale"])
+            for name, entry in results["balances"].items()]  # fmt: skip
+    html.table(["balance", "unit", "one side", "other side", "difference", "relative", "to"], rows, (6,))
+    html.fold("How to run it again")
+    html.text(
+        "cargo xtask demo, or with the environment and the FMU that it has made: target/venv/bin/python examples/rotorburst/rotorburst.py --fmu "
+        f"target/fmu/FabricShield-fmi2.fmu --out results{''.join(f' --{name} {value}' for name, value in results['options'].items())} and then "
+        "target/venv/bin/python examples/rotorburst/report.py results"
+    )
+    html.write(folder / "report.html")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@
 
 Far from the sheet the host flies the fragment alone, in large steps. Close to it both go on in communication steps of 1e-6 s: the FMU
 first, with the fragment's motion at the start of the step; then the host, with the mean force and torque that the FMU measured.
-Writes history.csv, results.json, and impact.txt (the motion at which the two were connected, for the kernel's example `snapshots`).
+Writes history.csv and results.json.
 """
 
 import argparse
@@ -18,10 +18,7 @@ import numpy as np
 
 import balances
 from fragment import Body, DiscSector, Fragment
-from progress import Progress
-from shield import ATTACHMENTS, DISC_SECTOR, MOTION, Shield, motions, read_parameters
-
-PARAMETERS = pathlib.Path(__file__).parent.parent / "parameters"
+from shield import ATTACHMENTS, DISC_SECTOR, MOTION, Shield, motions, parameter_set
 
 # The sheet and the fragment that strikes it: width of the sheet in inches, its usual attachment, the fragment. A third of a small
 # turbine disc (drag of a cube: S. F. Hoerner, Fluid-Dynamic Drag, 1965) on the paper's 10 in sheet, the same at half the size on the
@@ -37,7 +34,8 @@ CASES = {
 }
 SECTOR = ["inner_radius", "outer_radius", "angle", "thickness"]
 NODES = {40: (1155, 88), 10: (350, 350), 3: (105, 105)}
-RING = read_parameters(PARAMETERS / "ring_40in.ssv")["sheet.radius"]  # m
+PRESETS = {40: "ring_40in", 10: "sheet_10in_cylinder", 3: "sheet_3in_sphere"}
+RING = parameter_set("ring_40in")["sheet.radius"]  # m
 ENDS = ["arrested", "exited", "passed"]  # outcomes that end the run
 NEAR = 0.5e-3  # distance from the sheet at which the FMU joins in, m
 FLIGHT_STEP = 1e-4  # largest step of the host alone, s
@@ -71,26 +69,28 @@ def couple(fragment, shield, ledger, rows, start, step, tick, limit):
     """Flies fragment and shield together until the fragment has stopped or left. Returns what was watched on the way."""
     seen = {"first_contact": -1.0, "end": "time limit"}
     past = 2.0 * fragment.reach()
-    mean_force = np.zeros(3)
-    with Progress("co-simulation") as progress:
-        for k in range(round(limit / step)):
-            own = fragment.own_force()
-            shield.step(start + k * step, step, fragment, (mean_force + own) / fragment.body.mass)
-            outputs = shield.outputs()
-            mean_force = outputs["contact.force_mean"]
-            torque = outputs["contact.torque_mean"]
-            ledger.own_work += own_step(fragment, step, own, mean_force, torque, tick)
-            ledger.own_impulse += own * step
-            t = start + (k + 1) * step
-            rows.append(row(t, fragment, outputs))
-            if outputs["outcome.detached"] and "detached" not in seen:
-                seen["detached"] = {"time": outputs["outcome.detached_time"], "absorbed": outputs["contact.work"]}
+    mean_force, shown = np.zeros(3), 0.0
+    for k in range(round(limit / step)):
+        own = fragment.own_force()
+        shield.step(start + k * step, step, fragment, (mean_force + own) / fragment.body.mass)
+        outputs = shield.outputs()
+        mean_force = outputs["contact.force_mean"]
+        torque = outputs["contact.torque_mean"]
+        ledger.own_work += own_step(fragment, step, own, mean_force, torque, tick)
+        ledger.own_impulse += own * step
+        t = start + (k + 1) * step
+        rows.append(row(t, fragment, outputs))
+        if outputs["outcome.detached"] and "detached" not in seen:
+            seen["detached"] = {"time": outputs["outcome.detached_time"], "absorbed": outputs["contact.work"]}
+        ended = [name for name in ENDS if outputs[f"outcome.{name}"]]
+        done = 1.0 if ended else max((k + 1) * step / limit, min(fragment.front() / past, 0.99))
+        if done >= shown:
             text = f"{1e6 * (t - start):4.0f} us, {fragment.velocity[2]:6.2f} m/s, {outputs['fabric.failed_segments']:.0f} failed"
-            progress.show(max((k + 1) * step / limit, min(fragment.front() / past, 0.99)), text)
-            if ended := [name for name in ENDS if outputs[f"outcome.{name}"]]:
-                seen["end"] = ended[0]
-                break
-        progress.show(1.0, text)
+            print(f"co-simulation {100 * done:3.0f} %: {text}", flush=True)
+            shown = done // 0.05 * 0.05 + 0.05
+        if ended:
+            seen["end"] = ended[0]
+            break
     seen["end_time"] = t
     if outputs["outcome.first_contact"]:
         seen["first_contact"] = outputs["outcome.first_contact_time"]
@@ -120,7 +120,7 @@ def write_history(path, rows):
 def scene_of(arguments, width, body):
     """The shield's parameters, as far as they are not its start values."""
     name = {"plies": "three_plies", "ring": "ring_40in"}.get(arguments.case, "sheet_3in_sphere")
-    parameters = {} if width == 10 else read_parameters(PARAMETERS / f"{name}.ssv")
+    parameters = {} if width == 10 else parameter_set(name)
     if isinstance(body, DiscSector):
         sizes = {name: getattr(body, name) for name in SECTOR}
         parameters |= {"projectile.shape": DISC_SECTOR, **{f"projectile.sector.{name}": value for name, value in sizes.items()}}
@@ -134,19 +134,16 @@ def scene_of(arguments, width, body):
     }
 
 
-def impact_of(arguments, fragment):
-    """The impact in a few lines, for a run of the same impact elsewhere."""
+def impact_of(arguments, parameters, fragment):
+    """The impact as a scene of `fabric_kernel`: its preset, and what differs from it."""
     width, _, body = CASES[arguments.case]
-    words = {"sheet": f"{width}in", "attachment": arguments.attachment, "seed": arguments.seed, "dt": INTERNAL_STEPS[width]}
-    words["plies"] = arguments.plies
+    changes = {name: parameters[name] for name in ("seed", "sheet.plies", "time_step.seconds", "stack.plies", "stack.gap") if name in parameters}
+    changes |= {"attachment.kind": arguments.attachment}
+    changes |= {f"projectile.{name}": value.tolist() for name, value in zip(MOTION, motions(fragment))}
     if isinstance(body, DiscSector):
-        words |= {"sector": joined([getattr(body, name) for name in SECTOR]), "mass": repr(body.mass)}
-    return {**words, **{name: joined(value) for name, value in zip(MOTION, motions(fragment))}}
-
-
-def joined(values):
-    """Numbers as text that reads back as the same numbers."""
-    return " ".join(repr(float(x)) for x in values)
+        changes |= {"projectile.shape": "disc_sector", "projectile.mass": body.mass}
+        changes |= {f"projectile.sector.{name}": getattr(body, name) for name in SECTOR}
+    return PRESETS[width], changes
 
 
 def picture_times(rows, start, seen):
@@ -191,30 +188,26 @@ def main():
     else:
         fragment = Fragment.launched(body, arguments.standoff, arguments.speed, arguments.spin, np.radians(arguments.tilt))
     parameters = scene_of(arguments, width, body)
-    plies, gap = parameters.get("stack.plies", 1), parameters.get("stack.gap", 0.0)
-    shield = Shield(arguments.fmu, parameters)
+    plies = parameters.get("stack.plies", 1)
     began = time.perf_counter()
     ledger, rows = balances.Ledger(fragment), []
     start = fly(fragment, ledger, rows)
-    impact = impact_of(arguments, fragment)
+    impact = impact_of(arguments, parameters, fragment)
     impact_energy, impact_speed = fragment.kinetic_energy(), float(np.linalg.norm(fragment.velocity))
-    shield.initialise(start, fragment)
+    shield = Shield(arguments.fmu, parameters, start, fragment)
     seen, outputs = couple(fragment, shield, ledger, rows, start, arguments.step, tick, arguments.limit)
     shield.close()
     wall = time.perf_counter() - began
 
     write_history(arguments.out / "history.csv", rows)
-    if not is_ring:
-        impact["pictures"] = joined(picture_times(rows, start, seen))
-        impact["end"] = repr(arguments.limit)
-        impact["stack"] = f"{plies} {gap!r}"
-        (arguments.out / "impact.txt").write_text("".join(f"{name} {value}\n" for name, value in impact.items()))
     results = {
         "options": {name: value for name, value in vars(arguments).items() if name not in ("fmu", "out")},
         "nodes": [nx, ny],
         "plies": plies,
         "segments": ((nx if is_ring else nx - 1) * ny + nx * (ny - 1)) * plies,
-        "body": {**vars(body), **({"corners": body.corners.tolist()} if isinstance(body, DiscSector) else {})},
+        "body": vars(body),
+        "scene": impact,
+        "pictures": picture_times(rows, start, seen),
         "start": start,
         "impact_speed": impact_speed,
         "impact_energy": impact_energy,

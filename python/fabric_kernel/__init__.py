@@ -12,21 +12,6 @@ from .runs import fly, history
 
 __version__ = VERSION
 __all__ = [
-    "PRESETS",
-    "VERSION",
-    "ClusterLost",
-    "Failed",
-    "Refused",
-    "Scene",
-    "Simulation",
-    "ensemble",
-    "fly",
-    "fragment_map",
-    "history",
-    "model_error",
-    "parameters",
-    "replay",
-    "vary",
-    "yarn_of_fibrils",
-    "yarns_of_fibrils",
-]
+    "PRESETS", "VERSION", "ClusterLost", "Failed", "Refused", "Scene", "Simulation", "ensemble", "fly", "fragment_map", "history", "model_error",
+    "parameters", "replay", "vary", "yarn_of_fibrils", "yarns_of_fibrils",
+]  # fmt: skip

@@ -21,7 +21,6 @@ WIDTH = (
 CAVEAT = "Not validated: the agreement with reality. docs/validation.md has the comparisons with measurements, misses among them."
 PAPER = "The yarn is that of the source paper, about 3.7 times too stiff and strong for its mass."
 VISCOSITY = "Results depend on the viscosity of the yarn."
-SCENE_HELP = f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}"
 
 
 def scene_named(name: str) -> tuple[Scene, str]:
@@ -87,11 +86,24 @@ SHOT_AT = "shot_at.toml"
 """The scene whose results a folder has."""
 
 
+def of_a_scene(name: str, about: str, files: str) -> argparse.ArgumentParser:
+    """What every command `fabric-NAME` is given: a scene, a seed, and a folder for these files."""
+    parser = argparse.ArgumentParser(prog=f"fabric-{name}", description=about)
+    parser.add_argument("scene", help=f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}")
+    parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
+    parser.add_argument("--out", type=Path, default=Path(name), help=f"folder for {files}")
+    return parser
+
+
 @contextlib.contextmanager
-def command(parser: argparse.ArgumentParser, out: Path) -> Iterator[None]:
-    """The work of a command, which writes into `out`: what goes wrong ends it with one line."""
+def command(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Iterator[tuple[Scene, str]]:
+    """The work of a command with the scene and the name of its fabric, in a folder that is made that of the scene: what goes wrong ends it with
+    one line."""
+    out = given.out
     try:
-        yield
+        scene, fabric = scene_named(given.scene)
+        claim(out, scene)
+        yield scene, fabric
     except (ValueError, RuntimeError, OSError) as error:
         parser.exit(1, f"error: {error}\n")
     except KeyboardInterrupt:

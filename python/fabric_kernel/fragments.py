@@ -11,12 +11,13 @@ import itertools
 import math
 import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy
 
 from . import lookup
 from ._kernel import Scene
-from .about import CAVEAT, SCENE_HELP, cautions, claim, command, described, noted, positive, scene_named
+from .about import CAVEAT, cautions, command, described, noted, of_a_scene, positive
 from .ensembles import ensemble, vary, within_mesh
 from .files import written
 from .model_error import model_error
@@ -41,8 +42,6 @@ def bracket(
     slow shots are stopped and fast ones go through.
 
     The search begins with the velocity of the scene. Raises ValueError if no limit is found."""
-    import numpy
-
     from .sensitivity import limits
 
     speed = math.hypot(*shield["projectile.velocity"])
@@ -133,8 +132,6 @@ def fragment_map(
 def answer(table: "pandas.DataFrame") -> list[str]:
     """A sentence for each attitude and impact point of a map: up to which velocity none goes through, and from which on all; before it
     another one if the shots contradict a share that grows with the velocity (`limit.falling`)."""
-    import numpy
-
     from . import limit
 
     found = []
@@ -178,11 +175,8 @@ def _numbers(text: str, count: int, whole: str) -> tuple[float, ...]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-fragments`."""
-    parser = argparse.ArgumentParser(
-        prog="fabric-fragments",
-        description="How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point.",
-    )
-    parser.add_argument("scene", help=SCENE_HELP)
+    what = "How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point."
+    parser = of_a_scene("fragments", what, "report.html, table.csv, map.svg, runs.jsonl")
     parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: five about the limits, which are bracketed first")
     parser.add_argument(
         "--attitudes", type=_attitude, nargs="+", default=[], metavar="NAME=W,X,Y,Z",
@@ -190,20 +184,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )  # fmt: skip
     parser.add_argument("--points", type=_point, nargs="+", default=[(0.0, 0.0)], metavar="X,Y", help="m from the middle")
     parser.add_argument("--shots", type=int, default=20, help="of each cell")
-    parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
     parser.add_argument(
         "--table", action="store_true",
         help="also write table.h, a table for a real-time host in C; its error is found by as many shots half way between the velocities",
     )  # fmt: skip
     parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
-    parser.add_argument("--out", type=Path, default=Path("fragments"), help="folder for report.html, table.csv, map.svg, runs.jsonl")
     given = parser.parse_args(arguments)
-    with command(parser, given.out):
+    with command(parser, given) as (scene, fabric):
         from . import plot
 
-        scene, fabric = scene_named(given.scene)
-        claim(given.out, scene)
         attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
         on = int(given.on) if given.on and given.on.isdigit() else given.on
         velocities = given.velocities
@@ -216,15 +206,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         about = (model_error(scene).sentence(), *others, *described(scene, fabric), *noted(scene, max(velocities)))
         print("\n".join([about[0], first, *about[1:]]), flush=True)
         shot = functools.partial(
-            fragment_map,
-            scene,
-            attitudes=attitudes,
-            points=given.points,
-            shots=given.shots,
-            keep=given.out / "runs.jsonl",
+            fragment_map, scene, attitudes=attitudes, points=given.points, shots=given.shots, keep=given.out / "runs.jsonl", on=on,
             until=UNTIL if given.to_the_end else DECIDED,
-            on=on,
-        )
+        )  # fmt: skip
         table = shot(velocities=velocities, seed=given.seed)
         print(with_units(table).to_string(index=False))
         lines = answer(table)

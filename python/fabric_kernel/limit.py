@@ -151,15 +151,11 @@ def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int
     Counted are the pairs in which the slower shot went through and the faster was stopped; there are too many if at most RARE of as
     many draws from the growing share that fits the shots best (isotonic regression) have so many."""
     v, results = numpy.asarray(velocities, float), numpy.asarray(through, float)
-    speeds, place = numpy.unique(v, return_inverse=True)
-    sums = [numpy.concatenate([[0.0], numpy.cumsum(numpy.bincount(place, weights))]) for weights in (results, numpy.ones(len(v)))]
-    first, last = numpy.arange(len(speeds))[:, None], numpy.arange(1, len(speeds) + 1)[None]
-    with numpy.errstate(divide="ignore", invalid="ignore"):
-        means = (sums[0][last] - sums[0][first]) / (sums[1][last] - sums[1][first])
-    share = [max(means[i, k:].min() for i in range(k + 1)) for k in range(len(speeds))]
+    _, place, shots = numpy.unique(v, return_inverse=True, return_counts=True)
+    share = scipy.optimize.isotonic_regression(numpy.bincount(place, results) / shots, weights=shots).x
     slower = (v[:, None] < v[None]).astype(float)
     pairs = lambda y: ((y @ slower) * (1.0 - y)).sum(-1)
-    drawn = numpy.random.default_rng(seed).random((draws, len(v))) < numpy.array(share)[place]
+    drawn = numpy.random.default_rng(seed).random((draws, len(v))) < share[place]
     rarity = (1 + int((pairs(drawn.astype(float)) >= pairs(results)).sum())) / (draws + 1)
     if rarity > RARE:
         return ""

@@ -8,6 +8,8 @@ error of its shots besides.
 
 from typing import TYPE_CHECKING
 
+import numpy
+
 if TYPE_CHECKING:
     import pandas
 
@@ -26,7 +28,6 @@ def with_means(table: "pandas.DataFrame") -> "pandas.DataFrame":
 
 def looked_up(table: "pandas.DataFrame", asked: "pandas.DataFrame") -> "pandas.DataFrame":
     """What a table says of the cells of another one (columns `velocity`, `attitude`, `point_x`, `point_y`): columns `perforation` and `left`."""
-    import numpy
     import pandas
 
     table, keys, rows = with_means(table).sort_values("velocity"), ["attitude", "point_x", "point_y"], []

@@ -20,6 +20,7 @@ import numpy
 
 from ._kernel import Scene
 from .oneply import beside_reference
+from .page import printed
 from .textile import areal_density, sides
 
 LIGHTEST, HEAVIEST = 0.5, 1.1
@@ -159,8 +160,6 @@ def model_error(scene: Scene, confidence: float = 0.95) -> ModelError:
 
 def main() -> None:
     """`python -m fabric_kernel.model_error`: every comparison, and what each series gives with and without each case."""
-    from .page import printed
-
     for kind in ("limit", "strength"):
         series = compared(kind)
         rows = [("series", "case", "measured", "computed", "computed/measured", "factor of the others", "within")]

@@ -58,9 +58,9 @@ class Series(NamedTuple):
     bars: list = None
 
 
-def new(width=9.8, height=5.6, columns=1):
+def new(width=9.8, height=5.6, columns=1, rows=1, **more):
     figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, figure.subplots(1, columns)
+    return figure, figure.subplots(rows, columns, **more)
 
 
 @styled
@@ -134,8 +134,7 @@ def history(
 ) -> Figure:
     """Rows of `fabric_kernel.history`: velocity of the projectile, force on it, and where the absorbed energy is, over time.
     marks: time (s) and name of events."""
-    figure = Figure(figsize=(8.5, 9.0), layout="constrained")
-    panels = figure.subplots(3, 1, sharex=True)
+    figure, panels = new(8.5, 9.0, rows=3, sharex=True)
     energies = {
         "work": "absorbed", "fabric_kinetic": "fabric kinetic", "strain": "strain", "dissipated": "dissipated by rupture", "viscous": "taken by viscosity",
         "friction": "friction", "ply_loss": "lost where plies meet", "casing_loss": "lost on the case",
@@ -219,8 +218,7 @@ def limit(test: "Test", path: str | os.PathLike[str] | None = None) -> Figure:
     margin = 0.15 * float(numpy.ptp(drawn)) or 0.1 * abs(float(drawn[0])) or 1.0
     left, right = max(0.0, float(drawn.min()) - margin), float(drawn.max()) + margin
     outside = f" ({len(velocities) - len(drawn)} shots lie outside)" if len(drawn) < len(velocities) else ""
-    figure = Figure(figsize=(8.5, 8.0), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True)
+    figure, (upper, lower) = new(8.5, 8.0, rows=2, sharex=True)
     if fit.method != "none":
         quantiles = law.quantile(numpy.array(fit.shares))
         far = 10 * (right - left)
@@ -253,8 +251,7 @@ def map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, a
     points = list(dict.fromkeys(zip(table["point_x"], table["point_y"])))
     attitudes, velocities = list(dict.fromkeys(table["attitude"])), sorted(set(table["velocity"]))
     size = (max(1.6 + 1.15 * len(velocities) * len(points), 5.0), 2.2 + 1.3 * len(attitudes) + (1.2 if about else 0.0))
-    figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(2, len(points), squeeze=False)
+    figure, panels = new(*size, columns=len(points), rows=2, squeeze=False)
     most = table["residual_kinetic"].max()
     for column, (x, y) in enumerate(points):
         here = table[(table["point_x"] == x) & (table["point_y"] == y)]

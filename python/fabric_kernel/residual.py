@@ -11,24 +11,23 @@ Limits: few shots lie near the limit, so its interval is too narrow: of 40 inven
 Reference: R. F. Recht, T. W. Ipson, J. Appl. Mech. 30 (1963) 384; J. P. Lambert, G. H. Jonas, BRL Report 1852 (1976).
 """
 
-import argparse
 import functools
 import math
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy
 import scipy.special
 
 from . import limit
+from ._kernel import Scene
+from .about import cautions, command, described, of_a_scene, positive
 from .files import csv_of, written
+from .model_error import model_error
 from .page import Page, printed
 from .v50 import Shooter, Shot, Unknown
-
-if TYPE_CHECKING:
-    from . import Scene
 
 RESAMPLES = 200
 """Refitted sets of shots behind an interval."""
@@ -124,7 +123,7 @@ def fits(shots: Sequence[Shot], confidence: float = 0.95, seed: int = 1, resampl
 
 
 def residual_curve(
-    scene: "Scene",
+    scene: Scene,
     velocities: Sequence[float] | None = None,
     *,
     shots: int = 24,
@@ -142,9 +141,6 @@ def residual_curve(
     the others go up to `fastest` limits. about: what was shot at, for the report; say: receives a line after each shot; the other `options`
     are those of `Shooter` (`point`, `attitude`, `keep`, `steps`). A shot of unknown end is left out, which the notes say.
     Raises ValueError with the name of the argument, Refused with the field of the scene."""
-    from .about import cautions
-    from .model_error import model_error
-
     if velocities is None and shots < 10:
         raise ValueError(f"shots: must be at least 10; it is {shots}")
     first = math.hypot(*scene["projectile.velocity"])
@@ -194,22 +190,15 @@ def residual_curve(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-residual`."""
-    from .about import SCENE_HELP, claim, command, described, positive, scene_named
-
     about = "The residual over the impact velocity of the projectile of a scene, with fitted curves."
-    parser = argparse.ArgumentParser(prog="fabric-residual", description=about)
-    parser.add_argument("scene", help=SCENE_HELP)
+    parser = of_a_scene("residual", about, "report.html, residual.svg, residual.csv, runs.jsonl")
     parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: the limit is bracketed, then from it up to --fastest limits")
     parser.add_argument("--shots", type=int, default=24, help="default: %(default)s")
     parser.add_argument("--fastest", type=positive, default=2.5, help="largest velocity, in limits; default: %(default)s")
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
-    parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
-    parser.add_argument("--out", type=Path, default=Path("residual"), help="folder for report.html, residual.svg, residual.csv, runs.jsonl")
     given = parser.parse_args(arguments)
-    with command(parser, given.out):
-        scene, fabric = scene_named(given.scene)
-        claim(given.out, scene)
+    with command(parser, given) as (scene, fabric):
         curve = residual_curve(
             scene, given.velocities, shots=given.shots, fastest=given.fastest, seed=given.seed, confidence=given.confidence,
             title=f"Residual velocity of {given.scene}", about=described(scene, fabric), say=functools.partial(print, flush=True),
@@ -219,7 +208,3 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(curve.text())
         curve.write(given.out)
     print(f"written to {given.out}: report.html, residual.svg, residual.csv, runs.jsonl")
-
-
-if __name__ == "__main__":
-    main()

@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy
 import scipy.special
-import scipy.stats
 from scipy.spatial.distance import cdist
 
 from . import ensembles

@@ -134,8 +134,8 @@ class Sheet:
 
     def places(self):
         """Where the nodes of a curved sheet rest, m."""
-        (nx, ny), [half_x, half_y] = self.nodes, self.about["half_size_m"]
-        angles, along = self.angles(), numpy.linspace(-half_y, half_y, ny)
+        half = self.about["half_size_m"][1]
+        angles, along = self.angles(), numpy.linspace(-half, half, self.nodes[1])
         ring = self.radius * numpy.stack([numpy.sin(angles), 0 * angles, numpy.cos(angles)], 1)
         return (ring[None] + numpy.stack([0 * along, along, 0 * along], 1)[:, None]).reshape(-1, 3)
 
@@ -348,9 +348,7 @@ def picture(sheet, path, title):
 
 def picture_of_curve(sheet, path, title):
     """A curved sheet where it is hit and as a whole, a section along its middle row, and its failures on the sheet unrolled."""
-    figure = plot.new(12.6, 9.4)[0]
-    figure.clear()
-    near, whole, section, unrolled = (figure.add_subplot(2, 2, k) for k in (1, 2, 3, 4))
+    figure, ((near, whole), (section, unrolled)) = plot.new(12.6, 9.4, 2, 2)
     sheet.draw_oblique(near)
     sheet.draw_oblique(whole, near=False)
     bar(figure, near, sheet, "strain (%)")

@@ -5,7 +5,6 @@ How velocities are chosen stands in `designs.py`, what is made of the results in
 docs/tables/v50.md.
 """
 
-import argparse
 import functools
 import json
 import math
@@ -17,12 +16,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy
 
 from . import designs, limit
+from ._kernel import Refused, Scene
+from .about import cautions, command, described, noted, of_a_scene, positive
+from .ensembles import append, kept, run_key, vary, within_mesh
 from .files import csv_of, written
 from .likelihood import LINKS
+from .model_error import model_error
 from .page import Page, printed
+from .runs import STEPS, doubts, flown
+from .textile import axes
 
 if TYPE_CHECKING:
-    from . import Scene
     from .sensitivity import Sensitivity
 
 Shoot = Callable[[float, int], tuple[bool, float]]
@@ -195,8 +199,8 @@ def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) ->
             return made, [*left_out, "The test ended without a V50, as all known results are alike."]
         in_turn = 0
         made.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(residual)))
-        kept = ", kept from before" if getattr(shoot, "was_kept", False) else ""
-        say(f"shot {len(made)} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + kept)
+        before = ", kept from before" if getattr(shoot, "was_kept", False) else ""
+        say(f"shot {len(made)} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + before)
     return made, left_out
 
 
@@ -244,20 +248,16 @@ def v50(
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
     drawn = seeds or (shoot.drawn() if isinstance(shoot, Shooter) else "")
     words = f"{drawn} {simulated}".strip()
-    against, cautions = "", ()
+    against, first = "", ()
     if isinstance(shoot, Shooter):
-        from .about import cautions as known, described
-        from .model_error import model_error
-        from .textile import axes
-
         scaled = axes(shoot.scene)
         notes += [*shoot.notes(), *([scaled.words(found.mu)] if scaled else [])]
         interval = next(interval for share, interval in zip(found.shares, found.intervals) if share == 0.5)
         about = about or described(shoot.scene)
-        against, cautions = model_error(shoot.scene, confidence).sentence(*interval), known(shoot.scene)
+        against, first = model_error(shoot.scene, confidence).sentence(*interval), cautions(shoot.scene)
     average = limit.standard_average(v, y)
     doubt = limit.falling(v, y, seed)
-    return Test(title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, cautions, doubt=doubt)
+    return Test(title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, first, doubt=doubt)
 
 
 class Shooter:
@@ -279,7 +279,7 @@ class Shooter:
 
     def __init__(
         self,
-        scene: "Scene",
+        scene: Scene,
         *,
         seed: int = 1,
         point: tuple[float, float] | None = (0.0, 0.0),
@@ -289,9 +289,6 @@ class Shooter:
         steps: int | None = None,
         to_the_end: bool = False,
     ) -> None:
-        from .ensembles import kept, within_mesh
-        from .runs import STEPS
-
         self.scene, self.seed, self.attitude, self.tilt = scene, seed, attitude, tilt
         self.steps = 10 * STEPS if steps is None else steps
         self.until = self.UNTIL[:-1] if to_the_end else self.UNTIL
@@ -304,10 +301,6 @@ class Shooter:
         self.fastest = 0.0
 
     def __call__(self, velocity: float, shot: int) -> tuple[bool, float]:
-        from . import Refused, vary
-        from .ensembles import append, run_key
-        from .runs import flown
-
         one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[shot]
         key = run_key(one, self.until, self.steps)
         self.fastest = max(self.fastest, velocity)
@@ -337,14 +330,11 @@ class Shooter:
         yarn = "yarns drawn for each" if yarns else "the same yarns in each, as the scene draws none"
         where = "as the scene says" if self.mesh is None else "through a point drawn within one mesh about the middle"
         attitude = ", every orientation equally likely" if self.attitude == "random" else ""
-        kept = ["fragment", "fabric", "support"] + ([] if attitude else ["attitude"]) + ["angle of impact"]
-        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}; not drawn: {', '.join(kept)}."
+        fixed = ["fragment", "fabric", "support"] + ([] if attitude else ["attitude"]) + ["angle of impact"]
+        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}; not drawn: {', '.join(fixed)}."
 
     def notes(self) -> list[str]:
         """What the reader of the shots made so far must know."""
-        from .about import noted
-        from .runs import doubts
-
         rows = [row for row in self.made.values() if row["stopped"] is not None]
         through = [row for row in rows if not row["stopped"]]
         torn = sum(row["outcome"] == "detached" for row in through)
@@ -385,11 +375,8 @@ def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-v50`."""
-    # The statistics work without the kernel.
-    from .about import SCENE_HELP, claim, command, described, positive, scene_named
-
-    parser = argparse.ArgumentParser(prog="fabric-v50", description="The ballistic limit of the projectile and the sheet of a scene, with its interval.")
-    parser.add_argument("scene", help=SCENE_HELP)
+    about = "The ballistic limit of the projectile and the sheet of a scene, with its interval."
+    parser = of_a_scene("v50", about, "report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
     parser.add_argument("--shots", type=int, help="default: 20, or all of the plan")
     parser.add_argument("--low", type=positive, help="guess: V50 is probably above this, m/s; default: no guess, the shots bracket it")
@@ -401,14 +388,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--link", choices=tuple(LINKS), default="probit", help="law of single limits; default: %(default)s")
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
     parser.add_argument("--tests", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s")
-    parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
     parser.add_argument("--steps", type=int, help="most steps of a shot; default: ten times those of an ensemble")
     parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
     changed = "width, spacing, time step, viscosity, crimp, strength, friction, support, attitude"
     parser.add_argument("--sensitivity", action="store_true", help=f"also how the limit changes with {changed}")
-    parser.add_argument("--out", type=Path, default=Path("v50"), help="folder for report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     given = parser.parse_args(arguments)
     for design, names in {"three-phase": ("aim", "last"), "plan": ("plan",)}.items():
         for name in names:
@@ -417,20 +402,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if given.last is not None and given.aim is None:
         parser.exit(1, "error: --last goes with --aim only\n")
 
-    with command(parser, given.out):
-        scene, fabric = scene_named(given.scene)
-        claim(given.out, scene)
+    with command(parser, given) as (scene, fabric):
         shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20
         design = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
         shoot = Shooter(
-            scene,
-            seed=given.seed,
-            point=None if given.as_aimed else (0.0, 0.0),
-            attitude=given.attitude,
-            keep=given.out / "runs.jsonl",
-            steps=given.steps,
-            to_the_end=given.to_the_end,
-        )
+            scene, seed=given.seed, point=None if given.as_aimed else (0.0, 0.0), attitude=given.attitude, keep=given.out / "runs.jsonl",
+            steps=given.steps, to_the_end=given.to_the_end,
+        )  # fmt: skip
         test = v50(
             shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=functools.partial(print, flush=True),
             title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=shoot.drawn(),

@@ -3,12 +3,11 @@
 import pathlib
 import pickle
 import re
-import tempfile
 import threading
-import unittest
 
 import numpy
 
+from commands import InFolder
 import fabric_kernel as fk
 
 PINS = dict(
@@ -31,7 +30,7 @@ SECTOR = {
 }
 
 
-class Bits(unittest.TestCase):
+class Bits(InFolder):
     def assert_pin(self, simulation, name):
         self.assertEqual(simulation.digest, PINS[name].replace("_", ""))
 
@@ -48,26 +47,25 @@ class Bits(unittest.TestCase):
 
     def test_a_capsule_is_done_again(self):
         scene = fk.Scene("sheet_3in_sphere", SMALL, projectile={"velocity": [0, 0, 120]})
-        with tempfile.TemporaryDirectory() as folder:
-            file = pathlib.Path(folder) / "run.capsule"
-            simulation = fk.Simulation(scene, capsule=file)
-            simulation.set_external_load([0.0, 1.0, 0.0])
-            simulation.run(["exited"], 300)
-            image = simulation.save()
-            simulation.step(100)
-            simulation.restore(image)
-            simulation.step(20)
-            digest = simulation.digest
-            cut = fk.replay(file)
-            self.assertEqual((cut["same"], cut["whole"]), (True, False), "as a crash leaves it")
-            del simulation
-            found = fk.replay(file)
-            self.assertEqual((found["same"], found["whole"], found["digest"], found["calls"]), (True, True, digest, 6))
-            file.write_bytes(file.read_bytes()[:-30])
-            self.assertEqual(fk.replay(file)["whole"], False)
-            file.write_bytes(b"{}")
-            with self.assertRaisesRegex(fk.Refused, "not a capsule"):
-                fk.replay(file)
+        file = self.folder / "run.capsule"
+        simulation = fk.Simulation(scene, capsule=file)
+        simulation.set_external_load([0.0, 1.0, 0.0])
+        simulation.run(["exited"], 300)
+        image = simulation.save()
+        simulation.step(100)
+        simulation.restore(image)
+        simulation.step(20)
+        digest = simulation.digest
+        cut = fk.replay(file)
+        self.assertEqual((cut["same"], cut["whole"]), (True, False), "as a crash leaves it")
+        del simulation
+        found = fk.replay(file)
+        self.assertEqual((found["same"], found["whole"], found["digest"], found["calls"]), (True, True, digest, 6))
+        file.write_bytes(file.read_bytes()[:-30])
+        self.assertEqual(fk.replay(file)["whole"], False)
+        file.write_bytes(b"{}")
+        with self.assertRaisesRegex(fk.Refused, "not a capsule"):
+            fk.replay(file)
 
     def test_plies_from_a_file_and_another_process(self):
         scene = fk.Scene(**PLIES)
@@ -172,7 +170,3 @@ class Bits(unittest.TestCase):
         self.assertEqual(set(straight["alpha"]), {0.0})
         self.assertAlmostEqual(straight["work"] / (0.5 * 180e9 * (0.5 * (1.03**2 - 1)) ** 2), 1.0, delta=1e-9)
         self.assertEqual(straight["critical_stretch"], 1.03)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -8,25 +8,23 @@ import shutil
 import socket
 import subprocess
 import sys
-import tempfile
 import unittest
 
+from commands import InFolder, wait_for
 import fabric_kernel as fk
 from fabric_kernel import _kernel
 from fabric_kernel.ensembles import kept
 from test_ensembles import FORTY as SCENES
-from test_ensembles import forty, lines, wait_for
+from test_ensembles import forty, lines
 
 
 # A worker of one thread.
 ONE = ["--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "60"]
 
 
-class Dask(unittest.TestCase):
+class Dask(InFolder):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
+        super().setUp()
         self.keep = self.folder / "runs.jsonl"
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
@@ -141,6 +139,3 @@ import fabric_kernel as fk
 scenes = fk.vary(fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41}), 40, seed=2)
 fk.ensemble(scenes, on=sys.argv[1], keep=sys.argv[2])
 """
-
-if __name__ == "__main__":
-    unittest.main()

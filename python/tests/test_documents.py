@@ -60,7 +60,3 @@ class Documents(unittest.TestCase):
         pages = "".join(file.read_text() for file in files() if file.suffix == ".md")
         for picture in (TOP / "docs" / "images").iterdir():
             self.assertIn(f"images/{picture.name}", pages)
-
-
-if __name__ == "__main__":
-    unittest.main()

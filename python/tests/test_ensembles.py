@@ -2,7 +2,6 @@
 
 import contextlib
 import functools
-import io
 import json
 import math
 import os
@@ -11,9 +10,6 @@ import resource
 import signal
 import subprocess
 import sys
-import tempfile
-import time
-import unittest
 import unittest.mock
 import warnings
 
@@ -21,6 +17,7 @@ import numpy
 import pandas
 import scipy.stats
 
+from commands import InFolder, wait_for
 import fabric_kernel as fk
 from fabric_kernel import plot
 from fabric_kernel.ensembles import MOST_KEPT, each, kept
@@ -63,27 +60,14 @@ def processes_of(session):
     return found
 
 
-def wait_for(done, seconds=120.0):
-    end = time.monotonic() + seconds
-    while not done():
-        if time.monotonic() > end:
-            raise TimeoutError
-        time.sleep(0.01)
-
-
 def divided(job):
     return 1 / job
 
 
-class Ensembles(unittest.TestCase):
+class Ensembles(InFolder):
     @classmethod
     def setUpClass(cls):
         cls.table = fk.ensemble(SCENES, on=1)
-
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
 
     def assert_same(self, table, other):
         self.assertTrue(table.equals(other))
@@ -154,27 +138,28 @@ class Ensembles(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "has 4294967297 bytes, and kept results may have 4294967296"):
             fk.ensemble(SCENES[:1], keep=keep)
 
+    def begun(self, script=KILLED, **options):
+        """The ensemble of the forty in another process, and the file that it writes."""
+        keep = self.folder / "runs.jsonl"
+        (self.folder / "script.py").write_text(script)
+        return subprocess.Popen([sys.executable, self.folder / "script.py", keep], stderr=subprocess.PIPE, text=True, **options), keep
+
     def test_a_full_disk_is_told_and_loses_nothing(self):
         keep = self.folder / "runs.jsonl"
         fk.ensemble(SCENES[:1], keep=keep)
         first = keep.read_text()
-        script = self.folder / "full.py"
-        script.write_text(KILLED)
-        small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2 * len(first),) * 2)
-        done = subprocess.run([sys.executable, script, keep], capture_output=True, text=True, preexec_fn=small)
-        self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stderr.splitlines()[-1], r"File too large: '.*runs\.jsonl'")
+        process, _ = self.begun(preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2 * len(first),) * 2))
+        _, said = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 1)
+        self.assertRegex(said.splitlines()[-1], r"File too large: '.*runs\.jsonl'")
         self.assertTrue(keep.read_text().startswith(first))
         self.assert_same(fk.ensemble(SCENES, keep=keep), self.table)
 
     def test_killed_and_resumed(self):
-        keep = self.folder / "runs.jsonl"
-        script = self.folder / "killed.py"
-        script.write_text(KILLED)
-        process = subprocess.Popen([sys.executable, script, keep], stderr=subprocess.DEVNULL, start_new_session=True)
+        process, keep = self.begun(start_new_session=True)
         wait_for(lambda: lines(keep) >= 3)
         os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
+        process.communicate()
         before = lines(keep)
         self.assertLess(before, 40)
         table = fk.ensemble(FORTY, keep=keep)
@@ -184,23 +169,19 @@ class Ensembles(unittest.TestCase):
     def test_workers_end_with_their_parent(self):
         for method in ("fork", "spawn", "forkserver"):
             with self.subTest(method):
-                keep = self.folder / f"{method}.jsonl"
-                script = self.folder / f"{method}.py"
                 start = f"    import multiprocessing; multiprocessing.set_start_method('{method}')\n    scenes"
-                script.write_text(KILLED.replace("    scenes", start).replace("keep=", "progress=False, keep="))
-                process = subprocess.Popen([sys.executable, script, keep], stderr=subprocess.DEVNULL, start_new_session=True)
+                script = KILLED.replace("    scenes", start).replace("keep=", "progress=False, keep=")
+                process, keep = self.begun(script, start_new_session=True)
                 wait_for(lambda: lines(keep) >= 2)
                 workers = processes_of(process.pid)
                 self.assertGreaterEqual(len(workers), 3)
                 process.kill()
-                process.wait()
-                wait_for(lambda: not processes_of(process.pid), seconds=30.0)
+                wait_for(lambda: process.poll() is not None and not processes_of(process.pid), seconds=30.0)
+                process.communicate()
+                keep.unlink()
 
     def test_a_local_worker_that_dies(self):
-        keep = self.folder / "runs.jsonl"
-        script = self.folder / "killed.py"
-        script.write_text(KILLED)
-        process = subprocess.Popen([sys.executable, script, keep], stderr=subprocess.PIPE, text=True)
+        process, keep = self.begun()
         wait_for(lambda: lines(keep) >= 3)
         children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
         os.kill(int(children[0]), signal.SIGKILL)
@@ -288,9 +269,6 @@ class Ensembles(unittest.TestCase):
             fk.ensemble(fk.vary(cloth, 3, seed=1, point=(scipy.stats.norm(0.0, 1e-4), 0.0)), on=1, steps=300)
             fk.ensemble(fk.vary(far, 2, seed=1), on=1, steps=300)
 
-    def test_the_history_of_a_scene_is_that_of_its_simulation(self):
-        self.assertTrue(fk.history(SCENES[0]).equals(fk.history(fk.Simulation(SCENES[0]))))
-
     def test_draws(self):
         longer = fk.vary(BASE, 15, seed=1, speed=scipy.stats.uniform(30.0, 60.0), point=(scipy.stats.norm(0.0, 1e-4), 0.0))
         self.assertEqual(longer[:12], SCENES)
@@ -307,7 +285,6 @@ class Ensembles(unittest.TestCase):
         random = fk.vary(cylinder, 400, seed=5, attitude="random")
         heights = [1.0 - 2.0 * (q[1] ** 2 + q[2] ** 2) for q in (scene["projectile.orientation"] for scene in random)]
         self.assertGreater(scipy.stats.kstest(heights, scipy.stats.uniform(-1.0, 2.0).cdf).pvalue, 0.01)
-
 
     def test_a_run_goes_on_with_the_torn_cloth(self):
         """A cylinder on Kevlar KM2 held on two sides carries cloth that is torn off and still slows it."""
@@ -336,7 +313,7 @@ class Ensembles(unittest.TestCase):
             fk.ensemble(BASE)
 
 
-class Fragments(unittest.TestCase):
+class Fragments(InFolder):
     def test_a_miss_is_no_perforation(self):
         # Aimed at an edge and away from it: half of the shots pass.
         small = BASE.replace(projectile={"velocity": [0.0, 0.0, 50.0]})
@@ -354,41 +331,32 @@ class Fragments(unittest.TestCase):
         self.assertAlmostEqual(cell["low"], 0.025, places=12)
 
     def test_the_command(self):
-        with tempfile.TemporaryDirectory() as name:
-            for words, told in (
-                (["--velocities", "-5"], "must be a number above 0; it is -5"),
-                (["--velocities", "50", "--attitudes", "side=1,2"], "must have 4 numbers"),
-                (["--velocities", "50", "--points", "15,15"], "point: (15, 15) m lies beside the sheet"),
-            ):
-                with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as errors:
-                    with self.assertRaises(SystemExit):
-                        main(["sheet_3in_sphere", *words, "--out", name])
-                self.assertIn(told, errors.getvalue().splitlines()[-1])
-            with contextlib.redirect_stdout(io.StringIO()) as said:
-                main(["sheet_3in_sphere", "--velocities", "200", "--shots", "1", "--on", "1", "--out", name])
-            for text in (said.getvalue(), (pathlib.Path(name) / "map.svg").read_text()):
-                self.assertIn("Projectile: sphere", text)
-                self.assertIn("Not validated", text)
+        for words, told in (
+            (["--velocities", "-5"], "must be a number above 0; it is -5"),
+            (["--velocities", "50", "--attitudes", "side=1,2"], "must have 4 numbers"),
+            (["--velocities", "50", "--points", "15,15"], "point: (15, 15) m lies beside the sheet"),
+        ):
+            self.assertIn(told, self.ran(main, "sheet_3in_sphere", *words)[1].splitlines()[-1])
+        said, _, _ = self.ran(main, "sheet_3in_sphere", "--velocities", "200", "--shots", "1", "--on", "1")
+        for text in (said, (self.folder / "out/map.svg").read_text()):
+            self.assertIn("Projectile: sphere", text)
+            self.assertIn("Not validated", text)
 
     def test_without_velocities_a_map_has_both_colours(self):
-        with tempfile.TemporaryDirectory() as name:
-            (pathlib.Path(name) / "scene.toml").write_text(BASE.text())
-            with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()):
-                main([str(pathlib.Path(name) / "scene.toml"), "--shots", "2", "--out", name])
-            table = pandas.read_csv(pathlib.Path(name) / "table.csv")
-        self.assertIn("Velocities about the limits that were bracketed", said.getvalue())
+        said, _, _ = self.ran(main, BASE, "--shots", "2")
+        table = pandas.read_csv(self.folder / "out/table.csv")
+        self.assertIn("Velocities about the limits that were bracketed", said)
         self.assertIn("residual_speed_sd_m_per_s", table.columns)
         shares = list(table["perforation"])
         self.assertEqual((len(shares), shares[0], shares[-1]), (5, 0.0, 1.0))
 
     def test_table_and_picture(self):
         cylinder = BASE.replace(projectile={"shape": "cylinder", "length": 0.01, "radius": 4e-3, "mass": 4e-3})
-        with tempfile.TemporaryDirectory() as folder:
-            attitudes = {"end on": (1.0, 0.0, 0.0, 0.0), "random": "random"}
-            options = {"velocities": [2.0, 300.0], "attitudes": attitudes, "shots": 3, "steps": 40_000}
-            table = fk.fragment_map(cylinder, keep=pathlib.Path(folder) / "runs.jsonl", **options)
-            plot.map(table, pathlib.Path(folder) / "map.svg")
-            self.assertGreater((pathlib.Path(folder) / "map.svg").stat().st_size, 5000)
+        attitudes = {"end on": (1.0, 0.0, 0.0, 0.0), "random": "random"}
+        options = {"velocities": [2.0, 300.0], "attitudes": attitudes, "shots": 3, "steps": 40_000}
+        table = fk.fragment_map(cylinder, keep=self.folder / "runs.jsonl", **options)
+        plot.map(table, self.folder / "map.svg")
+        self.assertGreater((self.folder / "map.svg").stat().st_size, 5000)
         slow, fast = table[table["velocity"] == 2.0], table[table["velocity"] == 300.0]
         self.assertEqual((list(slow["perforation"]), list(fast["perforation"])), ([0.0, 0.0], [1.0, 1.0]))
         # Exact intervals of 0 and 3 of 3, from the binomial distribution: 1 - 0.025^(1/3).
@@ -405,7 +373,3 @@ class Fragments(unittest.TestCase):
         table = fk.fragment_map(BASE, steps=10, **options)
         self.assertEqual((table["unknown"][0], table["low"][0], table["high"][0]), (2, 0.0, 1.0))
         self.assertEqual(answer(table), ["as given at (0, 0) mm: no shot has a known end."])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,15 +2,14 @@
 
 import json
 import math
-import pathlib
-import tempfile
 import unittest
 
 import numpy
 import scipy.optimize
 import scipy.stats
 
-from fabric_kernel import coverage, designs, limit
+from commands import InFolder
+from fabric_kernel import designs, limit
 from fabric_kernel.likelihood import LINKS, LOGIT, PROBIT, firth, held, maximum, possible, possible_ratio, ratio
 from fabric_kernel.v50 import Unknown, v50
 
@@ -205,31 +204,19 @@ class Intervals(unittest.TestCase):
         # Where the guess of sigma is far too small most shots are spent on the way.
         self.assertTrue((calibration.node(0, 4) > 3.84).all())
 
-    def test_coverage(self):
-        # 100 tests with 15 shots: 95 % within what a binomial does in all but 1 of 10 000 cases.
-        case = coverage.Case("Neyer", "probit", 15, "probit")
-        for part, plain in zip(*case.run(1, 1, 100, seed=2)):
-            self.assertGreater(scipy.stats.binomtest(round(100 * part), 100, 0.95).pvalue, 1e-4)
-            self.assertLess(plain, part)
-
 
 class Alike(unittest.TestCase):
-    def test_bounds_of_shots_that_were_all_stopped(self):
-        v = numpy.arange(100.0, 110.0)
-        found = limit.fit(v, numpy.zeros(10, bool))
-        # 0.5^6 < 0.025 < 0.5^5: the sixth fastest; 0.01 < 0.025: the fastest; 0.99^10 is no evidence.
-        self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, math.inf), (104.0, math.inf), (109.0, math.inf)])
-        self.assertEqual((found.method, found.through), ("none", 0))
-        self.assertIn("All 10 shots were stopped", found.notes[0])
-
-    def test_bounds_of_shots_that_all_went_through(self):
-        found = limit.fit(numpy.arange(100.0, 110.0), numpy.ones(10, bool))
-        self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, 100.0), (-math.inf, 105.0), (-math.inf, math.inf)])
-
-    def test_one_shot(self):
-        found = limit.fit([100.0], [True])
-        self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, 100.0), (-math.inf, math.inf), (-math.inf, math.inf)])
-        self.assertIn("The one shot", found.notes[0])
+    def test_bounds_of_shots_that_are_all_alike(self):
+        none = (-math.inf, math.inf)
+        for shots, through, bounds, told in (
+            # 0.5^6 < 0.025 < 0.5^5: the sixth fastest; 0.01 < 0.025: the fastest; 0.99^10 is no evidence.
+            (10, False, [none, (104.0, math.inf), (109.0, math.inf)], "All 10 shots were stopped"),
+            (10, True, [(-math.inf, 100.0), (-math.inf, 105.0), none], "All 10 shots went through"),
+            (1, True, [(-math.inf, 100.0), none, none], "The one shot"),
+        ):
+            found = limit.fit(100.0 + numpy.arange(shots), [through] * shots)
+            self.assertEqual(([tuple(x) for x in found.intervals], found.method, found.through), (bounds, "none", shots * through))
+            self.assertIn(told, found.notes[0])
 
     def test_wrong_way_round(self):
         found = limit.fit([90.0, 100.0, 110.0], [True, True, False])
@@ -428,7 +415,7 @@ class Designs(unittest.TestCase):
                 self.assertTrue(numpy.allclose(designs.simulate(design, 25, limits[k : k + 1])[0][0], together[k], atol=1e-9))
 
 
-class Report(unittest.TestCase):
+class Report(InFolder):
     limits = numpy.random.default_rng(10).normal(100, 4, 40)
 
     def shoot(self, velocity, shot):
@@ -444,27 +431,24 @@ class Report(unittest.TestCase):
         for words in ("Neyer", "seed 1", "V01", "V50", "V99", "95 % interval", "MIL-STD-662F", "Lambert"):
             self.assertIn(words, text)
         self.assertEqual(sum(line.strip().startswith(f"{k} ") for k, line in zip(range(1, 21), text.splitlines()[-20:])), 20)
-        with tempfile.TemporaryDirectory() as name:
-            folder = pathlib.Path(name)
-            test.write(folder / "one")
-            test.write(folder / "two")
-            page = (folder / "one/report.html").read_text()
-            self.assertIn("A &lt; B", page)
-            self.assertNotIn('src="plot', page)
-            self.assertEqual(page, (folder / "two/report.html").read_text())
-            self.assertEqual(len((folder / "one/shots.csv").read_text().splitlines()), 21)
-            self.assertAlmostEqual(json.loads((folder / "one/test.json").read_text())["fit"]["mu"], test.fit.mu)
+        test.write(self.folder / "one")
+        test.write(self.folder / "two")
+        page = (self.folder / "one/report.html").read_text()
+        self.assertIn("A &lt; B", page)
+        self.assertNotIn('src="plot', page)
+        self.assertEqual(page, (self.folder / "two/report.html").read_text())
+        self.assertEqual(len((self.folder / "one/shots.csv").read_text().splitlines()), 21)
+        self.assertAlmostEqual(json.loads((self.folder / "one/test.json").read_text())["fit"]["mu"], test.fit.mu)
 
     def test_every_degenerate_test_has_a_report(self):
-        with tempfile.TemporaryDirectory() as name:
-            for number, (shoot, shots) in enumerate((
-                (lambda v, k: (True, 0.0), 1), (lambda v, k: (True, 0.0), 8), (lambda v, k: (False, v), 2), (lambda v, k: (v > 101, v), 3),
-                (lambda v, k: (v < 101, 0.5 * v), 5),
-            )):  # fmt: skip
-                test = v50(shoot, designs.Neyer(80, 120, 5), shots, tests=20)
-                self.assertTrue(test.fit.notes)
-                test.write(pathlib.Path(name) / str(number))
-                json.loads((pathlib.Path(name) / str(number) / "test.json").read_text())
+        for shoot, shots in (
+            (lambda v, k: (True, 0.0), 1), (lambda v, k: (True, 0.0), 8), (lambda v, k: (False, v), 2), (lambda v, k: (v > 101, v), 3),
+            (lambda v, k: (v < 101, 0.5 * v), 5),
+        ):  # fmt: skip
+            test = v50(shoot, designs.Neyer(80, 120, 5), shots, tests=20)
+            self.assertTrue(test.fit.notes)
+            test.write(self.folder)
+            json.loads((self.folder / "test.json").read_text())
 
     def test_twelve_shots_that_are_alike_end_the_test_with_their_bound(self):
         for first, through, bound in ((100.0, False, (100.0 * 2**6, math.inf)), (100.0, True, (-math.inf, 100.0 / 2**6))):
@@ -506,7 +490,3 @@ class Report(unittest.TestCase):
         self.assertEqual([shot.velocity for shot in test.shots], plan)
         with self.assertRaisesRegex(ValueError, "shots"):
             v50(self.shoot, designs.Plan(plan), 5)
-
-
-if __name__ == "__main__":
-    unittest.main()

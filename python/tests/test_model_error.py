@@ -1,6 +1,5 @@
 """The error of the model against tests: coverage with invented data, what counts as compared, and where the numbers come from."""
 
-import importlib.util
 import math
 import pathlib
 import unittest
@@ -8,11 +7,11 @@ import unittest
 import numpy
 import scipy.stats
 
+from fabric_kernel import Scene
 from fabric_kernel.model_error import compared, factor, left_out, model_error
 from fabric_kernel.textile import areal_density, axes, cunniff_velocity, presented_area
 
 TOP = pathlib.Path(__file__).parents[2]
-BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
 SETS = 2000
 
 
@@ -28,7 +27,6 @@ def held(series, members, alike, mean, seed):
     return count
 
 
-@unittest.skipUnless(BUILT, "the kernel is not built")
 class ModelError(unittest.TestCase):
     def test_coverage_is_exact_where_series_are_one_number(self):
         low, high = scipy.stats.binom.interval(0.999, SETS, 0.95)
@@ -70,8 +68,6 @@ class ModelError(unittest.TestCase):
         self.assertTrue(all(within for *_, within in rows))
 
     def pack(self, plies, mass=1.1e-3):
-        from fabric_kernel import Scene
-
         body = {"shape": "cylinder", "radius": 2.73e-3, "length": 6e-3, "mass": mass, "position": [0, 0, -3e-3], "velocity": [0, 0, 500]}
         return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"plies": plies, "nodes_x": 121, "nodes_y": 121}, projectile=body)
 
@@ -109,10 +105,4 @@ class ModelError(unittest.TestCase):
         found = axes(scene)
         self.assertAlmostEqual(found.velocity, cunniff_velocity(0.5 * 84.62e9 * 1.0355 * (1.0355**2 - 1), 0.0355, 84.62e9, 1440.0), places=3)
         self.assertAlmostEqual(found.ratio, areal_density(scene) * math.pi * 2.73e-3**2 / 1.1e-3, places=9)
-        from fabric_kernel import Scene
-
         self.assertIsNone(axes(Scene("sheet_3in_sphere")))
-
-
-if __name__ == "__main__":
-    unittest.main()

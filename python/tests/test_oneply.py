@@ -1,19 +1,21 @@
 """One ply: the criterion of windowing beside the resolved yarns of docs/tables/oneply.md, its refusals, and what reports say."""
 
-import importlib.util
 import pathlib
+import pickle
 import re
+import tomllib
 import unittest
 
+from fabric_kernel import Scene, Simulation
+from fabric_kernel.about import cautions
+from fabric_kernel.model_error import model_error
+from fabric_kernel.oneply import MARGIN, reference, windowing
+
 TOP = pathlib.Path(__file__).parents[2]
-BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
 
 
-@unittest.skipUnless(BUILT, "the kernel is not built")
 class OnePly(unittest.TestCase):
     def ply(self, radius=2.778e-3, friction=0.0, weave=None, **more):
-        from fabric_kernel import Scene
-
         body = {"radius": radius, "mass": 6.9e-4, "position": [0, 0, -radius], "velocity": [0, 0, 100]}
         return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"} | (weave or {}), projectile=body, contact={"friction": friction}, **more)
 
@@ -35,8 +37,6 @@ class OnePly(unittest.TestCase):
         return found
 
     def test_no_window_opened_with_enough_more_than_the_friction_that_is_needed(self):
-        from fabric_kernel.oneply import MARGIN, windowing
-
         below, above, between = [], [], []
         for mu, body, radius, _, opened in self.points():
             found = windowing(self.ply(2.778e-3 * radius, body, {"friction": mu, "thickness": 0.23e-3}))
@@ -49,13 +49,9 @@ class OnePly(unittest.TestCase):
         self.assertGreater(below.count(True), below.count(False))
 
     def test_the_report_names_the_widths_of_the_points(self):
-        from fabric_kernel.oneply import reference
-
         self.assertEqual(sorted({float(width) for _, _, _, width, _ in self.points()}), sorted(reference()["criterion_width_mm"]))
 
     def test_the_numbers_are_those_of_the_table(self):
-        import tomllib
-
         lines = (TOP / "docs/tables/oneply.md").read_text().splitlines()
         file = tomllib.loads((TOP / "python/fabric_kernel/comparisons.toml").read_text())["reference"]
         self.assertGreaterEqual(len(file["case"]), 8)
@@ -65,8 +61,6 @@ class OnePly(unittest.TestCase):
                 self.assertTrue(any(line.startswith(f"{start} {name} |") and f"| {value} |" in line for line in lines), (case, name))
 
     def test_needed_and_there_by_hand(self):
-        from fabric_kernel.oneply import windowing
-
         found = windowing(self.ply(friction=0.1, weave={"friction": 0.1, "thickness": "0.2 mm"}))
         self.assertAlmostEqual(found.needed, 0.5 * 0.0254 / 34 / (2.778e-3 + 0.05e-3), places=12)
         self.assertAlmostEqual(found.there[0], 0.2)
@@ -86,10 +80,6 @@ class OnePly(unittest.TestCase):
                 self.ply(weave={key: value})
 
     def test_a_scene_keeps_what_is_known_of_its_fabric(self):
-        import pickle
-
-        from fabric_kernel import Scene
-
         spacing = {"spacing": 0.0254 / 34}
         known = {"thickness": 2e-4, "width": 5e-4, "friction": 0.2}
         scene = self.ply(weave=known)
@@ -98,8 +88,6 @@ class OnePly(unittest.TestCase):
         self.assertEqual((self.ply().weave(), Scene().weave()), (spacing, {}))
 
     def test_crossings_slip_only_below_the_friction_that_holds_them(self):
-        from fabric_kernel import Simulation
-
         simulation = Simulation(self.ply(), warns=False)
         simulation.run("arrested", 300)
         before = simulation.digest
@@ -112,13 +100,6 @@ class OnePly(unittest.TestCase):
             simulation.slip(0.0, 0.1)
 
     def test_a_report_says_it(self):
-        from fabric_kernel.about import cautions
-        from fabric_kernel.model_error import model_error
-
         self.assertTrue(any("push the yarns aside" in line for line in cautions(self.ply())))
         self.assertFalse(any("push the yarns aside" in line for line in cautions(self.ply(friction=0.2))))
         self.assertRegex(model_error(self.ply()).sentence(100.0, 110.0), r"no test of one ply could be read.*the limit is off by [-+]\d+ to")
-
-
-if __name__ == "__main__":
-    unittest.main()

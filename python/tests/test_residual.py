@@ -1,21 +1,15 @@
 """Curves of residual velocities: the numbers that made them, intervals, bad fits, and the command."""
 
-import contextlib
-import importlib.util
-import io
 import math
-import pathlib
-import tempfile
 import unittest
 import unittest.mock
 
 import numpy
 
-from fabric_kernel import limit
+from commands import InFolder
+from fabric_kernel import Scene, limit
 from fabric_kernel.residual import fits, main, residual_curve
 from fabric_kernel.v50 import Shooter, Shot
-
-BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
 
 
 def shots(random, scatter, error, count=24):
@@ -56,30 +50,22 @@ class Fits(unittest.TestCase):
         self.assertEqual(fits([Shot(100.0, True, 0.0), Shot(120.0, False, 30.0)]), ())
 
 
-@unittest.skipUnless(BUILT, "the kernel is not built")
-class Command(unittest.TestCase):
+class Command(InFolder):
     def test_from_a_scene_to_its_report(self):
-        from fabric_kernel import Scene
-
         scene = Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 41, "nodes_y": 41})
-        with tempfile.TemporaryDirectory() as name:
-            folder = pathlib.Path(name)
-            (folder / "scene.toml").write_text(scene.text())
-            with contextlib.redirect_stdout(io.StringIO()) as said:
-                main([str(folder / "scene.toml"), "--shots", "14", "--out", name])
-            for words in ("Recht and Ipson: limit", "Lambert and Jonas: limit", "Of the model against tests", "a sheet of this width"):
-                self.assertIn(words, said.getvalue())
-                self.assertIn(words, (folder / "report.html").read_text())
-            rows = (folder / "residual.csv").read_text().splitlines()
-            self.assertEqual(rows[0], "velocity_m_per_s,stopped,residual_m_per_s")
-            velocities = [float(row.split(",")[0]) for row in rows[1:]]
-            self.assertEqual(velocities, sorted(velocities))
-            self.assertIn("<svg", (folder / "residual.svg").read_text())
-            self.assertTrue(math.isfinite(velocities[0]))
+        said, errors, _ = self.ran(main, scene, "--shots", "14")
+        page, rows, picture = ((self.folder / "out" / name).read_text() for name in ("report.html", "residual.csv", "residual.svg"))
+        for words in ("Recht and Ipson: limit", "Lambert and Jonas: limit", "Of the model against tests", "a sheet of this width"):
+            self.assertIn(words, said, errors)
+            self.assertIn(words, page)
+        heading, *rows = rows.splitlines()
+        self.assertEqual(heading, "velocity_m_per_s,stopped,residual_m_per_s")
+        velocities = [float(row.split(",")[0]) for row in rows]
+        self.assertEqual(velocities, sorted(velocities))
+        self.assertIn("<svg", picture)
+        self.assertTrue(math.isfinite(velocities[0]))
 
     def test_a_share_that_falls_comes_first(self):
-        from fabric_kernel import Scene
-
         velocities = [350.0] * 8 + [450.0] * 8
         with unittest.mock.patch.object(Shooter, "__call__", lambda self, velocity, shot: (velocity > 400.0, 50.0 + shot)):
             curve = residual_curve(Scene(), velocities)
@@ -87,10 +73,4 @@ class Command(unittest.TestCase):
 
     def test_a_bad_argument_is_told_in_one_line(self):
         for words, told in ((["--shots", "3"], "shots: must be at least 10"), (["--velocities", "-1"], "must be a number above 0")):
-            with tempfile.TemporaryDirectory() as name, contextlib.redirect_stderr(io.StringIO()) as errors, self.assertRaises(SystemExit):
-                main(["sheet_3in_sphere", *words, "--out", name])
-            self.assertIn(told, errors.getvalue().splitlines()[-1])
-
-
-if __name__ == "__main__":
-    unittest.main()
+            self.assertIn(told, self.ran(main, "sheet_3in_sphere", *words)[1].splitlines()[-1])

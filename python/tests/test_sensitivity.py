@@ -1,40 +1,35 @@
 """The change of a limit with what was chosen, and the pictures of the package."""
 
-import contextlib
 import csv
-import importlib.util
 import io
 import math
-import pathlib
 import re
-import tempfile
-import unittest
 
+import matplotlib
+import numpy
 import scipy.stats
+from PIL import Image
 
+from commands import InFolder
+from fabric_kernel import PRESETS, Scene, Simulation, history, plot
+from fabric_kernel.movie import movie
+from fabric_kernel.sensitivity import WIDTH, crossing, interval, variants
+from fabric_kernel.sheets import outline
+from fabric_kernel.textile import areal_density, presented_area, sides
 from fabric_kernel.v50 import main
 
-BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
 
-
-@unittest.skipUnless(BUILT, "the kernel is not built")
-class Sensitivity(unittest.TestCase):
+class Sensitivity(InFolder):
     def scene(self, **sheet):
-        from fabric_kernel import Scene
-
         body = {"radius": 2.778e-3, "mass": 6.9e-4, "position": [0.0, 0.0, -2.778e-3]}
         return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 41, "nodes_y": 41} | sheet, projectile=body)
 
     def test_a_crossing_is_found_from_both_sides_and_far_away(self):
-        from fabric_kernel.sensitivity import WIDTH, crossing
-
         for limit in (20.0, 95.0, 100.0, 105.0, 700.0):
             self.assertLess(abs(math.log(crossing(100.0, lambda velocity: velocity > limit) / limit)), 0.5 * math.log(WIDTH) + 1e-9)
         self.assertTrue(math.isnan(crossing(100.0, lambda velocity: False)))
 
     def test_the_interval_is_that_of_student_and_not_below_the_bisection(self):
-        from fabric_kernel.sensitivity import WIDTH, interval
-
         mean, low, high = interval([0.1, 0.2, 0.3])
         half = scipy.stats.t.ppf(0.975, 2) * 0.1 / math.sqrt(3)
         self.assertAlmostEqual(mean, 100 * math.expm1(0.2))
@@ -44,9 +39,6 @@ class Sensitivity(unittest.TestCase):
         self.assertEqual(interval([0.1])[1:], (-math.inf, math.inf))
 
     def test_every_variant_differs_by_what_it_says_and_can_be_simulated(self):
-        from fabric_kernel.sensitivity import variants
-        from fabric_kernel.textile import areal_density, presented_area, sides
-
         scene = self.scene()
         found = variants(scene)
         self.assertEqual(len(found), 9)
@@ -75,12 +67,9 @@ class Sensitivity(unittest.TestCase):
 
     def test_the_command_shows_what_the_width_does_for_ten_times_the_node_steps_of_the_test(self):
         for shots in (10, 20, 40):
-            with tempfile.TemporaryDirectory() as name, self.subTest(shots=shots):
-                folder = pathlib.Path(name)
-                (folder / "scene.toml").write_text(self.scene().text())
-                words = [str(folder / "scene.toml"), "--shots", str(shots), "--tests", "0", "--sensitivity", "--out", name]
-                with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()):
-                    main(words)
+            with self.subTest(shots=shots):
+                said, _, _ = self.ran(main, self.scene(), "--shots", str(shots), "--tests", "0", "--sensitivity", out=f"{shots}")
+                folder = self.folder / f"{shots}"
                 rows = list(csv.reader(io.StringIO((folder / "sensitivity.csv").read_text())))
                 self.assertEqual(rows[0], ["variant", "change_percent", "low_percent", "high_percent", "shots"])
                 self.assertEqual(len(rows), 10)
@@ -93,58 +82,39 @@ class Sensitivity(unittest.TestCase):
                 page = (folder / "report.html").read_text()
                 found = re.search(r"The changes took ([\d.]+) times the node-steps of the test", page)
                 self.assertLessEqual(float(found[1]), 10.0)
-                for text in (said.getvalue(), page):
+                for text in (said, page):
                     self.assertIn("The width of the sheet changes the limit by", text)
                     self.assertTrue(shots == 20 or ("found in the network of bars of two yarns" in text) == (shots == 10))
                 self.assertEqual(page.count("data:image/svg+xml"), 2)
 
 
-@unittest.skipUnless(BUILT, "the kernel is not built")
-class Pictures(unittest.TestCase):
+class Pictures(InFolder):
     def test_each_is_drawn_the_same_twice_and_leaves_the_settings_of_the_user(self):
-        import matplotlib
-        from fabric_kernel import PRESETS, Scene, Simulation, history, plot
-
         before = dict(matplotlib.rcParams)
         simulation = Simulation(Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}), warns=False)
         rows = history(simulation, steps=640)
-        with tempfile.TemporaryDirectory() as name:
-            folder = pathlib.Path(name)
-            for number in (0, 1):
-                plot.history(rows, folder / f"history{number}.svg", marks=[(1e-5, "detached")])
-                plot.sheet(simulation, folder / f"sheet{number}.png")
-            for kind in ("history0.svg", "sheet0.png"):
-                self.assertEqual((folder / kind).read_bytes(), (folder / kind.replace("0", "1")).read_bytes())
-            for preset in PRESETS:
-                small = {"sheet": {"nodes_x": 61, "nodes_y": 61}}
-                if preset == "ring_40in":
-                    small = {"sheet": {"radius": 0.1, "nodes_y": 41}, "casing": {"radius": 0.1}, "projectile": {"position": [0, 0, 0.06]}}
-                plot.sheet(Simulation(Scene(preset, small)), folder / "preset.png")
+        for number in (0, 1):
+            plot.history(rows, self.folder / f"history{number}.svg", marks=[(1e-5, "detached")])
+            plot.sheet(simulation, self.folder / f"sheet{number}.png")
+        for kind in ("history0.svg", "sheet0.png"):
+            self.assertEqual((self.folder / kind).read_bytes(), (self.folder / kind.replace("0", "1")).read_bytes())
+        for preset in PRESETS:
+            small = {"sheet": {"nodes_x": 61, "nodes_y": 61}}
+            if preset == "ring_40in":
+                small = {"sheet": {"radius": 0.1, "nodes_y": 41}, "casing": {"radius": 0.1}, "projectile": {"position": [0, 0, 0.06]}}
+            plot.sheet(Simulation(Scene(preset, small)), self.folder / "preset.png")
         self.assertEqual(before, dict(matplotlib.rcParams))
 
     def test_a_movie_has_pictures_of_the_whole_run(self):
-        from fabric_kernel import Scene
-        from fabric_kernel.movie import movie
-        from PIL import Image
-
-        with tempfile.TemporaryDirectory() as name:
-            path = pathlib.Path(name) / "movie.gif"
-            movie(Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}), path, steps=320, every=64)
-            with Image.open(path) as pictures:
-                self.assertEqual(pictures.n_frames, 6)
+        path = self.folder / "movie.gif"
+        movie(Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}), path, steps=320, every=64)
+        with Image.open(path) as pictures:
+            self.assertEqual(pictures.n_frames, 6)
 
     def test_the_lines_of_every_body_enclose_it(self):
-        import numpy
-        from fabric_kernel import Scene
-        from fabric_kernel.sheets import outline
-
         for preset, farthest in (("sheet_3in_sphere", 6.35e-3), ("sheet_10in_cylinder", None), ("turbine_disc_sector", None), ("ring_40in", None)):
             points = numpy.concatenate(outline(Scene(preset)))
             reach = float(numpy.linalg.norm(points, axis=1).max())
             self.assertTrue(1e-3 < reach < 0.1)
             self.assertTrue(farthest is None or abs(reach - farthest) < 1e-9)
             self.assertTrue((points.min(0) < 0).all() and (points.max(0) > 0).all())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -13,9 +13,9 @@ import subprocess
 import sys
 import tempfile
 import threading
-import time
 import unittest
 
+from commands import wait_for
 import fabric_kernel as fk
 from fabric_kernel.designs import Neyer
 from fabric_kernel.v50 import Shooter, v50
@@ -62,14 +62,6 @@ def jobs(node=None):
     """Numbers of the jobs that run, on a node if it is named."""
     rows = [line.split() for line in said("squeue", "--noheader", "--format", "%i %N", "--states", "RUNNING").splitlines()]
     return [number for number, *where in rows if node is None or where == [node]]
-
-
-def wait_for(what, seconds=60):
-    end = time.monotonic() + seconds
-    while not what():
-        if time.monotonic() > end:
-            raise TimeoutError
-        time.sleep(0.1)
 
 
 @unittest.skipIf(MISSING, f"not installed: {', '.join(MISSING)}")
@@ -138,7 +130,3 @@ class Slurm(unittest.TestCase):
         with self.cluster() as cluster, Client(cluster) as client:
             cluster.scale(jobs=2)
             self.assertEqual(client.gather(client.map(limit, SCENES[:2])), [limit(scene) for scene in SCENES[:2]])
-
-
-if __name__ == "__main__":
-    unittest.main()

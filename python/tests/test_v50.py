@@ -1,33 +1,22 @@
 """The ballistic limit of a scene: shots that can be repeated, kept shots, and the command."""
 
-import contextlib
-import importlib.util
-import io
 import json
-import pathlib
 import resource
 import subprocess
 import sys
-import tempfile
-import unittest
 from unittest import mock
 
-from fabric_kernel.v50 import Shooter, Unknown, main
+from commands import InFolder
+from fabric_kernel import Refused, Scene, fly, vary
+from fabric_kernel.designs import Plan
+from fabric_kernel.v50 import Shooter, Unknown, main, v50
 
-# The statistics need no kernel, this does.
-BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
 
-
-@unittest.skipUnless(BUILT, "the kernel is not built")
-class OfAScene(unittest.TestCase):
+class OfAScene(InFolder):
     def scene(self):
-        from fabric_kernel import Scene
-
         return Scene("sheet_3in_sphere", sheet={"nodes_x": 41, "nodes_y": 41}, projectile={"velocity": [0.0, 0.0, 50.0]})
 
     def test_a_shot_is_that_of_its_number(self):
-        from fabric_kernel import fly, vary
-
         shoot = Shooter(self.scene(), seed=3, point=None)
         stopped, residual = shoot(70.0, 2)
         row = fly(vary(self.scene(), 3, seed=3, speed=70.0)[2], until=Shooter.UNTIL, steps=1_000_000)
@@ -56,8 +45,6 @@ class OfAScene(unittest.TestCase):
         self.assertRegex(shoot.notes()[0], r"^In 1 of 2 runs more than 1 % of the steps .* at most 25 %\)")
 
     def test_the_report_names_sharp_edges_of_fast_shots(self):
-        from fabric_kernel import Scene
-
         flat = Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}, fabric={"name": "kevlar_km2_s706"}, projectile={"shape": "cylinder", "length": 0.005})
         for scene, velocity, named in [(flat, 400.0, True), (flat, 100.0, False), (self.scene(), 400.0, False)]:
             shoot = Shooter(scene)
@@ -69,37 +56,29 @@ class OfAScene(unittest.TestCase):
             Shooter(self.scene(), steps=10)(70.0, 0)
 
     def test_the_command_goes_on_where_it_was(self):
-        with tempfile.TemporaryDirectory() as name:
-            folder = pathlib.Path(name)
-            (folder / "scene.toml").write_text(self.scene().text())
-            words = [str(folder / "scene.toml"), "--low", "20", "--high", "60", "--deviation", "2", "--tests", "0", "--out", str(folder / "out")]
-            with contextlib.redirect_stdout(io.StringIO()) as first:
-                main([*words, "--shots", "4"])
-            kept = (folder / "out/runs.jsonl").read_text()
-            with contextlib.redirect_stdout(io.StringIO()) as second:
-                main([*words, "--shots", "6"])
-            # The four shots are not shot again, and two are new.
-            again = (folder / "out/runs.jsonl").read_text()
-            self.assertTrue(again.startswith(kept))
-            self.assertEqual([len(kept.splitlines()), len(again.splitlines())], [4, 6])
-            shots = [line.replace("of 4:", "of 6:") + ", kept from before" for line in first.getvalue().splitlines()[:4]]
-            self.assertEqual(shots, second.getvalue().splitlines()[:4])
-            self.assertNotIn("kept", second.getvalue().splitlines()[4])
-            self.assertEqual(len(json.loads((folder / "out/test.json").read_text())["shots"]), 6)
+        words = ("--low", "20", "--high", "60", "--deviation", "2")
+        first, test = self.said(self.scene(), *words, "--shots", "4")
+        kept = (self.folder / "out/runs.jsonl").read_text()
+        second, test = self.said(self.scene(), *words, "--shots", "6")
+        # The four shots are not shot again, and two are new.
+        again = (self.folder / "out/runs.jsonl").read_text()
+        self.assertTrue(again.startswith(kept))
+        self.assertEqual([len(kept.splitlines()), len(again.splitlines())], [4, 6])
+        shots = [line.replace("of 4:", "of 6:") + ", kept from before" for line in first.splitlines()[:4]]
+        self.assertEqual(shots, second.splitlines()[:4])
+        self.assertNotIn("kept", second.splitlines()[4])
+        self.assertEqual(len(test["shots"]), 6)
 
-    def said(self, scene, *words):
+    def said(self, scene, *words, out="out"):
         """What the command prints for a scene, and what it writes, as numbers."""
-        with tempfile.TemporaryDirectory() as name:
-            path = pathlib.Path(name) / "scene.toml"
-            path.write_text(scene.text())
-            with contextlib.redirect_stdout(io.StringIO()) as said:
-                main([str(path), "--tests", "0", "--out", name, *words])
-            return said.getvalue(), json.loads((pathlib.Path(name) / "test.json").read_text())
+        said, errors, code = self.ran(main, scene, "--tests", "0", *words, out=out)
+        self.assertEqual(code, 0, errors)
+        return said, json.loads((self.folder / out / "test.json").read_text())
 
     def test_the_first_command_answers_from_any_velocity(self):
         found = []
         for first in (5.0, 50.0, 500.0):
-            said, test = self.said(self.scene().replace({"projectile.velocity": (0.0, 0.0, first)}))
+            said, test = self.said(self.scene().replace({"projectile.velocity": (0.0, 0.0, first)}), out=f"{first}")
             self.assertEqual(test["shots"][0]["velocity"], first)
             self.assertLessEqual([shot["stopped"] for shot in test["shots"][:7]].count(test["shots"][0]["stopped"]), 6)
             low, high = (test["fit"]["intervals"][1][end] for end in ("low", "high"))
@@ -111,25 +90,18 @@ class OfAScene(unittest.TestCase):
         self.assertLess(max(low for low, _ in found), min(high for _, high in found))
 
     def test_a_sheet_that_always_stops_and_one_that_never_does(self):
-        sheet = {"nodes_x": 31, "nodes_y": 31}
-        # A ball that is larger than the sheet rests on the nodes that are held.
-        never = self.scene().replace({"projectile.radius": 0.05, "projectile.mass": 1.0}, sheet=sheet)
-        said, test = self.said(never, "--steps", "20000")
-        self.assertTrue(all(shot["stopped"] for shot in test["shots"]))
-        self.assertIn("without a V50", said)
-        fastest = max(shot["velocity"] for shot in test["shots"])
-        self.assertRegex(said, f"V99  none +above {fastest:.1f}")
-        # A heavy body goes through at any velocity.
-        heavy = self.scene().replace({"projectile.mass": 1e6}, sheet=sheet)
-        said, test = self.said(heavy, "--steps", "40000")
-        self.assertFalse(any(shot["stopped"] for shot in test["shots"]))
-        self.assertIn("without a V50", said)
-        slowest = min(shot["velocity"] for shot in test["shots"])
-        self.assertRegex(said, f"V01  none +below {slowest:.1f}")
+        # A ball that is larger than the sheet rests on the nodes that are held; a heavy body goes through at any velocity.
+        for changes, steps, stops, last, bound in (
+            ({"projectile.radius": 0.05, "projectile.mass": 1.0}, "20000", True, max, "V99  none +above"),
+            ({"projectile.mass": 1e6}, "40000", False, min, "V01  none +below"),
+        ):
+            scene = self.scene().replace(changes, sheet={"nodes_x": 31, "nodes_y": 31})
+            said, test = self.said(scene, "--steps", steps, out=steps)
+            self.assertEqual({shot["stopped"] for shot in test["shots"]}, {stops})
+            self.assertIn("without a V50", said)
+            self.assertRegex(said, f"{bound} {last(shot['velocity'] for shot in test['shots']):.1f}")
 
     def test_a_velocity_that_the_time_step_refuses_ends_a_bracket(self):
-        from fabric_kernel import Refused
-
         shoot = Shooter(self.scene())
         with self.assertRaisesRegex(Unknown, "shot 2 at 1e[+]06 m/s: projectile.velocity"):
             shoot(1e6, 1)
@@ -149,63 +121,42 @@ class OfAScene(unittest.TestCase):
         self.assertNotIn("yarns drawn", said + test["seeds"])
 
     def test_a_report_that_cannot_be_written_is_an_error_and_not_half_there(self):
-        with tempfile.TemporaryDirectory() as name:
-            folder = pathlib.Path(name)
-            words = [sys.executable, "-m", "fabric_kernel.v50", "sheet_3in_sphere", "--design", "plan", "--plan", "200", "--tests", "0", "--out", name]
-            subprocess.run(words, check=True, capture_output=True)
-            before = {path.name: path.read_bytes() for path in folder.iterdir()}
-            (folder / "test.json").unlink()
-            # A file may not be larger than a part of the picture, as on a disk that is full.
-            small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (len(before["plot.svg"]) // 2,) * 2)
-            done = subprocess.run([*words, "--confidence", "0.9"], capture_output=True, text=True, preexec_fn=small)
-            self.assertEqual(done.returncode, 1)
-            self.assertRegex(done.stderr, r"^error: .*File too large: '.*plot\.svg'\n$")
-            after = {path.name: path.read_bytes() for path in folder.iterdir()}
-            self.assertEqual(after, {key: value for key, value in before.items() if key != "test.json"})
+        words = [sys.executable, "-m", "fabric_kernel.v50", "sheet_3in_sphere", "--design", "plan", "--plan", "200", "--tests", "0", "--out", self.folder]
+        subprocess.run(words, check=True, capture_output=True)
+        before = {path.name: path.read_bytes() for path in self.folder.iterdir()}
+        (self.folder / "test.json").unlink()
+        # A file may not be larger than a part of the picture, as on a disk that is full.
+        small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (len(before["plot.svg"]) // 2,) * 2)
+        done = subprocess.run([*words, "--confidence", "0.9"], capture_output=True, text=True, preexec_fn=small)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"^error: .*File too large: '.*plot\.svg'\n$")
+        after = {path.name: path.read_bytes() for path in self.folder.iterdir()}
+        self.assertEqual(after, {key: value for key, value in before.items() if key != "test.json"})
 
     def test_a_bad_argument_is_told_in_one_line(self):
-        with tempfile.TemporaryDirectory() as name:
-            path = pathlib.Path(name) / "scene.toml"
-            path.write_text(self.scene().text())
-            for words, told in ((["--low", "60", "--high", "20"], "low"), (["--design", "plan"], "velocities"), (["--shots", "0"], "shots"),
-                (["--low", "60"], "--low, --high: one goes with the other"),
-                (["--aim", "0.01"], "--aim goes with --design three-phase"), (["--design", "three-phase", "--last", "3"], "--aim")):
-                with contextlib.redirect_stderr(io.StringIO()) as errors, self.assertRaises(SystemExit) as left:
-                    main([str(path), *words, "--out", name])
-                self.assertEqual(left.exception.code, 1)
-                self.assertIn(told, errors.getvalue())
-                self.assertEqual(len(errors.getvalue().splitlines()), 1)
-                self.assertFalse((pathlib.Path(name) / "runs.jsonl").exists())
-
-    def test_a_scene_without_a_velocity(self):
-        with tempfile.TemporaryDirectory() as name:
-            path = pathlib.Path(name) / "scene.toml"
-            path.write_text(self.scene().replace({"projectile.velocity": (0.0, 0.0, 0.0)}).text())
-            with contextlib.redirect_stderr(io.StringIO()) as errors, self.assertRaises(SystemExit) as left:
-                main([str(path), "--out", name])
-            self.assertEqual((left.exception.code, errors.getvalue()[:40]), (1, "error: projectile.velocity: must not be "))
-
-    def test_a_velocity_that_is_not_positive_and_a_file_that_is_not_there(self):
-        for words, told in ((["sheet_3in_sphere", "--low", "-1"], "--low: must be a number above 0; it is -1"), (["no.toml"], "no.toml: No such file")):
-            with contextlib.redirect_stderr(io.StringIO()) as errors, self.assertRaises(SystemExit):
-                main(words)
-            self.assertIn(told, errors.getvalue().splitlines()[-1])
+        at_rest = self.scene().replace({"projectile.velocity": (0.0, 0.0, 0.0)})
+        for scene, words, told in (
+            (self.scene(), ["--low", "60", "--high", "20"], "low"), (self.scene(), ["--design", "plan"], "velocities"),
+            (self.scene(), ["--shots", "0"], "shots"), (self.scene(), ["--low", "60"], "--low, --high: one goes with the other"),
+            (self.scene(), ["--aim", "0.01"], "--aim goes with --design three-phase"),
+            (self.scene(), ["--design", "three-phase", "--last", "3"], "--aim"), (at_rest, [], "error: projectile.velocity: must not be "),
+            ("no.toml", [], "no.toml: No such file"),
+        ):  # fmt: skip
+            _, errors, code = self.ran(main, scene, *words, out=told)
+            self.assertEqual((code, len(errors.splitlines())), (1, 1), errors)
+            self.assertIn(told, errors)
+            self.assertFalse((self.folder / told / "runs.jsonl").exists())
+        # argparse tells the usage, too.
+        self.assertIn("--low: must be a number above 0; it is -1", self.ran(main, self.scene(), "--low", "-1")[1])
 
     def test_a_report_says_what_was_shot_at(self):
-        with tempfile.TemporaryDirectory() as name:
-            words = ["sheet_10in_cylinder", "--design", "plan", "--plan", "200", "--tests", "0", "--out", name]
-            with contextlib.redirect_stdout(io.StringIO()) as said:
-                main(words)
-            page = (pathlib.Path(name) / "report.html").read_text()
-            for text in ("sheet_10in_cylinder, ", "held: two sides", "Projectile: ", "mass ", "scene ", "Not validated"):
-                self.assertIn(text, said.getvalue())
-                self.assertIn(text, page)
+        said, _ = self.said("sheet_10in_cylinder", "--design", "plan", "--plan", "200")
+        page = (self.folder / "out/report.html").read_text()
+        for text in ("sheet_10in_cylinder, ", "held: two sides", "Projectile: ", "mass ", "scene ", "Not validated"):
+            self.assertIn(text, said)
+            self.assertIn(text, page)
 
     def test_a_page_begins_with_the_answer(self):
-        from fabric_kernel import Scene
-        from fabric_kernel.designs import Plan
-        from fabric_kernel.v50 import v50
-
         for scene, own, others in (
             (self.scene(), "that of the source paper", "On Cunniff's axes"),
             (Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 31, "nodes_y": 31}), "On Cunniff's axes", "that of the source paper"),
@@ -220,13 +171,7 @@ class OfAScene(unittest.TestCase):
             self.assertIn("not drawn: fragment, fabric, support, attitude, angle of impact", page)
 
     def test_an_interrupt_tells_how_to_go_on(self):
-        with tempfile.TemporaryDirectory() as name, mock.patch("fabric_kernel.v50.v50", side_effect=KeyboardInterrupt):
-            errors = io.StringIO()
-            with contextlib.redirect_stderr(errors), self.assertRaises(SystemExit) as left:
-                main(["sheet_3in_sphere", "--out", name])
-        self.assertEqual(left.exception.code, 130)
-        self.assertIn("the same command goes on", errors.getvalue())
-
-
-if __name__ == "__main__":
-    unittest.main()
+        with mock.patch("fabric_kernel.v50.v50", side_effect=KeyboardInterrupt):
+            _, errors, code = self.ran(main, "sheet_3in_sphere")
+        self.assertEqual(code, 130)
+        self.assertIn("the same command goes on", errors)

@@ -63,8 +63,8 @@ def main():
         region inside block {-inside} {inside} {-inside} {inside} INF INF
         group free region inside
         fix move free nve
-        variable z equal {-casing.radius:.17g}+{case.speed:.17g}*time
-        fix sphere free indent {penalty:.17g} sphere 0 0 v_z {casing.radius:.17g} side out
+        variable z equal {-case.radius:.17g}+{case.speed:.17g}*time
+        fix sphere free indent {penalty:.17g} sphere 0 0 v_z {case.radius:.17g} side out
         run {case.before}
     """)
     deflection = float(abs(program.numpy.extract_atom("x")[: n * n, 2]).max())

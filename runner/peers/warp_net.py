@@ -103,13 +103,13 @@ def main():
     k = wp.clone(whole)
     worst = array(numpy.full(2 * n * n, critical))
     pull = wp.zeros(2 * n * n, dtype=wp.vec3d, device=device)
-    body = array([-casing.radius, case.speed])
+    body = array([-case.radius, case.speed])
     push = wp.zeros(1, dtype=wp.float64, device=device)
     law = array([case.critical_stretch, case.a, case.b, case.alpha_fail])
 
     # Recorded once: replaying costs less than launching from Python.
     first = [n, 1.0 / (case.h * case.h), law, x, k, whole, rate, worst, pull]
-    second = [n, case.dt, case.h, casing.radius, case.node_mass, case.body_mass, pull, x, v, body, push]
+    second = [n, case.dt, case.h, case.radius, case.node_mass, case.body_mass, pull, x, v, body, push]
     commands = [
         wp.launch(segments, dim=n * n, inputs=first, device=device, record_cmd=True),
         wp.launch(nodes, dim=n * n, inputs=second, device=device, record_cmd=True),

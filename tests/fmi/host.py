@@ -5,11 +5,13 @@ A call that the FMU refuses does not raise: it returns the status, and what the 
 
 import atexit
 import ctypes
+import math
 import os
 import pathlib
 import shutil
 import sys
 import tempfile
+import weakref
 from xml.etree import ElementTree
 
 import fmpy
@@ -71,12 +73,24 @@ def library(version):
     return pathlib.Path(opened(version)[1], "binaries", name, "FabricShield.so")
 
 
+def size_of(variable):
+    """How many numbers it holds."""
+    return math.prod(int(dimension.start) for dimension in variable.dimensions or ())
+
+
+def freed(fmu, version, _logger):
+    """Frees an instance, with the logger that it may call till then."""
+    getattr(fmu, f"fmi{version}FreeInstance")(fmu.component)
+
+
 class Host:
-    """One instance. With `values` it is initialised at once and must accept them."""
+    """One instance, freed with this object. With `values` it is initialised at once and must accept them."""
 
     def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, early=None, logging_on=True,
                  archive=None, component=False):
-        self.version, self.log = version, []
+        log = self.log = []
+        say = lambda _environment, status, category, message: log.append((status, category.decode(), message.decode()))
+        self.version = version
         description, folder = opened(version, archive)
         self.variables = {variable.name: variable for variable in description.modelVariables}
         arguments = dict(
@@ -89,30 +103,25 @@ class Host:
         if version == 2:
             self.fmu = fmi2.FMU2Slave(**arguments)
             callbacks = fmi2.fmi2CallbackFunctions()
-            self.logger = LOGGER(self._log2)
+            self.logger = LOGGER(lambda environment, _name, status, category, _format, message: say(environment, status, category, message))
             callbacks.logger = ctypes.cast(self.logger, fmi2.fmi2CallbackLoggerTYPE)
             callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
             callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
             self.fmu.instantiate(callbacks=callbacks, loggingOn=logging_on)
         elif component:
             # The same FMU in WebAssembly.
-            self.fmu = Slave(pathlib.Path(folder, FILE), self._log3)
+            self.fmu = Slave(pathlib.Path(folder, FILE), say)
             self.fmu.instantiate(arguments["guid"], logging_on, events, events if early is None else early)
         else:
             self.fmu = fmi3.FMU3Slave(**arguments)
             self.fmu.instantiate(
-                logMessage=self._log3, loggingOn=logging_on, eventModeUsed=events,
+                logMessage=say, loggingOn=logging_on, eventModeUsed=events,
                 earlyReturnAllowed=events if early is None else early,
             )  # fmt: skip
+        weakref.finalize(self, freed, self.fmu, version, getattr(self, "logger", None))
         if values is not None:
             status = self.initialise(values, start, stop)
             assert status <= WARNING, (status, self.log)
-
-    def _log2(self, _environment, _name, status, category, _format, message):
-        self.log.append((status, category.decode(), message.decode()))
-
-    def _log3(self, _environment, status, category, message):
-        self.log.append((status, category.decode(), message.decode()))
 
     def attempt(self, function, *arguments, **named):
         """Status of a call."""
@@ -167,16 +176,16 @@ class Host:
             return [self.variables[name]]
         return [v for v in self.variables.values() if v.name.startswith(name + "[")]
 
+    def _function(self, verb, variables):
+        """What sets or gets variables of one type."""
+        kind = variables[0].type
+        return getattr(self.fmu, verb + (kind if kind != "Enumeration" else "Integer" if self.version == 2 else "Int64"))
+
     def try_set(self, name, value):
         """Status of setting a variable, a list for arrays."""
         values = list(value) if isinstance(value, (list, tuple)) else [value]
         elements = self._elements(name)
-        kind, references = elements[0].type, [v.valueReference for v in elements]
-        names = {
-            "Real": "setReal", "Integer": "setInteger", "Boolean": "setBoolean", "Float64": "setFloat64",
-            "Int32": "setInt32", "Enumeration": "setInteger" if self.version == 2 else "setInt64",
-        }  # fmt: skip
-        return self.attempt(getattr(self.fmu, names[kind]), references, values)
+        return self.attempt(self._function("set", elements), [v.valueReference for v in elements], values)
 
     def set(self, **values):
         for name, value in values.items():
@@ -186,18 +195,14 @@ class Host:
     def get(self, name):
         """A number, or the list of an array's elements row by row."""
         elements = self._elements(name)
-        kind, references = elements[0].type, [v.valueReference for v in elements]
-        if self.version == 2:
-            names = {"Real": "getReal", "Boolean": "getBoolean", "Integer": "getInteger", "Enumeration": "getInteger"}
-            values = list(getattr(self.fmu, names[kind])(references))
-        else:
-            names = {"Float64": "getFloat64", "Int32": "getInt32", "Boolean": "getBoolean", "Enumeration": "getInt64"}
-            size = 1
-            for dimension in elements[0].dimensions:
-                size *= int(dimension.start)
-            values = list(getattr(self.fmu, names[kind])(references, nValues=size))
-        values = [int(value) if kind == "Boolean" else value for value in values]
+        values = self.read(elements)
+        values = [int(value) if elements[0].type == "Boolean" else value for value in values]
         return values[0] if len(values) == 1 else values
+
+    def read(self, variables):
+        """Values of variables of one type, one after the other. Raises if the FMU refuses."""
+        count = {} if self.version == 2 else {"nValues": sum(map(size_of, variables))}
+        return list(self._function("get", variables)([v.valueReference for v in variables], **count))
 
     def outputs(self):
         return {name: self.get(name) for name in OUTPUTS}
@@ -250,17 +255,7 @@ class Host:
         self.free(state)
         return data
 
-    def close(self):
-        component = self.fmu.component
-        if self.version == 2:
-            self.fmu.fmi2FreeInstance(component)
-        else:
-            self.fmu.fmi3FreeInstance(component)
-
 
 def hosts(*arguments, **named):
-    """One instance of each version after the other, closed when the next one comes."""
-    for version in (2, 3):
-        host = Host(version, *arguments, **named)
-        yield host
-        host.close()
+    """One instance of each version after the other."""
+    return (Host(version, *arguments, **named) for version in (2, 3))

@@ -33,7 +33,6 @@ def inputs():
     """Two rows: the start values of all inputs, held."""
     host = Host(2, {})
     row = [repr(x) for x in flat([host.get(name) for name in INPUTS])]
-    host.close()
     return [["time", *columns(INPUTS)], ["0.0", *row], [repr(STOP), *row]]
 
 
@@ -48,7 +47,6 @@ def rows(version, count, values=None):
     for row in range(count):
         host.run((row - 1) * PER_ROW if row else 0, row * PER_ROW, STEP)
         result.append([repr(round(row * INTERVAL, 9)), *(repr(x) for x in flat(host.outputs().values()))])
-    host.close()
     return result
 
 

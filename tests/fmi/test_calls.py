@@ -1,9 +1,10 @@
-"""Each function of both versions in each state, and bad arguments: the tables in calls/calls2.c and calls/calls3.c.
+"""Each function of both versions in each state, and bad arguments: the tables in calls/calls2.c and calls/calls3.c; the host's floating-point environment.
 
 The programs are built against the official headers (those that FMPy brings) and linked with the library itself.
 """
 
 import pathlib
+import platform
 import shutil
 import subprocess
 import tempfile
@@ -20,7 +21,7 @@ def build(source, version, folder, *options):
     """Builds a C host that is linked with the FMU's library; returns the program."""
     program = pathlib.Path(folder, pathlib.Path(source).stem)
     warnings = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Werror"]
-    subprocess.run(["cc", *warnings, *options, f"-I{HEADERS}", source, library(version), "-o", program], check=True)
+    subprocess.run(["cc", *warnings, f"-I{HEADERS}", source, library(version), *options, "-o", program], check=True)
     return program
 
 
@@ -41,6 +42,12 @@ class Calls(unittest.TestCase):
     def test_no_byte_is_misread_or_lost(self):
         self.check("valgrind", "--quiet", "--leak-check=full", "--error-exitcode=9")
 
-
-if __name__ == "__main__":
-    unittest.main()
+    @unittest.skipUnless(platform.machine() == "x86_64", "the C host sets x86's control register")
+    def test_a_changed_environment_changes_no_bit_and_comes_back(self):
+        with tempfile.TemporaryDirectory() as folder:
+            # -O0: the compiler must not move the steps' arguments across the change.
+            program = build(pathlib.Path(__file__).with_name("environment.c"), 2, folder, "-O0", "-ldl")
+            run = subprocess.run([program, library(2), opened(2)[0].guid], check=True, capture_output=True, text=True)
+        usual, *changed = run.stdout.split()
+        self.assertEqual(changed, [usual] * 5)
+        self.assertGreater(float.fromhex(usual), 0.0)

@@ -3,7 +3,6 @@
 import pathlib
 import subprocess
 import tempfile
-import time
 import unittest
 
 from host import OK, SMALL, hosts
@@ -42,18 +41,3 @@ class Capsule(unittest.TestCase):
         for host in hosts(SMALL):
             host.run(0, 2, 1e-6)
             self.assertFalse(host.said("capsule: "))
-
-    def test_its_cost(self):
-        spent = {}
-        for capsule in (False, True):
-            for host in hosts({**SMALL, "capsule": capsule}):
-                start = time.process_time()
-                host.run(0, 1000, 2e-7)
-                spent[host.version, capsule] = time.process_time() - start
-        for version in (2, 3):
-            ratio = spent[version, True] / spent[version, False]
-            print(f"\nFMI {version}: 1000 steps take {ratio:.3f} times as long with a capsule", end=" ", flush=True)
-
-
-if __name__ == "__main__":
-    unittest.main()

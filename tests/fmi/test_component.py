@@ -115,7 +115,6 @@ class Component(unittest.TestCase):
                         status = refused.status
                     values = {} if state == "failed" else {name: host.get(name) for name in ("state.position", "status")}
                     both.append((status, answer, host.log, repr(values)))
-                    host.close()
                 with self.subTest(state=state, call=name):
                     self.assertEqual(both[1], both[0])
                 compared += 1
@@ -133,7 +132,6 @@ class Component(unittest.TestCase):
             self.assertEqual(host.attempt(host.fmu.call, name, *arguments), ERROR, name)
             self.assertEqual(host.log[-1][2], f"fmi3{name.title().replace('-', '')}: not supported")
         self.assertEqual(host.fmu.named, "test")
-        host.close()
 
     def test_a_wrong_token_is_refused(self):
         with self.assertRaises(FMICallException):
@@ -152,7 +150,6 @@ class Component(unittest.TestCase):
                         told.append((*host.last, tuple(host.fmu.updateDiscreteStates()), repr(host.outputs())))
                         host.fmu.enterStepMode()
                 runs.append((told, host.log, host.image()))
-                host.close()
             self.assertGreater(len(runs[0][0]), 1)
             self.assertEqual(runs[1], runs[0])
             print(f"\n{len(told)} events, state {hashlib.sha256(runs[1][2]).hexdigest()[:16]} in both", end=" ", flush=True)
@@ -169,7 +166,6 @@ class Component(unittest.TestCase):
             host.set(projectile__orientation=[2.0, 0.0, 0.0, 0.0])
             self.assertEqual(host.step(30 * H, H), DISCARD)
             images.append((host.image(), host.log))
-            host.close()
         self.assertEqual(images[1], images[0])
 
     def test_states_go_from_the_library_to_the_component_and_back(self):
@@ -185,16 +181,9 @@ class Component(unittest.TestCase):
             self.assertEqual(component.restore(bad), ERROR)
             self.assertTrue(component.said("malformed, truncated or altered"))
         self.assertEqual(component.image(), data)
-        for host in (native, component, back):
-            host.close()
 
     def test_instances_do_not_disturb_each_other(self):
         one, other = Host(3, SMALL, component=True), Host(3, TINY, component=True)
         for k in range(10):
             one.run(k, k + 1, H), other.run(k, k + 1, H)
         self.assertEqual(one.image(), Host(3, SMALL).run(0, 10, H).image())
-        one.close(), other.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -21,7 +21,6 @@ class Events(unittest.TestCase):
         host = Host(2, values).run(0, steps, H)
         self.assertTrue(host.get(f"outcome.{outcome}"))
         outputs = host.outputs()
-        host.close()
         return outputs["outcome.first_contact_time"], outputs[f"outcome.{outcome}_time"], outputs
 
     def test_event_mode_returns_early_at_the_tick(self):
@@ -46,7 +45,6 @@ class Events(unittest.TestCase):
             for name, value in host.outputs().items():
                 if not name.endswith("_mean"):
                     self.assertEqual(value, outputs[name], name)
-            host.close()
 
     def test_events_without_early_return(self):
         """Event mode used, early return not allowed: the step ends where the host said, and the event is told then."""
@@ -66,7 +64,6 @@ class Events(unittest.TestCase):
         self.assertTrue(contact <= told[0] < contact + H, told)
         self.assertTrue(any(event <= t < event + H for t in told), told)
         self.assertEqual(host.get("outcome.exited_time"), event)
-        host.close()
 
     def test_discrete_variables_change_in_event_mode_only(self):
         """Read after every call: what the description calls discrete changes on entering event mode, which the step has asked for."""
@@ -90,7 +87,6 @@ class Events(unittest.TestCase):
                     host.fmu.enterStepMode()
                     shown, changes = now, changes + 1
             self.assertGreater(changes, 2)
-            host.close()
 
     def test_the_status_is_what_is_true_now(self):
         """A sphere that was stopped still touches the sheet, then flies back: the outcome stays, the status does not."""
@@ -106,7 +102,6 @@ class Events(unittest.TestCase):
         self.assertFalse(host.get("outcome.exited"))
         self.assertEqual(host.get("outcome.exited_time"), 0.0)
         self.assertTrue(0.0 < host.get("outcome.first_contact_time") < host.get("outcome.arrested_time"))
-        host.close()
 
     def test_step_mode_never_returns_early(self):
         for values, outcome, steps in CASES:
@@ -116,7 +111,6 @@ class Events(unittest.TestCase):
                 self.assertEqual(host.step(k * H, H), OK)
                 self.assertEqual(host.last[:3], (False, False, False))
             self.assertEqual(host.outputs(), outputs)
-            host.close()
 
     def test_stop_on_event(self):
         host = Host(2, {**SMALL, "stop_on_event": True})
@@ -128,14 +122,12 @@ class Events(unittest.TestCase):
         self.assertTrue(host.fmu.getBooleanStatus(fmi2Terminated))
         times = [host.get(f"outcome.{name}_time") for name in ("arrested", "detached", "exited", "passed")]
         self.assertAlmostEqual(host.fmu.getRealStatus(fmi2LastSuccessfulTime), max(times), delta=1e-12)
-        host.close()
         host = Host(3, {**SMALL, "stop_on_event": True})
         for k in range(200):
             self.assertEqual(host.step(k * H, H), OK)
             if host.last[1]:
                 break
         self.assertTrue(host.last[1])
-        host.close()
 
     def test_stop_on_event_shows_the_outcome_in_the_step_that_ends(self):
         """Masters with event mode (FMPy, fmusim) write a row when a step asks to end, and call nothing more: it must have the outcome."""
@@ -159,7 +151,6 @@ class Events(unittest.TestCase):
                 # A master that handles the event first is asked there.
                 host.fmu.enterEventMode()
                 self.assertTrue(host.fmu.updateDiscreteStates()[1])
-                host.close()
 
     def test_stop_on_event_in_fmpy(self):
         outputs = [*ENDING, *(f"{name}_time" for name in ENDING)]
@@ -178,16 +169,9 @@ class Events(unittest.TestCase):
     def test_events_are_logged_on_request(self):
         host = Host(3, SMALL, logging_on=True).run(0, 5, H)
         self.assertTrue(host.said("first contact at 8e-8 s, internal step 4"), host.log)
-        host.close()
         host = Host(3, SMALL, logging_on=False)
         host.fmu.setDebugLogging(True, ["logEvents"])
         host.run(0, 5, H)
         self.assertEqual({category for _, category, _ in host.log}, {"logEvents"})
-        host.close()
         host = Host(3, SMALL, logging_on=False).run(0, 5, H)
         self.assertEqual(host.log, [])
-        host.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

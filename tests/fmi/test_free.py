@@ -32,7 +32,6 @@ class Free(unittest.TestCase):
         self.assertEqual(host.get("state.position"), other.get("state.position"))
         self.assertEqual(host.step(t, 1e-6), ERROR)
         self.assertTrue(host.said("stop time"))
-        host.close(), other.close()
 
     def test_every_step_and_way_of_counting_time_gives_the_same_bits(self):
         """As masters do it: products, sums, whole nanoseconds, differences of times, and a start far from zero. Step means differ by nature."""
@@ -61,7 +60,6 @@ class Free(unittest.TestCase):
                         for k in range(round(END / h)):
                             self.assertEqual(host.step(*counted(k, h, start)), OK, (start, counted.__name__, h, k, host.log))
                         results.append({name: host.get(name) for name in OUTPUTS if not name.endswith(("_time", "_mean"))})
-                        host.close()
             for result in results[1:]:
                 self.assertEqual(result, results[0])
 
@@ -77,14 +75,12 @@ class Free(unittest.TestCase):
             impulse = host.get("contact.impulse")
             size = sum(x * x for x in impulse) ** 0.5
             self.assertLessEqual(max(abs(a - b) for a, b in zip(total, impulse)), 1e-12 * max(size, 1e-30))
-            host.close()
 
     def test_the_impulse_is_the_change_of_momentum(self):
         host = Host(2, SMALL).run(0, 40, 1e-6)
         mass, v = host.get("projectile.mass"), host.get("state.velocity")
         change = mass * (v[2] - 100.0)
         self.assertLess(abs(host.get("contact.impulse")[2] - change), 1e-9 * abs(change))
-        host.close()
 
     def test_reset_and_interleaved_instances(self):
         for version in (2, 3):
@@ -100,9 +96,3 @@ class Free(unittest.TestCase):
                 second.run(k, k + 1, 1e-6)
             self.assertEqual(first.image(), expected)
             self.assertNotEqual(second.image(), expected)
-            for host in (plain, first, second):
-                host.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

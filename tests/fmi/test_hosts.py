@@ -30,7 +30,6 @@ class Steps(unittest.TestCase):
             self.assertEqual(writes.initialise({**values, **small}), OK, writes.log)
             self.assertEqual(writes.run(0, 40, H).image(), plain.run(0, 40, H).image())
             self.assertGreater(plain.get("contact.work"), 0.1)
-            plain.close(), writes.close()
 
     def test_signals_at_zero_in_the_first_step(self):
         """A master that starts all signals at zero, then drives: no step is refused, and the run is that of a host which drives at once."""
@@ -45,7 +44,6 @@ class Steps(unittest.TestCase):
                 self.assertLess(host.get("interface.gap"), 1e-7)
                 x = [0.0, 0.0, x[2] + 60.0 * H]
             ends.append((host.get("contact.work"), host.get("contact.impulse[3]")))
-            host.close()
         for a, b in zip(*ends):
             self.assertAlmostEqual(a / b, 1.0, 9)
 
@@ -59,7 +57,6 @@ class Steps(unittest.TestCase):
             self.assertAlmostEqual(host.get("state.velocity")[2] / free.get("state.velocity")[2], 1.0, 3)
             self.assertAlmostEqual(host.get("state.angular_velocity")[2], 200.0, 6)
             self.assertAlmostEqual(host.get("state.orientation")[3], 0.5 * 200.0 * 20 * H, 6)
-        free.close()
 
     def test_an_unconnected_orientation_beside_a_driven_position(self):
         host = Host(2, DRIVEN)
@@ -68,7 +65,6 @@ class Steps(unittest.TestCase):
             self.step(host, k * H, H)
         self.assertAlmostEqual(host.get("state.angular_velocity")[2], 200.0, 6)
         self.assertAlmostEqual(host.get("state.orientation")[3], 0.5 * 200.0 * 10 * H, 6)
-        host.close()
 
     def test_zero_is_a_place_like_any_other_once_the_host_drives(self):
         host = Host(2, DRIVEN)
@@ -77,7 +73,6 @@ class Steps(unittest.TestCase):
         host.set(projectile__position=[0.0] * 3, projectile__velocity=[0.0] * 3)
         self.assertNotEqual(host.status_of_step(H, H), OK)
         self.assertTrue(host.said("from where the fabric has the body"))
-        host.close()
 
     def test_a_remainder_of_a_step_leaves_the_outputs_as_they_are(self):
         """As left over by rounding at the end of a run, and steps much shorter than an internal one."""
@@ -92,7 +87,6 @@ class Steps(unittest.TestCase):
                 self.assertEqual(host.outputs(), before)
                 self.step(host, 10 * H, 1e-9)
                 self.assertEqual(host.outputs(), before)
-                host.close()
 
     def test_masters_that_round_their_steps_differently_read_the_same_means(self):
         """A mean is over the internal steps, not over the host's idea of a step."""
@@ -103,12 +97,7 @@ class Steps(unittest.TestCase):
                 for k in range(10):
                     self.step(host, *step(k))
                 means.append((host.get("contact.force_mean"), host.get("contact.torque_mean")))
-                host.close()
             if drive == 0:
                 self.assertEqual(means[1], means[0])
                 self.assertEqual(means[2], means[0])
             self.assertNotEqual(means[0][0][2], 0.0)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 import fmpy
-from host import ARCHIVES, Host, opened
+from host import ARCHIVES, opened
 from test_calls import build
 
 OUTPUTS = ["contact.work", "energy.kinetic", "energy.strain", "energy.contact_loss", "fabric.max_deflection", "contact.force_peak"]
@@ -67,11 +67,8 @@ class Importers(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 4:
-        try:
-            import ecospy  # noqa: F401
-        except (ImportError, OSError):
-            sys.exit(3)
-        print("\n" + json.dumps(ecos(int(sys.argv[1]), float(sys.argv[2]), int(sys.argv[3]))))
-    else:
-        unittest.main()
+    try:
+        import ecospy  # noqa: F401
+    except (ImportError, OSError):
+        sys.exit(3)
+    print("\n" + json.dumps(ecos(int(sys.argv[1]), float(sys.argv[2]), int(sys.argv[3]))))

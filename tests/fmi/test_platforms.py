@@ -105,7 +105,3 @@ class Platforms(unittest.TestCase):
 
     def test_aarch64_linux(self):
         self.compare("aarch64-linux")
-
-
-if __name__ == "__main__":
-    unittest.main()

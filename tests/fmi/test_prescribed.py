@@ -54,14 +54,12 @@ class Prescribed(unittest.TestCase):
         speed = math.sqrt(2.0 * joule / MASS)
         values = {**case(speed), "time_step.seconds": dt}
         reference, host = free(values, 1e-7, end, until)
-        host.close()
         last = max(reference) // 100 * 100
         print(f"\n  {joule} J, dt {dt:.0e} s, to {last * 1e-7:.1e} s, V {reference[last][0]:.3f} m/s", end="")
         result = {}
         for exact in (False, True):
             for per in (1, 10, 100):
                 rows, host = driven(values, per * 1e-7, last * 1e-7, exact=exact)
-                host.close()
                 common = range(100, last + 1, 100)
                 velocity = max(abs(rows[k // per][0] - reference[k][0]) for k in common) / speed
                 work = max(abs(rows[k // per][1] - reference[k][1]) for k in common) / joule
@@ -94,7 +92,6 @@ class Prescribed(unittest.TestCase):
             rows, host = free(case(speed * (1.0 + k * 1e-12)), 1e-5, end)
             absorbed.append(host.get("contact.work"))
             status = host.get("status")
-            host.close()
         mean = sum(absorbed) / 8
         spread = max(absorbed) - min(absorbed)
         deviation = math.sqrt(sum((a - mean) ** 2 for a in absorbed) / 7)
@@ -102,7 +99,6 @@ class Prescribed(unittest.TestCase):
         work, residual = host.get("contact.work"), host.get("interface.residual")
         print(f"\n  40 J, absorbed: 8 runs {mean:.4f} J, range {spread:.4f} J, standard deviation {deviation:.4f} J, status {status}")
         print(f"  prescribed at H = 1e-7 s: {work:.4f} J, interface residual {residual:.2e} J")
-        host.close()
         self.assertLess(abs(work - mean), 2.0 * deviation)
         self.assertLess(abs(residual), 1e-6 * 40.0)
 
@@ -112,7 +108,6 @@ class Prescribed(unittest.TestCase):
         for version in (2, 3):
             rows, host = driven(values, 1e-6, 3e-5, version)
             results.append((rows, host.outputs()))
-            host.close()
         self.assertEqual(results[0], results[1])
 
     def test_bad_input_is_discarded_and_nothing_changes(self):
@@ -143,7 +138,6 @@ class Prescribed(unittest.TestCase):
                         host.try_set(name, value)
                     self.assertEqual(host.step(k * 1e-6, 1e-6), OK)
                 results.append(host.outputs())
-                host.close()
             self.assertEqual(results[0], results[1])
 
     def test_a_pose_slightly_off_is_shown_and_nothing_else(self):
@@ -155,7 +149,6 @@ class Prescribed(unittest.TestCase):
         host.set(projectile__position=[0.0, 1e-3, -RADIUS - 1e-5])
         self.assertEqual(host.step(1e-6, 1e-6), DISCARD)
         self.assertTrue(host.said("from where the fabric has the body (state.position), more than sheet.spacing, 7.25"), host.log)
-        host.close()
 
     def test_a_quaternion_of_nearly_unit_length_is_taken_without_a_warning(self):
         """A host that integrates one gives such in every step: it is normalised, and said once, to a host that wants events."""
@@ -170,8 +163,3 @@ class Prescribed(unittest.TestCase):
             said = [text for status, _, text in host.log[before:] if "normalised" in text]
             self.assertEqual(len(said), 1 if logging else 0, host.log)
             self.assertEqual({status for status, _, _ in host.log[before:]} - {OK}, set())
-            host.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

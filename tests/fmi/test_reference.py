@@ -20,7 +20,3 @@ class Reference(unittest.TestCase):
     def test_inputs_and_options_are_those_of_the_default_run(self):
         self.assertEqual(reference.read("FabricShield_in.csv"), reference.inputs())
         self.assertEqual((reference.FOLDER / "FabricShield_ref.opt").read_text(), reference.options())
-
-
-if __name__ == "__main__":
-    unittest.main()

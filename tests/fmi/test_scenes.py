@@ -51,13 +51,11 @@ class Scenes(unittest.TestCase):
             for first in (-1, 1000):
                 self.assertEqual(host.try_set("ply.first", first), ERROR)
             told[version] = rows
-            host.close()
             # A single sheet is its own ply 0.
             host = Host(version, {**parameter_set("sheet_3in_sphere"), "sheet.nodes_x": 41, "sheet.nodes_y": 41})
             host.run(0, 40, 1e-6)
             self.assertEqual(host.get("ply.strain"), [host.get("energy.strain")] + [0.0] * 7)
             self.assertEqual(host.get("ply.failed_segments")[0], host.get("fabric.failed_segments"))
-            host.close()
         self.assertEqual(told[2], told[3])
 
     def test_a_hit_beyond_the_fine_part_is_counted_and_told_once(self):
@@ -72,7 +70,6 @@ class Scenes(unittest.TestCase):
                 counts.append(host.get("contact.beyond_fine"))
                 told = [text for _, _, text in host.log if text.startswith("contact.beyond_fine: the projectile met the sheet")]
                 self.assertEqual(len(told), int(beside), host.log)
-                host.close()
             self.assertEqual(counts[0], counts[1])
             self.assertEqual(counts[0] > 0, beside)
 
@@ -89,7 +86,6 @@ class Scenes(unittest.TestCase):
                 told = [text for _, _, text in host.log if text.startswith("energy.residual: more than 1 % of the impact energy")]
                 self.assertEqual(len(told), int(opened), (k, host.log))
             self.assertTrue(opened)
-            host.close()
 
     def test_a_model_of_a_scene_starts_as_that_scene(self):
         wanted = tomllib.loads(SCENE.read_text())
@@ -113,7 +109,6 @@ class Scenes(unittest.TestCase):
             host.run(0, 20, 1e-6), other.run(0, 20, 1e-6)
             self.assertGreater(host.get("contact.work"), 0.0)
             self.assertEqual(host.outputs(), other.outputs())
-            host.close(), other.close()
             with zipfile.ZipFile(archive) as files:
                 page = files.read("documentation/index.html").decode()
             self.assertIn(f"<h1>{NAME}</h1>", page)
@@ -134,7 +129,3 @@ class Scenes(unittest.TestCase):
         for version, values in zip((2, 3), shown):
             rows = fmpy.simulate_fmu(str(ARCHIVES[version]), stop_time=1e-6, start_values=values, output=["contact.work", "state.velocity[3]"[: None if version == 2 else -3]])
             self.assertAlmostEqual(float(rows[-1][-1] if version == 2 else rows[-1][-1][2]), 80.0, 6)
-
-
-if __name__ == "__main__":
-    unittest.main()

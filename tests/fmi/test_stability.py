@@ -24,7 +24,6 @@ class Bits(unittest.TestCase):
             self.assertLessEqual(host.step(0.0, summary["time"]), WARNING, host.log)
             self.assertGreater(host.get("fabric.failed_segments"), 0)
             self.assertEqual({name: host.get(name) for name in TOLD}, {name: flat(summary[own]) for name, own in TOLD.items()})
-            host.close()
 
 
 class Indicators(unittest.TestCase):
@@ -46,7 +45,6 @@ class Indicators(unittest.TestCase):
             self.assertLess(host.get("fabric.max_stretch"), 1.05)
             finer = Host(version, {**sound, "time_step.seconds": 1e-8}).run(0, 60, 1e-6)
             self.assertLess(abs(finer.get("energy.residual")), 0.5 * abs(host.get("energy.residual")))
-            host.close(), finer.close()
             # A slab over the whole sheet: only rounding is left of many solves, which is no lack of convergence.
             slab = {
                 **sound, "attachment.kind": FOUR_SIDES, "projectile.shape": 3, "projectile.mass": 0.05,
@@ -55,13 +53,7 @@ class Indicators(unittest.TestCase):
             }  # fmt: skip
             host = Host(version, slab).run(0, 1, 1e-4)
             self.assertEqual(host.get("contact.unconverged"), 0)
-            host.close()
             # A sphere that wedges between supports: a solve ends at the cap, and the host sees it.
             wedged = {**sound, "sheet.nodes_x": 15, "sheet.nodes_y": 15, "projectile.start.velocity[3]": 60.0}
             host = Host(version, wedged).run(0, 60, 1e-6)
             self.assertGreater(host.get("contact.unconverged"), 0)
-            host.close()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -30,7 +30,6 @@ class State(unittest.TestCase):
                     self.assertEqual(host.image(), middle)
                     self.assertEqual(host.run(10, 20, 1e-6).image(), end)
                     self.assertEqual(host.free(state), OK)
-                    host.close()
 
     def test_another_process_goes_on_with_the_same_bits(self):
         for host in hosts(SMALL):
@@ -45,7 +44,6 @@ class State(unittest.TestCase):
         two, three = Host(2, SMALL).run(0, 10, 1e-6), Host(3)
         self.assertEqual(three.restore(three.state_of(two.image())), OK)
         self.assertEqual(three.run(10, 20, 1e-6).image(), two.run(10, 20, 1e-6).image())
-        two.close(), three.close()
 
     def test_altered_bytes_are_refused(self):
         for host in hosts(SMALL):
@@ -100,7 +98,6 @@ class State(unittest.TestCase):
         self.assertEqual(host.restore(state), OK)
         host.initialise(SMALL)
         host.run(0, 5, 1e-6)
-        host.close()
 
 
 def go_on(version, before, after):
@@ -111,7 +108,4 @@ def go_on(version, before, after):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 4:
-        go_on(int(sys.argv[1]), sys.argv[2], sys.argv[3])
-    else:
-        unittest.main()
+    go_on(int(sys.argv[1]), *sys.argv[2:])

@@ -1,7 +1,7 @@
 //! `cargo xtask demo`: a rotorburst fragment, flown by a host in Python, hits the fabric FMU, one ply of it and a pack that stops it;
 //! tables, plots and a report come out.
 
-use crate::tools::{self, Outcome, cargo};
+use crate::tools::{self, Outcome};
 use std::path::Path;
 
 #[derive(clap::Args)]
@@ -17,13 +17,9 @@ pub const PROGRAMS: &str = "examples/rotorburst";
 
 pub fn run(options: &Options) -> Outcome {
     crate::needs::demo()?;
-    let python = tools::python()?;
     crate::fmu::run(&crate::fmu::Options::default())?;
-    // With these features it is the build of the kernel that the studies use.
-    let features = ["--features", "internals"];
-    cargo(
-        &[&["build", "--quiet", "--release", "-p", "fabric-kernel", "--example", "snapshots"], &features[..]].concat(),
-    )?;
+    // The pictures of the sheet are made with the package.
+    let python = crate::wheel::installed()?;
 
     // The pack is the fewest bonded plies that stopped the fragment, found by hand.
     let (folder, case, pack) = if options.quick { ("demo-quick", "small", "10") } else { ("demo", "disc", "12") };
@@ -31,13 +27,11 @@ pub fn run(options: &Options) -> Outcome {
     let text = |path: &Path| path.to_string_lossy().into_owned();
     let program = |name: &str| text(&tools::top().join(PROGRAMS).join(name));
     let fmu = text(&tools::target().join("fmu/FabricShield-fmi2.fmu"));
-    let snapshots = tools::target().join("release/examples/snapshots");
     for (out, plies) in [(&out, "1"), (&out.join("pack"), pack)] {
         println!("\nNumber of bonded plies: {plies}");
         let run = ["--case", case, "--plies", plies, "--fmu", &fmu, "--out", &text(out)];
         tools::run(&python, &[&[&*program("rotorburst.py")], &run[..]].concat())?;
-        println!("\nThe same impact with the kernel moving the projectile, for the pictures of the sheet ...");
-        tools::run(&snapshots, &[&text(&out.join("impact.txt")), &text(&out.join("snapshots.bin"))])?;
     }
+    println!("\nThe same impacts with the kernel moving the projectile, for the pictures of the sheet ...");
     tools::run(&python, &[&program("report.py"), &text(&out)])
 }

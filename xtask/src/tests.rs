@@ -218,7 +218,8 @@ fn fmus() -> Outcome {
     // What tests/fmi/test_stability.py compares them with.
     let out = target().join("fmu/run").to_string_lossy().into_owned();
     runner(&["run", file, "--steps", "6000", "--sample", "6000", "--until", "none", "--out", &out])?;
-    command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py"])
+    let discover = ["-m", "unittest", "discover", "--verbose", "--start-directory", "tests/fmi"];
+    command(python_with("tests/fmi/requirements.txt")?, &discover)
 }
 
 /// The questions of docs/accuracy.md.

@@ -1,26 +1,20 @@
-"""How often the intervals of `limit.py` hold the truth: simulated tests of fabrics that are known.
-
-`python3 -m fabric_kernel.coverage --docs docs` writes docs/tables/v50.md in some 15 minutes on one core.
+"""How often the intervals of a ballistic limit hold the truth: simulated tests of fabrics that are known.
 
 Method: the design and the method of analysis know nothing of the fabric but the guess. The results depend only on how far the guess is
 off in units of the fabric's sigma, not on sigma/mu: a fabric with a sigma of 2 % and one of 10 % are the same test in another unit
-(tests/test_limit.py). The guess is a V50 of 500 m/s and a standard deviation of 25 m/s; the fabrics lie beside it. A test without a fit counts as held, as its
+(python/tests/test_limit.py). The guess is a V50 of 500 m/s and a standard deviation of 25 m/s; the fabrics lie beside it. A test without a fit counts as held, as its
 interval has no end.
 """
 
-import argparse
-import json
 import math
-import pathlib
-import time
 
 import numpy
+from fabric_kernel import designs
+from fabric_kernel.likelihood import LINKS, maximum, possible, possible_ratio, ratio
+from fabric_kernel.limit import Calibration, fit
+from fabric_kernel.page import markdown
 
-from . import designs
-from .files import written
-from .likelihood import LINKS, maximum, possible, possible_ratio, ratio
-from .limit import Calibration, fit
-from .page import markdown, write_table
+from .study import FULL
 
 MU, DEVIATION = 500.0, 25.0
 SHARES = (0.01, 0.5, 0.99)
@@ -93,35 +87,23 @@ def percent(parts):
     return [f"{100 * part:.1f}" for part in parts]
 
 
-def cases():
+def cases(few=False):
     """Design, fitted link, shots, and the fabric's law."""
+    if few:
+        return [("Neyer", "probit", shots, law) for shots, law in ((10, "probit"), (15, "probit"), (20, "probit"), (20, "logit"))]
     right = [(name, link, shots, link) for name in ("Neyer", "three-phase") for link in LINKS for shots in COUNTS]
     right += [(name, "probit", shots, "probit") for name in ("three-phase to V01", "plan") for shots in (20, 60)]
     return right + [("Neyer", link, shots, law) for law, link in (("logit", "probit"), ("probit", "logit")) for shots in (20, 60)]
 
 
-def result(name, link, shots, law, tests, seed=1):
-    """Everything about one case, as it is kept."""
-    begin, case = time.monotonic(), Case(name, link, shots, law)
+def result(job):
+    """Everything about one case."""
+    name, link, shots, law, tests = job
+    case, seed = Case(name, link, shots, law), 1
     guesses = GUESSES if law == link else GUESSES[:1]
     runs = [case.run(shift, part, tests, seed) for shift, part in guesses]
     median, open_ = case.widths(max(20, tests // 20), seed) if law == link else ((), ())
-    took, points = time.monotonic() - begin, len(case.calibration.known)
-    print(f"{name}, {law} fitted as {link}, {shots} shots: {took:.0f} s, {points} points of the calibration", flush=True)
     return {"runs": runs, "median": list(median), "open": list(open_)}
-
-
-def kept(path, tests):
-    """The results of all cases; those in the file are not computed again."""
-    known = {}
-    if path and path.exists():
-        known = {tuple(key): value for key, value in (json.loads(line) for line in path.read_text().splitlines())}
-    for case in cases():
-        if (*case, tests) not in known:
-            known[(*case, tests)] = result(*case, tests)
-            if path:
-                written(path, "".join(json.dumps([key, value]) + "\n" for key, value in known.items()))
-    return {case: known[(*case, tests)] for case in cases()}
 
 
 def tables(found):
@@ -160,32 +142,21 @@ def summary(everything, tests):
     return "\n".join(lines) + f"\n\nEach coverage is from {tests} tests: its standard error is {error:.1f} percentage points.\n"
 
 
-def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m fabric_kernel.coverage", description=__doc__.split("\n\n")[0])
-    parser.add_argument("--tests", type=int, default=1000, help="simulated tests of each case [default: %(default)s]")
-    parser.add_argument("--keep", type=pathlib.Path, help="file that keeps each case as it comes; the same call goes on from there")
-    parser.add_argument("--docs", type=pathlib.Path, help="folder of documents: writes tables/v50.md there, else prints")
-    given = parser.parse_args(arguments)
-    main_table, widths, wrong, everything = tables(kept(given.keep, given.tests))
-    text = (
+def answer(study):
+    tests, wanted = study.of(1000, 100, 10), cases(few=study.effort != FULL)
+    found = dict(zip(wanted, study.each(result, [(*case, tests) for case in wanted])))
+    main_table, widths, wrong, everything = tables(found)
+    study.table("v50", "Coverage of the intervals of the ballistic limit", (
         "Percent of simulated tests whose 95 % interval holds the truth.\n"
         "\"Guess off\": how far the guess of V50 lies from the truth, in standard deviations of the fabric, and the guessed standard deviation "
         "over the true one.\n"
         "\"Plain\": the profile likelihood with chi squared.\n"
         "\"Three-phase to V01\": the second half of its shots approaches V01.\n"
         "\"Plan\": velocities evenly spaced over three guessed deviations on both sides.\n\n"
-        f"{summary(everything, given.tests)}\n{markdown(*main_table, 2)}\n"
+        f"{summary(everything, tests)}\n{markdown(*main_table, 2)}\n"
         "## Width\n\n"
         "Median width of the 95 % interval in standard deviations of the fabric, with the right guess, and the percentage of tests in which an end "
         "is given by the assumption that the standard deviation is at most a third of V50, or by nothing.\n\n"
         f"{markdown(*widths, 2)}\n"
         f"## Wrong law\n\nThe fabric's law is not the fitted one: what that costs (Neyer, right guess).\n\n{markdown(*wrong, 2)}"
-    )
-    if given.docs:
-        write_table(given.docs, "v50", "Coverage of the intervals of the ballistic limit", "python3 -m fabric_kernel.coverage --docs docs", text)
-    else:
-        print(text)
-
-
-if __name__ == "__main__":
-    main()
+    ))  # fmt: skip
