@@ -260,7 +260,7 @@ pub type Get<H, T> = unsafe extern "C" fn(H, Output<T>, u64) -> i32;
 ///
 /// # Safety
 /// A handle from fk_init.
-unsafe fn got<H, T: Copy>(handle: H, call: Get<H, T>) -> i32 {
+pub(crate) unsafe fn got<H, T: Copy>(handle: H, call: Get<H, T>) -> i32 {
     // SAFETY: the caller's promise, and a structure of this function.
     unsafe { call(handle, into(&mut empty()), bytes_of::<T>()) }
 }
