@@ -204,8 +204,8 @@ fn taut_plies_rest_on_their_case() {
     }
 }
 
-/// Through the window at an angle, with bare, taut and viscous plies, one and several, of two fabrics and with friction: momentum and energy close, no ply is
-/// entered, and bits are the same in an image, in bands and with every instruction set.
+/// Through the window at an angle, with bare, taut and viscous plies, one and several, of two fabrics and with friction: momentum and energy close, and no ply
+/// is entered.
 #[test]
 fn balances_of_a_perforated_wrap() {
     let (mut most_energy, mut most_momentum) = (0.0_f64, 0.0_f64);
@@ -226,8 +226,7 @@ fn balances_of_a_perforated_wrap() {
         scene.slack_balance = count > 1 && friction == 0.0;
         let body = scene.projectile;
         let brought = (0.5 * body.mass * dot(body.velocity, body.velocity), body.mass * length(body.velocity));
-        let (mut sim, mut other) = (sim_of(&scene), sim_of(&scene));
-        let mut through = 0.0;
+        let (mut sim, mut through) = (sim_of(&scene), 0.0);
         for _ in 0..40 {
             sim.advance(50).unwrap();
             let energy = sim.energy().unwrap();
@@ -248,7 +247,6 @@ fn balances_of_a_perforated_wrap() {
         assert!(through < 1e-12 && sim.counters().failed_segments > 0);
         assert!(gap == 0.0 || sim.energy().unwrap().ply_loss > 0.0);
         assert!(damage(&sim).contains(&0.0) && length(sim.support().unwrap().casing) > 1e-3 * brought.1);
-        fabric_tests::assert_same_bits_in_other_ways(&mut other, &sim);
     }
     assert!(most_energy < 0.01 && most_momentum < 1e-12, "{most_energy:e} {most_momentum:e}");
 }
