@@ -3,7 +3,7 @@
 use crate::plies::{of_ply, stacked};
 use crate::second_order;
 use fabric::{AttachmentKind, Code, Outcome, Scene, Shape, Sim};
-use fabric_tests::reference::{V3, add, dot, length, scale, sub};
+use fabric_tests::reference::{V3, dot, forces, length, scale, segment_ends, sub};
 use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, without_projectile};
 use std::f64::consts::PI;
 
@@ -33,28 +33,6 @@ pub(crate) fn with_sphere(mut scene: Scene, radius: f64, speed: f64, inside: boo
     scene
 }
 
-/// Ends of the segments in the order of their numbers.
-fn ends(scene: &Scene) -> Vec<[usize; 2]> {
-    let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
-    let across = if scene.sheet.closed { nx } else { nx - 1 };
-    let along = (0..ny).flat_map(|j| (0..across).map(move |i| [j * nx + i, j * nx + (i + 1) % nx]));
-    along.chain((0..ny - 1).flat_map(|j| (0..nx).map(move |i| [j * nx + i, (j + 1) * nx + i]))).collect()
-}
-
-/// Force on every node, N, from where the nodes are: plain formulas of straight yarn between them.
-fn forces(sim: &Sim<'_>) -> Vec<V3> {
-    let (scene, x) = (sim.scene(), positions(sim));
-    let mut forces = vec![[0.0; 3]; x.len()];
-    for ([a, b], alpha) in ends(scene).into_iter().zip(damage(sim)) {
-        let along = sub(x[b], x[a]);
-        let stretch = length(along) / scene.sheet.spacing;
-        let stress = alpha * scene.yarn.modulus_mean * 0.5 * (stretch * stretch - 1.0).max(0.0);
-        let pull = scale(along, scene.sheet.yarn_area * stress / scene.sheet.spacing);
-        (forces[a], forces[b]) = (add(forces[a], pull), sub(forces[b], pull));
-    }
-    forces
-}
-
 pub(crate) fn radius_of(x: V3) -> f64 {
     x[0].hypot(x[2])
 }
@@ -70,7 +48,7 @@ fn nodes_rest_on_their_circle() {
     let plies = stacked(ring(48, 3), 4, 0.3 * ring(48, 3).sheet.spacing);
     for scene in [ring(48, 5), ring(7, 3), arc(21, 30.0), arc(24, 5.0), plies] {
         let mut sim = sim_of(&scene);
-        let (start, h, of_one) = (positions(&sim), scene.sheet.spacing, ends(&scene));
+        let (start, h, of_one) = (positions(&sim), scene.sheet.spacing, segment_ends(&scene));
         for ply in 0..sim.layout().plies {
             let (x, radius) = (of_ply(&sim, ply), scene.sheet.radius + ply as f64 * scene.stack.gap);
             x.iter().for_each(|&x| close(radius_of(x), radius, 1e-14));
@@ -95,7 +73,8 @@ fn forces_are_those_of_straight_yarn_between_the_nodes() {
         let mut sim = sim_of(&scene);
         let off = |k: usize| 0.04 * scene.sheet.spacing * (fabric_tests::number(k as u64) - 0.5);
         set_off(&mut sim, |k, x| [[x[0] + off(3 * k), x[1] + off(3 * k + 1), x[2] + off(3 * k + 2)], [0.0; 3]]);
-        let (x, pulls, dt) = (positions(&sim), forces(&sim), sim.step_limits().dt);
+        let (x, dt) = (positions(&sim), sim.step_limits().dt);
+        let pulls = forces(&scene, &x, &damage(&sim));
         sim.step().unwrap();
         let largest = pulls.iter().map(|&f| length(f)).fold(0.0, f64::max);
         for ((after, before), pull) in positions(&sim).into_iter().zip(x).zip(pulls) {
