@@ -3,7 +3,7 @@
 use crate::fabrics::hit;
 use crate::grading::graded;
 use crate::plies::{another, stacked, with_back};
-use fabric::{AttachmentKind, Drive, Energy, Grading, Scene, Shape, Sim, StrengthDraw, Symmetry, TimeStep};
+use fabric::{AttachmentKind, Drive, Energy, Grading, Integrator, Scene, Shape, Sim, StrengthDraw, Symmetry, TimeStep};
 use fabric_tests::reference::{
     V3, add, cross, dot, fixed_nodes, forces, length, moments, projectile_energy, rest_positions, scale, sub, turn,
     turn_back,
@@ -12,14 +12,22 @@ use fabric_tests::{
     as_proposed, close, damage, drawn, positions, rated, rough, sim_of, small_sheet, speed, velocities, viscous,
 };
 
-/// Angular momentum of projectile and free nodes about the origin, N m s.
+/// Momentum of projectile and free nodes, N s.
+pub(crate) fn linear_momentum(sim: &Sim<'_>) -> V3 {
+    let (body, m) =
+        (scale(sim.projectile().unwrap().velocity, sim.scene().projectile.mass), sim.scene().sheet.node_mass);
+    velocities(sim).iter().fold(body, |sum, v| add(sum, scale(*v, m)))
+}
+
+/// Angular momentum of projectile and free nodes about the origin, N m s: with velocity Verlet the projectile's velocity is that half a step before.
 pub(crate) fn angular_momentum(sim: &Sim<'_>) -> V3 {
     let scene = sim.scene();
     let (m, mass, inertia) = (scene.sheet.node_mass, scene.projectile.mass, moments(scene));
     let body = sim.projectile().unwrap();
     let w = turn_back(body.orientation, body.angular_velocity);
     let spin = turn(body.orientation, [inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]]);
-    let place = sub(body.position, scale(body.velocity, 0.5 * sim.step_limits().dt));
+    let half = if scene.integrator == Integrator::VERLET { 0.5 * sim.step_limits().dt } else { 0.0 };
+    let place = sub(body.position, scale(body.velocity, half));
     let nodes = positions(sim).into_iter().zip(velocities(sim));
     nodes.fold(add(spin, cross(place, scale(body.velocity, mass))), |sum, (x, v)| add(sum, cross(x, scale(v, m))))
 }
