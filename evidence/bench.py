@@ -33,7 +33,7 @@ def answer(study):
         ("Damage everywhere", times(rows, "dense")), ("Five plies that touch", times(rows, "plies")), ("Peers", peers(rows)), ("Rows at rest", rest(rows)),
     ]
     groups = [
-        ("ledger", "Ledger"), ("memory", "Memory"), ("answers", "Time to the answer"), ("fmu", "FMU"), ("states", "FMU state, 350 x 350 nodes"),
+        ("ledger", "Ledger"), ("memory", "Memory"), ("fmu", "FMU"), ("states", "FMU state, 350 x 350 nodes"),
         ("ports", "What the machine could do"), ("instructions", "Instructions per node-step, 105 x 105"),
     ]
     for group, title in groups:

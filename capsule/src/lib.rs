@@ -34,7 +34,7 @@ mod replay;
 
 #[cfg(feature = "std")]
 pub use file::File;
-pub use log::{Buffer, Log, Sink, run};
+pub use log::{Log, Sink, run};
 pub use read::{Broken, Capsule, What};
 pub use replay::{Difference, Replay, Seen};
 

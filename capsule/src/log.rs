@@ -24,35 +24,6 @@ impl<F: FnMut(&[u8]) -> bool> Sink for F {
     }
 }
 
-/// A sink of fixed size.
-pub struct Buffer<'a> {
-    bytes: &'a mut [u8],
-    used: usize,
-}
-
-impl<'a> Buffer<'a> {
-    /// An empty one.
-    pub fn of(bytes: &'a mut [u8]) -> Buffer<'a> {
-        Buffer { bytes, used: 0 }
-    }
-
-    /// What was taken.
-    pub fn taken(&self) -> &[u8] {
-        self.bytes.get(..self.used).unwrap_or_default()
-    }
-}
-
-impl Sink for Buffer<'_> {
-    fn take(&mut self, bytes: &[u8]) -> bool {
-        let Some(place) = self.bytes.get_mut(self.used..).and_then(|free| free.get_mut(..bytes.len())) else {
-            return false;
-        };
-        place.copy_from_slice(bytes);
-        self.used += bytes.len();
-        true
-    }
-}
-
 /// A capsule being written.
 pub struct Log<S> {
     sink: S,
@@ -140,11 +111,6 @@ impl<S: Sink> Log<S> {
     /// Whether the sink took everything so far.
     pub fn is_whole(&self) -> bool {
         self.whole
-    }
-
-    /// The sink.
-    pub fn sink(&self) -> &S {
-        &self.sink
     }
 
     /// The sink, to hand over what it has.

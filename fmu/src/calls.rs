@@ -4,14 +4,13 @@
 use crate::instance::Instance;
 use crate::kept::Phase;
 use crate::kept::Saved;
-use crate::log::{Category, Line, Log, Status};
+use crate::log::{Category, Log, Status, line};
 use crate::memory::Owned;
 use crate::parameters::Parameters;
 use crate::starts::NAME;
 use crate::table::{self, Kind, MOST_ELEMENTS, TIME_REFERENCE, Variable};
 use crate::token;
 use core::ffi::{CStr, c_char};
-use core::fmt::Write;
 use core::ptr::{self, NonNull};
 use fabric_host::{Input, Output, in_our_environment};
 
@@ -93,9 +92,7 @@ pub(crate) fn check(instance: &Instance, function: &str, phases: u32) -> Result<
     if instance.kept.phase as u32 & phases != 0 {
         return Ok(());
     }
-    let mut line = Line::new();
-    let _ = write!(line, "{function}: not allowed in this state");
-    Err(instance.refuse(&line))
+    Err(instance.refuse(&line(format_args!("{function}: not allowed in this state"))))
 }
 
 /// Runs `work`, which looks itself whether the state allows the call.
@@ -206,9 +203,7 @@ pub(crate) fn none_of_this_type(instance: &mut Instance, function: &str, phases:
 
 /// For functions that are not provided.
 pub fn unsupported(instance: &mut Instance, function: &str) -> Status {
-    let mut line = Line::new();
-    let _ = write!(line, "{function}: not supported");
-    instance.refuse(&line)
+    instance.refuse(&line(format_args!("{function}: not supported")))
 }
 
 /// For a status of FMI 2.0 that there is not: Discard, as its section 4.2.3 asks; nothing has changed.
@@ -246,9 +241,7 @@ fn find(version: Version, reference: u32, kind: Kind) -> Option<(&'static Variab
 }
 
 fn refuse_reference(instance: &Instance, reference: u32) -> Status {
-    let mut line = Line::new();
-    let _ = write!(line, "value reference {reference}: unknown, or of another type");
-    instance.refuse(&line)
+    instance.refuse(&line(format_args!("value reference {reference}: unknown, or of another type")))
 }
 
 /// Reads variables one after the other into `values`.

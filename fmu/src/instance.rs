@@ -6,7 +6,7 @@
 use crate::capsule::Capsule;
 use crate::coupling::{self, Plan, Refusal, Times};
 use crate::kept::{Discrete, Kept, Phase, States};
-use crate::log::{Category, Line, Log, Status};
+use crate::log::{Category, Line, Log, Status, line};
 use crate::memory::Block;
 use crate::parameters::Parameters;
 use crate::table::{Id, MOST_ELEMENTS, PLIES_SHOWN, Role, VARIABLES, Variable};
@@ -150,9 +150,8 @@ impl Instance {
     }
 
     fn refuse_field(&self, category: Category, (field, reason): (&str, &str)) -> Status {
-        let mut line = Line::new();
-        let _ = if field.is_empty() { write!(line, "{reason}") } else { write!(line, "{field}: {reason}") };
-        self.refuse_as(category, &line)
+        let between = if field.is_empty() { "" } else { ": " };
+        self.refuse_as(category, &line(format_args!("{field}{between}{reason}")))
     }
 
     fn refuse_error(&self, category: Category, error: &Error) -> Status {
@@ -177,19 +176,17 @@ impl Instance {
             return self.refuse_range(variable, error.value);
         }
         let field = known.map_or(error.field, |variable| variable.name);
-        let mut line = Line::new();
-        let _ = write!(line, "{}", Error { field, ..error }.text());
-        if error.code == Code::InitialOverlap {
-            let _ = line.push_str("; the sheet lies in the plane z = 0 of sheet.position and sheet.orientation");
-        }
-        self.refuse(&line)
+        let more = match error.code {
+            Code::InitialOverlap => "; the sheet lies in the plane z = 0 of sheet.position and sheet.orientation",
+            _ => "",
+        };
+        self.refuse(&line(format_args!("{}{more}", Error { field, ..error }.text())))
     }
 
     /// Refuses a value outside the range that the description names.
     fn refuse_range(&self, variable: &Variable, value: f64) -> Status {
         let [least, greatest] = variable.limits();
-        let mut line = Line::new();
-        let _ = write!(line, "{}: out of range; it is {}", variable.name, number(value));
+        let mut line = line(format_args!("{}: out of range; it is {}", variable.name, number(value)));
         if least.is_finite() {
             let _ = write!(line, ", at least {}", number(least));
         }
@@ -227,10 +224,10 @@ impl Instance {
             self.capsule.begin(sim, &self.log);
         }
         if let Some(Running { sim, .. }) = &self.running {
-            let (mut line, layout) = (Line::new(), sim.layout());
-            let _ = write!(line, "simulation of {} x {} nodes, ", layout.nodes_x, layout.nodes_y);
-            let _ = write!(line, "{} bytes", layout.bytes());
-            self.log.say(Category::Event, &line);
+            let Layout { nodes_x, nodes_y, .. } = *sim.layout();
+            let bytes = sim.layout().bytes();
+            self.log
+                .say(Category::Event, &line(format_args!("simulation of {nodes_x} x {nodes_y} nodes, {bytes} bytes")));
         }
         self.kept.phase = if self.event_mode_used { Phase::Event } else { Phase::Step };
         Status::Ok
@@ -260,9 +257,7 @@ impl Instance {
 
     /// Says so. Nothing has changed, and the other instances go on: an error, not a fatal one.
     pub fn out_of_memory(&self, bytes: usize) -> Status {
-        let mut line = Line::new();
-        let _ = write!(line, "out of memory: there are no {bytes} bytes for it");
-        self.refuse(&line)
+        self.refuse(&line(format_args!("out of memory: there are no {bytes} bytes for it")))
     }
 
     /// Back to just after instantiation.
@@ -301,11 +296,7 @@ impl Instance {
         let failure = failure.filter(|_| variable.id != Id::Status);
         match failure.map_or_else(|| self.output(variable.id, values), Err) {
             Ok(()) => Status::Ok,
-            Err(failure) => {
-                let mut line = Line::new();
-                let _ = write!(line, "{}: {failure}", variable.name);
-                self.refuse(&line)
-            }
+            Err(failure) => self.refuse(&line(format_args!("{}: {failure}", variable.name))),
         }
     }
 
@@ -439,38 +430,34 @@ impl Instance {
         match *refusal {
             Refusal::Input(field, reason) => self.refuse_field(Category::Discard, (field, reason)),
             Refusal::TooFar(gap) => {
-                let mut line = Line::new();
-                let spacing = self.kept.parameters.scene().sheet.spacing;
-                let _ = write!(
-                    line,
-                    "projectile.position, projectile.orientation: {} m from where the fabric has ",
-                    number(gap)
-                );
-                let _ = write!(line, "the body (state.position), more than sheet.spacing, {} m", number(spacing));
-                self.refuse_as(Category::Discard, &line)
+                let text = line(format_args!(
+                    "projectile.position, projectile.orientation: {} m from where the fabric has the body (state.position), more than \
+                     sheet.spacing, {} m",
+                    number(gap),
+                    number(self.kept.parameters.scene().sheet.spacing)
+                ));
+                self.refuse_as(Category::Discard, &text)
             }
         }
     }
 
     /// Why a step cannot be from t to t + h.
     fn bad_times(&self, t: f64, h: f64) -> Option<Line> {
-        let mut line = Line::new();
         if !(t.is_finite() && h.is_finite() && h > 0.0) {
-            let _ = line.push_str("doStep: the step size must be greater than zero and both times finite");
-            return Some(line);
+            return Some(line(format_args!("doStep: the step size must be greater than zero and both times finite")));
         }
         // The host may add up its steps, and forms h as a difference of two times.
         let slack = 1e-3 * h + 4.0 * f64::EPSILON * if t < 0.0 { -t } else { t };
         let off = t - self.kept.time;
         if off > slack || off < -slack {
-            let _ = write!(line, "doStep: the communication point {} s is not where the last step ended, ", number(t));
-            let _ = write!(line, "{} s: it is off by {} s", number(self.kept.time), number(off));
-            return Some(line);
+            let [t, ended, off] = [t, self.kept.time, off].map(number);
+            return Some(line(format_args!(
+                "doStep: the communication point {t} s is not where the last step ended, {ended} s: it is off by {off} s"
+            )));
         }
         if t + h > self.kept.stop_time + slack {
-            let _ = write!(line, "doStep: the step leads to {} s, past the stop time, ", number(t + h));
-            let _ = write!(line, "{} s", number(self.kept.stop_time));
-            return Some(line);
+            let [end, stop] = [t + h, self.kept.stop_time].map(number);
+            return Some(line(format_args!("doStep: the step leads to {end} s, past the stop time, {stop} s")));
         }
         None
     }
@@ -594,9 +581,8 @@ impl Instance {
         let outcomes = sim.outcomes();
         let (start, dt) = (self.kept.start_time, sim.step_limits().dt);
         let log = |name: &str, step: u64| {
-            let mut line = Line::new();
-            let _ = write!(line, "{name} at {} s, internal step {step}", number(start + step as f64 * dt));
-            self.log.say(Category::Event, &line);
+            let time = number(start + step as f64 * dt);
+            self.log.say(Category::Event, &line(format_args!("{name} at {time} s, internal step {step}")));
         };
         if contact_came && let Some(step) = outcomes.first_contact {
             log("first contact", step);

@@ -55,6 +55,13 @@ pub enum Logger {
 /// One line. What does not fit is cut.
 pub type Line = heapless::String<240>;
 
+/// A line of this text.
+pub fn line(text: core::fmt::Arguments<'_>) -> Line {
+    let mut line = Line::new();
+    let _ = core::fmt::Write::write_fmt(&mut line, text);
+    line
+}
+
 /// Where messages go and which are wanted.
 #[derive(Clone)]
 pub struct Log {

@@ -123,12 +123,13 @@ pub fn run(data: &[u8]) -> bool {
     taken.is_ok()
 }
 
-/// Read-outs that pass over the sheet.
-fn look(sim: &mut Sim) {
-    let mut nodes = vec![0.0; 3 * sim.layout().nodes()];
-    let mut segments = vec![0.0; sim.layout().segments()];
+/// Read-outs that pass over the sheet; positions, velocities and damage.
+pub(crate) fn look(sim: &mut Sim) -> [Vec<f64>; 3] {
+    let (mut places, mut segments) = (vec![0.0; 3 * sim.layout().nodes()], vec![0.0; sim.layout().segments()]);
+    let mut speeds = places.clone();
     assert!(sim.energy().is_ok() && sim.fabric().is_ok() && sim.momentum_residual().is_ok());
-    assert!(sim.copy_positions(&mut nodes).is_ok() && sim.copy_velocities(&mut nodes).is_ok());
+    assert!(sim.copy_positions(&mut places).is_ok() && sim.copy_velocities(&mut speeds).is_ok());
     assert!(sim.copy_stretch(&mut segments).is_ok() && sim.copy_damage(&mut segments).is_ok());
     sim.outcomes();
+    [places, speeds, segments]
 }

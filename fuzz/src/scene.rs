@@ -1,6 +1,7 @@
 //! Scenes made of any bytes: refused by a documented status with nothing written, or run without a panic, alike in C and Rust.
 
 use crate::bytes::Bytes;
+use crate::image::look;
 use crate::memory::{Block, at, into, nowhere, to};
 use crate::small::{self, MOST_ITERATIONS, MOST_NODES};
 use fabric::fields::{FIELDS, slot_of};
@@ -208,7 +209,10 @@ pub fn run(data: &[u8]) -> bool {
         assert_eq!(stepped, twin_stepped);
         if stepped == FK_OK {
             assert_eq!(digest(handle), Ok(twin.digest()));
-            look(handle);
+            // (`calls` reads all of it through C.)
+            let [places, speeds, alpha] = look(&mut twin);
+            assert!(places.iter().chain(&speeds).all(|x| x.is_finite()));
+            assert!(alpha.iter().all(|alpha| (0.0..=1.0).contains(alpha)), "damage outside 0 to 1");
             let mut image = vec![0; twin.snapshot_bytes()];
             assert_eq!(fk_state_save(ToLookAt::given(handle), to(&mut image), image.len() as u64), FK_OK);
             let before = twin.digest();
@@ -260,46 +264,7 @@ pub type Get<H, T> = unsafe extern "C" fn(H, Output<T>, u64) -> i32;
 ///
 /// # Safety
 /// A handle from fk_init.
-unsafe fn got<H, T: Copy>(handle: H, call: Get<H, T>) -> i32 {
+pub(crate) unsafe fn got<H, T: Copy>(handle: H, call: Get<H, T>) -> i32 {
     // SAFETY: the caller's promise, and a structure of this function.
     unsafe { call(handle, into(&mut empty()), bytes_of::<T>()) }
-}
-
-/// Every read-out of a sound simulation, into arrays of exactly the lengths asked for.
-///
-/// # Safety
-/// A handle from fk_init whose simulation has not failed.
-unsafe fn look(handle: *const fk_sim) {
-    let mut grid: fk_grid = empty();
-    let (mut steps, mut seconds, mut bytes) = (0, 0.0, 0);
-    // SAFETY: the caller's promise; structures and arrays of this function.
-    unsafe {
-        let sim = || ToLookAt::given(handle);
-        assert_eq!(fk_get_grid(sim(), into(&mut grid), bytes_of::<fk_grid>()), FK_OK);
-        let mut places = vec![0.0; 3 * (grid.plies * grid.nodes_x * grid.nodes_y) as usize];
-        let mut speeds = places.clone();
-        let mut segments = vec![0.0; (grid.plies * (grid.horizontal + grid.vertical)) as usize];
-        let mut residual = [0.0; 3];
-        let statuses = [
-            fk_get_time(sim(), into(&mut steps), into(&mut seconds)),
-            got(sim(), fk_get_step_limits),
-            got(sim(), fk_get_projectile),
-            got(sim(), fk_get_contact),
-            got(sim(), fk_get_support),
-            got(sim(), fk_get_energy),
-            fk_get_momentum_residual(sim(), to(&mut residual)),
-            got(ToChange::given(handle.cast_mut()), fk_get_fabric),
-            got(sim(), fk_get_counters),
-            got(sim(), fk_get_fault),
-            got(sim(), fk_get_outcome),
-            fk_copy_positions(sim(), to(&mut places), places.len() as u64),
-            fk_copy_velocities(sim(), to(&mut speeds), speeds.len() as u64),
-            fk_copy_stretch(sim(), to(&mut segments), segments.len() as u64),
-            fk_copy_damage(sim(), to(&mut segments), segments.len() as u64),
-            fk_state_size(sim(), into(&mut bytes)),
-        ];
-        assert_eq!(statuses, [FK_OK; 16]);
-        assert!(places.iter().chain(&speeds).all(|x| x.is_finite()));
-        assert!(segments.iter().all(|alpha| (0.0..=1.0).contains(alpha)), "damage outside 0 to 1");
-    }
 }

@@ -7,7 +7,6 @@
 mod bench;
 mod event;
 mod fabrics;
-mod hits;
 mod machine;
 mod picture;
 mod progress;

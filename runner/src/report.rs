@@ -40,15 +40,6 @@ pub fn least(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NAN, f64::min)
 }
 
-/// How much values scatter: half the range of the middle half of them, in parts of the median. NaN for none.
-pub fn noise(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let quarter = (last + 1) / 4;
-    0.5 * (sorted[last - quarter] - sorted[quarter]) / median(values)
-}
-
 /// A number without needless zeros.
 pub fn shortest(value: f64) -> String {
     let text = format!("{value:.6}");
@@ -63,7 +54,6 @@ mod tests {
     fn statistics_of_few_values() {
         assert_eq!((median(&[3.0, 1.0, 2.0]), median(&[4.0, 1.0, 2.0, 3.0])), (2.0, 2.5));
         assert_eq!(least(&[2.0, 1.0]), 1.0);
-        assert_eq!((noise(&[7.0]), noise(&[1.0, 2.0, 3.0, 4.0, 9.0]), noise(&[5.0, 3.0])), (0.0, 1.0 / 3.0, 0.25));
-        assert!(noise(&[]).is_nan() && median(&[]).is_nan() && least(&[]).is_nan());
+        assert!(median(&[]).is_nan() && least(&[]).is_nan());
     }
 }

@@ -25,10 +25,3 @@ fn a_reader_that_has_gone_is_no_panic() {
     assert!(out.join("summary.json").exists() && out.join("frames.json").exists());
     assert_eq!(unread(&["scene", "no_preset"]).status.code(), Some(2));
 }
-
-#[test]
-fn the_old_name_says_the_new_one() {
-    let ended = Command::new(env!("CARGO_BIN_EXE_fabric-study")).arg("run").output().unwrap();
-    let said = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!((ended.status.code(), said.contains("-p fabric --")), (Some(2), true), "{said}");
-}

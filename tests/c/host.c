@@ -699,6 +699,126 @@ static void every_call_says(fk_sim *sim, int32_t status)
     CHECK(fk_copy_damage(sim, numbers, segments) == status && fk_copy_stretch(sim, numbers, segments) == status);
     CHECK(fk_state_size(sim, &count) == status && fk_state_save(sim, bytes, sizeof bytes) == status);
     CHECK(fk_digest(sim, &count) == status && count == 0);
+    /* Nothing has been written. */
+    CHECK(motion.velocity[2] == 0.0 && motion.orientation[0] == 0.0 && grid.nodes_x == 0 && limits.dt == 0.0);
+    CHECK(contact.impulse[2] == 0.0 && support.total[2] == 0.0 && energy.projectile_kinetic == 0.0);
+    CHECK(fabric.max_stretch == 0.0 && outcome.first_contact == 0 && all_are(numbers, n, 0.0) && bytes[0] == 0);
+}
+
+/* The same of calls that a failure does not stop. */
+static void every_other_call_says(fk_sim *sim, int32_t status)
+{
+    fk_counters counters = {0};
+    fk_fault fault = {0};
+    fk_ply ply = {0};
+    fk_slip slip = {0};
+    uint64_t count = 0;
+    uint32_t last = 7;
+    const unsigned char image[8] = {0};
+    every_call_says(sim, status);
+    CHECK(fk_reset(sim) == status && fk_state_load(sim, image, sizeof image) == status);
+    CHECK(fk_get_counters(sim, &counters, sizeof counters) == status && counters.candidate_capacity == 0);
+    CHECK(fk_get_fault(sim, &fault, sizeof fault) == status && fault.status == 0);
+    CHECK(fk_get_ply(sim, 0, &ply, sizeof ply) == status && fk_get_slip(sim, 2e-4, 0.1, 0.0, &slip, sizeof slip) == status);
+    CHECK(fk_bands_size(sim, 2, &count) == status && fk_bands_begin(sim, 2, 0, &count, sizeof count) == status && count == 0);
+    CHECK(fk_bands_pass(sim, 0, &last) == status && last == 7 && fk_bands_end(sim) == status);
+    CHECK(fk_bands_progress(sim, NULL, NULL, NULL) == status);
+}
+
+/* A read-out refuses a structure that is none, is misaligned, or has another size, and writes nothing. */
+#define REFUSES(type, get)                                                                       \
+    do {                                                                                         \
+        type places[2], as_before[2];                                                            \
+        memset(places, 0x5a, sizeof places);                                                     \
+        memset(as_before, 0x5a, sizeof as_before);                                               \
+        CHECK(get(sim, NULL, sizeof(type)) == FK_NULL_POINTER);                                  \
+        CHECK(get(sim, (type *)((char *)places + 4), sizeof(type)) == FK_MISALIGNED);            \
+        CHECK(get(sim, places, sizeof(type) - 4) == FK_STRUCT_SIZE);                             \
+        CHECK(get(sim, places, sizeof(type) + 8) == FK_STRUCT_SIZE);                             \
+        CHECK(get(sim, places, UINT64_MAX) == FK_STRUCT_SIZE);                                   \
+        CHECK(memcmp(places, as_before, sizeof places) == 0);                                    \
+    } while (0)
+
+/* A call with an array of numbers refuses none, a misaligned one, and one of another length. */
+#define REFUSES_ARRAY(call, n)                                                                   \
+    do {                                                                                         \
+        CHECK(call(sim, NULL, n) == FK_NULL_POINTER);                                            \
+        CHECK(call(sim, (double *)((char *)numbers + 4), n) == FK_MISALIGNED);                   \
+        CHECK(call(sim, numbers, (n) - 1) == FK_WRONG_LENGTH);                                   \
+        CHECK(call(sim, numbers, (n) + 1) == FK_WRONG_LENGTH);                                   \
+        CHECK(call(sim, numbers, 0) == FK_WRONG_LENGTH);                                         \
+        CHECK(call(sim, numbers, UINT64_MAX / 8) == FK_WRONG_LENGTH);                            \
+        CHECK(all_are(numbers, n, 7.5));                                                         \
+    } while (0)
+
+static int32_t motions(fk_sim *sim, const double *positions, uint64_t n)
+{
+    return fk_set_motion(sim, positions, positions, n);
+}
+
+/* Every call refuses a handle that is none, is not aligned or was copied, and pointers, sizes and lengths that are wrong; the state
+ * stays what it was. */
+static void bad_arguments(void)
+{
+    fk_scene scene = small_scene();
+    block b = new_block(&scene, 0);
+    fk_sim *sim = NULL, *none = NULL;
+    fk_fault faults[2];
+    fk_path path = {.steps = 1};
+    static double numbers[3 * 41 * 41 + 2];
+    const uint64_t n = 3 * 41 * 41, segments = 2 * 41 * 40;
+    uint64_t bytes = 0, before, i;
+    unsigned char *copy = malloc(b.bytes + 128), *moved, *handle;
+    CHECK(copy != NULL);
+    memset(faults, 0, sizeof faults);
+    CHECK(fk_init(b.start, b.bytes, (fk_scene *)((char *)&scene + 4), &none, NULL, 0) == FK_MISALIGNED);
+    CHECK(fk_init(b.start, b.bytes, &scene, &none, (fk_fault *)((char *)faults + 4), sizeof *faults) == FK_MISALIGNED);
+    CHECK(fk_init(b.start, b.bytes, &scene, &none, faults, sizeof *faults - 8) == FK_STRUCT_SIZE);
+    CHECK(none == NULL && faults[0].status == 0 && faults[1].status == 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL, 0) == FK_OK && fk_step(sim) == FK_OK);
+    handle = (unsigned char *)sim;
+    moved = copy + (64 - (uintptr_t)copy % 64);
+    memcpy(moved, handle, b.bytes - (uint64_t)(handle - b.start));
+    every_other_call_says(NULL, FK_NULL_POINTER);
+    every_other_call_says((fk_sim *)moved, FK_MOVED_BLOCK);
+    every_other_call_says((fk_sim *)(handle + 8), FK_MOVED_BLOCK);
+    free(copy);
+
+    before = digest_of(sim);
+    REFUSES(fk_step_limits, fk_get_step_limits);
+    REFUSES(fk_grid, fk_get_grid);
+    REFUSES(fk_motion, fk_get_projectile);
+    REFUSES(fk_contact, fk_get_contact);
+    REFUSES(fk_support, fk_get_support);
+    REFUSES(fk_energy, fk_get_energy);
+    REFUSES(fk_fabric, fk_get_fabric);
+    REFUSES(fk_outcome, fk_get_outcome);
+    REFUSES(fk_counters, fk_get_counters);
+    REFUSES(fk_fault, fk_get_fault);
+    for (i = 0; i < n + 2; i++)
+        numbers[i] = 7.5;
+    REFUSES_ARRAY(fk_copy_positions, n);
+    REFUSES_ARRAY(fk_copy_velocities, n);
+    REFUSES_ARRAY(fk_copy_damage, segments);
+    REFUSES_ARRAY(fk_copy_stretch, segments);
+    CHECK(fk_get_momentum_residual(sim, (double *)((char *)numbers + 4)) == FK_MISALIGNED);
+    CHECK(fk_set_external_load(sim, NULL, numbers) == FK_NULL_POINTER && fk_set_external_load(sim, numbers, NULL) == FK_NULL_POINTER);
+    CHECK(fk_state_size(sim, &bytes) == FK_OK && fk_state_save(sim, NULL, bytes) == FK_NULL_POINTER);
+    CHECK(fk_state_load(sim, NULL, bytes) == FK_NULL_POINTER);
+    CHECK(digest_of(sim) == before && fk_reset(sim) == FK_OK);
+    before = digest_of(sim);
+    REFUSES_ARRAY(motions, n);
+    REFUSES_ARRAY(fk_set_largest_stretch, segments);
+    CHECK(digest_of(sim) == before);
+    free_block(b);
+
+    scene.drive = FK_DRIVE_PRESCRIBED;
+    b = new_block(&scene, 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL, 0) == FK_OK);
+    before = digest_of(sim);
+    CHECK(fk_follow(sim, (fk_path *)((char *)&path + 4), sizeof path, 1) == FK_MISALIGNED);
+    CHECK(fk_follow(sim, &path, sizeof path - 8, 1) == FK_STRUCT_SIZE && digest_of(sim) == before);
+    free_block(b);
 }
 
 /* An external load that makes the projectile too fast: said at once, latched, cleared by reset. */
@@ -819,6 +939,7 @@ int main(void)
     digest = straight_run();
     the_same_bits(digest);
     bad_memory();
+    bad_arguments();
     short_buffers();
     bad_scenes();
     textiles();

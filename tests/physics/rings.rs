@@ -1,9 +1,10 @@
 //! Curved sheets: arcs and rings against closed forms, and the balances and outcomes of bodies that hit them from inside and outside.
 
+use crate::plies::{of_ply, stacked};
 use crate::second_order;
-use fabric::{AttachmentKind, Code, Outcome, Scene, Shape, Sim, TimeStep};
-use fabric_tests::reference::{V3, add, dot, length, scale, sub};
-use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, velocities, without_projectile};
+use fabric::{AttachmentKind, Code, Outcome, Scene, Shape, Sim};
+use fabric_tests::reference::{V3, dot, forces, length, scale, segment_ends, sub};
+use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, without_projectile};
 use std::f64::consts::PI;
 
 /// A ring of so many nodes in each of `rows` free rows, without a projectile.
@@ -32,28 +33,6 @@ pub(crate) fn with_sphere(mut scene: Scene, radius: f64, speed: f64, inside: boo
     scene
 }
 
-/// Ends of the segments in the order of their numbers.
-fn ends(scene: &Scene) -> Vec<[usize; 2]> {
-    let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
-    let across = if scene.sheet.closed { nx } else { nx - 1 };
-    let along = (0..ny).flat_map(|j| (0..across).map(move |i| [j * nx + i, j * nx + (i + 1) % nx]));
-    along.chain((0..ny - 1).flat_map(|j| (0..nx).map(move |i| [j * nx + i, (j + 1) * nx + i]))).collect()
-}
-
-/// Force on every node, N, from where the nodes are: plain formulas of straight yarn between them.
-fn forces(sim: &Sim<'_>) -> Vec<V3> {
-    let (scene, x) = (sim.scene(), positions(sim));
-    let mut forces = vec![[0.0; 3]; x.len()];
-    for ([a, b], alpha) in ends(scene).into_iter().zip(damage(sim)) {
-        let along = sub(x[b], x[a]);
-        let stretch = length(along) / scene.sheet.spacing;
-        let stress = alpha * scene.yarn.modulus_mean * 0.5 * (stretch * stretch - 1.0).max(0.0);
-        let pull = scale(along, scene.sheet.yarn_area * stress / scene.sheet.spacing);
-        (forces[a], forces[b]) = (add(forces[a], pull), sub(forces[b], pull));
-    }
-    forces
-}
-
 pub(crate) fn radius_of(x: V3) -> f64 {
     x[0].hypot(x[2])
 }
@@ -63,19 +42,25 @@ pub(crate) fn tension(scene: &Scene, stretch: f64) -> f64 {
     0.5 * scene.yarn.modulus_mean * scene.sheet.yarn_area * stretch * (stretch * stretch - 1.0)
 }
 
-/// Nodes rest on the circle, a spacing from each other, and stay where they are to the bit.
+/// Ply k rests at R + k gap, with segments around it as much longer than a spacing, and stays where it is to the bit.
 #[test]
 fn nodes_rest_on_their_circle() {
-    for scene in [ring(48, 5), ring(7, 3), arc(21, 30.0), arc(24, 5.0)] {
+    let plies = stacked(ring(48, 3), 4, 0.3 * ring(48, 3).sheet.spacing);
+    for scene in [ring(48, 5), ring(7, 3), arc(21, 30.0), arc(24, 5.0), plies] {
         let mut sim = sim_of(&scene);
-        let (x, h) = (positions(&sim), scene.sheet.spacing);
-        x.iter().for_each(|&x| close(radius_of(x), scene.sheet.radius, 1e-14));
-        ends(&scene).into_iter().for_each(|[a, b]| close(length(sub(x[b], x[a])), h, 1e-12));
-        assert_eq!(sim.layout().segments(), ends(&scene).len());
+        let (start, h, of_one) = (positions(&sim), scene.sheet.spacing, segment_ends(&scene));
+        for ply in 0..sim.layout().plies {
+            let (x, radius) = (of_ply(&sim, ply), scene.sheet.radius + ply as f64 * scene.stack.gap);
+            x.iter().for_each(|&x| close(radius_of(x), radius, 1e-14));
+            for [a, b] in &of_one {
+                let around = if x[*a][1] == x[*b][1] { radius / scene.sheet.radius } else { 1.0 };
+                close(length(sub(x[*b], x[*a])), h * around, 1e-12);
+            }
+        }
+        assert_eq!(sim.layout().segments(), sim.layout().plies * of_one.len());
         sim.step_every_row();
         sim.advance(300).unwrap();
-        assert_eq!(positions(&sim), x);
-        assert_eq!(sim.energy().unwrap().strain, 0.0);
+        assert_eq!((positions(&sim), sim.energy().unwrap().strain), (start, 0.0));
     }
 }
 
@@ -88,7 +73,8 @@ fn forces_are_those_of_straight_yarn_between_the_nodes() {
         let mut sim = sim_of(&scene);
         let off = |k: usize| 0.04 * scene.sheet.spacing * (fabric_tests::number(k as u64) - 0.5);
         set_off(&mut sim, |k, x| [[x[0] + off(3 * k), x[1] + off(3 * k + 1), x[2] + off(3 * k + 2)], [0.0; 3]]);
-        let (x, pulls, dt) = (positions(&sim), forces(&sim), sim.step_limits().dt);
+        let (x, dt) = (positions(&sim), sim.step_limits().dt);
+        let pulls = forces(&scene, &x, &damage(&sim));
         sim.step().unwrap();
         let largest = pulls.iter().map(|&f| length(f)).fold(0.0, f64::max);
         for ((after, before), pull) in positions(&sim).into_iter().zip(x).zip(pulls) {
@@ -101,48 +87,18 @@ fn forces_are_those_of_straight_yarn_between_the_nodes() {
     assert!(worst < 1e-11, "{worst:e}");
 }
 
-/// A free ring set off outwards: each node feels -2 N(U) sin(pi/n), so that the radius follows one equation, stepped here by itself. For
-/// small motion it is an oscillator of omega = (2 c/h) sin(pi/n) with c^2 = E A_0 h/m, in steps of dt of (2/dt) arcsin(omega dt/2).
+/// A free ring set off outwards by little is an oscillator of omega = (2 c/h) sin(pi/n) with c^2 = E A_0 h/m, in steps of dt of
+/// (2/dt) arcsin(omega dt/2). (Large motion: `wraps`.)
 #[test]
 fn a_ring_breathes() {
     let scene = ring(48, 3);
-    let viscous = {
-        let mut scene = scene;
-        (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic) = (0.06, 1.5);
-        scene
-    };
-    let (m, h, n) = (scene.sheet.node_mass, scene.sheet.spacing, 48.0);
-    let (sine, radius) = ((PI / n).sin(), scene.sheet.radius);
-    let run = |scene: &Scene, speed: f64| {
-        let mut sim = sim_of(scene);
-        set_off(&mut sim, |_, x| [x, scale([x[0], 0.0, x[2]], speed / radius_of(x))]);
-        sim
-    };
-    let dt = run(&scene, 1.0).step_limits().dt;
-    let omega = 2.0 * (scene.yarn.modulus_mean * scene.sheet.yarn_area / (h * m)).sqrt() * sine;
+    let (m, h, radius, speed) = (scene.sheet.node_mass, scene.sheet.spacing, scene.sheet.radius, 1e-5);
+    let mut sim = sim_of(&scene);
+    set_off(&mut sim, |_, x| [x, scale([x[0], 0.0, x[2]], speed / radius_of(x))]);
+    let dt = sim.step_limits().dt;
+    let omega = 2.0 * (scene.yarn.modulus_mean * scene.sheet.yarn_area / (h * m)).sqrt() * (PI / 48.0).sin();
     let in_steps = 2.0 / dt * (0.5 * omega * dt).asin();
     let steps = (0.7 * PI / (in_steps * dt)) as u64;
-    let (mut worst, mut taken) = (0.0_f64, 0.0);
-    for scene in [scene, viscous] {
-        let (mut sim, mut r, mut way, mut before) = (run(&scene, 40.0), radius, 40.0 * dt, 1.0);
-        for _ in 0..steps {
-            sim.step().unwrap();
-            let (u, [linear, quadratic, _]) = ((r / radius).max(1.0), scene.viscosity());
-            // (M16) with the growth of U^2/2 in the last step for U dU, and c dt/h as `sound`.
-            let (growth, sound) = (0.5 * (u * u - before * before), omega * h / (2.0 * sine) * dt / h);
-            let rate = linear * growth / sound + quadratic * growth * growth.max(0.0) / (sound * sound);
-            let viscous = scene.yarn.modulus_mean * scene.sheet.yarn_area * u * rate;
-            way -= dt * dt * 2.0 * (tension(&scene, u) + viscous) * sine / m;
-            (r, before) = (r + way, u);
-        }
-        worst = positions(&sim).into_iter().map(|x| (radius_of(x) - r).abs() / radius).fold(worst, f64::max);
-        assert!(r > radius, "{r}");
-        taken = sim.energy().unwrap().viscous / (sim.energy().unwrap().strain + sim.energy().unwrap().fabric_kinetic);
-    }
-    println!("figure 19: breathing rings, one of viscous yarn, radius off by {worst:.0e} (allowed 1e-12)");
-    assert!(worst < 1e-12 && taken > 1e-3, "{worst:e} {taken:e}");
-
-    let (speed, mut sim) = (1e-5, run(&scene, 1e-5));
     sim.advance(steps).unwrap();
     let expected = speed * (in_steps * dt * steps as f64).sin() / (omega * (0.5 * in_steps * dt).cos());
     let off = positions(&sim).into_iter().map(|x| ((radius_of(x) - radius) / expected - 1.0).abs()).fold(0.0, f64::max);
@@ -176,43 +132,6 @@ fn a_turning_ring_is_stretched_by_its_own_pull() {
     assert!((x - turned[0]).hypot(z - turned[1]) < 1e-9 * r);
     // In the limit of small steps mu (w R)^2 = N.
     close(m / scene.sheet.spacing * speed * speed, tension(&scene, stretch), 0.02);
-}
-
-/// Nodes that all move alike feel no force, to the bit. Spacing and step are powers of two, so that no place is rounded.
-#[test]
-fn a_ring_that_flies_on_feels_nothing() {
-    let mut scene = ring(48, 4);
-    scene.sheet.spacing = (-10f64).exp2();
-    scene.sheet.radius = scene.closed_radius();
-    scene.time_step = TimeStep::seconds((-25f64).exp2());
-    let mut sim = sim_of(&scene);
-    let speed = [300.0, -80.0, 50.0];
-    set_off(&mut sim, |_, x| [x, speed]);
-    sim.advance(1000).unwrap();
-    let first = velocities(&sim)[0];
-    assert!(velocities(&sim).iter().all(|&v| v == first));
-    let energy = sim.energy().unwrap();
-    assert_eq!((energy.strain, energy.dissipated), (0.0, 0.0));
-    assert_eq!(sim.counters().failed_segments, 0);
-}
-
-/// Half of the time of a breath the energy goes into the yarn; what the balance leaves open is of second order in the step.
-#[test]
-fn the_energy_of_a_radial_impulse_is_kept_to_second_order() {
-    let scene = ring(48, 3);
-    let residual = |fraction: f64| {
-        let mut sim = sim_of(&Scene { time_step: TimeStep::fraction(fraction), ..scene });
-        set_off(&mut sim, |_, x| [x, scale([x[0], 0.0, x[2]], 40.0 / radius_of(x))]);
-        sim.advance((20.0 / fraction) as u64).unwrap();
-        let energy = sim.energy().unwrap();
-        let brought = energy.fabric_kinetic + energy.strain - energy.residual;
-        close(brought, 0.5 * scene.sheet.node_mass * 144.0 * 1600.0, 1e-12);
-        assert!(energy.strain > 0.1 * brought);
-        energy.residual.abs() / brought
-    };
-    let residuals = [0.4, 0.2, 0.1, 0.05].map(residual);
-    println!("figure 19: a breathing ring, open energy at steps of 0.4, 0.2, 0.1 and 0.05: {residuals:?}");
-    second_order(&residuals, 0.1);
 }
 
 /// What a sphere does to a sheet: its speed, the work and the largest stretch.
@@ -358,29 +277,12 @@ pub(crate) fn on_casing(strain: f64) -> Scene {
     scene
 }
 
-/// A taut ring rests on its case, whose pushes from all around cancel. On each column it pushes with 2 N sin(pi/n) in every row.
+/// With half of its case gone, a taut ring pulls on the other half: on each column with 2 N sin(pi/n) in every row, 2 N in each row along the
+/// axis of symmetry, until waves arrive.
 #[test]
-fn a_taut_ring_rests_on_its_case() {
+fn a_taut_ring_pulls_on_the_half_of_its_case_that_is_left() {
     let mut scene = on_casing(0.01);
-    let mut sim = sim_of(&scene);
-    let (start, taut) = (positions(&sim), sim.energy().unwrap().strain);
-    sim.advance(2000).unwrap();
-    let h = scene.sheet.spacing;
-    let off = positions(&sim).into_iter().zip(&start).map(|(a, b)| length(sub(a, *b)) / h).fold(0.0, f64::max);
-    let speed = velocities(&sim).into_iter().map(length).fold(0.0, f64::max) / (h / sim.step_limits().dt);
-    let push = 2000.0 * sim.step_limits().dt * 48.0 * 5.0 * 2.0 * tension(&scene, 1.01) * (PI / 48.0).sin();
-    let support = sim.support().unwrap();
-    println!(
-        "figure 19: a taut ring on its case, moved by {off:.0e} spacings, at {speed:.0e} of one a step, case {:.0e} of its pushes",
-        length(support.casing) / push
-    );
-    assert!(off < 1e-11 && speed < 1e-13 && length(support.casing) < 1e-12 * push);
-    let energy = sim.energy().unwrap();
-    close(energy.strain, taut, 1e-10);
-    assert!(energy.residual.abs() < 1e-12 * taut && length(sim.momentum_residual().unwrap()) < 1e-12 * push);
-
-    // With half of the case gone, the ring pulls on the other half: 2 N in each row along the axis of symmetry, until waves arrive.
-    (scene.casing.window_angle, scene.casing.window_place) = ([0.0, 0.5 * PI], [0.0, h]);
+    (scene.casing.window_angle, scene.casing.window_place) = ([0.0, 0.5 * PI], [0.0, scene.sheet.spacing]);
     scene.sheet.nodes_y = 2;
     let mut sim = sim_of(&scene);
     sim.step().unwrap();
@@ -410,64 +312,7 @@ fn a_taut_ring_without_its_case_shrinks() {
     assert!(off < 1e-12 && r < 0.999 * scene.sheet.radius && sim.support().unwrap().casing == [0.0; 3], "{off:e} {r}");
 }
 
-/// A slack ring that falls on a smaller case all around stops there: the case takes its kinetic energy, m v^2/2 of each node.
-#[test]
-fn a_ring_that_falls_on_its_case_stops() {
-    let mut scene = ring(48, 3);
-    scene.casing.radius = 0.98 * scene.sheet.radius;
-    let mut sim = sim_of(&scene);
-    let speed = 20.0;
-    set_off(&mut sim, |_, x| [[0.995 * x[0], x[1], 0.995 * x[2]], scale([x[0], 0.0, x[2]], -speed / radius_of(x))]);
-    sim.advance(400).unwrap();
-    let off = positions(&sim)
-        .into_iter()
-        .map(|x| radius_of(x) / scene.casing.radius - 1.0)
-        .fold(0.0, |a: f64, b| a.max(b.abs()));
-    let energy = sim.energy().unwrap();
-    let brought = 0.5 * scene.sheet.node_mass * 144.0 * speed * speed;
-    println!(
-        "figure 19: a ring that falls on its case, place off by {off:.0e}, energy by {:.0e}",
-        energy.residual.abs() / brought
-    );
-    assert!(off < 1e-13 && energy.residual.abs() < 1e-12 * brought);
-    close(energy.casing_loss, brought, 1e-12);
-}
-
-/// Through the window of a taut ring's case, at an angle: momentum and energy close with case and supports, in an image too, whatever the
-/// instruction set and the bands.
-#[test]
-fn balances_close_with_a_case() {
-    let (mut most_energy, mut most_momentum) = (0.0_f64, 0.0_f64);
-    for strain in [0.0, 0.003] {
-        let mut scene = with_sphere(ring(80, 31), 2e-3, 150.0, true);
-        scene.attachment.kind = AttachmentKind::FourSides;
-        let h = scene.sheet.spacing;
-        (scene.casing.radius, scene.sheet.pre_strain[0]) = (scene.sheet.radius, strain);
-        // With viscosity, too.
-        (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic) = (20.0 * strain, 500.0 * strain);
-        (scene.casing.window_angle, scene.casing.window_place) = ([0.0, 0.45], [0.0, 6.0 * h]);
-        (scene.projectile.velocity[0], scene.projectile.velocity[1]) = (30.0, 20.0);
-        let body = scene.projectile;
-        let brought = (0.5 * body.mass * dot(body.velocity, body.velocity), body.mass * length(body.velocity));
-        let (mut sim, mut other) = (sim_of(&scene), sim_of(&scene));
-        for _ in 0..40 {
-            sim.advance(50).unwrap();
-            let energy = sim.energy().unwrap();
-            most_energy = most_energy.max(energy.residual.abs() / brought.0);
-            most_momentum = most_momentum.max(length(sim.momentum_residual().unwrap()) / brought.1);
-            // Until torn yarn flies about, nodes get deep before the window only.
-            let away = |x: &V3| x[2] < 0.6 * radius_of(*x) || x[1].abs() > 9.0 * h;
-            let least = positions(&sim).into_iter().filter(away).map(radius_of).fold(f64::MAX, f64::min);
-            assert!(sim.step_count() > 400 || least > scene.casing.radius - 1e-9, "{least}");
-        }
-        let case = sim.support().unwrap().casing;
-        assert!(length(case) > 1e-3 * brought.1 && sim.counters().failed_segments > 0, "{case:?}");
-        fabric_tests::assert_same_bits_in_other_ways(&mut other, &sim);
-    }
-    println!("figure 19: rings on a case, energy open by {most_energy:.0e}, momentum by {most_momentum:.0e}");
-    assert!(most_energy < 0.01 && most_momentum < 1e-12, "{most_energy:e} {most_momentum:e}");
-}
-
+/// Besides what one number says by itself (tests/src/inputs.rs).
 #[test]
 fn what_is_no_ring_is_refused_by_field() {
     let refused = |change: fn(&mut Scene)| {
@@ -476,26 +321,16 @@ fn what_is_no_ring_is_refused_by_field() {
         let error = scene.check().unwrap_err();
         (error.code, error.field)
     };
-    assert_eq!(refused(|s| s.sheet.radius = 0.0), (Code::NotPositive, "sheet.radius"));
-    assert_eq!(refused(|s| s.sheet.radius *= 1.0 + 3e-6), (Code::OutOfRange, "sheet.radius"));
-    assert_eq!(
-        refused(|s| (s.sheet.radius, s.sheet.closed) = (0.99 * s.sheet.radius, false)),
-        (Code::OutOfRange, "sheet.radius")
-    );
     assert_eq!(refused(|s| s.attachment.kind = AttachmentKind::TwoSides).1, "attachment.kind");
     assert_eq!(refused(|s| s.attachment.kind = AttachmentKind::FourCorners).1, "attachment.kind");
     assert_eq!(refused(|s| s.sheet.pre_strain[0] = 0.01), (Code::NotInEquilibrium, "sheet.pre_strain"));
-    assert_eq!(refused(|s| s.casing.radius = 1.001 * s.sheet.radius), (Code::OutOfRange, "casing.radius"));
     assert_eq!(
         refused(|s| (s.sheet.closed, s.casing.radius) = (false, s.sheet.radius)),
         (Code::OutOfRange, "casing.radius")
     );
-    let beyond: fn(&mut Scene) = |s| (s.casing.radius, s.casing.window_place) = (s.sheet.radius, [1e-3, 2e-3]);
-    assert_eq!(refused(beyond), (Code::OutOfRange, "casing.window_place"));
     for change in [
         (|s| s.symmetry.mirror_x = true) as fn(&mut Scene),
         |s| s.yarn.viscosity_bending = 0.06,
-        |s| s.integrator = fabric::Integrator::THETA,
         |s| (s.sheet.grading.largest, s.sheet.grading.run) = (2, 1),
     ] {
         let mut scene = with_sphere(ring(48, 5), 1e-3, 10.0, true);

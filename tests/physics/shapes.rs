@@ -1,15 +1,13 @@
 //! Every shape: balances in oblique hits with spin, non-penetration, and first
 //! impacts whose answer is a formula.
 
-use crate::balances::{angular_momentum, half_step_momentum, work_energy_identity};
+use crate::balances::{angular_momentum, half_step_momentum, linear_momentum, work_energy_identity};
 use crate::contact::{checked_run, gap};
 use fabric::Solid;
 use fabric::pose::into_body;
 use fabric::{AttachmentKind, Drive, Projectile, Scene, Shape, TimeStep, pose, prism};
 use fabric_tests::reference::{add, cross, length, moments, nose, scale, sub, turn, turn_back};
-use fabric_tests::{
-    close, cuboid_faces, positions, rough, sim_of, small_sheet, sphere_on_3in, stepped, tetrahedron, velocities,
-};
+use fabric_tests::{close, cuboid_faces, positions, rough, sim_of, small_sheet, sphere_on_3in, tetrahedron};
 
 /// Projectiles of every shape, about as large as a third of the 41 x 41 sheet.
 fn bodies() -> [Projectile; 7] {
@@ -57,16 +55,11 @@ fn oblique(body: Projectile, kind: AttachmentKind) -> Scene {
 fn a_free_sheet_and_any_body_keep_linear_and_angular_momentum() {
     for (body, friction) in bodies().into_iter().flat_map(|body| [(body, 0.0), (body, 0.4)]) {
         let scene = rough(oblique(body, AttachmentKind::Free), friction);
-        let (m, mass, name) = (scene.sheet.node_mass, scene.projectile.mass, format!("{:?} {friction}", body.shape));
-        let mut sim = sim_of(&scene);
-        let linear = |sim: &fabric::Sim<'_>| {
-            let own = scale(sim.projectile().unwrap().velocity, mass);
-            velocities(sim).iter().fold(own, |sum, v| add(sum, scale(*v, m)))
-        };
-        let (first, first_angular) = (linear(&sim), angular_momentum(&sim));
+        let (name, mut sim) = (format!("{:?} {friction}", body.shape), sim_of(&scene));
+        let (first, first_angular) = (linear_momentum(&sim), angular_momentum(&sim));
         for _ in 0..5 {
             sim.advance(400).unwrap();
-            let off = length(sub(linear(&sim), first)) / length(first);
+            let off = length(sub(linear_momentum(&sim), first)) / length(first);
             assert!(off < 1e-12, "{off:e} {name}");
         }
         let given = length(sim.contact().unwrap().angular_impulse);
@@ -220,33 +213,4 @@ fn a_tilted_nose_on_one_node() {
     close(-contact.impulse[2], expected, 1e-12);
     let angular = scale(cross(r, [0.0, 0.0, 1.0]), -expected);
     assert!(length(sub(contact.angular_impulse, angular)) < 1e-12 * length(angular));
-}
-
-/// Nose-on, a hemispherical cylinder is a sphere of the same radius and mass until the sheet reaches its shank.
-#[test]
-fn a_hemispherical_nose_strikes_as_a_sphere() {
-    let mut sphere = small_sheet(41, 100.0);
-    let radius = sphere.projectile.radius;
-    let mut bullet = sphere;
-    (bullet.projectile.shape, bullet.projectile.length) = (Shape::HemisphericalCylinder, 0.03);
-    sphere.projectile.position[2] = -radius - 1e-7;
-    bullet.projectile.position[2] = -nose(&bullet) - radius - 1e-7;
-    let run = |scene: &Scene| {
-        let sim = stepped(scene, 800);
-        assert!(sim.counters().failed_segments == 0 && sim.counters().most_candidates > 20);
-        sim.projectile().unwrap().velocity[2]
-    };
-    close(run(&bullet), run(&sphere), 1e-10);
-}
-
-/// The preset: contact, failure, and an energy balance that closes.
-#[test]
-fn the_disc_sector_preset_tears_the_sheet() {
-    let mut scene = Scene::turbine_disc_sector();
-    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (121, 121);
-    let sim = stepped(&scene, 7000);
-    let (energy, counters) = (sim.energy().unwrap(), sim.counters());
-    assert!(energy.contact_work > 0.1 && counters.failed_segments > 0 && counters.unconverged == 0);
-    // Ruptures within a step cost the ledger what they cost it under the sphere: less than a hundredth of the work.
-    assert!(energy.residual.abs() < 1e-2 * energy.contact_work, "{:e}", energy.residual);
 }

@@ -147,37 +147,24 @@ fn lands_and_slides(slide: &Slide, sim: &Sim<'_>, name: &str) {
 }
 
 /// Two rails, one below the middle, and three: a body whose face comes down on them at 10 m/s while it goes along at 100 m/s loses
-/// M V_z^2/2 and goes on along, from node to node.
+/// M V_z^2/2 and goes on along, from node to node; with friction it loses what Coulomb says.
 #[test]
 fn a_face_goes_on_over_held_rails() {
     let h = spacing();
+    let smooth = [&[-0.5, 0.5][..], &[0.0], &[-2.0, 0.3, 2.0]].map(|places| (places, 0.0));
+    let rough = [0.1, 0.3].map(|mu| (&[-1.0, 1.5][..], mu));
     for (body, below) in bodies() {
-        for places in [&[-0.5, 0.5][..], &[0.0], &[-2.0, 0.3, 2.0]] {
+        for (places, friction) in smooth.into_iter().chain(rough) {
             for (gap, turn) in GAPS.into_iter().flat_map(|gap| turns().map(|turn| (gap, turn))) {
                 // Narrow enough for the face, and long enough for the way.
-                let points = rails(places, -30, 40);
-                let position = [-10.0 * h, 0.0, -below - gap * below];
+                let way = if friction > 0.0 { 10 } else { 20 };
+                let points = rails(places, -3 * way / 2, 2 * way);
+                let position = [-0.5 * f64::from(way) * h, 0.0, -below - gap * below];
                 let body = Projectile { position, velocity: [100.0, 0.0, 10.0], ..body };
-                let slide = Slide { points, body, turn, friction: 0.0 };
-                let name = format!("{:?} {places:?} {gap:e} {turn:?}", body.shape);
-                slide.run([0.0; 3], 20.0 * h, |sim, name| lands_and_slides(&slide, sim, name), &name);
+                let slide = Slide { points, body, turn, friction };
+                let name = format!("{:?} {places:?} {friction} {gap:e} {turn:?}", body.shape);
+                slide.run([0.0; 3], f64::from(way) * h, |sim, name| lands_and_slides(&slide, sim, name), &name);
             }
-        }
-    }
-}
-
-/// The same with friction.
-#[test]
-fn a_rough_face_loses_what_coulomb_says() {
-    let h = spacing();
-    for ((body, below), turn) in bodies().into_iter().zip(turns().into_iter().cycle()) {
-        for (gap, mu) in GAPS.into_iter().flat_map(|gap| [(gap, 0.1), (gap, 0.3)]) {
-            let points = rails(&[-1.0, 1.5], -16, 16);
-            let position = [-5.0 * h, 0.0, -below - gap * below];
-            let body = Projectile { position, velocity: [100.0, 0.0, 10.0], ..body };
-            let slide = Slide { points, body, turn, friction: mu };
-            let name = format!("{:?} {gap:e} {mu}", body.shape);
-            slide.run([0.0; 3], 10.0 * h, |sim, name| lands_and_slides(&slide, sim, name), &name);
         }
     }
 }

@@ -1,9 +1,9 @@
-//! Rings and arcs of separate plies against closed forms: circles of their own, one on another, on the case, and the balances.
+//! Rings of one ply and of separate ones against closed forms: circles of their own, one on another, on the case, and the balances.
 
-use crate::plies::{another, of_ply, stacked, with_back};
+use crate::plies::{another, of_ply, off_the_lumped, stacked, takes_along, with_back};
 use crate::rings::{on_casing, radius_of, ring, tension, with_sphere};
 use crate::second_order;
-use fabric::{AttachmentKind, Code, Scene, Sim, TimeStep};
+use fabric::{AttachmentKind, Code, Scene, TimeStep};
 use fabric_tests::reference::{V3, dot, length, scale, sub};
 use fabric_tests::{close, damage, positions, set_off, sim_of, velocities};
 use std::f64::consts::PI;
@@ -19,50 +19,28 @@ fn outwards(x: V3, speed: f64) -> V3 {
     scale([x[0], 0.0, x[2]], speed / radius_of(x))
 }
 
-/// Every node tears off, so that nothing but contact moves it.
-fn torn(scene: &Scene) -> Sim<'static> {
-    let mut sim = sim_of(scene);
-    sim.set_largest_stretch(&vec![10.0; sim.layout().segments()]).unwrap();
-    sim
-}
-
-/// Ply k rests at R + k gap, with segments as much longer, and stays where it is to the bit.
-#[test]
-fn plies_rest_on_circles_of_their_own() {
-    let scene = plies(4, 0.3);
-    let mut sim = sim_of(&scene);
-    let (h, start) = (scene.sheet.spacing, positions(&sim));
-    for ply in 0..4 {
-        let (x, radius) = (of_ply(&sim, ply), scene.sheet.radius + 0.3 * ply as f64 * h);
-        x.iter().for_each(|&x| close(radius_of(x), radius, 1e-14));
-        close(length(sub(x[47], x[0])), h * radius / scene.sheet.radius, 1e-12);
-        close(length(sub(x[48], x[0])), h, 1e-14);
-    }
-    sim.step_every_row();
-    sim.advance(200).unwrap();
-    assert_eq!((positions(&sim), sim.energy().unwrap().strain), (start, 0.0));
-}
-
-/// Plies that do not touch breathe each by the equation of its own radius, viscous ones too; what the balance leaves open is of second order.
+/// Each node of a ring that is set off outwards feels -2 N(U) sin(pi/n), so that its radius follows one equation, stepped here by itself. Plies
+/// that do not touch breathe each by that of its own radius, viscous ones too; what the balance leaves open is of second order.
 #[test]
 fn each_ply_breathes_by_itself() {
-    let mut worst: f64 = 0.0;
-    for viscosity in [[0.0; 2], [0.06, 1.5]] {
-        let mut scene = plies(3, 2.0);
+    let (mut worst, speed): (f64, _) = (0.0, 40.0);
+    for (count, viscosity) in [1, 3].into_iter().flat_map(|count| [(count, [0.0; 2]), (count, [0.06, 1.5])]) {
+        let mut scene = plies(count, 2.0);
         [scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic] = viscosity;
         let (m, h, sine) = (scene.sheet.node_mass, scene.sheet.spacing, (PI / 48.0).sin());
         let run = |fraction: f64| {
             let mut sim = sim_of(&Scene { time_step: TimeStep::fraction(fraction), ..scene });
-            set_off(&mut sim, |_, x| [x, outwards(x, 20.0)]);
+            set_off(&mut sim, |_, x| [x, outwards(x, speed)]);
             sim.advance((20.0 / fraction) as u64).unwrap();
             sim
         };
         let (sim, steps) = (run(0.4), 50);
         let dt = sim.step_limits().dt;
+        // (M16) with the growth of U^2/2 in the last step for U dU, and c dt/h as `sound`.
         let sound = (scene.yarn.modulus_mean * scene.sheet.yarn_area * h / m).sqrt() * dt / h;
-        for ply in 0..3 {
+        for ply in 0..count as usize {
             let natural = scene.sheet.radius + 2.0 * ply as f64 * h;
-            let (mut r, mut way, mut before) = (natural, 20.0 * dt, 1.0);
+            let (mut r, mut way, mut before) = (natural, speed * dt, 1.0);
             for _ in 0..steps {
                 let u = (r / natural).max(1.0);
                 let growth = 0.5 * (u * u - before * before);
@@ -76,10 +54,13 @@ fn each_ply_breathes_by_itself() {
         }
         let open = [0.4, 0.2, 0.1, 0.05].map(|fraction| {
             let energy = run(fraction).energy().unwrap();
-            assert_eq!((energy.viscous > 0.0, energy.ply_loss), (viscosity[0] > 0.0, 0.0));
-            energy.residual.abs() / (energy.strain + energy.fabric_kinetic)
+            let held = energy.fabric_kinetic + energy.strain;
+            close(held + energy.viscous - energy.residual, 0.5 * m * 144.0 * f64::from(count) * speed * speed, 1e-12);
+            assert_eq!((energy.viscous > 1e-3 * held, energy.ply_loss), (viscosity[0] > 0.0, 0.0));
+            assert!(energy.strain > 0.1 * held);
+            energy.residual.abs() / held
         });
-        println!("figure 19: plies that breathe, open energy at steps of 0.4, 0.2, 0.1 and 0.05: {open:?}");
+        println!("figure 19: {count} plies that breathe, open energy at steps of 0.4, 0.2, 0.1 and 0.05: {open:?}");
         second_order(&open, 0.1);
     }
     println!("figure 19: plies that breathe by themselves, radius off by {worst:.0e} (allowed 1e-12)");
@@ -98,57 +79,27 @@ fn plies_on_each_other_move_as_the_lumped_ring() {
             (scene.casing.radius, scene.sheet.pre_strain[0]) = (scene.sheet.radius, 0.003);
             (scene.casing.window_angle, scene.casing.window_place) = ([0.0, 0.6], [0.0, 8.0 * scene.sheet.spacing]);
         }
-        let (stack, mut lumped) = (stacked(scene, count, 0.0), scene);
-        lumped.sheet.plies = count;
-        let (mut apart, mut one) = (sim_of(&stack), sim_of(&lumped));
-        apart.advance(250).unwrap();
-        one.advance(250).unwrap();
-        assert_eq!(apart.counters().failed_segments + one.counters().failed_segments, 0);
-        let [a, b] = [&apart, &one].map(|sim| sim.projectile().unwrap().velocity);
-        worst[0] = worst[0].max(length(sub(a, b)) / 50.0);
-        let [a, b] = [&apart, &one].map(|sim| sim.energy().unwrap());
-        assert!(a.contact_work > 1e-3, "{a:?}");
-        worst[1] = worst[1].max((a.strain / b.strain - 1.0).abs()).max((a.contact_work / b.contact_work - 1.0).abs());
-        let [a, b] = [&apart, &one].map(|sim| sim.support().unwrap().casing);
-        assert!(length(sub(a, b)) <= 1e-6 * length(b), "{a:?} {b:?}");
-        assert!(apart.counters().ply_penetration < 1e-12 && apart.counters().unconverged == 0);
+        let [speed, work, strain] = off_the_lumped(&scene, count, 250);
+        worst = [worst[0].max(speed), worst[1].max(work).max(strain)];
     }
     let [speed, energy] = worst;
     println!("figure 19: plies on each other and the lumped ring, speed off by {speed:.0e}, energies by {energy:.0e}");
     assert!(speed < 1e-8 && energy < 1e-6, "{speed:e} {energy:e}");
 }
 
-/// A ply that moves outwards takes along one after the other, at the common speed of momentum; also one of another fabric, three times as heavy.
+/// Also one of another fabric, three times as heavy.
 #[test]
 fn a_ply_that_moves_outwards_takes_along_one_after_the_other() {
-    let gap = 0.2;
-    let scene = with_back(plies(3, gap), 1, |back| back.node_mass *= 3.0);
-    let mut sim = torn(&scene);
-    let (h, m, speed, dt) = (scene.sheet.spacing, scene.sheet.node_mass, 30.0, sim.step_limits().dt);
-    set_off(&mut sim, |k, x| [x, if k < 144 { outwards(x, speed) } else { [0.0; 3] }]);
-    let (mut together, first) = (1.0, 0.5 * 144.0 * m * speed * speed);
-    for (met, next) in [1.0, 3.0].into_iter().enumerate() {
-        sim.advance((gap * h * together / speed / dt).ceil() as u64 + 2).unwrap();
-        together += next;
-        let common = speed / together;
-        for ply in 0..3 {
-            for (&v, x) in velocities(&sim)[144 * ply..][..144].iter().zip(of_ply(&sim, ply)) {
-                let expected = outwards(x, if ply <= met + 1 { common } else { 0.0 });
-                assert!(length(sub(v, expected)) < 1e-9 * speed, "{ply} {v:?}");
-            }
-        }
-        let energy = sim.energy().unwrap();
-        close(energy.fabric_kinetic, first / together, 1e-9);
-        close(energy.ply_loss, first * (1.0 - 1.0 / together), 1e-9);
-        assert!(energy.residual.abs() < 1e-9 * first && sim.counters().ply_penetration < 1e-14);
-        assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * 144.0 * m * speed);
-    }
+    let mut sim = sim_of(&with_back(plies(3, 0.2), 1, |back| back.node_mass *= 3.0));
+    // Every node tears off, so that nothing but contact moves it.
+    sim.set_largest_stretch(&vec![10.0; sim.layout().segments()]).unwrap();
+    takes_along(sim, &[1.0, 1.0, 3.0], |x| outwards(x, 1.0));
 }
 
-/// Slack plies that fall on a case, or on one that lies there, stop on it, and what they bring is lost.
+/// Slack plies that fall on a case, or on one that lies there, stop on it, and what they bring, m v^2/2 of each node, is lost.
 #[test]
 fn plies_that_fall_on_their_case_stop() {
-    for (count, moving) in [(3, 0), (3, 1), (2, 1)] {
+    for (count, moving, allowed) in [(1, 0, 1e-13), (3, 0, 1e-12), (3, 1, 1e-12), (2, 1, 1e-12)] {
         let mut scene = plies(count, 0.1);
         scene.casing.radius = if moving == 0 { 0.98 * scene.sheet.radius } else { scene.sheet.radius };
         let mut sim = sim_of(&scene);
@@ -166,7 +117,7 @@ fn plies_that_fall_on_their_case_stop() {
             "figure 19: {count} plies that fall on their case, place off by {worst:.0e}, energy by {:.0e}",
             energy.residual.abs() / brought
         );
-        assert!(worst < 1e-12 && energy.residual.abs() < 1e-12 * brought, "{worst:e} {energy:?}");
+        assert!(worst < allowed && energy.residual.abs() < 1e-12 * brought, "{worst:e} {energy:?}");
         close(energy.casing_loss + energy.ply_loss, brought, 1e-12);
         let push = length(sim.momentum_residual().unwrap());
         assert!(push < 1e-12 * 144.0 * scene.sheet.node_mass * 20.0, "{push:e}");
@@ -174,30 +125,39 @@ fn plies_that_fall_on_their_case_stop() {
     }
 }
 
-/// Taut plies rest on their case, which bears them all.
+/// Taut plies rest on their case, whose pushes from all around cancel.
 #[test]
 fn taut_plies_rest_on_their_case() {
-    let scene = stacked(on_casing(0.01), 4, 0.0);
-    let mut sim = sim_of(&scene);
-    let (start, taut, h) = (positions(&sim), sim.energy().unwrap().strain, scene.sheet.spacing);
-    sim.advance(2000).unwrap();
-    let off = positions(&sim).into_iter().zip(&start).map(|(a, b)| length(sub(a, *b)) / h).fold(0.0, f64::max);
-    let energy = sim.energy().unwrap();
-    println!(
-        "figure 19: taut plies on their case, moved by {off:.0e} spacings, energy open by {:.0e}",
-        energy.residual.abs() / taut
-    );
-    assert!(off < 1e-11 && energy.residual.abs() < 1e-12 * taut, "{off:e} {energy:?}");
-    let push = 2000.0 * sim.step_limits().dt * 48.0 * 5.0 * 8.0 * tension(&scene, 1.01) * (PI / 48.0).sin();
-    assert!(length(sim.support().unwrap().casing) < 1e-12 * push);
+    for count in [1, 4] {
+        let scene = stacked(on_casing(0.01), count, 0.0);
+        let mut sim = sim_of(&scene);
+        let (start, taut, h) = (positions(&sim), sim.energy().unwrap().strain, scene.sheet.spacing);
+        sim.advance(2000).unwrap();
+        let off = positions(&sim).into_iter().zip(&start).map(|(a, b)| length(sub(a, *b)) / h).fold(0.0, f64::max);
+        let speed = velocities(&sim).into_iter().map(length).fold(0.0, f64::max) / (h / sim.step_limits().dt);
+        let (energy, support) = (sim.energy().unwrap(), sim.support().unwrap());
+        let pushes = 2000.0 * 48.0 * 5.0 * f64::from(count) * sim.step_limits().dt;
+        let push = pushes * 2.0 * tension(&scene, 1.01) * (PI / 48.0).sin();
+        println!(
+            "figure 19: {count} taut plies on their case, moved by {off:.0e} spacings, at {speed:.0e} of one a step, energy open by {:.0e}, \
+             case {:.0e} of its pushes",
+            energy.residual.abs() / taut,
+            length(support.casing) / push
+        );
+        assert!(off < 1e-11 && speed < 1e-13 && energy.residual.abs() < 1e-12 * taut, "{off:e} {speed:e} {energy:?}");
+        close(energy.strain, taut, 1e-10);
+        assert!(length(support.casing) < 1e-12 * push && length(sim.momentum_residual().unwrap()) < 1e-12 * push);
+    }
 }
 
-/// Through the window at an angle, with bare, taut and viscous plies, of two fabrics and with friction: momentum and energy close, no ply is
-/// entered, and bits are the same in an image, in bands and with every instruction set.
+/// Through the window at an angle, with bare, taut and viscous plies, one and several, of two fabrics and with friction: momentum and energy close, and no ply
+/// is entered.
 #[test]
 fn balances_of_a_perforated_wrap() {
     let (mut most_energy, mut most_momentum) = (0.0_f64, 0.0_f64);
-    for (count, gap, strain, friction) in [(3, 0.1, 0.0, 0.0), (4, 0.0, 0.003, 0.0), (3, 0.2, 0.0, 0.3)] {
+    for (count, gap, strain, friction) in
+        [(1, 0.0, 0.0, 0.0), (1, 0.0, 0.003, 0.0), (3, 0.1, 0.0, 0.0), (4, 0.0, 0.003, 0.0), (3, 0.2, 0.0, 0.3)]
+    {
         let mut scene = stacked(with_sphere(ring(80, 31), 2e-3, 150.0, true), count, 0.0);
         let h = scene.sheet.spacing;
         (scene.attachment.kind, scene.stack.gap) = (AttachmentKind::FourSides, gap * h);
@@ -209,11 +169,10 @@ fn balances_of_a_perforated_wrap() {
         if friction > 0.0 {
             scene = with_back(scene, 1, another);
         }
-        scene.slack_balance = friction == 0.0;
+        scene.slack_balance = count > 1 && friction == 0.0;
         let body = scene.projectile;
         let brought = (0.5 * body.mass * dot(body.velocity, body.velocity), body.mass * length(body.velocity));
-        let (mut sim, mut other) = (sim_of(&scene), sim_of(&scene));
-        let mut through = 0.0;
+        let (mut sim, mut through) = (sim_of(&scene), 0.0);
         for _ in 0..40 {
             sim.advance(50).unwrap();
             let energy = sim.energy().unwrap();
@@ -222,6 +181,10 @@ fn balances_of_a_perforated_wrap() {
             if sim.counters().failed_segments == 0 {
                 through = sim.counters().ply_penetration / h;
             }
+            // Until torn yarn flies about, nodes get deep before the window only.
+            let away = |x: &V3| x[2] < 0.6 * radius_of(*x) || x[1].abs() > 9.0 * h;
+            let least = positions(&sim).into_iter().filter(away).map(radius_of).fold(f64::MAX, f64::min);
+            assert!(sim.step_count() > 400 || least > scene.casing.radius - 1e-9, "{least}");
         }
         println!(
             "figure 19: a perforated wrap of {count} plies: energy open by {most_energy:.0e}, momentum by {most_momentum:.0e}, through by {through:.0e} spacings, {:?}",
@@ -229,8 +192,7 @@ fn balances_of_a_perforated_wrap() {
         );
         assert!(through < 1e-12 && sim.counters().failed_segments > 0);
         assert!(gap == 0.0 || sim.energy().unwrap().ply_loss > 0.0);
-        assert!(damage(&sim).contains(&0.0) && length(sim.support().unwrap().casing) > 0.0);
-        fabric_tests::assert_same_bits_in_other_ways(&mut other, &sim);
+        assert!(damage(&sim).contains(&0.0) && length(sim.support().unwrap().casing) > 1e-3 * brought.1);
     }
     assert!(most_energy < 0.01 && most_momentum < 1e-12, "{most_energy:e} {most_momentum:e}");
 }

@@ -118,22 +118,6 @@ fn forged_images_are_refused_or_harmless() {
     assert!(refused > 2 * (words - 40), "{refused}");
 }
 
-#[test]
-fn a_forged_image_cannot_move_a_fixed_node_or_heal_a_yarn_below_critical() {
-    let (_, image, mut target) = driven();
-    let segments = target.layout().segments();
-    // Behind the scalar state come nodes with 6 words each and their segments' histories, then one word of flags.
-    let first = image.len() / 8 - 1 - 1 - 6 * 25 - segments;
-    for word in [first + 3, first + 4, first + 5] {
-        let error = target.load(&forged(&image, word, 1e-9f64.to_bits())).unwrap_err();
-        assert_eq!(error.code, Code::ImageInvalid, "velocity of the fixed node 0");
-    }
-    let error = target.load(&forged(&image, first + 6, 0.01f64.to_bits())).unwrap_err();
-    assert_eq!(error.code, Code::ImageInvalid, "a history below critical");
-    let error = target.load(&forged(&image, first + 6, (-1.0f64).to_bits())).unwrap_err();
-    assert_eq!(error.code, Code::ImageInvalid, "a negative history");
-}
-
 /// An image that never left the program is taken without its checksum, but only if a simulation can have what it holds.
 #[test]
 fn a_kept_image_is_refused_for_all_but_its_checksum() {

@@ -34,27 +34,6 @@ pub fn image_of(sim: &Sim<'_>) -> Vec<u8> {
     image
 }
 
-/// `other`, a new simulation of the same scene, has the bits of `sim` in three bands, from its image and with every instruction set.
-pub fn assert_same_bits_in_other_ways(other: &mut Sim<'_>, sim: &Sim<'_>) {
-    let steps = sim.step_count();
-    let mut scratch = vec![fabric::CacheLine::ZERO; other.layout().band_lines(3).expect("three bands")];
-    let bands = other.bands(&mut scratch, 3, steps).expect("sound");
-    while bands.steps() < steps {
-        (0..3).for_each(|band| _ = bands.pass(band).expect("sound"));
-    }
-    drop(bands);
-    assert_eq!((other.digest(), other.energy()), (sim.digest(), sim.energy()));
-    other.reset();
-    other.load(&image_of(sim)).expect("an image of this scene");
-    assert_eq!((other.digest(), other.energy(), other.support()), (sim.digest(), sim.energy(), sim.support()));
-    for set in fabric::InstructionSet::ALL.into_iter().filter(|set| set.available()) {
-        other.reset();
-        other.use_instructions(set).expect("available");
-        other.advance(steps).expect("sound");
-        assert_eq!(other.digest(), sim.digest(), "{set:?}");
-    }
-}
-
 /// Sets a new simulation off: `motion` gives position, m, and velocity, m/s, of the node of a number that rests at a place.
 pub fn set_off(sim: &mut Sim<'_>, motion: impl Fn(usize, [f64; 3]) -> [[f64; 3]; 2]) {
     let given: Vec<_> = positions(sim).into_iter().enumerate().map(|(k, x)| motion(k, x)).collect();

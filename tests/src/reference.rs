@@ -56,21 +56,16 @@ pub fn turn_back(q: [f64; 4], v: V3) -> V3 {
     turn([q[0], -q[1], -q[2], -q[3]], v)
 }
 
+/// Segments in a row: of a ring one more, from its last node to its first.
+fn segments_across(scene: &Scene) -> usize {
+    scene.sheet.nodes_x as usize - usize::from(!scene.sheet.closed)
+}
+
 /// The two nodes of every segment in the order of the segments' numbers: horizontal row by row, then vertical.
 pub fn segment_ends(scene: &Scene) -> Vec<[usize; 2]> {
-    let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
-    let mut ends = Vec::new();
-    for j in 0..ny {
-        for i in 0..nx - 1 {
-            ends.push([j * nx + i, j * nx + i + 1]);
-        }
-    }
-    for j in 0..ny - 1 {
-        for i in 0..nx {
-            ends.push([j * nx + i, (j + 1) * nx + i]);
-        }
-    }
-    ends
+    let (nx, ny, across) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize, segments_across(scene));
+    let along = (0..ny).flat_map(|j| (0..across).map(move |i| [j * nx + i, j * nx + (i + 1) % nx]));
+    along.chain((0..(ny - 1) * nx).map(|k| [k, k + nx])).collect()
 }
 
 /// Node spacings along x and y, m.
@@ -94,7 +89,7 @@ pub fn natural_lengths(scene: &Scene) -> [f64; 2] {
 
 /// 0 for a horizontal segment, 1 for a vertical one, by its number.
 pub fn direction(scene: &Scene, number: usize) -> usize {
-    usize::from(number >= (scene.sheet.nodes_x as usize - 1) * scene.sheet.nodes_y as usize)
+    usize::from(number >= segments_across(scene) * scene.sheet.nodes_y as usize)
 }
 
 /// Rest positions, m.

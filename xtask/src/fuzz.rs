@@ -1,6 +1,6 @@
 //! `cargo xtask fuzz`: every fuzz target for some seconds under AddressSanitizer.
 
-use crate::tools::{Outcome, answers, emptied, make_folder, target, top, wait};
+use crate::tools::{Outcome, cargo_tool, emptied, make_folder, target, top, wait};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -36,15 +36,13 @@ pub fn run(options: &Options) -> Outcome {
     if names.is_empty() {
         return Err(format!("no such target; there are {}", TARGETS.join(", ")));
     }
-    let program = cargo_fuzz()?;
     println!("Building {} with AddressSanitizer (some minutes the first time) ...", names.join(", "));
     for name in &names {
-        wait(fuzz(&program, &["build"]).arg(name))?;
+        wait(&mut fuzz("build", name)?)?;
     }
-    let runs: Vec<_> =
-        names.iter().map(|name| campaign(&program, name, options.seconds)).collect::<Result<_, String>>()?;
+    let runs: Vec<_> = names.iter().map(|name| campaign(name, options.seconds)).collect::<Result<_, String>>()?;
     if options.minimise {
-        names.iter().try_for_each(|name| minimise(&program, name))?;
+        names.iter().try_for_each(|name| minimise(name))?;
     }
     let executions: u64 = runs.iter().map(|run| run.executions).sum();
     let crashes: u64 = runs.iter().map(|run| run.crashes).sum();
@@ -52,34 +50,15 @@ pub fn run(options: &Options) -> Outcome {
     if crashes == 0 { Ok(()) } else { Err("an input broke something: see above".into()) }
 }
 
-/// cargo-fuzz as it is installed, or installed now into target/tools.
-fn cargo_fuzz() -> Result<PathBuf, String> {
-    let own = target().join("tools");
-    for program in [PathBuf::from("cargo-fuzz"), own.join("bin").join("cargo-fuzz")] {
-        if answers(Command::new(&program).args(["fuzz", "--version"])) {
-            return Ok(program);
-        }
-    }
-    println!("Installing cargo-fuzz into {} ...", own.display());
-    let arguments = ["install", "--quiet", "--locked", "cargo-fuzz", "--root"];
-    wait(cargo().args(arguments).arg(&own))
-        .map_err(|reason| format!("{reason}; install it by hand: cargo install cargo-fuzz"))?;
-    Ok(own.join("bin").join("cargo-fuzz"))
-}
-
-fn cargo() -> Command {
-    Command::new(crate::tools::cargo_program())
-}
-
 /// A command of cargo-fuzz. Sanitizers are no stable feature of the compiler: it is switched on with RUSTC_BOOTSTRAP, here alone.
-fn fuzz(program: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(program);
+fn fuzz(subcommand: &str, name: &str) -> Result<Command, String> {
+    let mut command = cargo_tool("cargo-fuzz")?;
     // Comparisons are not traced: the inputs are decoded by the byte, so that there is nothing to guess, and it is twice as fast.
-    command.arg("fuzz").args(arguments).args(["--features", "fuzzer", "--no-trace-compares", "--target-dir"]);
-    command.arg(target().join("fuzz")).env("RUSTC_BOOTSTRAP", "1").current_dir(top());
+    command.args(["fuzz", subcommand, "--features", "fuzzer", "--no-trace-compares", "--target-dir"]);
     // A stack frame of its own for every call costs a third of the time.
-    command.env("ASAN_OPTIONS", "detect_stack_use_after_return=0");
-    command
+    command.env("RUSTC_BOOTSTRAP", "1").env("ASAN_OPTIONS", "detect_stack_use_after_return=0");
+    command.arg(target().join("fuzz")).arg(name);
+    Ok(command)
 }
 
 /// Where a campaign keeps what it finds, from run to run.
@@ -88,13 +67,13 @@ fn folder(kind: &str, name: &str) -> Result<PathBuf, String> {
 }
 
 /// One target for some seconds, from the committed corpus and what earlier runs have found. libFuzzer stops at the first crash.
-fn campaign(program: &Path, name: &str, seconds: u64) -> Result<Run, String> {
+fn campaign(name: &str, seconds: u64) -> Result<Run, String> {
     let (corpus, crashes) = (folder("corpus", name)?, folder("crashes", name)?);
     let tally = target().join("fuzz").join(format!("{name}.tally"));
     let _ = std::fs::remove_file(&tally);
     println!("  {name}: {seconds} s ...");
-    let mut command = fuzz(program, &["run"]);
-    command.arg(name).arg(&corpus).arg(top().join("fuzz/corpus").join(name)).env("FABRIC_FUZZ_TALLY", &tally);
+    let mut command = fuzz("run", name)?;
+    command.arg(&corpus).arg(top().join("fuzz/corpus").join(name)).env("FABRIC_FUZZ_TALLY", &tally);
     command.args(["--", LONGEST]).args(QUICK).args(["-verbosity=0", "-timeout=60"]);
     command.args([format!("-max_total_time={seconds}"), format!("-artifact_prefix={}/", crashes.display())]);
     let status = command.status().map_err(|error| format!("cannot start {command:?}: {error}"))?;
@@ -118,12 +97,12 @@ fn percent(part: u64, whole: u64) -> u64 {
 }
 
 /// Replaces a committed corpus by the smallest inputs that reach the same edges.
-fn minimise(program: &Path, name: &str) -> Outcome {
+fn minimise(name: &str) -> Outcome {
     let (found, small) = (folder("corpus", name)?, folder("small", name)?);
     let committed = top().join("fuzz/corpus").join(name);
     emptied(small.clone())?;
-    let mut command = fuzz(program, &["run"]);
-    command.arg(name).args([&small, &found, &committed]);
+    let mut command = fuzz("run", name)?;
+    command.args([&small, &found, &committed]);
     command.args(["--", LONGEST, "-set_cover_merge=1", "-use_counters=0"]);
     wait(command.stderr(Stdio::null()))?;
     emptied(committed.clone())?;

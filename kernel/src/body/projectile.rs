@@ -255,16 +255,6 @@ mod tests {
     }
 
     #[test]
-    fn kinetic_energy_of_translation_and_spin() {
-        let solid = Solid::Cylinder { radius: 2.0, half_length: 3.0 };
-        let inertia = Inertia::of(&solid, 12.0, true);
-        // Moments: 12 (3 4 + 36)/12 = 48 across and 12 4/2 = 24 along.
-        assert_eq!(inertia.moments, Vector::new(48.0, 48.0, 24.0));
-        let motion = Motion { velocity: [1.0, -2.0, 3.0], angular_velocity: [0.5, -1.0, 2.0], ..AT_REST };
-        assert_eq!(Body::of(&motion).kinetic_energy(&inertia), 0.5 * 12.0 * 14.0 + 0.5 * (12.0 + 48.0 + 96.0));
-    }
-
-    #[test]
     fn both_rules_turn_a_body_about_a_principal_axis_at_a_steady_rate() {
         let solid = Solid::Cylinder { radius: 6.35e-3, half_length: 0.01905 };
         let inertia = Inertia::of(&solid, 0.037, true);

@@ -473,24 +473,16 @@ mod tests {
         let [across, _, along] = Solid::Cylinder { radius: 2.0, half_length: 3.0 }.inertia(12.0);
         close(across, 12.0 * (2.0 * 2.0 / 4.0 + 6.0 * 6.0 / 12.0));
         close(along, 12.0 * 2.0 * 2.0 / 2.0);
-        // A hemisphere: 83/320 m R^2 across, 2/5 m R^2 along; its centre 3/8 R from the flat.
-        let Solid::HemisphericalCylinder { nose, shank, .. } = bullet(0.01, 0.01) else { panic!() };
-        assert_eq!(shank, 0.0);
-        close(nose, -0.375 * 0.01);
-        let half = bullet(0.01, 0.01).inertia(2.0);
-        close(half[0], 83.0 / 320.0 * 2.0 * 1e-4);
-        close(half[2], 0.4 * 2.0 * 1e-4);
-        // A stubby one: both parts about the flat where they meet, moved to the common centre of mass.
-        let (r, s) = (0.01_f64, 0.012_f64);
-        let Solid::HemisphericalCylinder { nose, .. } = bullet(r, r + s) else { panic!() };
-        let rod = 2.0 * s / (s + 2.0 / 3.0 * r);
-        let about_flat = rod * (0.25 * r * r + s * s / 3.0) + (2.0 - rod) * 0.4 * r * r;
-        close(nose, (rod * 0.5 * s - (2.0 - rod) * 0.375 * r) / 2.0);
-        close(bullet(r, r + s).inertia(2.0)[0], about_flat - 2.0 * nose * nose);
-        close(bullet(r, r + s).inertia(2.0)[2], (0.5 * rod + 0.4 * (2.0 - rod)) * r * r);
-        // A long one is nearly a rod: m L^2/12.
-        let rod = bullet(1e-3, 100.0).inertia(3.0);
-        assert!((rod[0] / (3.0 * 100.0 * 100.0 / 12.0) - 1.0).abs() < 1e-4);
+        // A hemisphere, and a stubby one: both parts about the flat where they meet, moved to the common centre of mass.
+        for s in [0.0, 0.012] {
+            let r = 0.01;
+            let Solid::HemisphericalCylinder { nose, .. } = bullet(r, r + s) else { panic!() };
+            let rod = 2.0 * s / (s + 2.0 / 3.0 * r);
+            let about_flat = rod * (0.25 * r * r + s * s / 3.0) + (2.0 - rod) * 0.4 * r * r;
+            close(nose, (rod * 0.5 * s - (2.0 - rod) * 0.375 * r) / 2.0);
+            close(bullet(r, r + s).inertia(2.0)[0], about_flat - 2.0 * nose * nose);
+            close(bullet(r, r + s).inertia(2.0)[2], (0.5 * rod + 0.4 * (2.0 - rod)) * r * r);
+        }
         let edges = cuboid([3e-3, 4e-3, 12e-3]).inertia(12.0);
         close(edges[0], 160e-6);
         close(edges[1], 153e-6);
@@ -571,13 +563,6 @@ mod tests {
     fn box_distances_and_the_order_of_its_faces() {
         let solid = cuboid([0.02, 0.016, 0.024]);
         let at = |x, y, z| solid.gap(&Vector::new(x, y, z));
-        for sign in [-1.0, 1.0] {
-            for (x, y) in [(0.0, 0.0), (3e-3, -7e-3), (0.01, 8e-3)] {
-                assert_eq!(at(x, y, sign * 0.012).distance, 0.0);
-            }
-            assert_eq!(at(sign * 0.01, 1e-3, 2e-3).distance, 0.0);
-            assert_eq!(at(1e-3, sign * 8e-3, 2e-3).distance, 0.0);
-        }
         assert_eq!(at(0.0, 0.0, 0.0).distance, -8e-3);
         // Beyond an edge: the farther of the two planes. On ties the first face in the order +x -x +y -y +z -z.
         assert!((at(0.013, 0.012, 0.0).distance - 4e-3).abs() < 1e-17);
@@ -738,17 +723,6 @@ mod tests {
                 assert!(solid.gap(&point).distance.abs() < 1e-16);
             }
         }
-    }
-
-    #[test]
-    fn support_along_the_axis() {
-        let along = |solid: &Solid| [1.0, -1.0].map(|z| solid.support(&Vector::new(0.0, 0.0, z)));
-        assert_eq!(along(&cylinder()), [0.01905; 2]);
-        let solid = bullet(6e-3, 0.03);
-        let Solid::HemisphericalCylinder { nose, shank, .. } = solid else { panic!() };
-        assert_eq!(along(&solid), [nose + 6e-3, shank - nose]);
-        // Just across the axis the rim of the flat is the farthest.
-        assert!((solid.support(&Vector::new(1.0, 0.0, 0.0)) - 6e-3).abs() < 1e-18);
     }
 
     #[test]

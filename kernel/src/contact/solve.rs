@@ -562,19 +562,6 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_heavy_body_takes_a_crowd_along() {
-        let (slots, solved, body, inertia) = crowd(100.0, 30.0);
-        assert!(solved.converged);
-        // All stick: one velocity, that of the common momentum.
-        let momentum: f64 = slots.iter().map(|slot| NODE * Candidate::read(slot).approach).sum();
-        let common = (inertia.mass * body.velocity.z + momentum) / (inertia.mass + 20.0 * NODE);
-        close(solved.velocity.z, common, 1e-13);
-        for c in slots.iter().map(Candidate::read) {
-            assert!((c.approach + c.impulse / NODE - common).abs() < 1e-11);
-        }
-    }
-
     /// A body of a hundredth of a node's mass among twenty nodes: sweeps pass its velocity on from node to node for long.
     #[test]
     fn what_sweeps_do_not_finish_newtons_method_does() {

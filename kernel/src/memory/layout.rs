@@ -388,6 +388,8 @@ mod tests {
         // A word for every node, and a bit for every node: 45 in two words.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
         assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));
+        // More than all 45 nodes cannot come.
+        assert_eq!(with(&|scene| scene.contact_capacity = u32::MAX), (35 * CANDIDATE_REALS, 35, 0));
         let theta = |scene: &mut Scene| scene.integrator = crate::scene::parts::Integrator::THETA;
         assert_eq!(with(&theta), (5 * 16 * ITERATE_PLANES + 10, 0, 2));
     }
@@ -401,21 +403,6 @@ mod tests {
         assert_eq!((layout.nodes(), layout.segments()), (27, 3 * 8 + 3 * 9));
         let rows = 16 * (4 * HOT_PLANES + 3 * HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9;
         assert_eq!(layout.reals, rows + 10 * CANDIDATE_REALS);
-    }
-
-    /// By default every node modelled has a place, whatever the body, its size and the supports: more cannot come.
-    #[test]
-    fn every_node_has_a_place_unless_the_scene_asks_for_fewer() {
-        let candidates = |scene: &Scene| Layout::of(scene).unwrap().candidates;
-        let mut scene = Scene::sheet_10in_cylinder();
-        scene.yarn.stochastic = false;
-        for (capacity, whole, quarter) in [(0, 122_500, 30_625), (77, 77, 77), (u32::MAX, 122_500, 30_625)] {
-            scene.contact_capacity = capacity;
-            scene.symmetry = crate::scene::parts::Symmetry::default();
-            assert_eq!(candidates(&scene), whole);
-            scene.symmetry = crate::scene::parts::Symmetry { mirror_x: true, mirror_y: true };
-            assert_eq!(candidates(&scene), quarter);
-        }
     }
 
     /// Nodes are numbered by u32: one more would be taken for another.

@@ -284,7 +284,9 @@ pub trait Visitor {
     fn count(&mut self, value: &mut u64);
 
     /// A flag, 0 or 1.
-    fn flag(&mut self, value: &mut u64);
+    fn flag(&mut self, value: &mut u64) {
+        self.count(value);
+    }
 
     /// A real number.
     fn real(&mut self, value: &mut f64);

@@ -520,15 +520,6 @@ mod tests {
         scene.step_limits().unwrap();
     }
 
-    #[test]
-    fn uniform_step_limit() {
-        let mut scene = Scene::sheet_3in_sphere();
-        scene.yarn.stochastic = false;
-        let limits = scene.step_limits().unwrap();
-        assert!((limits.dt_crit / 5.289994e-8 - 1.0).abs() < 1e-6);
-        assert!((limits.step_max / 2.644997e-8 - 1.0).abs() < 1e-6);
-    }
-
     /// Of a net with twice the stiffness along y the motion along y sets the limit, with its share of the yarns along x.
     #[test]
     fn step_limit_of_unlike_directions() {

@@ -335,9 +335,4 @@ mod tests {
         scene.yarn.strength_draw = StrengthDraw::None;
         assert!(all().all(|k| scene.draw_critical_stretch(k) == 1.03));
     }
-
-    #[test]
-    fn mean_damage_rate_lies_on_the_line() {
-        assert!((Scene::sheet_3in_sphere().mean_segment(Axis::Horizontal).damage_rate - 230.6011).abs() < 1e-9);
-    }
 }

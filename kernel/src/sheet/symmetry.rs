@@ -190,29 +190,3 @@ pub fn attachment_image(kind: AttachmentKind, attachment: usize, turned: [bool; 
 pub fn turned(v: &Vector, [x, y]: [bool; 2]) -> Vector {
     Vector::new(if x { -v.x } else { v.x }, if y { -v.y } else { v.y }, v.z)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn images_lie_across_the_plane() {
-        for nodes in 2..12u32 {
-            let line = Line { nodes, mirrored: true, closed: false };
-            let place = line.modelled();
-            let (node, image) = line.node(place);
-            assert!(image);
-            assert_eq!(node + place, nodes as usize - 1, "mirrored about the middle");
-        }
-    }
-
-    #[test]
-    fn images_of_attachments() {
-        let corners = AttachmentKind::FourCorners;
-        assert_eq!([true, false].map(|y| attachment_image(corners, 0, [true, y])), [3, 1]);
-        assert_eq!(attachment_image(corners, 0, [false, true]), 2);
-        let sides = AttachmentKind::FourSides;
-        assert_eq!([0, 1, 2, 3].map(|a| attachment_image(sides, a, [true, false])), [1, 0, 2, 3]);
-        assert_eq!([0, 1, 2, 3].map(|a| attachment_image(sides, a, [false, true])), [0, 1, 3, 2]);
-    }
-}

@@ -25,9 +25,6 @@ impl Visitor for Hash {
     fn count(&mut self, value: &mut u64) {
         self.word(*value);
     }
-    fn flag(&mut self, value: &mut u64) {
-        self.word(*value);
-    }
     fn real(&mut self, value: &mut f64) {
         self.word(value.to_bits());
     }
@@ -55,9 +52,6 @@ impl Writer<'_> {
 
 impl Visitor for Writer<'_> {
     fn count(&mut self, value: &mut u64) {
-        self.word(*value);
-    }
-    fn flag(&mut self, value: &mut u64) {
         self.word(*value);
     }
     fn real(&mut self, value: &mut f64) {
@@ -148,9 +142,6 @@ mod tests {
     struct Counter(usize);
     impl Visitor for Counter {
         fn count(&mut self, _: &mut u64) {
-            self.0 += 1;
-        }
-        fn flag(&mut self, _: &mut u64) {
             self.0 += 1;
         }
         fn real(&mut self, _: &mut f64) {

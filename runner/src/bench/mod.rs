@@ -75,7 +75,7 @@ const NOT: &[u32] = &[];
 
 /// Every group: its sizes in full, with --quick and with --smoke. The first steps of the largest peers alone take longer than the rest of
 /// the short form.
-const GROUPS: [(&str, [&[u32]; 3], Measure); 16] = [
+const GROUPS: [(&str, [&[u32]; 3], Measure); 15] = [
     ("ports", [ONCE, ONCE, ONCE], |bench, _| ports::measure(bench)),
     ("sweep", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| sheets::measure(bench, &sheets::sweep(size))),
     ("KM2 sweep", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| {
@@ -95,7 +95,6 @@ const GROUPS: [(&str, [&[u32]; 3], Measure); 16] = [
     ("fmu", [ONCE, ONCE, ONCE], |bench, _| fmu::calls(bench)),
     ("states", [ONCE, ONCE, NOT], |bench, _| fmu::states(bench)),
     ("instructions", [ONCE, ONCE, NOT], |bench, _| callgrind::measure(bench)),
-    ("answers", [ONCE, NOT, NOT], |bench, _| parts::answers(bench)),
 ];
 
 /// Measures, prints and writes. False if two ways to step disagree about the bits.

@@ -1,15 +1,13 @@
-//! What parts cost: the ledger, rows at rest, memory; and the time to whole answers.
+//! What parts cost: the ledger, rows at rest, memory.
 
 use super::Bench;
-use super::rows::{Report, Row};
+use super::rows::Row;
 use super::sheets;
 use crate::Result;
-use crate::hits;
 use crate::machine::Clock;
 use crate::memory::Buffers;
-use crate::report::{least, median, noise};
+use crate::report::least;
 use fabric::{Layout, Scene};
-use std::time::Instant;
 
 /// The ledger: one call that sums up all energies, against one step.
 pub fn ledger(bench: &mut Bench, size: u32) -> Result<()> {
@@ -90,53 +88,4 @@ pub fn memory(bench: &mut Bench) -> Result<()> {
     let image = layout.snapshot_bytes() as f64 / layout.nodes() as f64;
     report.figure("memory", "image of the 10 in preset", image, "bytes per node");
     Ok(())
-}
-
-/// The presets.
-type Preset = fn() -> Scene;
-const PRESETS: [(&str, Preset); 2] =
-    [("3 in sheet, sphere", Scene::sheet_3in_sphere), ("10 in sheet, cylinder", Scene::sheet_10in_cylinder)];
-/// How often an answer is waited for.
-const ANSWERS: usize = 3;
-/// Simulated time after which a run is given up, s.
-const LONGEST: f64 = 2e-3;
-/// Shots of a V50.
-const SHOTS: u64 = 60;
-/// Where an up-and-down test begins, m/s, and its stride.
-const FIRST: f64 = 47.0;
-const STRIDE: f64 = 1.05;
-
-/// Wall time of the presets to their end, with everything from the memory on, and of an up-and-down test of 60 shots on the 3 in preset,
-/// one after another on one core. The fit of the shots takes milliseconds and is left out.
-pub fn answers(bench: &mut Bench) -> Result<()> {
-    let report = &mut bench.report;
-    for (name, scene) in PRESETS {
-        let scene = scene();
-        answer(report, &format!("{name}, to its end"), || hits::goes_through(&scene, LONGEST).map(|_| 0.0))?;
-    }
-    let (scene, name) = (Scene::sheet_3in_sphere(), format!("V50 of the 3 in sheet, {SHOTS} shots"));
-    let mean = answer(report, &name, || {
-        let (mut velocity, mut log_sum) = (FIRST, 0.0);
-        for hit in 0..SHOTS {
-            log_sum += velocity.ln();
-            let through = hits::goes_through(&hits::shot(&scene, velocity, hit), LONGEST)?;
-            velocity *= if through { 1.0 / STRIDE } else { STRIDE };
-        }
-        Ok((log_sum / SHOTS as f64).exp())
-    })?;
-    report.figure("answers", format!("{name}: mean velocity"), mean, "m/s");
-    Ok(())
-}
-
-/// The median of wall times, and their noise. Returns the last answer.
-fn answer(report: &mut Report, name: &str, work: impl Fn() -> Result<f64>) -> Result<f64> {
-    let (mut seconds, mut last) = (Vec::new(), 0.0);
-    for _ in 0..ANSWERS {
-        let wall = Instant::now();
-        last = work()?;
-        seconds.push(wall.elapsed().as_secs_f64());
-    }
-    report.figure("answers", format!("{name}: wall time, median of {ANSWERS}"), median(&seconds), "s");
-    report.figure("answers", format!("{name}: noise"), 100.0 * noise(&seconds), "%");
-    Ok(last)
 }

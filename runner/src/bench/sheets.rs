@@ -79,25 +79,26 @@ pub fn sweep(size: u32) -> Case {
     Case { name: "sweep", scene, start: |sim| throw(sim, 20.0), before }
 }
 
-/// The whole run with a critical stretch of its own for every segment.
-fn strength(size: u32) -> Case {
-    let mut case = whole_run(size);
-    case.scene.yarn.strength_draw = StrengthDraw::Weibull;
-    case
-}
-
-/// The hot pass of another sheet.
-fn swept(size: u32, change: fn(&mut Scene)) -> Case {
-    let mut case = sweep(size);
+/// A case of another sheet.
+fn other(mut case: Case, change: fn(&mut Scene)) -> Result<Case> {
     change(&mut case.scene);
-    case
+    Ok(case)
 }
 
-/// The hot pass of a sheet with unlike directions and crimp.
-fn fabric(size: u32) -> Case {
-    swept(size, |scene| {
-        (scene.sheet.spacing_y, scene.sheet.crimp) = (1.2 * scene.sheet.spacing, [0.001, 0.003]);
-    })
+/// Unlike directions and crimp.
+fn crimped(scene: &mut Scene) {
+    (scene.sheet.spacing_y, scene.sheet.crimp) = (1.2 * scene.sheet.spacing, [0.001, 0.003]);
+}
+
+/// Damped along the yarns.
+fn viscous(scene: &mut Scene) {
+    (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic) = (0.06, 1.5);
+}
+
+/// A ring of that many nodes around.
+fn ring(scene: &mut Scene) {
+    scene.sheet.closed = true;
+    scene.sheet.radius = scene.closed_radius();
 }
 
 /// A case of the paper's sheet with a sheet of Kevlar KM2, style S706, in its place: viscous, as textiles are. The sphere comes at 150 m/s.
@@ -109,70 +110,50 @@ pub fn of_kevlar(case: Case, name: &'static str) -> Result<Case> {
     Ok(Case { name, scene, ..case })
 }
 
-/// The hot pass of viscous yarn.
-fn viscous(size: u32) -> Case {
-    swept(size, |scene| {
-        let yarn = &mut scene.yarn;
-        (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
-    })
-}
-
-/// The hot pass of a crimped sheet whose segments give back what slack ones owe.
-fn slack(size: u32) -> Case {
-    let mut case = fabric(size);
-    case.scene.slack_balance = true;
-    case
-}
-
-/// The hot pass of a graded network, of as many nodes: its fine part covers the sheet.
-fn graded(size: u32) -> Case {
-    swept(size, |scene| {
-        let half_width = scene.half_size().map(|half| 2.0 * half);
-        scene.sheet.grading = fabric::Grading { largest: 2, half_width, ..scene.sheet.grading };
-    })
-}
-
-/// The hot pass of yarn that depends on the rate of strain.
-fn rate(size: u32) -> Case {
-    swept(size, |scene| {
-        let yarn = &mut scene.yarn;
-        (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 170.0);
-    })
-}
-
-/// The hot pass of a ring.
-fn ring(size: u32) -> Case {
-    let mut case = sweep(size);
-    case.scene.sheet.closed = true;
-    case.scene.sheet.radius = case.scene.closed_radius();
-    case
-}
-
-/// The hot pass of a ring of viscous yarn on a case.
-fn cased_ring(size: u32) -> Case {
-    let mut case = ring(size);
-    case.scene.casing.radius = case.scene.sheet.radius;
-    (case.scene.yarn.viscosity_linear, case.scene.yarn.viscosity_quadratic) = (0.06, 1.5);
-    case
-}
-
 /// A case of so many nodes along each side.
 type OfSize = fn(u32) -> Result<Case>;
 
 /// The cases whose instructions are counted.
 pub const COUNTED: [(&str, OfSize); 13] = [
     ("sweep", |size| Ok(sweep(size))),
-    ("fabric", |size| Ok(fabric(size))),
-    ("slack", |size| Ok(slack(size))),
-    ("graded", |size| Ok(graded(size))),
-    ("viscous", |size| Ok(viscous(size))),
-    ("rate", |size| Ok(rate(size))),
-    ("ring", |size| Ok(ring(size))),
-    ("cased ring", |size| Ok(cased_ring(size))),
+    ("fabric", |size| other(sweep(size), crimped)),
+    ("slack", |size| {
+        other(sweep(size), |scene| {
+            crimped(scene);
+            scene.slack_balance = true;
+        })
+    }),
+    ("graded", |size| {
+        // Of as many nodes: the fine part covers the sheet.
+        other(sweep(size), |scene| {
+            let half_width = scene.half_size().map(|half| 2.0 * half);
+            scene.sheet.grading = fabric::Grading { largest: 2, half_width, ..scene.sheet.grading };
+        })
+    }),
+    ("viscous", |size| {
+        other(sweep(size), |scene| {
+            viscous(scene);
+            scene.yarn.viscosity_bending = 0.06;
+        })
+    }),
+    ("rate", |size| {
+        other(sweep(size), |scene| {
+            let yarn = &mut scene.yarn;
+            (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 170.0);
+        })
+    }),
+    ("ring", |size| other(sweep(size), ring)),
+    ("cased ring", |size| {
+        other(sweep(size), |scene| {
+            ring(scene);
+            viscous(scene);
+            scene.casing.radius = scene.sheet.radius;
+        })
+    }),
     ("KM2 sweep", |size| of_kevlar(sweep(size), "KM2 sweep")),
     ("run", |size| Ok(whole_run(size))),
     ("KM2 run", |size| of_kevlar(whole_run(size), "KM2 run")),
-    ("strength", |size| Ok(strength(size))),
+    ("strength", |size| other(whole_run(size), |scene| scene.yarn.strength_draw = StrengthDraw::Weibull)),
     ("plies", |size| Ok(plies(size))),
 ];
 

@@ -211,6 +211,7 @@ static const Row TABLE[] = {
 
 static const fmi2String strange[] = {"nonsense"}, none[] = {NULL};
 static const fmi2Real one = 1.0;
+static fmi2Byte few[8];
 static fmi2FMUstate nowhere = &zero, empty;
 
 static int step_with_load(double newton) {
@@ -227,6 +228,12 @@ static void misuse(int logger_given) {
     MISUSE("set an unknown value reference", ERROR, fmi2SetReal(fmu, UNKNOWN, 1, &one))
     MISUSE("a Real read as Integer", ERROR, fmi2GetInteger(fmu, WORK, 1, integer))
     MISUSE("a Real set as Boolean", ERROR, fmi2SetBoolean(fmu, LOAD, 1, boolean))
+    MISUSE("an Integer read as Real", ERROR, fmi2GetReal(fmu, SEED, 1, real))
+    MISUSE("an Enumeration read as Real", ERROR, fmi2GetReal(fmu, STATUS, 1, real))
+    MISUSE("a Boolean read as Real", ERROR, fmi2GetReal(fmu, STOP, 1, real))
+    MISUSE("a Boolean read as Integer", ERROR, fmi2GetInteger(fmu, STOP, 1, integer))
+    MISUSE("an Integer read as Boolean", ERROR, fmi2GetBoolean(fmu, SEED, 1, boolean))
+    MISUSE("a Real read as Boolean", ERROR, fmi2GetBoolean(fmu, LOAD, 1, boolean))
     MISUSE("value references NULL", ERROR, fmi2GetReal(fmu, NULL, 1, real))
     MISUSE("values NULL", ERROR, fmi2GetReal(fmu, LOAD, 1, NULL))
     MISUSE("set value references NULL", ERROR, fmi2SetReal(fmu, NULL, 1, &one))
@@ -247,12 +254,15 @@ static void misuse(int logger_given) {
     MISUSE("size of a stranger's state", ERROR, fmi2SerializedFMUstateSize(fmu, nowhere, (size_t[1]){0}))
     MISUSE("size into NULL", ERROR, fmi2SerializedFMUstateSize(fmu, saved, NULL))
     MISUSE("serialise into NULL", ERROR, fmi2SerializeFMUstate(fmu, saved, NULL, 1 << 20))
-    MISUSE("serialise into too few bytes", ERROR, fmi2SerializeFMUstate(fmu, saved, (fmi2Byte[8]){0}, 8))
+    MISUSE("serialise into too few bytes", ERROR, fmi2SerializeFMUstate(fmu, saved, few, sizeof few))
+    expect(!few[0] && !few[7], "SerializeFMUstate", "too few bytes", "written");
     MISUSE("deserialise NULL", ERROR, fmi2DeSerializeFMUstate(fmu, NULL, 1 << 20, &empty))
     MISUSE("deserialise no bytes", ERROR, fmi2DeSerializeFMUstate(fmu, NULL, 0, &empty))
     MISUSE("deserialise junk", ERROR, fmi2DeSerializeFMUstate(fmu, (fmi2Byte[64]){1, 2, 3}, 64, &empty))
     MISUSE("deserialise into NULL", ERROR, fmi2DeSerializeFMUstate(fmu, (fmi2Byte[64]){1, 2, 3}, 64, NULL))
     MISUSE("unknown kind of status", DISCARD, fmi2GetStatus(fmu, fmi2Terminated, &status))
+    MISUSE("unknown kind of number", DISCARD, fmi2GetRealStatus(fmu, fmi2DoStepStatus, real))
+    MISUSE("unknown kind of truth", DISCARD, fmi2GetBooleanStatus(fmu, fmi2PendingStatus, boolean))
     MISUSE("status into NULL", ERROR, fmi2GetStatus(fmu, fmi2DoStepStatus, NULL))
     MISUSE("last time into NULL", ERROR, fmi2GetRealStatus(fmu, fmi2LastSuccessfulTime, NULL))
     MISUSE("terminated into NULL", ERROR, fmi2GetBooleanStatus(fmu, fmi2Terminated, NULL))
@@ -272,11 +282,15 @@ static void misuse(int logger_given) {
 static void check_instantiate(void) {
     fmi2CallbackFunctions silent = {NULL, NULL, NULL, NULL, NULL};
     callbacks.logger = logger;
+    char other[100] = "";
+    strncpy(other, guid, sizeof other - 1);
+    other[20] ^= 1;
     struct {
         const char *what;
         fmi2Component made;
     } refused[] = {
         {"wrong guid", fmi2Instantiate("calls", fmi2CoSimulation, "{wrong}", "", &callbacks, 0, 0)},
+        {"another guid", fmi2Instantiate("calls", fmi2CoSimulation, other, "", &callbacks, 0, 0)},
         {"guid NULL", fmi2Instantiate("calls", fmi2CoSimulation, NULL, "", &callbacks, 0, 0)},
         {"model exchange", fmi2Instantiate("calls", fmi2ModelExchange, guid, "", &callbacks, 0, 0)},
         {"name NULL", fmi2Instantiate(NULL, fmi2CoSimulation, guid, "", &silent, 0, 0)},
@@ -286,7 +300,7 @@ static void check_instantiate(void) {
         {"wrong guid, no logger", fmi2Instantiate("calls", fmi2CoSimulation, "{wrong}", NULL, &silent, 0, 1)},
     };
     for (size_t k = 0; k < COUNT(refused); k++) expect(!refused[k].made, refused[k].what, "fmi2Instantiate", "an instance came of it");
-    expect(messages == 3, "fmi2Instantiate", "refusals", "not one message each");
+    expect(messages == 4, "fmi2Instantiate", "refusals", "not one message each");
 }
 
 /* After everything in the table a good step gives what it gives without. */

@@ -286,6 +286,7 @@ static const Row TABLE[] = {
 
 static const fmi3String strange[] = {"nonsense"}, none[] = {NULL};
 static const fmi3Float64 one[4] = {1.0};
+static fmi3Byte few[8];
 static fmi3FMUState nowhere = &zero, empty;
 static fmi3Float32 float32[3];
 static fmi3String text[1];
@@ -304,6 +305,14 @@ static void misuse(int logger_given) {
     MISUSE("a Float64 read as Int32", ERROR, fmi3GetInt32(fmu, WORK, 1, int32, 1))
     MISUSE("an Enumeration read as Int32", ERROR, fmi3GetInt32(fmu, STATUS, 1, int32, 1))
     MISUSE("an Int32 read as Int64", ERROR, fmi3GetInt64(fmu, SEED, 1, int64, 1))
+    MISUSE("a Boolean read as Int32", ERROR, fmi3GetInt32(fmu, STOP, 1, int32, 1))
+    MISUSE("a Float64 read as Int64", ERROR, fmi3GetInt64(fmu, WORK, 1, int64, 1))
+    MISUSE("a Boolean read as Int64", ERROR, fmi3GetInt64(fmu, STOP, 1, int64, 1))
+    MISUSE("an Int32 read as Float64", ERROR, fmi3GetFloat64(fmu, SEED, 1, real, 1))
+    MISUSE("an Enumeration read as Float64", ERROR, fmi3GetFloat64(fmu, STATUS, 1, real, 1))
+    MISUSE("a Boolean read as Float64", ERROR, fmi3GetFloat64(fmu, STOP, 1, real, 1))
+    MISUSE("an Int32 read as Boolean", ERROR, fmi3GetBoolean(fmu, SEED, 1, boolean, 1))
+    MISUSE("a Float64 read as Boolean", ERROR, fmi3GetBoolean(fmu, WORK, 1, boolean, 1))
     MISUSE("a Float64 read as Float32", ERROR, fmi3GetFloat32(fmu, LOAD, 1, float32, 3))
     MISUSE("a Float64 read as String", ERROR, fmi3GetString(fmu, LOAD, 1, text, 1))
     MISUSE("value references NULL", ERROR, fmi3GetFloat64(fmu, NULL, 1, real, 1))
@@ -330,7 +339,8 @@ static void misuse(int logger_given) {
     MISUSE("size of a stranger's state", ERROR, fmi3SerializedFMUStateSize(fmu, nowhere, &size))
     MISUSE("size into NULL", ERROR, fmi3SerializedFMUStateSize(fmu, saved, NULL))
     MISUSE("serialise into NULL", ERROR, fmi3SerializeFMUState(fmu, saved, NULL, 1 << 20))
-    MISUSE("serialise into too few bytes", ERROR, fmi3SerializeFMUState(fmu, saved, (fmi3Byte[8]){0}, 8))
+    MISUSE("serialise into too few bytes", ERROR, fmi3SerializeFMUState(fmu, saved, few, sizeof few))
+    expect(!few[0] && !few[7], "SerializeFMUState", "too few bytes", "written");
     MISUSE("deserialise NULL", ERROR, fmi3DeserializeFMUState(fmu, NULL, 1 << 20, &empty))
     MISUSE("deserialise no bytes", ERROR, fmi3DeserializeFMUState(fmu, NULL, 0, &empty))
     MISUSE("deserialise junk", ERROR, fmi3DeserializeFMUState(fmu, (fmi3Byte[64]){1, 2, 3}, 64, &empty))
@@ -349,11 +359,15 @@ static void misuse(int logger_given) {
 
 /* No instance comes of these; with a logger each says why. */
 static void check_instantiate(void) {
+    char other[100] = "";
+    strncpy(other, token, sizeof other - 1);
+    other[20] ^= 1;
     struct {
         const char *what;
         fmi3Instance made;
     } refused[] = {
         {"wrong token", fmi3InstantiateCoSimulation("calls", "{wrong}", NULL, 0, 0, 0, 0, NULL, 0, &messages, logger, NULL)},
+        {"another token", fmi3InstantiateCoSimulation("calls", other, NULL, 0, 0, 0, 0, NULL, 0, &messages, logger, NULL)},
         {"token NULL", fmi3InstantiateCoSimulation("calls", NULL, NULL, 0, 0, 0, 0, NULL, 0, &messages, logger, NULL)},
         {"name NULL", fmi3InstantiateCoSimulation(NULL, token, NULL, 0, 0, 0, 0, NULL, 0, &messages, logger, NULL)},
         {"name empty", fmi3InstantiateCoSimulation("", token, NULL, 0, 0, 0, 0, NULL, 0, &messages, logger, NULL)},
@@ -363,7 +377,7 @@ static void check_instantiate(void) {
         {"wrong token, no logger", fmi3InstantiateCoSimulation("calls", "", NULL, 0, 1, 0, 0, NULL, 0, NULL, NULL, NULL)},
     };
     for (size_t k = 0; k < COUNT(refused); k++) expect(!refused[k].made, refused[k].what, "instantiation", "an instance came of it");
-    expect(messages == 7, "instantiation", "refusals", "not one message each");
+    expect(messages == 8, "instantiation", "refusals", "not one message each");
 }
 
 /* After everything in the table a good step gives what it gives without. */
