@@ -53,6 +53,21 @@ fn a_moved_and_turned_sheet_sees_the_same_physics() {
     }
 }
 
+/// Half a turn about z only changes signs: the numbers are the same to the bit.
+#[test]
+fn half_a_turn_about_the_normal_changes_signs_only() {
+    let mut scene = small_sheet(21, 60.0);
+    scene.projectile.velocity = [3.0, -2.0, 60.0];
+    let half_turn = [0.0, 0.0, 0.0, 1.0];
+    let sim = stepped(&scene, STEPS);
+    let other = stepped(&moved(&scene, [0.0; 3], half_turn), STEPS);
+    let expected: Vec<V3> = positions(&sim).iter().map(|x| [-x[0], -x[1], x[2]]).collect();
+    assert_eq!(positions(&other), expected);
+    let v = sim.projectile().unwrap().velocity;
+    assert!(v[2] < 60.0);
+    assert_eq!(other.projectile().unwrap().velocity, [-v[0], -v[1], v[2]]);
+}
+
 /// n plies multiply node mass and yarn area by n; with n times the projectile's mass every velocity is the same, and every
 /// impulse and energy n times as large. To the bit where n is a power of two, through failure.
 #[test]
