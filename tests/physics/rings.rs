@@ -2,9 +2,9 @@
 
 use crate::plies::{of_ply, stacked};
 use crate::second_order;
-use fabric::{AttachmentKind, Code, Outcome, Scene, Shape, Sim};
+use fabric::{AttachmentKind, Code, Outcome, Scene, Shape, Sim, TimeStep};
 use fabric_tests::reference::{V3, dot, forces, length, scale, segment_ends, sub};
-use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, without_projectile};
+use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, velocities, without_projectile};
 use std::f64::consts::PI;
 
 /// A ring of so many nodes in each of `rows` free rows, without a projectile.
@@ -132,6 +132,24 @@ fn a_turning_ring_is_stretched_by_its_own_pull() {
     assert!((x - turned[0]).hypot(z - turned[1]) < 1e-9 * r);
     // In the limit of small steps mu (w R)^2 = N.
     close(m / scene.sheet.spacing * speed * speed, tension(&scene, stretch), 0.02);
+}
+
+/// Nodes that all move alike feel no force, to the bit. Spacing and step are powers of two, so that no place is rounded.
+#[test]
+fn a_ring_that_flies_on_feels_nothing() {
+    let mut scene = ring(48, 4);
+    scene.sheet.spacing = (-10f64).exp2();
+    scene.sheet.radius = scene.closed_radius();
+    scene.time_step = TimeStep::seconds((-25f64).exp2());
+    let mut sim = sim_of(&scene);
+    let speed = [300.0, -80.0, 50.0];
+    set_off(&mut sim, |_, x| [x, speed]);
+    sim.advance(1000).unwrap();
+    let first = velocities(&sim)[0];
+    assert!(velocities(&sim).iter().all(|&v| v == first));
+    let energy = sim.energy().unwrap();
+    assert_eq!((energy.strain, energy.dissipated), (0.0, 0.0));
+    assert_eq!(sim.counters().failed_segments, 0);
 }
 
 /// What a sphere does to a sheet: its speed, the work and the largest stretch.

@@ -7,9 +7,7 @@ use fabric::Solid;
 use fabric::pose::into_body;
 use fabric::{AttachmentKind, Drive, Projectile, Scene, Shape, TimeStep, pose, prism};
 use fabric_tests::reference::{add, cross, length, moments, nose, scale, sub, turn, turn_back};
-use fabric_tests::{
-    close, cuboid_faces, positions, rough, sim_of, small_sheet, sphere_on_3in, stepped, tetrahedron,
-};
+use fabric_tests::{close, cuboid_faces, positions, rough, sim_of, small_sheet, sphere_on_3in, stepped, tetrahedron};
 
 /// Projectiles of every shape, about as large as a third of the 41 x 41 sheet.
 fn bodies() -> [Projectile; 7] {

@@ -30,6 +30,15 @@ fn very_fast_projectiles_sweep_up_nodes() {
     }
 }
 
+/// The largest speed that is accepted runs, on every axis of the smallest sheet.
+#[test]
+fn the_fastest_accepted_projectile_runs() {
+    let mut scene = small_sheet(9, 0.0);
+    let fastest = scene.sheet.spacing / scene.step_limits().unwrap().dt;
+    scene.projectile.velocity = [0.0, 0.0, 0.999 * fastest];
+    assert!(stepped(&scene, 2000).contact().unwrap().work > 0.0);
+}
+
 /// The smallest sheets there are, held in every way.
 #[test]
 fn the_smallest_sheets_run() {

@@ -322,30 +322,6 @@ mod tests {
         column.iter().map(|place| Node::read(place).speed).collect()
     }
 
-    #[test]
-    fn a_falling_ply_takes_along_what_it_meets() {
-        let far = f64::INFINITY;
-        // One that comes from below takes along all that touches; one of them is a gap away that it does not reach.
-        let mut pushed = column(&[[1.0, far], [0.0, 0.0], [0.0, 0.0], [0.0, 0.5]]);
-        project(&mut pushed);
-        for (speed, expected) in speeds(&pushed).into_iter().zip([1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0]) {
-            assert!((speed - expected).abs() < 1e-15);
-        }
-        // Across a gap of 0.5: both end at one place.
-        let mut met = column(&[[1.0, far], [0.0, 0.5]]);
-        project(&mut met);
-        assert_eq!(speeds(&met), [0.75, 0.25]);
-        // Nodes that do not face each other pass.
-        let mut beside = column(&[[1.0, far], [0.0, far], [-1.0, 0.0]]);
-        project(&mut beside);
-        assert_eq!(speeds(&beside), [1.0, -0.5, -0.5]);
-        // Nodes that part are left alone.
-        let parting = [[-1.0, far], [0.0, 0.0], [2.0, 0.3]];
-        let mut apart = column(&parting);
-        project(&mut apart);
-        assert_eq!(speeds(&apart), [-1.0, 0.0, 2.0]);
-    }
-
     /// The conditions that make a solution the nearest one: no pair nearer than it may be, no impulse that pulls, none across a
     /// pair that is not as near as it may be. And so momentum is kept, and energy is never added. Of one fabric and of two.
     #[test]
