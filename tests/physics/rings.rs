@@ -443,6 +443,13 @@ fn shot(scene: &Scene, k: u64) -> Option<Shot> {
     Some(([gained, lost, open / scale], depth, sim.contact().ok()?.work / brought, k))
 }
 
+/// Plies that a body from outside presses on their case stay out of it: of all random scenes this one is pressed hardest.
+#[test]
+fn plies_pressed_on_their_case_stay_out_of_the_body() {
+    let (_, depth, ..) = shot(&random_plies(128), 128).unwrap();
+    assert!(depth < 2e-3, "{depth} spacings");
+}
+
 /// Of 1,000 random curved scenes none gains more energy than slack yarn makes, which `slack_balance` gives back, none loses momentum, and none is
 /// entered deeper than a flat sheet of a turning body; nor do 250 of several plies.
 ///
