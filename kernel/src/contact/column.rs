@@ -318,10 +318,6 @@ mod tests {
         Node { mass, ..Node::read(place) }.write(place);
     }
 
-    fn speeds(column: &[[f64; COLUMN_REALS]]) -> Vec<f64> {
-        column.iter().map(|place| Node::read(place).speed).collect()
-    }
-
     /// The conditions that make a solution the nearest one: no pair nearer than it may be, no impulse that pulls, none across a
     /// pair that is not as near as it may be. And so momentum is kept, and energy is never added. Of one fabric and of two.
     #[test]
