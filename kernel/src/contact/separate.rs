@@ -1,4 +1,7 @@
-//! Plies separated where they press on each other with no candidate among them: behind the sweep and the projectile's impulses.
+//! Plies separated where they press on each other: behind the sweep and the projectile's impulses.
+//!
+//! Method: the regression of `column.rs`, of eight columns at once ([`Columns`]); one by one where the projectile pushes one of them, with a case,
+//! and where nodes do not face each other.
 
 use crate::body::pose::Vector;
 use crate::contact::apply::press;
@@ -39,12 +42,14 @@ fn is_awake(system: &System<'_>, ply: usize, row: usize) -> bool {
 fn pushed<'s>(system: &'s System<'_>, i: usize, row: usize, count: usize) -> impl Iterator<Item = usize> + 's {
     let Arrays { last, links, candidate_nodes, candidates, .. } = &system.arrays;
     let place = row * system.layout.nodes_x + i;
-    // What an earlier step has left there names a candidate that is now elsewhere.
-    let is_here = move |&c: &usize| {
-        c < count && candidate_nodes.get(c).is_some_and(|&node| node as usize % last.len().max(1) == place)
+    // An earlier step may have left the number of a candidate that is now elsewhere.
+    let here = move |c: usize| {
+        let node = candidate_nodes.get(c).filter(|_| c < count);
+        node.is_some_and(|&node| node as usize % last.len().max(1) == place).then_some(c)
     };
-    let first = last.get(place).copied().and_then(touch::number).filter(is_here);
-    let column = core::iter::successors(first, |&c| links.get(c).and_then(|link| Link::read(link).behind));
+    let first = last.get(place).copied().and_then(touch::number).and_then(here);
+    let column =
+        core::iter::successors(first, move |&c| links.get(c).and_then(|link| Link::read(link).behind).and_then(here));
     column.filter(|&c| candidates.get(c).is_some_and(|slot| Candidate::read(slot).impulse > 0.0))
 }
 
