@@ -462,7 +462,7 @@ mod tests {
                 "{name}"
             );
         }
-        let page = include_str!("../../fabrics/README.md");
+        let page = include_str!("../fabrics/README.md");
         KEYS.iter().for_each(|(key, ..)| assert!(page.contains(&format!("`{key}`")), "{key} is not on the page"));
     }
 }

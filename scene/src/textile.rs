@@ -21,10 +21,10 @@ use toml::{Table, Value};
 
 /// The named textiles: their files.
 const FILES: [(&str, &str); 4] = [
-    ("kevlar_km2_s706", include_str!("../../fabrics/kevlar_km2_s706.toml")),
-    ("kevlar_49_yarn", include_str!("../../fabrics/kevlar_49_yarn.toml")),
-    ("zylon_as_500_35", include_str!("../../fabrics/zylon_as_500_35.toml")),
-    ("powell_zohdi_2009", include_str!("../../fabrics/powell_zohdi_2009.toml")),
+    ("kevlar_km2_s706", include_str!("../fabrics/kevlar_km2_s706.toml")),
+    ("kevlar_49_yarn", include_str!("../fabrics/kevlar_49_yarn.toml")),
+    ("zylon_as_500_35", include_str!("../fabrics/zylon_as_500_35.toml")),
+    ("powell_zohdi_2009", include_str!("../fabrics/powell_zohdi_2009.toml")),
 ];
 
 type Place = fn(&mut Textile) -> &mut f64;
@@ -483,7 +483,7 @@ mod tests {
 
     #[test]
     fn the_example_of_the_page_is_a_scene() {
-        let page = include_str!("../../fabrics/README.md");
+        let page = include_str!("../fabrics/README.md");
         let example = page.split_once("```toml\n").unwrap().1.split_once("```").unwrap().0;
         let scene = crate::parse(example).unwrap();
         assert_eq!((scene.sheet.crimp, scene.viscosity()), ([0.01, 0.003], fabric::TEXTILE_VISCOSITY));

@@ -9,6 +9,7 @@ import http.server
 import json
 import pathlib
 import platform
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -111,6 +112,21 @@ def capsule(_):
     return f"the wheel replays it with the same bits: {found['calls']} calls, {found['step']} steps, {found['digest']}"
 
 
+def source_of_the_wheel(work):
+    if not shutil.which("cargo"):
+        return "not tried, which needs Rust"
+    import fabric_kernel as fk
+
+    run(sys.executable, "-m", "venv", "--system-site-packages", work / "source")
+    run(work / "source/bin/pip", "--quiet", "install", "--force-reinstall", "--no-deps", only("fabric_kernel-*[0-9].tar.gz"))
+    program = "import fabric_kernel as fk; s = fk.Simulation(fk.Scene('sheet_3in_sphere')); s.step(1000); print(s.digest)"
+    simulation = fk.Simulation(fk.Scene("sheet_3in_sphere"))
+    simulation.step(1000)
+    printed = run(work / "source/bin/python", "-c", program)
+    assert printed == simulation.digest, f"built from source it prints {printed}, the wheel {simulation.digest}"
+    return f"it builds, and gives the wheel's bits: {printed}"
+
+
 def page(_):
     handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=HERE)
     http.server.SimpleHTTPRequestHandler.log_message = lambda *_: None
@@ -132,12 +148,12 @@ def bills_of_materials(_):
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
-        if sys.prefix == sys.base_prefix:
+        if sys.argv[1:] != ["--inside"]:
             # Where nothing is installed but the wheel with what it depends on, and FMPy.
             run(sys.executable, "-m", "venv", folder)
             run(f"{folder}/bin/pip", "--quiet", "install", "--no-compile", only(f"*_{platform.machine()}.whl"), "fmpy")
-            sys.exit(subprocess.run([f"{folder}/bin/python", __file__], check=False).returncode)
-        for part in (sums, wheel_and_library, fmus, capsule, page, bills_of_materials):
+            sys.exit(subprocess.run([f"{folder}/bin/python", __file__, "--inside"], check=False).returncode)
+        for part in (sums, wheel_and_library, source_of_the_wheel, fmus, capsule, page, bills_of_materials):
             start = time.perf_counter()
             print(f"{part.__name__.replace('_', ' ')}: {part(pathlib.Path(folder))} ({time.perf_counter() - start:.1f} s)", flush=True)
 

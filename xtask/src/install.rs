@@ -64,9 +64,12 @@ pub fn into(prefix: &Path) -> Outcome {
         let text = words.iter().fold(text, |text, (word, value)| text.replace(word, value));
         write(folder.join(template), text)?;
     }
+    let licences = prefix.join("share/licenses/fabric_kernel");
     for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
-        copy(&top().join(licence), &prefix.join("share/licenses/fabric_kernel").join(licence))?;
+        copy(&top().join(licence), &licences.join(licence))?;
     }
+    // Of the crates that are linked.
+    copy(&top().join("modelDescription/documentation/licenses/license.txt"), &licences.join("crates.txt"))?;
     println!("  fabric_kernel {version} ({soname}) installed in {}", prefix.display());
     Ok(())
 }

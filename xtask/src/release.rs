@@ -35,7 +35,7 @@ const PARTS: &[Part] = &[
     ("page", page),
     ("capsule of the demo", capsule),
     ("bills of materials", bills),
-    ("texts", texts),
+    ("source and texts", texts),
 ];
 
 pub fn run(options: &Options) -> Outcome {
@@ -160,8 +160,10 @@ fn capsule() -> Made {
     let options = ["--case", "small", "--fmu", &fmu, "--out", &text(folder.clone()), "--capsule"];
     let printed = output(python()?, &[&[&*program], &options[..]].concat())?;
     let file = folder.join("demo.capsule");
-    let lines = printed.lines().filter(|line| line.contains("capsule: "));
-    write(&file, lines.map(|line| format!("{line}\n")).collect::<String>())?;
+    let digits: String = printed.lines().filter_map(|line| Some(line.split_once("capsule: ")?.1.trim())).collect();
+    let bytes = |pair: &[u8]| str::from_utf8(pair).ok().and_then(|pair| u8::from_str_radix(pair, 16).ok());
+    let bytes: Option<Vec<u8>> = digits.as_bytes().chunks(2).map(bytes).collect();
+    write(&file, bytes.ok_or("the log of the FMU has no hexadecimal capsule")?)?;
     one(file, "capsule of the short demo: what its host did to the FMU, to be replayed")
 }
 
@@ -184,8 +186,9 @@ fn bills() -> Made {
     tools::wait(cargo_tool("cargo-cyclonedx")?.args(cargo).env("SOURCE_DATE_EPOCH", time.trim()).current_dir(&source))?;
     for (name, package, about) in [
         ("crate", "kernel", "the crates in the kernel's"),
-        ("c", "capi/library", "those in the libraries for C and C++, and in the page"),
-        ("fmu", "fmu/library", "those in the FMUs"),
+        ("c", "capi/library", "those in the libraries for C and C++, and in the page beside three.js"),
+        ("fmu", "fmu/library", "those in the FMUs' libraries"),
+        ("component", "fmu/wasm", "those in the FMU's component"),
         ("wheel", "python", "those in the wheels"),
     ] {
         save(name, &source.join(package).join("bill.json"), about)?;
@@ -208,7 +211,11 @@ fn bills() -> Made {
 }
 
 fn texts() -> Made {
+    let name = format!("fabric-{}", env!("CARGO_PKG_VERSION"));
+    let (source, prefix) = (target().join(format!("{name}-source.tar.gz")), format!("--prefix={name}/"));
+    command("git", &["archive", "--format=tar.gz", &prefix, "--output", &source.to_string_lossy(), "HEAD"])?;
+    let source = (source, "the whole project at this commit: begin with README.md and CHANGELOG.md in it".to_string());
     let smoke = (top().join("xtask/release/smoke.py"), "tries everything here, and uses nothing else".to_string());
     let licence = |name: &str| (top().join(name), "licence of the project, of two at your choice".to_string());
-    Ok(vec![licence("LICENSE-APACHE"), licence("LICENSE-MIT"), smoke])
+    Ok(vec![source, licence("LICENSE-APACHE"), licence("LICENSE-MIT"), smoke])
 }

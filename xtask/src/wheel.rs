@@ -40,7 +40,8 @@ fn build(folder: &Path, other: Option<&Target>) -> Outcome {
         maturin.args(["build", "--quiet", "--interpreter"]).arg(&python).arg("--target-dir").arg(target());
     }
     maturin.env("CARGO_ENCODED_RUSTFLAGS", flags());
-    maturin.arg("--out").arg(folder).current_dir(top().join("python"));
+    // In the source that is packed the lock names crates that are not in it.
+    maturin.arg("--locked").arg("--out").arg(folder).current_dir(top().join("python"));
     finish(&mut maturin).map(|_| ())
 }
 
