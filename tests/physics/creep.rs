@@ -66,6 +66,7 @@ fn worst_balance_of_random_shots() {
             "figure 16c: {} random shots of {steps} steps, {fraction} dt_crit, slack_balance {slack_balance}",
             found.len()
         );
+        let mut most = [0.0; 2];
         for (after, when) in ["before", "after"].into_iter().enumerate() {
             let mut worst: Vec<_> = found.iter().map(|(most, k)| (most[after], *k)).collect();
             worst.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -91,7 +92,10 @@ fn worst_balance_of_random_shots() {
                     100.0 * sheet.crimp[0]
                 );
             }
-            assert!(found.len() > shots as usize / 2 && stated.is_none_or(|stated| worst[0].0 < stated[after]));
+            most[after] = worst[0].0;
         }
+        assert!(
+            found.len() > shots as usize / 2 && stated.is_none_or(|stated| most[0] < stated[0] && most[1] < stated[1])
+        );
     }
 }
