@@ -157,11 +157,6 @@ impl Rows<'_> {
         let (layout, chunks) = (terms.layout, terms.layout.chunks);
         let Rows { hot, history, owed, viscous, before, pushed, pushes, taken, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
-        // Empty but for a stack.
-        if !before.is_empty() {
-            let hoop = self.net.hoop;
-            lanes::dispatch(terms.instructions, Keep::<CURVED> { hot, before, hoop });
-        }
         let been_slack = if OPTIONS { self.been_slack } else { &[] };
         let net = if OPTIONS || CURVED { &self.net } else { &Net::NONE };
         let pass = terms.pass(net, ply);
@@ -180,6 +175,10 @@ impl Rows<'_> {
             let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
+            // None but of a stack.
+            if let Some(before) = before.get_mut(k * chunks..(k + 1) * chunks) {
+                lanes::dispatch(terms.instructions, Keep::<CURVED> { hot: row, before, hoop: self.net.hoop });
+            }
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, self.strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
