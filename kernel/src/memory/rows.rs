@@ -269,7 +269,7 @@ fn end_row(
     pulled
 }
 
-/// Keeps the velocities across the sheet. CURVED: along the normals of its columns.
+/// Keeps the velocities across the sheet of a row. CURVED: along the normals of its columns.
 struct Keep<'a, const CURVED: bool> {
     hot: &'a [Chunk<HOT_PLANES>],
     before: &'a mut [[f64; CHUNK]],
@@ -281,9 +281,8 @@ impl<const CURVED: bool> Job for Keep<'_, CURVED> {
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let mut hoop = self.hoop.iter().cycle();
-        for (before, chunk) in self.before.iter_mut().zip(self.hot) {
-            let hoop = if CURVED { hoop.next() } else { None }.unwrap_or(&FLAT);
+        for (c, (before, chunk)) in self.before.iter_mut().zip(self.hot).enumerate() {
+            let hoop = if CURVED { self.hoop.get(c) } else { None }.unwrap_or(&FLAT);
             for (g, before) in L::groups_mut(before).iter_mut().enumerate() {
                 own::<L, CURVED>(chunk, SPEED_X, hoop, g)[2].store(before);
             }
