@@ -18,18 +18,51 @@ use crate::scene::features::Feature;
 use crate::sheet::neighbours::{NOTHING, own};
 use crate::sheet::ring::{FLAT, HOOP_PLANES, NORMAL_X, NORMAL_Z};
 
-/// Separates the plies behind the sweep and the projectile's impulses. `count`: candidates.
-#[inline(never)]
-pub(crate) fn separate(system: &mut System<'_>, count: usize) {
-    for row in 0..system.layout.y.modelled() {
-        if !(0..system.layout.plies).any(|ply| is_awake(system, ply, row)) {
-            continue;
+/// Rows that move in every ply and have no candidate: their columns are separated before the projectile's impulses, while they are at hand.
+#[derive(Clone, Copy)]
+pub(crate) struct Apart {
+    moving: [usize; 2],
+    under: [usize; 2],
+}
+
+impl Apart {
+    /// Of these rows awake and these candidates.
+    pub fn of(system: &System<'_>, under: [usize; 2]) -> Apart {
+        let rows = system.layout.y.modelled();
+        let both = |[first, end]: [usize; 2], ply: usize| {
+            let [low, high] = system.awake_of(ply).map(|row| row.saturating_sub(ply * rows));
+            [first.max(low), end.min(high)]
+        };
+        Apart { moving: (0..system.layout.plies).fold([0, rows], both), under }
+    }
+
+    fn contains(&self, row: usize) -> bool {
+        let is_in = |[first, end]: [usize; 2]| first <= row && row < end;
+        is_in(self.moving) && !is_in(self.under)
+    }
+
+    /// Separates the plies in those of these rows that it contains.
+    #[inline(never)]
+    pub fn separate(&self, system: &mut System<'_>, [first, end]: [usize; 2]) {
+        (first..end).filter(|&row| self.contains(row)).for_each(|row| separate_row_of(system, row, 0));
+    }
+
+    /// Separates them in all others, behind the projectile's impulses. `count`: candidates.
+    #[inline(never)]
+    pub fn separate_others(&self, system: &mut System<'_>, count: usize) {
+        for row in (0..system.layout.y.modelled()).filter(|&row| !self.contains(row)) {
+            if (0..system.layout.plies).any(|ply| is_awake(system, ply, row)) {
+                separate_row_of(system, row, count);
+            }
         }
-        if system.layout.has(Feature::Curved) {
-            separate_row::<true>(system, row, count);
-        } else {
-            separate_row::<false>(system, row, count);
-        }
+    }
+}
+
+fn separate_row_of(system: &mut System<'_>, row: usize, count: usize) {
+    if system.layout.has(Feature::Curved) {
+        separate_row::<true>(system, row, count);
+    } else {
+        separate_row::<false>(system, row, count);
     }
 }
 

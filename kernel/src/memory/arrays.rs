@@ -229,7 +229,7 @@ impl<'a> Arrays<'a> {
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
             hoop: chunked(real(has(Curved), [layout.plies, row, CHUNK * HOOP_PLANES])?),
-            carry: chunked(real(true, [1, row, CHUNK * CARRY_PLANES])?),
+            carry: chunked(real(true, [layout.plies, row, CHUNK * CARRY_PLANES])?),
             carries: chunked(real(steps > 1, [steps, row, CHUNK * CARRY_PLANES])?),
             kept: real(true, [1, nx, 3])?.as_chunks_mut().0,
             taken: real(layout.takes_energy(), [1, steps, rows])?,

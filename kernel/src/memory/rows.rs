@@ -71,14 +71,16 @@ impl<'r> Rows<'r> {
         let own = first * layout.chunks..end * layout.chunks;
         let noted = in_block.unwrap_or(0) * layout.nodes_y;
         let (swept, rest) = arrays.hot.split_at_mut_checked(own.end)?;
+        // Of a stack, whose plies are swept in turn, some rows each.
+        let is_begun = arrays.awake.get(ply).is_some_and(|rows| first > rows[0] as usize);
         // The row behind is of the next ply.
         let is_last_of_ply = layout.is_stack() && layout.ply_and_row(end).1 == 0;
         let (past, above) = arrays.past.split_at_mut(own.end.min(arrays.past.len()));
         let viscous = ViscousRows {
             past: if layout.has(Feature::Viscosity) { past.get_mut(own.start..)? } else { &mut [] },
             above: if is_last_of_ply { &mut [] } else { planes::row_mut(above, layout.chunks, 0) },
-            // In a block they were found for the row below.
-            known: [in_block.is_some() && first > 0, false],
+            // They were found for the row below.
+            known: [is_begun || in_block.is_some() && first > 0, false],
         };
         Some(Rows {
             first,
@@ -103,7 +105,7 @@ impl<'r> Rows<'r> {
                 hoop: planes::row(arrays.hoop, layout.chunks, ply),
             },
             carry: match in_block {
-                None => arrays.carry,
+                None => planes::row_mut(arrays.carry, layout.chunks, ply),
                 Some(step) => planes::row_mut(arrays.carries, layout.chunks, step),
             },
             kept: arrays.kept,

@@ -11,7 +11,7 @@ use crate::contact::apply;
 use crate::contact::edge;
 use crate::contact::joint;
 use crate::contact::search::{self, Gathered};
-use crate::contact::separate;
+use crate::contact::separate::Apart;
 use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
@@ -42,7 +42,7 @@ pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
     if system.layout.has(Feature::Theta) {
         theta::iterate(system, system.scene.integrator, &gathered, &at_start)?;
     } else {
-        let report = sweep(system);
+        let report = sweep(system, &gathered);
         after_sweep(system, report, &gathered, &at_start)?;
     }
     end_pass(system, &gathered, target)?;
@@ -120,6 +120,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
         system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
     }
     motion::load_body(system);
+    let apart = Apart::of(system, gathered.rows);
     if count > 0 {
         search::complete_candidates(system, count);
         let kept = edge::set_aside(system, count, gathered.deepest);
@@ -134,35 +135,74 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
         system.state.sums.contacts = 0;
     }
     if system.layout.is_stack() {
-        separate::separate(system, count);
+        apart.separate_others(system, count);
     }
     motion::book_load(system, before);
     Ok(())
 }
 
 /// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
-fn sweep(system: &mut System<'_>) -> Report {
-    let mut report = Report::default();
+fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
+    let plies = system.layout.plies;
+    for ply in 0..plies {
+        let rows = system.rows_to_step(ply);
+        if rows[0] < rows[1] {
+            system.set_awake(ply, rows);
+        }
+    }
+    begin_sweep(system, system.awake_of(plies - 1)[1]);
+    let report = if system.layout.is_stack() {
+        sweep_stack(system, &Apart::of(system, gathered.rows))
+    } else {
+        sweep_rows(system, 0, system.awake, None)
+    };
+    book_sweep(system);
+    report
+}
+
+/// For bands, behind the sweep of the rows that are awake: what is left of it.
+pub(crate) fn end_sweep(system: &mut System<'_>, gathered: &Gathered) {
+    if system.layout.is_stack() {
+        Apart::of(system, gathered.rows).separate(system, [0, system.layout.y.modelled()]);
+    }
+    book_sweep(system);
+}
+
+/// Books what a sweep of the rows that are awake has taken, and what it has been pulled and pushed by.
+#[inline(never)]
+fn book_sweep(system: &mut System<'_>) {
     for ply in 0..system.layout.plies {
-        report = report.merged(sweep_ply(system, ply));
+        let rows = system.awake_of(ply);
+        book_taken(system, ply, rows, 0);
+        book_pulls(system, ply, rows, 0);
+        book_pushes(system, ply, rows);
+    }
+}
+
+/// The hot pass over some rows of all plies after the other, whose columns are separated while they are at hand.
+fn sweep_stack(system: &mut System<'_>, apart: &Apart) -> Report {
+    let (mut report, layout) = (Report::default(), system.layout);
+    let (rows, run) = (layout.y.modelled(), (RUN_CHUNKS / (layout.plies * layout.chunks).max(1)).max(1));
+    for first in (0..rows).step_by(run) {
+        let end = (first + run).min(rows);
+        for ply in 0..layout.plies {
+            let [low, high] = system.awake_of(ply);
+            let (start, stop) = ((ply * rows + first).max(low), (ply * rows + end).min(high));
+            if start >= stop {
+                continue;
+            }
+            if layout.has(Feature::Viscosity) && stop < high {
+                find_moments_above(system, [ply, 0], stop);
+            }
+            report = report.merged(sweep_rows(system, ply, [start, stop], None));
+        }
+        apart.separate(system, [first, end]);
     }
     report
 }
 
-/// The hot pass over a ply.
-fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
-    let rows = system.rows_to_step(ply);
-    if rows[0] == rows[1] {
-        return Report::default();
-    }
-    begin_sweep(system, rows[1]);
-    let report = sweep_rows(system, ply, rows, None);
-    book_taken(system, ply, rows, 0);
-    book_pulls(system, ply, rows, 0);
-    book_pushes(system, ply, rows);
-    system.set_awake(ply, rows);
-    report
-}
+/// About as many chunks of a stack are swept in a run: half a mebibyte, which a second-level cache keeps until the plies are separated.
+const RUN_CHUNKS: usize = 1024;
 
 /// What a sweep of the rows of a ply up to row `end` starts from.
 #[inline(never)]
@@ -174,25 +214,25 @@ fn begin_sweep(system: &mut System<'_>, end: usize) {
 /// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
     if system.layout.has(Feature::Viscosity) {
-        find_moments_above(system, step, rows[1]);
+        find_moments_above(system, [0, step], rows[1]);
     }
     sweep_rows(system, 0, rows, Some(step))
 }
 
-/// The viscous moments of row j in a step of a block, which the row below it needs; nothing above the top row.
+/// The viscous moments of row j of a ply in a step of a block, the first one otherwise, which the row below it needs; nothing above the top row.
 #[inline(never)]
-fn find_moments_above(system: &mut System<'_>, step: usize, j: usize) {
+fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2], j: usize) {
     let rates = rates(system);
     let System { layout, directions, arrays, instructions, .. } = &mut *system;
     let chunks = layout.chunks;
     let (past_below, past) = arrays.past.split_at_mut((j * chunks).min(arrays.past.len()));
     let Some(taken) = arrays.taken.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y) else { return };
     let row = MomentsOfRow {
-        directions: directions.of_ply(0),
+        directions: directions.of_ply(ply),
         row: planes::row(arrays.hot, chunks, j),
         below: planes::row(arrays.hot, chunks, j - 1),
         past_below: planes::row(past_below, chunks, j - 1),
-        above: planes::row(arrays.hot, chunks, j + 1),
+        above: if layout.is_stack() && !layout.has_verticals(j) { &[] } else { planes::row(arrays.hot, chunks, j + 1) },
         past: planes::row_mut(past, chunks, 0),
     };
     let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };

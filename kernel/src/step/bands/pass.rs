@@ -404,14 +404,11 @@ impl Plan {
         for ply in 0..system.layout.plies {
             // SAFETY: no band is being swept.
             let [first, end] = unsafe { self.rows_of_ply(ply) };
-            if first == end {
-                continue;
+            if first < end {
+                system.set_awake(ply, [first, end]);
             }
-            system.set_awake(ply, [first, end]);
-            explicit::book_taken(system, ply, [first, end], 0);
-            explicit::book_pulls(system, ply, [first, end], 0);
-            explicit::book_pushes(system, ply, [first, end]);
         }
+        explicit::end_sweep(system, &gathered);
         explicit::close_pass(system, &gathered, report)?;
         explicit::end_step(system);
         Ok(())
