@@ -232,8 +232,11 @@ impl<'s, 'a> Joint<'s, 'a> {
         while self.sweeps < most && !converged {
             converged = true;
             for c in 0..count {
+                if !self.leads(c) {
+                    continue;
+                }
                 // A fixed node is alone, too.
-                let rubs = rough && self.leads(c) && self.behind(c).is_some();
+                let rubs = rough && self.behind(c).is_some();
                 converged &= if rubs { self.visit_rough(c) } else { self.visit(c) };
             }
             self.sweeps += 1;
@@ -390,11 +393,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         t.next([p + moved[0], q + moved[1]], self.system.scene.contact.friction * candidate.impulse)
     }
 
-    /// Solves the column that this candidate leads, if it does. Returns whether it was solved already.
+    /// Solves the column that this candidate leads. Returns whether it was solved already.
     fn visit(&mut self, c: usize) -> bool {
-        if !self.leads(c) {
-            return true;
-        }
         let (unit_speed, friction) = (self.system.model.unit_speed, self.system.layout.has(Feature::Friction));
         let unsettled = if friction { f64::INFINITY } else { math::max(HARMLESS * unit_speed, self.tolerance) };
         let error = self.error(c, unsettled);

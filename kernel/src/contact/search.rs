@@ -290,7 +290,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
             *left = NOT_KEPT;
             continue;
         }
-        let z0 = ply as f64 * ply_gap;
+        let (z0, before) = (ply as f64 * ply_gap, count);
         let run = runs.get(j).copied().unwrap_or([0; 4]);
         let row = planes::row(hot, chunks, j);
         let first = [x0, y0, z0];
@@ -341,8 +341,10 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                     Tangential::at(&r, &normal, &(v * unit_speed), body).write(place);
                 }
                 count += 1;
-                under = [row_of_ply.min(under[0]), (row_of_ply + 1).max(under[1])];
             }
+        }
+        if count > before {
+            under = [row_of_ply.min(under[0]), (row_of_ply + 1).max(under[1])];
         }
     }
     let is_beyond_fine =
