@@ -1,4 +1,4 @@
-//! Plies separated where they press on each other: behind the sweep and the projectile's impulses.
+//! Plies separated where they press on each other: behind the sweep, and where the projectile is near behind its impulses.
 //!
 //! Method: the regression of `column.rs`, of eight columns at once ([`Columns`]); one by one where the projectile pushes one of them, with a case,
 //! and where nodes do not face each other.
