@@ -251,8 +251,6 @@ impl<const CURVED: bool> Job for Near<'_, CURVED> {
 pub(crate) struct Gathered {
     /// Candidates noted.
     pub count: usize,
-    /// The rows [first, end) of their plies in which they lie.
-    pub rows: [usize; 2],
     /// Deepest penetration of any, m; 0 if none is inside.
     pub deepest: f64,
     /// Whether the body meets the sheet beyond the fine part of a graded network.
@@ -278,7 +276,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let net = Net { columns, lines, hoop };
     let near = search.neighbourhood(h);
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
-    let (mut count, mut deepest, mut under) = (0, 0.0, [usize::MAX, 0]);
+    let (mut count, mut deepest) = (0, 0.0);
     let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
     // Offsets are exact: those of a row follow from its first.
     let x0 = rest_offset(0, nodes_x);
@@ -290,7 +288,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
             *left = NOT_KEPT;
             continue;
         }
-        let (z0, before) = (ply as f64 * ply_gap, count);
+        let z0 = ply as f64 * ply_gap;
         let run = runs.get(j).copied().unwrap_or([0; 4]);
         let row = planes::row(hot, chunks, j);
         let first = [x0, y0, z0];
@@ -343,13 +341,10 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                 count += 1;
             }
         }
-        if count > before {
-            under = [row_of_ply.min(under[0]), (row_of_ply + 1).max(under[1])];
-        }
     }
     let is_beyond_fine =
         layout.has(Feature::Grading) && (count > 0 || search.meets_plane()) && search.is_beyond_fine(&system.scene);
-    Ok(Gathered { count, rows: under, deepest, is_beyond_fine })
+    Ok(Gathered { count, deepest, is_beyond_fine })
 }
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.

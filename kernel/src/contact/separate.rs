@@ -21,23 +21,34 @@ use crate::sheet::ring::{FLAT, HOOP_PLANES, NORMAL_X, NORMAL_Z};
 /// Rows that move in every ply and have no candidate: their columns are separated before the projectile's impulses, while they are at hand.
 #[derive(Clone, Copy)]
 pub(crate) struct Apart {
-    moving: [usize; 2],
-    under: [usize; 2],
+    moving: [u32; 2],
+    under: [u32; 2],
 }
 
 impl Apart {
-    /// Of these rows awake and these candidates.
-    pub fn of(system: &System<'_>, under: [usize; 2]) -> Apart {
-        let rows = system.layout.y.modelled();
-        let both = |[first, end]: [usize; 2], ply: usize| {
+    /// Of so many candidates, as they were found.
+    #[inline(never)]
+    pub fn of(system: &System<'_>, count: usize) -> Apart {
+        let (rows, nodes_x) = (system.layout.y.modelled(), system.layout.nodes_x.max(1));
+        let nodes = system.arrays.candidate_nodes.get(..count).unwrap_or(&[]);
+        let (mut moving, mut under) = ([0, rows], [rows, 0]);
+        for ply in 0..system.layout.plies {
             let [low, high] = system.awake_of(ply).map(|row| row.saturating_sub(ply * rows));
-            [first.max(low), end.min(high)]
-        };
-        Apart { moving: (0..system.layout.plies).fold([0, rows], both), under }
+            moving = [low.max(moving[0]), high.min(moving[1])];
+            // They come ply by ply and row by row.
+            let [from, to] =
+                [ply, ply + 1].map(|ply| nodes.partition_point(|&node| (node as usize) < ply * rows * nodes_x));
+            let of_ply = nodes.get(from..to).unwrap_or(&[]);
+            for &node in of_ply.first().into_iter().chain(of_ply.last()) {
+                let row = (node as usize / nodes_x).saturating_sub(ply * rows);
+                under = [row.min(under[0]), (row + 1).max(under[1])];
+            }
+        }
+        Apart { moving: moving.map(|row| row as u32), under: under.map(|row| row as u32) }
     }
 
     fn contains(&self, row: usize) -> bool {
-        let is_in = |[first, end]: [usize; 2]| first <= row && row < end;
+        let is_in = |rows: [u32; 2]| (rows[0] as usize..rows[1] as usize).contains(&row);
         is_in(self.moving) && !is_in(self.under)
     }
 

@@ -120,7 +120,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
         system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
     }
     motion::load_body(system);
-    let apart = Apart::of(system, gathered.rows);
+    let apart = system.layout.is_stack().then(|| Apart::of(system, count));
     if count > 0 {
         search::complete_candidates(system, count);
         let kept = edge::set_aside(system, count, gathered.deepest);
@@ -134,7 +134,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
     } else {
         system.state.sums.contacts = 0;
     }
-    if system.layout.is_stack() {
+    if let Some(apart) = apart {
         apart.separate_others(system, count);
     }
     motion::book_load(system, before);
@@ -143,16 +143,9 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
 
 /// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
 fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
-    let plies = system.layout.plies;
-    for ply in 0..plies {
-        let rows = system.rows_to_step(ply);
-        if rows[0] < rows[1] {
-            system.set_awake(ply, rows);
-        }
-    }
-    begin_sweep(system, system.awake_of(plies - 1)[1]);
+    begin_sweep(system);
     let report = if system.layout.is_stack() {
-        sweep_stack(system, &Apart::of(system, gathered.rows))
+        sweep_stack(system, gathered.count)
     } else {
         sweep_rows(system, 0, system.awake, None)
     };
@@ -163,7 +156,7 @@ fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
 /// For bands, behind the sweep of the rows that are awake: what is left of it.
 pub(crate) fn end_sweep(system: &mut System<'_>, gathered: &Gathered) {
     if system.layout.is_stack() {
-        Apart::of(system, gathered.rows).separate(system, [0, system.layout.y.modelled()]);
+        Apart::of(system, gathered.count).separate(system, [0, system.layout.y.modelled()]);
     }
     book_sweep(system);
 }
@@ -179,35 +172,46 @@ fn book_sweep(system: &mut System<'_>) {
     }
 }
 
-/// The hot pass over some rows of all plies after the other, whose columns are separated while they are at hand.
-fn sweep_stack(system: &mut System<'_>, apart: &Apart) -> Report {
-    let (mut report, layout) = (Report::default(), system.layout);
-    let (rows, run) = (layout.y.modelled(), (RUN_CHUNKS / (layout.plies * layout.chunks).max(1)).max(1));
-    for first in (0..rows).step_by(run) {
-        let end = (first + run).min(rows);
-        for ply in 0..layout.plies {
-            let [low, high] = system.awake_of(ply);
-            let (start, stop) = ((ply * rows + first).max(low), (ply * rows + end).min(high));
-            if start >= stop {
-                continue;
-            }
-            if layout.has(Feature::Viscosity) && stop < high {
-                find_moments_above(system, [ply, 0], stop);
-            }
-            report = report.merged(sweep_rows(system, ply, [start, stop], None));
+/// The hot pass over some rows of all plies after the other, whose columns are separated while they are at hand. `count`: candidates.
+fn sweep_stack(system: &mut System<'_>, count: usize) -> Report {
+    let (mut report, mut first, apart) = (Report::default(), 0, Apart::of(system, count));
+    while first < system.layout.y.modelled() {
+        let rows = [first, first + (RUN_CHUNKS / (system.layout.plies * system.layout.chunks).max(1)).max(1)];
+        for ply in 0..system.layout.plies {
+            report = report.merged(sweep_run(system, ply, rows));
         }
-        apart.separate(system, [first, end]);
+        apart.separate(system, rows);
+        first = rows[1];
     }
     report
+}
+
+/// The hot pass over those of a ply's rows [first, end) that are awake, counted from its first one.
+fn sweep_run(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) -> Report {
+    let ([bottom, _], [low, high]) = (system.layout.rows_of(ply), system.awake_of(ply));
+    let (start, stop) = ((bottom + first).max(low), (bottom + end).min(high));
+    if start >= stop {
+        return Report::default();
+    }
+    if system.layout.has(Feature::Viscosity) && stop < high {
+        find_moments_above(system, [ply, 0], stop);
+    }
+    sweep_rows(system, ply, [start, stop], None)
 }
 
 /// About as many chunks of a stack are swept in a run: half a mebibyte, which a second-level cache keeps until the plies are separated.
 const RUN_CHUNKS: usize = 1024;
 
-/// What a sweep of the rows of a ply up to row `end` starts from.
+/// What a sweep starts from: the rows to step are awake.
 #[inline(never)]
-fn begin_sweep(system: &mut System<'_>, end: usize) {
-    place_images_above(system, end);
+fn begin_sweep(system: &mut System<'_>) {
+    for ply in 0..system.layout.plies {
+        let rows = system.rows_to_step(ply);
+        if rows[0] < rows[1] {
+            system.set_awake(ply, rows);
+        }
+    }
+    place_images_above(system, system.awake[1]);
     system.arrays.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
