@@ -1,10 +1,16 @@
 //! Separate plies that push on each other: unilateral impulses between facing nodes, restitution zero, without friction between them.
 //!
 //! Method: node (i, j) of a ply faces node (i, j) of the next one, and impulses along the sheet's normal z keep their order. The
-//! nodes of one place in all plies are a column. Of a curved sheet each column has axes of its own, of which z is the normal at rest. Masses are those of the fabrics, over that of a node of the front one. Their velocities
-//! after contact follow from an exact regression (`column.rs`).
+//! nodes of one place in all plies are a column. Of a curved sheet each column has axes of its own, of which z is the normal at rest. Masses are
+//! those of the fabrics, over that of a node of the front one. Their velocities after contact follow from an exact regression (`column.rs`).
 //! So momentum is kept, no energy is ever added (no relative motion at all would be allowed, too), and the order of nodes does not matter.
-//! With the projectile: at given rates of the body a candidate is a spring of one-sided force on its node, beca
+//! With the projectile: at given rates of the body a candidate is a spring of one-sided force on its node, because the node gives way along the
+//! sheet and the body a little. So a column is solved for its nodes and candidates at once, and the columns follow each other as the nodes of a
+//! single sheet do (`solve.rs`). Candidates out of reach are left out; if more comes of the impulses than that allows, all are solved again.
+//! With friction columns of several candidates are solved by `rough.rs`, and impulses that would add energy are all scaled back.
+//! Limits: nodes face nodes along z, and the moment of an impulse between nodes that are displaced along the sheet is not kept. A pair more than a
+//! spacing apart along the sheet does not touch. All plies of a column are free or all are fixed. Velocity Verlet, no mirror planes.
+//! Reference: as in `column.rs` and `solve.rs`.
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;

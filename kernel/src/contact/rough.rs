@@ -6,16 +6,19 @@
 //! loses its gap rate, and its friction is mu lambda along p - s/W, which turns. Either way r is linear in dl: with these springs each pool of the
 //! column moves on by one number, and then plies are separated anew. A step that ends higher is undone and tried again with a larger D (Levenberg
 //! and Marquardt): where two plies of a pool stick to places of the body that part, impulses have to go far before one of them slides, and steps
-//! with the body's own D go too far. If none helps the column takes one sweep of Gauss-Seidel instead (`joint.rs`).
-//! Where tan < mu a sliding candidate may be wedged: its impulse would grow with the force that it gives the pool. It lets go if
+//! with the body's own D go too far. If none helps the column takes sweeps of Gauss-Seidel instead (`joint.rs`), as many as there have been of
+//! all columns: beside candidates that slide two plies may neither press on each other nor part, and Newton's method leads back there, but sweeps
+//! follow the impulses away, until a candidate lets go or sticks.
+//! Where tan < mu a sliding candidate may be wedged: its impulse would grow as its node moves away. It lets go if
 //! its gap grows, and sticks if it closes, as it does in time.
-//! Limits: a few columns in which wedged candidates share a pool, or plies between which nothing passes, are left over, and counted.
+//! Limits: which of several solutions is found depends on the iteration. Nothing proves that one is found; what is left over is counted.
 //! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math. Program. 58 (1993) 353;
 //! D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
 
 use crate::contact::column::{Node, hold, shift};
 use crate::contact::friction::{self, Tangential};
 use crate::contact::joint::Joint;
+use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::touch::{Spring, Touch};
 use crate::ground::math;
 
@@ -24,7 +27,7 @@ const MOST_STEPS: u32 = 30;
 /// What is left of an error after a step at the most, undamped and damped: damped steps go on along a face on which nothing but impulses changes.
 const LEFT: [f64; 2] = [0.9, 1.01];
 /// By how much more the body is taken to give way in a damped step, over what a node does: first, growing by, and no more than.
-const DAMPING: [f64; 3] = [1e-3, 10.0, 0.2];
+const DAMPING: [f64; 3] = [1e-3, 3.0, 0.2];
 /// Gap rates and slips that do not count where several candidates share a column, spacings a pass: to end with, and of one column.
 const ROUGH: [f64; 2] = [1e-7, 2e-8];
 /// Slopes of a sliding candidate below this, over what its node gives way by, are no slopes.
@@ -132,8 +135,12 @@ impl Joint<'_, '_> {
             stale = last == first && last > enough;
         }
         if stale {
-            self.solve_column(leader);
-            self.rub(leader);
+            // Sweeps for fixed nodes, which may go on for long, are no reason for long runs.
+            let run = if self.sweeps < MAX_SWEEPS { self.sweeps } else { 0 };
+            for _ in 0..=run {
+                self.solve_column(leader);
+                self.rub(leader);
+            }
         }
         self.set_touch(leader, Touch { stale, ..self.touch(leader) });
         first <= enough
@@ -274,6 +281,7 @@ impl Joint<'_, '_> {
             let node = self.node(c);
             // Wedged: the others of its pool hold it where it would give way.
             if node.grip < 0.0
+                && self.spring(c).slope[0] > 0.0
                 && -node.grip < node.room
                 && let Some(contact) = self.contact(c)
             {
