@@ -61,7 +61,7 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let residual = if converged { 0.0 } else { joint.residual(count) };
     let Joint { velocity, rate, sweeps, .. } = joint;
     let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual };
-    if system.layout.has(Feature::Friction) { without_gain(system, count, solved) } else { solved }
+    if converged || !system.layout.has(Feature::Friction) { solved } else { without_gain(system, count, solved) }
 }
 
 /// Links the candidates of each column of free nodes, the last one first; it leads the column. A fixed node is a column of its own.

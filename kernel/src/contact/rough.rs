@@ -133,6 +133,10 @@ impl Joint<'_, '_> {
         if first > settled {
             let last = self.newton(leader, first, settled);
             stale = last == first && last > enough;
+            // What steps have tried does not count.
+            for node in self.system.arrays.column.iter().map(Node::read).filter(|node| node.push == 0.0) {
+                self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
+            }
         }
         if stale {
             // Sweeps for fixed nodes, which may go on for long, are no reason for long runs.
@@ -217,9 +221,6 @@ impl Joint<'_, '_> {
     fn balance(&mut self, leader: usize) {
         let unit_speed = self.system.model.unit_speed;
         self.push_column(leader);
-        for node in self.system.arrays.column.iter().map(Node::read).filter(|node| node.push == 0.0) {
-            self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
-        }
         let mut next = Some(leader);
         while let Some(c) = next {
             let node = self.node(c);
