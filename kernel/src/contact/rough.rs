@@ -131,7 +131,7 @@ impl Joint<'_, '_> {
         let first = self.set_springs(leader);
         let mut stale = false;
         if first > settled {
-            let last = self.newton(leader, first, settled);
+            let last = self.newton(leader, first, [enough, settled]);
             stale = last == first && last > enough;
             // What steps have tried does not count.
             for node in self.system.arrays.column.iter().map(Node::read).filter(|node| node.push == 0.0) {
@@ -150,8 +150,9 @@ impl Joint<'_, '_> {
         first <= enough
     }
 
-    /// Steps of Newton's method for a column whose springs are known. Returns by how much it fails the laws then, m/s.
-    fn newton(&mut self, leader: usize, first: f64, settled: f64) -> f64 {
+    /// Steps of Newton's method for a column whose springs are known, until it is settled, or fails the laws by little enough and steps bring
+    /// no more. Returns by how much it fails the laws then, m/s.
+    fn newton(&mut self, leader: usize, first: f64, [enough, settled]: [f64; 2]) -> f64 {
         if !self.touch(leader).stale {
             self.balance(leader);
         }
@@ -161,7 +162,7 @@ impl Joint<'_, '_> {
             self.step(leader);
             self.balance(leader);
             let error = self.set_springs(leader);
-            if error <= settled || error < LEFT[usize::from(self.damping > 0.0)] * best {
+            if error <= settled || error < LEFT[usize::from(self.damping > 0.0 && best > enough)] * best {
                 (rates, best) = ((self.velocity, self.rate), math::min(error, best));
                 if best <= settled {
                     break;
@@ -177,7 +178,7 @@ impl Joint<'_, '_> {
             (self.velocity, self.rate) = rates;
             self.balance(leader);
             self.damping = math::max(growth * self.damping, least);
-            if self.damping > most {
+            if self.damping > most || best <= enough {
                 break;
             }
             self.set_springs(leader);
