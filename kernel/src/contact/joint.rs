@@ -15,7 +15,7 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
 use crate::contact::candidate::{self, Candidate, Solved};
-use crate::contact::column::{Node, load, project};
+use crate::contact::column::{Node, load, project, restart};
 use crate::contact::friction::{self, Tangential};
 use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::touch::{self, Link, Pace, Touch};
@@ -163,8 +163,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         let rate = self.body_rate(&candidate);
         let (mut fastest, mut farthest) = (math::abs(rate), candidate.arm.dot(&candidate.arm));
         if let Some(mut t) = self.tangential(c) {
-            let own = if candidate.is_fixed() { 0.0 } else { self.own_give(c) };
-            t.begin(&self.inertia, own, Symmetry::default(), 1.0);
+            t.impulse = [0.0; 2];
             for (slip, arm) in t.slip(&self.velocity, &self.rate).into_iter().zip(t.arms) {
                 fastest = math::max(math::abs(slip), fastest);
                 farthest = math::max(arm.dot(&arm), farthest);
@@ -220,7 +219,11 @@ impl<'s, 'a> Joint<'s, 'a> {
             while let Some(k) = next {
                 let own = self.own_give(k);
                 let give = self.give_besides(k, own, c, members);
-                let rubbing = self.tangential(k);
+                let mut rubbing = self.tangential(k);
+                if let Some(t) = &mut rubbing {
+                    t.begin(&self.inertia, if first.is_fixed() { 0.0 } else { own }, Symmetry::default(), 1.0);
+                    self.set_tangential(k, t);
+                }
                 // With friction the limits of friction would differ from those of plies that share evenly.
                 let soft = if members > 1.0 && !first.is_fixed() && rubbing.is_none() { EVEN * own } else { 0.0 };
                 let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
@@ -462,8 +465,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// The nodes of a column and its candidates' normal impulses. Returns the largest change of the candidates' velocities along z, m/s.
     pub(super) fn solve_column(&mut self, leader: usize) -> f64 {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
-        let (i, row) = place(self.system, leader);
-        load(self.system, i, row);
+        self.load_column(leader);
         let mut next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
@@ -517,10 +519,15 @@ impl<'s, 'a> Joint<'s, 'a> {
         moved
     }
 
-    /// The nodes of a column under its candidates' impulses.
-    pub(super) fn push_column(&mut self, leader: usize) {
+    /// Puts the nodes of a column into the scratch block.
+    pub(super) fn load_column(&mut self, leader: usize) {
         let (i, row) = place(self.system, leader);
         load(self.system, i, row);
+    }
+
+    /// The nodes of a loaded column under its candidates' impulses.
+    pub(super) fn push_column(&mut self, leader: usize) {
+        restart(self.system.arrays.column);
         let mut next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
@@ -540,6 +547,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// What the plies of a column do to each other under the candidates' impulses: impulses times relative velocities before, with those
     /// at which gaps would close; and the square of what all impulses change of the velocities along z. In units of m (h/dt)^2.
     fn of_plies(&mut self, leader: usize) -> [f64; 2] {
+        self.load_column(leader);
         self.push_column(leader);
         let (mut work, mut moved, mut from_below) = (0.0, 0.0, 0.0);
         for node in self.system.arrays.column.iter().map(Node::read) {

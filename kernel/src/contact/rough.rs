@@ -126,6 +126,7 @@ impl Joint<'_, '_> {
             self.rub(leader);
         }
         if touch.stale {
+            self.load_column(leader);
             self.balance(leader);
         }
         let first = self.set_springs(leader);
@@ -154,6 +155,7 @@ impl Joint<'_, '_> {
     /// no more. Returns by how much it fails the laws then, m/s.
     fn newton(&mut self, leader: usize, first: f64, [enough, settled]: [f64; 2]) -> f64 {
         if !self.touch(leader).stale {
+            self.load_column(leader);
             self.balance(leader);
         }
         let (mut rates, mut best) = ((self.velocity, self.rate), first);
@@ -218,7 +220,7 @@ impl Joint<'_, '_> {
         Some(contact)
     }
 
-    /// Finds the velocities along z in a column under the impulses on it.
+    /// Finds the velocities along z in a loaded column under the impulses on it.
     fn balance(&mut self, leader: usize) {
         let unit_speed = self.system.model.unit_speed;
         self.push_column(leader);
@@ -284,7 +286,7 @@ impl Joint<'_, '_> {
             // Wedged: the others of its pool hold it where it would give way.
             if node.grip < 0.0
                 && self.spring(c).slope[0] > 0.0
-                && -node.grip < node.room
+                && -node.grip < node.release
                 && let Some(contact) = self.contact(c)
             {
                 let lets_go = contact.rate[0] > 0.0;
