@@ -162,13 +162,14 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.set_touch(c, Touch { normal: self.own_axes(c, candidate.normal).into(), ..Touch::default() });
         let rate = self.body_rate(&candidate);
         let (mut fastest, mut farthest) = (math::abs(rate), candidate.arm.dot(&candidate.arm));
-        if let Some(mut t) = self.tangential(c) {
-            t.impulse = [0.0; 2];
+        if let Some(t) = self.tangential(c) {
             for (slip, arm) in t.slip(&self.velocity, &self.rate).into_iter().zip(t.arms) {
                 fastest = math::max(math::abs(slip), fastest);
                 farthest = math::max(arm.dot(&arm), farthest);
             }
-            self.set_tangential(c, &t);
+            if let Some([.., p, q]) = self.system.arrays.tangential.get_mut(c) {
+                (*p, *q) = (0.0, 0.0);
+            }
             if let Some(pace) = self.system.arrays.paces.get_mut(c) {
                 Pace::FULL.write(pace);
             }

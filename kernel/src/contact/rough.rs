@@ -121,15 +121,16 @@ impl Joint<'_, '_> {
     pub(super) fn visit_rough(&mut self, leader: usize) -> bool {
         let (unit_speed, touch) = (self.system.model.unit_speed, self.touch(leader));
         let [enough, settled] = ROUGH.map(|part| math::max(part * unit_speed, self.tolerance));
-        if touch.stale && self.sweeps == 0 {
-            self.solve_column(leader);
-            self.rub(leader);
-        }
         if touch.stale {
-            self.load_column(leader);
+            if self.sweeps == 0 {
+                self.solve_column(leader);
+                self.rub(leader);
+            } else {
+                self.load_column(leader);
+            }
             self.balance(leader);
         }
-        let first = self.set_springs(leader);
+        let first = self.set_springs(leader, settled);
         let mut stale = false;
         if first > settled {
             let last = self.newton(leader, first, [enough, settled]);
@@ -163,7 +164,7 @@ impl Joint<'_, '_> {
         for _ in 0..MOST_STEPS {
             self.step(leader);
             self.balance(leader);
-            let error = self.set_springs(leader);
+            let error = self.set_springs(leader, settled);
             if error <= settled || error < LEFT[usize::from(self.damping > 0.0 && best > enough)] * best {
                 (rates, best) = ((self.velocity, self.rate), math::min(error, best));
                 if best <= settled {
@@ -183,7 +184,7 @@ impl Joint<'_, '_> {
             if self.damping > most || best <= enough {
                 break;
             }
-            self.set_springs(leader);
+            self.set_springs(leader, settled);
         }
         self.damping = 0.0;
         best
@@ -227,20 +228,33 @@ impl Joint<'_, '_> {
         let mut next = Some(leader);
         while let Some(c) = next {
             let node = self.node(c);
-            self.set_touch(c, Touch { lift: (node.speed - node.before) * unit_speed, ..self.touch(c) });
+            if let Some(slot) = self.system.arrays.touches.get_mut(c) {
+                Touch::set_lift(slot, (node.speed - node.before) * unit_speed);
+            }
             next = self.behind(c);
         }
     }
 
-    /// Takes the candidates of a column for springs. Returns by how much they fail the laws of contact and friction at the most, m/s.
-    fn set_springs(&mut self, leader: usize) -> f64 {
-        let (mut error, mut next) = (0.0, Some(leader));
+    /// Takes the candidates of a column for springs if they fail the laws of contact and friction by more than `settled`. Returns by how much they
+    /// do at the most, m/s.
+    fn set_springs(&mut self, leader: usize, settled: f64) -> f64 {
+        let (mut error, mut next, mut left_out) = (0.0, Some(leader), 0);
         while let Some(c) = next {
             let Some(contact) = self.contact(c) else { break };
             let (own, trial) = contact.error();
             error = math::max(own, error);
-            self.set_spring(c, &contact, &contact.spring(trial));
+            if error > settled {
+                self.set_spring(c, &contact, &contact.spring(trial));
+            } else {
+                left_out += 1;
+            }
             next = self.behind(c);
+        }
+        next = Some(leader).filter(|_| error > settled);
+        while let Some(c) = next.filter(|_| left_out > 0) {
+            let Some(contact) = self.contact(c) else { break };
+            self.set_spring(c, &contact, &contact.spring(contact.error().1));
+            (next, left_out) = (self.behind(c), left_out - 1);
         }
         error
     }
