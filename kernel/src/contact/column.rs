@@ -188,11 +188,19 @@ fn each_pool(column: &mut [[f64; COLUMN_REALS]], mut each: impl FnMut(&mut [[f64
     }
 }
 
-/// What holds each pool of a column that was solved without candidates: its mass, and grips that are positive; left in `room` of its nodes.
+/// Takes a column back to what was loaded.
+pub(super) fn restart(column: &mut [[f64; COLUMN_REALS]]) {
+    for place in column {
+        let node = Node::read(place);
+        Node { speed: node.before, grip: 0.0, push: 0.0, ..node }.write(place);
+    }
+}
+
+/// What holds each pool of a column that was solved without candidates: its mass, and grips that are positive; left in `release` of its nodes.
 pub(super) fn hold(column: &mut [[f64; COLUMN_REALS]]) {
     each_pool(column, |nodes, pool| {
-        let room = nodes.iter().fold(pool.weight, |held, place| held + math::max(Node::read(place).grip, 0.0));
-        nodes.iter_mut().for_each(|place| Node { room, ..Node::read(place) }.write(place));
+        let release = nodes.iter().fold(pool.weight, |held, place| held + math::max(Node::read(place).grip, 0.0));
+        nodes.iter_mut().for_each(|place| Node { release, ..Node::read(place) }.write(place));
     });
 }
 

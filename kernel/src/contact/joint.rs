@@ -1,15 +1,21 @@
 //! Separate plies that push on each other: unilateral impulses between facing nodes, restitution zero, without friction between them.
 //!
 //! Method: node (i, j) of a ply faces node (i, j) of the next one, and impulses along the sheet's normal z keep their order. The
-//! nodes of one place in all plies are a column. Of a curved sheet each column has axes of its own, of which z is the normal at rest. Masses are those of the fabrics, over that of a node of the front one. Their velocities
-//! after contact follow from an exact regression (`column.rs`).
+//! nodes of one place in all plies are a column. Of a curved sheet each column has axes of its own, of which z is the normal at rest. Masses are
+//! those of the fabrics, over that of a node of the front one. Their velocities after contact follow from an exact regression (`column.rs`).
 //! So momentum is kept, no energy is ever added (no relative motion at all would be allowed, too), and the order of nodes does not matter.
-//! With the projectile: at given rates of the body a candidate is a spring of one-sided force on its node, beca
+//! With the projectile: at given rates of the body a candidate is a spring of one-sided force on its node, because the node gives way along the
+//! sheet and the body a little. So a column is solved for its nodes and candidates at once, and the columns follow each other as the nodes of a
+//! single sheet do (`solve.rs`). Candidates out of reach are left out; if more comes of the impulses than that allows, all are solved again.
+//! With friction columns of several candidates are solved by `rough.rs`, and impulses that would add energy are all scaled back.
+//! Limits: nodes face nodes along z, and the moment of an impulse between nodes that are displaced along the sheet is not kept. A pair more than a
+//! spacing apart along the sheet does not touch. All plies of a column are free or all are fixed. Velocity Verlet, no mirror planes.
+//! Reference: as in `column.rs` and `solve.rs`.
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
 use crate::contact::candidate::{self, Candidate, Solved};
-use crate::contact::column::{Node, load, project};
+use crate::contact::column::{Node, load, project, restart};
 use crate::contact::friction::{self, Tangential};
 use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::touch::{self, Link, Pace, Touch};
@@ -55,7 +61,7 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let residual = if converged { 0.0 } else { joint.residual(count) };
     let Joint { velocity, rate, sweeps, .. } = joint;
     let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual };
-    if system.layout.has(Feature::Friction) { without_gain(system, count, solved) } else { solved }
+    if converged || !system.layout.has(Feature::Friction) { solved } else { without_gain(system, count, solved) }
 }
 
 /// Links the candidates of each column of free nodes, the last one first; it leads the column. A fixed node is a column of its own.
@@ -156,14 +162,14 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.set_touch(c, Touch { normal: self.own_axes(c, candidate.normal).into(), ..Touch::default() });
         let rate = self.body_rate(&candidate);
         let (mut fastest, mut farthest) = (math::abs(rate), candidate.arm.dot(&candidate.arm));
-        if let Some(mut t) = self.tangential(c) {
-            let own = if candidate.is_fixed() { 0.0 } else { self.own_give(c) };
-            t.begin(&self.inertia, own, Symmetry::default(), 1.0);
+        if let Some(t) = self.tangential(c) {
             for (slip, arm) in t.slip(&self.velocity, &self.rate).into_iter().zip(t.arms) {
                 fastest = math::max(math::abs(slip), fastest);
                 farthest = math::max(arm.dot(&arm), farthest);
             }
-            self.set_tangential(c, &t);
+            if let Some([.., p, q]) = self.system.arrays.tangential.get_mut(c) {
+                (*p, *q) = (0.0, 0.0);
+            }
             if let Some(pace) = self.system.arrays.paces.get_mut(c) {
                 Pace::FULL.write(pace);
             }
@@ -214,7 +220,11 @@ impl<'s, 'a> Joint<'s, 'a> {
             while let Some(k) = next {
                 let own = self.own_give(k);
                 let give = self.give_besides(k, own, c, members);
-                let rubbing = self.tangential(k);
+                let mut rubbing = self.tangential(k);
+                if let Some(t) = &mut rubbing {
+                    t.begin(&self.inertia, if first.is_fixed() { 0.0 } else { own }, Symmetry::default(), 1.0);
+                    self.set_tangential(k, t);
+                }
                 // With friction the limits of friction would differ from those of plies that share evenly.
                 let soft = if members > 1.0 && !first.is_fixed() && rubbing.is_none() { EVEN * own } else { 0.0 };
                 let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
@@ -456,8 +466,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// The nodes of a column and its candidates' normal impulses. Returns the largest change of the candidates' velocities along z, m/s.
     pub(super) fn solve_column(&mut self, leader: usize) -> f64 {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
-        let (i, row) = place(self.system, leader);
-        load(self.system, i, row);
+        self.load_column(leader);
         let mut next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
@@ -511,10 +520,15 @@ impl<'s, 'a> Joint<'s, 'a> {
         moved
     }
 
-    /// The nodes of a column under its candidates' impulses.
-    pub(super) fn push_column(&mut self, leader: usize) {
+    /// Puts the nodes of a column into the scratch block.
+    pub(super) fn load_column(&mut self, leader: usize) {
         let (i, row) = place(self.system, leader);
         load(self.system, i, row);
+    }
+
+    /// The nodes of a loaded column under its candidates' impulses.
+    pub(super) fn push_column(&mut self, leader: usize) {
+        restart(self.system.arrays.column);
         let mut next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
@@ -534,6 +548,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// What the plies of a column do to each other under the candidates' impulses: impulses times relative velocities before, with those
     /// at which gaps would close; and the square of what all impulses change of the velocities along z. In units of m (h/dt)^2.
     fn of_plies(&mut self, leader: usize) -> [f64; 2] {
+        self.load_column(leader);
         self.push_column(leader);
         let (mut work, mut moved, mut from_below) = (0.0, 0.0, 0.0);
         for node in self.system.arrays.column.iter().map(Node::read) {

@@ -6,16 +6,19 @@
 //! loses its gap rate, and its friction is mu lambda along p - s/W, which turns. Either way r is linear in dl: with these springs each pool of the
 //! column moves on by one number, and then plies are separated anew. A step that ends higher is undone and tried again with a larger D (Levenberg
 //! and Marquardt): where two plies of a pool stick to places of the body that part, impulses have to go far before one of them slides, and steps
-//! with the body's own D go too far. If none helps the column takes one sweep of Gauss-Seidel instead (`joint.rs`).
-//! Where tan < mu a sliding candidate may be wedged: its impulse would grow with the force that it gives the pool. It lets go if
+//! with the body's own D go too far. If none helps the column takes sweeps of Gauss-Seidel instead (`joint.rs`), as many as there have been of
+//! all columns: beside candidates that slide two plies may neither press on each other nor part, and Newton's method leads back there, but sweeps
+//! follow the impulses away, until a candidate lets go or sticks.
+//! Where tan < mu a sliding candidate may be wedged: its impulse would grow as its node moves away. It lets go if
 //! its gap grows, and sticks if it closes, as it does in time.
-//! Limits: a few columns in which wedged candidates share a pool, or plies between which nothing passes, are left over, and counted.
+//! Limits: which of several solutions is found depends on the iteration. Nothing proves that one is found; what is left over is counted.
 //! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math. Program. 58 (1993) 353;
 //! D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
 
 use crate::contact::column::{Node, hold, shift};
 use crate::contact::friction::{self, Tangential};
 use crate::contact::joint::Joint;
+use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::touch::{Spring, Touch};
 use crate::ground::math;
 
@@ -24,7 +27,7 @@ const MOST_STEPS: u32 = 30;
 /// What is left of an error after a step at the most, undamped and damped: damped steps go on along a face on which nothing but impulses changes.
 const LEFT: [f64; 2] = [0.9, 1.01];
 /// By how much more the body is taken to give way in a damped step, over what a node does: first, growing by, and no more than.
-const DAMPING: [f64; 3] = [1e-3, 10.0, 0.2];
+const DAMPING: [f64; 3] = [1e-3, 3.0, 0.2];
 /// Gap rates and slips that do not count where several candidates share a column, spacings a pass: to end with, and of one column.
 const ROUGH: [f64; 2] = [1e-7, 2e-8];
 /// Slopes of a sliding candidate below this, over what its node gives way by, are no slopes.
@@ -118,30 +121,42 @@ impl Joint<'_, '_> {
     pub(super) fn visit_rough(&mut self, leader: usize) -> bool {
         let (unit_speed, touch) = (self.system.model.unit_speed, self.touch(leader));
         let [enough, settled] = ROUGH.map(|part| math::max(part * unit_speed, self.tolerance));
-        if touch.stale && self.sweeps == 0 {
-            self.solve_column(leader);
-            self.rub(leader);
-        }
         if touch.stale {
+            if self.sweeps == 0 {
+                self.solve_column(leader);
+                self.rub(leader);
+            } else {
+                self.load_column(leader);
+            }
             self.balance(leader);
         }
-        let first = self.set_springs(leader);
+        let first = self.set_springs(leader, settled);
         let mut stale = false;
         if first > settled {
-            let last = self.newton(leader, first, settled);
+            let last = self.newton(leader, first, [enough, settled]);
             stale = last == first && last > enough;
+            // What steps have tried does not count.
+            for node in self.system.arrays.column.iter().map(Node::read).filter(|node| node.push == 0.0) {
+                self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
+            }
         }
         if stale {
-            self.solve_column(leader);
-            self.rub(leader);
+            // Sweeps for fixed nodes, which may go on for long, are no reason for long runs.
+            let run = if self.sweeps < MAX_SWEEPS { self.sweeps } else { 0 };
+            for _ in 0..=run {
+                self.solve_column(leader);
+                self.rub(leader);
+            }
         }
         self.set_touch(leader, Touch { stale, ..self.touch(leader) });
         first <= enough
     }
 
-    /// Steps of Newton's method for a column whose springs are known. Returns by how much it fails the laws then, m/s.
-    fn newton(&mut self, leader: usize, first: f64, settled: f64) -> f64 {
+    /// Steps of Newton's method for a column whose springs are known, until it is settled, or fails the laws by little enough and steps bring
+    /// no more. Returns by how much it fails the laws then, m/s.
+    fn newton(&mut self, leader: usize, first: f64, [enough, settled]: [f64; 2]) -> f64 {
         if !self.touch(leader).stale {
+            self.load_column(leader);
             self.balance(leader);
         }
         let (mut rates, mut best) = ((self.velocity, self.rate), first);
@@ -149,8 +164,8 @@ impl Joint<'_, '_> {
         for _ in 0..MOST_STEPS {
             self.step(leader);
             self.balance(leader);
-            let error = self.set_springs(leader);
-            if error <= settled || error < LEFT[usize::from(self.damping > 0.0)] * best {
+            let error = self.set_springs(leader, settled);
+            if error <= settled || error < LEFT[usize::from(self.damping > 0.0 && best > enough)] * best {
                 (rates, best) = ((self.velocity, self.rate), math::min(error, best));
                 if best <= settled {
                     break;
@@ -166,10 +181,10 @@ impl Joint<'_, '_> {
             (self.velocity, self.rate) = rates;
             self.balance(leader);
             self.damping = math::max(growth * self.damping, least);
-            if self.damping > most {
+            if self.damping > most || best <= enough {
                 break;
             }
-            self.set_springs(leader);
+            self.set_springs(leader, settled);
         }
         self.damping = 0.0;
         best
@@ -206,30 +221,40 @@ impl Joint<'_, '_> {
         Some(contact)
     }
 
-    /// Finds the velocities along z in a column under the impulses on it.
+    /// Finds the velocities along z in a loaded column under the impulses on it.
     fn balance(&mut self, leader: usize) {
         let unit_speed = self.system.model.unit_speed;
         self.push_column(leader);
-        for node in self.system.arrays.column.iter().map(Node::read).filter(|node| node.push == 0.0) {
-            self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
-        }
         let mut next = Some(leader);
         while let Some(c) = next {
             let node = self.node(c);
-            self.set_touch(c, Touch { lift: (node.speed - node.before) * unit_speed, ..self.touch(c) });
+            if let Some(slot) = self.system.arrays.touches.get_mut(c) {
+                Touch::set_lift(slot, (node.speed - node.before) * unit_speed);
+            }
             next = self.behind(c);
         }
     }
 
-    /// Takes the candidates of a column for springs. Returns by how much they fail the laws of contact and friction at the most, m/s.
-    fn set_springs(&mut self, leader: usize) -> f64 {
-        let (mut error, mut next) = (0.0, Some(leader));
+    /// Takes the candidates of a column for springs if they fail the laws of contact and friction by more than `settled`. Returns by how much they
+    /// do at the most, m/s.
+    fn set_springs(&mut self, leader: usize, settled: f64) -> f64 {
+        let (mut error, mut next, mut left_out) = (0.0, Some(leader), 0);
         while let Some(c) = next {
             let Some(contact) = self.contact(c) else { break };
             let (own, trial) = contact.error();
             error = math::max(own, error);
-            self.set_spring(c, &contact, &contact.spring(trial));
+            if error > settled {
+                self.set_spring(c, &contact, &contact.spring(trial));
+            } else {
+                left_out += 1;
+            }
             next = self.behind(c);
+        }
+        next = Some(leader).filter(|_| error > settled);
+        while let Some(c) = next.filter(|_| left_out > 0) {
+            let Some(contact) = self.contact(c) else { break };
+            self.set_spring(c, &contact, &contact.spring(contact.error().1));
+            (next, left_out) = (self.behind(c), left_out - 1);
         }
         error
     }
@@ -274,7 +299,8 @@ impl Joint<'_, '_> {
             let node = self.node(c);
             // Wedged: the others of its pool hold it where it would give way.
             if node.grip < 0.0
-                && -node.grip < node.room
+                && self.spring(c).slope[0] > 0.0
+                && -node.grip < node.release
                 && let Some(contact) = self.contact(c)
             {
                 let lets_go = contact.rate[0] > 0.0;

@@ -33,6 +33,11 @@ impl Touch {
         let (stale, [x, y, z]) = (f64::from(u8::from(self.stale)), self.normal);
         *slot = [self.lift, self.give, self.soft, self.own, self.last, stale, self.slide, x, y, z];
     }
+
+    /// Changes the velocity along z alone.
+    pub fn set_lift([lift, ..]: &mut [f64; TOUCH_REALS], to: f64) {
+        *lift = to;
+    }
 }
 
 /// No candidate, among the numbers of candidates in the scratch block.
