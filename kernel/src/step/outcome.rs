@@ -13,6 +13,7 @@
 
 use crate::body::path;
 use crate::body::pose::{Vector, into_body};
+use crate::ground::lanes::CacheLine;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, Chunk, HOT_PLANES};
 use crate::memory::arrays::Arrays;
@@ -514,7 +515,7 @@ pub(crate) fn pieces(system: &mut System<'_>) -> Pieces {
 
 /// The number of the piece that a node belongs to.
 pub(crate) fn piece(system: &System<'_>, pieces: &Pieces, i: usize, j: usize) -> usize {
-    let label = system.arrays.labels.get(j * system.layout.nodes_x + i);
+    let label = CacheLine::words_of(system.arrays.shared).get(j * system.layout.nodes_x + i);
     label.filter(|_| pieces.labelled).map_or(0, |&label| label as usize)
 }
 
@@ -548,9 +549,9 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
         return false;
     }
     let Some(support) = join_nodes(system) else { return false };
-    let Arrays { labels, flags, .. } = &system.arrays;
-    let mut touched =
-        labels.iter().enumerate().filter(|(k, _)| flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1));
+    let labels = CacheLine::words_of(system.arrays.shared).iter().take(system.layout.nodes());
+    let flags = &system.arrays.flags;
+    let mut touched = labels.enumerate().filter(|(k, _)| flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1));
     !touched.any(|(_, &label)| label as usize == support)
 }
 
@@ -558,8 +559,8 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
 /// Gives the label of the fixed nodes, if there are any.
 fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let Arrays { hot, labels, runs, .. } = &mut system.arrays;
-    let mut sets = Components::new(labels);
+    let Arrays { hot, shared, runs, .. } = &mut system.arrays;
+    let mut sets = Components::new(CacheLine::words(shared).get_mut(..nx * ny).unwrap_or_default());
     join_live_segments(&mut sets, hot, chunks, [nx, ny]);
     if system.layout.x.is_closed() {
         let last = nx.saturating_sub(1);
