@@ -61,12 +61,10 @@ impl Layout {
             },
             reals: 0,
             words: 0,
-            shared_lines: 0,
             image_words: 0,
         };
         layout.block_steps = layout.find_block_steps()?;
         [layout.reals, layout.words] = Arrays::count(&layout)?;
-        layout.shared_lines = layout.count_shared()?;
         layout.image_words = layout.count_image()?;
         // Neither memory nor image may exceed what a slice can hold.
         for (count, bytes) in [(layout.lines(), size_of::<CacheLine>()), (layout.image_words, 8)] {
@@ -192,7 +190,7 @@ impl<'a> Arrays<'a> {
     pub(crate) fn carve(&mut self, memory: &'a mut [CacheLine], layout: &Layout) -> Result<(), Error> {
         let short = Error::new(Code::ShortBuffer, "memory", memory.len() as f64, layout.lines() as f64);
         let Some((reals, rest)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
-        let Some((shared, words)) = rest.split_at_mut_checked(layout.shared_lines) else { return Err(short) };
+        let Some((shared, words)) = rest.split_at_mut_checked(layout.shared_lines()) else { return Err(short) };
         let (mut reals, mut words) = (Carver::of(CacheLine::reals(reals)), Carver::of(CacheLine::words(words)));
         self.cut(&mut reals, &mut words, layout).ok_or(short)?;
         self.shared = shared;

@@ -73,8 +73,6 @@ pub struct Layout {
     pub candidates: usize,
     pub(super) reals: usize,
     pub(super) words: usize,
-    /// Lines of 64 bytes of what a step notes, or the labels of the nodes when outcomes are tested (`arrays.rs`).
-    pub(crate) shared_lines: usize,
     pub(super) image_words: usize,
 }
 
@@ -94,7 +92,6 @@ impl Layout {
         candidates: 0,
         reals: 0,
         words: 0,
-        shared_lines: 0,
         image_words: 0,
     };
 
@@ -109,15 +106,6 @@ impl Layout {
         let pays = Blocks.is_built() && plain && reals > OWN_CACHE_REALS;
         let most = if self.has(Viscosity) || reals <= CACHED_REALS { BLOCK_STEPS / 2 } else { BLOCK_STEPS };
         Some(if pays { most } else { 1 })
-    }
-
-    /// [`Layout::shared_lines`].
-    pub(crate) fn count_shared(&self) -> Option<usize> {
-        let pulls = if self.supports { self.nodes_y.checked_mul(6)? } else { 0 };
-        let step = self.chunks.checked_mul(CHUNK * CARRY_PLANES)?.checked_add(pulls)?;
-        let noted = step.checked_mul(self.block_steps as usize)?.div_ceil(CacheLine::REALS);
-        let labels = if self.has(Feature::Detachment) { self.nodes() } else { 0 };
-        Some(noted.max(labels.div_ceil(CacheLine::WORDS)))
     }
 
     /// Words of an image. Node rows: u and v of every node, then the history, and what it owes if it may, of its horizontal and
@@ -144,7 +132,16 @@ impl Layout {
 
     /// Length of the memory that a simulation takes, in lines of 64 bytes.
     pub fn lines(&self) -> usize {
-        self.shared_lines + self.lines_of_reals() + self.words.div_ceil(CacheLine::WORDS)
+        self.shared_lines() + self.lines_of_reals() + self.words.div_ceil(CacheLine::WORDS)
+    }
+
+    /// How many of these hold what a step notes (`arrays.rs`), or the labels of the nodes when outcomes are tested: less than the hot rows, which have
+    /// been counted.
+    pub(crate) fn shared_lines(&self) -> usize {
+        let pulls = if self.supports { 6 * self.nodes_y } else { 0 };
+        let noted = self.block_steps as usize * (CHUNK * CARRY_PLANES * self.chunks + pulls);
+        let labels = if self.has(Feature::Detachment) { self.nodes() } else { 0 };
+        noted.div_ceil(CacheLine::REALS).max(labels.div_ceil(CacheLine::WORDS))
     }
 
     /// How many of these hold real numbers; the integers lie behind them.
@@ -310,7 +307,7 @@ mod tests {
         // What steps in blocks note has room where the nodes have their labels; without them six numbers a row and step, and three a column and step.
         assert_eq!(stochastic.bytes(), Layout::of(&scene).unwrap().bytes());
         scene.track_detachment = false;
-        let noted = |scene: &Scene| Layout::of(scene).unwrap().shared_lines;
+        let noted = |scene: &Scene| Layout::of(scene).unwrap().shared_lines();
         assert_eq!(noted(&scene), 4 * 3 * 44);
         scene.track_support = true;
         assert_eq!(noted(&scene), 4 * (3 * 44 + 6 * 350 / 8) + 2);
@@ -347,7 +344,7 @@ mod tests {
         assert_eq!(single.block_steps, 1);
         assert_eq!(single.reals - blocks.reals, owed);
         let more = 7 * (56 * 8 * CARRY_PLANES + 6 * 447);
-        assert!((8 * (blocks.shared_lines - single.shared_lines)).abs_diff(more) < 8);
+        assert!((8 * (blocks.shared_lines() - single.shared_lines())).abs_diff(more) < 8);
     }
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.
@@ -367,7 +364,7 @@ mod tests {
         // a row, in whole lines.
         let rows = 5 * 16 * (HOT_PLANES + HISTORY_PLANES) + 3 * 9;
         assert_eq!((layout.reals, layout.words), (rows + 10 * CANDIDATE_REALS, 8 * 5 + 10));
-        assert_eq!(layout.shared_lines, 2 * CARRY_PLANES);
+        assert_eq!(layout.shared_lines(), 2 * CARRY_PLANES);
         assert_eq!(layout.lines(), layout.reals.div_ceil(8) + 4 + 6);
         assert_eq!(layout.bytes(), 64 * layout.lines());
         let frame = frame_words(layout.has);
@@ -407,7 +404,7 @@ mod tests {
         let shared = |labels, pulls| {
             let mut scene = tiny();
             (scene.track_detachment, scene.track_support) = (labels, pulls);
-            Layout::of(&scene).unwrap().shared_lines
+            Layout::of(&scene).unwrap().shared_lines()
         };
         assert_eq!(
             [shared(false, false), shared(true, false), shared(false, true), shared(true, true)],

@@ -246,7 +246,7 @@ mod tests {
         let taken = if sim.layout().takes_energy() { vec![0.0; steps * rows] } else { Vec::new() };
         sim.system.arrays.taken = taken.leak();
         (sim.system.layout.block_steps, sim.system.block_steps) = (BLOCK_STEPS, steps);
-        sim.system.arrays.shared = vec![CacheLine::ZERO; sim.system.layout.count_shared().unwrap()].leak();
+        sim.system.arrays.shared = vec![CacheLine::ZERO; sim.system.layout.shared_lines()].leak();
     }
 
     /// The paper's sphere on 61 x 141 nodes.
