@@ -29,6 +29,12 @@ impl CacheLine {
         unsafe { core::slice::from_raw_parts_mut(start, count) }
     }
 
+    /// Lines as integers, to be read.
+    pub(crate) fn words_of(lines: &[CacheLine]) -> &[u32] {
+        // SAFETY: a line is 64 bytes without padding, of which any bits are integers.
+        unsafe { core::slice::from_raw_parts(lines.as_ptr().cast(), Self::WORDS * lines.len()) }
+    }
+
     /// Lines as integers.
     pub(crate) fn words(lines: &mut [CacheLine]) -> &mut [u32] {
         let (start, count) = (lines.as_mut_ptr().cast::<u32>(), Self::WORDS * lines.len());

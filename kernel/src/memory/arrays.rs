@@ -67,8 +67,7 @@ impl Layout {
         [layout.reals, layout.words] = Arrays::count(&layout)?;
         layout.image_words = layout.count_image()?;
         // Neither memory nor image may exceed what a slice can hold.
-        let lines = layout.reals.div_ceil(CacheLine::REALS).checked_add(layout.words.div_ceil(CacheLine::WORDS))?;
-        for (count, bytes) in [(lines, size_of::<CacheLine>()), (layout.image_words, 8)] {
+        for (count, bytes) in [(layout.lines(), size_of::<CacheLine>()), (layout.image_words, 8)] {
             if count.checked_mul(bytes)? > isize::MAX as usize {
                 return None;
             }
@@ -129,11 +128,8 @@ pub(crate) struct Arrays<'a> {
     pub last: &'a mut [u32],
     /// Of each candidate: the next one in its column; twice its ply, and 1 more if it leads the column.
     pub links: &'a mut [[u32; 2]],
-    pub carry: &'a mut [Chunk<CARRY_PLANES>],
-    /// Of steps in blocks (`step/blocks.rs`): the carried forces of each step.
-    pub carries: &'a mut [Chunk<CARRY_PLANES>],
-    /// What the sheet pulls at both runs of fixed nodes of each row, in units of m h/dt; of steps in blocks one step after the other.
-    pub pulls: &'a mut [[[f64; 3]; 2]],
+    /// What a step or a block of steps ([`Noted`]) and a look at what hangs together (a label for every node) use in turn.
+    pub shared: &'a mut [CacheLine],
     pub kept: &'a mut [[f64; 3]],
     /// Least and greatest displacement of each row, along y and then along x, as `ranges.rs` keeps them; along x only where contact
     /// asks for it.
@@ -148,7 +144,6 @@ pub(crate) struct Arrays<'a> {
     pub runs: &'a mut [[u32; 4]],
     /// Nodes with an impulse since the last outcome test.
     pub flags: &'a mut [u32],
-    pub labels: &'a mut [u32],
     pub candidate_nodes: &'a mut [u32],
 }
 
@@ -177,9 +172,7 @@ impl<'a> Arrays<'a> {
             awake: &mut [],
             last: &mut [],
             links: &mut [],
-            carry: &mut [],
-            carries: &mut [],
-            pulls: &mut [],
+            shared: &mut [],
             kept: &mut [],
             ranges: &mut [],
             been_slack: &mut [],
@@ -188,7 +181,6 @@ impl<'a> Arrays<'a> {
             gaps_over_dt: &mut [],
             runs: &mut [],
             flags: &mut [],
-            labels: &mut [],
             candidate_nodes: &mut [],
         }
     }
@@ -197,9 +189,12 @@ impl<'a> Arrays<'a> {
     #[inline(never)]
     pub(crate) fn carve(&mut self, memory: &'a mut [CacheLine], layout: &Layout) -> Result<(), Error> {
         let short = Error::new(Code::ShortBuffer, "memory", memory.len() as f64, layout.lines() as f64);
-        let Some((reals, words)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
+        let Some((reals, rest)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
+        let Some((shared, words)) = rest.split_at_mut_checked(layout.shared_lines()) else { return Err(short) };
         let (mut reals, mut words) = (Carver::of(CacheLine::reals(reals)), Carver::of(CacheLine::words(words)));
-        self.cut(&mut reals, &mut words, layout).ok_or(short)
+        self.cut(&mut reals, &mut words, layout).ok_or(short)?;
+        self.shared = shared;
+        Ok(())
     }
 
     /// Numbers and words that they have.
@@ -229,8 +224,7 @@ impl<'a> Arrays<'a> {
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
             hoop: chunked(real(has(Curved), [layout.plies, row, CHUNK * HOOP_PLANES])?),
-            carry: chunked(real(true, [layout.plies, row, CHUNK * CARRY_PLANES])?),
-            carries: chunked(real(steps > 1, [steps, row, CHUNK * CARRY_PLANES])?),
+            shared: &mut [],
             kept: real(true, [1, nx, 3])?.as_chunks_mut().0,
             taken: real(layout.takes_energy(), [1, steps, rows])?,
             candidates: real(true, [1, candidates, CANDIDATE_REALS])?.as_chunks_mut().0,
@@ -243,12 +237,10 @@ impl<'a> Arrays<'a> {
             paces: real(layout.is_stack() && has(Friction), [1, candidates, PACE_REALS])?.as_chunks_mut().0,
             tangential: real(has(Friction), [1, candidates, TANGENTIAL_REALS])?.as_chunks_mut().0,
             gaps_over_dt: real(has(Theta), [1, 1, candidates])?,
-            pulls: real(layout.supports, [steps, rows, 6])?.as_chunks_mut().0.as_chunks_mut().0,
             runs: words.take(true, [1, rows, 4])?.as_chunks_mut().0,
             ranges: words.take(true, [1, rows, 4])?.as_chunks_mut().0,
             been_slack: words.take(has(Slack), [1, 1, rows])?,
             flags: words.take(has(Detachment), [1, 1, layout.nodes().div_ceil(32)])?,
-            labels: words.take(has(Detachment), [1, 1, layout.nodes()])?,
             candidate_nodes: words.take(true, [1, 1, candidates])?,
             awake: words.take(layout.is_stack(), [1, layout.plies, 2])?.as_chunks_mut().0,
             last: words.take(layout.is_stack(), [1, nx, layout.y.modelled()])?,
@@ -265,6 +257,24 @@ impl Arrays<'_> {
         swap(self.candidate_nodes, a, b);
         swap(self.tangential, a, b);
         swap(self.gaps_over_dt, a, b);
+    }
+}
+
+/// What a step notes.
+pub(crate) struct Noted<'r> {
+    /// The vertical forces that are carried upwards: a row for each ply, of steps in blocks (`step/blocks.rs`) for each step.
+    pub carries: &'r mut [Chunk<CARRY_PLANES>],
+    /// What the sheet pulls at both runs of fixed nodes of each row, in units of m h/dt; of steps in blocks one step after the other.
+    pub pulls: &'r mut [[[f64; 3]; 2]],
+}
+
+impl<'r> Noted<'r> {
+    /// In the lines that [`Arrays`] share for it.
+    pub fn of(shared: &'r mut [CacheLine], layout: &Layout) -> Noted<'r> {
+        let carries = layout.carried_rows() * layout.chunks * CHUNK * CARRY_PLANES;
+        let (carries, pulls) = CacheLine::reals(shared).split_at_mut_checked(carries).unwrap_or_default();
+        let pulls = if layout.supports { pulls } else { &mut [] };
+        Noted { carries: chunked(carries), pulls: pulls.as_chunks_mut().0.as_chunks_mut().0 }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::ground::planes::{
     self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, SPEED_X, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
-use crate::memory::arrays::Arrays;
+use crate::memory::arrays::{Arrays, Noted};
 use crate::memory::layout::Layout;
 use crate::memory::taken::TakenOfRow;
 use crate::memory::terms::Terms;
@@ -70,6 +70,7 @@ impl<'r> Rows<'r> {
     ) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
         let noted = in_block.unwrap_or(0) * layout.nodes_y;
+        let Noted { carries, pulls } = Noted::of(arrays.shared, layout);
         let (swept, rest) = arrays.hot.split_at_mut_checked(own.end)?;
         // Of a stack, whose plies are swept in turn, some rows each.
         let is_begun = arrays.awake.get(ply).is_some_and(|rows| first > rows[0] as usize);
@@ -104,12 +105,9 @@ impl<'r> Rows<'r> {
                 lines: arrays.lines,
                 hoop: planes::row(arrays.hoop, layout.chunks, ply),
             },
-            carry: match in_block {
-                None => planes::row_mut(arrays.carry, layout.chunks, ply),
-                Some(step) => planes::row_mut(arrays.carries, layout.chunks, step),
-            },
+            carry: planes::row_mut(carries, layout.chunks, in_block.unwrap_or(ply)),
             kept: arrays.kept,
-            pulls: if layout.supports { arrays.pulls.get_mut(noted + first..noted + end)? } else { &mut [] },
+            pulls: if layout.supports { pulls.get_mut(noted + first..noted + end)? } else { &mut [] },
         })
     }
 }

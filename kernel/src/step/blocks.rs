@@ -21,6 +21,7 @@ use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
 use crate::ground::planes::{CARRY_PLANES, CHUNK};
 use crate::ground::ranges::range_of;
+use crate::memory::arrays::Noted;
 use crate::memory::layout::Layout;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
@@ -212,7 +213,7 @@ impl Reach {
 
 /// Begins a block.
 pub(crate) fn begin(system: &mut System<'_>) {
-    system.arrays.carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
+    Noted::of(system.arrays.shared, &system.layout).carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
 /// Ends a block whose last step is swept.
@@ -228,7 +229,6 @@ pub(crate) fn end(system: &mut System<'_>) {
 #[cfg(test)]
 mod tests {
     use crate::ground::lanes::InstructionSet;
-    use crate::ground::planes::{CARRY_PLANES, CHUNK};
     use crate::ground::random::splitmix64;
     use crate::memory::layout::BLOCK_STEPS;
     use crate::scene::features::Feature;
@@ -242,14 +242,11 @@ mod tests {
 
     /// Gives a small sheet what one beyond the caches has.
     fn allow_blocks(sim: &mut Sim<'_>) {
-        let (rows, chunks) = (sim.system.layout.nodes_y, sim.system.layout.chunks);
-        let steps = BLOCK_STEPS as usize;
-        let carries = vec![[[0.0; CHUNK]; CARRY_PLANES]; steps * chunks];
-        let pulls = vec![[[0.0; 3]; 2]; steps * rows];
+        let (rows, steps) = (sim.system.layout.nodes_y, BLOCK_STEPS as usize);
         let taken = if sim.layout().takes_energy() { vec![0.0; steps * rows] } else { Vec::new() };
-        (sim.system.arrays.carries, sim.system.arrays.pulls) = (carries.leak(), pulls.leak());
         sim.system.arrays.taken = taken.leak();
         (sim.system.layout.block_steps, sim.system.block_steps) = (BLOCK_STEPS, steps);
+        sim.system.arrays.shared = vec![CacheLine::ZERO; sim.system.layout.shared_lines()].leak();
     }
 
     /// The paper's sphere on 61 x 141 nodes.

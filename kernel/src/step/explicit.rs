@@ -16,6 +16,7 @@ use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK};
+use crate::memory::arrays::Noted;
 use crate::memory::rows::Rows;
 use crate::memory::system::System;
 use crate::memory::terms::Terms;
@@ -212,7 +213,11 @@ fn begin_sweep(system: &mut System<'_>) {
         }
     }
     place_images_above(system, system.awake[1]);
-    system.arrays.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+    let carries = Noted::of(system.arrays.shared, &system.layout).carries;
+    carries
+        .iter_mut()
+        .take(system.layout.plies * system.layout.chunks)
+        .for_each(|forces| *forces = [[0.0; CHUNK]; CARRY_PLANES]);
 }
 
 /// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
@@ -331,7 +336,8 @@ pub(crate) fn book_pulls(system: &mut System<'_>, ply: usize, [first, end]: [usi
     let share = system.scene.symmetry.share() * system.mass_share(ply);
     let System { scene, layout, state, arrays, .. } = system;
     let ((kind, symmetry), [bottom, _]) = ((scene.attachment.kind, scene.symmetry), layout.rows_of(ply));
-    let pulls = arrays.pulls.get(step * layout.nodes_y..).and_then(|pulls| pulls.get(first..end));
+    let Noted { pulls, .. } = Noted::of(arrays.shared, layout);
+    let pulls = pulls.get(step * layout.nodes_y..).and_then(|pulls| pulls.get(first..end));
     for (j, pulls) in pulls.into_iter().flatten().enumerate() {
         for (side, pull) in pulls.iter().enumerate() {
             let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, first - bottom + j, side);

@@ -13,6 +13,7 @@
 
 use crate::body::path;
 use crate::body::pose::{Vector, into_body};
+use crate::ground::lanes::CacheLine;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, Chunk, HOT_PLANES};
 use crate::memory::arrays::Arrays;
@@ -29,8 +30,8 @@ pub const TEST_INTERVAL: u64 = 64;
 /// the body meets at its present speed; and what the pieces can still take may be four times as much.
 pub const SETTLED_PART: f64 = 0.0025;
 /// "Through": the body's energy must be so many times what the held yarn ahead would take if it went on to resist as lately.
-/// Chosen, with the other numbers of [`is_through`], on 380 shots, and checked on others: docs/tables/through.md.
-const THROUGH_MARGIN: f64 = 4.0;
+/// Chosen, with the other numbers of [`is_through`], on 1,160 shots, and checked on others: docs/tables/through.md.
+const THROUGH_MARGIN: f64 = 3.0;
 
 /// The body as it flies on when nothing touches it.
 struct Flight {
@@ -225,17 +226,20 @@ fn has_exited(system: &mut System<'_>, settled: Option<bool>) -> bool {
     }
 }
 
-/// Whether held yarn will not stop the body any more. Asked when it has moved on by half a spacing and by R/16, long enough for
-/// the torn sheet to swing back. What it has lost since, taken over the way to go, must be small against the energy of its motion along
-/// `direction`, and it must not fly mainly sideways, where it meets yarn beside its way.
+/// Whether held yarn will not stop the body any more. Asked when it has moved on by half a spacing and by R/16, or for the time in which it
+/// moved by 3/4 R before the first contact: long enough for the torn sheet to swing back. What it has lost since, taken over the way to go,
+/// must be small against the energy of its motion along `direction`, and it must not fly mainly sideways, where it meets yarn beside its way.
 fn is_through(system: &mut System<'_>, direction: &Vector) -> bool {
     let body = system.state.body;
     let (place, speed) = (body.position.dot(direction), body.velocity.dot(direction));
     let forward = 2.0 * speed > body.velocity.norm() && system.state.force.dot(direction) >= 0.0;
     let whole = system.failed_segments == 0;
-    let watch = &mut system.state.watch;
-    let travel = place - watch.travel_start;
-    if !whole && travel < math::max(0.5 * system.scene.sheet.spacing, system.solid.radius() / 16.0) {
+    let (watch, radius) = (&mut system.state.watch, system.solid.radius());
+    let (travel, mean_speed) = (place - watch.travel_start, 0.5 * (watch.travel_speed + speed));
+    let energy = watch.first.map_or(0.0, |first| first.kinetic_energy);
+    let first_speed = math::sqrt(2.0 * energy * system.model.inertia.inverse_mass);
+    let is_near = travel < math::max(0.5 * system.scene.sheet.spacing, radius / 16.0);
+    if !whole && is_near && travel * first_speed < 0.75 * radius * mean_speed {
         return false;
     }
     let lost = math::max(watch.travel_speed * watch.travel_speed - speed * speed, 0.0);
@@ -514,7 +518,7 @@ pub(crate) fn pieces(system: &mut System<'_>) -> Pieces {
 
 /// The number of the piece that a node belongs to.
 pub(crate) fn piece(system: &System<'_>, pieces: &Pieces, i: usize, j: usize) -> usize {
-    let label = system.arrays.labels.get(j * system.layout.nodes_x + i);
+    let label = CacheLine::words_of(system.arrays.shared).get(j * system.layout.nodes_x + i);
     label.filter(|_| pieces.labelled).map_or(0, |&label| label as usize)
 }
 
@@ -548,9 +552,9 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
         return false;
     }
     let Some(support) = join_nodes(system) else { return false };
-    let Arrays { labels, flags, .. } = &system.arrays;
-    let mut touched =
-        labels.iter().enumerate().filter(|(k, _)| flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1));
+    let labels = CacheLine::words_of(system.arrays.shared).iter().take(system.layout.nodes());
+    let flags = &system.arrays.flags;
+    let mut touched = labels.enumerate().filter(|(k, _)| flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1));
     !touched.any(|(_, &label)| label as usize == support)
 }
 
@@ -558,8 +562,8 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
 /// Gives the label of the fixed nodes, if there are any.
 fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let Arrays { hot, labels, runs, .. } = &mut system.arrays;
-    let mut sets = Components::new(labels);
+    let Arrays { hot, shared, runs, .. } = &mut system.arrays;
+    let mut sets = Components::new(CacheLine::words(shared).get_mut(..nx * ny).unwrap_or_default());
     join_live_segments(&mut sets, hot, chunks, [nx, ny]);
     if system.layout.x.is_closed() {
         let last = nx.saturating_sub(1);

@@ -24,7 +24,7 @@ use crate::ground::planes::{
     self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, ITERATE_PLANES, PUSHED, vertical_axes,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
-use crate::memory::arrays::Arrays;
+use crate::memory::arrays::{Arrays, Noted};
 use crate::memory::rows::{place_image_column, place_image_row};
 use crate::memory::state::COUNT_MAX;
 use crate::memory::system::{System, mean_acceleration};
@@ -181,7 +181,8 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
     let directions = system.directions.of_ply(0);
     let uniform = Constants::Uniform(directions);
-    let Arrays { hot, history, yarn, strength, iterate, carry, columns, lines, .. } = &mut system.arrays;
+    let Arrays { hot, history, yarn, strength, iterate, shared, columns, lines, .. } = &mut system.arrays;
+    let Noted { carries: carry, .. } = Noted::of(shared, &system.layout);
     let net = Net { columns, lines, hoop: &[] };
     if system.layout.x.is_mirrored() {
         (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));

@@ -3,7 +3,7 @@
 use crate::ground::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
-use crate::memory::arrays::Arrays;
+use crate::memory::arrays::{Arrays, Noted};
 use crate::memory::system::System;
 use crate::sheet::direction::Directions;
 use crate::sheet::grading::LINE_PLANES;
@@ -58,10 +58,10 @@ impl Pointers {
             awake,
             ranges,
             runs,
-            carries,
-            pulls,
+            shared,
             ..
         } = &mut system.arrays;
+        let Noted { carries, pulls } = Noted::of(shared, &system.layout);
         Pointers {
             directions: &raw const system.directions,
             hot: hot.as_mut_ptr(),
