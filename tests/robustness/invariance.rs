@@ -124,6 +124,22 @@ fn bands_are_alike() {
     }
 }
 
+/// One call sweeps a large stack in several runs of rows, bands sweep it ply by ply. At rest rows are left out at first.
+#[test]
+fn plies_swept_in_runs_move_as_in_bands() {
+    let mut plain = small_sheet(65, 300.0);
+    (plain.stack.plies, plain.stack.gap, plain.track_support) = (5, 5e-5, true);
+    let mut viscous = plain;
+    let yarn = &mut viscous.yarn;
+    (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
+    for scene in [plain, viscous, Scene { slack_balance: true, ..viscous }] {
+        let mut banded = sim_of(&scene);
+        in_turn(&mut banded, 3, 1500).unwrap();
+        assert!(banded.counters().failed_segments > 0 && banded.energy().unwrap().ply_loss > 0.0);
+        assert_eq!(stepped(&scene, 1500).digest(), banded.digest());
+    }
+}
+
 #[test]
 fn read_outs_change_nothing() {
     same_bits(|_, sim| {
