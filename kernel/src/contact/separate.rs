@@ -21,8 +21,9 @@ use crate::sheet::ring::{FLAT, HOOP_PLANES, NORMAL_X, NORMAL_Z};
 /// Rows that move in every ply and have no candidate: their columns are separated before the projectile's impulses, while they are at hand.
 #[derive(Clone, Copy)]
 pub(crate) struct Apart {
-    /// Rows [first, end) that move in every ply, and those between the first and the last candidate.
+    /// Rows [first, end) that move in every ply.
     moving: [u32; 2],
+    /// Rows [first, end) from the first to the last that has a candidate.
     under: [u32; 2],
 }
 
