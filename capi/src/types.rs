@@ -46,6 +46,10 @@ pub const FK_EXITED: u32 = 4;
 pub const FK_PASSED: u32 = 8;
 /// Bit of the outcome "through"; it comes only with track_through.
 pub const FK_THROUGH: u32 = 16;
+/// Bit of the outcome "rebounded".
+pub const FK_REBOUNDED: u32 = 32;
+/// Bits of the outcomes that end a shot: arrested, exited, passed, rebounded.
+pub const FK_ENDS: u32 = 45;
 
 /// fk_outcome's status: no contact in the last step.
 pub const FK_STATUS_FLIGHT: u32 = 0;
@@ -154,10 +158,10 @@ pub struct fk_outcome {
     pub mask: u32,
     /// Step count at whose start the first impulse acted; FK_NEVER before.
     pub first_contact: u64,
-    /// Step count at which arrested, detached, exited, passed, through latched, in this order; FK_NEVER before.
-    pub step: [u64; 5],
+    /// Step count at which arrested, detached, exited, passed, through, rebounded latched, in this order; FK_NEVER before.
+    pub step: [u64; 6],
     /// Work of the projectile on the fabric until then, J; 0 before.
-    pub work: [f64; 5],
+    pub work: [f64; 6],
 }
 
 /// Every number of a scene: its row and its element, in the order of the structure.

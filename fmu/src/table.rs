@@ -386,7 +386,7 @@ const OWN: &[Variable] = &[
         "stop_on_event",
         270,
         Kind::Boolean,
-        "Ask the host to end the simulation at the first outcome (arrested, detached, exited, passed, through)",
+        "Ask the host to end the simulation at the first outcome (arrested, detached, exited, passed, through, rebounded)",
     ),
     tunable(
         Id::Capsule,
@@ -438,10 +438,10 @@ const OWN: &[Variable] = &[
     .nominal(1e-6),
     discrete(Id::Status, "status", 440, Kind::Choice(&STATUS), "What is true now, whatever has happened before"),
     happened(0, "outcome.first_contact", "The projectile has touched the sheet"),
-    happened(1, "outcome.arrested", "It has stopped along its direction at first contact"),
+    happened(1, "outcome.arrested", "It moves into the sheet no more"),
     happened(2, "outcome.detached", "The nodes under it have lost every connection to a support"),
-    happened(3, "outcome.exited", "It goes on, and its contact with the fabric is over"),
-    happened(4, "outcome.passed", "No contact, and none to come: it leaves the sheet's box for good"),
+    happened(3, "outcome.exited", "Its contact with the fabric is over, and it goes on to the other side"),
+    happened(4, "outcome.passed", "No contact, and none to come: it has missed the sheet"),
     at(0, "outcome.first_contact_time", "When it first touched the sheet; 0 unless outcome.first_contact"),
     at(1, "outcome.arrested_time", "When it stopped; 0 unless outcome.arrested"),
     at(2, "outcome.detached_time", "When that was found; 0 unless outcome.detached"),
@@ -449,6 +449,8 @@ const OWN: &[Variable] = &[
     at(4, "outcome.passed_time", "When that was found; 0 unless outcome.passed"),
     discrete(Id::Happened(5), "outcome.through", 453, Kind::Boolean, "Held yarn does not stop it any more; never without track_through"),
     Variable { role: Role::Discrete, ..output(Id::HappenedAt(5), "outcome.through_time", 454, &TIME, "When that was found; 0 unless outcome.through") },
+    discrete(Id::Happened(6), "outcome.rebounded", 455, Kind::Boolean, "Its contact with the fabric is over, and it leaves on the side from which it came"),
+    Variable { role: Role::Discrete, ..output(Id::HappenedAt(6), "outcome.rebounded_time", 456, &TIME, "When that was found; 0 unless outcome.rebounded") },
 ];
 
 /// Number of variables.

@@ -8,7 +8,7 @@
 //! global state, no thread, no panic.
 //!
 //! ```
-//! use fabric::{CacheLine, Layout, Outcome, Scene, Sim};
+//! use fabric::{CacheLine, Layout, OutcomeSet, Scene, Sim};
 //!
 //! // The paper's 3 in sheet, smaller here, hit by the 8.4 g sphere at 60 m/s.
 //! let mut scene = Scene::sheet_3in_sphere();
@@ -20,7 +20,7 @@
 //! let mut memory = vec![CacheLine::ZERO; layout.lines()];
 //! let mut sim = Sim::new(&scene, &mut memory)?;
 //!
-//! sim.advance_until(Outcome::Arrested | Outcome::Exited, 20_000)?;
+//! sim.advance_until(OutcomeSet::ENDS, 20_000)?;
 //! println!("residual velocity {:.1} m/s", sim.projectile()?.velocity[2]);
 //! println!("absorbed energy {:.2} J", sim.contact()?.work);
 //! println!("failed segments {}", sim.counters().failed_segments);

@@ -29,8 +29,8 @@ pub struct Options {
     /// Folder for history.csv, summary.json, summary.txt and the last sheet [default: target/fabric/SCENE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Outcomes that end the run: arrested, detached, exited, passed, through (which sets `track_through`); `none`: it goes on for its steps.
-    #[arg(long, value_name = "OUTCOME,...", value_delimiter = ',', default_value = "arrested,exited,passed", value_parser = wanted)]
+    /// Outcomes that end the run: arrested, detached, exited, passed, rebounded, through (which sets `track_through`); `none`: it goes on for its steps.
+    #[arg(long, value_name = "OUTCOME,...", value_delimiter = ',', default_value = "arrested,exited,passed,rebounded", value_parser = wanted)]
     until: Vec<Option<Outcome>>,
     /// Most steps; a run that these end says TIMEOUT, and has exit status 3.
     #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]

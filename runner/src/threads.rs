@@ -97,7 +97,7 @@ mod tests {
         (scene.sheet.nodes_x, scene.sheet.nodes_y) = (31, 31);
         let mut buffers = Buffers::of(&scene).unwrap();
         let mut sim = buffers.sim(&scene).unwrap();
-        let until = Outcome::Exited | Outcome::Arrested;
+        let until = OutcomeSet::ENDS;
         let mut taken = 0;
         while !sim.outcomes().mask.has(until) {
             taken += advance_until(&mut sim, until, 1000, threads).unwrap().unwrap();

@@ -2,7 +2,7 @@
 
 use crate::plies::{of_ply, stacked};
 use crate::second_order;
-use fabric::{AttachmentKind, Code, Outcome, Scene, Shape, Sim, TimeStep};
+use fabric::{AttachmentKind, Code, Outcome, OutcomeSet, Scene, Shape, Sim, TimeStep};
 use fabric_tests::reference::{V3, dot, forces, length, scale, segment_ends, sub};
 use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, velocities, without_projectile};
 use std::f64::consts::PI;
@@ -256,7 +256,7 @@ fn outcomes_are_said_of_inside_and_outside() {
     base.attachment.kind = AttachmentKind::FourSides;
     let run = |scene: &Scene, steps: u64| {
         let mut sim = sim_of(scene);
-        sim.advance_until(Outcome::Arrested | Outcome::Exited | Outcome::Passed, steps).unwrap();
+        sim.advance_until(OutcomeSet::ENDS, steps).unwrap();
         (sim.outcomes().mask, sim.projectile().unwrap().position)
     };
     for inside in [true, false] {

@@ -1,14 +1,14 @@
 //! Random bodies and hits: no outcome before it is true, none missed.
 //!
 //! A scene is drawn from its seed (fabric, attachment, body, motion, load). It runs until it is arrested, has exited or passed, and then
-//! goes on: the work must stay what it was when "exited" latched, and zero after "passed". A run without an outcome so many steps behind
+//! goes on: the work must stay what it was when "exited" or "rebounded" latched, and zero after "passed". A run without an outcome so many steps behind
 //! its first contact is missed if over its last third nothing was touched, or work of note did not change; but a load against the motion
 //! may bring the body back. What comes later than `AFTER` steps behind an outcome is not seen.
 
 use crate::changed;
 use fabric::internals::random::splitmix64;
 use fabric::pose::{components, normalised};
-use fabric::{AttachmentKind, Code, Drive, Outcome, Scene, Shape, Sim, Solid};
+use fabric::{AttachmentKind, Code, Drive, Outcome, OutcomeSet, Scene, Shape, Sim, Solid};
 use fabric_tests::memory_of;
 use fabric_tests::reference::{V3, dot};
 use rayon::prelude::*;
@@ -35,7 +35,7 @@ fn check(seeds: std::ops::Range<u64>) {
     let shots: Vec<_> = seeds.into_par_iter().map(|seed| (seed, fly(seed))).collect();
     let wrong = shots.iter().filter_map(|(seed, end)| Some(format!("seed {seed}: {}", end.as_ref().err()?)));
     let wrong: Vec<_> = wrong.collect();
-    for outcome in [Some(Outcome::Arrested), Some(Outcome::Exited), Some(Outcome::Passed), None] {
+    for outcome in Outcome::ALL.map(Some).into_iter().chain([None]) {
         let count = shots.iter().filter(|(_, end)| *end == Ok(outcome)).count();
         println!("{count} {}", outcome.map_or("still in contact", Outcome::name));
     }
@@ -50,7 +50,7 @@ fn fly(seed: u64) -> Result<Option<Outcome>, String> {
     if load != [0.0; 3] {
         sim.set_external_load(load, [0.0; 3]).unwrap();
     }
-    let mask = Outcome::Arrested | Outcome::Exited | Outcome::Passed;
+    let mask = OutcomeSet::ENDS;
     let mut looks = Vec::new();
     while sim.step_count() < sim.outcomes().first_contact.unwrap_or(0) + LIMIT && !sim.outcomes().mask.has(mask) {
         sim.advance(LOOK).map_err(|failure| format!("{failure} at step {}", sim.step_count()))?;
@@ -76,8 +76,8 @@ fn fly(seed: u64) -> Result<Option<Outcome>, String> {
         let stopped = dot(scene.projectile.velocity, velocity) <= 0.0;
         return if stopped && touched { Ok(Some(Outcome::Arrested)) } else { Err("arrested while it moves on".into()) };
     }
-    let (outcome, allowed) =
-        if latched.has(Outcome::Exited) { (Outcome::Exited, allowed) } else { (Outcome::Passed, 0.0) };
+    let over = [Outcome::Exited, Outcome::Rebounded].into_iter().find(|outcome| latched.has(*outcome));
+    let (outcome, allowed) = over.map_or((Outcome::Passed, 0.0), |outcome| (outcome, allowed));
     let mut moved = 0.0_f64;
     while sim.step_count() < step + AFTER && sim.advance(LOOK).is_ok() {
         moved = moved.max((work(&sim) - at).abs());

@@ -158,8 +158,8 @@ class Structure {
 }
 
 /** Outcomes in the order of their numbers, and those that end a run, as in `fabric run`; through only where the scene watches it. */
-export const OUTCOMES = ["arrested", "detached", "exited", "passed", "through"] as const;
-const ENDS = ["FK_ARRESTED", "FK_EXITED", "FK_PASSED", "FK_THROUGH"];
+export const OUTCOMES = ["arrested", "detached", "exited", "passed", "through", "rebounded"] as const;
+const ENDS = ["FK_ENDS", "FK_THROUGH"];
 
 export interface Motion {
   position: number[];

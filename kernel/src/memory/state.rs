@@ -256,12 +256,18 @@ fn visit_watch(watch: &mut Watch, through: bool, visitor: &mut impl Visitor) {
         visitor.real(&mut watch.travel_start);
         visitor.real(&mut watch.travel_speed);
     }
-    for latch in watch.latched.iter_mut().take(if through { 5 } else { 4 }) {
+    let [arrested, detached, exited, passed, is_through, rebounded] = &mut watch.latched;
+    for latch in [arrested, detached, exited, passed].into_iter().chain(through.then_some(is_through)) {
         visit_option(latch, Latch { step: 0, work: 0.0 }, visitor, |latch, visitor| {
             visitor.count(&mut latch.step);
             visitor.real(&mut latch.work);
         });
     }
+    // No outcome latches before step 64.
+    let mut latch = rebounded.unwrap_or(Latch { step: 0, work: 0.0 });
+    visitor.mark_count(&mut latch.step);
+    visitor.mark(&mut latch.work);
+    *rebounded = (latch.step > 0).then_some(latch);
 }
 
 /// An option is a flag (0 or 1) and its content, which is there in either case.
@@ -294,6 +300,11 @@ pub trait Visitor {
     /// A real number that is 0 in most runs. Only another value enters the digest.
     fn mark(&mut self, value: &mut f64) {
         self.real(value);
+    }
+
+    /// A count that is 0 in most runs. Only another value enters the digest.
+    fn mark_count(&mut self, value: &mut u64) {
+        self.count(value);
     }
 
     /// A vector, x first.

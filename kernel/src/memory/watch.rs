@@ -8,22 +8,31 @@ use crate::ground::math;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Outcome {
-    /// The velocity along the direction at first contact fell to 0 or below. A body at rest then takes its first direction later.
+    /// The body moves into the sheet no more: neither towards its other side nor along the direction of flight at first contact, which a body
+    /// at rest then takes later.
     Arrested = 0,
     /// No node in contact during the last 64 steps is connected to a support any more.
     Detached = 1,
-    /// The body goes on and its contact with the fabric is over: nothing in its way can still take work of note from it.
+    /// Contact is over and the body goes on to the other side: nothing in its way can still take work of note from it.
     Exited = 2,
-    /// No contact, and none to come: the body leaves the sheet's box for good.
+    /// No contact, and none to come: the body leaves the sheet's box for good, and not on the side of a flat sheet from which it came.
     Passed = 3,
     /// Held yarn does not stop the body any more: the rule of docs/model.md, with its measured error. Only with `track_through`.
     Through = 4,
+    /// Contact is over and the body leaves on the side from which it came: the sheet has stopped it.
+    Rebounded = 5,
 }
 
 impl Outcome {
     /// All outcomes in the order of their numbers.
-    pub const ALL: [Outcome; 5] =
-        [Outcome::Arrested, Outcome::Detached, Outcome::Exited, Outcome::Passed, Outcome::Through];
+    pub const ALL: [Outcome; 6] = [
+        Outcome::Arrested,
+        Outcome::Detached,
+        Outcome::Exited,
+        Outcome::Passed,
+        Outcome::Through,
+        Outcome::Rebounded,
+    ];
 
     /// Name for tables.
     pub fn name(self) -> &'static str {
@@ -33,6 +42,7 @@ impl Outcome {
             Outcome::Exited => "exited",
             Outcome::Passed => "passed",
             Outcome::Through => "through",
+            Outcome::Rebounded => "rebounded",
         }
     }
 }
@@ -45,9 +55,12 @@ impl OutcomeSet {
     /// No outcome.
     pub const NONE: OutcomeSet = OutcomeSet(0);
 
+    /// Outcomes that end a shot: arrested, exited, passed, rebounded.
+    pub const ENDS: OutcomeSet = OutcomeSet(0b10_1101);
+
     /// The outcomes of these bits, bit 0 being the first of [`Outcome::ALL`]; others are not counted.
     pub const fn from_bits(bits: u32) -> OutcomeSet {
-        OutcomeSet(bits & 0b1_1111)
+        OutcomeSet(bits & 0b11_1111)
     }
 
     /// A bit for each.
@@ -132,12 +145,12 @@ pub struct Watch {
     pub checkpoint_work: f64,
     /// Nodal impulses counted at that checkpoint.
     pub checkpoint_impulses: u64,
-    /// Where the travel began after which "through" is asked next, along the direction at first contact, m.
+    /// Where the travel began after which "through" is asked next, along the normal of the sheet, m.
     pub travel_start: f64,
-    /// Velocity along that direction there, m/s.
+    /// Velocity along that normal there, m/s.
     pub travel_speed: f64,
     /// Latched outcomes by number.
-    pub latched: [Option<Latch>; 5],
+    pub latched: [Option<Latch>; Outcome::ALL.len()],
 }
 
 impl Watch {
@@ -149,7 +162,7 @@ impl Watch {
         checkpoint_impulses: 0,
         travel_start: 0.0,
         travel_speed: 0.0,
-        latched: [None; 5],
+        latched: [None; Outcome::ALL.len()],
     };
 
     /// Latches an outcome once.

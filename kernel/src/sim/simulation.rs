@@ -15,7 +15,7 @@ use crate::memory::layout::Layout;
 use crate::memory::model::start_motion;
 use crate::memory::state::{COUNT_MAX, State};
 use crate::memory::system::{SegmentView, System};
-use crate::memory::watch::{FirstContact, Latch, OutcomeSet};
+use crate::memory::watch::{FirstContact, Latch, Outcome, OutcomeSet};
 use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Scene, StepLimits};
 use crate::sim::start;
@@ -127,7 +127,7 @@ pub struct Outcomes {
     /// First contact: step count at whose start the first impulse acted; None before.
     pub first_contact: Option<u64>,
     /// Step and work of each latched outcome, by its number in [`crate::memory::watch::Outcome::ALL`].
-    pub latched: [Option<Latch>; 5],
+    pub latched: [Option<Latch>; Outcome::ALL.len()],
 }
 
 /// A simulation on the caller's memory.

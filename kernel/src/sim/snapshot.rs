@@ -33,6 +33,11 @@ impl Visitor for Hash {
             self.word(value.to_bits());
         }
     }
+    fn mark_count(&mut self, value: &mut u64) {
+        if *value != 0 {
+            self.word(*value);
+        }
+    }
 }
 
 /// Writes words into bytes and hashes them.

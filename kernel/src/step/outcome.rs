@@ -1,13 +1,14 @@
-//! Outcomes: arrested, detached, exited, passed, through. They latch with their step and are never acted upon: the physics goes on.
+//! Outcomes: arrested, detached, exited, passed, through, rebounded. They latch with their step and are never acted upon: the physics goes on.
 //!
 //! Method: tested when the step count is a multiple of 64. All but "passed" need a first contact.
 //! What is joined to a support is found by joining nodes over live segments into components (union by smaller number).
 //! "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited" asks what can still act on
 //! the body: the held part of the sheet must lie behind or beside its flight, and loose pieces in its way must move with it.
 //! "Through" asks whether what has slowed the body lately, over the rest of its way past the held yarn, is little against its energy.
-//! Of a curved sheet inside and outside of its circle are told apart: a body that came from inside is arrested when it moves away from the
-//! circle's axis no more, and held yarn swings back along the radius.
-//! Limits: the body is taken to fly on straight (under its present load), and so are the nodes.
+//! All but "detached" are judged along one normal of the sheet, from the side of the body to the other ([`Course`]): the same end of contact
+//! is "exited" for a body that moves along it, and "rebounded" for one that does not. Held yarn of a curved sheet swings back along the radius.
+//! Limits: the body is taken to fly on straight (under its present load), and so are the nodes. A body that comes to a ring from outside has
+//! exited once it is within: the wall across is another hit.
 //! Without `track_detachment` nothing is known to be loose once a segment has failed: then no node at all may be in the way.
 //! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
 
@@ -173,32 +174,66 @@ pub(crate) fn test_outcomes(system: &mut System<'_>) {
         if !system.state.watch.has(Outcome::Detached) && contact_is_detached(system) {
             system.state.watch.latch(Outcome::Detached, step, work);
         }
-        let direction = system.state.watch.direction(&velocity);
-        if system.layout.has(Feature::Through)
-            && !system.state.watch.has(Outcome::Through)
-            && is_through(system, &direction)
+        let course = course(system);
+        if system.layout.has(Feature::Through) && !system.state.watch.has(Outcome::Through) && is_through(system, &course)
         {
             system.state.watch.latch(Outcome::Through, step, work);
         }
         let settled = pass_checkpoint(system);
-        if direction == Vector::zeros() {
+        let inwards = velocity.dot(&course.normal) > 0.0;
+        if course.direction == Vector::zeros() {
             // At rest since before the first contact: nothing has been stopped.
-        } else if velocity.dot(&outwards(system).unwrap_or(direction)) <= 0.0 {
+        } else if !inwards && (course.within_ring || velocity.dot(&course.direction) <= 0.0) {
             system.state.watch.latch(Outcome::Arrested, step, work);
-        } else if !system.state.watch.has(Outcome::Exited) && has_exited(system, settled) {
-            system.state.watch.latch(Outcome::Exited, step, work);
+        }
+        let end = if inwards { Outcome::Exited } else { Outcome::Rebounded };
+        if !system.state.watch.has(end) && course.direction != Vector::zeros() && contact_is_over(system, &course, settled) {
+            system.state.watch.latch(end, step, work);
         }
     }
     system.arrays.flags.fill(0);
 }
 
-/// Away from the axis of a curved sheet, where the body is now; None of a flat sheet, and of a body that came from outside.
-fn outwards(system: &System<'_>) -> Option<Vector> {
-    let hoop = Hoop::of(&system.scene)?;
-    let from_axis = |x: &Vector| Vector::new(x.x, 0.0, x.z);
-    let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
-    let from_inside = from_axis(&start.into()).norm() < hoop.radius * system.scene.sheet.spacing;
-    from_inside.then(|| from_axis(&system.state.body.position))
+/// Directions in the sheet's frame by which an outcome is judged.
+struct Course {
+    /// Unit direction of the velocity just before the first contact; zero as long as a body at rest has none.
+    direction: Vector,
+    /// Unit normal of the sheet at rest where the body is now, from the side from which it came to the other. The direction of flight where
+    /// the sheet has no sides: for a body that hits the edge of a flat sheet in its plane, or on the axis of a ring.
+    normal: Vector,
+    /// The body came from inside of a curved sheet's circle.
+    within_ring: bool,
+    /// The body came from outside of it.
+    beyond_ring: bool,
+}
+
+/// Part of the contact impulse that is along z at least if a body hits a face of a flat sheet, not its edge.
+const FACE_HIT: f64 = 0.1;
+
+/// The course of a body that has been in contact.
+fn course(system: &mut System<'_>) -> Course {
+    let state = &mut system.state;
+    let direction = state.watch.direction(&state.body.velocity);
+    let mut course = Course { direction, normal: direction, within_ring: false, beyond_ring: false };
+    if let Some(hoop) = Hoop::of(&system.scene) {
+        let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
+        course.within_ring = from_axis(&start.into()).norm() < hoop.radius * system.scene.sheet.spacing;
+        course.beyond_ring = !course.within_ring;
+        let outwards = from_axis(&state.body.position);
+        let distance = outwards.norm();
+        if distance > 0.0 {
+            course.normal = if course.within_ring { outwards } else { -outwards } / distance;
+        }
+    } else if math::abs(state.sums.impulse.z) > FACE_HIT * state.sums.impulse.norm() {
+        // Contact only pushes: it has pushed the body to the side from which it came.
+        course.normal = Vector::new(0.0, 0.0, if state.sums.impulse.z > 0.0 { -1.0 } else { 1.0 });
+    }
+    course
+}
+
+/// Place seen from the axis of a curved sheet, m.
+fn from_axis(x: &Vector) -> Vector {
+    Vector::new(x.x, 0.0, x.z)
 }
 
 /// At the end of a forward travel of R: whether the work has settled since its start. None elsewhere.
@@ -217,22 +252,22 @@ fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
     Some(settled)
 }
 
-/// Contact is over: the body goes on and nothing that could act on it is in its way, or only loose pieces that take no more.
-fn has_exited(system: &mut System<'_>, settled: Option<bool>) -> bool {
+/// Whether nothing that could act on the body is in its way, or only loose pieces that take no more.
+fn contact_is_over(system: &mut System<'_>, course: &Course, settled: Option<bool>) -> bool {
     match settled {
-        Some(true) => way_is_clear(system, true),
+        Some(true) => way_is_clear(system, course, true),
         // Without a node at the body the end of the travel need not be awaited.
-        _ => system.state.sums.contacts == 0 && way_is_clear(system, false),
+        _ => system.state.sums.contacts == 0 && way_is_clear(system, course, false),
     }
 }
 
 /// Whether held yarn will not stop the body any more. Asked when it has moved on by half a spacing and by R/16, or for the time in which it
 /// moved by 3/4 R before the first contact: long enough for the torn sheet to swing back. What it has lost since, taken over the way to go,
-/// must be small against the energy of its motion along `direction`, and it must not fly mainly sideways, where it meets yarn beside its way.
-fn is_through(system: &mut System<'_>, direction: &Vector) -> bool {
-    let body = system.state.body;
-    let (place, speed) = (body.position.dot(direction), body.velocity.dot(direction));
-    let forward = 2.0 * speed > body.velocity.norm() && system.state.force.dot(direction) >= 0.0;
+/// must be small against the energy of its motion along the normal, and it must not fly mainly sideways, where it meets yarn beside its way.
+fn is_through(system: &mut System<'_>, course: &Course) -> bool {
+    let (body, normal) = (system.state.body, &course.normal);
+    let (place, speed) = (body.position.dot(normal), body.velocity.dot(normal));
+    let forward = 2.0 * speed > body.velocity.norm() && system.state.force.dot(normal) >= 0.0;
     let whole = system.failed_segments == 0;
     let (watch, radius) = (&mut system.state.watch, system.solid.radius());
     let (travel, mean_speed) = (place - watch.travel_start, 0.5 * (watch.travel_speed + speed));
@@ -248,25 +283,34 @@ fn is_through(system: &mut System<'_>, direction: &Vector) -> bool {
     if whole || !(forward && held && system.scene.is_free()) {
         return false;
     }
-    let Some(ahead) = way_past_held(system, direction) else { return false };
+    let Some(ahead) = way_past_held(system, normal) else { return false };
     // A body that is no sphere may turn an edge into what is ahead.
     let (turns, reach) = (system.solid.feels_torque(), system.solid.reach());
     let way = if turns { reach } else { ahead };
     !(turns && ahead > 0.0) && speed * speed * travel > THROUGH_MARGIN * lost * way
 }
 
-/// How far held yarn that the body may still touch lies ahead of its centre, m; 0 if there is none. None if some is in its way, deeper
-/// within what the body sweeps by moving along `direction` than R/4.
-fn way_past_held(system: &mut System<'_>, direction: &Vector) -> Option<f64> {
+/// How far held yarn that the body may still touch lies ahead of its centre along the normal, m; 0 if there is none. None if some is in its
+/// way, deeper within what the body sweeps by moving on than R/4; or if the body may turn an edge into some, because it turns faster than it
+/// moves on.
+fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
     let pieces = pieces(system);
     let (body, solid) = (&system.state.body, &system.solid);
     let (margin, reach, mut way) = (0.25 * solid.radius(), solid.reach(), 0.0);
+    let speed = body.velocity.norm();
+    let direction = if speed > 0.0 { body.velocity / speed } else { *normal };
+    let tumbles = solid.feels_torque() && body.angular_velocity.norm() * reach > body.velocity.dot(normal);
+    let nearest = if tumbles { -reach } else { 0.0 };
     for (i, j) in system.nodes() {
         let from_centre = system.position(i, j) - body.position;
-        let ahead = from_centre.dot(direction);
+        let ahead = from_centre.dot(&direction);
         let beside = from_centre - direction * ahead;
-        if ahead <= 0.0 || beside.norm() > reach + margin || !pieces.hold(piece(system, &pieces, i, j)) {
+        let apart = ahead <= nearest || beside.norm() > reach + margin;
+        if apart || !pieces.hold(piece(system, &pieces, i, j)) {
             continue;
+        }
+        if tumbles {
+            return None;
         }
         // Of what of the body lies behind the node, by steps of R/4, in which the gap changes by no more than that.
         let (mut along, mut gap) = (-reach, f64::MAX);
@@ -278,13 +322,14 @@ fn way_past_held(system: &mut System<'_>, direction: &Vector) -> Option<f64> {
         if gap < -margin {
             return None;
         }
-        way = if gap < margin { math::max(ahead, way) } else { way };
+        way = if gap < margin { math::max(from_centre.dot(normal), way) } else { way };
     }
     Some(way)
 }
 
-/// The body has missed the sheet.
+/// The body has missed the sheet and is on its other side, or will be where it flies.
 fn has_passed(system: &System<'_>) -> bool {
+    let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
     let [x, y] = system.scene.half_size();
     let (mut low, mut high) = ([-x, -y, 0.0], [x, y, system.scene.stack_height()]);
     if system.layout.has(Feature::Curved) {
@@ -295,8 +340,8 @@ fn has_passed(system: &System<'_>) -> bool {
     let flight = flight(system);
     if !system.scene.is_free() {
         // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
-        let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
-        return (0..3).any(|k| {
+        let axes = if system.layout.has(Feature::Curved) { 0..3 } else { 2..3 };
+        return axes.into_iter().any(|k| {
             let (from, x, extent) = (start[k], flight.position[k], flight.extents[k]);
             (from < low[k] && x > high[k] + extent) || (from > high[k] && x < low[k] - extent)
         });
@@ -310,7 +355,10 @@ fn has_passed(system: &System<'_>) -> bool {
         }
     }
     complete(system, &mut region);
-    flight.leaves(&region)
+    // A flat sheet divides space: a body that leaves it on its own side has not passed it.
+    let back = flight.velocity.z * (if start[2] < low[2] { 1.0 } else if start[2] > high[2] { -1.0 } else { 0.0 }) < 0.0;
+    let returns = back && !system.layout.has(Feature::Curved);
+    !returns && flight.leaves(&region)
 }
 
 /// Adds what mirror planes leave out of a box, and where a held sheet swings back to.
@@ -340,13 +388,13 @@ fn flight(system: &System<'_>) -> Flight {
 
 /// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`: loose pieces in its
 /// way are allowed if they have next to nothing to exchange with it.
-fn way_is_clear(system: &mut System<'_>, beside_debris: bool) -> bool {
+fn way_is_clear(system: &mut System<'_>, course: &Course, beside_debris: bool) -> bool {
     let flight = flight(system);
-    if whole_yarn_is_in_the_way(system, &flight) {
+    if !course.beyond_ring && whole_yarn_is_in_the_way(system, &flight) {
         return false;
     }
     let pieces = pieces(system);
-    if !held_is_clear(system, &pieces, &flight) {
+    if !held_is_clear(system, &pieces, &flight, course) {
         return false;
     }
     let loose = loose_pieces(system, &pieces, &flight);
@@ -401,12 +449,15 @@ fn swung_back(system: &System<'_>, i: usize, j: usize) -> Vector {
     x - from_axis * (2.0 * deflection / math::max(from_axis.norm(), f64::MIN_POSITIVE))
 }
 
-/// Whether all that is held is clear of the body.
-fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight) -> bool {
+/// Whether all that is held is clear of the body: of a ring that it enters from outside, of the half which it meets first.
+fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight, course: &Course) -> bool {
     let mut held = Held::NOTHING;
+    let enters = course.beyond_ring && flight.velocity.dot(&course.normal) > 0.0;
     rows_from(system, flight).all(|j| {
         for i in (0..system.layout.nodes_x).filter(|&i| pieces.hold(piece(system, pieces, i, j))) {
-            held.include(system, flight, i, j);
+            if !(enters && from_axis(&system.position(i, j)).dot(&course.direction) > 0.0) {
+                held.include(system, flight, i, j);
+            }
         }
         held.is_clear(system, flight)
     })
@@ -734,7 +785,8 @@ mod tests {
                 }
                 let clear = held.is_clear(&sim.system, &flight);
                 assert!(!(in_the_way && clear), "step {}", sim.system.state.step);
-                assert_eq!(held_is_clear(&sim.system, &pieces, &flight), clear);
+                let course = course(&mut sim.system);
+                assert_eq!(held_is_clear(&sim.system, &pieces, &flight, &course), clear);
                 *(if in_the_way { &mut found } else { &mut not_found }) += 1;
             }
         }
