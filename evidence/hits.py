@@ -9,13 +9,14 @@ Limit: beyond the first failure the model is chaotic, so the limit of one hit is
 import math
 
 from fabric_kernel import Scene, Simulation
+from fabric_kernel.runs import STOPPED
 from fabric_kernel.textile import spacings
 
 # Stride of the search for an arrest below and a perforation above, and width at which bisection ends, in parts of the velocity.
 STRIDE, WIDTH = 1.25, 1.01
 # That width as a resolution.
 BISECTION = 0.01
-ENDS = ("arrested", "exited", "detached")
+ENDS = ("arrested", "exited", "detached", "rebounded")
 
 
 def splitmix64(x):
@@ -58,7 +59,7 @@ def impact(scene, longest):
     energy, counters = simulation.energy(), simulation.counters()
     return {
         "absorbed": energy["contact_work"], "rubbed": energy["friction"], "velocity": velocity,
-        "through": "arrested" not in outcomes if any(name in outcomes for name in ends) else velocity > 0.05 * first,
+        "through": not any(name in outcomes for name in STOPPED) if any(name in outcomes for name in ends) else velocity > 0.05 * first,
         "failed": counters["failed_segments"], "residual": energy["residual"] / (0.5 * scene["projectile.mass"] * first * first),
         "unconverged": counters["unconverged"], "ply_penetration": counters["ply_penetration"],
     }

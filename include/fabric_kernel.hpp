@@ -3,7 +3,7 @@
 //     fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
 //     scene.projectile.velocity[2] = 80.0;
 //     auto sim = fabric::Sim::make(scene).or_throw();
-//     sim.advance_until(FK_ARRESTED | FK_EXITED, 50000).or_throw();
+//     sim.advance_until(FK_ENDS, 50000).or_throw();
 //     std::printf("%.1f m/s\n", sim.projectile().or_throw().velocity[2]);
 //
 // Fields, constants and their documentation are those of fabric_kernel.h. What this header adds:

@@ -15,7 +15,7 @@ int main(void)
         puts(fault.text);
         return 1;
     }
-    fk_advance_until(sim, FK_ARRESTED | FK_EXITED, 50000, NULL);
+    fk_advance_until(sim, FK_ENDS, 50000, NULL);
     fk_contact contact = {0};
     fk_get_contact(sim, &contact, sizeof contact);
     printf("the fabric took %.2f J\n", contact.work);

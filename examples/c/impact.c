@@ -31,6 +31,8 @@ static const char *name(const fk_outcome *outcome)
 {
     if (outcome->mask & FK_ARRESTED)
         return "arrested";
+    if (outcome->mask & FK_REBOUNDED)
+        return "rebounded";
     if (outcome->mask & FK_EXITED)
         return "exited";
     if (outcome->mask & FK_PASSED)
@@ -73,7 +75,7 @@ int main(int argc, char **argv)
             fprintf(stderr, "%s\n", fault.text);
             return 2;
         }
-        if (outcome.mask & (FK_ARRESTED | FK_EXITED | FK_PASSED))
+        if (outcome.mask & FK_ENDS)
             break;
     }
 

@@ -135,7 +135,7 @@ int main(void)
 
     start = energy(&f);
     printf("us,velocity,force_N,absorbed_J,host_lost_J,outcomes\n");
-    for (bus = 1; bus <= 400 && !(outcome.mask & (FK_EXITED | FK_ARRESTED)); bus++) {
+    for (bus = 1; bus <= 400 && !(outcome.mask & FK_ENDS); bus++) {
         fragment guess = f;
         fly(&guess, impulse, angular, BUS_STEP, scene.time_step.seconds);
         memcpy(path.end.position, guess.position, sizeof guess.position);

@@ -37,7 +37,7 @@ def fly(archive, sheets=SHEETS, speed=SPEED, h=H, end=END):
         forces = [shield.step(k * h, h, body, expected) for shield in shields]
         force = [sum(parts) for parts in zip(*forces)]
         body.pushed(force, h, dt)
-        if all(any(shield.get(f"outcome.{end}") for end in ("arrested", "exited", "passed")) for shield in shields):
+        if all(any(shield.get(f"outcome.{end}") for end in ("arrested", "exited", "passed", "rebounded")) for shield in shields):
             break
     names = ["outcome.exited", "outcome.first_contact_time", "outcome.exited_time", "contact.work", "contact.impulse", "contact.force_peak"]
     balances = {name: [shield.get(name) for shield in shields] for name in [*names, "fabric.failed_segments"]}

@@ -34,13 +34,13 @@ fk_scene small_sheet()
     return scene;
 }
 
-// One hit: true if the projectile exits, false if it is arrested.
+// One hit: true if the projectile exits, false if it is stopped.
 bool perforates(fk_scene &scene, std::uint64_t seed, double velocity)
 {
     scene.seed = seed;
     scene.projectile.velocity[2] = velocity;
     fabric::Sim sim = fabric::Sim::make(scene).or_throw();
-    sim.advance_until(FK_ARRESTED | FK_EXITED, 100000).or_throw();
+    sim.advance_until(FK_ENDS, 100000).or_throw();
     return (sim.outcome().or_throw().mask & FK_EXITED) != 0;
 }
 

@@ -15,7 +15,7 @@ import pandas
 from balances import result_rows, went_through
 from fabric_kernel import Scene, Simulation, page, plot, sheets
 
-ENDS = ["arrested", "exited", "passed"]
+ENDS = ["arrested", "exited", "passed", "rebounded"]
 CAVEAT = (
     "Not yet the numbers of a real fabric: the yarn area of the source paper is about 3.7 times too large for its mass, so the yarn is as much too "
     "stiff and strong: calibrate the area before using absolute numbers."
@@ -137,7 +137,7 @@ def plies_of(results):
 
 def answer(results):
     """The answer of a run: stopped or not, the residual velocity, the absorbed energy."""
-    through, stopped, detached = went_through(results), results["end"] == "arrested", results.get("detached")
+    through, stopped, detached = went_through(results), results["end"] in ("arrested", "rebounded"), results.get("detached")
     verdict = "went through" if through else "stopped" if stopped else "not decided when the time was over"
     absorbed = detached["absorbed"] if through and detached else results["outputs"]["contact.work"]
     lines = [

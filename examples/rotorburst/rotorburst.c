@@ -289,7 +289,7 @@ int main(int count, char **words)
         fk_get_counters(sim, &counters, sizeof counters);
         print_row(start + (double)(k + 1) * o.step, &f, force, after.work, counters.failed_segments);
         fk_get_outcome(sim, &outcome, sizeof outcome);
-        if (outcome.mask & (FK_ARRESTED | FK_EXITED | FK_PASSED)) break;
+        if (outcome.mask & FK_ENDS) break;
     }
     return 0;
 }

@@ -21,7 +21,7 @@ OUTPUTS = [
     "energy.dissipated", "energy.viscous", "energy.contact_loss", "energy.casing_loss", "energy.residual", "momentum.residual", "fabric.max_deflection",
     "fabric.max_stretch", "fabric.failed_segments", "contact.unconverged", "ply.failed_segments", "ply.kinetic",
     "ply.strain", "ply.dissipated", "outcome.first_contact_time", "outcome.detached_time",
-    *(f"outcome.{name}" for name in ("first_contact", "arrested", "detached", "exited", "passed")),
+    *(f"outcome.{name}" for name in ("first_contact", "arrested", "detached", "exited", "passed", "rebounded")),
 ]  # fmt: skip
 
 

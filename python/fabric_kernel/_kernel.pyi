@@ -269,7 +269,7 @@ class Simulation:
         """Takes so many steps."""
 
     def run(self, until: str | Sequence[str], steps: int, *, failed: int | None = None) -> int:
-        """Steps until one of the outcomes ("arrested", "detached", "exited", "passed", "through") has come, or so many steps are taken; with
+        """Steps until one of the outcomes ("arrested", "detached", "exited", "passed", "through", "rebounded") has come, or so many steps are taken; with
         `failed` one by one, and only until at least so many segments have failed.
 
         Returns the steps taken. Ctrl-C stops it between two steps.

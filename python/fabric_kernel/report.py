@@ -11,6 +11,7 @@ import pandas
 
 from . import about as about_scenes
 from . import movie, page, plot, sheets
+from .runs import STOPPED
 
 UNITS = dict.fromkeys(("dt", "time", "force_window"), "s") | {"peak_force": "N", "initial_momentum": "N s", "momentum_residual": "N s"}
 UNITS |= dict.fromkeys(("ply_penetration", "worst_penetration"), "m")
@@ -60,7 +61,7 @@ def report(folder):
     ]:
         html.figure(folder / file, caption)
     html.fold("All numbers")
-    if not any(latched["outcome"] == "arrested" for latched in summary["outcomes"]):
+    if not any(latched["outcome"] in STOPPED for latched in summary["outcomes"]):
         html.text("Energies and penetrations are those of the end of the run: where the projectile went through, they hold what torn cloth did after it, too.")
     unit = lambda key: f", {UNITS[key]}" if key in UNITS else ""
     html.table(["", ""], [[key.replace("_", " ") + unit(key), value] for key, value in summary.items() if not isinstance(value, (list, dict))], (1,))

@@ -10,7 +10,8 @@ from ._kernel import Failed, Scene, Simulation, parameters
 if TYPE_CHECKING:
     import pandas
 
-UNTIL = ("arrested", "exited", "passed")
+UNTIL = ("arrested", "exited", "passed", "rebounded")
+STOPPED = ("arrested", "rebounded")
 """Outcomes that end a run, if nothing else is asked for: those of `fabric run`. With "detached" besides, a run ends when the
 contact is with torn cloth only, which is quicker, but that cloth may still slow the projectile."""
 DECIDED = (*UNTIL, "through")
@@ -53,7 +54,7 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     - `outcome`: the outcomes that ended the run, "failed" if the computation could not go on; if the steps ended it, "detached" where
       the projectile carries torn cloth, else "timeout";
     - `failure`: the code of that failure, else None;
-    - `stopped`: whether the fabric stopped the projectile: True if it was arrested, False if it exited, went through or carries torn cloth, None if
+    - `stopped`: whether the fabric stopped the projectile: True if it was arrested or has rebounded, False if it exited, went through or carries torn cloth, None if
       no outcome came: then it is not known; None also if it passed beside the sheet without contact;
     - `detached`: time at which the contact was with torn cloth only, s, else None;
     - `steps`, `time`: steps taken, and the time at the end, s;
@@ -97,7 +98,7 @@ def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False
         if not ended and "detached" in come:
             ended = ["detached"]
         row["outcome"] = " and ".join(ended) or "timeout"
-        row["stopped"] = "arrested" in come if ended and "passed" not in ended else None
+        row["stopped"] = any(name in come for name in STOPPED) if ended and "passed" not in ended else None
     failed, counters = row["failure"] is not None, simulation.counters()
     body, energy, contact = ({}, {}, {}) if failed else (simulation.projectile(), simulation.energy(), simulation.contact())
     row |= {"detached": simulation.outcomes().get("detached", {}).get("time"), "steps": counters["steps"], "time": simulation.time}

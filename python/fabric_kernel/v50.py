@@ -269,13 +269,13 @@ class Shooter:
     - `steps`: most of a shot; default: ten times those of `fly`, as a shot near the limit goes through slowly;
     - `to_the_end`: whether a shot goes on after "through", until it has exited.
 
-    A shot ends when it is arrested or has exited, when held yarn does not stop it any more ("through"), or when its contact is with torn
+    A shot ends when it is arrested, has rebounded or exited, when held yarn does not stop it any more ("through"), or when its contact is with torn
     cloth only. In the last two cases it went through, but its speed may still change a little (docs/v50.md, "Method").
     A shot that neither stops nor goes through within the steps, misses the sheet, or is too fast for the time step after others that
     were not, raises Unknown, a RuntimeError.
     """
 
-    UNTIL = ("arrested", "detached", "exited", "passed", "through")
+    UNTIL = ("arrested", "detached", "exited", "passed", "rebounded", "through")
 
     def __init__(
         self,

@@ -34,12 +34,7 @@ fn ends_with_its_final_work(scene: &Scene, load: [f64; 3], end: Outcome, steps: 
     let mut sim = sim_of(scene);
     sim.set_external_load(load, [0.0; 3]).unwrap();
     sim.advance_until(Outcome::Exited | Outcome::Passed | Outcome::Rebounded, steps).unwrap();
-    assert_eq!(
-        sim.outcomes().mask | Outcome::Detached,
-        end | Outcome::Detached,
-        "step {}",
-        sim.step_count()
-    );
+    assert_eq!(sim.outcomes().mask | Outcome::Detached, end | Outcome::Detached, "step {}", sim.step_count());
     let work = sim.contact().unwrap().work;
     let allowed = f64::max(1e-3, 0.01 * work.abs());
     for _ in 0..150 {

@@ -6,6 +6,7 @@
 mod bodies;
 mod outcomes;
 mod sheets;
+mod sides;
 
 use fabric::pose::{Vector, components, into_body, normalised};
 use fabric::{Contact, Counters, Energy, Failure, Motion, Outcome, OutcomeSet, Scene, Sim, Solid};

@@ -91,32 +91,32 @@ fn work(sim: &Sim<'_>) -> f64 {
 }
 
 /// Numbers in a fixed order behind a seed.
-struct Numbers {
-    seed: u64,
-    drawn: u64,
+pub(crate) struct Numbers {
+    pub(crate) seed: u64,
+    pub(crate) drawn: u64,
 }
 
 impl Numbers {
     /// From 0 to 1.
-    fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         self.drawn += 1;
         (splitmix64(splitmix64(self.seed) ^ (self.drawn << 32)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.next()
     }
 
     /// Evenly over the orders of magnitude.
-    fn scale(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn scale(&mut self, low: f64, high: f64) -> f64 {
         low * fabric::math::exp(self.next() * fabric::math::ln(high / low))
     }
 
-    fn choice<T: Copy>(&mut self, choices: &[T]) -> T {
+    pub(crate) fn choice<T: Copy>(&mut self, choices: &[T]) -> T {
         choices[(self.next() * choices.len() as f64) as usize]
     }
 
-    fn orientation(&mut self) -> [f64; 4] {
+    pub(crate) fn orientation(&mut self) -> [f64; 4] {
         components(&normalised(std::array::from_fn(|_| self.between(-1.0, 1.0))))
     }
 }

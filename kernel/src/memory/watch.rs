@@ -25,14 +25,8 @@ pub enum Outcome {
 
 impl Outcome {
     /// All outcomes in the order of their numbers.
-    pub const ALL: [Outcome; 6] = [
-        Outcome::Arrested,
-        Outcome::Detached,
-        Outcome::Exited,
-        Outcome::Passed,
-        Outcome::Through,
-        Outcome::Rebounded,
-    ];
+    pub const ALL: [Outcome; 6] =
+        [Outcome::Arrested, Outcome::Detached, Outcome::Exited, Outcome::Passed, Outcome::Through, Outcome::Rebounded];
 
     /// Name for tables.
     pub fn name(self) -> &'static str {

@@ -8,7 +8,7 @@
 //! All but "detached" are judged along one normal of the sheet, from the side of the body to the other ([`Course`]): the same end of contact
 //! is "exited" for a body that moves along it, and "rebounded" for one that does not. Held yarn of a curved sheet swings back along the radius.
 //! Limits: the body is taken to fly on straight (under its present load), and so are the nodes. A body that comes to a ring from outside has
-//! exited once it is within: the wall across is another hit.
+//! exited once it is within and clear of that half of the wall, or beyond the other half.
 //! Without `track_detachment` nothing is known to be loose once a segment has failed: then no node at all may be in the way.
 //! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
 
@@ -175,19 +175,25 @@ pub(crate) fn test_outcomes(system: &mut System<'_>) {
             system.state.watch.latch(Outcome::Detached, step, work);
         }
         let course = course(system);
-        if system.layout.has(Feature::Through) && !system.state.watch.has(Outcome::Through) && is_through(system, &course)
+        if system.layout.has(Feature::Through)
+            && !system.state.watch.has(Outcome::Through)
+            && is_through(system, &course)
         {
             system.state.watch.latch(Outcome::Through, step, work);
         }
         let settled = pass_checkpoint(system);
-        let inwards = velocity.dot(&course.normal) > 0.0;
+        let goes_on = velocity.dot(&course.normal) > 0.0;
         if course.direction == Vector::zeros() {
             // At rest since before the first contact: nothing has been stopped.
-        } else if !inwards && (course.within_ring || velocity.dot(&course.direction) <= 0.0) {
+        } else if !goes_on && (course.within_ring || velocity.dot(&course.direction) <= 0.0) {
             system.state.watch.latch(Outcome::Arrested, step, work);
         }
-        let end = if inwards { Outcome::Exited } else { Outcome::Rebounded };
-        if !system.state.watch.has(end) && course.direction != Vector::zeros() && contact_is_over(system, &course, settled) {
+        let crosses = goes_on || course.around.is_some_and(|radius| has_crossed(system, &course, radius));
+        let end = if crosses { Outcome::Exited } else { Outcome::Rebounded };
+        if !system.state.watch.has(end)
+            && course.direction != Vector::zeros()
+            && contact_is_over(system, &course, settled)
+        {
             system.state.watch.latch(end, step, work);
         }
     }
@@ -203,8 +209,8 @@ struct Course {
     normal: Vector,
     /// The body came from inside of a curved sheet's circle.
     within_ring: bool,
-    /// The body came from outside of it.
-    beyond_ring: bool,
+    /// The circle's radius, m, if the body came from outside of it.
+    around: Option<f64>,
 }
 
 /// Part of the contact impulse that is along z at least if a body hits a face of a flat sheet, not its edge.
@@ -214,11 +220,12 @@ const FACE_HIT: f64 = 0.1;
 fn course(system: &mut System<'_>) -> Course {
     let state = &mut system.state;
     let direction = state.watch.direction(&state.body.velocity);
-    let mut course = Course { direction, normal: direction, within_ring: false, beyond_ring: false };
+    let mut course = Course { direction, normal: direction, within_ring: false, around: None };
     if let Some(hoop) = Hoop::of(&system.scene) {
         let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
-        course.within_ring = from_axis(&start.into()).norm() < hoop.radius * system.scene.sheet.spacing;
-        course.beyond_ring = !course.within_ring;
+        let radius = hoop.radius * system.scene.sheet.spacing;
+        course.within_ring = from_axis(&start.into()).norm() < radius;
+        course.around = (!course.within_ring).then_some(radius);
         let outwards = from_axis(&state.body.position);
         let distance = outwards.norm();
         if distance > 0.0 {
@@ -229,6 +236,15 @@ fn course(system: &mut System<'_>) -> Course {
         course.normal = Vector::new(0.0, 0.0, if state.sums.impulse.z > 0.0 { -1.0 } else { 1.0 });
     }
     course
+}
+
+/// Whether a body that leaves a circle outwards has come through it: straight back along its flight it leaves the circle in the half that is
+/// across from where it entered.
+fn has_crossed(system: &System<'_>, course: &Course, radius: f64) -> bool {
+    let (x, v) = (from_axis(&system.state.body.position), from_axis(&system.state.body.velocity));
+    let (product, square) = (x.dot(&v), v.norm_squared());
+    let root = product * product - square * (x.norm_squared() - radius * radius);
+    root > 0.0 && (x * square - v * (product - math::sqrt(root))).dot(&course.direction) > 0.0
 }
 
 /// Place seen from the axis of a curved sheet, m.
@@ -299,8 +315,10 @@ fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
     let (margin, reach, mut way) = (0.25 * solid.radius(), solid.reach(), 0.0);
     let speed = body.velocity.norm();
     let direction = if speed > 0.0 { body.velocity / speed } else { *normal };
-    let tumbles = solid.feels_torque() && body.angular_velocity.norm() * reach > body.velocity.dot(normal);
-    let nearest = if tumbles { -reach } else { 0.0 };
+    // Yarn behind the centre can push a convex body only on, unless it rubs.
+    let rubs = system.layout.has(Feature::Friction);
+    let tumbles = (solid.feels_torque() || rubs) && body.angular_velocity.norm() * reach > body.velocity.dot(normal);
+    let nearest = if tumbles || rubs { -reach } else { 0.0 };
     for (i, j) in system.nodes() {
         let from_centre = system.position(i, j) - body.position;
         let ahead = from_centre.dot(&direction);
@@ -322,7 +340,7 @@ fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
         if gap < -margin {
             return None;
         }
-        way = if gap < margin { math::max(from_centre.dot(normal), way) } else { way };
+        way = if gap < margin { math::max(from_centre.dot(normal) - nearest, way) } else { way };
     }
     Some(way)
 }
@@ -356,7 +374,15 @@ fn has_passed(system: &System<'_>) -> bool {
     }
     complete(system, &mut region);
     // A flat sheet divides space: a body that leaves it on its own side has not passed it.
-    let back = flight.velocity.z * (if start[2] < low[2] { 1.0 } else if start[2] > high[2] { -1.0 } else { 0.0 }) < 0.0;
+    let back = flight.velocity.z
+        * (if start[2] < low[2] {
+            1.0
+        } else if start[2] > high[2] {
+            -1.0
+        } else {
+            0.0
+        })
+        < 0.0;
     let returns = back && !system.layout.has(Feature::Curved);
     !returns && flight.leaves(&region)
 }
@@ -390,7 +416,7 @@ fn flight(system: &System<'_>) -> Flight {
 /// way are allowed if they have next to nothing to exchange with it.
 fn way_is_clear(system: &mut System<'_>, course: &Course, beside_debris: bool) -> bool {
     let flight = flight(system);
-    if !course.beyond_ring && whole_yarn_is_in_the_way(system, &flight) {
+    if course.around.is_none() && whole_yarn_is_in_the_way(system, &flight) {
         return false;
     }
     let pieces = pieces(system);
@@ -452,7 +478,7 @@ fn swung_back(system: &System<'_>, i: usize, j: usize) -> Vector {
 /// Whether all that is held is clear of the body: of a ring that it enters from outside, of the half which it meets first.
 fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight, course: &Course) -> bool {
     let mut held = Held::NOTHING;
-    let enters = course.beyond_ring && flight.velocity.dot(&course.normal) > 0.0;
+    let enters = course.around.is_some() && flight.velocity.dot(&course.normal) > 0.0;
     rows_from(system, flight).all(|j| {
         for i in (0..system.layout.nodes_x).filter(|&i| pieces.hold(piece(system, pieces, i, j))) {
             if !(enters && from_axis(&system.position(i, j)).dot(&course.direction) > 0.0) {
