@@ -646,6 +646,12 @@ typedef struct fk_scene {
 // Bit of the outcome "through"; it comes only with track_through.
 #define FK_THROUGH 16
 
+// Bit of the outcome "rebounded".
+#define FK_REBOUNDED 32
+
+// Bits of the outcomes that end a shot: arrested, exited, passed, rebounded.
+#define FK_ENDS 45
+
 // fk_outcome's status: no contact in the last step.
 #define FK_STATUS_FLIGHT 0
 
@@ -900,10 +906,10 @@ typedef struct fk_outcome {
     uint32_t mask;
     // Step count at whose start the first impulse acted; FK_NEVER before.
     uint64_t first_contact;
-    // Step count at which arrested, detached, exited, passed, through latched, in this order; FK_NEVER before.
-    uint64_t step[5];
+    // Step count at which arrested, detached, exited, passed, through, rebounded latched, in this order; FK_NEVER before.
+    uint64_t step[6];
     // Work of the projectile on the fabric until then, J; 0 before.
-    double work[5];
+    double work[6];
 } fk_outcome;
 
 // What is in a capsule.
