@@ -37,7 +37,7 @@ pub(crate) const HEADER_WORDS: usize = 4;
 /// Words of the scalar state (tested against the traversal).
 pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + MARK_WORDS + (6 + 5 + 12);
 /// Words of the scalar state that enter a digest only if they are not 0, and do not count in its header.
-pub(crate) const MARK_WORDS: usize = 2;
+pub(crate) const MARK_WORDS: usize = 4;
 
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
 pub fn frame_words(has: Features) -> usize {
