@@ -225,11 +225,9 @@ impl<'s, 'a> Joint<'s, 'a> {
                     t.begin(&self.inertia, if first.is_fixed() { 0.0 } else { own }, Symmetry::default(), 1.0);
                     self.set_tangential(k, t);
                 }
-                // With friction the limits of friction would differ from those of plies that share evenly.
-                let soft = if members > 1.0 && !first.is_fixed() && rubbing.is_none() { EVEN * own } else { 0.0 };
                 let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
                 let slide = math::max(members * of_body, EVEN * own);
-                self.set_touch(k, Touch { give, soft, own, stale: true, slide, ..self.touch(k) });
+                self.set_touch(k, Touch { give, own, stale: true, slide, ..self.touch(k) });
                 next = self.behind(k);
             }
         }
@@ -392,7 +390,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// How fast its gap grows, but for what its node is moved along z, m/s.
     fn rate_besides(&self, c: usize, candidate: &Candidate, rubbing: Option<&Tangential>, touch: &Touch) -> f64 {
         let ([x, y], [along, across, _]) = (self.along(c, candidate, rubbing, touch), touch.normal);
-        self.body_rate(candidate) + (along * x + across * y) + touch.soft * candidate.impulse
+        self.body_rate(candidate) + (along * x + across * y)
     }
 
     /// The next impulses along the surface of a candidate.
