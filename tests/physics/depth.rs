@@ -1,9 +1,10 @@
 //! How deep nodes get into a body without friction: a search over random scenes.
 
 use fabric::internals::shape::Solid;
-use fabric::{AttachmentKind, Drive, Grading, Projectile, Scene, Shape, TimeStep, pose, prism};
+use fabric::{AttachmentKind, Drive, Grading, Projectile, Scene, Shape, Stack, TimeStep, pose, prism};
 use fabric_tests::reference::{V3, add, dot, length, scale, sub};
 use fabric_tests::{number, sim_of, small_sheet, tetrahedron};
+use std::ops::Range;
 
 /// A body of any shape, size, mass, attitude, velocity and spin just before a sheet that is held in any way.
 fn drawn(k: u64) -> Scene {
@@ -87,7 +88,7 @@ fn run(scene: &Scene) -> Found {
 /// (|V| + |v| + |w| r) dt, so that its depth grows by at most the product. Nothing pushes it out again: the products add up. The node's
 /// own speed |v| is at most some twice that of the body's surface. A body that does not turn is
 /// entered by no more than what counts as touching, 1e-9 h.
-fn search(scenes: std::ops::Range<u64>) {
+fn search(scenes: Range<u64>) {
     let (mut deepest, mut most, mut count) = (Found { depth: 0.0, bent: 0.0 }, 0.0_f64, 0);
     for k in scenes {
         let scene = drawn(k);
@@ -118,13 +119,59 @@ fn a_longer_search_for_deep_nodes() {
     search(0..1500);
 }
 
+/// A sphere of any size, mass and velocity just before two to five plies, on each other or not, held in any way.
+fn stack(k: u64) -> Scene {
+    let draw = |m: u64| number(7_000_000 + 1000 * k + m);
+    let log = |m: u64, low: f64, high: f64| low * (high / low).powf(draw(m));
+    let mut scene = small_sheet(31, 0.0);
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (25 + (16.0 * draw(2)) as u32, 25 + (16.0 * draw(3)) as u32);
+    let h = scene.sheet.spacing;
+    let gap = if draw(4) < 0.4 { 0.0 } else { log(5, 1e-4, 0.5) * h };
+    scene.stack = Stack { plies: 2 + (4.0 * draw(1)) as u32, gap, turned: false };
+    scene.attachment.kind =
+        [AttachmentKind::FourSides, AttachmentKind::TwoSides, AttachmentKind::Free][(3.0 * draw(6)) as usize];
+    (scene.yarn.stochastic, scene.time_step) = (draw(7) < 0.5, TimeStep::fraction(0.1 + 0.4 * draw(8)));
+    let (radius, speed) = (log(9, 1.01, 12.0) * h, log(10, 10.0, 300.0));
+    let tilt = if draw(11) < 0.5 { 0.0 } else { draw(12) };
+    let body = &mut scene.projectile;
+    (body.radius, body.mass) = (radius, log(13, 1e-5, 0.3));
+    body.velocity = [speed * tilt.sin(), 0.0, speed * tilt.cos()];
+    body.position = [10.0 * (draw(14) - 0.5) * h, 10.0 * (draw(15) - 0.5) * h, -radius - 1e-6 * h];
+    scene
+}
+
+/// A body that does not turn is entered by no more than what counts as touching, by no ply of a stack either: neither by a little in every
+/// step, nor where impulses bring nodes of a column to face each other or take them apart, as in the last scenes.
+fn search_stacks(scenes: impl IntoIterator<Item = u64>) {
+    for k in scenes {
+        let scene = stack(k);
+        let (mut sim, h) = (sim_of(&scene), scene.sheet.spacing);
+        let steps = 12.0 * h / (length(scene.projectile.velocity) * sim.step_limits().dt);
+        sim.advance((steps as u64).clamp(200, 2000)).unwrap();
+        let counters = sim.counters();
+        assert_eq!(counters.unconverged, 0, "{k}");
+        assert!(counters.worst_penetration <= 1e-9 * h, "{k}: {:e} h", counters.worst_penetration / h);
+    }
+}
+
+#[test]
+fn stacks_stay_out_of_a_sphere() {
+    search_stacks((0..40).chain([791, 827, 909]));
+}
+
+#[test]
+#[ignore = "minutes; cargo xtask verify runs it"]
+fn a_longer_search_for_deep_plies() {
+    search_stacks(0..4000);
+}
+
 /// What impulses took from the energy falls where they give some back: forces press a node on again that leaves the body in that step.
 ///
 /// With the gap rates g of the nodes that are pressed, before and after, the loss is -lambda (g + g')/2. After it g' = -phi/dt <= 0, and
 /// g' = g + K + W lambda with what forces add in the step, K = n.a dt, and the matrix W of rates for impulses, which has at least 1/m
 /// on its diagonal besides what the body gives way. So the loss is at least (lambda K + lambda W lambda)/2, and that nowhere below
 /// -m K^2/8 summed over the free nodes that are pressed. Below a flat face of a body that does not turn, g was 0 already: there it never falls.
-fn falls(scenes: std::ops::Range<u64>) {
+fn falls(scenes: Range<u64>) {
     let (mut count, mut most, mut worst, mut straight) = (0, 0.0_f64, [0.0_f64; 2], 0);
     for k in scenes {
         let mut scene = drawn(k);

@@ -2,7 +2,7 @@
 
 use crate::plies::{of_ply, stacked};
 use crate::second_order;
-use fabric::{AttachmentKind, Code, Outcome, OutcomeSet, Scene, Shape, Sim, TimeStep};
+use fabric::{AttachmentKind, Code, Drive, Outcome, OutcomeSet, Scene, Shape, Sim, TimeStep};
 use fabric_tests::reference::{V3, dot, forces, length, scale, segment_ends, sub};
 use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, velocities, without_projectile};
 use std::f64::consts::PI;
@@ -448,6 +448,47 @@ fn shot(scene: &Scene, k: u64) -> Option<Shot> {
 fn plies_pressed_on_their_case_stay_out_of_the_body() {
     let (_, depth, ..) = shot(&random_plies(128), 128).unwrap();
     assert!(depth < 2e-3, "{depth} spacings");
+}
+
+/// A body that meets a ring from outside presses nodes on the case and is stopped there: its nearest nodes, less than h/2 away along both lines, leave
+/// its surface no deeper than (h^2/8)(2/r + 1/R) in the case. A prescribed one goes on, and through the nodes.
+#[test]
+fn a_body_from_outside_is_stopped_by_the_case() {
+    for k in 0..32 {
+        let is = |bit: u32| (k >> bit) & 1 == 1;
+        let mut scene = ring(60, 11);
+        let (h, radius) = (scene.sheet.spacing, scene.sheet.radius);
+        scene.casing.radius = radius - if is(0) { 0.3 * h } else { 0.0 };
+        scene.stack.plies = if is(1) { 3 } else { 1 };
+        let mut scene = with_sphere(scene, 3.0 * h, if is(2) { 100.0 } else { 20.0 }, false);
+        (scene.contact.friction, scene.attachment.kind) = (if is(3) { 0.3 } else { 0.0 }, AttachmentKind::FourSides);
+        scene.time_step = TimeStep::fraction(if is(4) { 0.1 } else { 0.4 });
+        scene.projectile.mass = 1e-2;
+        for drive in [Drive::Free, Drive::Prescribed] {
+            scene.drive = drive;
+            let mut sim = sim_of(&scene);
+            sim.advance((2.0 * h / (-scene.projectile.velocity[2] * sim.step_limits().dt)) as u64).unwrap();
+            let body = sim.projectile().unwrap();
+            let node = positions(&sim).into_iter().map(|x| scene.casing.radius - radius_of(x)).fold(0.0, f64::max);
+            assert!(node < 1e-2 * h, "{k}: {:e} h", node / h);
+            let depth = (scene.casing.radius - (body.position[2] - 3.0 * h)) / h;
+            if drive == Drive::Prescribed {
+                assert!(sim.counters().worst_penetration > 0.9 * h && depth > 1.5, "{k}: {depth} h");
+                continue;
+            }
+            let (sag, brought) = (0.125 * (2.0 / 3.0 + h / radius), length(scene.projectile.velocity));
+            assert!(
+                depth < 1.01 * sag && (-1e-9..0.02 * brought).contains(&body.velocity[2]),
+                "{k}: {depth} h {body:?}"
+            );
+            let (energy, open) = (sim.energy().unwrap(), length(sim.momentum_residual().unwrap()));
+            let kinetic = 0.5 * scene.projectile.mass * brought * brought;
+            assert!(energy.residual.abs() < 1e-4 * kinetic && energy.contact_loss > 0.9 * kinetic, "{k}: {energy:?}");
+            // The body's momentum, and more from friction along the case.
+            assert!(open < 1e-12 * scene.projectile.mass * brought, "{k}: {open:e}");
+            assert!(sim.support().unwrap().casing[2] < -0.9 * scene.projectile.mass * brought, "{k}");
+        }
+    }
 }
 
 /// Of 1,000 random curved scenes none gains more energy than slack yarn makes, which `slack_balance` gives back, none loses momentum, and none is

@@ -160,9 +160,8 @@ fn stacked(nodes: u32, velocity: f64, plies: u32, gap: f64) -> Scene {
 
 /// Spacing of the nodes, m.
 const H: f64 = 0.0254 / 35.0;
-/// Candidates of one column are soft by a millionth of a node's give (`contact/joint.rs`), which nothing takes back: a millionth of the
-/// way on which their impulses would send their nodes alone in a step each. An arrest takes that of the body's whole momentum.
-const SOFT: [f64; 2] = [1e-6 * H, 2e-6 * H];
+/// What counts as touching (`contact/edge.rs`), m.
+const TOUCHING: f64 = 1e-9 * H;
 
 /// No ply ever in another.
 fn apart(end: &End<'_>) -> bool {
@@ -181,20 +180,20 @@ fn plies_on_each_other() {
     all(vec![
         row(
             "five plies of drawn yarn, gap 0, 40 J",
-            "sound, none inside by 1e-6 h, yarns fail",
+            "sound, none inside by 1e-9 h, yarns fail",
             drawn(stacked(31, 97.59, 5, 0.0)),
             20_000,
-            |end| end.sound() && end.outside(SOFT[0]) && end.counters.failed_segments > 0,
+            |end| end.sound() && end.outside(TOUCHING) && end.counters.failed_segments > 0,
         ),
         row(
             "the same, 1 J",
-            "arrested, sound, none inside by 2e-6 h, no ply in another",
+            "arrested, sound, none inside by 1e-9 h, no ply in another",
             drawn(stacked(31, 15.43, 5, 0.0)),
             20_000,
-            |end| end.only(Outcome::Arrested) && end.sound() && end.outside(SOFT[1]) && apart(end),
+            |end| end.only(Outcome::Arrested) && end.sound() && end.outside(TOUCHING) && apart(end),
         ),
-        row("four crimped plies, turned, hit askew", "sound, none inside by 1e-3 h", askew, 20_000, |end| {
-            end.sound() && end.outside(1e-3 * H)
+        row("four crimped plies, turned, hit askew", "sound, none inside by 1e-9 h", askew, 20_000, |end| {
+            end.sound() && end.outside(TOUCHING)
         }),
     ]);
 }
@@ -212,19 +211,19 @@ fn very_many_plies() {
     all(vec![
         row(
             "1000 free plies of 2 x 2 nodes, 0.01 mm apart",
-            "sound, momentum to 1e-12, none inside by 1e-6 h, no ply in another",
+            "sound, momentum to 1e-12, none inside by 1e-9 h, no ply in another",
             free,
             20_000,
-            |end| end.sound() && end.off[1] < 1e-12 && end.outside(SOFT[0]) && apart(end),
+            |end| end.sound() && end.off[1] < 1e-12 && end.outside(TOUCHING) && apart(end),
         )
         .for_its_steps(),
         row(
             "1000 held plies of 2 x 2 nodes, gap 0",
-            "arrested, sound, none inside by 1e-6 h, more than 99 % of the 42 J lost",
+            "arrested, sound, none inside by 1e-9 h, more than 99 % of the 42 J lost",
             stacked(2, 100.0, 1000, 0.0),
             20_000,
             move |end| {
-                end.only(Outcome::Arrested) && end.sound() && end.outside(SOFT[0]) && end.contact.work > 0.99 * 42.0
+                end.only(Outcome::Arrested) && end.sound() && end.outside(TOUCHING) && end.contact.work > 0.99 * 42.0
             },
         ),
         row("a fragment through 62 plies", expected, turned(fragment, [1.0, 0.3, 0.0], 0.5), 20_000, |end| {

@@ -146,7 +146,11 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
         }
         let given = totals.give(&candidate, rubbing.as_ref());
         if candidate.is_fixed() {
-            system.load_support(i, j, &(push * share));
+            if system.layout.has(Feature::Casing) && !system.is_fixed(i, j) {
+                system.state.sums.casing += push * share;
+            } else {
+                system.load_support(i, j, &(push * share));
+            }
             totals.hold(&candidate, rubbing.as_ref(), given);
             continue;
         }

@@ -284,7 +284,9 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
     for (ply, place) in column.iter_mut().enumerate() {
         let Some(chunk) = hot.get(at) else { break };
         at += next;
-        let ([x, y, z], [_, _, v]) = (own(planes::displacement(chunk, lane)), own(planes::velocity(chunk, lane)));
+        let ([x, y, z], [a, b, v]) = (own(planes::displacement(chunk, lane)), own(planes::velocity(chunk, lane)));
+        // Where it was at the pass's start: the projectile's impulses must not change who faces whom.
+        let (x, y) = (x - a, y - b);
         let room = match below {
             Some([x_below, y_below, z_below, v_below])
                 if math::abs(x - x_below) <= 1.0 && math::abs(y - y_below) <= rise =>

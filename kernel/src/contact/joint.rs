@@ -26,9 +26,9 @@ use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 
-/// Least give of a candidate besides its column's, over that of a node: candidates of one column that point along z share their impulse
-/// by it.
-const EVEN: f64 = 1e-6;
+/// Least give of a candidate besides its column's, over that of a node, without and with friction: candidates of one column that point along z
+/// share their impulse by it. The larger it is, the longer small gap rates last; the smaller, the fewer columns that rub are solved.
+const EVEN: [f64; 2] = [1e-9, 1e-6];
 /// Gap rates and slips count as settled below this, in parts of the fastest before contact and of the speeds that they are differences of.
 const SETTLED: [f64; 2] = [1e-12, 4e-15];
 /// A gap rate that does not count if no velocity changes any more, spacings a pass.
@@ -225,11 +225,9 @@ impl<'s, 'a> Joint<'s, 'a> {
                     t.begin(&self.inertia, if first.is_fixed() { 0.0 } else { own }, Symmetry::default(), 1.0);
                     self.set_tangential(k, t);
                 }
-                // With friction the limits of friction would differ from those of plies that share evenly.
-                let soft = if members > 1.0 && !first.is_fixed() && rubbing.is_none() { EVEN * own } else { 0.0 };
                 let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
-                let slide = math::max(members * of_body, EVEN * own);
-                self.set_touch(k, Touch { give, soft, own, stale: true, slide, ..self.touch(k) });
+                let slide = math::max(members * of_body, EVEN[1] * own);
+                self.set_touch(k, Touch { give, own, stale: true, slide, ..self.touch(k) });
                 next = self.behind(k);
             }
         }
@@ -290,16 +288,17 @@ impl<'s, 'a> Joint<'s, 'a> {
         let ([x, y, z], [_, _, up]) = (self.touch(c).normal, self.touch(leader).normal);
         let (of_body, of_first) = (self.body_give(candidate, candidate), self.body_give(first, first));
         let along = own * (x * x + y * y);
+        let even = own * EVEN[usize::from(self.system.layout.has(Feature::Friction))];
         if candidate.is_fixed() {
             return of_body;
         }
         let outweighs = 2.0 * of_first * self.mass <= 0.5 * self.give * (up * up);
         if members == 1.0 || !outweighs {
-            return math::max(along + members * of_body, EVEN * own);
+            return math::max(along + members * of_body, even);
         }
         let share = z / up;
         let rest = of_body - 2.0 * share * self.body_give(first, candidate) + share * share * of_first;
-        along + 2.0 * members * math::max(rest, 0.0) + EVEN * own
+        along + 2.0 * members * math::max(rest, 0.0) + even
     }
 
     /// How much the body gives way to one candidate when another pushes, 1/kg.
@@ -392,7 +391,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// How fast its gap grows, but for what its node is moved along z, m/s.
     fn rate_besides(&self, c: usize, candidate: &Candidate, rubbing: Option<&Tangential>, touch: &Touch) -> f64 {
         let ([x, y], [along, across, _]) = (self.along(c, candidate, rubbing, touch), touch.normal);
-        self.body_rate(candidate) + (along * x + across * y) + touch.soft * candidate.impulse
+        self.body_rate(candidate) + (along * x + across * y)
     }
 
     /// The next impulses along the surface of a candidate.

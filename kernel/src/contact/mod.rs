@@ -1,4 +1,5 @@
 pub mod apply;
+pub(crate) mod backing;
 pub mod candidate;
 pub(crate) mod column;
 pub mod edge;

@@ -275,7 +275,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
         &mut system.arrays;
     let net = Net { columns, lines, hoop };
     let near = search.neighbourhood(h);
-    let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
+    let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut()).take(layout.candidates);
     let (mut count, mut deepest) = (0, 0.0);
     let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
     // Offsets are exact: those of a row follow from its first.

@@ -262,13 +262,14 @@ impl<const CURVED: bool> Job for Columns<'_, CURVED> {
             for (k, (above, [speeds, _])) in
                 self.hot.iter().step_by(self.next.max(1)).zip(&mut *self.column).enumerate()
             {
-                let ([x, y, z], [_, _, v]) = (own(above, X), own(above, SPEED_X));
+                let ([x, y, z], [a, b, v]) = (own(above, X), own(above, SPEED_X));
                 if k > 0 {
-                    let ([x_below, y_below, z_below], [_, _, v_below]) = (own(below, X), own(below, SPEED_X));
+                    let ([x_below, y_below, z_below], [a_below, b_below, v_below]) =
+                        (own(below, X), own(below, SPEED_X));
                     let start = gap.add(z.sub(z_below)).sub(v.sub(v_below));
                     offset = offset.add(start.max(zero));
                     depth = zero.sub(start).max(depth);
-                    let (x, y) = (x.sub(x_below), y.sub(y_below));
+                    let (x, y) = (x.sub(a).sub(x_below.sub(a_below)), y.sub(b).sub(y_below.sub(b_below)));
                     apart_x = x.max(zero.sub(x)).max(apart_x);
                     apart_y = y.max(zero.sub(y)).max(apart_y);
                 }

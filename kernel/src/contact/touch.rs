@@ -9,8 +9,6 @@ pub(super) struct Touch {
     pub lift: f64,
     /// What it gives way besides its column along z, 1/kg.
     pub give: f64,
-    /// Softness of the contact, 1/kg; 0 if no other candidate shares the column.
-    pub soft: f64,
     /// 1/m of its node, 1/kg.
     pub own: f64,
     /// Its normal impulse before the column was solved last, N s.
@@ -25,13 +23,13 @@ pub(super) struct Touch {
 
 impl Touch {
     pub fn read(slot: &[f64; TOUCH_REALS]) -> Touch {
-        let [lift, give, soft, own, last, stale, slide, x, y, z] = *slot;
-        Touch { lift, give, soft, own, last, stale: stale != 0.0, slide, normal: [x, y, z] }
+        let [lift, give, own, last, stale, slide, x, y, z] = *slot;
+        Touch { lift, give, own, last, stale: stale != 0.0, slide, normal: [x, y, z] }
     }
 
     pub fn write(&self, slot: &mut [f64; TOUCH_REALS]) {
         let (stale, [x, y, z]) = (f64::from(u8::from(self.stale)), self.normal);
-        *slot = [self.lift, self.give, self.soft, self.own, self.last, stale, self.slide, x, y, z];
+        *slot = [self.lift, self.give, self.own, self.last, stale, self.slide, x, y, z];
     }
 
     /// Changes the velocity along z alone.

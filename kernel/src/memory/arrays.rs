@@ -211,6 +211,8 @@ impl<'a> Arrays<'a> {
         use Feature::{Casing, Curved, Detachment, Friction, Grading, Slack, Strength, Theta, Viscosity};
         let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
         let has = |feature| layout.has(feature);
+        // The case behind a node is a candidate, too.
+        let candidates = if has(Casing) { candidates.checked_mul(2)? } else { candidates };
         let steps = layout.block_steps as usize;
         let mut real = |needed, factors| reals.take(needed, factors);
         *self = Arrays {

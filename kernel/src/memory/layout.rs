@@ -14,7 +14,7 @@ pub const TANGENTIAL_REALS: usize = 19;
 /// Numbers kept per ply of a column of facing nodes, or of the eight columns of a chunk.
 pub(crate) const COLUMN_REALS: usize = 16;
 /// Numbers kept per contact candidate of a stack besides.
-pub(crate) const TOUCH_REALS: usize = 10;
+pub(crate) const TOUCH_REALS: usize = 9;
 /// Numbers kept per contact candidate of a stack for a step of Newton's method, with friction.
 pub(crate) const SPRING_REALS: usize = 11;
 /// And of one with friction.

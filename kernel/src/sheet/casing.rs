@@ -4,7 +4,8 @@
 //! J = max(0, -max(g, 0)/dt - n.v) along n, with restitution 0. It then ends on or outside of the tangent plane at its foot, and so on or
 //! outside of the cylinder. The pushes of a row are summed lane by lane and then in order, whatever the instruction set.
 //! Limits: no friction. A node that is deeper within than a spacing has come in through the window, and is left alone. A node that
-//! projectile and case push in one step gets the case's push first, whose work follows the velocity that the projectile then leaves.
+//! projectile and case push in one step gets the case's push first, whose work follows the velocity that the projectile then leaves; where the
+//! projectile presses it on the case: `contact/backing.rs`.
 //! Reference: docs/model.md, "Curved sheets and rings".
 
 use crate::ground::error::{Code, Error};

@@ -8,6 +8,7 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
 use crate::contact::apply;
+use crate::contact::backing;
 use crate::contact::edge;
 use crate::contact::joint;
 use crate::contact::search::{self, Gathered};
@@ -111,7 +112,7 @@ pub(crate) fn close_pass(system: &mut System<'_>, gathered: &Gathered, report: R
 /// What the sweep leaves to do: failures, loads and contact.
 #[inline(never)]
 fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, before: &Body) -> Result<(), Failure> {
-    let count = gathered.count;
+    let mut count = gathered.count;
     if report.non_finite {
         return Err(Failure::NonFinite);
     }
@@ -124,6 +125,9 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
     let apart = system.layout.is_stack().then(|| Apart::of(system, count));
     if count > 0 {
         search::complete_candidates(system, count);
+        if system.layout.has(Feature::Casing) {
+            count = backing::back_by_case(system, count);
+        }
         let kept = edge::set_aside(system, count, gathered.deepest);
         let (solved, _) = if system.layout.is_stack() {
             edge::solve_contact(system, kept, count, joint::solve)

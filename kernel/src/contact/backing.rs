@@ -1,0 +1,64 @@
+//! The rigid case behind a node that the projectile presses on it.
+//!
+//! Method: beside each candidate whose node may be pressed on the case in this pass, the place of the case that the node then meets is a candidate
+//! that is held. The node moves along the body's normal n. With its height g above the case, the case's outward normal c and n.c < 0 it
+//! meets the case when n.v has grown by (g/dt + c.v)/(-n.c). So body, node and case are solved together, and the case takes what the node does not.
+//! A node that slides towards the body would push it back there; the case only stops it. A prescribed body passes through such nodes, as
+//! through fixed ones.
+//! Limits: the case takes its impulse along n, and with the body's friction, as a support does. Nodes that slide get into it in second order.
+
+use crate::body::pose::Vector;
+use crate::contact::candidate::{Candidate, Images};
+use crate::ground::math;
+use crate::memory::system::System;
+
+/// Adds behind the completed candidates the places of the case that back them; of a prescribed body, takes those out that such a place stops.
+/// Returns how many candidates there are now.
+#[inline(never)]
+pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
+    let (body, is_free) = (system.state.body, system.scene.is_free());
+    let (mut c, mut nodes, mut all) = (0, count, count);
+    while c < nodes {
+        let Some(&node) = system.arrays.candidate_nodes.get(c) else { break };
+        let Some(held) = place_of_case(system, c, node) else {
+            c += 1;
+            continue;
+        };
+        if is_free {
+            let Some(slot) = system.arrays.candidates.get_mut(all) else { break };
+            held.write(slot);
+            if let Some(place) = system.arrays.candidate_nodes.get_mut(all) {
+                *place = node;
+            }
+            if all < system.arrays.tangential.len() {
+                system.arrays.tangential.copy_within(c..=c, all);
+            }
+            (c, all) = (c + 1, all + 1);
+        } else if held.gap_rate(&body.velocity, &body.angular_velocity) < 0.0 {
+            (nodes, all) = (nodes - 1, all - 1);
+            system.arrays.swap_candidates(c, nodes);
+        } else {
+            c += 1;
+        }
+    }
+    all
+}
+
+/// The place of the case that a free node meets within a spacing, if it moves along the normal of this candidate.
+#[inline(never)]
+fn place_of_case(system: &System<'_>, c: usize, node: u32) -> Option<Candidate> {
+    let candidate = system.arrays.candidates.get(c).map(Candidate::read).filter(|candidate| !candidate.is_fixed())?;
+    let (i, j) = system.layout.column_and_row(node as usize);
+    let x = Vector::from(system.rest(i, j)) + Vector::from(candidate.displacement);
+    let from_axis = Vector::new(x.x, 0.0, x.z);
+    if candidate.normal.dot(&from_axis) >= 0.0 {
+        return None;
+    }
+    let outwards = from_axis * (1.0 / math::length([x.x, 0.0, x.z]));
+    let against = -candidate.normal.dot(&outwards);
+    let height = 1.0 - system.directions.casing?.room(x.into(), [outwards.x, outwards.z], -1.0);
+    let left = math::max(height + outwards.dot(&Vector::from(system.node(i, j).1)), 0.0);
+    let approach = math::max(candidate.approach + left / against * system.model.unit_speed, 0.0);
+    let held = Candidate { images: Images::of(candidate.images(), true), approach, ..candidate };
+    (height < 1.0 && left < against).then_some(held)
+}
