@@ -56,16 +56,20 @@ fn within(given: &Given, key: &str, allowed: impl Fn(f64) -> bool, range: &str) 
     let si = KEYS.iter().find(|(name, ..)| *name == key).map_or("1", |(_, si, _)| si);
     match units::number(value, si) {
         Some(number) if allowed(number) => Ok(Some(number)),
-        Some(number) => bad(key, format!("{key} = {number}: must be {range}")),
+        Some(number) => {
+            let others = units::plain(value).map_or(Vec::new(), |number| units::likely(number, si, &allowed));
+            let asked = others.first().map_or(String::new(), |other| format!("; did you mean {other}?"));
+            bad(key, format!("{key} = {number}: must be {range}{asked}"))
+        }
         None => {
-            let [expected, meant] = [units::expected(si), units::meant(value, si)];
+            let [expected, meant] = [units::expected(si), units::meant(value, si, &allowed)];
             bad(key, format!("{key} = {}: must be a number{expected}{meant}", short(&value.to_string())))
         }
     }
 }
 
 fn positive(given: &Given, key: &str) -> Result<Option<f64>> {
-    within(given, key, |x| x > 0.0 && x.is_finite(), "greater than 0")
+    within(given, key, |x| x > 0.0 && x.is_finite(), "greater than 0 and finite")
 }
 
 /// The radius of a diameter.
@@ -88,28 +92,24 @@ pub fn sheet(given: &Given, scene: &mut Scene, counted: [bool; 2]) -> Result<()>
                 (back.node_mass * (n * n), back.yarn_area * n, back.yarn_area_y * n);
         }
     }
-    let width = positive(given, "sheet.width")?;
-    let width_y = positive(given, "sheet.width_y")?.or(width);
     let spacings = scene.spacings();
-    for (k, (key, width)) in [("sheet.width", width), ("sheet.width_y", width_y)].into_iter().enumerate() {
+    let nodes = |k: usize, width: f64| round(width / spacings[k]) + 1.0;
+    let width = |k: usize, key: &str| {
+        // So many in both directions are the most that the kernel counts.
+        let allowed = |width| (2.0..=65_535.0).contains(&nodes(k, width));
+        within(given, key, allowed, &format!("as wide as 2 to 65535 nodes, {:.4} mm apart", 1e3 * spacings[k]))
+    };
+    let width_x = width(0, "sheet.width")?;
+    let width_y = width(1, "sheet.width_y")?.or(width_x);
+    for (k, width) in [width_x, width_y].into_iter().enumerate() {
         // A coarser network keeps the size of the sheet.
         let kept = (yarns.is_some() && !counted[k]).then_some(2.0 * before[k]);
         let Some(width) = width.or(kept) else { continue };
-        let nodes = round(width / spacings[k]) + 1.0;
-        // So many in both directions are the most that the kernel counts.
-        if !(2.0..=65_535.0).contains(&nodes) {
-            let text = format!(
-                "{key} = {width}: of so many m there are {nodes} nodes, {} m apart; there may be 2 to 65535; a number without a unit is in m, \
-                 so write \"102 mm\"",
-                spacings[k]
-            );
-            return bad(key, text);
-        }
-        *[&mut scene.sheet.nodes_x, &mut scene.sheet.nodes_y][k] = nodes as u32;
+        *[&mut scene.sheet.nodes_x, &mut scene.sheet.nodes_y][k] = nodes(k, width) as u32;
     }
     // A ring has as many nodes as its radius takes, and then the radius that they close.
     let sheet = &mut scene.sheet;
-    if sheet.closed && sheet.radius > 0.0 && !counted[0] && width.is_none() {
+    if sheet.closed && sheet.radius > 0.0 && !counted[0] && width_x.is_none() {
         let nodes = round(TAU * sheet.radius / sheet.spacing);
         if !(3.0..=65_535.0).contains(&nodes) {
             let text =
@@ -173,8 +173,12 @@ pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
     let mut point = Vec::new();
     let value = of(given, "aim.point").cloned().unwrap_or_else(|| vec![0, 0].into());
     if reals(&value, &[2], &|_| "m", &mut point).is_none() {
+        let meant = units::meant(&value, "m", &f64::is_finite);
         let value = short(&value.to_string()).to_string();
-        return bad("aim.point", format!("aim.point = {value}: must be an array of 2 numbers{}", units::expected("m")));
+        return bad(
+            "aim.point",
+            format!("aim.point = {value}: must be an array of 2 numbers{}{meant}", units::expected("m")),
+        );
     }
     if angle.or(towards).or(speed).is_some() {
         let speed = speed.unwrap_or_else(|| length(scene.projectile.velocity));
