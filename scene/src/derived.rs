@@ -4,7 +4,7 @@
 
 use crate::density::{LIGHTEST, density, volume};
 use crate::notes::unlikely_body;
-use crate::{BadKey, Result, bad, reals, short, units};
+use crate::{BadKey, Result, bad, polyhedron, reals, short, units};
 use fabric::math::{abs, cos, length, round, sin};
 use fabric::pose::{Pose, Vector, into_body, normalised};
 use fabric::{Drive, Scene, Shape, Solid};
@@ -14,13 +14,16 @@ use toml::{Table, Value};
 /// A key, its SI unit (that of a material is a name), and the parameters and keys that follow from it, which are not given beside it.
 pub type Key = (&'static str, &'static str, &'static [&'static str]);
 /// The keys.
-pub const KEYS: [Key; 11] = [
+pub const KEYS: [Key; 14] = [
     ("sheet.width", "m", &["sheet.nodes_x", "sheet.nodes_y"]),
     ("sheet.width_y", "m", &["sheet.nodes_y"]),
     ("sheet.yarns_per_bar", "1", NETWORK),
     ("projectile.diameter", "m", &["projectile.radius"]),
     ("projectile.material", "", &["projectile.density", "projectile.mass"]),
     ("projectile.density", "kg/m3", &["projectile.mass"]),
+    (FSP, "", &[PLANES, "projectile.moments", "projectile.vertices", "projectile.material", "projectile.density"]),
+    ("projectile.calibre", "", &["projectile.mass", "projectile.diameter"]),
+    ("projectile.vertices", "m", &[PLANES, "projectile.moments"]),
     ("aim.point", "m", &["projectile.position"]),
     ("aim.stand_off", "m", &["projectile.position"]),
     ("aim.angle", "rad", &["projectile.position", "projectile.velocity"]),
@@ -29,6 +32,10 @@ pub const KEYS: [Key; 11] = [
 ];
 const NETWORK: &[&str] =
     &["sheet.spacing", "sheet.spacing_y", "sheet.node_mass", "sheet.yarn_area", "sheet.yarn_area_y"];
+
+/// Key of a fragment simulator, a shape that the kernel has as a polyhedron.
+pub const FSP: &str = "projectile.shape = \"fsp\"";
+const PLANES: &str = "projectile.faces.planes";
 
 /// Materials of projectiles with their densities and sources.
 const MATERIALS: &str = include_str!("materials.toml");
@@ -46,7 +53,7 @@ pub fn conflicts(given: &Given) -> impl Iterator<Item = BadKey> {
     })
 }
 
-fn of<'a>(given: &'a Given, key: &str) -> Option<&'a Value> {
+pub(crate) fn of<'a>(given: &'a Given, key: &str) -> Option<&'a Value> {
     given.iter().find(|(name, _)| name == key).map(|(_, value)| value)
 }
 
@@ -68,12 +75,15 @@ fn within(given: &Given, key: &str, allowed: impl Fn(f64) -> bool, range: &str) 
     }
 }
 
-fn positive(given: &Given, key: &str) -> Result<Option<f64>> {
+pub(crate) fn positive(given: &Given, key: &str) -> Result<Option<f64>> {
     within(given, key, |x| x > 0.0 && x.is_finite(), "greater than 0 and finite")
 }
 
-/// The radius of a diameter.
+/// The radius of a diameter; of a fragment simulator the diameter is no radius.
 pub fn radius(given: &Given) -> Result<Option<f64>> {
+    if of(given, FSP).is_some() {
+        return Ok(None);
+    }
     Ok(positive(given, "projectile.diameter")?.map(|diameter| 0.5 * diameter))
 }
 
@@ -142,7 +152,7 @@ pub fn written_material(textiles: &Table, scene: &Scene) -> Option<String> {
     let body = textiles.get("projectile")?.as_table()?;
     let given = body.iter().map(|(key, value)| (format!("projectile.{key}"), value.clone())).collect();
     let mut again = *scene;
-    projectile(&given, &mut again).ok()?;
+    projectile(&given, &mut again, false).ok()?;
     let same = again.projectile.mass.to_bits() == scene.projectile.mass.to_bits();
     let source = body.get("material").and_then(Value::as_str).map_or(String::new(), |name| {
         MATERIALS
@@ -153,13 +163,20 @@ pub fn written_material(textiles: &Table, scene: &Scene) -> Option<String> {
     same.then(|| format!("# The mass, {} kg, follows from it.\n{source}{body}", again.projectile.mass))
 }
 
-/// Mass of a material, and where the projectile hits.
-pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
+/// Shape of a polyhedron, mass of a material, and where the projectile hits. `weighed`: whether the file has the mass.
+pub fn projectile(given: &Given, scene: &mut Scene, weighed: bool) -> Result<()> {
     let material = of(given, "projectile.material").map(density_of).transpose()?;
-    if let Some(density) = positive(given, "projectile.density")?.or(material) {
+    let density = positive(given, "projectile.density")?.or(material);
+    let mass = weighed.then_some(scene.projectile.mass);
+    if !polyhedron::shape(given, &mut scene.projectile, density, mass, density_of(&"steel".into())?)?
+        && let Some(density) = density
+    {
         let Some(volume) = volume(&scene.projectile) else {
             let key = if material.is_some() { "projectile.material" } else { "projectile.density" };
-            return bad(key, format!("{key}: not with a polyhedron, whose mass and moments are given"));
+            return bad(
+                key,
+                format!("{key}: not with a polyhedron of faces, whose mass and moments are given; with its vertices"),
+            );
         };
         scene.projectile.mass = density * volume;
     }
@@ -286,7 +303,9 @@ fn before_curve(
 /// A sentence on a file that says what flies but not where it begins: then place and speed are those of the preset.
 pub fn unplaced(file: &Table, scene: &Scene) -> Option<String> {
     let body = file.get("projectile")?.as_table()?;
-    let sized = ["shape", "radius", "diameter", "length", "size", "sector"].iter().any(|key| body.contains_key(*key));
+    let sized = ["shape", "radius", "diameter", "length", "size", "sector", "vertices"]
+        .iter()
+        .any(|key| body.contains_key(*key));
     let speed = length(scene.projectile.velocity);
     (sized && !body.contains_key("position") && !file.contains_key("aim")).then(|| {
         let of = if body.contains_key("velocity") {

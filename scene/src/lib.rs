@@ -32,6 +32,7 @@ mod density;
 pub mod derived;
 pub mod memory;
 pub mod notes;
+mod polyhedron;
 pub mod replay;
 pub mod textile;
 pub mod units;
@@ -162,6 +163,9 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     let (automatic, back) = (takes_automatic_grading(&mut table), table.remove("back_fabric"));
     let (mut given, mut wrong) = (Vec::new(), Vec::new());
     flat("", Value::Table(table), &mut given, &mut wrong);
+    for (key, _) in given.iter_mut().filter(|(key, value)| key == "projectile.shape" && value.as_str() == Some("fsp")) {
+        *key = derived::FSP.to_string();
+    }
     let counted = |key: &str, given: &[(String, Value)]| given.iter().any(|(name, _)| name == key);
     let before = *scene;
     let mut nodes = ["sheet.nodes_x", "sheet.nodes_y"].map(|key| counted(key, &given));
@@ -204,7 +208,7 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     {
         scene.projectile.faces.count = planes.len() as u32;
     }
-    wrong.extend(derived::projectile(&own, scene).err());
+    wrong.extend(derived::projectile(&own, scene, counted("projectile.mass", &given)).err());
     // The preset has numbers of other shapes, too, which nobody chose.
     for Field { name, .. } in
         FIELDS.iter().filter(|field| is_needed(field, scene, &before) && !counted(field.name, &given))
@@ -451,9 +455,10 @@ fn last_of(key: &str) -> &str {
 }
 
 /// What people call a parameter or a table otherwise.
-const CALLED: [(&str, &str); 8] = [
+const CALLED: [(&str, &str); 9] = [
     ("weight", "projectile.mass"),
     ("caliber", "projectile.diameter"),
+    ("caliber", "projectile.calibre"),
     ("fragment", "projectile"),
     ("bullet", "projectile"),
     ("textile", "fabric"),
@@ -581,7 +586,9 @@ fn expected(field: &Field) -> String {
         },
         Place::Flag(_) => "true or false".to_string(),
         Place::Choice(choice, ..) => {
-            let names: Vec<_> = choice.items.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+            let own = (field.name == "projectile.shape").then_some("fsp");
+            let names = choice.items.iter().map(|(name, _)| *name).chain(own);
+            let names: Vec<_> = names.map(|name| format!("\"{name}\"")).collect();
             format!("one of {}", names.join(", "))
         }
     }

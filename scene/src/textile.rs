@@ -96,8 +96,9 @@ pub fn of(file: &Table) -> Table {
     let body = crate::given(file)
         .into_iter()
         .filter_map(|(key, value)| Some((key.strip_prefix("projectile.")?.to_string(), value)));
-    let body: Table = body.filter(|(key, _)| key == "material" || key == "density").collect();
-    if !body.is_empty() {
+    let body: Table = body.filter(|(key, _)| ["material", "density", "vertices"].contains(&&**key)).collect();
+    // A polyhedron keeps its mass and moments.
+    if !body.is_empty() && !body.contains_key("vertices") {
         all.insert("projectile".to_string(), body.into());
     }
     all
