@@ -148,7 +148,7 @@ class Prescribed(unittest.TestCase):
         self.assertEqual([text for status, _, text in host.log if status != OK], [])
         host.set(projectile__position=[0.0, 1e-3, -RADIUS - 1e-5])
         self.assertEqual(host.step(1e-6, 1e-6), DISCARD)
-        self.assertTrue(host.said("from where the fabric has the body (state.position), more than sheet.spacing, 7.25"), host.log)
+        self.assertTrue(host.said("m from where the fabric has the body, (0, 1e-4, -3.0"), host.log)
 
     def test_a_quaternion_of_nearly_unit_length_is_taken_without_a_warning(self):
         """A host that integrates one gives such in every step: it is normalised, and said once, to a host that wants events."""
