@@ -622,7 +622,7 @@ const OPEN_BALANCE: &str = "energy.residual: more than 1 % of the impact energy.
 
 /// Said once, as a warning.
 const COARSE_COUPLING: &str = "interface.residual: host and fabric differ by more than 1 % of the impact energy: take communication steps \
-                               of at most 1/20 of m v/F, of mass, velocity and greatest mean force, unless the host does work on the body";
+                               of at most 1/20 of m v/F, of mass, velocity and greatest mean force (unless the host does work on the body)";
 
 /// Said once, as a warning.
 const BEYOND_FINE: &str = "contact.beyond_fine: the projectile met the sheet beyond the fine part of the graded network, where nodes may be \
