@@ -707,7 +707,7 @@ typedef struct fk_textile {
     double strength;
     // Part of the failure strain, or of the strength, that weaving has taken, in [0, 1); 0 for yarn taken from the fabric.
     double weaving_loss;
-    // Damage rate lambda beyond the failure strain, dimensionless, at least 3.
+    // Damage rate lambda beyond the failure strain, dimensionless, at least 3; 0: ln(100)/0.002.
     double damage_rate;
     // Weibull shape of the failure strain, in [1, 1000]; 0: all segments fail at the same strain.
     double weibull_shape;

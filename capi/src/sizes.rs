@@ -56,7 +56,8 @@ fn known_size<T: Structure>(size: u64) -> Result<usize, Error> {
     const { assert!(size_of::<u64>() <= T::FIRST && T::FIRST <= size_of::<T>()) }
     let known =
         usize::try_from(size).ok().filter(|size| (T::FIRST..=present).contains(size) && size.is_multiple_of(word));
-    known.ok_or(Error::new(Code::StructSize, T::NAME, size as f64, present as f64))
+    let filled = if size == 0 && T::NAME == "fk_scene" { "fk_scene_default, which fills it" } else { "" };
+    known.ok_or(Error { with: filled, ..Error::new(Code::StructSize, T::NAME, size as f64, present as f64) })
 }
 
 /// Refuses null and misaligned structures.

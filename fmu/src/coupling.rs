@@ -42,8 +42,8 @@ pub struct Plan {
 pub enum Refusal {
     /// The input that cannot be used, and why.
     Input(&'static str, &'static str),
-    /// The pose is so far from where the fabric has the body, m.
-    TooFar(f64),
+    /// Distance of the pose from where the fabric has the body, and both positions, m.
+    TooFar(f64, [[f64; 3]; 2]),
 }
 
 /// Refuses NaN, infinities and quaternions that are neither of unit length nor zero. True if the quaternion needed normalising.
@@ -104,7 +104,7 @@ pub fn plan(
     let expected = carried(&body, acceleration, times.now);
     let gap = distance(&expected, &fabric, inputs);
     if gap.is_nan() || gap / inputs.scene().sheet.spacing > REFUSE {
-        return Err(Refusal::TooFar(gap));
+        return Err(Refusal::TooFar(gap, [expected.position, fabric.position]));
     }
     let path = Path { first: sim.step_count(), steps: ticks, end: carried(&body, acceleration, times.end) };
     Ok(Plan { path, body, gap, driven, normalised })

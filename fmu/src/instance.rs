@@ -106,6 +106,8 @@ pub struct Instance {
     normalised_logged: bool,
     /// Whether it has been logged that the energy balance is open.
     open_logged: bool,
+    /// Whether it has been logged that host and fabric differ.
+    coupling_logged: bool,
 }
 
 impl Instance {
@@ -122,6 +124,7 @@ impl Instance {
             cache: Cache::default(),
             normalised_logged: false,
             open_logged: false,
+            coupling_logged: false,
         }
     }
 
@@ -240,6 +243,13 @@ impl Instance {
         }
         match (Running::new(self.kept.parameters.scene()), self.kept.parameters.out_of_range()) {
             (Ok(running), None) => {
+                let (start, dt) = (self.kept.start_time, running.sim.step_limits().dt);
+                if f64::EPSILON * math::abs(start) > dt {
+                    let [start, dt, most] = [start, dt, dt / f64::EPSILON].map(number);
+                    return Err(self.refuse(&line(format_args!(
+                        "start time: near {start} s numbers are farther apart than an internal step, {dt} s: at most {most} s"
+                    ))));
+                }
                 self.running = Some(running);
                 self.cache = Cache::default();
                 Ok(())
@@ -266,7 +276,7 @@ impl Instance {
         self.running = None;
         self.kept = Kept::default();
         self.cache = Cache::default();
-        self.open_logged = false;
+        (self.open_logged, self.coupling_logged) = (false, false);
         Status::Ok
     }
 
@@ -429,12 +439,12 @@ impl Instance {
     fn refuse_input(&self, refusal: &Refusal) -> Status {
         match *refusal {
             Refusal::Input(field, reason) => self.refuse_field(Category::Discard, (field, reason)),
-            Refusal::TooFar(gap) => {
+            Refusal::TooFar(gap, positions) => {
+                let [[x, y, z], [u, v, w]] = positions.map(|place| place.map(number));
+                let [gap, limit] = [gap, self.kept.parameters.scene().sheet.spacing].map(number);
                 let text = line(format_args!(
-                    "projectile.position, projectile.orientation: {} m from where the fabric has the body (state.position), more than \
-                     sheet.spacing, {} m",
-                    number(gap),
-                    number(self.kept.parameters.scene().sheet.spacing)
+                    "projectile.position, orientation: at ({x}, {y}, {z}) m, {gap} m from where the fabric has the body, ({u}, {v}, {w}) m; \
+                     the limit is sheet.spacing, {limit} m"
                 ));
                 self.refuse_as(Category::Discard, &text)
             }
@@ -445,6 +455,10 @@ impl Instance {
     fn bad_times(&self, t: f64, h: f64) -> Option<Line> {
         if !(t.is_finite() && h.is_finite() && h > 0.0) {
             return Some(line(format_args!("doStep: the step size must be greater than zero and both times finite")));
+        }
+        if t + h == t {
+            let [t, h] = [t, h].map(number);
+            return Some(line(format_args!("doStep: t + h is t: {h} s is less than numbers near {t} s are apart")));
         }
         // The host may add up its steps, and forms h as a difference of two times.
         let slack = 1e-3 * h + 4.0 * f64::EPSILON * if t < 0.0 { -t } else { t };
@@ -494,7 +508,12 @@ impl Instance {
         if body.mass > 0.0 {
             let inertia = Inertia::of(&Solid::of(body), body.mass, true);
             let kinetic = |motion: &Motion| Body::of(motion).kinetic_energy(&inertia);
-            self.kept.interface_residual = kinetic(&parameters.start()) - kinetic(&plan.body) - before.2;
+            let impact = kinetic(&parameters.start());
+            self.kept.interface_residual = impact - kinetic(&plan.body) - before.2;
+            if impact > 0.0 && math::abs(self.kept.interface_residual) > 0.01 * impact && !self.coupling_logged {
+                self.coupling_logged = true;
+                self.log.say(Category::Warning, COARSE_COUPLING);
+            }
         }
     }
 
@@ -552,17 +571,17 @@ impl Instance {
         }
         let early = sim.step_count() < end;
         if beyond_fine == 0 && sim.counters().beyond_fine > 0 {
-            self.log.say(Category::Event, BEYOND_FINE);
+            self.log.say(Category::Warning, BEYOND_FINE);
         }
         self.log_events(mask, contact_came);
         self.log_open_balance();
         Ok(StepEnd { status: Status::Ok, event: false, terminate: outcome_came && stop_on_event, early })
     }
 
-    /// Tells once that the energies no longer add up to 1 %, if the host wants to hear of events: a look at them is a pass over the sheet.
+    /// Tells once that the energies no longer add up to 1 %, if the host wants warnings: reading the energies is a pass over the sheet.
     fn log_open_balance(&mut self) {
         let Some(Running { sim, .. }) = &self.running else { return };
-        if self.open_logged || !self.log.wants(Category::Event) {
+        if self.open_logged || !self.log.wants(Category::Warning) {
             return;
         }
         let (body, node) = (&sim.scene().projectile, sim.scene().lumped_mass());
@@ -572,7 +591,7 @@ impl Instance {
         let known = math::max(0.5 * body.mass, 100.0 * node) * (speed * speed);
         if math::abs(energy.residual) > 0.01 * math::max(known, math::abs(energy.contact_work)) {
             self.open_logged = true;
-            self.log.say(Category::Event, OPEN_BALANCE);
+            self.log.say(Category::Warning, OPEN_BALANCE);
         }
     }
 
@@ -597,11 +616,15 @@ impl Instance {
     }
 }
 
-/// Said once, as an event.
+/// Said once, as a warning.
 const OPEN_BALANCE: &str = "energy.residual: more than 1 % of the impact energy. Yarn that goes slack and taut adds energy: take \
                             slack_balance = true";
 
-/// Said once, as an event.
+/// Said once, as a warning.
+const COARSE_COUPLING: &str = "interface.residual: host and fabric differ by more than 1 % of the impact energy: take communication steps \
+                               of at most 1/20 of m v/F, of mass, velocity and greatest mean force (unless the host does work on the body)";
+
+/// Said once, as a warning.
 const BEYOND_FINE: &str = "contact.beyond_fine: the projectile met the sheet beyond the fine part of the graded network, where nodes may be \
                            too far apart to feel it: move sheet.grading.centre or enlarge sheet.grading.half_width";
 

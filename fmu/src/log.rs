@@ -9,6 +9,8 @@ use core::ffi::{CStr, c_char, c_int, c_void};
 pub enum Status {
     /// Done.
     Ok = 0,
+    /// Done, but the numbers may mislead.
+    Warning = 1,
     /// Not done, nothing changed; the host may try again with other input.
     Discard = 2,
     /// Refused, or failed.
@@ -30,10 +32,12 @@ pub enum Category {
     Fatal = 3,
     /// A piece of a capsule.
     Capsule = 4,
+    /// See [`Status::Warning`].
+    Warning = 5,
 }
 
 /// Place of "logAll" in [`LOG_CATEGORIES`].
-const ALL: usize = 5;
+const ALL: usize = 6;
 
 /// Logger of FMI 2.0: environment, instance name, status, category, format, arguments. A C host vouches for its logger; a Rust
 /// host can only give one that is safe with any arguments.
@@ -70,27 +74,27 @@ pub struct Log {
     /// Instance name, with its terminating zero.
     name: heapless::Vec<u8, 128>,
     /// By [`Category`].
-    wanted: [bool; 5],
+    wanted: [bool; 6],
 }
 
 impl Log {
-    /// A log for an instance. Refusals, errors and a capsule are always wanted, events only if the host switched logging on.
+    /// A log for an instance. Refusals, errors and a capsule are always wanted, events only if the host switched logging on, and warnings, which cost a pass over the sheet.
     pub fn new(logger: Logger, environment: *mut c_void, name: &CStr, logging_on: bool) -> Log {
         let mut copy: heapless::Vec<u8, 128> = name.to_bytes().iter().copied().take(127).collect();
         // There is room: 127 bytes at most were taken.
         let _ = copy.push(0);
-        Log { logger, environment, name: copy, wanted: [logging_on, true, true, true, true] }
+        Log { logger, environment, name: copy, wanted: [logging_on, true, true, true, true, logging_on] }
     }
 
     /// Switches categories on or off; none named means all. False if a name is unknown, then nothing changed.
     pub fn switch<'a>(&mut self, on: bool, names: impl Iterator<Item = Option<&'a CStr>>) -> bool {
-        let mut chosen = [false; 5];
+        let mut chosen = [false; 6];
         let mut any = false;
         for name in names {
             any = true;
             let known = |name: &CStr| LOG_CATEGORIES.iter().position(|(known, _)| known.as_bytes() == name.to_bytes());
             match name.and_then(known) {
-                Some(ALL) => chosen = [true; 5],
+                Some(ALL) => chosen = [true; 6],
                 Some(place) => chosen.iter_mut().skip(place).take(1).for_each(|chosen| *chosen = true),
                 None => return false,
             }
@@ -116,6 +120,7 @@ impl Log {
             Category::Error => (c"logStatusError", Status::Error),
             Category::Fatal => (c"logStatusFatal", Status::Fatal),
             Category::Capsule => (c"logCapsule", Status::Ok),
+            Category::Warning => (c"logStatusWarning", Status::Warning),
         };
         if !self.wants(category) {
             return;

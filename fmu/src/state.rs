@@ -5,7 +5,7 @@
 
 use crate::instance::{Instance, Running, Trouble};
 use crate::kept::{Kept, Phase, Saved};
-use crate::log::Status;
+use crate::log::{Status, line};
 use crate::parameters::Parameters;
 use crate::starts::NAME;
 use crate::table::EVENTS;
@@ -113,7 +113,11 @@ impl Instance {
         let Some(saved) = self.states.find(saved) else { return self.refuse("not a state of this instance") };
         let (mut kept, image) = (saved.kept, saved.image());
         let total = FRAME_BYTES + image.len();
-        let Some(bytes) = bytes.get_mut(..total) else { return self.refuse("serialized state: buffer too short") };
+        let Some(bytes) = bytes.get_mut(..total) else {
+            let have = bytes.len();
+            return self
+                .refuse(&line(format_args!("serialized state: the buffer has {have} bytes, needed are {total}")));
+        };
         let mut words = bytes.as_chunks_mut::<8>().0.iter_mut();
         let mut hash = Hash::default();
         let mut write = |word: u64| {
@@ -139,17 +143,20 @@ impl Instance {
 
     /// Makes a state from bytes. Anything but an unchanged image of the same build is refused.
     pub fn deserialize(&mut self, bytes: &[u8]) -> Result<*mut Saved, Status> {
-        let malformed = "serialized state: malformed, truncated or altered";
-        let (words, rest) = bytes.as_chunks::<8>();
-        let Some((checksum, body)) = words.split_last().filter(|_| rest.is_empty() && bytes.len() >= FRAME_BYTES)
-        else {
-            return Err(self.refuse(malformed));
-        };
-        let mut at = body.iter().map(|word| u64::from_le_bytes(*word));
-        let header = [at.next(), at.next(), at.next(), at.next()];
-        if header[0] != Some(MAGIC) || header[3] != Some(bytes.len() as u64) {
+        let malformed = "serialized state: altered, or none";
+        let (words, _) = bytes.as_chunks::<8>();
+        let header = [0, 1, 2, 3].map(|k| words.get(k).map(|word| u64::from_le_bytes(*word)));
+        if header[0] != Some(MAGIC) {
             return Err(self.refuse(malformed));
         }
+        if let Some(needed) = header[3].filter(|&needed| needed != bytes.len() as u64) {
+            let have = bytes.len();
+            return Err(self.refuse(&line(format_args!("serialized state: it has {have} bytes, needed are {needed}"))));
+        }
+        let Some((checksum, body)) = words.split_last().filter(|_| bytes.len() >= FRAME_BYTES) else {
+            return Err(self.refuse(malformed));
+        };
+        let mut at = body.iter().map(|word| u64::from_le_bytes(*word)).skip(4);
         if header[1] != Some(FORMAT) || header[2] != Some(token::hash(NAME, Parameters::default())) {
             return Err(self.refuse("serialized state: of another version"));
         }

@@ -307,14 +307,15 @@ pub fn choices() -> impl Iterator<Item = &'static Choice> {
 
 /// Log categories: name and meaning.
 pub const LOG_CATEGORIES: &[(&str, &str)] = &[
-    (
-        "logEvents",
-        "Initialisation, first contact, outcomes, what was put right, a hit beyond the fine part of a graded network",
-    ),
+    ("logEvents", "Initialisation, first contact, outcomes, what was put right"),
     ("logStatusDiscard", "Steps refused with nothing changed"),
     ("logStatusError", "Calls refused, and failures"),
     ("logStatusFatal", "No memory for an instance"),
     ("logCapsule", "With the parameter capsule: what the host does, for `fabric replay`"),
+    (
+        "logStatusWarning",
+        "An open energy balance, a hit beyond the fine part of a graded network, too large a coupling step",
+    ),
     ("logAll", "All of these"),
 ];
 

@@ -5,6 +5,8 @@ import contextlib
 import hashlib
 import json
 import math
+import os
+import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -104,6 +106,11 @@ def command(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Itera
         scene, fabric = scene_named(given.scene)
         claim(out, scene)
         yield scene, fabric
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Whoever read has stopped, as `head` does; Python writes the rest at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        parser.exit(141)
     except (ValueError, RuntimeError, OSError) as error:
         parser.exit(1, f"error: {error}\n")
     except KeyboardInterrupt:

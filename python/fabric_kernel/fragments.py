@@ -210,7 +210,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             until=UNTIL if given.to_the_end else DECIDED,
         )  # fmt: skip
         table = shot(velocities=velocities, seed=given.seed)
-        print(with_units(table).to_string(index=False))
+        print(with_units(table).loc[:, :"high"].to_string(index=False))
         lines = answer(table)
         print(*lines, sep="\n", flush=True)
         written(given.out / "table.csv", with_units(table).to_csv(index=False))

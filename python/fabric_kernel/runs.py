@@ -48,8 +48,8 @@ def with_attrs(table: "pandas.DataFrame") -> "pandas.DataFrame":
     return table
 
 
-def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> dict[str, Any]:
-    """Runs a scene to one of the outcomes `until`, or for so many steps, and returns what came of it as one row of a table.
+def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> dict[str, Any]:
+    """Runs a scene, or the preset or the file of a name, to one of the outcomes `until`, or for so many steps, and returns what came of it as one row of a table.
 
     - `outcome`: the outcomes that ended the run, "failed" if the computation could not go on; if the steps ended it, "detached" where
       the projectile carries torn cloth, else "timeout";
@@ -75,6 +75,7 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are, and while it flies when the energy
     balance opens. Raises Refused, with the name of the field, if the scene cannot be simulated.
     """
+    scene = Scene.read(scene) if isinstance(scene, str) else scene
     row = flown(scene, until, steps, warns=True)
     for doubt in [*filter(None, [scene.unlikely_body()]), *doubts([row])]:
         warnings.warn(doubt, RuntimeWarning, stacklevel=2)

@@ -58,7 +58,8 @@ impl Scene {
 fn follow(kept: &mut Table, table: &mut Table) {
     let given: Vec<String> = fabric_scene::given(table).into_iter().map(|(key, _)| key).collect();
     let has = |key: &str| given.iter().any(|name| name == key);
-    if has("projectile.mass") || table.contains_key(UNREAD) {
+    let weighed = ["projectile.mass", "projectile.calibre", "projectile.vertices"].into_iter().any(has);
+    if weighed || table.contains_key(UNREAD) {
         kept.remove("projectile");
     }
     let own = has("projectile.material") || has("projectile.density");

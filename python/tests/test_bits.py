@@ -1,5 +1,6 @@
 """The same bits as Rust: digests of scenes that tests/golden pins, through every way of making, stepping and copying a simulation."""
 
+import os
 import pathlib
 import pickle
 import re
@@ -56,6 +57,12 @@ class Bits(InFolder):
         simulation.restore(image)
         simulation.step(20)
         digest = simulation.digest
+        with self.assertRaisesRegex(OSError, "another simulation writes this capsule"):
+            fk.Simulation(scene, capsule=file)
+        if (child := os.fork()) == 0:
+            del simulation
+            os._exit(0)
+        os.waitpid(child, 0)
         cut = fk.replay(file)
         self.assertEqual((cut["same"], cut["whole"]), (True, False), "as a crash leaves it")
         del simulation

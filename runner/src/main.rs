@@ -39,8 +39,8 @@ enum Command {
     Replay(replay::Options),
     /// Print a preset, or a scene file with its fabric, as a scene file with every parameter, its unit and its meaning.
     Scene {
-        /// sheet_3in_sphere, sheet_10in_cylinder or turbine_disc_sector, or a file *.toml.
-        preset: String,
+        #[arg(help = scene_help())]
+        scene: String,
     },
     /// List the named fabrics for the table [fabric] of a scene file.
     Fabrics {
@@ -49,6 +49,11 @@ enum Command {
     },
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
+}
+
+/// What a command that takes a scene says of it.
+fn scene_help() -> String {
+    format!("A scene file, see runner/scenes, or one of the presets {}", fabric_scene::preset_names())
 }
 
 /// An error's text; of the kernel's errors with the numbers, which the kernel itself cannot print.
@@ -84,7 +89,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(options) => return ended(run::run(&options)),
         Command::Replay(options) => return ended(replay::run(&options)),
-        Command::Scene { preset } => fabric_scene::whole(&preset).map(|text| {
+        Command::Scene { scene } => fabric_scene::whole(&scene).map(|text| {
             say::text(format_args!("{text}"));
             true
         }),

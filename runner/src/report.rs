@@ -5,7 +5,9 @@ use std::path::Path;
 /// A table with a heading: the first column to the left, the others to the right.
 pub fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
     let heading: Vec<String> = heading.iter().map(|text| text.to_string()).collect();
-    let all = || std::iter::once(&heading).chain(rows);
+    let rows: Vec<Vec<String>> =
+        rows.iter().map(|row| row.iter().map(|cell| with_plain_zeros(cell)).collect()).collect();
+    let all = || std::iter::once(&heading).chain(&rows);
     let width = |column: usize| all().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..heading.len()).map(width).collect();
     let line = |row: &Vec<String>| {
@@ -16,6 +18,13 @@ pub fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
     let mut lines: Vec<String> = all().map(line).collect();
     lines.insert(1, "-".repeat(lines[0].chars().count()));
     lines.join("\n")
+}
+
+/// A cell whose zeros have no sign.
+fn with_plain_zeros(cell: &str) -> String {
+    let is_zero = |word: &&str| word.bytes().all(|byte| b"0.".contains(&byte)) && word.contains('0');
+    let words = cell.split(' ').map(|word| word.strip_prefix('-').filter(is_zero).unwrap_or(word));
+    words.collect::<Vec<_>>().join(" ")
 }
 
 /// Where the numbers of a study are, and what makes a report of them.
@@ -49,6 +58,11 @@ pub fn shortest(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_zero_has_no_sign() {
+        assert_eq!(with_plain_zeros("-0.0000 J  -0.0010 - -0"), "0.0000 J  -0.0010 - 0");
+    }
 
     #[test]
     fn statistics_of_few_values() {

@@ -23,8 +23,7 @@ use std::time::Instant;
                         outcome came; 1 after a failure; 2 for what is refused."
 )]
 pub struct Options {
-    /// The scene, see runner/scenes.
-    #[arg(value_name = "SCENE.toml")]
+    #[arg(value_name = "SCENE", help = crate::scene_help())]
     scene: PathBuf,
     /// Folder for history.csv, summary.json, summary.txt and the last sheet [default: target/fabric/SCENE].
     #[arg(long, value_name = "DIR")]

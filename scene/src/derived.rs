@@ -4,7 +4,7 @@
 
 use crate::density::{LIGHTEST, density, volume};
 use crate::notes::unlikely_body;
-use crate::{BadKey, Result, bad, reals, short, units};
+use crate::{BadKey, Result, bad, polyhedron, reals, short, units};
 use fabric::math::{abs, cos, length, round, sin};
 use fabric::pose::{Pose, Vector, into_body, normalised};
 use fabric::{Drive, Scene, Shape, Solid};
@@ -14,13 +14,16 @@ use toml::{Table, Value};
 /// A key, its SI unit (that of a material is a name), and the parameters and keys that follow from it, which are not given beside it.
 pub type Key = (&'static str, &'static str, &'static [&'static str]);
 /// The keys.
-pub const KEYS: [Key; 11] = [
+pub const KEYS: [Key; 14] = [
     ("sheet.width", "m", &["sheet.nodes_x", "sheet.nodes_y"]),
     ("sheet.width_y", "m", &["sheet.nodes_y"]),
     ("sheet.yarns_per_bar", "1", NETWORK),
     ("projectile.diameter", "m", &["projectile.radius"]),
     ("projectile.material", "", &["projectile.density", "projectile.mass"]),
     ("projectile.density", "kg/m3", &["projectile.mass"]),
+    (FSP, "", &[PLANES, "projectile.moments", "projectile.vertices", "projectile.material", "projectile.density"]),
+    ("projectile.calibre", "", &["projectile.mass", "projectile.diameter"]),
+    ("projectile.vertices", "m", &[PLANES, "projectile.moments"]),
     ("aim.point", "m", &["projectile.position"]),
     ("aim.stand_off", "m", &["projectile.position"]),
     ("aim.angle", "rad", &["projectile.position", "projectile.velocity"]),
@@ -29,6 +32,10 @@ pub const KEYS: [Key; 11] = [
 ];
 const NETWORK: &[&str] =
     &["sheet.spacing", "sheet.spacing_y", "sheet.node_mass", "sheet.yarn_area", "sheet.yarn_area_y"];
+
+/// Key of a fragment simulator, a shape that the kernel has as a polyhedron.
+pub const FSP: &str = "projectile.shape = \"fsp\"";
+const PLANES: &str = "projectile.faces.planes";
 
 /// Materials of projectiles with their densities and sources.
 const MATERIALS: &str = include_str!("materials.toml");
@@ -46,7 +53,7 @@ pub fn conflicts(given: &Given) -> impl Iterator<Item = BadKey> {
     })
 }
 
-fn of<'a>(given: &'a Given, key: &str) -> Option<&'a Value> {
+pub(crate) fn of<'a>(given: &'a Given, key: &str) -> Option<&'a Value> {
     given.iter().find(|(name, _)| name == key).map(|(_, value)| value)
 }
 
@@ -56,20 +63,27 @@ fn within(given: &Given, key: &str, allowed: impl Fn(f64) -> bool, range: &str) 
     let si = KEYS.iter().find(|(name, ..)| *name == key).map_or("1", |(_, si, _)| si);
     match units::number(value, si) {
         Some(number) if allowed(number) => Ok(Some(number)),
-        Some(number) => bad(key, format!("{key} = {number}: must be {range}")),
+        Some(number) => {
+            let others = units::plain(value).map_or(Vec::new(), |number| units::likely(number, si, &allowed));
+            let asked = others.first().map_or(String::new(), |other| format!("; did you mean {other}?"));
+            bad(key, format!("{key} = {number}: must be {range}{asked}"))
+        }
         None => {
-            let [expected, meant] = [units::expected(si), units::meant(value, si)];
+            let [expected, meant] = [units::expected(si), units::meant(value, si, &allowed)];
             bad(key, format!("{key} = {}: must be a number{expected}{meant}", short(&value.to_string())))
         }
     }
 }
 
-fn positive(given: &Given, key: &str) -> Result<Option<f64>> {
-    within(given, key, |x| x > 0.0 && x.is_finite(), "greater than 0")
+pub(crate) fn positive(given: &Given, key: &str) -> Result<Option<f64>> {
+    within(given, key, |x| x > 0.0 && x.is_finite(), "greater than 0 and finite")
 }
 
-/// The radius of a diameter.
+/// The radius of a diameter; of a fragment simulator the diameter is no radius.
 pub fn radius(given: &Given) -> Result<Option<f64>> {
+    if of(given, FSP).is_some() {
+        return Ok(None);
+    }
     Ok(positive(given, "projectile.diameter")?.map(|diameter| 0.5 * diameter))
 }
 
@@ -88,28 +102,24 @@ pub fn sheet(given: &Given, scene: &mut Scene, counted: [bool; 2]) -> Result<()>
                 (back.node_mass * (n * n), back.yarn_area * n, back.yarn_area_y * n);
         }
     }
-    let width = positive(given, "sheet.width")?;
-    let width_y = positive(given, "sheet.width_y")?.or(width);
     let spacings = scene.spacings();
-    for (k, (key, width)) in [("sheet.width", width), ("sheet.width_y", width_y)].into_iter().enumerate() {
+    let nodes = |k: usize, width: f64| round(width / spacings[k]) + 1.0;
+    let width = |k: usize, key: &str| {
+        // So many in both directions are the most that the kernel counts.
+        let allowed = |width| (2.0..=65_535.0).contains(&nodes(k, width));
+        within(given, key, allowed, &format!("as wide as 2 to 65535 nodes, {:.4} mm apart", 1e3 * spacings[k]))
+    };
+    let width_x = width(0, "sheet.width")?;
+    let width_y = width(1, "sheet.width_y")?.or(width_x);
+    for (k, width) in [width_x, width_y].into_iter().enumerate() {
         // A coarser network keeps the size of the sheet.
         let kept = (yarns.is_some() && !counted[k]).then_some(2.0 * before[k]);
         let Some(width) = width.or(kept) else { continue };
-        let nodes = round(width / spacings[k]) + 1.0;
-        // So many in both directions are the most that the kernel counts.
-        if !(2.0..=65_535.0).contains(&nodes) {
-            let text = format!(
-                "{key} = {width}: of so many m there are {nodes} nodes, {} m apart; there may be 2 to 65535; a number without a unit is in m, \
-                 so write \"102 mm\"",
-                spacings[k]
-            );
-            return bad(key, text);
-        }
-        *[&mut scene.sheet.nodes_x, &mut scene.sheet.nodes_y][k] = nodes as u32;
+        *[&mut scene.sheet.nodes_x, &mut scene.sheet.nodes_y][k] = nodes(k, width) as u32;
     }
     // A ring has as many nodes as its radius takes, and then the radius that they close.
     let sheet = &mut scene.sheet;
-    if sheet.closed && sheet.radius > 0.0 && !counted[0] && width.is_none() {
+    if sheet.closed && sheet.radius > 0.0 && !counted[0] && width_x.is_none() {
         let nodes = round(TAU * sheet.radius / sheet.spacing);
         if !(3.0..=65_535.0).contains(&nodes) {
             let text =
@@ -142,7 +152,7 @@ pub fn written_material(textiles: &Table, scene: &Scene) -> Option<String> {
     let body = textiles.get("projectile")?.as_table()?;
     let given = body.iter().map(|(key, value)| (format!("projectile.{key}"), value.clone())).collect();
     let mut again = *scene;
-    projectile(&given, &mut again).ok()?;
+    projectile(&given, &mut again, false).ok()?;
     let same = again.projectile.mass.to_bits() == scene.projectile.mass.to_bits();
     let source = body.get("material").and_then(Value::as_str).map_or(String::new(), |name| {
         MATERIALS
@@ -153,13 +163,20 @@ pub fn written_material(textiles: &Table, scene: &Scene) -> Option<String> {
     same.then(|| format!("# The mass, {} kg, follows from it.\n{source}{body}", again.projectile.mass))
 }
 
-/// Mass of a material, and where the projectile hits.
-pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
+/// Shape of a polyhedron, mass of a material, and where the projectile hits. `weighed`: whether the file has the mass.
+pub fn projectile(given: &Given, scene: &mut Scene, weighed: bool) -> Result<()> {
     let material = of(given, "projectile.material").map(density_of).transpose()?;
-    if let Some(density) = positive(given, "projectile.density")?.or(material) {
+    let density = positive(given, "projectile.density")?.or(material);
+    let mass = weighed.then_some(scene.projectile.mass);
+    if !polyhedron::shape(given, &mut scene.projectile, density, mass, density_of(&"steel".into())?)?
+        && let Some(density) = density
+    {
         let Some(volume) = volume(&scene.projectile) else {
             let key = if material.is_some() { "projectile.material" } else { "projectile.density" };
-            return bad(key, format!("{key}: not with a polyhedron, whose mass and moments are given"));
+            return bad(
+                key,
+                format!("{key}: not with a polyhedron of faces, whose mass and moments are given; with its vertices"),
+            );
         };
         scene.projectile.mass = density * volume;
     }
@@ -173,8 +190,12 @@ pub fn projectile(given: &Given, scene: &mut Scene) -> Result<()> {
     let mut point = Vec::new();
     let value = of(given, "aim.point").cloned().unwrap_or_else(|| vec![0, 0].into());
     if reals(&value, &[2], &|_| "m", &mut point).is_none() {
+        let meant = units::meant(&value, "m", &f64::is_finite);
         let value = short(&value.to_string()).to_string();
-        return bad("aim.point", format!("aim.point = {value}: must be an array of 2 numbers{}", units::expected("m")));
+        return bad(
+            "aim.point",
+            format!("aim.point = {value}: must be an array of 2 numbers{}{meant}", units::expected("m")),
+        );
     }
     if angle.or(towards).or(speed).is_some() {
         let speed = speed.unwrap_or_else(|| length(scene.projectile.velocity));
@@ -282,7 +303,9 @@ fn before_curve(
 /// A sentence on a file that says what flies but not where it begins: then place and speed are those of the preset.
 pub fn unplaced(file: &Table, scene: &Scene) -> Option<String> {
     let body = file.get("projectile")?.as_table()?;
-    let sized = ["shape", "radius", "diameter", "length", "size", "sector"].iter().any(|key| body.contains_key(*key));
+    let sized = ["shape", "radius", "diameter", "length", "size", "sector", "vertices"]
+        .iter()
+        .any(|key| body.contains_key(*key));
     let speed = length(scene.projectile.velocity);
     (sized && !body.contains_key("position") && !file.contains_key("aim")).then(|| {
         let of = if body.contains_key("velocity") {

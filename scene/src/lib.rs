@@ -1,4 +1,5 @@
-//! Scenes as TOML, and memory for their simulations. A scene file has a preset, and whatever differs from it. Keys are the names of
+//! Scenes as TOML, and memory for their simulations. A scene file has a preset, and whatever differs from it; with a fabric, a
+//! projectile and an aim the preset may be left out and is that of the 3 in sheet. Keys are the names of
 //! the table of parameters ([`fabric::fields`]), which are the paths in [`fabric::Scene`]; an unknown key is an error.
 //!
 //! ```toml
@@ -31,6 +32,7 @@ mod density;
 pub mod derived;
 pub mod memory;
 pub mod notes;
+mod polyhedron;
 pub mod replay;
 pub mod textile;
 pub mod units;
@@ -91,13 +93,23 @@ pub fn read(path: &Path) -> Result<Scene> {
     parse(&text).map_err(|error| format!("{}: {error}", path.display()).into())
 }
 
-/// The text of a scene file.
+/// The text of a scene file, or of a preset by its name.
 ///
 /// # Errors
 /// A file that cannot be read, or is larger than [`LARGEST_FILE`].
 pub fn text_of(path: &Path) -> std::io::Result<String> {
     let mut text = String::new();
-    std::fs::File::open(path)?.take(LARGEST_FILE + 1).read_to_string(&mut text)?;
+    let file = match std::fs::File::open(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            let Some((name, _)) = PRESETS.iter().find(|(name, _)| path.as_os_str() == *name) else {
+                let text = format!("No such file, and no preset: these are {}", preset_names());
+                return Err(std::io::Error::new(error.kind(), text));
+            };
+            return Ok(format!("preset = \"{name}\"\n"));
+        }
+        file => file?,
+    };
+    file.take(LARGEST_FILE + 1).read_to_string(&mut text)?;
     if text.len() as u64 > LARGEST_FILE {
         let error = format!("larger than any scene file: more than {LARGEST_FILE} bytes");
         return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, error));
@@ -108,7 +120,8 @@ pub fn text_of(path: &Path) -> std::io::Result<String> {
 /// The scene that a text describes.
 pub fn parse(text: &str) -> Result<Scene> {
     let mut file = table_of(text)?;
-    let mut scene = preset(file.remove("preset"))?;
+    let complete = ["fabric", "projectile", "aim"].iter().all(|key| file.contains_key(*key));
+    let mut scene = preset(file.remove("preset").or_else(|| complete.then(|| PRESETS[0].0.into())))?;
     apply(&mut scene, file)?;
     derived::refuse_what_cannot_be_meant(&scene)?;
     Ok(scene)
@@ -150,6 +163,9 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     let (automatic, back) = (takes_automatic_grading(&mut table), table.remove("back_fabric"));
     let (mut given, mut wrong) = (Vec::new(), Vec::new());
     flat("", Value::Table(table), &mut given, &mut wrong);
+    for (key, _) in given.iter_mut().filter(|(key, value)| key == "projectile.shape" && value.as_str() == Some("fsp")) {
+        *key = derived::FSP.to_string();
+    }
     let counted = |key: &str, given: &[(String, Value)]| given.iter().any(|(name, _)| name == key);
     let before = *scene;
     let mut nodes = ["sheet.nodes_x", "sheet.nodes_y"].map(|key| counted(key, &given));
@@ -192,7 +208,7 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     {
         scene.projectile.faces.count = planes.len() as u32;
     }
-    wrong.extend(derived::projectile(&own, scene).err());
+    wrong.extend(derived::projectile(&own, scene, counted("projectile.mass", &given)).err());
     // The preset has numbers of other shapes, too, which nobody chose.
     for Field { name, .. } in
         FIELDS.iter().filter(|field| is_needed(field, scene, &before) && !counted(field.name, &given))
@@ -287,10 +303,19 @@ pub fn takes_automatic_grading(file: &mut Table) -> bool {
     automatic
 }
 
+/// The names of the presets, in words.
+pub fn preset_names() -> String {
+    PRESETS.map(|(name, _)| format!("\"{name}\"")).join(", ")
+}
+
 /// The preset of this name.
 pub fn preset(name: Option<Value>) -> Result<Scene> {
-    let names = PRESETS.map(|(name, _)| format!("\"{name}\"")).join(", ");
-    let Some(name) = name else { return bad("preset", format!("no key `preset`: one of {names}")) };
+    let names = preset_names();
+    let Some(name) = name else {
+        let text =
+            format!("no key `preset`: one of {names}; only a file with fabric, [projectile] and [aim] needs none");
+        return bad("preset", text);
+    };
     let found = PRESETS.iter().find(|(known, _)| name.as_str() == Some(known));
     found.map_or_else(
         || bad("preset", format!("preset = {}: must be one of {names}", short(&name.to_string()))),
@@ -300,11 +325,9 @@ pub fn preset(name: Option<Value>) -> Result<Scene> {
 
 /// A preset, or the scene of a file, as a scene file with every key.
 pub fn whole(name: &str) -> Result<String> {
-    if !name.ends_with(".toml") {
-        return Ok(write(name, &preset(Some(Value::from(name)))?, &Table::new()));
-    }
     let scene = read(Path::new(name))?;
-    Ok(write(PRESETS[0].0, &scene, &textile::of(&table_of(&text_of(Path::new(name))?)?)))
+    let preset = PRESETS.iter().find(|(known, _)| *known == name).map_or(PRESETS[0].0, |(known, _)| known);
+    Ok(write(preset, &scene, &textile::of(&table_of(&text_of(Path::new(name))?)?)))
 }
 
 /// A scene as such a file, with its textiles ([`textile::of`]) and their sources, every key and what it is; under `[unread]` those that
@@ -432,9 +455,10 @@ fn last_of(key: &str) -> &str {
 }
 
 /// What people call a parameter or a table otherwise.
-const CALLED: [(&str, &str); 8] = [
+const CALLED: [(&str, &str); 9] = [
     ("weight", "projectile.mass"),
     ("caliber", "projectile.diameter"),
+    ("caliber", "projectile.calibre"),
     ("fragment", "projectile"),
     ("bullet", "projectile"),
     ("textile", "fabric"),
@@ -486,7 +510,11 @@ fn assign(scene: &mut Scene, key: &str, value: &Value) -> Result<Option<&'static
             "projectile.position" => "; where it hits is given as aim.point",
             _ => "",
         };
-        let meant = if value.is_str() { units::meant(value, unit_of(field)) } else { String::new() } + instead;
+        let [least, greatest] = field.limits();
+        let meant = match field.place {
+            Place::Reals(..) => units::meant(value, unit_of(field), &|x| (least..=greatest).contains(&x)),
+            _ => unquoted(field, value),
+        } + instead;
         return bad(key, format!("{key} = {}: must be {}{meant}", short(&value.to_string()), expected(field)));
     };
     let mut changed = false;
@@ -495,6 +523,15 @@ fn assign(scene: &mut Scene, key: &str, value: &Value) -> Result<Option<&'static
         field.set_word(scene, element, word)?;
     }
     Ok(changed.then_some(field))
+}
+
+/// What somebody meant who wrote a count or a flag in quotes.
+fn unquoted(field: &Field, value: &Value) -> String {
+    let text = value.as_str().map_or("", str::trim);
+    let bare = format!("x = {}", short(text)).parse::<Table>().ok().and_then(|table| words(field, table.get("x")?));
+    let [least, greatest] = field.limits();
+    let fits = bare.is_some_and(|words| words.iter().all(|&word| (least..=greatest).contains(&(word as f64))));
+    if fits { format!("; write {text} without quotes") } else { String::new() }
 }
 
 /// The words of a value, if it is of the parameter's type.
@@ -549,7 +586,9 @@ fn expected(field: &Field) -> String {
         },
         Place::Flag(_) => "true or false".to_string(),
         Place::Choice(choice, ..) => {
-            let names: Vec<_> = choice.items.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+            let own = (field.name == "projectile.shape").then_some("fsp");
+            let names = choice.items.iter().map(|(name, _)| *name).chain(own);
+            let names: Vec<_> = names.map(|name| format!("\"{name}\"")).collect();
             format!("one of {}", names.join(", "))
         }
     }
@@ -644,6 +683,20 @@ mod tests {
         assert!(parse("preset = \"sheet_3in_sphere\"\n[sheet]\ngrading = \"fine\"\n").is_err());
         let given = parse("preset = \"sheet_3in_sphere\"\n[sheet.grading]\nlargest = 4\nhalf_width = [0.02, 0.01]\n");
         assert_eq!(given.unwrap().sheet.grading.half_width, [0.02, 0.01]);
+    }
+
+    #[test]
+    fn a_file_with_fabric_projectile_and_aim_needs_no_preset() {
+        let text = "fabric = \"kevlar_km2_s706\"\nprojectile.mass = \"8 g\"\naim.speed = \"490 fps\"\n";
+        assert_eq!(parse(text).unwrap(), parse(&format!("preset = \"sheet_3in_sphere\"\n{text}")).unwrap());
+        let said = parse("fabric = \"kevlar_km2_s706\"\n").unwrap_err().to_string();
+        assert!(PRESETS.iter().all(|(name, _)| said.contains(name)), "{said}");
+        let missing = read(Path::new("no_preset")).unwrap_err().to_string();
+        assert!(
+            missing.starts_with("no_preset: No such file, and no preset: ") && missing.contains("ring_40in"),
+            "{missing}"
+        );
+        assert_eq!(read(Path::new("ring_40in")).unwrap(), Scene::ring_40in());
     }
 
     #[test]

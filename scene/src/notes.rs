@@ -32,6 +32,10 @@ pub fn unlikely_body(scene: &Scene) -> Option<String> {
     let word = if density < least { "light" } else { "heavy" };
     let ([half_x, half_y], reach) = (scene.half_size(), Solid::of(body).reach());
     let across = 2.0 * sqrt(half_x * half_x + half_y * half_y);
+    if !(body.mass.is_finite() && reach.is_finite()) {
+        // The kernel refuses it.
+        return None;
+    }
     if body.mass > 0.0 && (least..=DENSITIES[1]).contains(&density) && reach > across {
         return Some(format!(
             "a projectile that reaches {:.3} mm from its centre is larger than the sheet, which is {:.3} mm across; a number without a unit is in m, \

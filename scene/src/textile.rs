@@ -49,8 +49,19 @@ const NUMBERS: [(&str, Place, &str); 15] = [
 ];
 
 /// What the network does not read, but what is said of one ply does: SI units and ranges. A number that is not given is unknown.
-const WEAVE: [(&str, &str, [f64; 2]); 3] =
-    [("thickness", "m", [1e-6, 1e-2]), ("width", "m", [1e-6, 1e-2]), ("friction", "1", [0.0, 2.0])];
+const WEAVE: [(&str, &str, [f64; 2]); 4] = [
+    ("thickness", "m", [1e-6, 1e-2]),
+    ("width", "m", [1e-6, 1e-2]),
+    ("friction", "1", [0.0, 2.0]),
+    (AREAL_DENSITY, "kg/m2", [1e-3, 100.0]),
+];
+
+/// Key that [`Textile::areal_density`] is compared with.
+const AREAL_DENSITY: &str = "areal_density";
+
+/// Largest part by which the areal density of a data sheet may differ from that of count, crimp and linear density: it is often
+/// given with finish, or rounded.
+const AREAL_DIFFERENCE: f64 = 0.1;
 
 /// The tables of the sheet, and of the last plies of a stack.
 const FRONT: &str = "fabric";
@@ -68,8 +79,7 @@ pub fn apply_back(scene: &mut Scene, table: &Value) -> Result<()> {
 
 /// The kernel's refusal of a textile with the names of the table's keys.
 fn refused<T>(table: &str, error: fabric::Error) -> Result<T> {
-    let range =
-        USUAL.iter().find(|(name, ..)| error.field.ends_with(name)).map_or("0 to below 1", |(_, _, words, _)| words);
+    let range = USUAL.iter().find(|(name, ..)| error.field.ends_with(name)).map_or("0 to below 1", |(.., words)| words);
     let help = match error.code {
         fabric::Code::OutOfRange => format!("; there are {range}"),
         fabric::Code::DoesNotGoWith => "; give one of the two".to_string(),
@@ -86,8 +96,9 @@ pub fn of(file: &Table) -> Table {
     let body = crate::given(file)
         .into_iter()
         .filter_map(|(key, value)| Some((key.strip_prefix("projectile.")?.to_string(), value)));
-    let body: Table = body.filter(|(key, _)| key == "material" || key == "density").collect();
-    if !body.is_empty() {
+    let body: Table = body.filter(|(key, _)| ["material", "density", "vertices"].contains(&&**key)).collect();
+    // A polyhedron keeps its mass and moments.
+    if !body.is_empty() && !body.contains_key("vertices") {
         all.insert("projectile".to_string(), body.into());
     }
     all
@@ -140,7 +151,7 @@ fn weave_of(table: &str, all: &BTreeMap<String, (String, Value)>) -> Result<Vec<
     for (key, si, [least, most]) in WEAVE {
         let Some((_, value)) = all.get(key) else { continue };
         let whole = format!("{table}.{key}");
-        let number = number(&whole, value, si, 0.0)?;
+        let number = number(&whole, value, si, 0.0, &[least, most])?;
         if !(least..=most).contains(&number) {
             let unit = if si == "1" { "" } else { " m" };
             let text = format!("must be {least} to {most}{unit}; leave it out if it is unknown");
@@ -177,15 +188,27 @@ fn given(table: &str, values: &Value) -> Result<BTreeMap<String, (String, Value)
 /// The textile of a table with this name.
 fn textile(table: &str, values: &Value) -> Result<Textile> {
     let all = given(table, values)?;
-    weave_of(table, &all)?;
+    let weave = weave_of(table, &all)?;
     let mut textile = Textile::default();
     for (key, place, si) in NUMBERS {
         if let Some((given, value)) = all.get(key) {
             let whole = format!("{table}.{given}");
-            let number = number(&whole, value, si, textile.fibre_density)?;
-            refuse_wrong_unit(&whole, number, value, si)?;
+            let usual = USUAL.iter().find(|(name, ..)| whole.ends_with(name));
+            let range = usual.map_or([0.0, f64::MAX], |(_, range, _)| *range);
+            let number = number(&whole, value, si, textile.fibre_density, &range)?;
+            if let Some((.., words)) = usual {
+                refuse_wrong_unit(&whole, number, value, si, range, words)?;
+            }
             *place(&mut textile) = number;
         }
+    }
+    let (sum, stated) = (textile.areal_density(), weave.iter().find(|(key, _)| *key == AREAL_DENSITY));
+    if let Some((key, stated)) = stated.filter(|(_, stated)| sum > 0.0 && (sum / stated - 1.0).abs() > AREAL_DIFFERENCE)
+    {
+        let text = format!(
+            "{table}.{key} = {stated} kg/m2: count, linear_density and crimp give {sum:.4} kg/m2; one of these numbers is wrong, or has another unit"
+        );
+        return bad(&format!("{table}.{key}"), text);
     }
     Ok(textile)
 }
@@ -207,8 +230,7 @@ fn refuse_missing(table: &str, has: impl Fn(&str) -> bool) -> Result<()> {
             ["warp", "weft"].iter().map(|side| format!("{side}.{key}")).filter(|key| !has(key)).collect();
         missing.extend(if lacking.len() == 2 { vec![key.to_string()] } else { lacking });
     }
-    missing
-        .extend(["fibre_density", "modulus", "damage_rate"].iter().filter(|key| !has(key)).map(|key| key.to_string()));
+    missing.extend(["fibre_density", "modulus"].iter().filter(|key| !has(key)).map(|key| key.to_string()));
     if !has("failure_strain") && !has("strength") {
         missing.push("failure_strain (or strength)".to_string());
     }
@@ -272,13 +294,12 @@ fn keys() -> impl Iterator<Item = &'static str> {
 }
 
 /// What people call numbers of a textile otherwise.
-const OTHERWISE: [(&str, &str); 6] = [
+const OTHERWISE: [(&str, &str); 5] = [
     ("density", "`fibre_density`"),
     ("fiber_density", "`fibre_density`"),
     ("youngs_modulus", "`modulus`"),
     ("tenacity", "`strength`"),
     ("plies", "`sheet.plies`, sewn together, or `stack.plies`, separate ones"),
-    ("areal_density", "`linear_density`, `count` and `crimp`, from which it follows"),
 ];
 
 /// Says what the table may have.
@@ -294,55 +315,59 @@ fn unknown<T>(table: &str, key: &str) -> Result<T> {
     bad(&format!("{table}.{key}"), text)
 }
 
-/// A number, its range in SI units and in words, and the units in which it is often given.
-type Usual = (&'static str, [f64; 2], &'static str, &'static [&'static str]);
+/// A number, its range in SI units and in words.
+type Usual = (&'static str, [f64; 2], &'static str);
 /// What textiles have: a number outside has the wrong unit. Below 100 of `damage_rate` a yarn would go on beyond its failure strain for more
 /// than 5 % of strain.
 const USUAL: [Usual; 8] = [
-    ("fibre_density", [500.0, 10_000.0], "0.5 to 10 g/cm3", &["g/cm3", "kg/m3"]),
-    ("modulus", [1e8, 1e12], "0.1 to 1000 GPa", &["GPa", "MPa"]),
-    ("strength", [1e7, 2e10], "0.01 to 20 GPa", &["GPa", "MPa"]),
-    ("failure_strain", [0.002, 0.3], "0.2 to 30 %", &["%", "1"]),
-    ("damage_rate", [100.0, f64::MAX], "100 and more, and 2300 fails within 0.2 % of strain", &[]),
-    ("linear_density", [1e-7, 1e-1], "1 to 1,000,000 dtex", &["denier", "dtex"]),
-    ("count", [100.0, 1e5], "1 to 1000 1/cm", &["1/cm", "1/in"]),
-    ("crimp", [0.0, 0.5], "0 to 50 %", &["%", "1"]),
+    ("fibre_density", [500.0, 10_000.0], "0.5 to 10 g/cm3"),
+    ("modulus", [1e8, 1e12], "0.1 to 1000 GPa"),
+    ("strength", [1e7, 2e10], "0.01 to 20 GPa"),
+    ("failure_strain", [0.002, 0.3], "0.2 to 30 %"),
+    ("damage_rate", [100.0, f64::MAX], "100 and more, and 2300 fails within 0.2 % of strain"),
+    ("linear_density", [1e-7, 1e-1], "1 to 1,000,000 dtex"),
+    ("count", [100.0, 1e5], "1 to 1000 1/cm"),
+    ("crimp", [0.0, 0.5], "0 to 50 %"),
 ];
 
-/// Refuses what no textile has, with the units that make sense of the number as it is written.
-fn refuse_wrong_unit(key: &str, number: f64, value: &Value, si: &str) -> Result<()> {
-    let Some((_, [least, most], words, likely)) = USUAL.iter().find(|(name, ..)| key.ends_with(name)) else {
-        return Ok(());
-    };
-    if number.is_nan() || number <= 0.0 || (*least..=*most).contains(&number) {
+/// Refuses what no textile has, with the units that make sense of the number as it is written. `words`: the range.
+fn refuse_wrong_unit(
+    key: &str,
+    number: f64,
+    value: &Value,
+    si: &str,
+    [least, most]: [f64; 2],
+    words: &str,
+) -> Result<()> {
+    if number.is_nan() || number <= 0.0 || (least..=most).contains(&number) {
         return Ok(());
     }
     let written = units::plain(value).or(units::with_unit(value).map(|(number, _)| number)).unwrap_or(number);
-    let in_unit = |unit: &&&str| {
-        let text = format!("{written} {unit}");
-        units::number(&text.as_str().into(), si).filter(|number| (*least..=*most).contains(number))?;
-        Some(if **unit == "1" { written.to_string() } else { format!("\"{text}\"") })
-    };
-    let hints: Vec<_> = likely.iter().filter_map(|unit| in_unit(&unit)).collect();
-    let hint = if hints.is_empty() { String::new() } else { format!(": write {}", hints.join(" or ")) };
+    let others = units::likely(written, si, &|x| (least..=most).contains(&x));
+    let hint = if others.is_empty() { String::new() } else { format!(": write {}", others.join(" or ")) };
     let unit = if units::plain(value).is_some() && si != "1" { format!(" {si}") } else { String::new() };
     bad(key, format!("{key} = {}{unit}: no textile has that; there are {words}{hint}", short(&value.to_string())))
 }
 
+/// Units of tenacity and of modulus over density, in cN/dtex.
+const TENACITIES: [(&str, f64); 4] =
+    [("cN/dtex", 1.0), ("cN/tex", 0.1), ("N/tex", 10.0), ("g/den", units::GRAMS_PER_DENIER)];
+
 /// A number in SI units, or with a unit; of stress also one of tenacity, which needs the fibre's density. `key`: its whole name.
-fn number(key: &str, given: &Value, si: &str, density: f64) -> Result<f64> {
-    let tenacity = if si == "Pa" { ", cN/dtex" } else { "" };
-    match (units::number(given, si), units::with_unit(given)) {
-        (Some(number), _) => Ok(number),
-        (None, Some((number, unit))) if !tenacity.is_empty() && unit == "cN/dtex" => {
-            Ok(centinewton_per_dtex(number, density))
-        }
-        _ => {
-            let value = given.to_string();
-            let [expected, meant] = [units::expected(si), units::meant(given, si)];
-            bad(key, format!("{key} = {}: must be a number{expected}{tenacity}{meant}", short(&value)))
-        }
+fn number(key: &str, given: &Value, si: &str, density: f64, [least, most]: &[f64; 2]) -> Result<f64> {
+    let names = TENACITIES.map(|(name, _)| name).join(", ");
+    let tenacity = if si == "Pa" { format!(", {names}") } else { String::new() };
+    if let Some(number) = units::number(given, si) {
+        return Ok(number);
     }
+    if let Some((number, unit)) = units::with_unit(given).filter(|_| si == "Pa")
+        && let Some((_, in_cn_dtex)) = TENACITIES.iter().find(|(name, _)| *name == unit)
+    {
+        return Ok(centinewton_per_dtex(number * in_cn_dtex, density));
+    }
+    let meant = units::meant(given, si, &|x| (*least..=*most).contains(&x));
+    let text = short(&given.to_string()).to_string();
+    bad(key, format!("{key} = {text}: must be a number{}{tenacity}{meant}", units::expected(si)))
 }
 
 /// The names of the textiles, in words.
@@ -408,6 +433,26 @@ mod tests {
         assert_eq!((textile.warp.crimp, textile.weft.crimp), (0.0, 0.015));
         close(textile.modulus, 177.1e9);
         assert_eq!((textile.failure_strain, textile.gauge_length), (0.035, 0.05));
+    }
+
+    /// A tenacity in all its units, and an areal density beside the numbers from which it follows: 0.1784 kg/m2.
+    #[test]
+    fn tenacities_and_areal_densities_of_data_sheets() {
+        let strength =
+            |text: &str| of(&format!("[fabric]\nfibre_density = 1440\nstrength = \"{text}\"")).unwrap().strength;
+        for text in ["20.3 cN/dtex", "203 cN/tex", "2.03 N/tex"] {
+            close(strength(text), 20.3e5 * 1440.0);
+        }
+        close(strength("23 g/den"), 23.0 * 9.80665e-3 / (1e-3 / 9000.0) * 1440.0);
+        let weighs = |text: &str| of(&format!("fabric = {{ name = \"kevlar_km2_s706\", areal_density = \"{text}\" }}"));
+        for text in ["180 g/m2", "0.18 kg/m2", "5.3 oz/yd2", "163 g/m2"] {
+            assert_eq!(weighs(text).unwrap(), of("fabric = \"kevlar_km2_s706\"").unwrap(), "{text}");
+        }
+        let told = weighs("231 g/m2").unwrap_err().to_string();
+        assert!(
+            told.starts_with("fabric.areal_density = 0.231 kg/m2: ") && told.contains("give 0.1785 kg/m2"),
+            "{told}"
+        );
     }
 
     #[test]

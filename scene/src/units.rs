@@ -10,11 +10,14 @@ type Unit = (&'static str, &'static str, fn(f64) -> f64);
 
 /// The decimal number with its point moved by so many places: "2.778 mm" has the bits of 2.778e-3.
 fn moved(x: f64, places: i32) -> f64 {
-    format!("{x}e{places}").parse().unwrap_or(f64::NAN)
+    if x.is_finite() { format!("{x}e{places}").parse().unwrap_or(f64::NAN) } else { x }
 }
 
-/// The units beside those of SI. Inch, foot and grain are those of the international yard and pound, which are exact.
-const UNITS: [Unit; 26] = [
+/// Grams of force per denier in cN/dtex.
+pub const GRAMS_PER_DENIER: f64 = 0.9 * 0.980665;
+
+/// The units beside those of SI. Inch, foot, yard, ounce and grain are those of the international yard and pound, which are exact.
+const UNITS: [Unit; 30] = [
     ("mm", "m", |x| moved(x, -3)),
     ("cm", "m", |x| moved(x, -2)),
     ("um", "m", |x| moved(x, -6)),
@@ -36,22 +39,58 @@ const UNITS: [Unit; 26] = [
     ("g/cm3", "kg/m3", |x| x * 1e3),
     ("denier", "kg/m", denier),
     ("dtex", "kg/m", dtex),
+    ("tex", "kg/m", |x| moved(x, -6)),
     ("1/in", "1/m", per_inch),
     ("1/cm", "1/m", |x| x * 100.0),
+    ("1/10cm", "1/m", |x| x * 10.0),
+    ("g/m2", "kg/m2", |x| moved(x, -3)),
+    ("oz/yd2", "kg/m2", |x| x * 28.349523125e-3 / (0.9144 * 0.9144)),
     ("%", "1", |x| x / 100.0),
     ("mm2", "m2", |x| moved(x, -6)),
     ("g.mm2", "kg.m2", |x| moved(x, -9)),
 ];
+
+/// Other spellings of units.
+const SPELLINGS: [(&str, &str); 9] = [
+    ("grains", "grain"),
+    ("gr", "grain"),
+    ("fps", "ft/s"),
+    ("inch", "in"),
+    ("inches", "in"),
+    ("1/inch", "1/in"),
+    ("ypi", "1/in"),
+    ("den", "denier"),
+    ("g/denier", "g/den"),
+];
+
+/// What a count counts.
+const COUNTED: [&str; 4] = ["ends", "picks", "yarns", "threads"];
+
+/// A unit as [`UNITS`] spells it: "ends/10 cm" is "1/10cm", and "cm³" is "cm3".
+fn spelled(unit: &str) -> String {
+    let mut unit = unit.replace([' ', '^'], "").replace('²', "2").replace('³', "3").replace(['µ', 'μ'], "u");
+    unit = unit.replace('°', "deg");
+    let per = COUNTED.iter().chain(&[""]).find_map(|what| unit.strip_prefix(what)?.strip_prefix('/'));
+    if let Some(per) = per {
+        unit = format!("1/{per}");
+    }
+    SPELLINGS.iter().find(|(other, _)| *other == unit).map_or(unit, |(_, own)| own.to_string())
+}
+
+/// Keys of a number that is a table.
+const PARTS: [&str; 4] = ["value", "unit", "source", "mark"];
 
 /// A number without unit.
 pub fn plain(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }
 
-/// Number and unit of a text or a table `{ value, unit }`; "34 /cm" is 34 and "1/cm", and "cm³" is "cm3".
+/// Number and unit of a text or a table `{ value, unit }`, the unit as [`UNITS`] spells it.
 pub fn with_unit(value: &Value) -> Option<(f64, String)> {
     let (number, unit) = match value {
-        Value::Table(table) => (plain(table.get("value")?)?, table.get("unit")?.as_str()?),
+        Value::Table(table) if table.keys().all(|key| PARTS.contains(&&**key)) => {
+            (plain(table.get("value")?)?, table.get("unit")?.as_str()?)
+        }
         // No number is longer.
         Value::String(text) if text.len() <= 80 => {
             let number = |end: usize| Some((text.get(..end)?.parse().ok()?, text.get(end..)?));
@@ -59,9 +98,7 @@ pub fn with_unit(value: &Value) -> Option<(f64, String)> {
         }
         _ => return None,
     };
-    let unit = unit.trim().replace('^', "").replace('²', "2").replace('³', "3").replace(['µ', 'μ'], "u");
-    let unit = unit.replace('°', "deg");
-    Some((number, if unit.starts_with('/') { format!("1{unit}") } else { unit }))
+    Some((number, spelled(unit)))
 }
 
 /// A number in SI units, whose unit is `si`; none if it is no number of this kind.
@@ -79,14 +116,45 @@ fn of_kind(si: &str) -> Vec<&'static str> {
     UNITS.iter().filter(|(_, kind, _)| *kind == si).map(|(name, ..)| *name).collect()
 }
 
-/// What somebody meant who wrote this: a decimal comma, a unit in other letters, or none.
-pub fn meant(value: &Value, si: &str) -> String {
+/// Ways to write a number so that it fits: as it is, in SI units, or with the units of its kind that make a value which `fits`.
+pub fn likely(number: f64, si: &str, fits: &dyn Fn(f64) -> bool) -> Vec<String> {
+    if number.is_finite() && fits(number) {
+        return vec![format!("{number} without quotes")];
+    }
+    let quoted = |unit| format!("\"{number} {unit}\"");
+    let known = of_kind(si).into_iter().map(quoted);
+    known.filter(|text| self::number(&text.trim_matches('"').into(), si).is_some_and(fits)).collect()
+}
+
+/// What somebody meant who wrote this of a number that `fits`: a decimal comma, a unit in other letters, or none.
+pub fn meant(value: &Value, si: &str, fits: &dyn Fn(f64) -> bool) -> String {
+    match value {
+        Value::Array(all) => {
+            return all.iter().find(|one| number(one, si).is_none()).map_or(String::new(), |one| meant(one, si, fits));
+        }
+        Value::Table(table) => {
+            let other = table.keys().find(|key| !PARTS.contains(&&***key));
+            return other.map_or(String::new(), |key| {
+                format!("; a number has {}, and no `{}`", PARTS.join(", "), crate::short(key))
+            });
+        }
+        _ => {}
+    }
     let of = |text: &str| with_unit(&Value::from(text.replacen(',', ".", 1)));
     let Some((number, unit)) = value.as_str().and_then(of) else { return String::new() };
-    let (unit, names) = (unit.replace("cc", "cm3"), of_kind(si));
-    let known = names.iter().copied().chain([si]).find(|name| name.eq_ignore_ascii_case(&unit));
-    let first = names.first().copied().filter(|_| unit.is_empty());
-    known.or(first).map_or(String::new(), |unit| format!("; write \"{number} {unit}\""))
+    let unit = unit.replace("cc", "cm3");
+    let mut names = of_kind(si).into_iter().chain([si]);
+    let hints = if unit.is_empty() {
+        likely(number, si, fits)
+    } else {
+        let known = names.find(|name| name.eq_ignore_ascii_case(&unit)).map(|name| format!("{number} {name}"));
+        known
+            .filter(|text| self::number(&text.as_str().into(), si).is_some_and(fits))
+            .map(|text| format!("\"{text}\""))
+            .into_iter()
+            .collect()
+    };
+    if hints.is_empty() { String::new() } else { format!("; write {}", hints.join(" or ")) }
 }
 
 /// What a number of this kind must be, in words: behind "a number" or "an array of 3 numbers".
@@ -120,6 +188,17 @@ mod tests {
             ("1.5 %", "1", 0.015),
             ("20 µs", "s", 20e-6),
             ("17 grain", "kg", 17.0 * 64.79891e-6),
+            ("17 grains", "kg", 17.0 * 64.79891e-6),
+            ("2 inches", "m", 2.0 * 0.0254),
+            ("500 fps", "m/s", 500.0 * 0.3048),
+            ("12 ends/cm", "1/m", 1200.0),
+            ("120 picks / 10 cm", "1/m", 1200.0),
+            ("34 yarns/inch", "1/m", 34.0 / 0.0254),
+            ("34 ypi", "1/m", 34.0 / 0.0254),
+            ("93 tex", "kg/m", 93e-6),
+            ("180 g/m²", "kg/m2", 0.18),
+            ("8 oz/yd²", "kg/m2", 8.0 * 28.349523125e-3 / (0.9144 * 0.9144)),
+            ("inf mm", "m", f64::INFINITY),
         ] {
             assert_eq!(of(text, si).to_bits(), expected.to_bits(), "{text}");
         }

@@ -186,6 +186,16 @@ class Dependencies(unittest.TestCase):
                 values.append(host.outputs())
             self.assertEqual(*values)
 
+    def test_a_time_that_numbers_do_not_resolve_is_refused(self):
+        for version in (2, 3):
+            host = Host(version)
+            self.assertEqual(host.initialise(TAUT, start=1e12), ERROR)
+            self.assertTrue(host.said("start time: near 1e12 s numbers are farther apart than an internal step"), host.log)
+            host = Host(version)
+            self.assertEqual(host.initialise(TAUT, start=1e3), OK)
+            self.assertEqual((host.step(1e3, 1e-14), host.step(1e3, 1e-6)), (ERROR, OK))
+            self.assertTrue(host.said("doStep: t + h is t"), host.log)
+
     def test_outputs_depend_at_once_on_what_is_stated(self):
         for version in (2, 3):
             allowed, found = stated(tree(version), version, "Outputs"), {}

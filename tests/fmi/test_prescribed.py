@@ -110,6 +110,17 @@ class Prescribed(unittest.TestCase):
             results.append((rows, host.outputs()))
         self.assertEqual(results[0], results[1])
 
+    def test_a_host_that_does_not_slow_down_is_warned_of_once(self):
+        for version in (2, 3):
+            host = Host(version, {**SMALL, "projectile.start.velocity[3]": 60.0, "projectile.mass": 1e-3, "drive": PRESCRIBED})
+            for k in range(100):
+                host.set(projectile__position=[0.0, 0.0, -RADIUS - 1e-5 + 60.0 * k * 1e-6], projectile__velocity=[0.0, 0.0, 60.0])
+                self.assertEqual(host.status_of_step(k * 1e-6, 1e-6), OK)
+                open_by = abs(host.get("interface.residual")) > 0.01 * 0.5 * 1e-3 * 60.0**2
+                told = [line[:2] for line in host.log if line[2].startswith("interface.residual: host and fabric differ")]
+                self.assertEqual(told, [(1, "logStatusWarning")] * open_by)
+            self.assertTrue(open_by)
+
     def test_bad_input_is_discarded_and_nothing_changes(self):
         place, speed = [0.0, 0.0, -RADIUS - 1e-5], [0.0, 0.0, 60.0]
         good = {"projectile.position": place, "projectile.velocity": speed, "projectile.orientation": [1.0, 0.0, 0.0, 0.0]}
@@ -148,7 +159,7 @@ class Prescribed(unittest.TestCase):
         self.assertEqual([text for status, _, text in host.log if status != OK], [])
         host.set(projectile__position=[0.0, 1e-3, -RADIUS - 1e-5])
         self.assertEqual(host.step(1e-6, 1e-6), DISCARD)
-        self.assertTrue(host.said("from where the fabric has the body (state.position), more than sheet.spacing, 7.25"), host.log)
+        self.assertTrue(host.said("m from where the fabric has the body, (0, 1e-4, -6.26e-3) m; the limit is sheet.spacing, 7.25"), host.log)
 
     def test_a_quaternion_of_nearly_unit_length_is_taken_without_a_warning(self):
         """A host that integrates one gives such in every step: it is normalised, and said once, to a host that wants events."""

@@ -57,14 +57,13 @@ class State(unittest.TestCase):
                 self.assertTrue(host.said(words), host.log)
 
             for length in (0, 1, 8, 32, 100, len(data) // 2, len(data) - 8, len(data) - 1):
-                refused(data[:length], "malformed, truncated or altered")
-            refused(data + bytes(8), "malformed, truncated or altered")
-            refused(b"x" * 64, "malformed, truncated or altered")
+                refused(data[:length], "altered, or none" if length < 32 else f"it has {length} bytes, needed are {len(data)}")
+            refused(data + bytes(8), f"it has {len(data) + 8} bytes, needed are {len(data)}")
+            refused(b"x" * 64, "altered, or none")
             header = 4 * 8  # magic, version, token, length
             for place in [*range(header), *range(header, len(data), len(data) // 200)]:
                 flipped = data[:place] + bytes([data[place] ^ (1 << place % 8)]) + data[place + 1 :]
-                other_version = 8 <= place < 24
-                refused(flipped, "another version" if other_version else "malformed, truncated or altered")
+                refused(flipped, "another version" if 8 <= place < 24 else "needed are" if 24 <= place < 32 else "altered, or none")
             self.assertEqual(host.image(), data)
             self.assertEqual(host.restore(host.state_of(data)), OK)
 

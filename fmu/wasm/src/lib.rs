@@ -48,6 +48,7 @@ struct Component(RefCell<Owned<Instance>>);
 fn status(answer: Answer) -> Status {
     match answer {
         Answer::Ok => Status::Ok,
+        Answer::Warning => Status::Warning,
         Answer::Discard => Status::Discard,
         Answer::Error => Status::Error,
         Answer::Fatal => Status::Fatal,

@@ -152,14 +152,14 @@ const TEXTS: [(Code, &CStr); 43] = [
     (Code::WrongDrive, c"call does not fit the way the projectile is driven"),
     (Code::BadPath, c"path does not fit the simulation's time"),
     (Code::AlreadyStarted, c"only allowed before the first step"),
-    (Code::ImageMalformed, c"snapshot image malformed or altered"),
+    (Code::ImageMalformed, c"no snapshot image, or an altered one"),
     (Code::ImageOfAnotherScene, c"snapshot image of another scene or version"),
     (Code::ImageInvalid, c"snapshot image holds impossible values"),
     (Code::BadNormal, c"not a unit normal"),
     (Code::UnboundedFaces, c"faces do not enclose a body"),
     (Code::ImpossibleMoments, c"moments of inertia that no body has"),
     (Code::NotSymmetric, c"not symmetric about the mirror planes"),
-    (Code::NotBuilt, c"this build was made without it"),
+    (Code::NotBuilt, c"needs the feature"),
     (Code::BandOutOfTurn, c"band called out of turn, or bands (not) in use"),
     (Code::NotInBands, c"the theta rule cannot be stepped in bands"),
     (Code::HoldsNothing, c"an attachment that holds no node"),
@@ -180,7 +180,7 @@ const TEXTS: [(Code, &CStr); 43] = [
 pub type Text = heapless::String<160>;
 
 /// A request that was refused. Nothing changed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Error {
     /// Why.
     pub code: Code,
@@ -223,10 +223,14 @@ impl Error {
     }
 
     /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`, `sheet.plies: out of range; it
-    /// is 0`, `back.plies: out of range; it is 2: see stack.plies`, `slack_balance: does not go with another field: integrator.kind`.
+    /// is 0`, `image: buffer too short: it has 0 bytes, needed are 28216`, `back.plies: out of range; it is 2: see stack.plies`, `slack_balance: does not go with another field: integrator.kind`.
     pub fn text(&self) -> Text {
         let mut text = Text::new();
-        let reason = self.code.text().to_str().unwrap_or("");
+        let lengths = matches!(self.code, Code::ShortBuffer | Code::ImageMalformed) && self.limit != 0.0;
+        let reason = match self.code {
+            Code::ImageMalformed if lengths => "snapshot image of another length",
+            code => code.text().to_str().unwrap_or(""),
+        };
         // A text that does not fit is cut; the code and the field come first.
         let _ = if self.field.is_empty() { write!(text, "{reason}") } else { write!(text, "{}: {reason}", self.field) };
         let (before, value, after) = match self.code {
@@ -235,18 +239,27 @@ impl Error {
             Code::NotPositive | Code::OutOfRange if !self.field.is_empty() => ("; it is ", self.value, ""),
             _ => ("", 0.0, ""),
         };
+        if lengths {
+            let _ = write!(text, ": it has {} bytes, needed are {}", self.value as u64, self.limit as u64);
+        }
+        if self.code == Code::NotBuilt && !self.with.is_empty() {
+            let _ = write!(
+                text,
+                " `{0}`, which this build lacks: fabric-kernel = {{ ..., features = [\"{0}\"] }} in Cargo.toml",
+                self.with
+            );
+        }
         if !before.is_empty() {
             for part in [before, &number(value), after] {
                 let _ = text.push_str(part);
             }
         }
         let link = match (self.code, self.with) {
-            (_, "") => "",
-            (Code::DoesNotGoWith | Code::NotBuilt, _) => ": ",
-            _ => ": see ",
+            (Code::NotBuilt, _) | (_, "") => ["", ""],
+            (Code::DoesNotGoWith, with) => [": ", with],
+            (_, with) => [": see ", with],
         };
-        let _ = text.push_str(link);
-        let _ = text.push_str(self.with);
+        link.iter().for_each(|part| drop(text.push_str(part)));
         text
     }
 }
@@ -299,6 +312,12 @@ fn write_number(text: &mut Text, value: f64) -> core::fmt::Result {
 }
 
 impl core::fmt::Display for Error {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(&self.text())
+    }
+}
+
+impl core::fmt::Debug for Error {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(&self.text())
     }
@@ -402,6 +421,18 @@ mod tests {
         let text = "projectile.velocity: projectile crosses more than a node spacing in a step; \
                     the largest step for this motion is 1.8142e-6 s";
         assert_eq!(error.text().as_str(), text);
+    }
+
+    #[test]
+    fn text_of_a_length_names_both_and_debug_is_the_text() {
+        let error = Error::new(Code::ShortBuffer, "memory", 64.0, 58_545_408.0);
+        assert_eq!(std::format!("{error:?}"), "memory: buffer too short: it has 64 bytes, needed are 58545408");
+        let cut = Error::new(Code::ImageMalformed, "image", 8.0, 28_216.0);
+        assert_eq!(cut.text().as_str(), "image: snapshot image of another length: it has 8 bytes, needed are 28216");
+        assert_eq!(
+            Error::plain(Code::ImageMalformed, "image").text().as_str(),
+            "image: no snapshot image, or an altered one"
+        );
     }
 
     #[test]

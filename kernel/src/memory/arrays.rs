@@ -80,7 +80,13 @@ impl Layout {
 /// Refuses memory that is too short for a scene of these sizes.
 pub(crate) fn check(memory: &[CacheLine], layout: &Layout) -> Result<(), Error> {
     let (have, need) = (memory.len(), layout.lines());
-    if have < need { Err(Error::new(Code::ShortBuffer, "memory", have as f64, need as f64)) } else { Ok(()) }
+    if have < need { Err(short("memory", have, need)) } else { Ok(()) }
+}
+
+/// The refusal of so many lines, where as many are needed: lengths in bytes.
+pub(crate) fn short(field: &'static str, have: usize, need: usize) -> Error {
+    let [have, need] = [have, need].map(|lines| (lines * size_of::<CacheLine>()) as f64);
+    Error::new(Code::ShortBuffer, field, have, need)
 }
 
 /// The caller's memory, cut into arrays.
@@ -188,7 +194,7 @@ impl<'a> Arrays<'a> {
     /// Cuts memory that has been found to be enough.
     #[inline(never)]
     pub(crate) fn carve(&mut self, memory: &'a mut [CacheLine], layout: &Layout) -> Result<(), Error> {
-        let short = Error::new(Code::ShortBuffer, "memory", memory.len() as f64, layout.lines() as f64);
+        let short = short("memory", memory.len(), layout.lines());
         let Some((reals, rest)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
         let Some((shared, words)) = rest.split_at_mut_checked(layout.shared_lines()) else { return Err(short) };
         let (mut reals, mut words) = (Carver::of(CacheLine::reals(reals)), Carver::of(CacheLine::words(words)));

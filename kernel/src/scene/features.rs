@@ -450,6 +450,9 @@ mod tests {
         assert_eq!(check_in(&scene, |_| true), Ok(()));
         let refusal = check_in(&scene, |record| record.feature != Friction).unwrap_err();
         assert_eq!(refusal, Error::not_built("contact.friction", "friction"));
-        assert_eq!(refusal.text().as_str(), "contact.friction: this build was made without it: friction");
+        assert_eq!(
+            refusal.text().as_str(),
+            "contact.friction: needs the feature `friction`, which this build lacks: fabric-kernel = { ..., features = [\"friction\"] } in Cargo.toml"
+        );
     }
 }

@@ -49,13 +49,17 @@ pub struct Textile {
     pub strength: f64,
     /// Part of the failure strain, or of the strength, that weaving has taken, in [0, 1); 0 for yarn taken from the fabric.
     pub weaving_loss: f64,
-    /// Damage rate lambda beyond the failure strain, dimensionless, at least 3.
+    /// Damage rate lambda beyond the failure strain, dimensionless, at least 3; 0: ln(100)/0.002.
     pub damage_rate: f64,
     /// Weibull shape of the failure strain, in [1, 1000]; 0: all segments fail at the same strain.
     pub weibull_shape: f64,
     /// Gauge length of the failure strain, m, >= 0; 0: the length of a segment. Read with a Weibull shape only.
     pub gauge_length: f64,
 }
+
+/// Damage rate of a textile whose data sheet has none, as all: ln(100)/0.002, so that a yarn keeps 1 % of its stiffness 0.2 % of
+/// strain beyond the failure strain, which it thus hardly exceeds.
+pub const DAMAGE_RATE: f64 = 2302.6;
 
 /// Viscosity of a textile: linear, quadratic and of bending (docs/model.md, "Viscosity").
 pub const TEXTILE_VISCOSITY: [f64; 3] = [0.06, 1.5, 0.06];
@@ -165,7 +169,7 @@ impl Textile {
         let critical_stretch = self.critical_stretch()?;
         not_negative("textile.modulus_sd", self.modulus_sd)?;
         finite("textile.damage_rate", self.damage_rate)?;
-        if self.damage_rate < DAMAGE_RATE_MIN {
+        if self.damage_rate != 0.0 && self.damage_rate < DAMAGE_RATE_MIN {
             return Err(Error::new(Code::DamageRateTooSmall, "textile.damage_rate", self.damage_rate, DAMAGE_RATE_MIN));
         }
         within("textile.weibull_shape", self.weibull_shape, WEIBULL_SHAPES[1])?;
@@ -200,6 +204,7 @@ impl Scene {
     /// Nothing is changed then. Whether it goes with the rest of the scene is left to [`Scene::check`].
     pub fn set_textile(&mut self, textile: &Textile) -> Result<(), Error> {
         let critical_stretch = textile.check()?;
+        let damage_rate = if textile.damage_rate == 0.0 { DAMAGE_RATE } else { textile.damage_rate };
         let (warp, weft) = (&textile.warp, &textile.weft);
         let (h_x, h_y) = (1.0 / weft.count, 1.0 / warp.count);
         let area = |threads: &Threads| threads.linear_density / textile.fibre_density;
@@ -215,7 +220,7 @@ impl Scene {
         self.weft = Weft::LIKE_WARP;
         let yarn = &mut self.yarn;
         (yarn.modulus_mean, yarn.modulus_sd) = (textile.modulus, textile.modulus_sd);
-        (yarn.damage_slope, yarn.damage_intercept, yarn.damage_sd) = (0.0, textile.damage_rate, 0.0);
+        (yarn.damage_slope, yarn.damage_intercept, yarn.damage_sd) = (0.0, damage_rate, 0.0);
         (yarn.damage_a, yarn.damage_b) = (1.0, 0.0);
         yarn.critical_stretch = critical_stretch;
         yarn.stochastic = textile.modulus_sd > 0.0;
@@ -476,7 +481,7 @@ mod tests {
             ("textile.strength", |t, x| t.strength = x, &[3e9], Code::DoesNotGoWith),
             ("textile.strength", |t, x| (t.failure_strain, t.strength) = (0.0, x), &[1e12, 1e-9], Code::OutOfRange),
             ("textile.weaving_loss", |t, x| t.weaving_loss = x, &[-0.1, 1.0], Code::OutOfRange),
-            ("textile.damage_rate", |t, x| t.damage_rate = x, &[0.0, 2.9], Code::DamageRateTooSmall),
+            ("textile.damage_rate", |t, x| t.damage_rate = x, &[-1.0, 2.9], Code::DamageRateTooSmall),
             ("textile.weibull_shape", |t, x| t.weibull_shape = x, &[-1.0, 0.5, 1001.0], Code::OutOfRange),
             ("textile.gauge_length", |t, x| t.gauge_length = x, &[-1.0], Code::OutOfRange),
             ("textile.modulus", |t, x| t.modulus = x, &[f64::NAN], Code::NotFinite),

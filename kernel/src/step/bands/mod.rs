@@ -56,6 +56,7 @@ mod scratch;
 
 use crate::ground::error::{Code, Error, Failure};
 use crate::ground::lanes::CacheLine;
+use crate::memory::arrays;
 use crate::memory::layout::MAX_BANDS;
 use crate::memory::system::System;
 use crate::memory::watch::OutcomeSet;
@@ -107,7 +108,7 @@ impl<'s, 'a> Bands<'s, 'a> {
     ) -> Result<Bands<'s, 'a>, Error> {
         system.sound()?;
         let needed = system.layout.band_lines(of)?;
-        let short = Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64);
+        let short = arrays::short("scratch", scratch.len(), needed);
         let scratch = CacheLine::reals(scratch.get_mut(..needed).ok_or(short)?).as_mut_ptr();
         let first_step = system.state.step;
         let until = first_step.saturating_add(steps);
