@@ -18,7 +18,7 @@ const COMPILERS: [([&str; 2], &str, usize); 2] =
 /// compares with it.
 pub fn run() -> Outcome {
     crate::install::into(&prefix())?;
-    crate::gates::undefined_in_kernel(&prefix().join("lib/libfabric_kernel.so"))?;
+    crate::targets::undefined_in_kernel(&prefix().join("lib/libfabric_kernel.so"))?;
     let wanted = [pins()?, lines(&read(top().join("tests/c/digests"))?)].concat();
     for ([c, cpp], kinds, expected) in COMPILERS {
         if !found(c, "its C and C++ hosts are") {

@@ -1,6 +1,7 @@
 //! `cargo xtask demo`: a rotorburst fragment, flown by a host in Python, hits the fabric FMU, one ply of it and a pack that stops it;
 //! tables, plots and a report come out.
 
+use crate::platforms::Targets;
 use crate::tools::{self, Outcome};
 use std::path::Path;
 
@@ -17,7 +18,7 @@ pub const PROGRAMS: &str = "examples/rotorburst";
 
 pub fn run(options: &Options) -> Outcome {
     crate::needs::demo()?;
-    crate::fmu::run(&crate::fmu::Options::default())?;
+    crate::fmu::packed(Targets::Host, false)?;
     // The pictures of the sheet are made with the package.
     let python = crate::wheel::installed()?;
 

@@ -5,31 +5,24 @@ mod bochs;
 mod chosts;
 mod component;
 mod demo;
-mod description;
 mod digests;
 mod examples;
+mod features;
 mod fmu;
 mod fuzz;
-mod gates;
-mod header;
 mod install;
-mod model;
 mod needs;
-mod outputs;
-mod page;
 mod platforms;
 mod readme;
 mod release;
 mod rotorburst;
 mod sanitize;
 mod size;
-mod stack;
-mod targets;
 mod tests;
-mod tools;
 mod web;
 mod wheel;
-mod xml;
+
+use xtask::{targets, tools};
 
 use clap::{Parser, Subcommand};
 
@@ -87,7 +80,7 @@ fn main() -> std::process::ExitCode {
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
         Command::Release(options) => release::run(&options),
-        Command::Header => header::run(false),
+        Command::Header => tools::own("xtask-tables", &["header"]),
         Command::Digests(options) => digests::run(&options),
         Command::Web(options) => web::run(&options),
         Command::Bench(options) => tests::bench(&options),
@@ -96,11 +89,5 @@ fn main() -> std::process::ExitCode {
         Command::Size => size::run(),
         Command::Sanitize => sanitize::run(),
     };
-    match result {
-        Ok(()) => std::process::ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("error: {message}");
-            std::process::ExitCode::FAILURE
-        }
-    }
+    tools::ended(result)
 }

@@ -14,7 +14,7 @@ pub struct Options {
 /// Builds the host, the fragment's FMU and the package, and compares the three forms.
 pub fn run(options: &Options) -> Outcome {
     let python = python()?;
-    fmu::run(&fmu::Options::default())?;
+    fmu::packed(platforms::Targets::Host, false)?;
     let out = target().join("rotorburst");
     make_folder(out.to_path_buf())?;
     let shield = target().join("fmu/FabricShield-fmi2.fmu");
@@ -57,7 +57,7 @@ fn package(python: &Path, out: &Path) -> Result<PathBuf, String> {
     let source = |name: &str| top().join("examples/rotorburst/ssp").join(name);
     let trajectory = out.join("FragmentTrajectory.fmu");
     let binary = format!("binaries/{}/FragmentTrajectory.so", platforms::host()?.fmu[0]);
-    fmu::pack(&trajectory, vec![("modelDescription.xml".into(), source("FragmentTrajectory.xml")), (binary, library)])?;
+    fmu::pack(&trajectory, &[("modelDescription.xml".into(), source("FragmentTrajectory.xml")), (binary, library)])?;
     let [shield, _] = fmu::of_scene("RotorburstShield", &source("shield.toml"), platforms::Targets::default())?;
     let package = out.join("Rotorburst.ssp");
     let entries = [
@@ -65,6 +65,6 @@ fn package(python: &Path, out: &Path) -> Result<PathBuf, String> {
         ("resources/FragmentTrajectory.fmu", trajectory),
         ("resources/RotorburstShield.fmu", shield),
     ];
-    fmu::pack(&package, entries.map(|(name, path)| (name.to_string(), path)).to_vec())?;
+    fmu::pack(&package, &entries.map(|(name, path)| (name.to_string(), path)))?;
     Ok(package)
 }

@@ -1,24 +1,14 @@
 //! `cargo xtask size`: machine code, stack and memory of the library with few features, and the table of them in the documents.
 
-use crate::tools::{Outcome, target, top, write};
-use crate::{digests, gates, stack};
-
-use fabric::{CacheLine, FEATURES, Layout, Scene, TimeStep};
-use fabric_tests::options::{Choice, GROUPS};
-use indicatif::ProgressIterator;
-use object::read::archive::ArchiveFile;
-use object::{Object, ObjectSection, SectionKind};
-use std::path::Path;
+use crate::digests;
+use crate::tools::{Outcome, asked, of_kernel, target, top, write};
 
 pub fn run() -> Outcome {
-    let names = gates::names();
-    let mut sets = vec![("nothing", "")];
-    sets.extend(names.iter().map(|name| (*name, *name)));
-    sets.extend(gates::SETS.map(|name| (name, name)));
-    sets.push(("all", "default"));
     let mut rows = Vec::new();
-    for (name, features) in sets.into_iter().progress() {
-        rows.push(row(name, features)?);
+    let sets = asked("xtask-tables", &["memory"])?;
+    for (k, set) in sets.lines().enumerate() {
+        println!("{} of {}", k + 1, sets.lines().count());
+        rows.push(row(&set.split('\t').collect::<Vec<_>>())?);
     }
     let text = format!(
         "# What a build pays for\n\n\
@@ -38,60 +28,16 @@ pub fn run() -> Outcome {
     Ok(())
 }
 
-fn row(name: &str, features: &str) -> Result<String, String> {
-    let library = gates::kernel(features)?;
-    let [own, stack] = [gates::code(&library)?.bytes, stack::chains(&library)?.first().map_or(0, |chain| chain.bytes)];
+/// A set's name, the features of it, the memory of a node and what it is: from xtask-tables.
+fn row(set: &[&str]) -> Result<String, String> {
+    let [name, features, memory, about] = *set else { return Err(format!("no set: {set:?}")) };
+    let own = asked("xtask-binaries", &["kernel", features])?;
+    let (own, stack) = own.trim().split_once(' ').ok_or("no size")?;
     let others = [(digests::BOARD_TRIPLE, digests::HARD), (digests::WASM, "")];
     let [arm, wasm] = others.map(|(triple, flags)| {
-        let few = ["--no-default-features", "--features", &format!("bare,{}", gates::of_kernel(features))];
-        code(&digests::library(Some(triple), flags, &few, &target().join("size").join(triple))?)
+        let few = ["--no-default-features", "--features", &format!("bare,{}", of_kernel(features))];
+        let library = digests::library(Some(triple), flags, &few, &target().join("size").join(triple))?;
+        asked("xtask-binaries", &["archive", &library.to_string_lossy()])
     });
-    let memory = bytes_a_node(name).map_or(String::new(), |bytes| bytes.to_string());
-    let about: Vec<_> = FEATURES.iter().filter(|record| record.name == name).map(|record| record.about).collect();
-    Ok(format!("| `{name}` | {own} | {} | {} | {stack} | {memory} | {} |\n", arm?, wasm?, about.join("; ")))
-}
-
-/// Machine code of what is the project's in a static library, bytes.
-fn code(library: &Path) -> Result<u64, String> {
-    let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", library.display());
-    let data = std::fs::read(library).map_err(|error| failed(&error))?;
-    let archive = ArchiveFile::parse(&*data).map_err(|error| failed(&error))?;
-    let mut bytes = 0;
-    for member in archive.members() {
-        let member = member.map_err(|error| failed(&error))?;
-        // Besides it the archive holds all of the compiler's own functions, of which a host links what it needs.
-        if member.name().starts_with(b"fabric_kernel") {
-            let object = object::File::parse(member.data(&*data).map_err(|error| failed(&error))?);
-            let sections = object.map_err(|error| failed(&error))?;
-            bytes += sections.sections().filter(|s| s.kind() == SectionKind::Text).map(|s| s.size()).sum::<u64>();
-        }
-    }
-    if bytes > 0 { Ok(bytes) } else { Err(format!("{}: no machine code of the project", library.display())) }
-}
-
-/// Bytes a node of a sheet of 105 x 105 nodes with the first option of the tests that asks for this feature alone; none if there is
-/// none, for what no scene asks for and for sets.
-fn bytes_a_node(name: &str) -> Option<usize> {
-    let preset = Scene::sheet_3in_sphere();
-    // Without drawn yarn, and with a step that is short enough for any.
-    let mut plain = Scene { time_step: TimeStep::fraction(0.1), ..preset };
-    (plain.yarn.stochastic, plain.track_detachment) = (false, false);
-    let with = |choice: &Choice| {
-        let mut scene = plain;
-        choice.set(&mut scene);
-        scene
-    };
-    let alone = |scene: &Scene| {
-        let mut asked = FEATURES.iter().filter(|record| record.asked_by(scene).is_some()).peekable();
-        asked.peek().is_some() && asked.all(|record| record.name == name)
-    };
-    let scene = match name {
-        "nothing" => plain,
-        "paper" => preset,
-        "real" => fabric_scene::parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_km2_s706\"").ok()?,
-        "detachment" => Scene { track_detachment: true, ..plain },
-        _ => GROUPS.iter().copied().flatten().map(with).find(alone)?,
-    };
-    let layout = Layout::of(&scene).ok()?;
-    Some(layout.lines() * size_of::<CacheLine>() / layout.nodes())
+    Ok(format!("| `{name}` | {own} | {} | {} | {stack} | {memory} | {about} |\n", arm?.trim(), wasm?.trim()))
 }

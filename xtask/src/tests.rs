@@ -2,7 +2,7 @@
 
 use crate::fmu;
 use crate::platforms::Targets;
-use crate::tools::{Outcome, cargo, emptied, python, python_with, read, run as command, target, top, wait};
+use crate::tools::{Outcome, cargo, emptied, own, python, python_with, read, run as command, target, top, wait};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -39,10 +39,10 @@ const FIRST: &[Step] = &[
     ("unit, physics, golden and robustness tests", || {
         cargo(&["test", "--quiet", "--workspace", "--features", EVERY_FEATURE])
     }),
-    ("every set of features", crate::gates::every_feature_set),
+    ("every set of features", crate::features::every_feature_set),
     ("documentation", documentation),
     ("package of the kernel", package),
-    ("C header", || crate::header::run(true)),
+    ("C header", || own("xtask-tables", &["header", "--check"])),
     ("web page in a browser", crate::web::check),
     ("digests on other targets", crate::digests::short),
     ("studies in short form", studies),
@@ -51,7 +51,7 @@ const FIRST: &[Step] = &[
 
 /// The other half.
 const SECOND: &[Step] = &[
-    ("gates on the libraries", crate::gates::run),
+    ("gates on the libraries", || own("xtask-binaries", &["gates"])),
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
@@ -212,7 +212,7 @@ fn processor_seconds() -> f64 {
 /// and runs the FMPy tests.
 fn fmus() -> Outcome {
     fmu::run(&fmu::Options { check: true, ..Default::default() })?;
-    fmu::run(&fmu::Options { targets: Targets::All, ..Default::default() })?;
+    fmu::run(&fmu::Options { targets: Targets::All, figures: true, ..Default::default() })?;
     let file = "runner/scenes/tilted_disc_sector.toml";
     fmu::of_scene("TiltedDiscSector", &top().join(file), Targets::Host)?;
     // What tests/fmi/test_stability.py compares them with.

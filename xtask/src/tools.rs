@@ -1,7 +1,9 @@
 //! Running other programs from the project's top folder.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, ExitCode, Output, Stdio};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// What every command returns: nothing, or a message for the user.
@@ -29,6 +31,57 @@ pub fn wait(command: &mut Command) -> Outcome {
 /// Runs cargo, the one that runs this program.
 pub fn cargo(arguments: &[&str]) -> Outcome {
     run(cargo_program(), arguments)
+}
+
+/// Does what may take its time, and says so: once, with the time that it took when it last had to be done.
+pub fn said<T>(what: &str, action: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let file = target().join("times").join(what.replace(|c: char| !c.is_alphanumeric(), "-"));
+    if SAID.lock().is_ok_and(|mut said| said.insert(what.into())) {
+        let last = std::fs::read_to_string(&file).map(|last| format!(" (last time {last} s)"));
+        println!("{what} ...{}", last.unwrap_or_default());
+    }
+    let start = Instant::now();
+    let done = action()?;
+    let seconds = start.elapsed().as_secs();
+    if seconds > 0 {
+        write(&file, seconds.to_string())?;
+    }
+    Ok(done)
+}
+
+/// Compiles a program of the project's own, and runs it.
+pub fn own(name: &str, arguments: &[&str]) -> Outcome {
+    run(compiled(name)?, arguments)
+}
+
+/// The same; what it prints.
+pub fn asked(name: &str, arguments: &[&str]) -> Result<String, String> {
+    output(compiled(name)?, arguments)
+}
+
+fn compiled(name: &str) -> Result<PathBuf, String> {
+    said(&format!("Compiling {name}"), || cargo(&["build", "--quiet", "--package", name]))?;
+    Ok(target().join("debug").join(name))
+}
+
+/// Says what went wrong, if something did.
+pub fn ended(result: Outcome) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The names in a folder, sorted.
+pub fn listed(folder: &Path) -> Result<Vec<String>, String> {
+    let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?.flatten();
+    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    Ok(names)
 }
 
 pub fn cargo_program() -> std::ffi::OsString {
@@ -185,4 +238,30 @@ pub fn wait_within(child: &mut Child, longest: Duration) -> Outcome {
         std::thread::sleep(Duration::from_millis(20));
     }
     Ok(())
+}
+
+/// A feature of the kernel as a command of cargo for another package names it.
+pub fn of_kernel(feature: &str) -> String {
+    if feature.is_empty() { String::new() } else { format!("fabric-kernel/{feature}") }
+}
+
+/// Major and minor number in a text like "rustc 1.96.0 (...)".
+pub fn version(text: &str) -> Option<(u32, u32)> {
+    let number = text.split_whitespace().find(|word| word.starts_with(|c: char| c.is_ascii_digit()))?;
+    let mut parts = number.split('.').map(|part| part.parse().ok());
+    Some((parts.next()??, parts.next()??))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::version;
+
+    #[test]
+    fn versions_are_read_and_ordered() {
+        assert_eq!(version("rustc 1.96.0 (6b00bc388 2026-06-23) (built from a source tarball)"), Some((1, 96)));
+        assert_eq!(version("rustc 1.63.0"), Some((1, 63)));
+        assert_eq!(version("2.14"), Some((2, 14)));
+        assert!(version("2.2.5") < version("2.14"));
+        assert_eq!(version("PRIVATE"), None);
+    }
 }

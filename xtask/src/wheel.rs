@@ -2,8 +2,7 @@
 
 use crate::platforms::{compiler_for, own};
 use crate::targets::{TARGETS, Target};
-use crate::tools::{Outcome, emptied, finish, pip, python_with, run as command, target, top};
-use std::io::Read;
+use crate::tools::{Outcome, emptied, finish, output, pip, python_with, run as command, target, top};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -60,20 +59,11 @@ fn flags() -> String {
 
 /// Refuses a wheel of which a file names a folder of this machine.
 fn names_no_folder(wheel: &Path) -> Outcome {
-    let said = |error: &dyn std::fmt::Display| format!("{}: {error}", wheel.display());
-    let file = std::fs::File::open(wheel).map_err(|error| said(&error))?;
-    let mut archive = zip::ZipArchive::new(file).map_err(|error| said(&error))?;
-    for k in 0..archive.len() {
-        let (mut bytes, mut part) = (Vec::new(), archive.by_index(k).map_err(|error| said(&error))?);
-        part.read_to_end(&mut bytes).map_err(|error| said(&error))?;
-        for (folder, _) in folders() {
-            let name = folder.to_string_lossy().into_owned();
-            if bytes.windows(name.len()).any(|text| text == name.as_bytes()) {
-                return Err(said(&format!("a file names the folder {name}: {:?}", part.name())));
-            }
-        }
-    }
-    Ok(())
+    let program = "import sys, zipfile; wheel = zipfile.ZipFile(sys.argv[1])\n\
+                   sys.exit([name for name in wheel.namelist() for at in sys.argv[2:] if at.encode() in wheel.read(name)])";
+    let folders = folders().map(|(folder, _)| folder.to_string_lossy().into_owned());
+    let found = output("python3", &["-c", program, &wheel.to_string_lossy(), &folders[0], &folders[1]]);
+    found.map(|_| ()).map_err(|what| format!("{}: a file names a folder of this machine: {what}", wheel.display()))
 }
 
 /// The Python of the project's environment, with the package of this clone as it is now.

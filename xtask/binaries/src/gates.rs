@@ -2,10 +2,11 @@
 //! prints its row of docs/reliability.md ("figure N: ...").
 
 use crate::stack;
-use crate::tools::{Outcome, cargo, output, sources, target, top, wait};
-use fabric::FEATURES;
+use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
+use xtask::targets::{FROM_HOST, FROM_LINUX, undefined};
+use xtask::tools::{Outcome, of_kernel, sources, target, top, wait};
 
 /// All gates on the two libraries.
 pub fn run() -> Outcome {
@@ -14,11 +15,11 @@ pub fn run() -> Outcome {
     let [kernel, fmu] = [kernel("default,capsule")?, linked("fmu-lib", "libfabric_shield.so", &[])?];
     println!("figure 1: 0 in libfabric_kernel, 0 in the FMU: both link although no panic handler exists");
     undefined(&kernel, &FROM_HOST)?;
-    undefined(&fmu, &crate::platforms::FROM_LINUX)?;
+    undefined(&fmu, &FROM_LINUX)?;
     println!(
         "figure 2: 0 beyond {} in libfabric_kernel; 0 beyond {} in the FMU",
         FROM_HOST.join(", "),
-        crate::platforms::FROM_LINUX.join(", ")
+        FROM_LINUX.join(", ")
     );
     unsafe_blocks()?;
     features_remove_code(&bare, &code(&kernel)?)?;
@@ -37,7 +38,7 @@ pub fn run() -> Outcome {
 /// (but is not a stable feature: hence the variable). Calls of its own functions do not go through the table of symbols.
 fn linked(package: &str, library: &str, options: &[&str]) -> Result<PathBuf, String> {
     let folder = target().join("gate");
-    let mut command = std::process::Command::new(crate::tools::cargo_program());
+    let mut command = std::process::Command::new(xtask::tools::cargo_program());
     command
         .args(["rustc", "--quiet", "--profile", "ship", "--package", package, "--lib", "--crate-type", "cdylib"])
         .args(options)
@@ -52,30 +53,9 @@ fn linked(package: &str, library: &str, options: &[&str]) -> Result<PathBuf, Str
     Ok(folder.join("ship").join(library))
 }
 
-/// What the kernel's C library may ask of its host.
-const FROM_HOST: [&str; 4] = ["memcpy", "memmove", "memset", "memcmp"];
-
-/// The C library may ask its host for these and nothing else, besides the weak names of the linker's start-up code.
-pub fn undefined_in_kernel(library: &Path) -> Outcome {
-    undefined(library, &FROM_HOST)
-}
-
-fn undefined(library: &Path, allowed: &[&str]) -> Outcome {
-    let listed = output("nm", &["-D", "--undefined-only", &library.to_string_lossy()])?;
-    let names = listed.lines().filter(|line| !line.contains(" w ")).filter_map(|line| line.split_whitespace().last());
-    let strangers: Vec<_> =
-        names.map(|name| name.split('@').next().unwrap_or(name)).filter(|name| !allowed.contains(name)).collect();
-    if strangers.is_empty() { Ok(()) } else { Err(format!("{} wants {strangers:?}", library.display())) }
-}
-
 /// libfabric_kernel with this feature of the kernel only, none if it is empty, or `default,capsule`, which is all.
 pub fn kernel(feature: &str) -> Result<PathBuf, String> {
     linked("capi-lib", "libfabric_kernel.so", &["--no-default-features", "--features", &of_kernel(feature)])
-}
-
-/// A feature of the kernel as a command of cargo for another package names it.
-pub fn of_kernel(feature: &str) -> String {
-    if feature.is_empty() { String::new() } else { format!("fabric-kernel/{feature}") }
 }
 
 pub struct Code {
@@ -98,6 +78,24 @@ pub fn code(library: &Path) -> Result<Code, String> {
     let names: Vec<&str> = file.symbols().filter_map(|symbol| symbol.name().ok()).collect();
     let held = |module: &&str| names.iter().any(|name| name.contains(&format!("6fabric{module}")));
     Ok(Code { bytes: text.map(|section| section.size()).sum(), modules: LEFT_OUT.into_iter().filter(held).collect() })
+}
+
+/// Machine code of what is the project's in a static library, bytes.
+pub fn of_archive(library: &Path) -> Result<u64, String> {
+    let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", library.display());
+    let data = std::fs::read(library).map_err(|error| failed(&error))?;
+    let archive = ArchiveFile::parse(&*data).map_err(|error| failed(&error))?;
+    let mut bytes = 0;
+    for member in archive.members() {
+        let member = member.map_err(|error| failed(&error))?;
+        // Besides it the archive holds all of the compiler's own functions, of which a host links what it needs.
+        if member.name().starts_with(b"fabric_kernel") {
+            let object = object::File::parse(member.data(&*data).map_err(|error| failed(&error))?);
+            let sections = object.map_err(|error| failed(&error))?;
+            bytes += sections.sections().filter(|s| s.kind() == SectionKind::Text).map(|s| s.size()).sum::<u64>();
+        }
+    }
+    if bytes > 0 { Ok(bytes) } else { Err(format!("{}: no machine code of the project", library.display())) }
 }
 
 /// Features that are left out make the library smaller and take their modules along.
@@ -186,43 +184,6 @@ fn short(name: &str) -> String {
     }
     let parts: Vec<_> = plain.split("::").filter(|part| !part.is_empty()).collect();
     parts[parts.len().saturating_sub(2)..].join("::")
-}
-
-/// Sets of features that are more than one and less than all: the kernel's Cargo.toml says what each is for.
-pub const SETS: [&str; 2] = ["paper", "real"];
-
-/// Builds the kernel with nothing, with each feature left out, and with sets that a host may use, and runs the pinned scenes of the
-/// first and the last of these. The steps before have done so with all features.
-pub fn every_feature_set() -> Outcome {
-    let check = |set: &str| {
-        println!("  {}", if set.is_empty() { "nothing" } else { set });
-        let few = ["check", "--quiet", "--package", "fabric-kernel", "--no-default-features", "--features", set];
-        cargo(&few).map_err(|message| format!("features {set:?}: {message}"))
-    };
-    let names = names();
-    for left_out in &names {
-        let others: Vec<_> = names.iter().filter(|name| *name != left_out).copied().collect();
-        check(&others.join(","))?;
-    }
-    for set in [""].iter().chain(&SETS) {
-        let tests = ["test", "--quiet", "--package", "fabric-tests", "--test", "golden", "--no-default-features"];
-        cargo(&[&tests[..], &["--features", &of_kernel(set)]].concat())?;
-    }
-    println!(
-        "figure 15: each of {} features left out, nothing, and {} build without a warning; pinned scenes of the last {} pass",
-        names.len(),
-        SETS.join(" and "),
-        1 + SETS.len()
-    );
-    Ok(())
-}
-
-/// The cargo features of the kernel, each once.
-pub fn names() -> Vec<&'static str> {
-    let mut names: Vec<_> = FEATURES.iter().map(|record| record.name).collect();
-    names.sort_unstable();
-    names.dedup();
-    names
 }
 
 #[cfg(test)]
