@@ -4,7 +4,7 @@
 use crate::bochs;
 use crate::platforms;
 use crate::targets::{self, Tool};
-use crate::tools::{Outcome, finish, first_found, make_folder, output, read, target, top, wait_within};
+use crate::tools::{self, Outcome, finish, first_found, make_folder, output, read, target, top, wait_within};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -119,6 +119,9 @@ pub fn short() -> Outcome {
 /// kernel compare the instruction sets of x86-64.
 const WITH_EVERY_CHANGE: [&str; 4] = ["x86-64-freestanding", "i686", "cortex-m7-hard", "wasm32"];
 
+/// The step's name.
+pub const STEP: &str = "digests on other targets";
+
 /// What became of a target.
 enum Fate {
     /// Cannot run here; why, and what would help.
@@ -149,14 +152,14 @@ pub fn run(options: &Options) -> Outcome {
     report(&pins, &results)?;
     match libraries.iter().find(|built| built.library == FIRMWARE) {
         Some(built) => firmware(&built.path)?,
-        None => println!("examples/cortex-m7: skipped with cortex-m7-hard"),
+        None => tools::left_out("examples/cortex-m7", "as cortex-m7-hard"),
     }
     let skipped = results.iter().find(|(_, result)| matches!(result, Fate::Skipped(_)));
     if let (Some((name, _)), false, false) = (skipped, options.targets.is_empty(), options.only_available) {
         return Err(format!("{name} was asked for and cannot run here"));
     }
     if skipped.is_some() && results.iter().all(|(_, fate)| matches!(fate, Fate::Skipped(_))) {
-        println!("no target could run: nothing was compared");
+        tools::left_out(STEP, "no target could run");
     }
     Ok(())
 }
@@ -320,7 +323,8 @@ pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Pat
     if !flags.is_empty() {
         command.env("RUSTFLAGS", flags);
     }
-    finish(&mut command)?;
+    let platform = triple.unwrap_or("this platform");
+    tools::said(&format!("Compiling the C library for {platform} {flags}"), || finish(&mut command))?;
     Ok(folder.join(triple.unwrap_or("")).join("ship").join("libfabric_kernel.a"))
 }
 
@@ -450,7 +454,7 @@ fn report(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
     let (mut ran, mut different) = (0, Vec::new());
     for (name, fate) in results {
         match fate {
-            Fate::Skipped(reason) => println!("{name:20} skipped: {reason}"),
+            Fate::Skipped(reason) => tools::left_out(&format!("digests on {name}"), reason),
             Fate::Ran { lines, by, seconds } => {
                 ran += 1;
                 let cells: Vec<_> = pins

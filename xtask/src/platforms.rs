@@ -32,7 +32,7 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str
         for platform in platforms().filter(|platform| platform.triple != host.triple) {
             match compiler(platform) {
                 Ok(compiler) => wanted.push((platform, compiler)),
-                Err(reason) => println!("  {}: skipped, {reason}", platform.fmu[0]),
+                Err(reason) => tools::left_out(&format!("FMU for {}", platform.fmu[0]), &reason),
             }
         }
         // Those with the same compiler are built side by side.
@@ -221,7 +221,8 @@ fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target]
         }
         command.env(variable("RUSTFLAGS"), flags);
     }
-    tools::wait(&mut command)
+    let names: Vec<_> = if others.is_empty() { &host } else { others }.iter().map(|one| one.fmu[0]).collect();
+    tools::said(&format!("Compiling the FMU's library for {}", names.join(", ")), || tools::wait(&mut command))
 }
 
 /// What the linker needs to know of macOS where Apple's tools are missing: the names of the functions that the library may ask for.

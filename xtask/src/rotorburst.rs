@@ -1,7 +1,7 @@
 //! `cargo xtask rotorburst`: the rotorburst example as a host in C and as an SSP package, compared with the host in Python.
 
 use crate::tools::{Outcome, make_folder, output, python, run as command, target, top};
-use crate::{chosts, fmu, install, platforms};
+use crate::{chosts, fmu, platforms};
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
@@ -36,7 +36,7 @@ const WARNINGS: [&str; 6] = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "
 
 /// The host in C, linked with the kernel.
 fn host(out: &Path) -> Result<PathBuf, String> {
-    install::into(&chosts::prefix())?;
+    chosts::installed()?;
     let (library, program) = (chosts::prefix().join("lib/libfabric_kernel.a"), out.join("rotorburst"));
     let sources = ["-Iinclude", "examples/rotorburst/rotorburst.c", "examples/rotorburst/fragment.c"];
     let last = [&*library.to_string_lossy(), "-lm", "-o", &program.to_string_lossy()];

@@ -2,7 +2,10 @@
 
 use crate::fmu;
 use crate::platforms::Targets;
-use crate::tools::{Outcome, cargo, emptied, own, python, python_with, read, run as command, target, top, wait};
+use crate::tools::{
+    Outcome, all_left_out, cargo, emptied, left_out, own, python, python_with, read, run as command, said, target, top,
+    wait, write,
+};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -12,6 +15,9 @@ pub struct Options {
     /// Run only the steps whose name contains this text (repeatable).
     #[arg(long, value_name = "TEXT")]
     only: Vec<String>,
+    /// Refuse to leave anything out that the packages of `cargo xtask packages` bring.
+    #[arg(long)]
+    complete: bool,
     /// Only the second half of the steps, until this file is there.
     #[arg(long, hide = true, value_name = "FILE", conflicts_with = "only")]
     second_until: Option<PathBuf>,
@@ -22,19 +28,10 @@ type Step = (&'static str, fn() -> Outcome);
 /// What every change must pass, in two halves that take the same time side by side: the first compiles for development and release, and
 /// for the targets of the digests, the second what is shipped.
 const FIRST: &[Step] = &[
-    ("format", || cargo(&["fmt", "--all", "--check"])),
+    ("format", || with_cargo("format", "fmt", &["fmt", "--all", "--check"])),
     ("clippy", || {
-        cargo(&[
-            "clippy",
-            "--quiet",
-            "--workspace",
-            "--all-targets",
-            "--features",
-            EVERY_FEATURE,
-            "--",
-            "-D",
-            "warnings",
-        ])
+        let options = ["clippy", "--quiet", "--workspace", "--all-targets", "--features", EVERY_FEATURE];
+        with_cargo("clippy", "clippy", &[&options[..], &["--", "-D", "warnings"]].concat())
     }),
     ("unit, physics, golden and robustness tests", || {
         cargo(&["test", "--quiet", "--workspace", "--features", EVERY_FEATURE])
@@ -43,8 +40,8 @@ const FIRST: &[Step] = &[
     ("documentation", documentation),
     ("package of the kernel", package),
     ("C header", || own("xtask-tables", &["header", "--check"])),
-    ("web page in a browser", crate::web::check),
-    ("digests on other targets", crate::digests::short),
+    (crate::web::STEP, crate::web::check),
+    (crate::digests::STEP, crate::digests::short),
     ("studies in short form", studies),
     ("tutorial", tutorial),
 ];
@@ -52,9 +49,9 @@ const FIRST: &[Step] = &[
 /// The other half.
 const SECOND: &[Step] = &[
     ("gates on the libraries", || own("xtask-binaries", &["gates"])),
-    ("C and C++ hosts", crate::chosts::run),
+    (crate::chosts::STEP, crate::chosts::run),
     ("binary interface", crate::abi::run),
-    ("C and C++ examples", crate::examples::run),
+    (crate::examples::STEP, crate::examples::run),
     ("FMUs", fmus),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("Python package", crate::wheel::test),
@@ -64,6 +61,15 @@ const SECOND: &[Step] = &[
 
 /// What the kernel does not have by default. Where a step builds it with others, it is one more build.
 const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
+
+/// A step that is a command of cargo's, which may not be installed.
+fn with_cargo(step: &str, name: &str, arguments: &[&str]) -> Outcome {
+    if crate::needs::cargo_has(name) {
+        return cargo(arguments);
+    }
+    left_out(step, &format!("no cargo {name}: rustup component add rustfmt clippy"));
+    Ok(())
+}
 
 /// The page of the tutorial has what its programs print, and the notebook is that page.
 fn tutorial() -> Outcome {
@@ -124,10 +130,12 @@ fn package() -> Outcome {
 
 pub fn run(options: &Options) -> Outcome {
     if let Some(stop) = &options.second_until {
-        return steps(SECOND.iter(), || stop.exists());
+        let done = steps(SECOND.iter(), || stop.exists());
+        write(stop.with_extension("summary"), done.text())?;
+        return done.ended();
     }
     if options.only.is_empty() {
-        return side_by_side();
+        return side_by_side(options.complete);
     }
     let wanted = |name: &str| options.only.iter().any(|text| name.contains(text.as_str()));
     let mut chosen = FIRST.iter().chain(SECOND).filter(|(name, _)| wanted(name)).peekable();
@@ -135,13 +143,15 @@ pub fn run(options: &Options) -> Outcome {
         let names: Vec<_> = FIRST.iter().chain(SECOND).map(|(name, _)| *name).collect();
         return Err(format!("no step has {:?} in its name; there are: {}", options.only, names.join(", ")));
     }
-    steps(chosen, || false)
+    let done = steps(chosen, || false);
+    done.print();
+    done.ended()
 }
 
 /// The first half of the steps here and the second in another process of this program: many a step keeps one processor busy only. Where
 /// one half fails, the other ends after the step that it is in.
-fn side_by_side() -> Outcome {
-    crate::needs::test()?;
+fn side_by_side(complete: bool) -> Outcome {
+    crate::needs::test(complete)?;
     let folder = emptied(target().join("checks"))?;
     let (log, stop) = (folder.join("second.log"), folder.join("stop"));
     let failed = |error: std::io::Error| format!("{}: {error}", log.display());
@@ -155,20 +165,23 @@ fn side_by_side() -> Outcome {
         .spawn()
         .map_err(failed)?;
     println!("Half of the steps run beside these; what they print is in {} and follows at the end.", log.display());
-    let first = steps(FIRST.iter(), || matches!(second.try_wait(), Ok(Some(status)) if !status.success()));
-    if let Err(message) = &first {
+    let mut done = steps(FIRST.iter(), || matches!(second.try_wait(), Ok(Some(status)) if !status.success()));
+    if let Err(message) = done.ended() {
         println!("error: {message}; the other half ends after the step that it is in ...");
         std::fs::write(&stop, "").map_err(failed)?;
     }
-    let status = second.wait().map_err(failed)?;
+    second.wait().map_err(failed)?;
     println!("{}", read(&log)?);
-    first?;
-    if status.success() { Ok(()) } else { Err("a step of the second half has failed: see above".into()) }
+    done.add(&read(stop.with_extension("summary"))?);
+    done.print();
+    done.ended()
 }
 
 pub fn verify() -> Outcome {
-    side_by_side()?;
-    steps(VERIFY.iter(), || false)
+    side_by_side(false)?;
+    let done = steps(VERIFY.iter(), || false);
+    done.print();
+    done.ended()
 }
 
 #[derive(clap::Args)]
@@ -183,22 +196,68 @@ pub fn bench(options: &BenchOptions) -> Outcome {
     runner(&[&["bench"], &options[..]].concat())
 }
 
-/// Runs the steps in order, stops at the first that fails, or if the word is given, and prints what each took: time, and that of
-/// processors.
-fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() -> bool) -> Outcome {
-    let mut summary = Vec::new();
+/// What became of steps: a line for each that passed, was left out in whole or in part, and failed.
+#[derive(Default)]
+struct Done([Vec<String>; 3]);
+
+impl Done {
+    /// The lines, each behind the number of its kind, as [`Done::add`] reads them.
+    fn text(&self) -> String {
+        let kind = |(kind, lines): (usize, &Vec<String>)| {
+            lines.iter().map(|line| format!("{kind}{line}\n")).collect::<String>()
+        };
+        self.0.iter().enumerate().map(kind).collect()
+    }
+
+    fn add(&mut self, text: &str) {
+        for line in text.lines() {
+            if let (Some(kind), Some(rest)) = (line.get(..1).and_then(|kind| kind.parse::<usize>().ok()), line.get(1..))
+            {
+                self.0.get_mut(kind).map(|lines| lines.push(rest.into()));
+            }
+        }
+    }
+
+    /// The number of each, alone on a line, and then what was left out and failed.
+    fn print(&self) {
+        let [passed, left_out, failed] = &self.0;
+        println!("\n{}\n", passed.join("\n"));
+        println!("{} passed, {} failed, {} skipped", passed.len(), failed.len(), left_out.len());
+        for (name, lines) in [("skipped", left_out), ("failed", failed)] {
+            if !lines.is_empty() {
+                println!("{name}: {}", lines.join(", "));
+            }
+        }
+    }
+
+    fn ended(&self) -> Outcome {
+        self.0[2].first().map_or(Ok(()), |message| Err(message.clone()))
+    }
+}
+
+/// Runs the steps in order, stops at the first that fails, or if the word is given; what each took: time, and that of processors.
+fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() -> bool) -> Done {
+    let mut done = Done::default();
     for (name, step) in steps {
         if stopped() {
-            return Err("stopped, for another check has failed".into());
+            break;
         }
-        println!("\n== {name}");
         let (start, before) = (Instant::now(), processor_seconds());
-        step().map_err(|message| format!("step \"{name}\": {message}"))?;
+        let result = said(&format!("\n== {name}"), step);
         let (seconds, busy) = (start.elapsed().as_secs_f64(), processor_seconds() - before);
-        summary.push(format!("  passed in {seconds:6.1} s (processors {busy:6.1} s)  {name}"));
+        let left_out = all_left_out();
+        let whole = left_out.iter().any(|what| what.starts_with(&format!("{name} (")));
+        done.0[1].extend(left_out);
+        match result {
+            Err(message) => {
+                done.0[2].push(format!("step \"{name}\": {message}"));
+                break;
+            }
+            Ok(()) if whole => {}
+            Ok(()) => done.0[0].push(format!("  passed in {seconds:6.1} s (processors {busy:6.1} s)  {name}")),
+        }
     }
-    println!("\n{}\n{} passed, 0 failed", summary.join("\n"), summary.len());
-    Ok(())
+    done
 }
 
 /// What the programs that this one has started and that have ended took of processors, s, as Linux keeps it (proc(5)).

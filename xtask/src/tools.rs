@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Output, Stdio};
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// What every command returns: nothing, or a message for the user.
@@ -93,8 +93,8 @@ pub fn cargo_tool(name: &str) -> Result<Command, String> {
     let own = target().join("bin").join(name);
     let here = first_found(&[name]).is_some();
     if !here && !own.exists() {
-        println!("  {name} is not here: it is being installed, which takes some minutes");
-        cargo(&["install", "--quiet", "--locked", name, "--root", &target().to_string_lossy()])?;
+        let root = target().to_string_lossy().into_owned();
+        said(&format!("Installing {name}"), || cargo(&["install", "--quiet", "--locked", name, "--root", &root]))?;
     }
     let mut program = if here { Command::new(name) } else { Command::new(own) };
     program.current_dir(top());
@@ -158,13 +158,26 @@ pub fn first_found<'p>(programs: &[&'p str]) -> Option<&'p str> {
     programs.iter().copied().find(|program| answers(Command::new(program).arg("--version")))
 }
 
-/// Whether a program is there; if not it says what is left out.
-pub fn found(program: &str, without: &str) -> bool {
-    let found = first_found(&[program]).is_some();
-    if !found {
-        println!("  {program} is not here: {without} left out");
+static LEFT_OUT: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// Notes a check, or a part of one, that is left out on this machine.
+pub fn left_out(what: &str, why: &str) {
+    println!("  left out: {what} ({why})");
+    LEFT_OUT.lock().unwrap_or_else(PoisonError::into_inner).push(format!("{what} ({why})"));
+}
+
+/// What was left out since this was asked last.
+pub fn all_left_out() -> Vec<String> {
+    std::mem::take(&mut LEFT_OUT.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Whether programs are there; if not, what needs them is left out.
+pub fn found(programs: &[&str], what: &str) -> bool {
+    let missing = programs.iter().find(|program| first_found(&[program]).is_none());
+    if let Some(missing) = missing {
+        left_out(what, &format!("no {missing}"));
     }
-    found
+    missing.is_none()
 }
 
 /// The Python of the project's virtual environment, which is made and filled from `requirements.txt` if need be.
@@ -181,8 +194,7 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
     let _lock = lock.map_err(|error| format!("{}.lock: {error}", venv.display()))?;
     let python = venv.join("bin").join("python");
     if !python.exists() {
-        println!("Setting up the Python environment in {} ...", venv.display());
-        run("python3", &["-m", "venv", &venv.to_string_lossy()])
+        said("Setting up a Python environment", || run("python3", &["-m", "venv", &venv.to_string_lossy()]))
             .map_err(|e| format!("{e}; Python 3.11 or newer with the venv module is needed"))?;
     }
     for list in ["requirements.txt", list] {
@@ -191,7 +203,7 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
         if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
             continue;
         }
-        pip(&python, &["-r", list])?;
+        said(&format!("Installing Python packages ({list})"), || pip(&python, &["-r", list]))?;
         write(&stamp, wanted)?;
     }
     Ok(python)

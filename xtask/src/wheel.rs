@@ -2,7 +2,7 @@
 
 use crate::platforms::{compiler_for, own};
 use crate::targets::{TARGETS, Target};
-use crate::tools::{Outcome, emptied, finish, output, pip, python_with, run as command, target, top};
+use crate::tools::{self, Outcome, emptied, finish, output, pip, python_with, run as command, said, target, top};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -14,7 +14,7 @@ pub fn run() -> Outcome {
     for target in TARGETS.iter().filter(other) {
         match target.compiler.found().and_then(|_| compiler_for(target.triple)) {
             Ok(_) => build(&folder, Some(target))?,
-            Err(reason) => println!("  {}: skipped, {reason}", target.triple),
+            Err(reason) => tools::left_out(&format!("wheel for {}", target.triple), &reason),
         }
     }
     let maturin = python_with("python/requirements.txt")?.with_file_name("maturin");
@@ -41,7 +41,8 @@ fn build(folder: &Path, other: Option<&Target>) -> Outcome {
     maturin.env("CARGO_ENCODED_RUSTFLAGS", flags());
     // In the source that is packed the lock names crates that are not in it.
     maturin.arg("--locked").arg("--out").arg(folder).current_dir(top().join("python"));
-    finish(&mut maturin).map(|_| ())
+    let platform = other.map_or("this platform", |target| target.triple);
+    said(&format!("Compiling the Python package for {platform}"), || finish(&mut maturin).map(|_| ()))
 }
 
 /// The folders of this machine whose names a panic's place would show, and what stands for them.

@@ -46,7 +46,7 @@ fn fmu(check: bool) -> Outcome {
     let mut files = files(&Model::own(), &top().join("modelDescription"));
     let tables =
         [("docs/tables/scene.md".into(), parameters::table()), ("docs/tables/outputs.md".into(), outputs::table())];
-    let others = parameters::sets().into_iter().chain(tables).chain([outputs::types()?]);
+    let others = parameters::sets()?.into_iter().chain(tables).chain([outputs::types()?]);
     files.extend(others.map(|(name, text)| (top().join(name), text)));
     made(&files, check, "cargo xtask fmu")
 }

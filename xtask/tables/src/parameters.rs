@@ -11,18 +11,26 @@ use fabric_fmu::parameters::Parameters;
 use fabric_fmu::starts;
 use fabric_fmu::table::{Role, VARIABLES};
 
-/// The other presets, and a stack, as parameter sets of SSP 1.0 for the FMU of FMI 2.0: what differs from its start values.
-pub fn sets() -> Vec<(String, String)> {
+/// The other presets, a stack, and a real fabric, as parameter sets of SSP 1.0 for the FMU of FMI 2.0: what differs from its start values.
+pub fn sets() -> Result<Vec<(String, String)>, String> {
     let name_of = |name: &str| format!("examples/parameters/{name}.ssv");
     let others = fabric_scene::PRESETS.iter().filter(|(_, make)| make() != Scene::sheet_10in_cylinder());
-    let others = others.map(|(name, make)| (*name, make())).chain([("three_plies", three_plies())]);
-    others.map(|(name, scene)| (name_of(name), parameter_set(name, scene))).collect()
+    let others = others.map(|(name, make)| (*name, make())).chain([("three_plies", three_plies()), (ZYLON, zylon()?)]);
+    Ok(others.map(|(name, scene)| (name_of(name), parameter_set(name, scene))).collect())
 }
 
 /// The 3 in sheet and its sphere with three separate plies, a quarter of a millimetre apart.
 fn three_plies() -> Scene {
     let scene = Scene::sheet_3in_sphere();
     Scene { stack: fabric::Stack { plies: 3, gap: 2.5e-4, ..scene.stack }, ..scene }
+}
+
+const ZYLON: &str = "zylon_as_500_35";
+
+/// The 10 in sheet of this fabric.
+fn zylon() -> Result<Scene, String> {
+    let text = format!("preset = \"sheet_10in_cylinder\"\n[fabric]\nname = \"{ZYLON}\"\n");
+    fabric_scene::parse(&text).map_err(|error| error.to_string())
 }
 
 fn parameter_set(name: &str, mut scene: Scene) -> String {
