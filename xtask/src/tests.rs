@@ -4,7 +4,7 @@ use crate::fmu;
 use crate::platforms::Targets;
 use crate::tools::{
     Outcome, all_left_out, cargo, emptied, left_out, own, python, python_with, read, run as command, said, target, top,
-    wait, write,
+    unit_tests, wait, write,
 };
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -213,7 +213,7 @@ impl Done {
         for line in text.lines() {
             if let (Some(kind), Some(rest)) = (line.get(..1).and_then(|kind| kind.parse::<usize>().ok()), line.get(1..))
             {
-                self.0.get_mut(kind).map(|lines| lines.push(rest.into()));
+                self.0[kind.min(2)].push(rest.into());
             }
         }
     }
@@ -277,8 +277,7 @@ fn fmus() -> Outcome {
     // What tests/fmi/test_stability.py compares them with.
     let out = target().join("fmu/run").to_string_lossy().into_owned();
     runner(&["run", file, "--steps", "6000", "--sample", "6000", "--until", "none", "--out", &out])?;
-    let discover = ["-m", "unittest", "discover", "--verbose", "--start-directory", "tests/fmi"];
-    command(python_with("tests/fmi/requirements.txt")?, &discover)
+    unit_tests(&python_with("tests/fmi/requirements.txt")?, "tests/fmi")
 }
 
 /// The questions of docs/accuracy.md.

@@ -1,6 +1,7 @@
 //! Running other programs from the project's top folder.
 
 use std::collections::BTreeSet;
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
@@ -151,6 +152,21 @@ pub fn make_folder(folder: PathBuf) -> Result<PathBuf, String> {
 pub fn emptied(folder: PathBuf) -> Result<PathBuf, String> {
     let _ = std::fs::remove_dir_all(&folder);
     make_folder(folder)
+}
+
+/// Runs the tests in a folder by Python's unittest; those that it skips are left out.
+pub fn unit_tests(python: &Path, folder: &str) -> Outcome {
+    let mut tests = Command::new(python);
+    tests.args(["-m", "unittest", "discover", "--verbose", "--start-directory", folder]).current_dir(top());
+    let mut child = tests.stderr(Stdio::piped()).spawn().map_err(|error| format!("cannot start {tests:?}: {error}"))?;
+    for line in child.stderr.take().into_iter().flat_map(|said| BufReader::new(said).lines()).map_while(Result::ok) {
+        eprintln!("{line}");
+        if let Some((name, why)) = line.split_once(" ... skipped ") {
+            left_out(name, why);
+        }
+    }
+    let status = child.wait().map_err(|error| error.to_string())?;
+    if status.success() { Ok(()) } else { Err(format!("{tests:?} failed ({status})")) }
 }
 
 /// The first program of a list that is here.

@@ -2,7 +2,9 @@
 
 use crate::platforms::{compiler_for, own};
 use crate::targets::{TARGETS, Target};
-use crate::tools::{self, Outcome, emptied, finish, output, pip, python_with, run as command, said, target, top};
+use crate::tools::{
+    self, Outcome, emptied, finish, output, pip, python_with, run as command, said, target, top, unit_tests,
+};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -87,7 +89,7 @@ pub fn test() -> Outcome {
     command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
     let python = venv.join("bin/python");
     pip(&python, &[&format!("{}[test]", wheel.display())])?;
-    command(&python, &["-m", "unittest", "discover", "--start-directory", "python/tests"])
+    unit_tests(&python, "python/tests")
 }
 
 fn only_file(folder: &Path) -> Result<PathBuf, String> {
