@@ -333,3 +333,26 @@ fn runner(arguments: &[&str]) -> Outcome {
     let program = ["run", "--quiet", "--release", "--package", "fabric", "--"];
     cargo(&[&program[..], arguments].concat())
 }
+
+#[cfg(test)]
+mod counted {
+    use super::{Done, Step, steps};
+    use crate::tools::found;
+
+    #[test]
+    fn what_is_left_out_has_not_passed() {
+        let all: [Step; 4] = [
+            ("whole", || if found(&["tool"], "whole") { Err("a tool".into()) } else { Ok(()) }),
+            ("part", || if found(&["other tool"], "a part") { Err("a tool".into()) } else { Ok(()) }),
+            ("bad", || Err("broken".into())),
+            ("never", || Ok(())),
+        ];
+        let mut done = Done::default();
+        done.add(&steps(all.iter(), || false).text());
+        let [passed, left_out, failed] = &done.0;
+        assert!(passed.len() == 1 && passed[0].ends_with("part"), "{passed:?}");
+        assert_eq!(*left_out, ["whole (no tool)", "a part (no other tool)"]);
+        assert_eq!(*failed, ["step \"bad\": broken"]);
+        assert!(done.ended().is_err());
+    }
+}

@@ -97,7 +97,7 @@ fn check(platform: &Target, path: &str) -> Result<(BTreeSet<String>, String), St
         }
     }
     let needs = needs.into_iter().collect::<Vec<_>>().join(", ");
-    let system = if kind == "so" { " of GNU" } else { " of macOS" };
+    let system = if kind == "so" { " of the GNU C library" } else { " of macOS" };
     let symbols = floor.map_or(String::new(), |(major, minor)| format!("{system} {major}.{minor}"));
     Ok((exported, format!("{} bytes, {FUNCTIONS} functions exported, needs {needs}{symbols}", data.len())))
 }
