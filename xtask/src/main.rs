@@ -36,7 +36,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Set up everything, build the FMUs, fly a rotorburst fragment into the paper's sheet and write target/demo/report.html.
+    /// Set up everything, build the FMUs, fly a rotorburst fragment into a sheet of Zylon and write target/demo/report.html.
     Demo(demo::Options),
     /// Run every check: format, clippy, unit and physics tests, C and C++ hosts, FMPy, studies in short form.
     Test(tests::Options),
