@@ -3,7 +3,7 @@
 
 use crate::bochs;
 use crate::platforms;
-use crate::targets::{self, Tool};
+use crate::targets::{self, BOARD as BOARD_TRIPLE, HARD, Tool, WASM};
 use crate::tools::{self, Outcome, finish, first_found, make_folder, output, read, target, top, wait_within};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -69,9 +69,6 @@ const FREESTANDING: &[&str] = &[
     "-ffreestanding", "-nostdlib", "-static", "-fno-builtin", "-fno-stack-protector", "-fno-tree-loop-distribute-patterns",
     "-Wl,--gc-sections",
 ];
-/// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
-pub const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";
-
 #[rustfmt::skip]
 const TARGETS: [Target; 12] = [
     Target { name: "x86-64-scalar", library: Library::Choosing, options: &["-DINSTRUCTIONS=0"], sources: HOSTED, runner: Runner::Machine },
@@ -95,9 +92,6 @@ const QEMU_BOARD: [&str; 14] = [
     "-chardev", "stdio,id=out", "-semihosting-config", "enable=on,target=native,chardev=out", "-kernel",
 ];
 
-/// The targets of Rust that are linked or run in a way of their own.
-pub const BOARD_TRIPLE: &str = "thumbv7em-none-eabihf";
-pub const WASM: &str = "wasm32-unknown-unknown";
 const WINDOWS: &str = "x86_64-pc-windows-gnu";
 
 impl Target {
@@ -118,9 +112,6 @@ pub fn short() -> Outcome {
 /// Those that run with every change: 32 bits, a machine without an operating system and one without a processor. The tests of the
 /// kernel compare the instruction sets of x86-64.
 const WITH_EVERY_CHANGE: [&str; 4] = ["x86-64-freestanding", "i686", "cortex-m7-hard", "wasm32"];
-
-/// The step's name.
-pub const STEP: &str = "digests on other targets";
 
 /// What became of a target.
 enum Fate {
@@ -160,7 +151,7 @@ pub fn run(options: &Options) -> Outcome {
         return Err(format!("{name} was asked for and cannot run here"));
     }
     if skipped.is_some() && results.iter().all(|(_, fate)| matches!(fate, Fate::Skipped(_))) {
-        tools::left_out(STEP, "no target could run");
+        return tools::step_left_out("no target could run");
     }
     Ok(())
 }
@@ -294,36 +285,13 @@ fn build_one(library: Library) -> Result<PathBuf, String> {
     match library {
         Library::Shipped => Ok(crate::install::build()?.join("libfabric_kernel.a")),
         Library::Choosing => {
-            self::library(None, "", &["--features", "bare,choose-instructions"], &folder.join("choosing"))
+            platforms::library(None, "", &["--features", "bare,choose-instructions"], &folder.join("choosing"))
         }
         Library::Of(triple, flags) => {
             let kind = if flags.is_empty() { "" } else { "-with-options" };
-            self::library(Some(triple), flags, &["--features", "bare"], &folder.join(format!("{triple}{kind}")))
+            platforms::library(Some(triple), flags, &["--features", "bare"], &folder.join(format!("{triple}{kind}")))
         }
     }
-}
-
-/// The library of a target, or of this machine, with these options of cargo and a folder of its own.
-pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Path) -> Result<PathBuf, String> {
-    let compiler = triple.map_or_else(|| Ok(platforms::own()), platforms::compiler_for)?;
-    let mut command = compiler.command();
-    command
-        .args(["rustc", "--quiet", "--locked", "--profile", "ship"])
-        .args(["-p", "capi-lib", "--lib", "--crate-type", "staticlib"])
-        .args(options)
-        .args(compiler.options())
-        .arg("--target-dir")
-        .arg(folder)
-        .current_dir(top());
-    if let Some(triple) = triple {
-        command.args(["--target", triple]);
-    }
-    if !flags.is_empty() {
-        command.env("RUSTFLAGS", flags);
-    }
-    let platform = triple.unwrap_or("this platform");
-    tools::said(&format!("Compiling the C library for {platform} {flags}"), || finish(&mut command))?;
-    Ok(folder.join(triple.unwrap_or("")).join("ship").join("libfabric_kernel.a"))
 }
 
 fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {

@@ -1,18 +1,15 @@
 //! The C and C++ examples, built outside the project as a user would, and what the C++ header costs over C.
 
 use crate::chosts::prefix;
-use crate::tools::{Outcome, cargo_tool, cmake, emptied, found, output, read, run as command, target, top, wait};
+use crate::tools::{
+    Outcome, cargo_tool, cmake, emptied, found, needs, output, read, run as command, target, top, wait,
+};
 use std::path::Path;
-
-/// The step's name.
-pub const STEP: &str = "C and C++ examples";
 
 /// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and the static one,
 /// and compares the last line that each prints with examples/expected.txt.
 pub fn run() -> Outcome {
-    if !found(&["cmake", "g++"], STEP) {
-        return Ok(());
-    }
+    needs(&["cmake", "g++"])?;
     crate::chosts::installed()?;
     let folder = emptied(target().join("examples"))?;
     for source in ["CMakeLists.txt", "c", "cpp"] {

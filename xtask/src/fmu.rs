@@ -3,7 +3,7 @@
 
 use crate::component;
 use crate::platforms::{self, Library, Targets};
-use crate::tools::{self, Outcome, asked, own};
+use crate::tools::{self, Outcome};
 use std::path::{Path, PathBuf};
 
 /// Name of the model that has no scene of its own.
@@ -23,9 +23,6 @@ pub struct Options {
     /// Name of that model: letters, digits and _, a letter first.
     #[arg(long, requires = "scene")]
     pub name: Option<String>,
-    /// As docs/reliability.md has them, too.
-    #[arg(skip)]
-    pub figures: bool,
 }
 
 pub fn run(options: &Options) -> Outcome {
@@ -35,34 +32,36 @@ pub fn run(options: &Options) -> Outcome {
         }
         return Ok(());
     }
-    own("xtask-tables", if options.check { &["fmu", "--check"] } else { &["fmu"] })?;
+    tools::wait(&mut tools::tables(if options.check { &["fmu", "--check"] } else { &["fmu"] })?)?;
     if options.check {
         return Ok(());
     }
     if options.targets == Targets::Host {
         println!("For this platform only; `cargo xtask fmu --targets all` adds the others.");
     }
-    for archive in packed(options.targets, options.figures)? {
+    for archive in packed(options.targets, true)? {
         println!("{}", archive.display());
     }
     Ok(())
 }
 
-/// Builds and packs the FMUs with what is committed.
-pub fn packed(targets: Targets, figures: bool) -> Result<[PathBuf; 2], String> {
-    let built = build(&tools::target(), targets, None, figures)?;
+/// Builds and packs the FMUs with what is committed. `checked`: what the libraries ask of their hosts, too.
+pub fn packed(targets: Targets, checked: bool) -> Result<[PathBuf; 2], String> {
+    let built = build(&tools::target(), targets, None, checked)?;
     archives(OWN, &tools::top().join("modelDescription"), &built, &tools::target().join("fmu"))
 }
 
 /// What archives hold of compiled code: the libraries, and the component for WebAssembly if it is wanted and can be built.
 type Built = (Vec<Library>, Option<PathBuf>);
 
-fn build(target: &Path, targets: Targets, scene: Option<[&str; 2]>, figures: bool) -> Result<Built, String> {
+fn build(target: &Path, targets: Targets, scene: Option<[&str; 2]>, checked: bool) -> Result<Built, String> {
     let libraries = platforms::build(&tools::top(), target, targets, scene)?;
     let named = |library: &Library| format!("{}={}", library.platform.triple, library.path.display());
     let named: Vec<_> = libraries.iter().map(named).collect();
-    let words = if figures { &["check", "--figures"][..] } else { &["check"] };
-    own("xtask-binaries", &[words, &named.iter().map(String::as_str).collect::<Vec<_>>()].concat())?;
+    if checked {
+        let words: Vec<_> = ["check"].into_iter().chain(named.iter().map(String::as_str)).collect();
+        tools::wait(&mut tools::tables(&words)?)?;
+    }
     let component = match targets {
         Targets::Host => None,
         Targets::All => component::build_if_ready(&tools::top(), &target.join("cross"), scene)?,
@@ -74,9 +73,10 @@ fn build(target: &Path, targets: Targets, scene: Option<[&str; 2]>, figures: boo
 pub fn of_scene(name: &str, file: &Path, targets: Targets) -> Result<[PathBuf; 2], String> {
     let out = tools::target().join("fmu");
     let (file, folder) = (std::path::absolute(file).map_err(|error| error.to_string())?, out.join(name));
-    let words = asked("xtask-tables", &["model", name, &file.to_string_lossy(), &folder.to_string_lossy()])?;
+    let mut model = tools::tables(&["model", name, &file.to_string_lossy(), &folder.to_string_lossy()])?;
+    let words = String::from_utf8_lossy(&tools::finish(&mut model)?.stdout).into_owned();
     // Its library has another folder than the usual one: neither is built again because of the other.
-    let built = build(&tools::target().join("scenes"), targets, Some([name, words.trim()]), false)?;
+    let built = build(&tools::target().join("scenes"), targets, Some([name, words.trim()]), true)?;
     archives(name, &folder, &built, &out)
 }
 
@@ -117,9 +117,9 @@ fn archives(name: &str, made: &Path, (libraries, component): &Built, out: &Path)
     Ok(names)
 }
 
-/// Packs files so that the same files give the same bytes.
+/// Packs files so that the same files give the same bytes: sorted, with one fixed time and mode.
 pub fn pack(archive: &Path, entries: &[(String, PathBuf)]) -> Outcome {
     let entries: Vec<_> = entries.iter().map(|(name, path)| format!("{name}={}", path.display())).collect();
-    let entries: Vec<_> = entries.iter().map(String::as_str).collect();
-    own("xtask-binaries", &[&["pack", &archive.to_string_lossy()], &entries[..]].concat())
+    let words = ["xtask/pack.py", &archive.to_string_lossy()].map(String::from);
+    tools::run("python3", &words.iter().chain(&entries).map(String::as_str).collect::<Vec<_>>())
 }

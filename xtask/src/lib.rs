@@ -1,5 +1,6 @@
-//! What the commands share with the programs that they start, xtask-tables and xtask-binaries.
-#![allow(missing_docs)] // For these programs only.
+//! What the commands share with the program that they start, xtask-tables.
+#![allow(missing_docs)] // For that program only.
 
+pub mod platforms;
 pub mod targets;
 pub mod tools;

@@ -7,22 +7,19 @@ mod component;
 mod demo;
 mod digests;
 mod examples;
-mod features;
 mod fmu;
 mod fuzz;
 mod install;
 mod needs;
-mod platforms;
 mod readme;
 mod release;
 mod rotorburst;
 mod sanitize;
-mod size;
 mod tests;
 mod web;
 mod wheel;
 
-use xtask::{targets, tools};
+use xtask::{platforms, targets, tools};
 
 use clap::{Parser, Subcommand};
 
@@ -80,13 +77,13 @@ fn main() -> std::process::ExitCode {
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
         Command::Release(options) => release::run(&options),
-        Command::Header => tools::own("xtask-tables", &["header"]),
+        Command::Header => tools::tables(&["header"]).and_then(|mut header| tools::wait(&mut header)),
         Command::Digests(options) => digests::run(&options),
         Command::Web(options) => web::run(&options),
         Command::Bench(options) => tests::bench(&options),
         Command::Wheel => wheel::run(),
         Command::Fuzz(options) => fuzz::run(&options),
-        Command::Size => size::run(),
+        Command::Size => tools::tables(&["size"]).and_then(|mut size| tools::wait(&mut size)),
         Command::Sanitize => sanitize::run(),
     };
     tools::ended(result)

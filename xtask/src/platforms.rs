@@ -237,3 +237,26 @@ fn stub(target: &Path) -> Result<PathBuf, String> {
     tools::write(&file, text)?;
     Ok(top)
 }
+
+/// The library of a target, or of this machine, with these options of cargo and a folder of its own.
+pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Path) -> Result<PathBuf, String> {
+    let compiler = triple.map_or_else(|| Ok(own()), compiler_for)?;
+    let mut command = compiler.command();
+    command
+        .args(["rustc", "--quiet", "--locked", "--profile", "ship"])
+        .args(["-p", "capi-lib", "--lib", "--crate-type", "staticlib"])
+        .args(options)
+        .args(compiler.options())
+        .arg("--target-dir")
+        .arg(folder)
+        .current_dir(tools::top());
+    if let Some(triple) = triple {
+        command.args(["--target", triple]);
+    }
+    if !flags.is_empty() {
+        command.env("RUSTFLAGS", flags);
+    }
+    let platform = triple.unwrap_or("this platform");
+    tools::said(&format!("Compiling the C library for {platform} {flags}"), || tools::finish(&mut command))?;
+    Ok(folder.join(triple.unwrap_or("")).join("ship").join("libfabric_kernel.a"))
+}

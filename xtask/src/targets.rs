@@ -93,3 +93,9 @@ pub fn undefined(library: &Path, allowed: &[&str]) -> Outcome {
         names.map(|name| name.split('@').next().unwrap_or(name)).filter(|name| !allowed.contains(name)).collect();
     if strangers.is_empty() { Ok(()) } else { Err(format!("{} wants {strangers:?}", library.display())) }
 }
+
+/// The targets of Rust that are linked or run in a way of their own.
+pub const BOARD: &str = "thumbv7em-none-eabihf";
+pub const WASM: &str = "wasm32-unknown-unknown";
+/// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
+pub const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";

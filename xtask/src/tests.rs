@@ -3,8 +3,8 @@
 use crate::fmu;
 use crate::platforms::Targets;
 use crate::tools::{
-    Outcome, all_left_out, cargo, emptied, left_out, own, python, python_with, read, run as command, said, target, top,
-    unit_tests, wait, write,
+    Outcome, STEP_LEFT_OUT, all_left_out, cargo, emptied, python, python_with, read, run as command, said,
+    step_left_out, tables, target, top, unit_tests, wait, write,
 };
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -28,30 +28,30 @@ type Step = (&'static str, fn() -> Outcome);
 /// What every change must pass, in two halves that take the same time side by side: the first compiles for development and release, and
 /// for the targets of the digests, the second what is shipped.
 const FIRST: &[Step] = &[
-    ("format", || with_cargo("format", "fmt", &["fmt", "--all", "--check"])),
+    ("format", || with_cargo("fmt", &["fmt", "--all", "--check"])),
     ("clippy", || {
         let options = ["clippy", "--quiet", "--workspace", "--all-targets", "--features", EVERY_FEATURE];
-        with_cargo("clippy", "clippy", &[&options[..], &["--", "-D", "warnings"]].concat())
+        with_cargo("clippy", &[&options[..], &["--", "-D", "warnings"]].concat())
     }),
     ("unit, physics, golden and robustness tests", || {
         cargo(&["test", "--quiet", "--workspace", "--features", EVERY_FEATURE])
     }),
-    ("every set of features", crate::features::every_feature_set),
+    ("every set of features", || wait(&mut tables(&["features"])?)),
     ("documentation", documentation),
     ("package of the kernel", package),
-    ("C header", || own("xtask-tables", &["header", "--check"])),
-    (crate::web::STEP, crate::web::check),
-    (crate::digests::STEP, crate::digests::short),
+    ("C header", || wait(&mut tables(&["header", "--check"])?)),
+    ("web page in a browser", crate::web::check),
+    ("digests on other targets", crate::digests::short),
     ("studies in short form", studies),
     ("tutorial", tutorial),
 ];
 
 /// The other half.
 const SECOND: &[Step] = &[
-    ("gates on the libraries", || own("xtask-binaries", &["gates"])),
-    (crate::chosts::STEP, crate::chosts::run),
+    ("gates on the libraries", || wait(&mut tables(&["gates"])?)),
+    ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
-    (crate::examples::STEP, crate::examples::run),
+    ("C and C++ examples", crate::examples::run),
     ("FMUs", fmus),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("Python package", crate::wheel::test),
@@ -62,13 +62,14 @@ const SECOND: &[Step] = &[
 /// What the kernel does not have by default. Where a step builds it with others, it is one more build.
 const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
 
-/// A step that is a command of cargo's, which may not be installed.
-fn with_cargo(step: &str, name: &str, arguments: &[&str]) -> Outcome {
-    if crate::needs::cargo_has(name) {
-        return cargo(arguments);
+/// A command of cargo's that may not be installed.
+fn with_cargo(name: &str, arguments: &[&str]) -> Outcome {
+    let here = crate::needs::cargo_has(name);
+    if here {
+        cargo(arguments)
+    } else {
+        step_left_out(&format!("no cargo {name}: rustup component add rustfmt clippy"))
     }
-    left_out(step, &format!("no cargo {name}: rustup component add rustfmt clippy"));
-    Ok(())
 }
 
 /// The page of the tutorial has what its programs print, and the notebook is that page.
@@ -131,8 +132,8 @@ fn package() -> Outcome {
 pub fn run(options: &Options) -> Outcome {
     if let Some(stop) = &options.second_until {
         let done = steps(SECOND.iter(), || stop.exists());
-        write(stop.with_extension("summary"), done.text())?;
-        return done.ended();
+        write(stop.with_extension("lines"), done.join("\n"))?;
+        return ended(&done);
     }
     if options.only.is_empty() {
         return side_by_side(options.complete);
@@ -143,9 +144,7 @@ pub fn run(options: &Options) -> Outcome {
         let names: Vec<_> = FIRST.iter().chain(SECOND).map(|(name, _)| *name).collect();
         return Err(format!("no step has {:?} in its name; there are: {}", options.only, names.join(", ")));
     }
-    let done = steps(chosen, || false);
-    done.print();
-    done.ended()
+    ended(&steps(chosen, || false))
 }
 
 /// The first half of the steps here and the second in another process of this program: many a step keeps one processor busy only. Where
@@ -166,22 +165,19 @@ fn side_by_side(complete: bool) -> Outcome {
         .map_err(failed)?;
     println!("Half of the steps run beside these; what they print is in {} and follows at the end.", log.display());
     let mut done = steps(FIRST.iter(), || matches!(second.try_wait(), Ok(Some(status)) if !status.success()));
-    if let Err(message) = done.ended() {
-        println!("error: {message}; the other half ends after the step that it is in ...");
+    if let Some(message) = done.iter().find(|line| line.starts_with("failed ")) {
+        println!("{message}; the other half ends after the step that it is in ...");
         std::fs::write(&stop, "").map_err(failed)?;
     }
     second.wait().map_err(failed)?;
     println!("{}", read(&log)?);
-    done.add(&read(stop.with_extension("summary"))?);
-    done.print();
-    done.ended()
+    done.extend(read(stop.with_extension("lines"))?.lines().map(String::from));
+    ended(&done)
 }
 
 pub fn verify() -> Outcome {
     side_by_side(false)?;
-    let done = steps(VERIFY.iter(), || false);
-    done.print();
-    done.ended()
+    ended(&steps(VERIFY.iter(), || false))
 }
 
 #[derive(clap::Args)]
@@ -196,66 +192,37 @@ pub fn bench(options: &BenchOptions) -> Outcome {
     runner(&[&["bench"], &options[..]].concat())
 }
 
-/// What became of steps: a line for each that passed, was left out in whole or in part, and failed.
-#[derive(Default)]
-struct Done([Vec<String>; 3]);
-
-impl Done {
-    /// The lines, each behind the number of its kind, as [`Done::add`] reads them.
-    fn text(&self) -> String {
-        let kind = |(kind, lines): (usize, &Vec<String>)| {
-            lines.iter().map(|line| format!("{kind}{line}\n")).collect::<String>()
-        };
-        self.0.iter().enumerate().map(kind).collect()
+/// Prints the number of each kind of line alone on a line, then what was skipped and failed; the first failure.
+fn ended(done: &[String]) -> Outcome {
+    let of = |kind: &str| -> Vec<&str> { done.iter().filter_map(|line| line.strip_prefix(kind)).collect() };
+    let [passed, skipped, failed] = ["passed", "skipped ", "failed "].map(of);
+    println!("\n  passed{}\n", passed.join("\n  passed"));
+    println!("{} passed, {} failed, {} skipped", passed.len(), failed.len(), skipped.len());
+    if !skipped.is_empty() {
+        println!("skipped: {}", skipped.join(", "));
     }
-
-    fn add(&mut self, text: &str) {
-        for line in text.lines() {
-            if let (Some(kind), Some(rest)) = (line.get(..1).and_then(|kind| kind.parse::<usize>().ok()), line.get(1..))
-            {
-                self.0[kind.min(2)].push(rest.into());
-            }
-        }
-    }
-
-    /// The number of each, alone on a line, and then what was left out and failed.
-    fn print(&self) {
-        let [passed, left_out, failed] = &self.0;
-        println!("\n{}\n", passed.join("\n"));
-        println!("{} passed, {} failed, {} skipped", passed.len(), failed.len(), left_out.len());
-        for (name, lines) in [("skipped", left_out), ("failed", failed)] {
-            if !lines.is_empty() {
-                println!("{name}: {}", lines.join(", "));
-            }
-        }
-    }
-
-    fn ended(&self) -> Outcome {
-        self.0[2].first().map_or(Ok(()), |message| Err(message.clone()))
-    }
+    failed.first().map_or(Ok(()), |what| Err((*what).into()))
 }
 
-/// Runs the steps in order, stops at the first that fails, or if the word is given; what each took: time, and that of processors.
-fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() -> bool) -> Done {
-    let mut done = Done::default();
+/// Runs the steps in order, stops at the first that fails, or if the word is given. A line for each that passed, with its time and that
+/// of processors, was skipped, in whole or in part, or failed.
+fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() -> bool) -> Vec<String> {
+    let mut done = Vec::new();
     for (name, step) in steps {
-        if stopped() {
+        if stopped() || done.iter().any(|line: &String| line.starts_with("failed ")) {
             break;
         }
         let (start, before) = (Instant::now(), processor_seconds());
         let result = said(&format!("\n== {name}"), step);
         let (seconds, busy) = (start.elapsed().as_secs_f64(), processor_seconds() - before);
-        let left_out = all_left_out();
-        let whole = left_out.iter().any(|what| what.starts_with(&format!("{name} (")));
-        done.0[1].extend(left_out);
-        match result {
-            Err(message) => {
-                done.0[2].push(format!("step \"{name}\": {message}"));
-                break;
-            }
-            Ok(()) if whole => {}
-            Ok(()) => done.0[0].push(format!("  passed in {seconds:6.1} s (processors {busy:6.1} s)  {name}")),
-        }
+        done.extend(all_left_out().iter().map(|what| format!("skipped {what}")));
+        done.push(match result {
+            Ok(()) => format!("passed in {seconds:6.1} s (processors {busy:6.1} s)  {name}"),
+            Err(message) => match message.strip_prefix(STEP_LEFT_OUT) {
+                Some(why) => format!("skipped {name} ({why})"),
+                None => format!("failed step \"{name}\": {message}"),
+            },
+        });
     }
     done
 }
@@ -271,7 +238,8 @@ fn processor_seconds() -> f64 {
 /// and runs the FMPy tests.
 fn fmus() -> Outcome {
     fmu::run(&fmu::Options { check: true, ..Default::default() })?;
-    fmu::run(&fmu::Options { targets: Targets::All, figures: true, ..Default::default() })?;
+    fmu::run(&fmu::Options { targets: Targets::All, ..Default::default() })?;
+    println!("figure 26: the versions of the GNU C library above");
     let file = "runner/scenes/tilted_disc_sector.toml";
     fmu::of_scene("TiltedDiscSector", &top().join(file), Targets::Host)?;
     // What tests/fmi/test_stability.py compares them with.
@@ -336,23 +304,24 @@ fn runner(arguments: &[&str]) -> Outcome {
 
 #[cfg(test)]
 mod counted {
-    use super::{Done, Step, steps};
-    use crate::tools::found;
+    use super::{Step, ended, steps};
+    use crate::tools::{found, needs};
 
     #[test]
     fn what_is_left_out_has_not_passed() {
         let all: [Step; 4] = [
-            ("whole", || if found(&["tool"], "whole") { Err("a tool".into()) } else { Ok(()) }),
-            ("part", || if found(&["other tool"], "a part") { Err("a tool".into()) } else { Ok(()) }),
+            ("whole", || needs(&["no-tool"])),
+            ("part", || if found(&["no-other"], "a part") { Err("a tool".into()) } else { Ok(()) }),
             ("bad", || Err("broken".into())),
             ("never", || Ok(())),
         ];
-        let mut done = Done::default();
-        done.add(&steps(all.iter(), || false).text());
-        let [passed, left_out, failed] = &done.0;
-        assert!(passed.len() == 1 && passed[0].ends_with("part"), "{passed:?}");
-        assert_eq!(*left_out, ["whole (no tool)", "a part (no other tool)"]);
-        assert_eq!(*failed, ["step \"bad\": broken"]);
-        assert!(done.ended().is_err());
+        let done = steps(all.iter(), || false);
+        assert_eq!(done.iter().filter(|line| line.starts_with("passed ") && line.ends_with("part")).count(), 1);
+        let others: Vec<_> = done.iter().filter(|line| !line.starts_with("passed ")).collect();
+        assert_eq!(
+            others,
+            ["skipped whole (no no-tool)", "skipped a part (no no-other)", "failed step \"bad\": broken"]
+        );
+        assert!(ended(&done).is_err());
     }
 }

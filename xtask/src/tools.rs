@@ -51,19 +51,12 @@ pub fn said<T>(what: &str, action: impl FnOnce() -> Result<T, String>) -> Result
     Ok(done)
 }
 
-/// Compiles a program of the project's own, and runs it.
-pub fn own(name: &str, arguments: &[&str]) -> Outcome {
-    run(compiled(name)?, arguments)
-}
-
-/// The same; what it prints.
-pub fn asked(name: &str, arguments: &[&str]) -> Result<String, String> {
-    output(compiled(name)?, arguments)
-}
-
-fn compiled(name: &str) -> Result<PathBuf, String> {
-    said(&format!("Compiling {name}"), || cargo(&["build", "--quiet", "--package", name]))?;
-    Ok(target().join("debug").join(name))
+/// The program xtask-tables, compiled.
+pub fn tables(arguments: &[&str]) -> Result<Command, String> {
+    said("Compiling what reads the tables in code", || cargo(&["build", "--quiet", "--package", "xtask-tables"]))?;
+    let mut program = Command::new(target().join("debug/xtask-tables"));
+    program.args(arguments).current_dir(top());
+    Ok(program)
 }
 
 /// Says what went wrong, if something did.
@@ -175,8 +168,10 @@ pub fn first_found<'p>(programs: &[&'p str]) -> Option<&'p str> {
 }
 
 static LEFT_OUT: Mutex<Vec<String>> = Mutex::new(Vec::new());
+/// Begins the message of a step that is left out.
+pub const STEP_LEFT_OUT: &str = "left out: ";
 
-/// Notes a check, or a part of one, that is left out on this machine.
+/// Notes a part of a check that is left out on this machine.
 pub fn left_out(what: &str, why: &str) {
     println!("  left out: {what} ({why})");
     LEFT_OUT.lock().unwrap_or_else(PoisonError::into_inner).push(format!("{what} ({why})"));
@@ -187,13 +182,21 @@ pub fn all_left_out() -> Vec<String> {
     std::mem::take(&mut LEFT_OUT.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// Whether programs are there; if not, what needs them is left out.
+/// Leaves out the whole step.
+pub fn step_left_out(why: &str) -> Outcome {
+    Err(format!("{STEP_LEFT_OUT}{why}"))
+}
+
+/// Leaves out the whole step if a program is not here.
+pub fn needs(programs: &[&str]) -> Outcome {
+    let missing = programs.iter().find(|program| first_found(&[program]).is_none());
+    missing.map_or(Ok(()), |program| step_left_out(&format!("no {program}")))
+}
+
+/// Whether programs are here; if not, the part of a check that needs them is left out.
 pub fn found(programs: &[&str], what: &str) -> bool {
     let missing = programs.iter().find(|program| first_found(&[program]).is_none());
-    if let Some(missing) = missing {
-        left_out(what, &format!("no {missing}"));
-    }
-    missing.is_none()
+    missing.inspect(|program| left_out(what, &format!("no {program}"))).is_none()
 }
 
 /// The Python of the project's virtual environment, which is made and filled from `requirements.txt` if need be.
@@ -266,11 +269,6 @@ pub fn wait_within(child: &mut Child, longest: Duration) -> Outcome {
         std::thread::sleep(Duration::from_millis(20));
     }
     Ok(())
-}
-
-/// A feature of the kernel as a command of cargo for another package names it.
-pub fn of_kernel(feature: &str) -> String {
-    if feature.is_empty() { String::new() } else { format!("fabric-kernel/{feature}") }
 }
 
 /// Major and minor number in a text like "rustc 1.96.0 (...)".

@@ -3,7 +3,7 @@
 
 use crate::needs::BROWSERS;
 use crate::tools::{
-    Outcome, cargo, first_found, left_out, make_folder, read, run as command, said, target, top, wait, write,
+    Outcome, cargo, first_found, make_folder, read, run as command, said, step_left_out, target, top, wait, write,
 };
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -42,15 +42,11 @@ fn movie(path: &Path) -> Outcome {
     copied.map(|_| ()).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// The step's name.
-pub const STEP: &str = "web page in a browser";
-
 /// The page's test, where what it needs is installed.
 pub fn check() -> Outcome {
     let missing = crate::digests::module_ready().and(tools()).and(browser().map(|_| ()));
     if let Err(missing) = missing {
-        left_out(STEP, &missing);
-        return Ok(());
+        return step_left_out(&missing);
     }
     run(&Options { test: true, pictures: false })
 }

@@ -1,12 +1,15 @@
-//! xtask-tables: what is made of the tables in code.
+//! xtask-tables: what is made of the tables in code, and what is checked in compiled libraries.
 
+mod check;
 mod description;
+mod gates;
 mod header;
 mod model;
 mod outputs;
 mod page;
 mod parameters;
 mod size;
+mod stack;
 mod xml;
 
 use model::Model;
@@ -29,14 +32,10 @@ fn run(words: &[&str]) -> Outcome {
             println!("{}", model.words.unwrap_or_default());
             Ok(())
         }
-        ["features"] => {
-            println!("{}", size::names().join("\n"));
-            Ok(())
-        }
-        ["memory"] => {
-            print!("{}", size::rows());
-            Ok(())
-        }
+        ["check", libraries @ ..] => check::run(libraries),
+        ["gates"] => gates::run(),
+        ["features"] => gates::every_feature_set(),
+        ["size"] => size::run(),
         _ => Err(format!("unknown: {words:?}")),
     }
 }

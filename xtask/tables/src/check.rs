@@ -15,17 +15,14 @@ const FUNCTIONS: usize = 109;
 /// Newest version of the GNU C library whose symbols may be used.
 const GLIBC: (u32, u32) = (2, 17);
 
-/// Checks libraries, `TRIPLE=FILE` each: all export the same. `figures`: as the table of docs/reliability.md wants it, too.
-pub fn run(libraries: &[&str], figures: bool) -> Outcome {
+/// Checks libraries, `TRIPLE=FILE` each: all export the same.
+pub fn run(libraries: &[&str]) -> Outcome {
     let mut functions = BTreeSet::new();
     for library in libraries {
         let (triple, path) = library.split_once('=').ok_or("TRIPLE=FILE is wanted")?;
         let platform = of(triple)?;
         let (exported, said) = check(platform, path).map_err(|what| format!("{path}: {what}"))?;
         println!("  {}: {said}", platform.fmu[0]);
-        if figures && platform.extension == "so" {
-            println!("figure 26: {}: {}", platform.fmu[0], said.rsplit(' ').next().unwrap_or_default());
-        }
         if !functions.is_empty() && functions != exported {
             return Err(format!("{path} does not export what the others do"));
         }

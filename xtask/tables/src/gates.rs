@@ -2,11 +2,11 @@
 //! prints its row of docs/reliability.md ("figure N: ...").
 
 use crate::stack;
-use object::read::archive::ArchiveFile;
+use fabric::FEATURES;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
 use xtask::targets::{FROM_HOST, FROM_LINUX, undefined};
-use xtask::tools::{Outcome, of_kernel, sources, target, top, wait};
+use xtask::tools::{Outcome, cargo, sources, target, top, wait};
 
 /// All gates on the two libraries.
 pub fn run() -> Outcome {
@@ -58,6 +58,11 @@ pub fn kernel(feature: &str) -> Result<PathBuf, String> {
     linked("capi-lib", "libfabric_kernel.so", &["--no-default-features", "--features", &of_kernel(feature)])
 }
 
+/// A feature of the kernel as a command of cargo for another package names it.
+pub fn of_kernel(feature: &str) -> String {
+    if feature.is_empty() { String::new() } else { format!("fabric-kernel/{feature}") }
+}
+
 pub struct Code {
     pub bytes: u64,
     /// Modules of [`LEFT_OUT`] of which it has a symbol.
@@ -78,24 +83,6 @@ pub fn code(library: &Path) -> Result<Code, String> {
     let names: Vec<&str> = file.symbols().filter_map(|symbol| symbol.name().ok()).collect();
     let held = |module: &&str| names.iter().any(|name| name.contains(&format!("6fabric{module}")));
     Ok(Code { bytes: text.map(|section| section.size()).sum(), modules: LEFT_OUT.into_iter().filter(held).collect() })
-}
-
-/// Machine code of what is the project's in a static library, bytes.
-pub fn of_archive(library: &Path) -> Result<u64, String> {
-    let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", library.display());
-    let data = std::fs::read(library).map_err(|error| failed(&error))?;
-    let archive = ArchiveFile::parse(&*data).map_err(|error| failed(&error))?;
-    let mut bytes = 0;
-    for member in archive.members() {
-        let member = member.map_err(|error| failed(&error))?;
-        // Besides it the archive holds all of the compiler's own functions, of which a host links what it needs.
-        if member.name().starts_with(b"fabric_kernel") {
-            let object = object::File::parse(member.data(&*data).map_err(|error| failed(&error))?);
-            let sections = object.map_err(|error| failed(&error))?;
-            bytes += sections.sections().filter(|s| s.kind() == SectionKind::Text).map(|s| s.size()).sum::<u64>();
-        }
-    }
-    if bytes > 0 { Ok(bytes) } else { Err(format!("{}: no machine code of the project", library.display())) }
 }
 
 /// Features that are left out make the library smaller and take their modules along.
@@ -184,6 +171,43 @@ fn short(name: &str) -> String {
     }
     let parts: Vec<_> = plain.split("::").filter(|part| !part.is_empty()).collect();
     parts[parts.len().saturating_sub(2)..].join("::")
+}
+
+/// Sets of features that are more than one and less than all: the kernel's Cargo.toml says what each is for.
+pub const SETS: [&str; 2] = ["paper", "real"];
+
+/// Builds the kernel with nothing, with each feature left out, and with sets that a host may use, and runs the pinned scenes of the
+/// first and the last of these. The steps before have done so with all features.
+pub fn every_feature_set() -> Outcome {
+    let check = |set: &str| {
+        println!("  {}", if set.is_empty() { "nothing" } else { set });
+        let few = ["check", "--quiet", "--package", "fabric-kernel", "--no-default-features", "--features", set];
+        cargo(&few).map_err(|message| format!("features {set:?}: {message}"))
+    };
+    let names = names();
+    for left_out in &names {
+        let others: Vec<_> = names.iter().filter(|name| *name != left_out).copied().collect();
+        check(&others.join(","))?;
+    }
+    for set in [""].iter().chain(&SETS) {
+        let tests = ["test", "--quiet", "--package", "fabric-tests", "--test", "golden", "--no-default-features"];
+        cargo(&[&tests[..], &["--features", &of_kernel(set)]].concat())?;
+    }
+    println!(
+        "figure 15: each of {} features left out, nothing, and {} build without a warning; pinned scenes of the last {} pass",
+        names.len(),
+        SETS.join(" and "),
+        1 + SETS.len()
+    );
+    Ok(())
+}
+
+/// The cargo features of the kernel, each once.
+pub fn names() -> Vec<&'static str> {
+    let mut names: Vec<_> = FEATURES.iter().map(|record| record.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
 }
 
 #[cfg(test)]
