@@ -15,7 +15,10 @@ use fabric_fmu::table::{Role, VARIABLES};
 pub fn sets() -> Result<Vec<(String, String)>, String> {
     let name_of = |name: &str| format!("examples/parameters/{name}.ssv");
     let others = fabric_scene::PRESETS.iter().filter(|(_, make)| make() != Scene::sheet_10in_cylinder());
-    let others = others.map(|(name, make)| (*name, make())).chain([("three_plies", three_plies()), (ZYLON, zylon()?)]);
+    let zylon = "preset = \"sheet_10in_cylinder\"\nfabric.name = \"zylon_as_500_35\"";
+    let more =
+        [("three_plies", three_plies()), ("zylon_as_500_35", fabric_scene::parse(zylon).map_err(|e| e.to_string())?)];
+    let others = others.map(|(name, make)| (*name, make())).chain(more);
     Ok(others.map(|(name, scene)| (name_of(name), parameter_set(name, scene))).collect())
 }
 
@@ -23,14 +26,6 @@ pub fn sets() -> Result<Vec<(String, String)>, String> {
 fn three_plies() -> Scene {
     let scene = Scene::sheet_3in_sphere();
     Scene { stack: fabric::Stack { plies: 3, gap: 2.5e-4, ..scene.stack }, ..scene }
-}
-
-const ZYLON: &str = "zylon_as_500_35";
-
-/// The 10 in sheet of this fabric.
-fn zylon() -> Result<Scene, String> {
-    let text = format!("preset = \"sheet_10in_cylinder\"\n[fabric]\nname = \"{ZYLON}\"\n");
-    fabric_scene::parse(&text).map_err(|error| error.to_string())
 }
 
 fn parameter_set(name: &str, mut scene: Scene) -> String {
