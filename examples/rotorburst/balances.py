@@ -58,6 +58,36 @@ def went_through(results):
     return results["end"] in ("exited", "passed")
 
 
+def plies_of(bonded, separate):
+    """How many plies, and how they are connected."""
+    if separate > 1:
+        return f"{separate} separate plies" + (f" of {bonded} bonded ones each" if bonded > 1 else "")
+    return f"{bonded} bonded plies" if bonded > 1 else "1 ply"
+
+
+def answer(results):
+    """The answer of a run: stopped or not, the residual velocity, the absorbed energy."""
+    through, stopped, detached = went_through(results), results["end"] in ("arrested", "rebounded"), results.get("detached")
+    verdict = "went through" if through else "stopped" if stopped else "not decided when the time was over"
+    absorbed = detached["absorbed"] if through and detached else results["outputs"]["contact.work"]
+    lines = [
+        f"{plies_of(results['options']['plies'], results['plies'])}: {verdict}",
+        f"Residual velocity along the flight: {0.0 if stopped else results['velocity'][2]:.1f} m/s of {results['impact_speed']:.1f} m/s.",
+        f"Absorbed energy: {absorbed:.1f} J of {results['impact_energy']:.1f} J.",
+    ]
+    if stopped:
+        sideways, spin = np.hypot(*results["velocity"][:2]), np.linalg.norm(results["angular_velocity"])
+        lines += [
+            f"Largest deflection of the sheet: {1e3 * results['outputs']['fabric.max_deflection']:.1f} mm.",
+            f"Left in the fragment as it turns back: {sideways:.0f} m/s sideways and {spin:.0f} rad/s of spin.",
+        ]
+    else:
+        lines.append(f"Failed yarn segments: {results['outputs']['fabric.failed_segments']:.0f} of {results['segments']}.")
+    if results["options"]["plies"] > 1:
+        lines.append("The plies are one network (sheet.plies): none of them moves apart from the others.")
+    return lines
+
+
 def result_rows(results):
     """The results as (name, value) in words, for the terminal and the report."""
     outputs, energy, contact = results["outputs"], results["impact_energy"], results["first_contact"]
@@ -114,16 +144,14 @@ def vector(values, unit, digits):
 
 
 def print_results(results):
-    """The table that ends a run."""
+    """The answer and the table that end a run, at once: another run may print beside it."""
     rows = result_rows(results)
     width = max(len(name) for name, _ in rows)
-    print("\nResults")
-    for name, value in rows:
-        print(f"  {name:<{width}}  {value}")
-    print("\nBooks between host and shield")
-    print(f"  {'one side':>12} {'other side':>12} {'difference':>11} {'relative':>9}  unit   balance")
+    lines = answer(results)
+    lines = [f"\n{lines[0]}. {' '.join(lines[1:])}", *(f"  {name:<{width}}  {value}" for name, value in rows)]
+    lines += ["Books between host and shield", f"  {'one side':>12} {'other side':>12} {'difference':>11} {'relative':>9}  unit   balance"]
     for name, entry in results["balances"].items():
-        print(
-            f"  {entry['ours']:12.6g} {entry['theirs']:12.6g} {entry['difference']:11.2e} {entry['relative']:9.1e}  "
-            f"{entry['unit']:<5}  {name}"
+        lines.append(
+            f"  {entry['ours']:12.6g} {entry['theirs']:12.6g} {entry['difference']:11.2e} {entry['relative']:9.1e}  {entry['unit']:<5}  {name}"
         )
+    print("\n".join(lines), flush=True)

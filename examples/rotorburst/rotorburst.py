@@ -21,9 +21,9 @@ from fragment import Body, DiscSector, Fragment
 from shield import ATTACHMENTS, DISC_SECTOR, MOTION, Shield, motions, parameter_set
 
 # The sheet and the fragment that strikes it: width of the sheet in inches, its usual attachment, the fragment. A third of a small
-# turbine disc (drag of a cube: S. F. Hoerner, Fluid-Dynamic Drag, 1965) on the paper's 10 in sheet, the same at half the size on the
-# paper's 3 in sheet, the two sheets with the paper's projectiles, and three separate plies of the 3 in sheet; first of all the ring of
-# 40 in with the sector of 10 in.
+# turbine disc (drag of a cube: S. F. Hoerner, Fluid-Dynamic Drag, 1965) on a sheet of 10 in of Zylon, the same at half the size on one of 3 in,
+# the paper's two sheets with its projectiles, and three separate plies of the 3 in sheet; first of all the ring of 40 in with the sector of
+# 10 in.
 CASES = {
     "ring": (40, "free", DiscSector(0.015, 0.04, 2.0 * math.pi / 3.0, 0.01, 0.118, 1.05)),
     "disc": (10, "four_sides", DiscSector(0.015, 0.04, 2.0 * math.pi / 3.0, 0.01, 0.118, 1.05)),
@@ -35,11 +35,39 @@ CASES = {
 SECTOR = ["inner_radius", "outer_radius", "angle", "thickness"]
 NODES = {40: (1155, 88), 10: (350, 350), 3: (105, 105)}
 PRESETS = {40: "ring_40in", 10: "sheet_10in_cylinder", 3: "sheet_3in_sphere"}
+ZYLON, REAL = "zylon_as_500_35", ["disc", "small"]  # parameter set of a real fabric, and the cases of it; the others have the paper's yarn
 RING = parameter_set("ring_40in")["sheet.radius"]  # m
 ENDS = ["arrested", "exited", "passed", "rebounded"]  # outcomes that end the run
 NEAR = 0.5e-3  # distance from the sheet at which the FMU joins in, m
 FLIGHT_STEP = 1e-4  # largest step of the host alone, s
 INTERNAL_STEPS = {40: 1e-7, 10: 2e-8, 3: 2e-8}  # the FMU's time steps, s
+REAL_STEP = 3.125e-8  # the same with Zylon, which is less stiff
+MOST_STATES = 24  # saved of the shield in memory
+
+
+class States:
+    """States of the shield on the way; where there are too many, every second one is given up."""
+
+    def __init__(self, shield):
+        self.shield, self.kept, self.every = shield, [], 1
+
+    def look(self, k, t):
+        """After communication step k."""
+        if k % self.every == 0:
+            self.kept.append((t, self.shield.save()))
+        if len(self.kept) > MOST_STATES:
+            for _, state in self.kept[1::2]:
+                self.shield.fmu.freeFMUstate(state)
+            del self.kept[1::2]
+            self.every *= 2
+
+    def write(self, folder, times):
+        """Files of the states nearest to these times and of the present one; their times."""
+        chosen = sorted({min(self.kept, key=lambda kept: abs(kept[0] - time))[0] for time in times[:-1]} - {times[-1]})
+        states = [*(dict(self.kept)[time] for time in chosen), self.shield.save()]
+        for k, state in enumerate(states):
+            (folder / f"state-{k}.bin").write_bytes(self.shield.fmu.serializeFMUstate(state))
+        return [*chosen, times[-1]]
 
 
 def fly(fragment, ledger, rows):
@@ -65,11 +93,11 @@ def own_step(fragment, h, own, *from_shield):
     return h * own @ (0.5 * (before + fragment.velocity))
 
 
-def couple(fragment, shield, ledger, rows, start, step, tick, limit):
-    """Flies fragment and shield together until the fragment has stopped or left. Returns what was watched on the way."""
+def couple(fragment, shield, ledger, rows, start, step, tick, limit, name):
+    """Flies fragment and shield together until the fragment has stopped or left. Returns what was watched on the way, the outputs and the states."""
     seen = {"first_contact": -1.0, "end": "time limit"}
     past = 2.0 * fragment.reach()
-    mean_force, shown = np.zeros(3), 0.0
+    mean_force, shown, states = np.zeros(3), 0.0, States(shield)
     for k in range(round(limit / step)):
         own = fragment.own_force()
         shield.step(start + k * step, step, fragment, (mean_force + own) / fragment.body.mass)
@@ -80,13 +108,14 @@ def couple(fragment, shield, ledger, rows, start, step, tick, limit):
         ledger.own_impulse += own * step
         t = start + (k + 1) * step
         rows.append(row(t, fragment, outputs))
+        states.look(k, t)
         if outputs["outcome.detached"] and "detached" not in seen:
             seen["detached"] = {"time": outputs["outcome.detached_time"], "absorbed": outputs["contact.work"]}
         ended = [name for name in ENDS if outputs[f"outcome.{name}"]]
         done = 1.0 if ended else max((k + 1) * step / limit, min(fragment.front() / past, 0.99))
         if done >= shown:
             text = f"{1e6 * (t - start):4.0f} us, {fragment.velocity[2]:6.2f} m/s, {outputs['fabric.failed_segments']:.0f} failed"
-            print(f"co-simulation {100 * done:3.0f} %: {text}", flush=True)
+            print(f"{name}: {100 * done:3.0f} %, {text}", flush=True)
             shown = done // 0.05 * 0.05 + 0.05
         if ended:
             seen["end"] = ended[0]
@@ -95,7 +124,7 @@ def couple(fragment, shield, ledger, rows, start, step, tick, limit):
     if outputs["outcome.first_contact"]:
         seen["first_contact"] = outputs["outcome.first_contact_time"]
     seen["steps"] = k + 1
-    return seen, outputs
+    return seen, outputs, states
 
 
 def row(t, fragment, outputs=None):
@@ -121,6 +150,8 @@ def scene_of(arguments, width, body):
     """The shield's parameters, as far as they are not its start values."""
     name = {"plies": "three_plies", "ring": "ring_40in"}.get(arguments.case, "sheet_3in_sphere")
     parameters = {} if width == 10 else parameter_set(name)
+    if arguments.case in REAL:
+        parameters |= parameter_set(ZYLON)
     if isinstance(body, DiscSector):
         sizes = {name: getattr(body, name) for name in SECTOR}
         parameters |= {"projectile.shape": DISC_SECTOR, **{f"projectile.sector.{name}": value for name, value in sizes.items()}}
@@ -128,31 +159,31 @@ def scene_of(arguments, width, body):
         "attachment.kind": ATTACHMENTS[arguments.attachment],
         "seed": arguments.seed,
         "sheet.plies": arguments.plies,
-        "time_step.seconds": INTERNAL_STEPS[width],
+        "time_step.seconds": REAL_STEP if arguments.case in REAL else INTERNAL_STEPS[width],
         "projectile.mass": body.mass,
         "capsule": arguments.capsule,
     }
 
 
 def impact_of(arguments, parameters, fragment):
-    """The impact as a scene of `fabric_kernel`: its preset, and what differs from it."""
+    """The shield's parameters as a scene of `fabric_kernel`: its preset and fabric, and what differs from these."""
     width, _, body = CASES[arguments.case]
     changes = {name: parameters[name] for name in ("seed", "sheet.plies", "time_step.seconds", "stack.plies", "stack.gap") if name in parameters}
-    changes |= {"attachment.kind": arguments.attachment}
+    changes |= {"attachment.kind": arguments.attachment, "drive": "prescribed"}
     changes |= {f"projectile.{name}": value.tolist() for name, value in zip(MOTION, motions(fragment))}
     if isinstance(body, DiscSector):
         changes |= {"projectile.shape": "disc_sector", "projectile.mass": body.mass}
         changes |= {f"projectile.sector.{name}": getattr(body, name) for name in SECTOR}
-    return PRESETS[width], changes
+    return PRESETS[width], ZYLON if arguments.case in REAL else None, changes
 
 
 def picture_times(rows, start, seen):
-    """Times since `start` that show the event: on the way to the greatest load, at its end, and at the end of the run."""
+    """Times that show the event: on the way to the greatest load, at its end, and at the end of the run."""
     coupled = [line for line in rows if "contact.work" in line]
     greatest = max(line["contact.work"] for line in coupled)
-    loaded = next(line["time"] for line in coupled if line["contact.work"] >= 0.99 * greatest) - start
-    contact = max(seen["first_contact"] - start, 0.0)
-    return [contact + part * (loaded - contact) for part in (0.25, 0.6, 1.0)] + [seen["end_time"] - start]
+    loaded = next(line["time"] for line in coupled if line["contact.work"] >= 0.99 * greatest)
+    contact = max(seen["first_contact"], start)
+    return [contact + part * (loaded - contact) for part in (0.25, 0.6, 1.0)] + [seen["end_time"]]
 
 
 def parsed():
@@ -182,22 +213,24 @@ def main():
     arguments = parsed()
     arguments.out.mkdir(parents=True, exist_ok=True)
     width, _, body = CASES[arguments.case]
-    (nx, ny), tick, is_ring = NODES[width], INTERNAL_STEPS[width], arguments.case == "ring"
+    (nx, ny), is_ring = NODES[width], arguments.case == "ring"
     if is_ring:
         fragment = Fragment.burst(body, RING, arguments.standoff, arguments.speed, math.radians(arguments.angle))
     else:
         fragment = Fragment.launched(body, arguments.standoff, arguments.speed, arguments.spin, np.radians(arguments.tilt))
     parameters = scene_of(arguments, width, body)
-    plies = parameters.get("stack.plies", 1)
+    plies, tick = parameters.get("stack.plies", 1), parameters["time_step.seconds"]
     began = time.perf_counter()
     ledger, rows = balances.Ledger(fragment), []
     start = fly(fragment, ledger, rows)
     impact = impact_of(arguments, parameters, fragment)
     impact_energy, impact_speed = fragment.kinetic_energy(), float(np.linalg.norm(fragment.velocity))
     shield = Shield(arguments.fmu, parameters, start, fragment)
-    seen, outputs = couple(fragment, shield, ledger, rows, start, arguments.step, tick, arguments.limit)
-    shield.close()
+    name = balances.plies_of(arguments.plies, plies)
+    seen, outputs, states = couple(fragment, shield, ledger, rows, start, arguments.step, tick, arguments.limit, name)
     wall = time.perf_counter() - began
+    pictures = states.write(arguments.out, picture_times(rows, start, seen))
+    shield.close()
 
     write_history(arguments.out / "history.csv", rows)
     results = {
@@ -207,7 +240,7 @@ def main():
         "segments": ((nx if is_ring else nx - 1) * ny + nx * (ny - 1)) * plies,
         "body": vars(body),
         "scene": impact,
-        "pictures": picture_times(rows, start, seen),
+        "pictures": pictures,
         "start": start,
         "impact_speed": impact_speed,
         "impact_energy": impact_energy,

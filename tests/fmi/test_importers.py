@@ -41,6 +41,7 @@ class Importers(unittest.TestCase):
                 run = subprocess.run([loop, opened(2)[0].guid, repr(h), str(steps)], check=True, capture_output=True, text=True)
                 for version, line in zip((2, 3), run.stdout.splitlines()):
                     found["C", version, h] = [float.fromhex(value) for value in line.split()]
+        ecospy = ""
         for h, steps in STEPS:
             for version in (2, 3):
                 rows = fmpy.simulate_fmu(
@@ -52,7 +53,7 @@ class Importers(unittest.TestCase):
                 code = [sys.executable, __file__, str(version), repr(h), str(steps)]
                 run = subprocess.run(code, capture_output=True, text=True)
                 if run.returncode == 3:
-                    print("\n  ecospy cannot be loaded (it needs libtbb12): left out", end=" ")
+                    ecospy = "ecospy cannot be loaded (it needs libtbb12)"
                     continue
                 self.assertEqual(run.returncode, 0, run.stderr)
                 found["ecospy", version, h] = json.loads(run.stdout.splitlines()[-1])
@@ -64,6 +65,8 @@ class Importers(unittest.TestCase):
         print(f"\n  {len(found)} runs, contact work {expected[0]!r} J")
         hosts = sorted({name for name, *_ in found})
         print(f"figure 25: the same bits in {', '.join(hosts)}", flush=True)
+        if ecospy:
+            self.skipTest(ecospy)
 
 
 if __name__ == "__main__":

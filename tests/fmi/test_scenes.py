@@ -17,7 +17,7 @@ SCENE = pathlib.Path(__file__).parents[2] / "runner" / "scenes" / "tilted_disc_s
 class Scenes(unittest.TestCase):
     def test_the_archive_has_the_parameter_sets_of_the_examples(self):
         files = sorted((EXAMPLES / "parameters").glob("*.ssv"))
-        self.assertEqual([file.stem for file in files], ["ring_40in", "sheet_3in_sphere", "three_plies", "turbine_disc_sector"])
+        self.assertEqual([file.stem for file in files], ["ring_40in", "sheet_3in_sphere", "three_plies", "turbine_disc_sector", "zylon_as_500_35"])
         with zipfile.ZipFile(ARCHIVES[2]) as archive:
             for file in files:
                 self.assertEqual(archive.read(f"documentation/parameters/{file.name}"), file.read_bytes())

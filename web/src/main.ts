@@ -352,7 +352,8 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       }
       void Promise.resolve(view?.drawn()).then(() => {
         if (picture.dataset.row === undefined) performance.mark("first picture");
-        picture.dataset.row = String(data.frame.row);
+        // The graphics processor may report an earlier picture after a later one.
+        if (data.frame === frame) picture.dataset.row = String(data.frame.row);
         tell({ kind: "drawn" });
         if (playing && data.number === number) play();
       });

@@ -15,8 +15,9 @@ const TARGETS: [(&str, [&str; 2], &[&str]); 7] = [
     ("wasm32", ["clang", "clang++"], &["--target=wasm32"]),
 ];
 
-/// Everything; needs the installed library of the step before.
+/// Everything.
 pub fn run() -> Outcome {
+    crate::chosts::installed()?;
     let symbols = symbols()?;
     let layouts = layouts()?;
     old_host("first")?;
@@ -52,7 +53,7 @@ fn layouts() -> Result<usize, String> {
     let languages = [("C", ["-xc", "-std=c11"]), ("C++", ["-xc++", "-std=c++17"])];
     for (target, compilers, options) in TARGETS {
         for (compiler, (language, standard)) in compilers.into_iter().zip(languages) {
-            if !found(compiler, &format!("the layout on {target} in {language} is")) {
+            if !found(&[compiler], &format!("layout on {target} in {language}")) {
                 continue;
             }
             let flags = ["-fsyntax-only", "-ffreestanding", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Iinclude"];

@@ -1,12 +1,17 @@
 //! The C interface: its two libraries, and C and C++ programs that use them as a host would.
 
 use crate::digests::{lines, pins};
-use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top, wait};
+use crate::tools::{Outcome, emptied, found, needs, output, read, run as command, target, top, wait};
 use std::path::{Path, PathBuf};
 
 /// The installed library that the hosts, the examples and the README use.
 pub fn prefix() -> PathBuf {
     target().join("prefix")
+}
+
+/// Builds and installs it.
+pub fn installed() -> Outcome {
+    crate::install::into(&prefix())
 }
 
 /// A C and a C++ compiler of one family, and the libraries their hosts are linked with.
@@ -17,11 +22,12 @@ const COMPILERS: [([&str; 2], &str, usize); 2] =
 /// print the digests of tests/golden, which are those of the kernel called from Rust, and of tests/c/digests, which a test of `fabric-capi`
 /// compares with it.
 pub fn run() -> Outcome {
-    crate::install::into(&prefix())?;
-    crate::gates::undefined_in_kernel(&prefix().join("lib/libfabric_kernel.so"))?;
+    needs(&["g++", "make", "pkg-config"])?;
+    installed()?;
+    crate::targets::undefined_in_kernel(&prefix().join("lib/libfabric_kernel.so"))?;
     let wanted = [pins()?, lines(&read(top().join("tests/c/digests"))?)].concat();
     for ([c, cpp], kinds, expected) in COMPILERS {
-        if !found(c, "its C and C++ hosts are") {
+        if !found(&[c], "C and C++ hosts by clang") {
             continue;
         }
         let folder = emptied(target().join("hosts").join(c))?;
@@ -70,7 +76,7 @@ fn watched(wanted: &[(String, String)]) -> Outcome {
     }
     println!("figure 23: C99 and C++17 hosts with AddressSanitizer and UBSan (which see the host's code): 0 errors");
     let short = build("gcc", "tests/c/abi/first/host.c", &[])?;
-    if !found("valgrind", "the C host under it is") {
+    if !found(&["valgrind"], "C host under valgrind") {
         return Ok(());
     }
     output("valgrind", &["--quiet", "--leak-check=full", "--error-exitcode=9", &short.to_string_lossy()])?;

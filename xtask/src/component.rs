@@ -33,7 +33,7 @@ pub fn build(source: &Path, target: &Path, scene: Option<[&str; 2]>) -> Result<P
             ),
         )
         .current_dir(source);
-    tools::wait(&mut command)?;
+    tools::said("Compiling the FMU's component for WebAssembly", || tools::wait(&mut command))?;
     Ok(target.join(PLATFORM).join("ship/fabric_shield_component.wasm"))
 }
 
@@ -43,7 +43,7 @@ pub fn build_if_ready(source: &Path, target: &Path, scene: Option<[&str; 2]>) ->
     match ready {
         Ok(_) => build(source, target, scene).map(Some),
         Err(reason) => {
-            println!("  {PLATFORM}: skipped, {reason}");
+            tools::left_out(PLATFORM, &reason);
             Ok(None)
         }
     }

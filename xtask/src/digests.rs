@@ -3,8 +3,8 @@
 
 use crate::bochs;
 use crate::platforms;
-use crate::targets::{self, Tool};
-use crate::tools::{Outcome, finish, first_found, make_folder, output, read, target, top, wait_within};
+use crate::targets::{self, BOARD as BOARD_TRIPLE, HARD, Tool, WASM};
+use crate::tools::{self, Outcome, finish, first_found, make_folder, output, read, target, top, wait_within};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -69,9 +69,6 @@ const FREESTANDING: &[&str] = &[
     "-ffreestanding", "-nostdlib", "-static", "-fno-builtin", "-fno-stack-protector", "-fno-tree-loop-distribute-patterns",
     "-Wl,--gc-sections",
 ];
-/// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
-pub const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";
-
 #[rustfmt::skip]
 const TARGETS: [Target; 12] = [
     Target { name: "x86-64-scalar", library: Library::Choosing, options: &["-DINSTRUCTIONS=0"], sources: HOSTED, runner: Runner::Machine },
@@ -95,9 +92,6 @@ const QEMU_BOARD: [&str; 14] = [
     "-chardev", "stdio,id=out", "-semihosting-config", "enable=on,target=native,chardev=out", "-kernel",
 ];
 
-/// The targets of Rust that are linked or run in a way of their own.
-pub const BOARD_TRIPLE: &str = "thumbv7em-none-eabihf";
-pub const WASM: &str = "wasm32-unknown-unknown";
 const WINDOWS: &str = "x86_64-pc-windows-gnu";
 
 impl Target {
@@ -148,15 +142,16 @@ pub fn run(options: &Options) -> Outcome {
     }
     report(&pins, &results)?;
     match libraries.iter().find(|built| built.library == FIRMWARE) {
-        Some(built) => firmware(&built.path)?,
-        None => println!("examples/cortex-m7: skipped with cortex-m7-hard"),
+        Some(built) if tools::found(&["make"], "examples/cortex-m7") => firmware(&built.path)?,
+        Some(_) => {}
+        None => tools::left_out("examples/cortex-m7", "as cortex-m7-hard"),
     }
     let skipped = results.iter().find(|(_, result)| matches!(result, Fate::Skipped(_)));
     if let (Some((name, _)), false, false) = (skipped, options.targets.is_empty(), options.only_available) {
         return Err(format!("{name} was asked for and cannot run here"));
     }
     if skipped.is_some() && results.iter().all(|(_, fate)| matches!(fate, Fate::Skipped(_))) {
-        println!("no target could run: nothing was compared");
+        return tools::step_left_out("no target could run");
     }
     Ok(())
 }
@@ -167,9 +162,6 @@ const FIRMWARE: Library = Library::Of(BOARD_TRIPLE, HARD);
 /// Builds and runs the firmware of examples/cortex-m7 by its makefile; its digest must be that of the same file on this machine,
 /// also if it rounds and flushes otherwise. Prints the figures of docs/embedding.md.
 fn firmware(library: &Path) -> Outcome {
-    if first_found(&["make", "gcc"]).is_none() {
-        return Err("make or gcc is missing".into());
-    }
     let folder = target().join("digests").join("programs");
     let make = |what: &[&str]| {
         let mut command = Command::new("make");
@@ -293,35 +285,13 @@ fn build_one(library: Library) -> Result<PathBuf, String> {
     match library {
         Library::Shipped => Ok(crate::install::build()?.join("libfabric_kernel.a")),
         Library::Choosing => {
-            self::library(None, "", &["--features", "bare,choose-instructions"], &folder.join("choosing"))
+            platforms::library(None, "", &["--features", "bare,choose-instructions"], &folder.join("choosing"))
         }
         Library::Of(triple, flags) => {
             let kind = if flags.is_empty() { "" } else { "-with-options" };
-            self::library(Some(triple), flags, &["--features", "bare"], &folder.join(format!("{triple}{kind}")))
+            platforms::library(Some(triple), flags, &["--features", "bare"], &folder.join(format!("{triple}{kind}")))
         }
     }
-}
-
-/// The library of a target, or of this machine, with these options of cargo and a folder of its own.
-pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Path) -> Result<PathBuf, String> {
-    let compiler = triple.map_or_else(|| Ok(platforms::own()), platforms::compiler_for)?;
-    let mut command = compiler.command();
-    command
-        .args(["rustc", "--quiet", "--locked", "--profile", "ship"])
-        .args(["-p", "capi-lib", "--lib", "--crate-type", "staticlib"])
-        .args(options)
-        .args(compiler.options())
-        .arg("--target-dir")
-        .arg(folder)
-        .current_dir(top());
-    if let Some(triple) = triple {
-        command.args(["--target", triple]);
-    }
-    if !flags.is_empty() {
-        command.env("RUSTFLAGS", flags);
-    }
-    finish(&mut command)?;
-    Ok(folder.join(triple.unwrap_or("")).join("ship").join("libfabric_kernel.a"))
 }
 
 fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
@@ -450,7 +420,7 @@ fn report(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
     let (mut ran, mut different) = (0, Vec::new());
     for (name, fate) in results {
         match fate {
-            Fate::Skipped(reason) => println!("{name:20} skipped: {reason}"),
+            Fate::Skipped(reason) => tools::left_out(&format!("digests on {name}"), reason),
             Fate::Ran { lines, by, seconds } => {
                 ran += 1;
                 let cells: Vec<_> = pins

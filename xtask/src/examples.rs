@@ -1,12 +1,16 @@
 //! The C and C++ examples, built outside the project as a user would, and what the C++ header costs over C.
 
 use crate::chosts::prefix;
-use crate::tools::{Outcome, cargo_tool, cmake, emptied, found, output, read, run as command, target, top, wait};
+use crate::tools::{
+    Outcome, cargo_tool, cmake, emptied, found, needs, output, read, run as command, target, top, wait,
+};
 use std::path::Path;
 
 /// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and the static one,
 /// and compares the last line that each prints with examples/expected.txt.
 pub fn run() -> Outcome {
+    needs(&["cmake", "g++"])?;
+    crate::chosts::installed()?;
     let folder = emptied(target().join("examples"))?;
     for source in ["CMakeLists.txt", "c", "cpp"] {
         command("cp", &["-r", &format!("examples/{source}"), &folder.to_string_lossy()])?;
@@ -71,7 +75,7 @@ const CALLS: u64 = 2000;
 
 /// The same loop in C and C++ under callgrind: at most two instructions a call more.
 fn cost() -> Outcome {
-    if !found("valgrind", "the instruction count of the C++ header is") {
+    if !found(&["valgrind"], "instructions of the C++ header") {
         return Ok(());
     }
     let folder = emptied(target().join("hosts/cost"))?;

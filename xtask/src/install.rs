@@ -78,7 +78,7 @@ pub fn into(prefix: &Path) -> Outcome {
 pub fn build() -> Result<PathBuf, String> {
     let mut cargo = Command::new(crate::tools::cargo_program());
     cargo.args(["build", "--profile", "ship", "--package", "capi-lib", "--features", "bare"]).current_dir(top());
-    let built = finish(&mut cargo)?;
+    let built = crate::tools::said("Compiling the C library", || finish(&mut cargo))?;
     let said = String::from_utf8_lossy(&built.stderr);
     if said.contains("warning") {
         return Err(format!("libfabric_kernel does not build cleanly:\n{said}"));

@@ -5,31 +5,21 @@ mod bochs;
 mod chosts;
 mod component;
 mod demo;
-mod description;
 mod digests;
 mod examples;
 mod fmu;
 mod fuzz;
-mod gates;
-mod header;
 mod install;
-mod model;
 mod needs;
-mod outputs;
-mod page;
-mod platforms;
 mod readme;
 mod release;
 mod rotorburst;
 mod sanitize;
-mod size;
-mod stack;
-mod targets;
 mod tests;
-mod tools;
 mod web;
 mod wheel;
-mod xml;
+
+use xtask::{platforms, targets, tools};
 
 use clap::{Parser, Subcommand};
 
@@ -43,7 +33,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Set up everything, build the FMUs, fly a rotorburst fragment into the paper's sheet and write target/demo/report.html.
+    /// Set up everything, build the FMUs, fly a rotorburst fragment into a sheet of Zylon and write target/demo/report.html.
     Demo(demo::Options),
     /// Run every check: format, clippy, unit and physics tests, C and C++ hosts, FMPy, studies in short form.
     Test(tests::Options),
@@ -87,20 +77,14 @@ fn main() -> std::process::ExitCode {
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
         Command::Release(options) => release::run(&options),
-        Command::Header => header::run(false),
+        Command::Header => tools::tables(&["header"]).and_then(|mut header| tools::wait(&mut header)),
         Command::Digests(options) => digests::run(&options),
         Command::Web(options) => web::run(&options),
         Command::Bench(options) => tests::bench(&options),
         Command::Wheel => wheel::run(),
         Command::Fuzz(options) => fuzz::run(&options),
-        Command::Size => size::run(),
+        Command::Size => tools::tables(&["size"]).and_then(|mut size| tools::wait(&mut size)),
         Command::Sanitize => sanitize::run(),
     };
-    match result {
-        Ok(()) => std::process::ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("error: {message}");
-            std::process::ExitCode::FAILURE
-        }
-    }
+    tools::ended(result)
 }

@@ -30,17 +30,16 @@ fn for_test() -> Vec<Need> {
     vec![
         need("git", any(&["git"]), "git"),
         need("a C compiler (cc and gcc)", all(&["cc", "gcc"]), "gcc libc6-dev"),
-        need("a C++ compiler (c++ and g++)", all(&["c++", "g++"]), "g++"),
         need("binutils (nm, objdump, readelf)", all(&["nm", "objdump", "readelf"]), "binutils"),
-        need("make", any(&["make"]), "make"),
-        need("CMake (cmake)", any(&["cmake"]), "cmake"),
-        need("pkg-config", any(&["pkg-config"]), "pkg-config"),
     ]
 }
 
 /// What only some checks need, and which; these are left out without it.
 fn for_some() -> Vec<Need> {
     let mut needs = vec![
+        need("hosts and examples in C++", all(&["c++", "g++"]), "g++"),
+        need("C and C++ hosts", all(&["make", "pkg-config"]), "make pkg-config"),
+        need("C and C++ examples", any(&["cmake"]), "cmake"),
         need("hosts and calls under valgrind, cost of the C++ header", any(&["valgrind"]), "valgrind"),
         need("ecospy, an importer of FMUs", tbb(), "libtbb12"),
         need("layouts in C++ on aarch64", any(&["aarch64-linux-gnu-g++"]), "g++-aarch64-linux-gnu"),
@@ -66,15 +65,22 @@ pub fn demo() -> Outcome {
     named(&missing(for_demo()))
 }
 
-/// An error that names all that `cargo xtask test` misses; what it will leave out is printed.
-pub fn test() -> Outcome {
+/// Whether a command of cargo's is here.
+pub fn cargo_has(name: &str) -> bool {
+    answers(Command::new(cargo_program()).args([name, "--version"]))
+}
+
+/// An error that names all that `cargo xtask test` misses; what it will leave out is printed, and an error if nothing may be.
+pub fn test(complete: bool) -> Outcome {
     named(&for_test_missing())?;
-    if !["fmt", "clippy"].iter().all(|name| answers(Command::new(cargo_program()).args([*name, "--version"]))) {
-        return Err(
-            "cargo fmt or cargo clippy is missing; install both:\n\n    rustup component add rustfmt clippy".into()
-        );
-    }
     let others = missing(for_some());
+    let triples = checked().map(|target| target.triple).chain([PLATFORM]);
+    let triples: Vec<_> = triples.filter(|triple| compiler_for(triple).is_err()).collect();
+    if complete {
+        named(&others)?;
+        let rust = triples.is_empty() && cargo_has("fmt") && cargo_has("clippy");
+        return if rust { Ok(()) } else { Err(format!("missing: cargo fmt, cargo clippy, or Rust for {triples:?}")) };
+    }
     if !others.is_empty() {
         println!(
             "Left out on this machine:\n{}\nOn Debian or Ubuntu this installs it:\n\n    {}\n",
@@ -82,8 +88,6 @@ pub fn test() -> Outcome {
             line(&others)
         );
     }
-    let triples = checked().map(|target| target.triple).chain([PLATFORM]);
-    let triples: Vec<_> = triples.filter(|triple| compiler_for(triple).is_err()).collect();
     if !triples.is_empty() {
         println!("Left out without Rust for other platforms:\n\n    rustup target add {}\n", triples.join(" "));
     }

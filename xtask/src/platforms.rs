@@ -1,10 +1,7 @@
-//! The FMU's library for every platform, from one source: how it is built, and what it may ask of its host and offer to it.
+//! The FMU's library for every platform, from one source: how it is built.
 
-use crate::targets::{TARGETS, Target};
-use crate::tools::{self, Outcome, output};
-use object::read::macho::{LoadCommandVariant, MachOFile64};
-use object::{Endianness, NameOrOrdinal, Object, ObjectSection, macho};
-use std::collections::BTreeSet;
+use crate::targets::{BINDER, FROM_LINUX, FROM_MACOS, LIBSYSTEM, MACOS, TARGETS, Target};
+use crate::tools::{self, Outcome, output, version};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -23,7 +20,7 @@ pub struct Library {
     pub path: PathBuf,
 }
 
-/// Builds the wanted libraries from the checkout in `source` into `target`, checks each, and says what was left out and why.
+/// Builds the wanted libraries from the checkout in `source` into `target`, and says what was left out and why.
 /// `scene`: name and start values of a model of its own (`fmu/src/starts.rs`).
 pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str; 2]>) -> Result<Vec<Library>, String> {
     let host = host()?;
@@ -35,7 +32,7 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str
         for platform in platforms().filter(|platform| platform.triple != host.triple) {
             match compiler(platform) {
                 Ok(compiler) => wanted.push((platform, compiler)),
-                Err(reason) => println!("  {}: skipped, {reason}", platform.fmu[0]),
+                Err(reason) => tools::left_out(&format!("FMU for {}", platform.fmu[0]), &reason),
             }
         }
         // Those with the same compiler are built side by side.
@@ -49,18 +46,6 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str
             }));
             wanted = later;
         }
-    }
-    let mut functions = BTreeSet::new();
-    for library in &built {
-        let (exported, said) = check(library).map_err(|what| format!("{}: {what}", library.path.display()))?;
-        println!("  {}: {said}", library.platform.fmu[0]);
-        if library.platform.extension == "so" {
-            println!("figure 26: {}: {}", library.platform.fmu[0], said.rsplit(' ').next().unwrap_or_default());
-        }
-        if !functions.is_empty() && functions != exported {
-            return Err(format!("{} does not export what the others do", library.path.display()));
-        }
-        functions = exported;
     }
     Ok(built)
 }
@@ -198,13 +183,6 @@ pub fn compiler_for(triple: &str) -> Result<Compiler, String> {
 /// Oldest compiler that is known to build the project.
 const MINIMUM: &str = env!("CARGO_PKG_RUST_VERSION");
 
-/// Major and minor number in a text like "rustc 1.96.0 (...)".
-fn version(text: &str) -> Option<(u32, u32)> {
-    let number = text.split_whitespace().find(|word| word.starts_with(|c: char| c.is_ascii_digit()))?;
-    let mut parts = number.split('.').map(|part| part.parse().ok());
-    Some((parts.next()??, parts.next()??))
-}
-
 /// Builds the library in its shipped form into `target`, for this platform if `others` names none.
 fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target], scene: Option<[&str; 2]>) -> Outcome {
     let mut command = compiler.command();
@@ -243,7 +221,8 @@ fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target]
         }
         command.env(variable("RUSTFLAGS"), flags);
     }
-    tools::wait(&mut command)
+    let names: Vec<_> = if others.is_empty() { &host } else { others }.iter().map(|one| one.fmu[0]).collect();
+    tools::said(&format!("Compiling the FMU's library for {}", names.join(", ")), || tools::wait(&mut command))
 }
 
 /// What the linker needs to know of macOS where Apple's tools are missing: the names of the functions that the library may ask for.
@@ -259,148 +238,25 @@ fn stub(target: &Path) -> Result<PathBuf, String> {
     Ok(top)
 }
 
-/// What a library of ours may ask of the C library of Linux and macOS, besides the weak names of Linux's start-up code.
-pub const FROM_LINUX: [&str; 8] = ["calloc", "free", "memcpy", "memmove", "memset", "memcmp", "bcmp", "strlen"];
-/// The libraries it may ask of Windows; what of them depends on the linker's own start-up code, mathematics excepted.
-const FROM_WINDOWS: [&str; 2] = ["KERNEL32.dll", "msvcrt.dll"];
-const MATHEMATICS: [&str; 12] =
-    ["exp", "log", "pow", "sqrt", "sin", "cos", "tan", "acos", "asin", "atan", "atan2", "floor"];
-/// What it may ask of macOS too: the compiler calls these in place of some calls of memset.
-const FROM_MACOS: [&str; 3] = ["bzero", "__bzero", "memset_pattern16"];
-/// The library of macOS that has them, and its function that binds a function at its first call.
-const LIBSYSTEM: &str = "/usr/lib/libSystem.B.dylib";
-const BINDER: &str = "dyld_stub_binder";
-/// Oldest macOS that loads it: the first for Arm.
-const MACOS: (u32, u32) = (11, 0);
-/// Number of functions: 34 of FMI 2.0 for co-simulation and 75 of FMI 3.0.
-const FUNCTIONS: usize = 109;
-/// Newest version of the GNU C library whose symbols may be used.
-const GLIBC: (u32, u32) = (2, 17);
-
-/// The exported functions, and a line about the library; an error if it exports or imports what it should not.
-fn check(library: &Library) -> Result<(BTreeSet<String>, String), String> {
-    let data = std::fs::read(&library.path).map_err(|error| error.to_string())?;
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let name = |name: NameOrOrdinal<&[u8]>| match name {
-        NameOrOrdinal::Name(name) => text(name),
-        NameOrOrdinal::Ordinal(number) => format!("number {number}"),
-    };
-    let file = object::File::parse(&*data).map_err(|error| error.to_string())?;
-    let kind = library.platform.extension;
-    // Names in C begin so in the files of macOS.
-    let underscore = if kind == "dylib" { "_" } else { "" };
-    let mut exported = BTreeSet::new();
-    for export in file.exports().map_err(|error| error.to_string())? {
-        let export = name(export.map_err(|error| error.to_string())?.name());
-        exported.insert(export.strip_prefix(underscore).unwrap_or(&export).to_string());
+/// The library of a target, or of this machine, with these options of cargo and a folder of its own.
+pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Path) -> Result<PathBuf, String> {
+    let compiler = triple.map_or_else(|| Ok(own()), compiler_for)?;
+    let mut command = compiler.command();
+    command
+        .args(["rustc", "--quiet", "--locked", "--profile", "ship"])
+        .args(["-p", "capi-lib", "--lib", "--crate-type", "staticlib"])
+        .args(options)
+        .args(compiler.options())
+        .arg("--target-dir")
+        .arg(folder)
+        .current_dir(tools::top());
+    if let Some(triple) = triple {
+        command.args(["--target", triple]);
     }
-    if exported.len() != FUNCTIONS || !exported.iter().all(|name| name.starts_with("fmi2") || name.starts_with("fmi3"))
-    {
-        return Err(format!("exports {} symbols instead of the {FUNCTIONS} functions: {exported:?}", exported.len()));
+    if !flags.is_empty() {
+        command.env("RUSTFLAGS", flags);
     }
-    let mut needs = BTreeSet::new();
-    for import in file.imports().map_err(|error| error.to_string())? {
-        let import = import.map_err(|error| error.to_string())?;
-        let (wanted, from) = (name(import.name()), text(import.library()));
-        let allowed = match kind {
-            "dll" => FROM_WINDOWS.contains(&&*from) && !MATHEMATICS.contains(&&*wanted),
-            "dylib" => {
-                let function = wanted.strip_prefix(underscore).unwrap_or_default();
-                from == LIBSYSTEM
-                    && (FROM_LINUX.contains(&function) || FROM_MACOS.contains(&function) || wanted == BINDER)
-            }
-            _ => import.is_weak() || FROM_LINUX.contains(&&*wanted),
-        };
-        if !allowed {
-            return Err(format!("imports {wanted} {from}"));
-        }
-        if kind != "so" {
-            needs.insert(from);
-        }
-    }
-    let mut floor = None;
-    if let object::File::MachO64(file) = &file {
-        check_macos(file, library.platform)?;
-        floor = Some(MACOS);
-    } else if kind == "so" {
-        // The table of strings has the names of the libraries it needs, and of the versions of their symbols.
-        let strings = file.section_by_name(".dynstr").and_then(|section| section.data().ok()).unwrap_or_default();
-        for word in strings.split(|&byte| byte == 0).map(text) {
-            if let Some(number) = word.strip_prefix("GLIBC_") {
-                floor = floor.max(version(number));
-            } else if word.contains(".so") && word != library.platform.library() {
-                // Some linkers note the library's own name.
-                needs.insert(word);
-            }
-        }
-        if floor.is_none_or(|floor| floor > GLIBC) || !needs.iter().eq(["libc.so.6"]) {
-            return Err(format!(
-                "needs {needs:?} with symbols of version {floor:?}, allowed is libc.so.6 up to {GLIBC:?}"
-            ));
-        }
-    }
-    let needs = needs.into_iter().collect::<Vec<_>>().join(", ");
-    let symbols = floor.map_or(String::new(), |(major, minor)| format!(" {major}.{minor}"));
-    Ok((exported, format!("{} bytes, {FUNCTIONS} functions exported, needs {needs}{symbols}", data.len())))
-}
-
-/// Whether macOS would take the library: its oldest version, the name without a folder of ours, the library it needs, and for Arm the
-/// signature that every program there must have, made by the linker without a key ("ad hoc").
-/// The layout of a signature: cs_blobs.h of Apple's XNU.
-fn check_macos(file: &MachOFile64<Endianness>, platform: &Target) -> Outcome {
-    let endian = file.endian();
-    let (mut oldest, mut own_name, mut needs, mut signed) = (None, None, Vec::new(), false);
-    let mut commands = file.macho_load_commands().map_err(|error| error.to_string())?;
-    while let Some(command) = commands.next().map_err(|error| error.to_string())? {
-        let name = |name| command.string(endian, name).map(|name| String::from_utf8_lossy(name).into_owned());
-        match command.variant().map_err(|error| error.to_string())? {
-            LoadCommandVariant::BuildVersion(version, _) if version.platform.get(endian) == macho::PLATFORM_MACOS => {
-                let packed = version.minos.get(endian).0;
-                oldest = Some((packed >> 16, packed >> 8 & 0xff));
-            }
-            LoadCommandVariant::IdDylib(own) => own_name = name(own.dylib.name).ok(),
-            LoadCommandVariant::Dylib(other) => needs.extend(name(other.dylib.name)),
-            LoadCommandVariant::LinkeditData(place) if command.cmd() == macho::LC_CODE_SIGNATURE => {
-                let start = place.dataoff.get(endian);
-                let data = file.data().get(start as usize..).unwrap_or_default();
-                let word = |at: u32| {
-                    let bytes =
-                        data.get(at as usize..).and_then(|data| data.first_chunk()).copied().unwrap_or_default();
-                    u32::from_be_bytes(bytes)
-                };
-                // A set of blobs, the first of which lists the hashes of the pages: it must reach to where the signature begins.
-                let list = word(16);
-                let adhoc = word(list.saturating_add(12)) & 2 != 0;
-                signed = word(0) == 0xfade_0cc0
-                    && word(list) == 0xfade_0c02
-                    && adhoc
-                    && word(list.saturating_add(32)) == start
-                    && word(list.saturating_add(28)) == start.div_ceil(4096)
-                    && data.len() == place.datasize.get(endian) as usize;
-            }
-            _ => {}
-        }
-    }
-    let named = format!("@rpath/{}", platform.library());
-    if oldest != Some(MACOS) || own_name.as_ref() != Some(&named) || needs != [LIBSYSTEM] {
-        return Err(format!("calls itself {own_name:?}, is for macOS {oldest:?} and needs {needs:?}"));
-    }
-    if platform.triple.starts_with("aarch64") && !signed {
-        return Err("has no ad-hoc signature of all its pages".into());
-    }
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::version;
-
-    #[test]
-    fn versions_are_read_and_ordered() {
-        assert_eq!(version("rustc 1.96.0 (6b00bc388 2026-06-23) (built from a source tarball)"), Some((1, 96)));
-        assert_eq!(version("rustc 1.63.0"), Some((1, 63)));
-        assert_eq!(version("2.14"), Some((2, 14)));
-        assert!(version("2.2.5") < version("2.14"));
-        assert_eq!(version("PRIVATE"), None);
-    }
+    let platform = triple.unwrap_or("this platform");
+    tools::said(&format!("Compiling the C library for {platform} {flags}"), || tools::finish(&mut command))?;
+    Ok(folder.join(triple.unwrap_or("")).join("ship").join("libfabric_kernel.a"))
 }

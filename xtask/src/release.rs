@@ -3,8 +3,8 @@
 
 use crate::platforms::Targets;
 use crate::tools::{
-    self, Outcome, cargo_program, cargo_tool, emptied, output, python, python_with, read, run as command, same_bytes,
-    target, top, write,
+    self, Outcome, cargo_program, cargo_tool, emptied, listed, output, python, python_with, read, run as command,
+    same_bytes, target, top, write,
 };
 use crate::{demo, fmu, install, web, wheel};
 use std::path::{Path, PathBuf};
@@ -77,14 +77,6 @@ pub fn run(options: &Options) -> Outcome {
     Ok(())
 }
 
-/// The names in a folder, sorted.
-fn listed(folder: &Path) -> Result<Vec<String>, String> {
-    let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?.flatten();
-    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    Ok(names)
-}
-
 /// Builds the commit again in a clone, from nothing.
 fn reproduced(folder: &Path) -> Outcome {
     let clone = emptied(target().join("elsewhere"))?.join("a-clone-of-the-commit");
@@ -132,12 +124,8 @@ fn fmus() -> Made {
     fmu::run(&fmu::Options { targets: Targets::All, ..Default::default() })?;
     let about = |version: &str| -> Result<(PathBuf, String), String> {
         let path = target().join(format!("fmu/FabricShield-fmi{version}.fmu"));
-        let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let file = std::fs::File::open(&path).map_err(|error| failed(&error))?;
-        let archive = zip::ZipArchive::new(file).map_err(|error| failed(&error))?;
-        let platforms = archive.file_names().flatten();
-        let platforms =
-            platforms.filter_map(|name| Some(name.strip_prefix("binaries/")?.split_once('/')?.0.to_owned()));
+        let names = output("python3", &["-m", "zipfile", "--list", &path.to_string_lossy()])?;
+        let platforms = names.lines().filter_map(|name| Some(name.strip_prefix("binaries/")?.split_once('/')?.0));
         let platforms = platforms.collect::<Vec<_>>().join(", ");
         Ok((path, format!("FMU for FMI {version}.0: {platforms}")))
     };

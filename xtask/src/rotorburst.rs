@@ -1,7 +1,7 @@
 //! `cargo xtask rotorburst`: the rotorburst example as a host in C and as an SSP package, compared with the host in Python.
 
 use crate::tools::{Outcome, make_folder, output, python, run as command, target, top};
-use crate::{chosts, fmu, install, platforms};
+use crate::{chosts, fmu, platforms};
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
@@ -14,7 +14,7 @@ pub struct Options {
 /// Builds the host, the fragment's FMU and the package, and compares the three forms.
 pub fn run(options: &Options) -> Outcome {
     let python = python()?;
-    fmu::run(&fmu::Options::default())?;
+    fmu::packed(platforms::Targets::Host, false)?;
     let out = target().join("rotorburst");
     make_folder(out.to_path_buf())?;
     let shield = target().join("fmu/FabricShield-fmi2.fmu");
@@ -36,7 +36,7 @@ const WARNINGS: [&str; 6] = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "
 
 /// The host in C, linked with the kernel.
 fn host(out: &Path) -> Result<PathBuf, String> {
-    install::into(&chosts::prefix())?;
+    chosts::installed()?;
     let (library, program) = (chosts::prefix().join("lib/libfabric_kernel.a"), out.join("rotorburst"));
     let sources = ["-Iinclude", "examples/rotorburst/rotorburst.c", "examples/rotorburst/fragment.c"];
     let last = [&*library.to_string_lossy(), "-lm", "-o", &program.to_string_lossy()];
@@ -57,7 +57,7 @@ fn package(python: &Path, out: &Path) -> Result<PathBuf, String> {
     let source = |name: &str| top().join("examples/rotorburst/ssp").join(name);
     let trajectory = out.join("FragmentTrajectory.fmu");
     let binary = format!("binaries/{}/FragmentTrajectory.so", platforms::host()?.fmu[0]);
-    fmu::pack(&trajectory, vec![("modelDescription.xml".into(), source("FragmentTrajectory.xml")), (binary, library)])?;
+    fmu::pack(&trajectory, &[("modelDescription.xml".into(), source("FragmentTrajectory.xml")), (binary, library)])?;
     let [shield, _] = fmu::of_scene("RotorburstShield", &source("shield.toml"), platforms::Targets::default())?;
     let package = out.join("Rotorburst.ssp");
     let entries = [
@@ -65,6 +65,6 @@ fn package(python: &Path, out: &Path) -> Result<PathBuf, String> {
         ("resources/FragmentTrajectory.fmu", trajectory),
         ("resources/RotorburstShield.fmu", shield),
     ];
-    fmu::pack(&package, entries.map(|(name, path)| (name.to_string(), path)).to_vec())?;
+    fmu::pack(&package, &entries.map(|(name, path)| (name.to_string(), path)))?;
     Ok(package)
 }

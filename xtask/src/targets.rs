@@ -1,7 +1,8 @@
 //! Every target of Rust besides this machine's own that something of the project is built for: what compiles and links for it, what
 //! runs its programs here, and where an FMU has its library.
 
-use crate::tools::first_found;
+use crate::tools::{Outcome, first_found, output};
+use std::path::Path;
 
 pub struct Target {
     pub triple: &'static str,
@@ -66,3 +67,35 @@ pub const TARGETS: &[Target] = &[
 pub fn of(triple: &str) -> Result<&'static Target, String> {
     TARGETS.iter().find(|target| target.triple == triple).ok_or(format!("targets.rs has no {triple}"))
 }
+
+/// What a library of ours may ask of the C library of Linux and macOS, besides the weak names of Linux's start-up code.
+pub const FROM_LINUX: [&str; 8] = ["calloc", "free", "memcpy", "memmove", "memset", "memcmp", "bcmp", "strlen"];
+/// What it may ask of macOS too: the compiler calls these in place of some calls of memset.
+pub const FROM_MACOS: [&str; 3] = ["bzero", "__bzero", "memset_pattern16"];
+/// The library of macOS that has them, and its function that binds a function at its first call.
+pub const LIBSYSTEM: &str = "/usr/lib/libSystem.B.dylib";
+pub const BINDER: &str = "dyld_stub_binder";
+/// Oldest macOS that loads it: the first for Arm.
+pub const MACOS: (u32, u32) = (11, 0);
+
+/// What the kernel's C library may ask of its host.
+pub const FROM_HOST: [&str; 4] = ["memcpy", "memmove", "memset", "memcmp"];
+
+/// The C library may ask its host for these and nothing else, besides the weak names of the linker's start-up code.
+pub fn undefined_in_kernel(library: &Path) -> Outcome {
+    undefined(library, &FROM_HOST)
+}
+
+pub fn undefined(library: &Path, allowed: &[&str]) -> Outcome {
+    let listed = output("nm", &["-D", "--undefined-only", &library.to_string_lossy()])?;
+    let names = listed.lines().filter(|line| !line.contains(" w ")).filter_map(|line| line.split_whitespace().last());
+    let strangers: Vec<_> =
+        names.map(|name| name.split('@').next().unwrap_or(name)).filter(|name| !allowed.contains(name)).collect();
+    if strangers.is_empty() { Ok(()) } else { Err(format!("{} wants {strangers:?}", library.display())) }
+}
+
+/// The targets of Rust that are linked or run in a way of their own.
+pub const BOARD: &str = "thumbv7em-none-eabihf";
+pub const WASM: &str = "wasm32-unknown-unknown";
+/// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
+pub const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";

@@ -2,7 +2,10 @@
 
 use crate::fmu;
 use crate::platforms::Targets;
-use crate::tools::{Outcome, cargo, emptied, python, python_with, read, run as command, target, top, wait};
+use crate::tools::{
+    Outcome, STEP_LEFT_OUT, all_left_out, cargo, emptied, python, python_with, read, run as command, said,
+    step_left_out, tables, target, top, unit_tests, wait, write,
+};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -12,6 +15,9 @@ pub struct Options {
     /// Run only the steps whose name contains this text (repeatable).
     #[arg(long, value_name = "TEXT")]
     only: Vec<String>,
+    /// Refuse to leave anything out that the packages of `cargo xtask packages` bring.
+    #[arg(long)]
+    complete: bool,
     /// Only the second half of the steps, until this file is there.
     #[arg(long, hide = true, value_name = "FILE", conflicts_with = "only")]
     second_until: Option<PathBuf>,
@@ -22,27 +28,18 @@ type Step = (&'static str, fn() -> Outcome);
 /// What every change must pass, in two halves that take the same time side by side: the first compiles for development and release, and
 /// for the targets of the digests, the second what is shipped.
 const FIRST: &[Step] = &[
-    ("format", || cargo(&["fmt", "--all", "--check"])),
+    ("format", || with_cargo("fmt", &["fmt", "--all", "--check"])),
     ("clippy", || {
-        cargo(&[
-            "clippy",
-            "--quiet",
-            "--workspace",
-            "--all-targets",
-            "--features",
-            EVERY_FEATURE,
-            "--",
-            "-D",
-            "warnings",
-        ])
+        let options = ["clippy", "--quiet", "--workspace", "--all-targets", "--features", EVERY_FEATURE];
+        with_cargo("clippy", &[&options[..], &["--", "-D", "warnings"]].concat())
     }),
     ("unit, physics, golden and robustness tests", || {
         cargo(&["test", "--quiet", "--workspace", "--features", EVERY_FEATURE])
     }),
-    ("every set of features", crate::gates::every_feature_set),
+    ("every set of features", || wait(&mut tables(&["features"])?)),
     ("documentation", documentation),
     ("package of the kernel", package),
-    ("C header", || crate::header::run(true)),
+    ("C header", || wait(&mut tables(&["header", "--check"])?)),
     ("web page in a browser", crate::web::check),
     ("digests on other targets", crate::digests::short),
     ("studies in short form", studies),
@@ -51,7 +48,7 @@ const FIRST: &[Step] = &[
 
 /// The other half.
 const SECOND: &[Step] = &[
-    ("gates on the libraries", crate::gates::run),
+    ("gates on the libraries", || wait(&mut tables(&["gates"])?)),
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
@@ -64,6 +61,16 @@ const SECOND: &[Step] = &[
 
 /// What the kernel does not have by default. Where a step builds it with others, it is one more build.
 const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
+
+/// A command of cargo's that may not be installed.
+fn with_cargo(name: &str, arguments: &[&str]) -> Outcome {
+    let here = crate::needs::cargo_has(name);
+    if here {
+        cargo(arguments)
+    } else {
+        step_left_out(&format!("no cargo {name}: rustup component add rustfmt clippy"))
+    }
+}
 
 /// The page of the tutorial has what its programs print, and the notebook is that page.
 fn tutorial() -> Outcome {
@@ -124,10 +131,12 @@ fn package() -> Outcome {
 
 pub fn run(options: &Options) -> Outcome {
     if let Some(stop) = &options.second_until {
-        return steps(SECOND.iter(), || stop.exists());
+        let done = steps(SECOND.iter(), || stop.exists());
+        write(stop.with_extension("lines"), done.join("\n"))?;
+        return ended(&done);
     }
     if options.only.is_empty() {
-        return side_by_side();
+        return side_by_side(options.complete);
     }
     let wanted = |name: &str| options.only.iter().any(|text| name.contains(text.as_str()));
     let mut chosen = FIRST.iter().chain(SECOND).filter(|(name, _)| wanted(name)).peekable();
@@ -135,13 +144,13 @@ pub fn run(options: &Options) -> Outcome {
         let names: Vec<_> = FIRST.iter().chain(SECOND).map(|(name, _)| *name).collect();
         return Err(format!("no step has {:?} in its name; there are: {}", options.only, names.join(", ")));
     }
-    steps(chosen, || false)
+    ended(&steps(chosen, || false))
 }
 
 /// The first half of the steps here and the second in another process of this program: many a step keeps one processor busy only. Where
 /// one half fails, the other ends after the step that it is in.
-fn side_by_side() -> Outcome {
-    crate::needs::test()?;
+fn side_by_side(complete: bool) -> Outcome {
+    crate::needs::test(complete)?;
     let folder = emptied(target().join("checks"))?;
     let (log, stop) = (folder.join("second.log"), folder.join("stop"));
     let failed = |error: std::io::Error| format!("{}: {error}", log.display());
@@ -155,20 +164,20 @@ fn side_by_side() -> Outcome {
         .spawn()
         .map_err(failed)?;
     println!("Half of the steps run beside these; what they print is in {} and follows at the end.", log.display());
-    let first = steps(FIRST.iter(), || matches!(second.try_wait(), Ok(Some(status)) if !status.success()));
-    if let Err(message) = &first {
-        println!("error: {message}; the other half ends after the step that it is in ...");
+    let mut done = steps(FIRST.iter(), || matches!(second.try_wait(), Ok(Some(status)) if !status.success()));
+    if let Some(message) = done.iter().find(|line| line.starts_with("failed ")) {
+        println!("{message}; the other half ends after the step that it is in ...");
         std::fs::write(&stop, "").map_err(failed)?;
     }
-    let status = second.wait().map_err(failed)?;
+    second.wait().map_err(failed)?;
     println!("{}", read(&log)?);
-    first?;
-    if status.success() { Ok(()) } else { Err("a step of the second half has failed: see above".into()) }
+    done.extend(read(stop.with_extension("lines"))?.lines().map(String::from));
+    ended(&done)
 }
 
 pub fn verify() -> Outcome {
-    side_by_side()?;
-    steps(VERIFY.iter(), || false)
+    side_by_side(false)?;
+    ended(&steps(VERIFY.iter(), || false))
 }
 
 #[derive(clap::Args)]
@@ -183,22 +192,39 @@ pub fn bench(options: &BenchOptions) -> Outcome {
     runner(&[&["bench"], &options[..]].concat())
 }
 
-/// Runs the steps in order, stops at the first that fails, or if the word is given, and prints what each took: time, and that of
-/// processors.
-fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() -> bool) -> Outcome {
-    let mut summary = Vec::new();
-    for (name, step) in steps {
-        if stopped() {
-            return Err("stopped, for another check has failed".into());
-        }
-        println!("\n== {name}");
-        let (start, before) = (Instant::now(), processor_seconds());
-        step().map_err(|message| format!("step \"{name}\": {message}"))?;
-        let (seconds, busy) = (start.elapsed().as_secs_f64(), processor_seconds() - before);
-        summary.push(format!("  passed in {seconds:6.1} s (processors {busy:6.1} s)  {name}"));
+/// Prints the number of each kind of line alone on a line, then what was skipped and failed; the first failure.
+fn ended(done: &[String]) -> Outcome {
+    let of = |kind: &str| -> Vec<&str> { done.iter().filter_map(|line| line.strip_prefix(kind)).collect() };
+    let [passed, skipped, failed] = ["passed", "skipped ", "failed "].map(of);
+    println!("\n  passed{}\n", passed.join("\n  passed"));
+    println!("{} passed, {} failed, {} skipped", passed.len(), failed.len(), skipped.len());
+    if !skipped.is_empty() {
+        println!("skipped: {}", skipped.join(", "));
     }
-    println!("\n{}\n{} passed, 0 failed", summary.join("\n"), summary.len());
-    Ok(())
+    failed.first().map_or(Ok(()), |what| Err((*what).into()))
+}
+
+/// Runs the steps in order, stops at the first that fails, or if the word is given. A line for each that passed, with its time and that
+/// of processors, was skipped, in whole or in part, or failed.
+fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() -> bool) -> Vec<String> {
+    let mut done = Vec::new();
+    for (name, step) in steps {
+        if stopped() || done.iter().any(|line: &String| line.starts_with("failed ")) {
+            break;
+        }
+        let (start, before) = (Instant::now(), processor_seconds());
+        let result = said(&format!("\n== {name}"), step);
+        let (seconds, busy) = (start.elapsed().as_secs_f64(), processor_seconds() - before);
+        done.extend(all_left_out().iter().map(|what| format!("skipped {what}")));
+        done.push(match result {
+            Ok(()) => format!("passed in {seconds:6.1} s (processors {busy:6.1} s)  {name}"),
+            Err(message) => match message.strip_prefix(STEP_LEFT_OUT) {
+                Some(why) => format!("skipped {name} ({why})"),
+                None => format!("failed step \"{name}\": {message}"),
+            },
+        });
+    }
+    done
 }
 
 /// What the programs that this one has started and that have ended took of processors, s, as Linux keeps it (proc(5)).
@@ -213,13 +239,13 @@ fn processor_seconds() -> f64 {
 fn fmus() -> Outcome {
     fmu::run(&fmu::Options { check: true, ..Default::default() })?;
     fmu::run(&fmu::Options { targets: Targets::All, ..Default::default() })?;
+    println!("figure 26: the versions of the GNU C library above");
     let file = "runner/scenes/tilted_disc_sector.toml";
     fmu::of_scene("TiltedDiscSector", &top().join(file), Targets::Host)?;
     // What tests/fmi/test_stability.py compares them with.
     let out = target().join("fmu/run").to_string_lossy().into_owned();
     runner(&["run", file, "--steps", "6000", "--sample", "6000", "--until", "none", "--out", &out])?;
-    let discover = ["-m", "unittest", "discover", "--verbose", "--start-directory", "tests/fmi"];
-    command(python_with("tests/fmi/requirements.txt")?, &discover)
+    unit_tests(&python_with("tests/fmi/requirements.txt")?, "tests/fmi")
 }
 
 /// The questions of docs/accuracy.md.
@@ -274,4 +300,28 @@ fn report(name: &str, folder: &str) -> Outcome {
 fn runner(arguments: &[&str]) -> Outcome {
     let program = ["run", "--quiet", "--release", "--package", "fabric", "--"];
     cargo(&[&program[..], arguments].concat())
+}
+
+#[cfg(test)]
+mod counted {
+    use super::{Step, ended, steps};
+    use crate::tools::{found, needs};
+
+    #[test]
+    fn what_is_left_out_has_not_passed() {
+        let all: [Step; 4] = [
+            ("whole", || needs(&["no-tool"])),
+            ("part", || if found(&["no-other"], "a part") { Err("a tool".into()) } else { Ok(()) }),
+            ("bad", || Err("broken".into())),
+            ("never", || Ok(())),
+        ];
+        let done = steps(all.iter(), || false);
+        assert_eq!(done.iter().filter(|line| line.starts_with("passed ") && line.ends_with("part")).count(), 1);
+        let others: Vec<_> = done.iter().filter(|line| !line.starts_with("passed ")).collect();
+        assert_eq!(
+            others,
+            ["skipped whole (no no-tool)", "skipped a part (no no-other)", "failed step \"bad\": broken"]
+        );
+        assert!(ended(&done).is_err());
+    }
 }

@@ -1,7 +1,10 @@
 //! Running other programs from the project's top folder.
 
+use std::collections::BTreeSet;
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, ExitCode, Output, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// What every command returns: nothing, or a message for the user.
@@ -31,6 +34,50 @@ pub fn cargo(arguments: &[&str]) -> Outcome {
     run(cargo_program(), arguments)
 }
 
+/// Does what may take its time, and says so: once, with the time that it took when it last had to be done.
+pub fn said<T>(what: &str, action: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let file = target().join("times").join(what.replace(|c: char| !c.is_alphanumeric(), "-"));
+    if SAID.lock().is_ok_and(|mut said| said.insert(what.into())) {
+        let last = std::fs::read_to_string(&file).map(|last| format!(" (last time {last} s)"));
+        println!("{what} ...{}", last.unwrap_or_default());
+    }
+    let start = Instant::now();
+    let done = action()?;
+    let seconds = start.elapsed().as_secs();
+    if seconds > 0 {
+        write(&file, seconds.to_string())?;
+    }
+    Ok(done)
+}
+
+/// The program xtask-tables, compiled.
+pub fn tables(arguments: &[&str]) -> Result<Command, String> {
+    said("Compiling what reads the tables in code", || cargo(&["build", "--quiet", "--package", "xtask-tables"]))?;
+    let mut program = Command::new(target().join("debug/xtask-tables"));
+    program.args(arguments).current_dir(top());
+    Ok(program)
+}
+
+/// Says what went wrong, if something did.
+pub fn ended(result: Outcome) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The names in a folder, sorted.
+pub fn listed(folder: &Path) -> Result<Vec<String>, String> {
+    let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?.flatten();
+    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    Ok(names)
+}
+
 pub fn cargo_program() -> std::ffi::OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
@@ -40,8 +87,8 @@ pub fn cargo_tool(name: &str) -> Result<Command, String> {
     let own = target().join("bin").join(name);
     let here = first_found(&[name]).is_some();
     if !here && !own.exists() {
-        println!("  {name} is not here: it is being installed, which takes some minutes");
-        cargo(&["install", "--quiet", "--locked", name, "--root", &target().to_string_lossy()])?;
+        let root = target().to_string_lossy().into_owned();
+        said(&format!("Installing {name}"), || cargo(&["install", "--quiet", "--locked", name, "--root", &root]))?;
     }
     let mut program = if here { Command::new(name) } else { Command::new(own) };
     program.current_dir(top());
@@ -100,18 +147,56 @@ pub fn emptied(folder: PathBuf) -> Result<PathBuf, String> {
     make_folder(folder)
 }
 
+/// Runs the tests in a folder by Python's unittest; those that it skips are left out.
+pub fn unit_tests(python: &Path, folder: &str) -> Outcome {
+    let mut tests = Command::new(python);
+    tests.args(["-m", "unittest", "discover", "--verbose", "--start-directory", folder]).current_dir(top());
+    let mut child = tests.stderr(Stdio::piped()).spawn().map_err(|error| format!("cannot start {tests:?}: {error}"))?;
+    for line in child.stderr.take().into_iter().flat_map(|said| BufReader::new(said).lines()).map_while(Result::ok) {
+        eprintln!("{line}");
+        if let Some((name, why)) = line.split_once(" ... skipped ") {
+            left_out(name, why);
+        }
+    }
+    let status = child.wait().map_err(|error| error.to_string())?;
+    if status.success() { Ok(()) } else { Err(format!("{tests:?} failed ({status})")) }
+}
+
 /// The first program of a list that is here.
 pub fn first_found<'p>(programs: &[&'p str]) -> Option<&'p str> {
     programs.iter().copied().find(|program| answers(Command::new(program).arg("--version")))
 }
 
-/// Whether a program is there; if not it says what is left out.
-pub fn found(program: &str, without: &str) -> bool {
-    let found = first_found(&[program]).is_some();
-    if !found {
-        println!("  {program} is not here: {without} left out");
-    }
-    found
+static LEFT_OUT: Mutex<Vec<String>> = Mutex::new(Vec::new());
+/// Begins the message of a step that is left out.
+pub const STEP_LEFT_OUT: &str = "left out: ";
+
+/// Notes a part of a check that is left out on this machine.
+pub fn left_out(what: &str, why: &str) {
+    println!("  left out: {what} ({why})");
+    LEFT_OUT.lock().unwrap_or_else(PoisonError::into_inner).push(format!("{what} ({why})"));
+}
+
+/// What was left out since this was asked last.
+pub fn all_left_out() -> Vec<String> {
+    std::mem::take(&mut LEFT_OUT.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Leaves out the whole step.
+pub fn step_left_out(why: &str) -> Outcome {
+    Err(format!("{STEP_LEFT_OUT}{why}"))
+}
+
+/// Leaves out the whole step if a program is not here.
+pub fn needs(programs: &[&str]) -> Outcome {
+    let missing = programs.iter().find(|program| first_found(&[program]).is_none());
+    missing.map_or(Ok(()), |program| step_left_out(&format!("no {program}")))
+}
+
+/// Whether programs are here; if not, the part of a check that needs them is left out.
+pub fn found(programs: &[&str], what: &str) -> bool {
+    let missing = programs.iter().find(|program| first_found(&[program]).is_none());
+    missing.inspect(|program| left_out(what, &format!("no {program}"))).is_none()
 }
 
 /// The Python of the project's virtual environment, which is made and filled from `requirements.txt` if need be.
@@ -128,8 +213,7 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
     let _lock = lock.map_err(|error| format!("{}.lock: {error}", venv.display()))?;
     let python = venv.join("bin").join("python");
     if !python.exists() {
-        println!("Setting up the Python environment in {} ...", venv.display());
-        run("python3", &["-m", "venv", &venv.to_string_lossy()])
+        said("Setting up a Python environment", || run("python3", &["-m", "venv", &venv.to_string_lossy()]))
             .map_err(|e| format!("{e}; Python 3.11 or newer with the venv module is needed"))?;
     }
     for list in ["requirements.txt", list] {
@@ -138,7 +222,7 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
         if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
             continue;
         }
-        pip(&python, &["-r", list])?;
+        said(&format!("Installing Python packages ({list})"), || pip(&python, &["-r", list]))?;
         write(&stamp, wanted)?;
     }
     Ok(python)
@@ -185,4 +269,25 @@ pub fn wait_within(child: &mut Child, longest: Duration) -> Outcome {
         std::thread::sleep(Duration::from_millis(20));
     }
     Ok(())
+}
+
+/// Major and minor number in a text like "rustc 1.96.0 (...)".
+pub fn version(text: &str) -> Option<(u32, u32)> {
+    let number = text.split_whitespace().find(|word| word.starts_with(|c: char| c.is_ascii_digit()))?;
+    let mut parts = number.split('.').map(|part| part.parse().ok());
+    Some((parts.next()??, parts.next()??))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::version;
+
+    #[test]
+    fn versions_are_read_and_ordered() {
+        assert_eq!(version("rustc 1.96.0 (6b00bc388 2026-06-23) (built from a source tarball)"), Some((1, 96)));
+        assert_eq!(version("rustc 1.63.0"), Some((1, 63)));
+        assert_eq!(version("2.14"), Some((2, 14)));
+        assert!(version("2.2.5") < version("2.14"));
+        assert_eq!(version("PRIVATE"), None);
+    }
 }

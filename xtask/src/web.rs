@@ -2,7 +2,9 @@
 //! (web/, docs/web.md); and the page's test in a browser.
 
 use crate::needs::BROWSERS;
-use crate::tools::{Outcome, cargo, first_found, make_folder, read, run as command, target, top, wait, write};
+use crate::tools::{
+    Outcome, cargo, first_found, make_folder, read, run as command, said, step_left_out, target, top, wait, write,
+};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -44,8 +46,7 @@ fn movie(path: &Path) -> Outcome {
 pub fn check() -> Outcome {
     let missing = crate::digests::module_ready().and(tools()).and(browser().map(|_| ()));
     if let Err(missing) = missing {
-        println!("skipped: {missing}");
-        return Ok(());
+        return step_left_out(&missing);
     }
     run(&Options { test: true, pictures: false })
 }
@@ -70,7 +71,7 @@ pub fn build() -> Result<PathBuf, String> {
     let out = make_folder(target().join("web"))?;
     let kernel = out.join("kernel.wasm");
     crate::digests::module(&kernel)?;
-    cargo(&["build", "--quiet", "--release", "--package", "fabric"])?;
+    said("Compiling the program fabric", || cargo(&["build", "--quiet", "--release", "--package", "fabric"]))?;
     packages()?;
     in_web("node", &["node_modules/typescript/bin/tsc"])?;
     node("build.mjs", &[&kernel.to_string_lossy(), &runner(), &out.to_string_lossy()])?;
@@ -87,8 +88,7 @@ fn packages() -> Outcome {
     if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
         return Ok(());
     }
-    println!("Installing what web/package-lock.json names ...");
-    in_web("npm", &["ci", "--ignore-scripts", "--silent"])?;
+    said("Installing what web/package-lock.json names", || in_web("npm", &["ci", "--ignore-scripts", "--silent"]))?;
     write(&stamp, wanted)
 }
 

@@ -2,8 +2,9 @@
 
 use crate::platforms::{compiler_for, own};
 use crate::targets::{TARGETS, Target};
-use crate::tools::{Outcome, emptied, finish, pip, python_with, run as command, target, top};
-use std::io::Read;
+use crate::tools::{
+    self, Outcome, emptied, finish, output, pip, python_with, run as command, said, target, top, unit_tests,
+};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -15,7 +16,7 @@ pub fn run() -> Outcome {
     for target in TARGETS.iter().filter(other) {
         match target.compiler.found().and_then(|_| compiler_for(target.triple)) {
             Ok(_) => build(&folder, Some(target))?,
-            Err(reason) => println!("  {}: skipped, {reason}", target.triple),
+            Err(reason) => tools::left_out(&format!("wheel for {}", target.triple), &reason),
         }
     }
     let maturin = python_with("python/requirements.txt")?.with_file_name("maturin");
@@ -42,7 +43,8 @@ fn build(folder: &Path, other: Option<&Target>) -> Outcome {
     maturin.env("CARGO_ENCODED_RUSTFLAGS", flags());
     // In the source that is packed the lock names crates that are not in it.
     maturin.arg("--locked").arg("--out").arg(folder).current_dir(top().join("python"));
-    finish(&mut maturin).map(|_| ())
+    let platform = other.map_or("this platform", |target| target.triple);
+    said(&format!("Compiling the Python package for {platform}"), || finish(&mut maturin).map(|_| ()))
 }
 
 /// The folders of this machine whose names a panic's place would show, and what stands for them.
@@ -60,20 +62,11 @@ fn flags() -> String {
 
 /// Refuses a wheel of which a file names a folder of this machine.
 fn names_no_folder(wheel: &Path) -> Outcome {
-    let said = |error: &dyn std::fmt::Display| format!("{}: {error}", wheel.display());
-    let file = std::fs::File::open(wheel).map_err(|error| said(&error))?;
-    let mut archive = zip::ZipArchive::new(file).map_err(|error| said(&error))?;
-    for k in 0..archive.len() {
-        let (mut bytes, mut part) = (Vec::new(), archive.by_index(k).map_err(|error| said(&error))?);
-        part.read_to_end(&mut bytes).map_err(|error| said(&error))?;
-        for (folder, _) in folders() {
-            let name = folder.to_string_lossy().into_owned();
-            if bytes.windows(name.len()).any(|text| text == name.as_bytes()) {
-                return Err(said(&format!("a file names the folder {name}: {:?}", part.name())));
-            }
-        }
-    }
-    Ok(())
+    let program = "import sys, zipfile; wheel = zipfile.ZipFile(sys.argv[1])\n\
+                   sys.exit([name for name in wheel.namelist() for at in sys.argv[2:] if at.encode() in wheel.read(name)])";
+    let folders = folders().map(|(folder, _)| folder.to_string_lossy().into_owned());
+    let found = output("python3", &["-c", program, &wheel.to_string_lossy(), &folders[0], &folders[1]]);
+    found.map(|_| ()).map_err(|what| format!("{}: a file names a folder of this machine: {what}", wheel.display()))
 }
 
 /// The Python of the project's environment, with the package of this clone as it is now.
@@ -96,7 +89,7 @@ pub fn test() -> Outcome {
     command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
     let python = venv.join("bin/python");
     pip(&python, &[&format!("{}[test]", wheel.display())])?;
-    command(&python, &["-m", "unittest", "discover", "--start-directory", "python/tests"])
+    unit_tests(&python, "python/tests")
 }
 
 fn only_file(folder: &Path) -> Result<PathBuf, String> {

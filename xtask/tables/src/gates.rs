@@ -2,10 +2,11 @@
 //! prints its row of docs/reliability.md ("figure N: ...").
 
 use crate::stack;
-use crate::tools::{Outcome, cargo, output, sources, target, top, wait};
 use fabric::FEATURES;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
+use xtask::targets::{FROM_HOST, FROM_LINUX, undefined};
+use xtask::tools::{Outcome, cargo, sources, target, top, wait};
 
 /// All gates on the two libraries.
 pub fn run() -> Outcome {
@@ -14,11 +15,11 @@ pub fn run() -> Outcome {
     let [kernel, fmu] = [kernel("default,capsule")?, linked("fmu-lib", "libfabric_shield.so", &[])?];
     println!("figure 1: 0 in libfabric_kernel, 0 in the FMU: both link although no panic handler exists");
     undefined(&kernel, &FROM_HOST)?;
-    undefined(&fmu, &crate::platforms::FROM_LINUX)?;
+    undefined(&fmu, &FROM_LINUX)?;
     println!(
         "figure 2: 0 beyond {} in libfabric_kernel; 0 beyond {} in the FMU",
         FROM_HOST.join(", "),
-        crate::platforms::FROM_LINUX.join(", ")
+        FROM_LINUX.join(", ")
     );
     unsafe_blocks()?;
     features_remove_code(&bare, &code(&kernel)?)?;
@@ -37,7 +38,7 @@ pub fn run() -> Outcome {
 /// (but is not a stable feature: hence the variable). Calls of its own functions do not go through the table of symbols.
 fn linked(package: &str, library: &str, options: &[&str]) -> Result<PathBuf, String> {
     let folder = target().join("gate");
-    let mut command = std::process::Command::new(crate::tools::cargo_program());
+    let mut command = std::process::Command::new(xtask::tools::cargo_program());
     command
         .args(["rustc", "--quiet", "--profile", "ship", "--package", package, "--lib", "--crate-type", "cdylib"])
         .args(options)
@@ -50,22 +51,6 @@ fn linked(package: &str, library: &str, options: &[&str]) -> Result<PathBuf, Str
         |what| format!("a panic can be reached in {package} (the linker names the function that needs it): {what}");
     wait(&mut command).map_err(reached)?;
     Ok(folder.join("ship").join(library))
-}
-
-/// What the kernel's C library may ask of its host.
-const FROM_HOST: [&str; 4] = ["memcpy", "memmove", "memset", "memcmp"];
-
-/// The C library may ask its host for these and nothing else, besides the weak names of the linker's start-up code.
-pub fn undefined_in_kernel(library: &Path) -> Outcome {
-    undefined(library, &FROM_HOST)
-}
-
-fn undefined(library: &Path, allowed: &[&str]) -> Outcome {
-    let listed = output("nm", &["-D", "--undefined-only", &library.to_string_lossy()])?;
-    let names = listed.lines().filter(|line| !line.contains(" w ")).filter_map(|line| line.split_whitespace().last());
-    let strangers: Vec<_> =
-        names.map(|name| name.split('@').next().unwrap_or(name)).filter(|name| !allowed.contains(name)).collect();
-    if strangers.is_empty() { Ok(()) } else { Err(format!("{} wants {strangers:?}", library.display())) }
 }
 
 /// libfabric_kernel with this feature of the kernel only, none if it is empty, or `default,capsule`, which is all.

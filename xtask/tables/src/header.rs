@@ -2,11 +2,11 @@
 //! the scene's structure and the constants of its choices from the kernel's table of parameters, those of the statuses from the
 //! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
 
-use crate::tools::{Outcome, emptied, made, read, sources, target, top, write};
 use fabric::MAX_NODES_PER_SIDE;
 use fabric::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
 use fabric::{Code, Scene};
 use std::fmt::Write;
+use xtask::tools::{Outcome, emptied, made, read, sources, target, top, write};
 
 /// `cargo xtask header`: writes the header and the scene's layout, or compares what is committed.
 pub fn run(check: bool) -> Outcome {

@@ -1,7 +1,7 @@
 //! What is made of the kernel's table of outputs: the table of the documents, and the types of the Python package.
 
-use crate::tools::{read, top};
 use fabric::outputs::{COUNT, Get, OUTPUTS, Output};
+use xtask::tools::{read, top};
 
 /// docs/tables/outputs.md.
 pub fn table() -> String {

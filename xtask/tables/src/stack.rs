@@ -7,10 +7,10 @@
 //! keeps; the formatting of an error's text, whose callees are listed here; and the loops over the kernel's tables of parameters and features,
 //! each of which may call every function of the table. A chain that comes back to itself is an error.
 
-use crate::tools::output;
 use object::{Object, ObjectSection};
 use std::collections::BTreeMap;
 use std::path::Path;
+use xtask::tools::output;
 
 #[derive(Default)]
 struct Function {

@@ -44,11 +44,6 @@ impl Model {
         let words = words.map(|(field, element)| format!("{:016x}", field.word(&mut scene, element))).collect();
         Ok(Model { name: name.to_string(), starts, time_step, words: Some(words) })
     }
-
-    /// What the library is compiled with: its name and scene; None for FabricShield.
-    pub fn compiled(&self) -> Option<[&str; 2]> {
-        self.words.as_deref().map(|words| [&*self.name, words])
-    }
 }
 
 /// The words of C that are no names.

@@ -1,14 +1,14 @@
 //! `cargo xtask size`: machine code, stack and memory of the library with few features, and the table of them in the documents.
 
-use crate::tools::{Outcome, target, top, write};
-use crate::{digests, gates, stack};
+use crate::{gates, stack};
 
 use fabric::{CacheLine, FEATURES, Layout, Scene, TimeStep};
 use fabric_tests::options::{Choice, GROUPS};
-use indicatif::ProgressIterator;
 use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSection, SectionKind};
 use std::path::Path;
+use xtask::targets::{BOARD, HARD, WASM};
+use xtask::tools::{Outcome, target, top, write};
 
 pub fn run() -> Outcome {
     let names = gates::names();
@@ -17,7 +17,8 @@ pub fn run() -> Outcome {
     sets.extend(gates::SETS.map(|name| (name, name)));
     sets.push(("all", "default"));
     let mut rows = Vec::new();
-    for (name, features) in sets.into_iter().progress() {
+    for (name, features) in sets {
+        println!("{name} ...");
         rows.push(row(name, features)?);
     }
     let text = format!(
@@ -29,7 +30,7 @@ pub fn run() -> Outcome {
          Memory: bytes a node of a sheet of 105 x 105 nodes that uses the feature alone, the paper's sheet for `paper`, Kevlar KM2 S706 for `real`.\n\n\
          | features | x86-64 | Cortex-M7 | wasm32 | stack | memory | what it is |\n\
          | --- | ---: | ---: | ---: | ---: | ---: | --- |\n{}",
-        crate::tools::output("rustc", &["--version"])?.trim(),
+        xtask::tools::output("rustc", &["--version"])?.trim(),
         rows.concat()
     );
     let path = top().join("docs/tables/size.md");
@@ -41,10 +42,10 @@ pub fn run() -> Outcome {
 fn row(name: &str, features: &str) -> Result<String, String> {
     let library = gates::kernel(features)?;
     let [own, stack] = [gates::code(&library)?.bytes, stack::chains(&library)?.first().map_or(0, |chain| chain.bytes)];
-    let others = [(digests::BOARD_TRIPLE, digests::HARD), (digests::WASM, "")];
+    let others = [(BOARD, HARD), (WASM, "")];
     let [arm, wasm] = others.map(|(triple, flags)| {
         let few = ["--no-default-features", "--features", &format!("bare,{}", gates::of_kernel(features))];
-        code(&digests::library(Some(triple), flags, &few, &target().join("size").join(triple))?)
+        code(&xtask::platforms::library(Some(triple), flags, &few, &target().join("size").join(triple))?)
     });
     let memory = bytes_a_node(name).map_or(String::new(), |bytes| bytes.to_string());
     let about: Vec<_> = FEATURES.iter().filter(|record| record.name == name).map(|record| record.about).collect();
