@@ -16,10 +16,6 @@ from .files import written
 from .oneply import windowing
 from .textile import areal_density, of_the_paper, sides, spacings
 
-WIDTH = (
-    "The limit is that of a sheet of this width and support: one ply of Kevlar KM2 S706 has 55, 72, 94, 124 and 137 m/s "
-    "with a width of 45, 60, 75, 102 and 149 mm (docs/v50.md). fabric-v50 --sensitivity measures it for this scene."
-)
 CAVEAT = "Not validated: the agreement with reality. docs/validation.md has the comparisons with measurements, misses among them."
 PAPER = "The yarn is that of the source paper, about 3.7 times too stiff and strong for its mass."
 VISCOSITY = "Results depend on the viscosity of the yarn."
@@ -34,6 +30,11 @@ def scene_named(name: str) -> tuple[Scene, str]:
     return scene, (scene.fabrics[0] or "a fabric of the file's own numbers") if "fabric" in file else str(file["preset"])
 
 
+def size(scene: Scene) -> str:
+    """Sides of the sheet, mm."""
+    return " x ".join(f"{1e3 * side:.4g}" for side in sides(scene))
+
+
 def scene_hash(scene: Scene) -> str:
     """The start of the SHA-256 of a scene's parameters."""
     return hashlib.sha256(json.dumps(scene.values(), sort_keys=True).encode()).hexdigest()[:16]
@@ -42,7 +43,6 @@ def scene_hash(scene: Scene) -> str:
 def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
     """Sheet, projectile and version, a sentence each."""
     value = scene.values()
-    size = " x ".join(f"{1e3 * side:.4g}" for side in sides(scene))
     bar = " x ".join(f"{1e3 * h:.3g}" for h in dict.fromkeys(spacings(scene)))
     lumped = "1 ply" if value["sheet.plies"] == 1 else f"{value['sheet.plies']} plies lumped into one sheet"
     plies = lumped
@@ -66,7 +66,7 @@ def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
     nodes = f"{value['sheet.nodes_x']} x {value['sheet.nodes_y']}"
     held = value["attachment.kind"].replace("_", " ")
     return (
-        f"Sheet: {name}{plies}, {areal_density(scene):.4g} kg/m², {size} mm, held: {held}; {nodes} nodes {bar} mm apart; yarn: {yarn}, viscosity {viscosity}.",
+        f"Sheet: {name}{plies}, {areal_density(scene):.4g} kg/m², {size(scene)} mm, held: {held}; {nodes} nodes {bar} mm apart; yarn: {yarn}, viscosity {viscosity}.",
         f"Projectile: {', '.join(body)}.",
         f"fabric_kernel {VERSION}, scene {scene_hash(scene)} (the start of the SHA-256 of its parameters).",
     )
@@ -75,7 +75,11 @@ def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
 def cautions(scene: Scene) -> tuple[str, ...]:
     """What a reader of a limit must know first, a sentence or two each."""
     yarn, window = PAPER if of_the_paper(scene) else VISCOSITY, windowing(scene)
-    return (WIDTH, f"{CAVEAT} {yarn}", *filter(None, [window.sentence() if window else ""]))
+    width = (
+        f"The limit is that of a sheet of this width and support, {size(scene)} mm and {scene['attachment.kind'].replace('_', ' ')}, which decide it "
+        "(docs/v50.md): fabric-v50 --sensitivity measures by how much."
+    )
+    return (width, f"{CAVEAT} {yarn}", *filter(None, [window.sentence() if window else ""]))
 
 
 def noted(scene: Scene, speed: float) -> list[str]:

@@ -21,7 +21,8 @@ import math
 import numpy
 import scipy.special
 
-from .likelihood import LINKS, ends, information, maximum
+from . import checks
+from .likelihood import LARGEST, LINKS, ends, information, maximum
 
 # Where the next shot may lie, in units of sigma from mu.
 GRID = numpy.linspace(-3.0, 3.0, 241)
@@ -63,6 +64,8 @@ class Guess:
 
     first = None
     """First velocity of a bracket, m/s; None with a guess."""
+    largest = math.inf
+    """Largest standard deviation of single limits over V50; limited with a bracket, whose factors suppose that no limit is negative."""
 
     def __init__(self, low, high, sigma, link="probit"):
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
@@ -78,7 +81,7 @@ class Guess:
         if not (first > 0 and math.isfinite(first)):
             raise ValueError(f"first: must be positive; it is {first:g}")
         design = cls(0.5 * first, 1.5 * first, DEVIATION * first / LINKS[link].deviation if sigma is None else sigma, link, **options)
-        design.first, design.known = float(first), sigma is not None
+        design.first, design.known, design.largest = float(first), sigma is not None, LARGEST
         return design
 
     def words(self):
@@ -248,14 +251,12 @@ class ThreePhase(Guess):
 class Plan:
     """Velocities that are given, m/s."""
 
-    name = "given plan"
+    name, largest = "given plan", math.inf
 
     def __init__(self, velocities):
-        self.velocities = numpy.asarray(velocities, float)
-        if self.velocities.ndim != 1 or not len(self.velocities) or not numpy.isfinite(self.velocities).all():
-            raise ValueError("velocities: at least one, all finite")
+        self.velocities = checks.numbers("velocities", velocities)
         self.centre = float(self.velocities.mean())
-        self.scale = float(numpy.ptp(self.velocities)) / 6 or 0.01 * abs(self.centre) or 1.0
+        self.scale = float(numpy.ptp(self.velocities)) / 6 or 0.01 * self.centre
 
     def words(self):
         return f"{self.name} of {len(self.velocities)} velocities"

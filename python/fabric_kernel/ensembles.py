@@ -10,6 +10,7 @@ import hashlib
 import json
 import math
 import multiprocessing
+import numbers
 import os
 import platform
 import signal
@@ -26,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 from tqdm.auto import tqdm
 
-from . import _kernel
+from . import _kernel, checks
 from ._kernel import Scene
 from .files import naming
 from .runs import STEPS, UNTIL, doubts, flown, with_attrs
@@ -320,8 +321,11 @@ def vary(
     The draws of scene k depend on `seed` and k alone, so a longer list begins with the shorter one. With a point, an attitude or a
     tilt the projectile is placed against the sheet (`Scene.aimed`).
     """
-    if count < 0:
-        raise ValueError(f"count: must be at least 0; it is {count}")
+    checks.whole("count", count, 0)
+    checks.whole("seed", seed, 0)
+    for name, given, other in (("speed", speed, "velocity"), ("attitude", attitude, "orientation"), ("point", point, "position")):
+        if given is not None and f"projectile.{other}" in (parameters or {}):
+            checks.refuse(name, f"left out beside projectile.{other} among the parameters, of which it is a part", given)
     return [_drawn(base, numpy.random.default_rng([seed, k]), speed, point, attitude, tilt, parameters or {}) for k in range(count)]
 
 
@@ -332,12 +336,17 @@ def within_mesh(scene: Scene, point: Sequence[float]) -> tuple[Distribution, Dis
     return tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings(scene)))
 
 
-def _draw(distribution: Distribution, random: numpy.random.Generator) -> Any:
+def _draw(name: str, distribution: Distribution, random: numpy.random.Generator, words: bool = False) -> Any:
+    """A draw, which is a finite number; of a parameter, whose `words` the scene checks, anything that is no infinite one."""
+    drawn = distribution
     if hasattr(distribution, "rvs"):
-        return float(distribution.rvs(random_state=random))
-    if isinstance(distribution, (str, bytes)) or not hasattr(distribution, "__len__"):
-        return distribution
-    return distribution[int(random.integers(len(distribution)))]
+        drawn = float(distribution.rvs(random_state=random))
+    elif not isinstance(distribution, (str, bytes)) and hasattr(distribution, "__len__"):
+        drawn = distribution[int(random.integers(len(distribution)))] if len(distribution) else None
+    number = isinstance(drawn, numbers.Real)
+    if drawn is None or number and not math.isfinite(drawn) or not number and not words:
+        checks.refuse(name, "a finite number, a sequence of such, or a frozen distribution whose draws are finite", f"{distribution!r}, which gave {drawn!r}")
+    return drawn
 
 
 def _drawn(
@@ -350,11 +359,11 @@ def _drawn(
     parameters: Mapping[str, Distribution],
 ) -> Scene:
     changes: dict[str, Any] = {"seed": int(random.integers(2**53))}
-    changes |= {name: _draw(parameters[name], random) for name in sorted(parameters)}
+    changes |= {name: _draw(name, parameters[name], random, words=True) for name in sorted(parameters)}
     scene = base.replace(changes)
     velocity = scene["projectile.velocity"]
     if speed is not None:
-        velocity = _scaled(velocity, _draw(speed, random))
+        velocity = _scaled(velocity, _draw("speed", speed, random))
     if point is None and attitude is None and tilt is None:
         return scene.replace({"projectile.velocity": velocity})
     orientation = scene["projectile.orientation"]
@@ -366,8 +375,8 @@ def _drawn(
     elif attitude is not None:
         orientation = tuple(attitude)
     if tilt is not None:
-        orientation = _turned(orientation, velocity, _draw(tilt, random), random.uniform(0.0, 2.0 * math.pi))
-    place = tuple(_draw(along, random) for along in point) if point is not None else (0.0, 0.0)
+        orientation = _turned(orientation, velocity, _draw("tilt", tilt, random), random.uniform(0.0, 2.0 * math.pi))
+    place = tuple(_draw("point", along, random) for along in point) if point is not None else (0.0, 0.0)
     return scene.aimed(place, velocity=velocity, orientation=orientation)
 
 

@@ -10,12 +10,13 @@ import functools
 import itertools
 import math
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy
 
-from . import lookup
+from . import checks, lookup
 from ._kernel import Scene
 from .about import CAVEAT, cautions, command, described, noted, of_a_scene, positive
 from .ensembles import ensemble, vary, within_mesh
@@ -57,6 +58,13 @@ def bracket(
     return [float(f"{velocity:.3g}") for velocity in numpy.geomspace(0.8 * min(found), 1.25 * max(found), count)]
 
 
+def named(attitudes: Mapping[str, str | Sequence[float]]) -> None:
+    """Raises ValueError for attitudes without a name, or with one that says something else."""
+    for name, attitude in attitudes.items() or [("", None)]:
+        if not isinstance(name, str) or not name.strip() or name == "random" and not isinstance(attitude, str):
+            checks.refuse("attitudes", 'one or more, by a name each; "random" is the name of every orientation', f"{name!r}: {attitude!r}")
+
+
 def with_units(table: "pandas.DataFrame") -> "pandas.DataFrame":
     """The table with its units in the names of its columns, as in table.csv."""
     units = {name: unit.replace("/", "_per_").lower() for name, unit in table.attrs["units"].items()}
@@ -93,8 +101,13 @@ def fragment_map(
     import pandas
     import scipy.stats
 
-    if shots < 1:
-        raise ValueError(f"shots: must be at least 1; it is {shots}")
+    checks.whole("shots", shots, 1)
+    checks.confident(confidence)
+    checks.numbers("velocities", velocities)
+    named(attitudes)
+    for twice in (*checks.twice("velocities", velocities), *checks.twice("points", list(map(tuple, points)))):
+        warnings.warn(twice, RuntimeWarning, stacklevel=2)
+    velocities, points = dict.fromkeys(velocities), dict.fromkeys(map(tuple, points))
     for point in points:
         shield.aimed(point)
     cells = list(itertools.product(velocities, attitudes, points))
@@ -144,8 +157,9 @@ def answer(table: "pandas.DataFrame") -> list[str]:
             continue
         doubt = limit.falling(velocities, results)
         slow, fast = velocities[velocities < velocities[results].min(initial=math.inf)], velocities[velocities > velocities[~results].max(initial=0.0)]
-        low = f"none goes through up to {slow.max():g} m/s" if len(slow) else f"some go through at {velocities.min():g} m/s already"
-        high = f"all do from {fast.min():g} m/s on" if len(fast) else f"some are stopped at {velocities.max():g} m/s still"
+        at = lambda velocity, what: f"{int((results == what)[velocities == velocity].sum())} of {int((velocities == velocity).sum())}"
+        low = f"none of {len(slow)} shots goes through up to {slow.max():g} m/s" if len(slow) else f"{at(velocities.min(), True)} go through at {velocities.min():g} m/s already"
+        high = f"all {len(fast)} do from {fast.min():g} m/s on" if len(fast) else f"{at(velocities.max(), False)} are stopped at {velocities.max():g} m/s still"
         found += [*([f"{where} {doubt}"] if doubt else []), f"{where} {low}, {high}."]
     return found
 
@@ -195,6 +209,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         from . import plot
 
         attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
+        if len(attitudes) < len(given.attitudes):
+            checks.refuse("--attitudes", "a name given once each", " ".join(name for name, _ in given.attitudes))
+        named(attitudes)
+        said_once = [*checks.twice("velocities", given.velocities or []), *checks.twice("points", given.points)]
+        given.velocities, given.points = list(dict.fromkeys(given.velocities or [])), list(dict.fromkeys(given.points))
         on = int(given.on) if given.on and given.on.isdigit() else given.on
         velocities = given.velocities
         if given.table and velocities and len(set(velocities)) < 2:
@@ -202,8 +221,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if not velocities:
             velocities = bracket(scene, attitudes, given.points, seed=given.seed, keep=given.out / "bracket.jsonl", on=on)
             print(f"Velocities about the limits that were bracketed: {', '.join(f'{velocity:g}' for velocity in velocities)} m/s.", flush=True)
+        judged = [
+            one for attitude in attitudes.values() for point in given.points
+            for one in vary(scene, given.shots if attitude == "random" else 1, seed=given.seed, attitude=attitude, point=point)
+        ]  # fmt: skip
         first, *others = cautions(scene)
-        about = (model_error(scene).sentence(), *others, *described(scene, fabric), *noted(scene, max(velocities)))
+        about = (model_error(judged).sentence(), *others, *said_once, *described(scene, fabric), *noted(scene, max(velocities)))
         print("\n".join([about[0], first, *about[1:]]), flush=True)
         shot = functools.partial(
             fragment_map, scene, attitudes=attitudes, points=given.points, shots=given.shots, keep=given.out / "runs.jsonl", on=on,

@@ -71,7 +71,8 @@ LOGIT = Link(
     sample=lambda random, shape: random.logistic(size=shape),
 )
 LARGEST = 1 / 3
-"""Largest standard deviation of single limits over V50 that is thought possible: no limit is negative."""
+"""Largest standard deviation of single limits over V50 that is thought possible in a test whose design multiplies and halves velocities, as no
+limit is negative. Elsewhere any is possible: `largest` is infinite."""
 
 LINKS = {link.name: link for link in (PROBIT, LOGIT)}
 
@@ -127,7 +128,7 @@ def maximum(velocities, through, link, near=None):
     return Maximum(mu, sigma, level)
 
 
-def firth(velocities, through, link):
+def firth(velocities, through, link, largest=numpy.inf):
     """The maximum of the penalised likelihood, if there is one among the fabrics that are thought possible: finite also where results do
     not overlap."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
@@ -136,17 +137,18 @@ def firth(velocities, through, link):
     sigma, level = mu.copy(), mu.copy()
     if rows.any():
         mu[rows], sigma[rows], level[rows] = newton(velocities[rows], through[rows], link, 1.0)
-    # Of few shots, or beside some that lie far away, there may be two maxima, one with a sigma as large as all of them: the best of the
-    # possible fabrics counts if there is none that is higher and possible itself.
-    middle = numpy.median(velocities, axis=-1)
-    impossible = link.deviation * sigma > LARGEST * mu
-    far = numpy.flatnonzero(rows & (middle > 0) & (impossible | (numpy.ptp(velocities, axis=-1) > 4.0 * core(velocities))))
+    # Of few shots, or beside some that lie far away, there may be two maxima, one with a sigma as large as all of them. The level is that of
+    # the higher, and the estimate that with the smaller sigma; both of possible fabrics, if there are.
+    middle, width = numpy.median(velocities, axis=-1), core(velocities)
+    impossible = link.deviation * sigma > largest * numpy.maximum(mu, 0.0) if largest < numpy.inf else numpy.zeros(rows.shape, bool)
+    far = numpy.flatnonzero(rows & (impossible | (sigma > width) | (numpy.ptp(velocities, axis=-1) > 4.0 * width)))
     if len(far):
         v = velocities[far]
-        start = numpy.minimum(0.25 * core(v), 0.5 * LARGEST / link.deviation * middle[far])
-        other = newton(v, through[far], link, 1.0, (middle[far], start))
-        better = impossible[far] | (other[2] > level[far])
-        mu[far[better]], sigma[far[better]], level[far[better]] = (values[better] for values in other)
+        start = numpy.minimum(0.25 * width[far], 0.5 * largest / link.deviation * middle[far])
+        other = newton(v, through[far], link, 1.0, (middle[far], start), largest)
+        better = (other[1] > 0) & (impossible[far] | (other[1] < numpy.minimum(sigma[far], 0.99 * width[far])))
+        level[far] = numpy.where(better & impossible[far], other[2], numpy.fmax(level[far], other[2]))
+        mu[far[better]], sigma[far[better]] = (values[better] for values in other[:2])
     # The penalty can turn a slope that hardly rises.
     flat = ~(sigma > 0)
     mu[flat], sigma[flat], level[flat] = numpy.nan, numpy.nan, numpy.nan
@@ -160,9 +162,10 @@ def information(z, x, link):
     return aa, ab, bb, aa * bb - ab * ab, part
 
 
-def newton(velocities, through, link, penalty, near=None):
+def newton(velocities, through, link, penalty, near=None, largest=numpy.inf):
     """mu, sigma and log likelihood (with the penalty, if it is 1) by Newton's method in z = a + b x with halved steps, from
-    `near`, the mu and sigma of each, if that is given; with the penalty then among the fabrics that are thought possible."""
+    `near`, the mu and sigma of each, if that is given; with the penalty then among the fabrics that are thought possible, or with a sigma of at
+    most the core of the shots."""
     centre, spread = velocities.mean(axis=-1), velocities.std(axis=-1)
     all_x = (velocities - centre[:, None]) / spread[:, None]
     sign = numpy.where(through, 1.0, -1.0)
@@ -172,21 +175,24 @@ def newton(velocities, through, link, penalty, near=None):
         a[known] = (centre - near[0])[known] / near[1][known]
         b[known] = spread[known] / near[1][known]
 
-    # z at the velocity 0.
-    bound = -link.deviation / LARGEST if near and penalty else numpy.inf
-    zero = -centre / spread
+    bounded = bool(near and penalty)
+    if bounded:
+        # Within first a + slope b <= bound: z at the velocity 0, or 1/sigma.
+        first, slope, bound = 0.0, numpy.full(len(spread), -1.0), -spread / core(velocities)
+        if largest < numpy.inf:
+            first, slope, bound = 1.0, -centre / spread, numpy.full(len(spread), -link.deviation / largest)
 
-    def value(x, s, zero, a, b):
+    def value(x, s, rows, a, b):
         z = a[:, None] + b[:, None] * x
         log_likelihood = link.log_share(s * z).sum(axis=-1)
         if not penalty:
             return log_likelihood
         with numpy.errstate(divide="ignore", invalid="ignore"):
             level = log_likelihood + 0.5 * numpy.log(information(z, x, link)[3])
-        return numpy.where(a + b * zero <= bound, level, -numpy.inf)
+        return numpy.where(first * a + slope[rows] * b <= bound[rows], level, -numpy.inf) if bounded else level
 
-    level = value(all_x, sign, zero, a, b)
     active = numpy.arange(len(all_x))
+    level = value(all_x, sign, active, a, b)
     for _ in range(200):
         x, s = all_x[active], sign[active]
         z = a[active, None] + b[active, None] * x
@@ -208,14 +214,14 @@ def newton(velocities, through, link, penalty, near=None):
         step = 1.0 / numpy.maximum(1.0, (numpy.abs(da[:, None] + db[:, None] * x) / (2.0 + numpy.abs(z))).max(axis=-1))
         for _ in range(40):
             new_a, new_b = a[active] + step * da, b[active] + step * db
-            new = value(x, s, zero[active], new_a, new_b)
+            new = value(x, s, active, new_a, new_b)
             worse = ~(new >= level[active] - 1e-12 * numpy.abs(level[active]))
             if not worse.any():
                 break
             step[worse] *= 0.5
         a[active], b[active], level[active] = new_a, new_b, new
         # Steps that are halved to nothing end at the bound.
-        active = active[(gain > (1e-6 if near and not penalty else 1e-11)) & ((step > 1e-6) | (bound > 0.0))]
+        active = active[(gain > (1e-6 if near and not penalty else 1e-11)) & ((step > 1e-6) | (not bounded))]
         if not len(active):
             break
     if penalty:
@@ -301,25 +307,29 @@ def ratio(best, velocities, through, link, at, quantile, penalty):
     return numpy.maximum(0.0, 2 * (best - level)), sigma
 
 
-def possible(velocities, through, link):
-    """The level of Firth's maximum among the fabrics whose standard deviation is at most LARGEST of V50. NaN where there is no fit."""
-    found = firth(velocities, through, link)
+def possible(velocities, through, link, largest):
+    """The level of Firth's maximum among the fabrics whose standard deviation is at most this part of V50. NaN where there is no fit."""
+    found = firth(velocities, through, link, largest)
     level = found.level.copy()
-    beyond = link.deviation * found.sigma > 0.9 * LARGEST * found.mu
+    if largest == numpy.inf:
+        return level
+    beyond = link.deviation * found.sigma > 0.9 * largest * found.mu
     if beyond.any():
         # Then it may lie where the two are in this proportion: the velocity 0 has this quantile.
-        bound = held(velocities[beyond], through[beyond], link, numpy.zeros(beyond.sum()), -link.deviation / LARGEST, 1.0)[0]
-        level[beyond] = numpy.where(link.deviation * found.sigma[beyond] > LARGEST * found.mu[beyond], bound, numpy.fmax(level[beyond], bound))
+        bound = held(velocities[beyond], through[beyond], link, numpy.zeros(beyond.sum()), -link.deviation / largest, 1.0)[0]
+        level[beyond] = numpy.where(link.deviation * found.sigma[beyond] > largest * found.mu[beyond], bound, numpy.fmax(level[beyond], bound))
     return level
 
 
-def possible_ratio(best, velocities, through, link, at, quantile):
+def possible_ratio(best, velocities, through, link, at, quantile, largest):
     """`ratio` with Firth's penalty among the same fabrics; `best` from `possible`. Infinite where no such fabric has this velocity."""
+    if largest == numpy.inf:
+        return ratio(best, velocities, through, link, at, quantile, 1.0)
     at = numpy.asarray(at, float)
     quantile = numpy.broadcast_to(quantile, at.shape)
     # mu is at - quantile sigma.
-    proportion = link.deviation / LARGEST + quantile
+    proportion = link.deviation / largest + quantile
     positive = at > 0
-    largest = numpy.where(proportion > 0, numpy.where(positive, at, 1.0) / numpy.where(proportion > 0, proportion, 1.0), numpy.inf)
-    level, sigma = held(velocities, through, link, at, quantile, 1.0, largest)
+    most = numpy.where(proportion > 0, numpy.where(positive, at, 1.0) / numpy.where(proportion > 0, proportion, 1.0), numpy.inf)
+    level, sigma = held(velocities, through, link, at, quantile, 1.0, most)
     return numpy.where(positive, numpy.maximum(0.0, 2 * (best - level)), numpy.inf), sigma

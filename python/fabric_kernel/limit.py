@@ -1,17 +1,16 @@
 """The ballistic limit with its interval: V01, V50 and V99 from shots that were stopped or went through.
 
 Estimate: maximum likelihood, or Firth's penalised likelihood where results do not overlap. No estimate where all results are alike or
-where the faster shots did not go through more often, nor of a share whose estimate is outside of its interval, as maximum likelihood does
-not know what is assumed below.
+where the faster shots did not go through more often, nor of a share whose estimate is negative or outside of its interval.
 Interval: a velocity belongs to it if the ratio of Firth's penalised likelihoods, at the best fit and with this velocity held, is not
 rarer than the confidence allows. How rare it is comes from simulated tests of the same design with as many shots against a fabric that
 has this velocity (and the sigma that fits it best), not from chi squared, which promises too much for few shots and for shots that are
-chosen from the results. Intervals may have no end on one side or on both. docs/tables/v50.md has the measured coverage.
+chosen from the results. Intervals may have no end on one side or on both; below FEWEST shots only that of V50 is told.
+Velocities that are all greater by s have the interval that is greater by s, but for a bracket, whose design supposes that no limit is
+negative, so that their standard deviation is at most a third of V50: a note says where this gives an end. docs/tables/v50.md has the coverage.
 Profile: the plain profile-likelihood interval of the textbooks, for comparison.
 Alike: if all results are alike there is still a bound without any model: if m shots faster than t were all stopped, a fabric that
 lets a share p through at t does that with a probability below (1 - p)^m.
-Assumed: single limits are positive, so that their standard deviation is at most a third of V50. A note says where this and not the
-shots gives an end.
 Limits: the distribution is taken as known; its wrong choice moves V01 and V99, hardly V50. Simulated quantiles are interpolated
 between tests at whole steps of the design's scale, each from `tests` simulated tests.
 Reference: B. T. Neyer, in: Proc. 16th Int. Pyrotechnics Seminar (1991), for the likelihood ratio; D. Firth, Biometrika 80 (1993) 27;
@@ -27,10 +26,12 @@ import scipy.optimize
 import scipy.special
 from numpy.typing import ArrayLike
 
-from . import designs
+from . import checks, designs
 from .likelihood import LARGEST, LINKS, ends, firth, maximum, possible, possible_ratio, ratio
 
 SHARES = (0.01, 0.5, 0.99)
+FEWEST = 10
+"""Shots from which on other shares than 50 % are told: with 6 and 8 shots 95 % intervals of V01 hold it in 71 to 100 % of simulated tests (docs/tables/v50.md)."""
 BAD = 0.05
 """Error of a fit of residual velocities, over its limit, above which the fit is bad."""
 
@@ -78,8 +79,7 @@ class Calibration:
     STEPS = 6
 
     def __init__(self, design, shots, link="probit", confidence=0.95, shares=SHARES, tests=1000, seed=1, about=None):
-        if not 0.5 <= confidence < 1:
-            raise ValueError("confidence: from 0.5 to below 1")
+        self.rank = checks.rank(confidence, checks.whole("tests", tests, 1))
         self.centre, self.scale = about or (design.centre, design.scale)
         self.design, self.shots, self.link, self.confidence = design, shots, LINKS[link], confidence
         self.quantiles = [float(self.link.quantile(share)) for share in shares]
@@ -95,17 +95,13 @@ class Calibration:
             limits = mu + sigma * self.link.sample(random, (self.tests, self.shots))
             velocities, through = designs.simulate(self.design, self.shots, limits)
             # A corner beyond the possible fabrics is only there for the interpolation.
-            inside = self.link.deviation * sigma <= LARGEST * mu
-            best = possible(velocities, through, self.link) if inside else firth(velocities, through, self.link).level
-            found = []
+            largest = self.design.largest if self.link.deviation * sigma <= self.design.largest * mu else math.inf
+            best, found = possible(velocities, through, self.link, largest), []
             for quantile in self.quantiles:
                 truth = numpy.full(self.tests, mu + sigma * quantile)
-                if inside:
-                    values = possible_ratio(best, velocities, through, self.link, truth, quantile)[0]
-                else:
-                    values = ratio(best, velocities, through, self.link, truth, quantile, 1.0)[0]
+                values = possible_ratio(best, velocities, through, self.link, truth, quantile, largest)[0]
                 # Without a fit the interval has no end: it holds the truth.
-                found.append(numpy.quantile(numpy.nan_to_num(values), self.confidence, method="higher"))
+                found.append(numpy.sort(numpy.nan_to_num(values))[self.rank - 1])
             self.known[column, row] = numpy.array(found)
         return self.known[column, row]
 
@@ -145,12 +141,20 @@ RARE, FALSE_ALARM = 0.002, 0.01
 whose share grows with the velocity, or stays, somewhat more often than that, but at most in FALSE_ALARM (python/tests/test_limit.py)."""
 
 
+def checked(velocities: ArrayLike, through: ArrayLike) -> tuple[numpy.ndarray, numpy.ndarray]:
+    """Velocities, m/s, and whether the shots went through, as arrays. Raises ValueError that names the argument."""
+    velocities = checks.numbers("velocities", velocities)
+    return velocities, checks.results("through", through, len(velocities))
+
+
 def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int = 999) -> str:
-    """A sentence if the shots contradict a share that grows with the velocity; else nothing.
+    """A sentence if the shots contradict a share that grows with the velocity; else nothing. Raises ValueError that names the argument.
 
     Counted are the pairs in which the slower shot went through and the faster was stopped; there are too many if at most RARE of as
     many draws from the growing share that fits the shots best (isotonic regression) have so many."""
-    v, results = numpy.asarray(velocities, float), numpy.asarray(through, float)
+    checks.whole("draws", draws, 1)
+    v, results = checked(velocities, through)
+    results = results.astype(float)
     _, place, shots = numpy.unique(v, return_inverse=True, return_counts=True)
     share = scipy.optimize.isotonic_regression(numpy.bincount(place, results) / shots, weights=shots).x
     slower = (v[:, None] < v[None]).astype(float)
@@ -202,6 +206,15 @@ def outer_ends(excess, starts, directions, step, reach):
     return numpy.where(none, directions * numpy.inf, at)
 
 
+def asked(link: str, confidence: float, tests: int) -> None:
+    """Raises ValueError that names the argument which `fit` would refuse."""
+    checks.confident(confidence)
+    if link not in LINKS:
+        checks.refuse("link", '"probit" or "logit"', link)
+    if checks.whole("tests", tests, 0):
+        checks.rank(confidence, tests)
+
+
 def fit(
     velocities: ArrayLike,
     through: ArrayLike,
@@ -219,17 +232,10 @@ def fit(
     beforehand. tests, seed: of the simulations behind the intervals; tests 0: chi squared instead, in milliseconds. calibration: one
     that was made before for this design, number of shots, link, confidence and shares.
     Raises ValueError that names the argument."""
-    velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
-    if velocities.ndim != 1 or not len(velocities) or not numpy.isfinite(velocities).all():
-        raise ValueError("velocities: at least one, all finite")
-    if through.shape != velocities.shape:
-        raise ValueError("through: one result for each velocity")
-    if link not in LINKS:
-        raise ValueError("link: probit or logit")
-    if not all(0 < share < 1 for share in shares):
-        raise ValueError("shares: between 0 and 1")
-    if not 0.5 <= confidence < 1:
-        raise ValueError("confidence: from 0.5 to below 1")
+    velocities, through = checked(velocities, through)
+    asked(link, confidence, tests)
+    if not all(share < 1 for share in checks.numbers("shares", shares)):
+        checks.refuse("shares", "between 0 and 1", shares)
     law, hits, count = LINKS[link], int(through.sum()), len(velocities)
     v, y = velocities[None], through[None]
 
@@ -242,7 +248,10 @@ def fit(
         which = f"All {count} shots" if count > 1 else "The one shot"
         what = "went through" if hits else "were stopped" if count > 1 else "was stopped"
         return without_fit(bounds, f"{which} {what}: no fit; the bounds need no model.")
-    best, penalised = maximum(v, y, law), firth(v, y, law)
+    # Where no design is told, velocities that were given beforehand.
+    design = design or (calibration.design if calibration else designs.Plan(velocities))
+    largest = design.largest
+    best, penalised = maximum(v, y, law), firth(v, y, law, largest)
     if not penalised.sigma[0] > 0:
         bounds = (Interval(-math.inf, math.inf),) * len(shares)
         return without_fit(bounds, "The faster shots did not go through more often: no fit, and no bound.")
@@ -257,7 +266,6 @@ def fit(
         )
     chi = scipy.special.chdtri(1, 1 - confidence)
     if calibration is None and tests:
-        design = design or designs.Plan(velocities)
         calibration = Calibration(design, count, link, confidence, shares, tests, seed, design.middle(velocities, through))
     quantiles = numpy.array([float(law.quantile(share)) for share in shares])
     width = float(numpy.ptp(velocities))
@@ -274,10 +282,10 @@ def fit(
     def plain(at):
         return ratio(best.level, v, y, law, at, q, 0.0)[0] - chi
 
-    level = possible(v, y, law)
+    level = possible(v, y, law, largest)
 
     def calibrated(at):
-        value, held_sigma = possible_ratio(level, v, y, law, at, q)
+        value, held_sigma = possible_ratio(level, v, y, law, at, q, largest)
         if not calibration:
             return value - chi
         # No quantile comes near this.
@@ -288,38 +296,46 @@ def fit(
 
     # A fit beyond the possible fabrics: from the nearest of them.
     mu0, sigma0 = float(penalised.mu[0]), float(penalised.sigma[0])
-    if law.deviation * sigma0 > LARGEST * mu0:
-        sigma0 = float(possible_ratio(level, v, y, law, numpy.array([velocities.mean()]), 0.0)[1][0])
+    if law.deviation * sigma0 > largest * mu0:
         mu0 = float(velocities.mean())
+        sigma0 = float(possible_ratio(level, v, y, law, numpy.array([mu0]), 0.0, largest)[1][0])
     if calibration and abs(math.log2(sigma0 / calibration.scale)) > calibration.STEPS - 1:
         scale = calibration.scale
         notes.append(f"The design's scale, {scale:.3g} m/s, is far from the sigma that was found: the intervals are extrapolated.")
     found = intervals(mu0, sigma0, calibrated)
-    held_sigma = possible_ratio(level, v, y, law, numpy.where(numpy.isfinite(found), found, 1.0), q)[1]
-    middles = found - q * held_sigma
-    limited = numpy.isfinite(found) & (law.deviation * held_sigma > 0.99 * LARGEST * middles)
-    if limited.any():
-        sides = {-1.0: "lower", 1.0: "upper"}
-        which = ", ".join(f"{sides[directions[k]]} end of {name(shares[numbers[k]])}" for k in numpy.flatnonzero(limited))
-        notes.append(
-            f"Given not by the shots but by the assumption that the standard deviation is at most a third of V50: {which}. More shots are needed."
-        )
+    limited = numpy.zeros(len(found), bool)
+    if largest < math.inf:
+        held_sigma = possible_ratio(level, v, y, law, numpy.where(numpy.isfinite(found), found, 1.0), q, largest)[1]
+        limited = numpy.isfinite(found) & (law.deviation * held_sigma > 0.99 * largest * (found - q * held_sigma))
+        if limited.any():
+            sides = {-1.0: "lower", 1.0: "upper"}
+            which = ", ".join(f"{sides[directions[k]]} end of {name(shares[numbers[k]])}" for k in numpy.flatnonzero(limited))
+            notes.append(f"Given not by the shots but by the assumption that the standard deviation is at most a third of V50: {which}. More shots are needed.")
+    told = [share == 0.5 or count >= FEWEST for share in shares]
+
+    def bounded(ends):
+        # No velocity is negative: such an end says nothing.
+        pairs = zip(told, ends.reshape(-1, 2).tolist())
+        return tuple(Interval(low if kept and low > 0 else -math.inf, high if kept and high > 0 else math.inf) for kept, (low, high) in pairs)
+
+    calibrated_intervals = bounded(found)
     assumed = tuple(bool(one) for one in (limited | numpy.isinf(found)).reshape(-1, 2).any(axis=1))
-    calibrated_intervals = tuple(Interval(float(low), float(high)) for low, high in found.reshape(-1, 2))
-    found = intervals(float(best.mu[0]), float(best.sigma[0]), plain).reshape(-1, 2)
-    # No velocity is negative: such an end says nothing.
-    profile = tuple(Interval(float(low) if low > 0 else -math.inf, float(high)) for low, high in found)
-    if any(math.isinf(end) for pair in calibrated_intervals for end in pair):
+    profile = bounded(intervals(float(best.mu[0]), float(best.sigma[0]), plain))
+    if not all(told):
+        which = ", ".join(name(share) for share, kept in zip(shares, told) if not kept)
+        notes.append(f"{which}: not told below {FEWEST} shots, of which there are {count}: such intervals hold the truth less often than they say.")
+    if any(math.isinf(end) for kept, pair in zip(told, calibrated_intervals) if kept for end in pair):
         notes.append("Some ends are not bounded by these shots; more shots, or slower and faster ones, bound them.")
-    values = tuple(float(x) if low <= x <= high else math.nan for x, (low, high) in zip(mu + quantiles * sigma, calibrated_intervals))
+    estimates = zip(told, mu + quantiles * sigma, calibrated_intervals)
+    values = tuple(float(x) if kept and max(low, 0.0) <= x <= high else math.nan for kept, x, (low, high) in estimates)
     if law.deviation * sigma > LARGEST * mu:
         notes.append(
             f"The standard deviation that was found, {law.deviation * sigma:.3g} m/s, is more than a third of V50: a normal law does not describe such "
             "shots, as of a mixture of attitudes; use the share stopped at your velocity (docs/tutorial.md)."
         )
-    if any(map(math.isnan, values)):
-        which = ", ".join(name(share) for share, value in zip(shares, values) if math.isnan(value))
-        notes.append(f"Estimates that are outside of their intervals, which also assume a standard deviation of at most a third of V50, are left out: {which}.")
+    which = ", ".join(name(share) for kept, share, value in zip(told, shares, values) if kept and math.isnan(value))
+    if which:
+        notes.append(f"Estimates that are negative or outside of their intervals are left out: {which}.")
     method = "maximum likelihood" if overlap else "Firth"
     return Fit(
         link, confidence, count, hits, method, mu, sigma, law.deviation * sigma, tuple(shares), values, calibrated_intervals, assumed,
@@ -339,7 +355,7 @@ def standard_average(velocities: ArrayLike, through: ArrayLike) -> Average:
     """MIL-STD-662F: the mean of as many of the fastest stopped shots as of the slowest that went through, 5, 3 or 2 of each, within
     38, 27 or 18 m/s (125, 90, 60 ft/s): the largest such group. It has no interval and takes no account of sigma.
     The spreads were not compared with the text of the standard."""
-    velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
+    velocities, through = checked(velocities, through)
     stopped, passed = numpy.sort(velocities[~through])[::-1], numpy.sort(velocities[through])
     for each, allowed in ((5, 38.1), (3, 27.432), (2, 18.288)):
         if min(len(stopped), len(passed)) >= each:
@@ -378,8 +394,12 @@ def residual_fit(
     at different velocities; nothing is fitted for fewer than three. start: where the search begins, for speed; else in eight places.
     `note` says what the reader must know: also that p lies at its bound, or that the error is above 5 % of the limit, where the curve does
     not describe the shots."""
-    velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
-    residuals = numpy.where(through, numpy.asarray(residuals, float), 0.0)
+    velocities, through = checked(velocities, through)
+    if numpy.shape(residuals) == velocities.shape:
+        residuals = [r if passed else 0.0 for r, passed in zip(residuals, through)]
+    residuals = checks.numbers("residuals", residuals, zero=True, count=len(velocities))
+    if power is not None and not 1.0 <= power <= 10.0:
+        checks.refuse("power", "from 1 to 10, or None", power)
     different = len(numpy.unique(velocities[through]))
     if different < 3:
         note = "Fewer than three shots went through at different velocities: no fit of the residual velocities."

@@ -6,8 +6,9 @@ Student's t of K degrees of freedom. The spread is about no error, and no comput
 Where the e of a series are one number and have mean 0 this holds the new one with exactly the confidence; where they differ within a
 series, or have another mean, more often (python/tests/test_model_error.py).
 Limits: one series of limits was found, so that t is 12.7 for 95 %. The e contain the errors of the tests and of the computed limits.
-What counts as compared is a choice: an areal density within that of the series, its support and shape, a fragment from half to 1.1 times its
-mass, its widths, moduli and failure strains within a third, and flight and axis within 5 degrees of the normal; nothing is said of the rest.
+What counts as compared is a choice: a flat sheet with an areal density within that of the series, its support and shape, a fragment from half to
+1.1 times its mass, its widths, hit no nearer to an edge than half of the least, moduli and failure strains within a third, and flight and axis
+within 5 degrees of the normal. Of many shots each must be so; nothing is said of the rest.
 """
 
 import math
@@ -18,10 +19,11 @@ from typing import Any, NamedTuple
 
 import numpy
 
+from . import checks
 from ._kernel import Scene
-from .oneply import beside_reference
+from .oneply import beside_reference, reference
 from .page import printed
-from .textile import areal_density, sides
+from .textile import areal_density, from_edge, in_axes, sides
 
 LIGHTEST, HEAVIEST = 0.5, 1.1
 """Masses of a fragment, over that of a series, that count as compared."""
@@ -37,10 +39,8 @@ def about_as(number: float) -> tuple[float, float]:
 
 def ahead(scene: Scene, orientation: str) -> float:
     """Degrees between the flight and the axis z, either way, of the sheet or the projectile."""
-    velocity, (w, x, y, z) = numpy.array(scene["projectile.velocity"]), scene[orientation]
-    axis = numpy.array([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z])
-    lengths = float(numpy.linalg.norm(velocity) * numpy.linalg.norm(axis))
-    return math.degrees(math.acos(min(1.0, abs(float(velocity @ axis)) / lengths))) if lengths else 0.0
+    along = numpy.abs(in_axes(scene[orientation], scene["projectile.velocity"]))
+    return math.degrees(math.atan2(math.hypot(along[0], along[1]), along[2]))
 
 
 class Case(NamedTuple):
@@ -82,6 +82,10 @@ class Series(NamedTuple):
             if not all(0.99 * least <= one <= 1.01 * most for one in here):
                 own = " x ".join(f"{one:.3g}" for one in dict.fromkeys(here))
                 found.append((f"{text.format(f'{least:.3g}', f'{most:.3g}')} {unit}", f"{own} {unit}"))
+        if scene["sheet.radius"]:
+            found.append(("a flat sheet", "a curved one"))
+        elif 1e3 * from_edge(scene) < 0.49 * self.about["width_mm"][0] and not found:
+            found.append((f"{0.5 * self.about['width_mm'][0]:g} mm or more from an edge", f"{1e3 * from_edge(scene):.3g} mm from an edge"))
         if scene["projectile.shape"] != self.about["shape"]:
             return [*found, tuple("a " + shape.replace("_", " ") for shape in (self.about["shape"], scene["projectile.shape"]))]
         for name, angle in (("an angle of impact", ahead(scene, "sheet.orientation")), ("an attitude", ahead(scene, "projectile.orientation"))):
@@ -143,13 +147,36 @@ class ModelError(NamedTuple):
         return f"Of the model against tests: [{band[0]:.0f}, {band[1]:.0f}] m/s; {self.words}"
 
 
-def model_error(scene: Scene, confidence: float = 0.95) -> ModelError:
-    """How far the ballistic limit of a scene may be off, from the published limits that the model was compared with."""
-    every = compared()
-    near = [one for one in every if not one.lacks(scene)]
+def merged(lacks: Sequence[Sequence[tuple[str, str]]]) -> str:
+    """What some scenes lack, in words: of each lack the first scene that has it, and how many others do."""
+    found: dict[str, list[str]] = {}
+    for wanted, here in (one for lack in lacks for one in lack):
+        found.setdefault(wanted, []).append(here)
+    others = lambda here: f" and in {len(here) - 1} other shots" if len(here) > 1 else ""
+    return f"{', '.join(found)}; here: {', '.join(here[0] + others(here) for here in found.values())}"
+
+
+def straight(scene: Scene) -> bool:
+    """Whether flight and body are as those of the reference of one ply: straight on, of about its width and masses."""
+    angles = [ahead(scene, "sheet.orientation"), *([] if scene["projectile.shape"] == "sphere" else [ahead(scene, "projectile.orientation")])]
+    widths = [case["width_mm"] for case in reference()["case"]]
+    near = all(0.99 * min(widths) <= 1e3 * side <= 1.01 * max(widths) for side in sides(scene))
+    return near and max(angles) <= STRAIGHT and not scene["sheet.radius"]
+
+
+def model_error(scene: Scene | Sequence[Scene], confidence: float = 0.95) -> ModelError:
+    """How far the ballistic limit of a scene may be off, from the published limits that the model was compared with. scene: or several, as of
+    `vary` and of the shots of a test: whatever is drawn or listed, every one of them must be as what was compared.
+    Raises ValueError that names the argument."""
+    checks.confident(confidence)
+    scenes = [scene] if isinstance(scene, Scene) else list(scene)
+    if not scenes:
+        checks.refuse("scene", "a scene, or several", scene)
+    every = [(one, [lack for each in scenes if (lack := one.lacks(each))]) for one in compared()]
+    near = [one for one, lacks in every if not lacks]
     if not near:
-        missing = "; or: ".join(dict.fromkeys("{}; here: {}".format(*map(", ".join, zip(*one.lacks(scene)))) for one in every))
-        known = beside_reference(scene)
+        missing = "; or: ".join(dict.fromkeys(merged(lacks) for _, lacks in every))
+        known = beside_reference(scenes[0]) if all(map(straight, scenes)) else ""
         return ModelError(math.nan, confidence, f"compared only with: {missing}{f'; {known}' if known else ': so the error is unknown.'}")
     found = factor([one.errors() for one in near], confidence)
     errors = [100 * math.expm1(e) for one in near for e in one.errors()]

@@ -132,9 +132,9 @@ def errors(path, title, x, y, lines, levels=()):
 def history(
     rows: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, *, title: str = "", marks: Sequence[tuple[float, str]] = ()
 ) -> Figure:
-    """Rows of `fabric_kernel.history`: velocity of the projectile, force on it, and where the absorbed energy is, over time.
-    marks: time (s) and name of events."""
-    figure, panels = new(8.5, 9.0, rows=3, sharex=True)
+    """Rows of `fabric_kernel.history`: velocity of the projectile, force on it, largest deflection of held cloth, and where the absorbed energy is,
+    over time. marks: time (s) and name of events."""
+    figure, panels = new(8.5, 11.0, rows=4, sharex=True)
     energies = {
         "work": "absorbed", "fabric_kinetic": "fabric kinetic", "strain": "strain", "dissipated": "dissipated by rupture", "viscous": "taken by viscosity",
         "friction": "friction", "ply_loss": "lost where plies meet", "casing_loss": "lost on the case",
@@ -143,7 +143,8 @@ def history(
     for panel, columns, label in (
         (panels[0], {f"velocity_{axis}": f"along {axis}" for axis in "zxy"}, "velocity (m/s)"),
         (panels[1], {f"force_{axis}": f"along {axis}" for axis in "zxy"}, "mean force between samples (N)"),
-        (panels[2], energies, "energy (J)"),
+        (panels[2], {"max_deflection": "largest"}, "deflection (m)"),
+        (panels[3], energies, "energy (J)"),
     ):
         for at, name in marks:
             panel.axvline(1e6 * at, color="#969696", linewidth=1, linestyle="--")
@@ -154,7 +155,7 @@ def history(
     for at, name in marks:
         panels[0].text(1e6 * at, 0.99, f"{name} ", transform=panels[0].get_xaxis_transform(), ha="right", va="top", fontsize=8, color="#5a5a5a")
     panels[0].set_title(title)
-    panels[2].set_xlabel("time (µs)")
+    panels[3].set_xlabel("time (µs)")
     return saved(figure, path)
 
 
@@ -165,6 +166,14 @@ def sheet(simulation: Any, path: str | os.PathLike[str] | None = None, *, title:
 
     now = sheets.Sheet.of(simulation)
     return sheets.picture(now, path, title or f"{1e6 * now.time:.1f} µs, {now.failed()} failed segments")
+
+
+def profile(simulation: Any, path: str | os.PathLike[str] | None = None, *, title: str = "") -> Figure:
+    """The back face of a simulation as it is now, of a stack that of its last ply: deflection along both yarns under the projectile."""
+    from . import sheets
+
+    now = sheets.Sheet.of(simulation, simulation.scene["stack.plies"] - 1)
+    return sheets.profile(now, path, title or f"back face at {1e6 * now.time:.1f} µs")
 
 
 @styled

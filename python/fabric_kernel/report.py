@@ -14,7 +14,7 @@ from . import movie, page, plot, sheets
 from .runs import STOPPED
 
 UNITS = dict.fromkeys(("dt", "time", "force_window"), "s") | {"peak_force": "N", "initial_momentum": "N s", "momentum_residual": "N s"}
-UNITS |= dict.fromkeys(("ply_penetration", "worst_penetration"), "m")
+UNITS |= dict.fromkeys(("ply_penetration", "worst_penetration", "max_deflection"), "m")
 UNITS |= dict.fromkeys((
     "initial_kinetic_energy", "absorbed", "support_work", "fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "contact_loss",
     "energy_residual",
@@ -31,6 +31,7 @@ def report(folder):
     rows.columns = [re.sub(r"_(s|m|m_per_s|rad_per_s|n|j)$", "", column) for column in rows.columns]
     rows = rows.rename(columns={"contact_work": "work", "energy_residual": "residual"})
     marks = [(latched["time"], latched["outcome"]) for latched in summary["outcomes"]]
+    summary["max_deflection"] = float(rows["max_deflection"].max())
     plot.history(rows, folder / "history.svg", title=name, marks=marks)
     plies = [sheets.Sheet(folder, about, ply) for ply in range(about["plies"])]
     sheet, failed = plies[0], sum(ply.failed() for ply in plies)
@@ -49,15 +50,18 @@ def report(folder):
         sheets.picture_of_stack(plies, folder / "plies.png", all_of_them)
         pictures.append(("plies.png", all_of_them))
     sheets.damage_map(sheet, folder / "damage.png", f"{name}: damage on the undeformed grid (node numbers)")
+    sheets.profile(plies[-1], folder / "profile.svg", f"{name}: back face at {1e6 * sheet.time:.1f} µs")
     html = page.Page(f"{name}: {summary['ended_by']} at {1e6 * summary['time']:.1f} µs")
     speed = math.hypot(*summary["residual_velocity"])
     html.answer([
-        f"{summary['ended_by'].capitalize()}: {speed:.4g} m/s left, {summary['absorbed']:.4g} J of {summary['initial_kinetic_energy']:.4g} J absorbed.",
+        f"{summary['ended_by'].capitalize()}: {speed:.4g} m/s left, {summary['absorbed']:.4g} J of {summary['initial_kinetic_energy']:.4g} J absorbed; held cloth "
+        f"deflected by at most {1e3 * summary['max_deflection']:.3g} mm.",
         *summary.get("warnings", []), f"One run of the model with its draws. {about_scenes.CAVEAT}",
     ])  # fmt: skip
     for file, caption in [
         *pictures, ("damage.png", "Damage on the undeformed grid, seen along the line of flight; held nodes in grey."),
-        ("history.svg", "Velocity of the projectile, mean force on it between samples, and where the absorbed energy is."),
+        ("profile.svg", "Deflection of the back face at the end, along both yarns under the projectile."),
+        ("history.svg", "Velocity of the projectile, mean force on it between samples, largest deflection, and where the absorbed energy is."),
     ]:
         html.figure(folder / file, caption)
     html.fold("All numbers")

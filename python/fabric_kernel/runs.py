@@ -19,6 +19,8 @@ DECIDED = (*UNTIL, "through")
 "through" the speed may still change a little (docs/v50.md, "Method")."""
 STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""
+SAMPLE = 128
+"""Steps between two looks at the deflection of a run, a few percent of its cost."""
 MOST_UNCONVERGED = 0.01
 """Contact solves that do not converge are harmless below this share of the steps (docs/accuracy.md)."""
 MOST_GAINED = 0.01
@@ -63,6 +65,7 @@ def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS)
     - `absorbed`: work of the projectile on the fabric, J; `support_work`: what of it went into held nodes; `force_peak`: largest mean force over a force window, N;
     - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `casing_loss`, `contact_loss`, `energy_residual`: the energy
       balance at the end, J;
+    - `max_deflection`: largest deflection of held cloth in the run, m, seen every SAMPLE steps and at the end (`plot.profile` draws the back face);
     - `failed_segments`: segments that have failed;
     - `unconverged`: contact solves that did not converge; `ply_penetration`: deepest that plies were through each other, m;
       `beyond_fine`: steps in which the projectile met the sheet beyond the fine part of a graded network;
@@ -89,8 +92,13 @@ def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False
     simulation = Simulation(scene, warns=warns)
     initial = simulation.energy()["projectile_kinetic"]
     row: dict[str, Any] = {"outcome": "failed", "failure": None, "stopped": None}
+    deepest = 0.0
     try:
-        simulation.run(until, steps)
+        while True:
+            simulation.run(until, min(SAMPLE, steps - simulation.step_count))
+            deepest = max(deepest, simulation.fabric()["max_deflection"])
+            if simulation.step_count >= steps or any(name in until for name in simulation.outcomes()):
+                break
     except Failed as failed:
         row["failure"] = failed.code
     else:
@@ -110,6 +118,7 @@ def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False
     row |= {"support_work": energy.get("support_work"), "force_peak": contact.get("force_peak")}
     parts = ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "contact_loss")
     row |= {name: energy.get(name) for name in parts} | {"energy_residual": energy.get("residual")}
+    row["max_deflection"] = None if failed else deepest
     row |= {name: counters[name] for name in ("failed_segments", "unconverged", "ply_penetration", "beyond_fine")}
     row["digest"] = simulation.digest
     return row

@@ -164,10 +164,14 @@ class Sensitivity(NamedTuple):
         return [(one.variant, digits(one.percent), one.interval(1), str(one.shots)) for one in self.changes]
 
     def sentence(self):
-        """What the width does, for the head of a report."""
-        wide = [one for one in self.changes if one.what == "width of the sheet" and math.isfinite(one.percent)]
-        told = " and ".join(f"{one.percent:+.0f} % {one.interval(0)} with {one.variant.split(': ')[1]}" for one in wide)
-        return f"The width of the sheet changes the limit by {told}." if wide else ""
+        """What changes the limit most, whatever it is, and what the width and the network do, for the head of a report."""
+        known = [one for one in self.changes if math.isfinite(one.percent)]
+        told = lambda one: f"{one.percent:+.0f} % {one.interval(0)} with {one.variant.split(': ')[1]}"
+        lines = [f"Of {len(known)} changes the largest is that of the {known[0].what}, {told(known[0])}."] if known else []
+        for what in ("width of the sheet", COARSE.split(": ")[0]):
+            if these := " and ".join(told(one) for one in known if one.what == what):
+                lines.append(f"The {what} changes the limit by {these}.")
+        return " ".join(lines)
 
 
 def sensitivity(
@@ -230,6 +234,8 @@ def sensitivity(
         notes.append("Spacing: bars of two yarns may be on the unsafe side for a body with edges or corners, which break single yarns (docs/v50.md).")
     rows.sort(key=lambda one: -abs(one.percent) if math.isfinite(one.percent) else math.inf)
     notes += [
+        f"They are changes from {mean:.1f} m/s, the mean limit of {len(own)} single shots, each found by bisection in its own yarns and point; "
+        f"the {guess:.1f} m/s of the test are fitted to many shots with one each.",
         f"Changes are of the limits of those of {asked} shots that have one with and without the change (the last column), each found to "
         f"{100 * (WIDTH - 1):.0f} %, one change at a time.",
         f"The changes took {sum(spent) / test:.1f} times the node-steps of the test.",

@@ -77,9 +77,25 @@ class Sheet:
 
     def deflection(self):
         """Largest deflection of a node that is still near the sheet's body, m: debris may be anywhere."""
-        heights = numpy.hypot(self.positions[:, 0], self.positions[:, 2]) - self.radius if self.radius else self.positions[:, 2]
-        depths = numpy.sort(numpy.abs(heights))
+        depths = numpy.sort(numpy.abs(self.heights()))
         return float(depths[len(depths) - 1 - len(depths) // 500])
+
+    def heights(self):
+        """Deflection of each node from the sheet's plane or circle, m."""
+        return numpy.hypot(self.positions[:, 0], self.positions[:, 2]) - self.radius if self.radius else self.positions[:, 2]
+
+    def profiles(self):
+        """The two yarns through the node nearest to the projectile: direction, place along the sheet at rest and deflection of each node, m; NaN
+        between the two nodes of a failed segment."""
+        nx, ny = self.nodes
+        j, i = divmod(int(numpy.linalg.norm(self.positions - self.centre, axis=1).argmin()), nx)
+        node, across = numpy.arange(nx * ny).reshape(ny, nx), (nx - 1) * ny
+        for name, nodes, alpha, half in (
+            ("x", node[j], self.alpha[:across].reshape(ny, nx - 1)[j], self.about["half_size_m"][0]),
+            ("y", node[:, i], self.alpha[across:].reshape(ny - 1, nx)[:, i], self.about["half_size_m"][1]),
+        ):
+            torn = numpy.flatnonzero(alpha == 0) + 1
+            yield name, *(numpy.insert(one, torn, numpy.nan) for one in (numpy.linspace(-half, half, len(nodes)), self.heights()[nodes]))
 
     def lines(self, points, chosen):
         return points[self.segments[chosen]]
@@ -343,6 +359,17 @@ def picture(sheet, path, title):
     sheet.draw_oblique(axis)
     bar(figure, axis, sheet)
     axis.set_title(title)
+    return plot.saved(figure, path)
+
+
+@plot.styled
+def profile(sheet, path, title):
+    """The back face, cut along both yarns under the projectile."""
+    figure, axis = plot.new(8.5, 4.2)
+    for number, (name, places, heights) in enumerate(sheet.profiles()):
+        axis.plot(1e3 * places, 1e3 * heights, color=plot.COLOURS[number], label=f"along {name}")
+    axis.set(title=title, xlabel="place along the sheet at rest (mm)", ylabel="deflection (mm)")
+    axis.legend()
     return plot.saved(figure, path)
 
 

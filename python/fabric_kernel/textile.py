@@ -8,9 +8,11 @@ Reference: P. M. Cunniff, 18th International Symposium on Ballistics (1999).
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy
+from numpy.typing import ArrayLike
 
 from ._kernel import Scene
 
@@ -33,6 +35,21 @@ def areal_density(scene: Scene) -> float:
     return scene["sheet.plies"] * masses / math.prod(spacings(scene))
 
 
+def in_axes(orientation: Sequence[float], vector: ArrayLike) -> numpy.ndarray:
+    """A vector of the host in the axes that the quaternion (w, u) turns into the host's: v + 2 w (v x u) + 2 u x (u x v)."""
+    (w, *u), v = orientation, numpy.asarray(vector, float)
+    once = 2.0 * numpy.cross(v, u)
+    return v + w * once + numpy.cross(once, u)
+
+
+def from_edge(scene: Scene) -> float:
+    """Least distance from an edge at which the flight meets the plane of a flat sheet, m; of one that moves along it, NaN."""
+    offset = numpy.subtract(scene["projectile.position"], scene["sheet.position"])
+    (x, y, z), (u, v, w) = (in_axes(scene["sheet.orientation"], vector) for vector in (offset, scene["projectile.velocity"]))
+    half = [0.5 * side for side in sides(scene)]
+    return min(half[0] - abs(x - u * z / w), half[1] - abs(y - v * z / w)) if w else math.nan
+
+
 def presented_area(scene: Scene) -> float | None:
     """Of a sphere, a cylinder or a box, as it flies, m²; None of another shape."""
     shape, velocity = scene["projectile.shape"], numpy.array(scene["projectile.velocity"])
@@ -41,10 +58,7 @@ def presented_area(scene: Scene) -> float | None:
         return math.pi * radius * radius
     if shape not in ("cylinder", "box") or not speed > 0.0:
         return None
-    # The velocity in the body's axes: v + 2 w (v x u) + 2 u x (u x v), with the quaternion (w, u).
-    w, u = scene["projectile.orientation"][0], numpy.array(scene["projectile.orientation"][1:])
-    once = 2.0 * numpy.cross(velocity, u)
-    along = numpy.abs((velocity + w * once + numpy.cross(once, u)) / speed)
+    along = numpy.abs(in_axes(scene["projectile.orientation"], velocity) / speed)
     if shape == "cylinder":
         return float(math.pi * radius * radius * along[2] + 2.0 * radius * scene["projectile.length"] * math.hypot(along[0], along[1]))
     x, y, z = scene["projectile.size"]

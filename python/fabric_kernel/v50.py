@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy
 
-from . import designs, limit
+from . import checks, designs, limit
 from ._kernel import Refused, Scene
 from .about import cautions, command, described, noted, of_a_scene, positive
 from .ensembles import append, kept, run_key, vary, within_mesh
@@ -230,12 +230,10 @@ def v50(
 
     Raises ValueError with the name of the argument; what `shoot` raises is passed on.
     """
-    if shots < 1:
-        raise ValueError(f"shots: must be at least 1; it is {shots}")
+    checks.whole("shots", shots, 1)
+    limit.asked(link, confidence, tests)
     if isinstance(design, designs.Plan) and shots > len(design.velocities):
         raise ValueError(f"shots: the plan has {len(design.velocities)} velocities; shots are {shots}")
-    if link not in LINKS:
-        raise ValueError(f'link: must be "probit" or "logit"; it is "{link}"')
     made, notes = _shots(shoot, design, shots, say or (lambda line: None))
     if not made:
         raise ValueError(f"design: {notes[0]}")
@@ -254,7 +252,7 @@ def v50(
         notes += [*shoot.notes(), *([scaled.words(found.mu)] if scaled else [])]
         interval = next(interval for share, interval in zip(found.shares, found.intervals) if share == 0.5)
         about = about or described(shoot.scene)
-        against, first = model_error(shoot.scene, confidence).sentence(*interval), cautions(shoot.scene)
+        against, first = model_error(shoot.flown, confidence).sentence(*interval), cautions(shoot.scene)
     average = limit.standard_average(v, y)
     doubt = limit.falling(v, y, seed)
     return Test(title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, first, doubt=doubt)
@@ -298,11 +296,13 @@ class Shooter:
         self.was_kept = False
         """Whether the last shot was in the file."""
         self.made: dict[str, dict[str, Any]] = {}
+        self.flown: list[Scene] = []
         self.fastest = 0.0
 
     def __call__(self, velocity: float, shot: int) -> tuple[bool, float]:
         one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[shot]
         key = run_key(one, self.until, self.steps)
+        self.flown.append(one)
         self.fastest = max(self.fastest, velocity)
         self.was_kept = key in self.rows
         if not self.was_kept:

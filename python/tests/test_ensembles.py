@@ -83,6 +83,9 @@ class Ensembles(InFolder):
         self.assertEqual(self.table["key"].nunique(), len(SCENES))
         balance = self.table["initial_kinetic"] - self.table["residual_kinetic"] - self.table["absorbed"]
         self.assertLess(balance.abs().max(), 1e-9)
+        deepest = fk.history(SCENES[0], every=128)["max_deflection"].max()
+        self.assertAlmostEqual(self.table["max_deflection"][0], deepest, delta=1e-12)
+        self.assertEqual(self.table.attrs["units"]["max_deflection"], "m")
 
     def test_other_work_is_kept_too(self):
         keep = self.folder / "work.jsonl"
@@ -281,6 +284,15 @@ class Ensembles(InFolder):
             # The body's axis, turned by 0.3 away from the velocity.
             self.assertAlmostEqual(1.0 - 2.0 * (x * x + y * y), math.cos(0.3), places=12)
             self.assertIn(scene["projectile.mass"], (0.01, 0.02))
+        for given, name in (
+            ({"speed": []}, "speed"), ({"speed": "50"}, "speed"), ({"speed": scipy.stats.norm(50.0, math.inf)}, "speed"), ({"tilt": math.nan}, "tilt"),
+            ({"point": ([], 0.0)}, "point"), ({"parameters": {"projectile.mass": []}}, "projectile.mass"), ({"count": -1}, "count"), ({"seed": -1}, "seed"),
+            ({"parameters": {"projectile.mass": scipy.stats.norm(1.0, math.inf)}}, "projectile.mass"),
+            ({"speed": 50.0, "parameters": {"projectile.velocity": (0.0, 0.0, 40.0)}}, "speed"),
+            ({"attitude": "random", "parameters": {"projectile.orientation": (1.0, 0.0, 0.0, 0.0)}}, "attitude"),
+        ):  # fmt: skip
+            with self.assertRaisesRegex(ValueError, f"^{name}: must be"):
+                fk.vary(BASE, **{"count": 2, "seed": 1} | given)
         # Axes of bodies in any attitude are spread evenly: their heights are uniform in [-1, 1].
         random = fk.vary(cylinder, 400, seed=5, attitude="random")
         heights = [1.0 - 2.0 * (q[1] ** 2 + q[2] ** 2) for q in (scene["projectile.orientation"] for scene in random)]
@@ -335,9 +347,15 @@ class Fragments(InFolder):
             (["--velocities", "-5"], "must be a number above 0; it is -5"),
             (["--velocities", "50", "--attitudes", "side=1,2"], "must have 4 numbers"),
             (["--velocities", "50", "--points", "15,15"], "point: (15, 15) m lies beside the sheet"),
+            (["--attitudes", "a=1,0,0,0", "a=0,1,0,0"], "--attitudes: must be a name given once each; it is a a"),
+            (["--attitudes", "=1,0,0,0"], "attitudes: must be one or more, by a name each"), (["--attitudes", "random=1,0,0,0"], '"random" is the name of'),
         ):
             self.assertIn(told, self.ran(main, "sheet_3in_sphere", *words)[1].splitlines()[-1])
-        said, _, _ = self.ran(main, "sheet_3in_sphere", "--velocities", "200", "--shots", "1", "--on", "1")
+        said, _, _ = self.ran(main, "sheet_3in_sphere", "--velocities", "200", "200", "--points", "0,0", "0,0", "--shots", "1", "--on", "1")
+        self.assertEqual(len((self.folder / "out/table.csv").read_text().splitlines()), 2)
+        for twice in ("velocities: 200.0 is given 2 times and shot once.", "points: (0.0, 0.0) is given 2 times and shot once."):
+            self.assertIn(twice, said)
+            self.assertIn(twice, (self.folder / "out/report.html").read_text())
         for text in (said, (self.folder / "out/map.svg").read_text()):
             self.assertIn("Projectile: sphere", text)
             self.assertIn("Not validated", text)
@@ -364,9 +382,20 @@ class Fragments(InFolder):
         numpy.testing.assert_allclose(fast["low"], 0.025 ** (1.0 / 3.0), rtol=1e-9)
         self.assertTrue((fast["residual_speed"] < 300.0).all() and (fast["residual_speed_sd"] > 0.0).all())
 
-        self.assertEqual([line.partition(" mm: ")[2] for line in answer(table)], 2 * ["none goes through up to 2 m/s, all do from 300 m/s on."])
+        self.assertEqual([line.partition(" mm: ")[2] for line in answer(table)], 2 * ["none of 3 shots goes through up to 2 m/s, all 3 do from 300 m/s on."])
         upside_down = table.assign(through=8 * table["stopped"], stopped=8 * table["through"])
         self.assertEqual(["does not grow with the velocity" in line for line in answer(upside_down)], [True, False, True, False])
+
+    def test_what_a_map_refuses_and_says(self):
+        sound = {"velocities": [200.0], "attitudes": {"flat": (1.0, 0.0, 0.0, 0.0)}, "shots": 1}
+        for given, name in (
+            ({"velocities": []}, "velocities"), ({"velocities": [math.nan]}, "velocities"), ({"attitudes": {}}, "attitudes"), ({"shots": 0}, "shots"),
+            ({"attitudes": {" ": "random"}}, "attitudes"), ({"attitudes": {"random": (1.0, 0.0, 0.0, 0.0)}}, "attitudes"), ({"confidence": 2.0}, "confidence"),
+        ):  # fmt: skip
+            with self.assertRaisesRegex(ValueError, f"^{name}.*: must be"):
+                fk.fragment_map(BASE, **sound | given)
+        with self.assertWarnsRegex(RuntimeWarning, "velocities: 200.0 is given 2 times"):
+            self.assertEqual(len(fk.fragment_map(BASE, steps=10, **sound | {"velocities": [200.0, 200.0]})), 1)
 
     def test_what_is_not_known_widens_the_interval(self):
         options = {"velocities": [100.0], "attitudes": {"as given": (1.0, 0.0, 0.0, 0.0)}, "shots": 2}

@@ -9,8 +9,8 @@ import scipy.optimize
 import scipy.stats
 
 from commands import InFolder
-from fabric_kernel import designs, limit
-from fabric_kernel.likelihood import LINKS, LOGIT, PROBIT, firth, held, maximum, possible, possible_ratio, ratio
+from fabric_kernel import checks, designs, limit
+from fabric_kernel.likelihood import LARGEST, LINKS, LOGIT, PROBIT, firth, held, maximum, possible, possible_ratio, ratio
 from fabric_kernel.v50 import Unknown, v50
 
 
@@ -103,6 +103,16 @@ class Likelihood(unittest.TestCase):
         self.assertAlmostEqual(tied.level[0], math.log(1 / 3) + 2 * math.log(2 / 3))
         self.assertEqual(tied.sigma[0], 0.0)
 
+    def test_no_fabric_of_a_bracket_has_limits_below_zero(self):
+        v, y = random_test(5, mu=100.0)
+        level = possible(v[None], y[None], PROBIT, LARGEST)
+        self.assertEqual(level[0], firth(v[None], y[None], PROBIT).level[0])
+        at = numpy.array([-1.0, 30.0])
+        value, sigma = possible_ratio(numpy.repeat(level, 2), v[None], y[None], PROBIT, at, PROBIT.quantile(0.01), LARGEST)
+        self.assertEqual(value[0], math.inf)
+        mu = 30.0 - PROBIT.quantile(0.01) * sigma[1]
+        self.assertLessEqual(sigma[1], mu / 3 * (1 + 1e-9))
+
     def test_slower_shots_that_go_through_more_often_give_no_fit(self):
         test = groups((90, 2, 3), (110, 1, 3))
         self.assertTrue(math.isnan(maximum(*test, PROBIT).mu[0]))
@@ -143,15 +153,6 @@ class Likelihood(unittest.TestCase):
                 self.assertLess(value[0], 1e-6)
                 self.assertAlmostEqual(sigma[0] / best.sigma[0], 1.0, 3)
 
-    def test_no_fabric_has_limits_below_zero(self):
-        v, y = random_test(5, mu=100.0)
-        level = possible(v[None], y[None], PROBIT)
-        self.assertEqual(level[0], firth(v[None], y[None], PROBIT).level[0])
-        value, sigma = possible_ratio(numpy.repeat(level, 2), v[None], y[None], PROBIT, numpy.array([-1.0, 30.0]), PROBIT.quantile(0.01))
-        self.assertEqual(value[0], math.inf)
-        mu = 30.0 - PROBIT.quantile(0.01) * sigma[1]
-        self.assertLessEqual(sigma[1], mu / 3 * (1 + 1e-9))
-
 
 class Intervals(unittest.TestCase):
     def test_the_unit_of_velocity_does_not_matter(self):
@@ -159,6 +160,35 @@ class Intervals(unittest.TestCase):
         one, other = limit.fit(v, y, tests=40), limit.fit(3.28084 * v, y, tests=40)
         for mine, its in zip((*one.velocities, *sum(one.intervals, ())), (*other.velocities, *sum(other.intervals, ()))):
             self.assertAlmostEqual(3.28084 * mine / its, 1.0, 5)
+
+    def test_velocities_that_are_all_greater_have_the_interval_that_is_greater_by_as_much(self):
+        for shots in (5, 6, 8, 20):
+            for seed in range(3):
+                v, y = random_test(seed, shots)
+                ends = [numpy.array(limit.fit(v + shift, y, tests=40).intervals[1]) - shift for shift in (0.0, 50.0, 2000.0)]
+                # No end is told below 0.
+                ends = [numpy.where(ends[1] == -math.inf, -math.inf, end) for end in ends]
+                self.assertTrue(numpy.allclose(ends[0], ends[1], atol=1e-3) and numpy.allclose(ends[1], ends[2], atol=1e-3), (shots, seed, ends))
+
+    def test_an_interval_needs_enough_simulations(self):
+        v, y = random_test(8)
+        for tests, confidence, least in ((1, 0.95, 19), (18, 0.95, 19), (20, 0.999, 999), (-1, 0.95, 0), (99.5, 0.95, 0)):
+            with self.assertRaisesRegex(ValueError, f"tests: must be (at least|a whole number, at least) {least}"):
+                limit.fit(v, y, confidence=confidence, tests=tests)
+        # Refused before a shot.
+        with self.assertRaisesRegex(ValueError, "tests: must be at least 19 for a confidence of 0.95"):
+            v50(lambda velocity, shot: self.fail("shot"), designs.Neyer(80, 120, 5), 20, tests=1)
+        # The rank of one more number among n is above k in at most 1 - confidence.
+        for confidence, tests in ((0.95, 19), (0.95, 1000), (0.9, 35), (0.999, 999)):
+            self.assertLessEqual((tests + 1 - checks.rank(confidence, tests)) / (tests + 1), 1 - confidence + 1e-12)
+
+    def test_only_v50_is_told_of_few_shots(self):
+        for shots, told in ((9, [False, True, False]), (10, [True] * 3)):
+            v, y = random_test(1, shots)
+            found = limit.fit(v, y, tests=40)
+            self.assertEqual([math.isfinite(value) for value in found.velocities], told)
+            self.assertEqual([tuple(interval) == (-math.inf, math.inf) for interval in found.intervals][::2], [not told[0]] * 2)
+            self.assertEqual("V01, V99: not told below 10 shots, of which there are 9" in " ".join(found.notes), shots == 9)
 
     def test_intervals_hold_the_estimate_and_end_where_the_ratio_is_chi_squared(self):
         v, y = random_test(7, shots=60)
@@ -170,9 +200,9 @@ class Intervals(unittest.TestCase):
             best = maximum(v[None], y[None], PROBIT).level
             for end in profile:
                 self.assertAlmostEqual(ratio(best, v[None], y[None], PROBIT, numpy.array([end]), quantile, 0.0)[0][0], chi, 3)
-            level = possible(v[None], y[None], PROBIT)
+            level = firth(v[None], y[None], PROBIT).level
             for end in interval:
-                self.assertAlmostEqual(possible_ratio(level, v[None], y[None], PROBIT, numpy.array([end]), quantile)[0][0], chi, 3)
+                self.assertAlmostEqual(ratio(level, v[None], y[None], PROBIT, numpy.array([end]), quantile, 1.0)[0][0], chi, 3)
 
     def test_a_large_test_agrees_with_the_standard_error(self):
         # 2000 shots, half at mu - sigma and half at mu + sigma: Fisher's information of mu is known.
@@ -228,11 +258,8 @@ class Alike(unittest.TestCase):
         self.assertEqual(found.method, "Firth")
         self.assertIn("do not overlap", found.notes[0])
         self.assertTrue(found.intervals[1].low < 100 and found.intervals[1].high > 104)
-        # The upper end of V99 is not known from four shots.
-        self.assertTrue(found.assumed[2])
-        self.assertIn("upper end of V99", found.notes[1])
-        for interval, profile in zip(found.intervals, found.profile):
-            self.assertGreater(interval.high - interval.low, profile.high - profile.low)
+        interval, profile = found.intervals[1], found.profile[1]
+        self.assertGreater(interval.high - interval.low, profile.high - profile.low)
 
     def test_the_estimate_of_few_shots_is_a_possible_fabric(self):
         # Eight shots of a bracket: V50 was said to be -1.4 m/s, with the interval [19.0, 40.2].
@@ -275,6 +302,29 @@ class Alike(unittest.TestCase):
             limit.fit([1.0, 2.0], [False, True], "cauchy")
         with self.assertRaisesRegex(ValueError, "confidence"):
             limit.fit([1.0, 2.0], [False, True], confidence=1.5)
+        v, y, r = [50.0, 52.0, 54.0, 56.0, 58.0, 60.0], [0, 1, 0, True, numpy.int64(1), numpy.True_], [0.0, 9.0, math.nan, 20.0, 25.0, 30.0]
+        self.assertEqual(limit.fit(v, y, tests=0).through, 4)
+        calls = (lambda v, y: limit.fit(v, y, tests=0), limit.falling, limit.standard_average, lambda v, y: limit.residual_fit(v, y, r))
+        for call in calls:
+            call(v, y)
+            for one in (math.nan, None, "0", "P", 2, 0.5, -1):
+                with self.assertRaisesRegex(ValueError, r"^through\[5\]: must be True or False, or 1 or 0; it is "):
+                    call(v, [*y[:5], one])
+            for one in (math.nan, math.inf, -60.0, 0.0, "fast"):
+                with self.assertRaisesRegex(ValueError, r"^velocities.*: must be a "):
+                    call([*v[:5], one], y)
+            for velocities, results in (([v], [y]), ([], []), (v, y[:5]), (v, [y]), (v[:5], y)):
+                with self.assertRaisesRegex(ValueError, "^(velocities|through): must be a list of "):
+                    call(velocities, results)
+        for arguments, name in (
+            ({"residuals": [*r[:5], -1.0]}, r"residuals\[5\]"), ({"residuals": r[:5]}, "residuals"), ({"residuals": [math.nan] * 6}, r"residuals\[1\]"),
+            ({"power": -1.0}, "power"), ({"power": math.nan}, "power"),
+        ):  # fmt: skip
+            with self.assertRaisesRegex(ValueError, f"^{name}: must be"):
+                limit.residual_fit(v, y, **{"residuals": r} | arguments)
+        for shares in ((), (0.5, 1.0), (math.nan,), 0.5):
+            with self.assertRaisesRegex(ValueError, "^shares"):
+                limit.fit(v, y, shares=shares)
         with self.assertRaisesRegex(ValueError, "sigma"):
             designs.Neyer(1, 2, 0)
         with self.assertRaisesRegex(ValueError, "low"):

@@ -3,12 +3,17 @@
 import math
 import pathlib
 import unittest
+from unittest import mock
 
 import numpy
 import scipy.stats
 
-from fabric_kernel import Scene
+from fabric_kernel import Scene, vary
+from fabric_kernel.designs import Plan
+from fabric_kernel.ensembles import within_mesh
 from fabric_kernel.model_error import compared, factor, left_out, model_error
+from fabric_kernel.residual import residual_curve
+from fabric_kernel.v50 import Shooter, v50
 from fabric_kernel.textile import areal_density, axes, cunniff_velocity, presented_area
 
 TOP = pathlib.Path(__file__).parents[2]
@@ -95,6 +100,32 @@ class ModelError(unittest.TestCase):
             self.assertIn(told, error.sentence(1.0, 2.0))
             unknown = "no test of one ply" if told.endswith("(one ply)") else "so the error is unknown"
             self.assertIn(unknown, error.sentence(1.0, 2.0))
+
+    def test_whatever_is_drawn_or_listed_is_compared(self):
+        pack = self.pack(20).aimed()
+        for drawn, told in (
+            ({"attitude": "random"}, "here: an attitude of "), ({"tilt": 0.3}, "here: an attitude of 17 degrees and in 7 other shots"),
+            ({"tilt": [0.0, 0.3]}, "an attitude of 17 degrees"), ({"point": (0.02, 0.0)}, "40 mm or more from an edge; here: 24.8 mm"),
+            ({"parameters": {"projectile.mass": [1.1e-3, 2e-3]}}, "here: 2 g"), ({"attitude": [0.6, 0.8, 0, 0]}, "an attitude of 74 degrees"),
+        ):  # fmt: skip
+            error = model_error(vary(pack, 8, seed=1, **drawn))
+            self.assertTrue(math.isnan(error.factor), drawn)
+            self.assertIn(told, error.words)
+        self.assertTrue(math.isfinite(model_error(vary(pack, 8, seed=1, tilt=0.05, point=within_mesh(pack, (0.0, 0.0)))).factor))
+        # Nor does one ply stand beside resolved yarns that were hit otherwise.
+        ply = self.pack(1).aimed()
+        self.assertIn("no test of one ply", model_error(ply).words)
+        self.assertIn("so the error is unknown", model_error(vary(ply, 8, seed=1, attitude="random")).words)
+        for scene, confidence, name in (([], 0.95, "scene"), (pack, 1.0, "confidence")):
+            with self.assertRaisesRegex(ValueError, f"^{name}: must be"):
+                model_error(scene, confidence)
+        with mock.patch("fabric_kernel.v50.flown", return_value={"stopped": True, "speed": 0.0, "absorbed": 0.0, "steps": 1, "initial_kinetic": 1.0} | dict.fromkeys(
+            ("unconverged", "energy_residual", "beyond_fine"), 0
+        )):  # fmt: skip
+            for attitude, told in ((None, "within a factor of"), ("random", "here: an attitude of")):
+                shoot = Shooter(pack, attitude=attitude)
+                self.assertIn(told, v50(shoot, Plan([500.0] * 3), 3, tests=0).against)
+                self.assertIn(told, residual_curve(pack, [500.0] * 3, attitude=attitude).answer[-2])
 
     def test_the_numbers_of_cunniffs_axes(self):
         scene = self.pack(21)

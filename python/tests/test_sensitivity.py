@@ -84,6 +84,12 @@ class Sensitivity(InFolder):
                 self.assertLessEqual(float(found[1]), 10.0)
                 for text in (said, page):
                     self.assertIn("The width of the sheet changes the limit by", text)
+                    self.assertIn("The spacing of the network changes the limit by", text)
+                    self.assertIn("They are changes from", text)
+                    largest = max(change, key=lambda name: abs(change[name][0]))
+                    self.assertRegex(text, f"Of 9 changes the largest is that of the {largest.split(': ')[0]}, [+-]")
+                    # The head of a report says nothing of another fabric.
+                    self.assertNotIn("Kevlar", text.split("shots, ")[0].split("Sheet:")[0] if text is said else text.split("<details>")[0].split("</div>")[0])
                     self.assertTrue(shots == 20 or ("found in the network of bars of two yarns" in text) == (shots == 10))
                 self.assertEqual(page.count("data:image/svg+xml"), 2)
 
@@ -96,7 +102,8 @@ class Pictures(InFolder):
         for number in (0, 1):
             plot.history(rows, self.folder / f"history{number}.svg", marks=[(1e-5, "detached")])
             plot.sheet(simulation, self.folder / f"sheet{number}.png")
-        for kind in ("history0.svg", "sheet0.png"):
+            plot.profile(simulation, self.folder / f"profile{number}.svg")
+        for kind in ("history0.svg", "sheet0.png", "profile0.svg"):
             self.assertEqual((self.folder / kind).read_bytes(), (self.folder / kind.replace("0", "1")).read_bytes())
         for preset in PRESETS:
             small = {"sheet": {"nodes_x": 61, "nodes_y": 61}}
