@@ -292,7 +292,7 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
 /// Adds what the clamps of rows [first, end) of a ply have dissipated in a step of a block, the first one otherwise, lowest row first.
 #[inline(never)]
 pub(crate) fn book_clamps(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
-    let unit = system.model.unit_energy * system.mass_share(ply) * system.scene.symmetry.share();
+    let unit = system.model.unit_energy * system.mass_share(ply);
     let of_rows = system.arrays.clamped.get(step * system.layout.nodes_y..).and_then(|rows| rows.get(first..end));
     of_rows.into_iter().flatten().for_each(|work| system.state.sums.attachment += unit * work);
 }
