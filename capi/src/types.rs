@@ -48,6 +48,8 @@ pub const FK_PASSED: u32 = 8;
 pub const FK_THROUGH: u32 = 16;
 /// Bit of the outcome "rebounded".
 pub const FK_REBOUNDED: u32 = 32;
+/// Bit of the outcome "attachment_failed"; it comes only with attachment.strength.
+pub const FK_ATTACHMENT_FAILED: u32 = 64;
 /// Bits of the outcomes that end a shot: arrested, exited, passed, rebounded.
 pub const FK_ENDS: u32 = 45;
 
@@ -158,10 +160,10 @@ pub struct fk_outcome {
     pub mask: u32,
     /// Step count at whose start the first impulse acted; FK_NEVER before.
     pub first_contact: u64,
-    /// Step count at which arrested, detached, exited, passed, through, rebounded latched, in this order; FK_NEVER before.
-    pub step: [u64; 6],
+    /// Step count at which arrested, detached, exited, passed, through, rebounded, attachment_failed latched, in this order; FK_NEVER before.
+    pub step: [u64; 7],
     /// Work of the projectile on the fabric until then, J; 0 before.
-    pub work: [f64; 6],
+    pub work: [f64; 7],
 }
 
 /// Every number of a scene: its row and its element, in the order of the structure.

@@ -11,9 +11,9 @@
 use fabric::MAX_PLIES;
 use fabric::Outcome;
 use fabric::fields::{
-    ANGULAR_VELOCITY, ANY_SIGN, Choice, FIELDS, Field, POSITION, Place, QUATERNION, Quantity, VELOCITY, quantity,
+    ANGULAR_VELOCITY, ANY_SIGN, Choice, FIELDS, FORCE, Field, POSITION, Place, QUATERNION, Quantity, VELOCITY, quantity,
 };
-use fabric::outputs::{ENERGY, FORCE, Get, OUTPUTS, Output};
+use fabric::outputs::{ENERGY, Get, OUTPUTS, Output};
 
 /// Names a variable in code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -387,7 +387,7 @@ const OWN: &[Variable] = &[
         "stop_on_event",
         270,
         Kind::Boolean,
-        "Ask the host to end the simulation at the first outcome (arrested, detached, exited, passed, through, rebounded)",
+        "Ask the host to end the simulation at the first outcome (arrested, detached, exited, passed, through, rebounded, attachment_failed)",
     ),
     tunable(
         Id::Capsule,
@@ -452,6 +452,8 @@ const OWN: &[Variable] = &[
     Variable { role: Role::Discrete, ..output(Id::HappenedAt(5), "outcome.through_time", 454, &TIME, "When that was found; 0 unless outcome.through") },
     discrete(Id::Happened(6), "outcome.rebounded", 455, Kind::Boolean, "Its contact with the fabric is over, and it leaves on the side from which it came"),
     Variable { role: Role::Discrete, ..output(Id::HappenedAt(6), "outcome.rebounded_time", 456, &TIME, "When that was found; 0 unless outcome.rebounded") },
+    discrete(Id::Happened(7), "outcome.attachment_failed", 457, Kind::Boolean, "An attachment as a whole has let go; never without attachment.strength"),
+    Variable { role: Role::Discrete, ..output(Id::HappenedAt(7), "outcome.attachment_failed_time", 458, &TIME, "When the first one let go; 0 unless outcome.attachment_failed") },
 ];
 
 /// Number of variables.

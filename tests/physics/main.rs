@@ -3,6 +3,7 @@
 #![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
 
 mod balances;
+mod clamps;
 mod contact;
 mod convergence;
 mod creep;

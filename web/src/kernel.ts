@@ -158,7 +158,7 @@ class Structure {
 }
 
 /** Outcomes in the order of their numbers, and those that end a run, as in `fabric run`; through only where the scene watches it. */
-export const OUTCOMES = ["arrested", "detached", "exited", "passed", "through", "rebounded"] as const;
+export const OUTCOMES = ["arrested", "detached", "exited", "passed", "through", "rebounded", "attachment_failed"] as const;
 const ENDS = ["FK_ENDS", "FK_THROUGH"];
 
 export interface Motion {

@@ -271,7 +271,8 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let free_body = system.scene.is_free();
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
     let (body, curved) = (&system.state.body, layout.has(Feature::Curved));
-    let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, hoop, .. } =
+    let (clamps, grip) = (layout.has(Feature::Clamps), system.directions.grip);
+    let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, slid, columns, lines, hoop, .. } =
         &mut system.arrays;
     let net = Net { columns, lines, hoop };
     let near = search.neighbourhood(h);
@@ -315,7 +316,8 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                 let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
                 let Some((gap, normal, arm)) = search.candidate_at(&r) else { continue };
                 deepest = math::max(-gap, deepest);
-                let fixed = held && in_runs(&run, i);
+                let let_go = clamps && slid.get(j * chunks + c).is_some_and(|slid| slid[lane] >= grip);
+                let fixed = held && in_runs(&run, i) && !let_go;
                 if fixed && !free_body {
                     continue;
                 }

@@ -54,7 +54,7 @@ impl Layout {
             chunks: x.stored().div_ceil(CHUNK),
             has: Features::of(scene),
             block_steps: 1,
-            supports: scene.track_support,
+            supports: scene.track_support || Features::of(scene).has(Feature::Clamps),
             candidates: match scene.contact_capacity {
                 0 => nodes,
                 most => nodes.min(most as usize),
@@ -118,6 +118,12 @@ pub(crate) struct Arrays<'a> {
     pub pushed: &'a mut [[[f64; CHUNK]; 3]],
     /// And its push on every node, spacings a pass.
     pub pushes: &'a mut [[f64; CHUNK]],
+    /// Largest impulse of the clamp on each node in a step, spacings/step times its mass; constant.
+    pub holds: &'a mut [[f64; CHUNK]],
+    /// Distance that each held node has slid, spacings.
+    pub slid: &'a mut [[f64; CHUNK]],
+    /// Energy that the clamps of each row dissipate in the present pass, or in each step of a block, in units of m (h/dt)^2.
+    pub clamped: &'a mut [f64],
     /// Of a stack (`contact/joint.rs`), as all up to `links`: velocities across the sheet before the sweep.
     pub before: &'a mut [[f64; CHUNK]],
     /// A column of facing nodes.
@@ -170,6 +176,9 @@ impl<'a> Arrays<'a> {
             hoop: &mut [],
             pushed: &mut [],
             pushes: &mut [],
+            holds: &mut [],
+            slid: &mut [],
+            clamped: &mut [],
             before: &mut [],
             column: &mut [],
             touches: &mut [],
@@ -214,7 +223,7 @@ impl<'a> Arrays<'a> {
     /// The list: of each array whether the scene needs it, and the factors of its length.
     #[inline(never)]
     fn cut(&mut self, reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<()> {
-        use Feature::{Casing, Curved, Detachment, Friction, Grading, Slack, Strength, Theta, Viscosity};
+        use Feature::{Casing, Clamps, Curved, Detachment, Friction, Grading, Slack, Strength, Theta, Viscosity};
         let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
         let has = |feature| layout.has(feature);
         // The case behind a node is a candidate, too.
@@ -233,11 +242,14 @@ impl<'a> Arrays<'a> {
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
             hoop: chunked(real(has(Curved), [layout.plies, row, CHUNK * HOOP_PLANES])?),
             shared: &mut [],
-            kept: real(true, [1, nx, 3])?.as_chunks_mut().0,
+            kept: real(true, [1, layout.kept_nodes(), 3])?.as_chunks_mut().0,
             taken: real(layout.takes_energy(), [1, steps, rows])?,
             candidates: real(true, [1, candidates, CANDIDATE_REALS])?.as_chunks_mut().0,
             pushed: real(has(Casing), [rows, 3, CHUNK])?.as_chunks_mut().0.as_chunks_mut().0,
             pushes: real(has(Casing), [rows, row, CHUNK])?.as_chunks_mut().0,
+            holds: real(has(Clamps), [rows, row, CHUNK])?.as_chunks_mut().0,
+            slid: real(has(Clamps), [rows, row, CHUNK])?.as_chunks_mut().0,
+            clamped: real(has(Clamps), [1, steps, rows])?,
             before: real(layout.is_stack(), [rows, row, CHUNK])?.as_chunks_mut().0,
             column: real(layout.is_stack(), [1, layout.plies, COLUMN_REALS])?.as_chunks_mut().0,
             touches: real(layout.is_stack(), [1, candidates, TOUCH_REALS])?.as_chunks_mut().0,

@@ -126,6 +126,7 @@ impl Layout {
             } else {
                 0
             })?
+            .checked_add(if self.has(Feature::Clamps) { self.nodes() } else { 0 })?
             .checked_add(if self.has(Feature::Detachment) { self.nodes().div_ceil(32) } else { 0 })?
             .checked_add(frame_words(self.has))
     }
@@ -142,6 +143,11 @@ impl Layout {
         let noted = self.carried_rows() * CHUNK * CARRY_PLANES * self.chunks + self.block_steps as usize * pulls;
         let labels = if self.has(Feature::Detachment) { self.nodes() } else { 0 };
         noted.div_ceil(CacheLine::REALS).max(labels.div_ceil(CacheLine::WORDS))
+    }
+
+    /// Places for what is kept of a row's fixed nodes during its sweep: displacements, and with slipping clamps velocities.
+    pub(crate) fn kept_nodes(&self) -> usize {
+        if self.has(Feature::Clamps) { 2 * self.nodes_x } else { self.nodes_x }
     }
 
     /// Rows of carried forces: one for each ply, or for each step of a block.
@@ -189,7 +195,7 @@ impl Layout {
     pub(crate) fn reals_of_a_band(&self) -> usize {
         let rows = 1 + self.block_steps_of_a_band();
         self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + self.viscous_rows_of_a_band() * PAST_PLANES)
-            + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
+            + (3 * self.kept_nodes()).next_multiple_of(CacheLine::REALS)
     }
 
     /// Bytes of memory in all.

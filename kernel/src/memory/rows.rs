@@ -2,6 +2,7 @@
 
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
+use crate::ground::math;
 use crate::ground::planes::{
     self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, SPEED_X, STRENGTH_PLANES, YARN_PLANES,
 };
@@ -12,6 +13,7 @@ use crate::memory::taken::TakenOfRow;
 use crate::memory::terms::Terms;
 use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
+use crate::sheet::clamp::ClampedRow;
 use crate::sheet::grading::Net;
 use crate::sheet::neighbours::own;
 use crate::sheet::places::rest_offset;
@@ -45,6 +47,8 @@ pub(crate) struct Rows<'r> {
     /// Of a ring on a case what it pushes each row by, and its push on every node (`arrays.rs`).
     pub pushed: &'r mut [[[f64; CHUNK]; 3]],
     pub pushes: &'r mut [[f64; CHUNK]],
+    /// What clamps keep; empty where they do not slip.
+    pub clamps: Clamps<'r>,
     /// Least and greatest displacement along y and x, one entry a row.
     pub ranges: &'r mut [[u32; 4]],
     /// Fixed nodes, one entry a row.
@@ -56,6 +60,14 @@ pub(crate) struct Rows<'r> {
     pub kept: &'r mut [[f64; 3]],
     /// What the sheet pulls at the two runs of fixed nodes of each row, in units of m h/dt; empty where nobody asks.
     pub pulls: &'r mut [[[f64; 3]; 2]],
+}
+
+/// What slipping clamps keep of neighbouring rows (`arrays.rs`).
+#[derive(Default)]
+pub(crate) struct Clamps<'r> {
+    pub holds: &'r [[f64; CHUNK]],
+    pub slid: &'r mut [[f64; CHUNK]],
+    pub work: &'r mut [f64],
 }
 
 impl<'r> Rows<'r> {
@@ -97,7 +109,16 @@ impl<'r> Rows<'r> {
             taken: if layout.takes_energy() { arrays.taken.get_mut(noted + first..noted + end)? } else { &mut [] },
             before: if layout.is_stack() { arrays.before.get_mut(own.clone())? } else { &mut [] },
             pushed: if layout.has(Feature::Casing) { arrays.pushed.get_mut(first..end)? } else { &mut [] },
-            pushes: if layout.has(Feature::Casing) { arrays.pushes.get_mut(own)? } else { &mut [] },
+            pushes: if layout.has(Feature::Casing) { arrays.pushes.get_mut(own.clone())? } else { &mut [] },
+            clamps: if layout.has(Feature::Clamps) {
+                Clamps {
+                    holds: arrays.holds.get(own.clone())?,
+                    slid: arrays.slid.get_mut(own)?,
+                    work: arrays.clamped.get_mut(noted + first..noted + end)?,
+                }
+            } else {
+                Clamps::default()
+            },
             ranges: arrays.ranges.get_mut(first..end)?,
             runs: arrays.runs.get(first..end)?,
             net: Net {
@@ -155,7 +176,9 @@ impl Rows<'_> {
         terms: &Terms<'_>,
     ) -> Report {
         let (layout, chunks) = (terms.layout, terms.layout.chunks);
-        let Rows { hot, history, owed, viscous, before, pushed, pushes, taken, ranges, carry, kept, pulls, .. } = self;
+        let Rows {
+            hot, history, owed, viscous, before, pushed, pushes, taken, clamps, ranges, carry, kept, pulls, ..
+        } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         let been_slack = if OPTIONS { self.been_slack } else { &[] };
         let net = if OPTIONS || CURVED { &self.net } else { &Net::NONE };
@@ -180,6 +203,9 @@ impl Rows<'_> {
                 lanes::dispatch(terms.instructions, Keep::<CURVED> { hot: row, before, hoop: self.net.hoop });
             }
             keep_fixed(row, kept, run);
+            if layout.has(Feature::Clamps) {
+                keep_speeds(row, kept, run, layout.nodes_x);
+            }
             let yarn = terms.yarn_row(yarn, self.strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
             let been_slack = been_slack.get(k).copied().unwrap_or(0);
@@ -224,7 +250,13 @@ impl Rows<'_> {
                 row_job.step::<OPTIONS, VISCOUS>()
             };
             report = report.merged(met);
-            let pulled = end_row(terms, if weighed { Some(net) } else { None }, j, row, kept, run, (range, reach));
+            let weighed = if weighed { Some(net) } else { None };
+            let pulled = if layout.has(Feature::Clamps) {
+                let hoop = if CURVED { self.net.hoop } else { &[] };
+                slide_row(terms, weighed, j, row, kept, run, (clamps, k, hoop), (range, reach))
+            } else {
+                end_row(terms, weighed, j, row, kept, run, (range, reach))
+            };
             if let Some(pulls) = pulls.get_mut(k) {
                 *pulls = pulled;
             }
@@ -260,13 +292,62 @@ fn end_row(
         }
         None => restore_fixed(row, kept, run, |_| 1.0),
     };
+    note_range(terms, row, range, reach);
+    pulled
+}
+
+/// Notes how far a row reaches, while it is at hand.
+#[inline(always)]
+fn note_range(terms: &Terms<'_>, row: &[Chunk<HOT_PLANES>], range: &mut [u32; 4], reach: [f64; 2]) {
     let [low, high, left, right] = range;
     [*low, *high] = reach.map(end_of_range);
     if *left != NOT_KEPT {
-        // While the row is at hand.
         [*left, *right] = spread(row, terms.instructions).map(end_of_range);
     }
-    pulled
+}
+
+/// [`end_row`] where clamps may slip. `clamps`: of all rows, with the number of this one among them and its normals.
+#[inline(never)]
+#[allow(clippy::too_many_arguments)] // Those of `end_row`, and the clamps.
+fn slide_row(
+    terms: &Terms<'_>,
+    weighed: Option<&Net<'_>>,
+    j: usize,
+    row: &mut [Chunk<HOT_PLANES>],
+    kept: &[[f64; 3]],
+    run: &[u32; 4],
+    (clamps, k, hoop): (&mut Clamps<'_>, usize, &[Chunk<HOOP_PLANES>]),
+    (range, [mut low, mut high]): (&mut [u32; 4], [f64; 2]),
+) -> [[f64; 3]; 2] {
+    let (layout, chunks) = (terms.layout, terms.layout.chunks);
+    let own = k * chunks..(k + 1) * chunks;
+    let holds = clamps.holds.get(own.clone()).unwrap_or_default();
+    let slid = clamps.slid.get_mut(own).unwrap_or_default();
+    let mut clamped = ClampedRow { holds, slid, grip: terms.directions.grip, hoop };
+    let (mut pulls, mut work) = ([Vector::zeros(); 2], 0.0);
+    for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
+        for i in columns.map(|i| i as usize) {
+            if !clamped.holds_node(i) {
+                continue;
+            }
+            let (Some(place), Some(before)) = (kept.get(i), kept.get(layout.nodes_x + i)) else { break };
+            let Some(chunk) = row.get_mut(i / CHUNK) else { break };
+            let (lane, weight) = (i % CHUNK, weighed.map_or(1.0, |_| layout.node_weight(i, j)));
+            let slide = clamped.slide(i, *before, planes::velocity(chunk, lane));
+            for plane in 0..3 {
+                chunk[plane][lane] = place[plane] + slide.velocity[plane];
+                chunk[3 + plane][lane] = slide.velocity[plane];
+            }
+            (low, high) = (math::min(chunk[1][lane], low), math::max(chunk[1][lane], high));
+            *pull += Vector::from(slide.impulse) * weight;
+            work += weight * slide.work;
+        }
+    }
+    if let Some(of_row) = clamps.work.get_mut(k) {
+        *of_row = work;
+    }
+    note_range(terms, row, range, [low, high]);
+    pulls.map(|pull| pull.into())
 }
 
 /// Keeps the velocities across the sheet of a row. CURVED: along the normals of its columns.
@@ -296,6 +377,15 @@ fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) 
         for i in columns.map(|i| i as usize) {
             let (Some([x, y, z, ..]), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(i)) else { break };
             *kept = [x[i % CHUNK], y[i % CHUNK], z[i % CHUNK]];
+        }
+    }
+}
+
+/// Remembers their velocities, too, behind the displacements.
+fn keep_speeds(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4], nodes: usize) {
+    for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
+        if let (Some(chunk), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(nodes + i)) {
+            *kept = planes::velocity(chunk, i % CHUNK);
         }
     }
 }

@@ -65,6 +65,14 @@ pub struct Sums {
     pub ply_penetration: f64,
     /// Work of the projectile on fixed nodes, J.
     pub support_work: f64,
+    /// Energy dissipated in slipping clamps, J.
+    pub attachment: f64,
+    /// Impulse on each attachment when the running force window began, in units of m h/dt.
+    pub window_support: [Vector; ATTACHMENTS],
+    /// Mean force on each attachment over the last window, N.
+    pub support_force: [f64; ATTACHMENTS],
+    /// Step at which each attachment let go; 0: it has not.
+    pub let_go: [u64; ATTACHMENTS],
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -100,6 +108,10 @@ impl Sums {
         ply_loss: 0.0,
         ply_penetration: 0.0,
         support_work: 0.0,
+        attachment: 0.0,
+        window_support: [ZERO; ATTACHMENTS],
+        support_force: [0.0; ATTACHMENTS],
+        let_go: [0; ATTACHMENTS],
         first_energy: 0.0,
         first_momentum: ZERO,
     };
@@ -182,7 +194,13 @@ impl State {
             visitor.vector(&mut self.sums.casing);
             visitor.real(&mut self.sums.casing_loss);
         }
-        visit_watch(&mut self.watch, features.has(Feature::Through), visitor);
+        if features.has(Feature::Clamps) {
+            visitor.real(&mut self.sums.attachment);
+            self.sums.window_support.iter_mut().for_each(|impulse| visitor.vector(impulse));
+            self.sums.support_force.iter_mut().for_each(|force| visitor.real(force));
+            self.sums.let_go.iter_mut().for_each(|step| visitor.count(step));
+        }
+        visit_watch(&mut self.watch, features, visitor);
     }
 }
 
@@ -242,7 +260,8 @@ fn visit_body(body: &mut Body, visitor: &mut impl Visitor) {
     visitor.vector(&mut body.angular_velocity);
 }
 
-fn visit_watch(watch: &mut Watch, through: bool, visitor: &mut impl Visitor) {
+fn visit_watch(watch: &mut Watch, features: Features, visitor: &mut impl Visitor) {
+    let (through, clamps) = (features.has(Feature::Through), features.has(Feature::Clamps));
     let none = FirstContact { step: 0, direction: Vector::zeros(), kinetic_energy: 0.0 };
     visit_option(&mut watch.first, none, visitor, |first, visitor| {
         visitor.count(&mut first.step);
@@ -256,8 +275,9 @@ fn visit_watch(watch: &mut Watch, through: bool, visitor: &mut impl Visitor) {
         visitor.real(&mut watch.travel_start);
         visitor.real(&mut watch.travel_speed);
     }
-    let [arrested, detached, exited, passed, is_through, rebounded] = &mut watch.latched;
-    for latch in [arrested, detached, exited, passed].into_iter().chain(through.then_some(is_through)) {
+    let [arrested, detached, exited, passed, is_through, rebounded, let_go] = &mut watch.latched;
+    let optional = through.then_some(is_through).into_iter().chain(clamps.then_some(let_go));
+    for latch in [arrested, detached, exited, passed].into_iter().chain(optional) {
         visit_option(latch, Latch { step: 0, work: 0.0 }, visitor, |latch, visitor| {
             visitor.count(&mut latch.step);
             visitor.real(&mut latch.work);

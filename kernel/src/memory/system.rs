@@ -16,6 +16,7 @@ use crate::memory::rows;
 use crate::memory::state::State;
 use crate::scene::features::Feature;
 use crate::scene::parts::{CRITICAL_STRETCH_MAX, Scene};
+use crate::sheet::clamp;
 use crate::sheet::direction::{Along, Direction, Directions};
 use crate::sheet::grading::{self, Net, PLACE};
 use crate::sheet::neighbours::NOTHING;
@@ -252,7 +253,61 @@ impl System<'_> {
     }
 
     pub fn is_fixed(&self, i: usize, j: usize) -> bool {
-        self.arrays.runs.get(j).is_some_and(|run| in_runs(run, i))
+        self.arrays.runs.get(j).is_some_and(|run| in_runs(run, i)) && !self.has_let_go(i, j)
+    }
+
+    /// Whether a node has slid out of its clamp, or its attachment has let go.
+    #[inline(always)]
+    pub fn has_let_go(&self, i: usize, j: usize) -> bool {
+        self.layout.has(Feature::Clamps)
+            && self
+                .arrays
+                .slid
+                .get(j * self.layout.chunks + i / CHUNK)
+                .is_some_and(|slid| slid[i % CHUNK] >= self.directions.grip)
+    }
+
+    /// Which attachment a held node belongs to.
+    pub fn attachment_of(&self, i: usize, j: usize) -> usize {
+        let side = usize::from(self.arrays.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
+        let (_, row) = self.layout.ply_and_row(j);
+        weave::attachment_of(self.scene.attachment.kind, self.layout.y.nodes, self.layout.upper, row, side)
+    }
+
+    /// (M25) The largest impulse of the clamp on every held node in a step.
+    #[inline(never)]
+    fn fill_holds(&mut self) {
+        let [nx, ny] = [self.layout.x.nodes as usize, self.layout.y.nodes as usize];
+        let dt = self.model.limits.dt;
+        let unit = self.model.unit_impulse / dt;
+        let runs_of = |j: usize| self.arrays.runs.get(j).copied().unwrap_or([0; 4]);
+        for j in 0..self.layout.nodes_y {
+            let ((ply, row), run) = (self.layout.ply_and_row(j), runs_of(j));
+            let first = self.layout.rows_of(ply)[0];
+            let whole = f64::from(self.scene.sheet.plies) * self.scene.attachment.hold / (unit * self.mass_share(ply));
+            for columns in [[run[0], run[1]], [run[2], run[3]]] {
+                for i in columns[0]..columns[1] {
+                    // Those of the same column that the same disc holds.
+                    let upper = row >= self.layout.upper;
+                    let same = |other: usize| {
+                        (other >= self.layout.upper) == upper && in_runs(&runs_of(first + other), i as usize)
+                    };
+                    let of_column = (0..self.layout.y.modelled()).filter(|&other| same(other)).count();
+                    let yarns = clamp::yarns_ending(
+                        &self.scene,
+                        [i as usize, row],
+                        [nx, ny],
+                        (columns[1] - columns[0]) as usize,
+                        of_column,
+                    );
+                    let hold = if whole > 0.0 { whole * yarns } else { f64::MAX };
+                    let place = j * self.layout.chunks + i as usize / CHUNK;
+                    if let Some(holds) = self.arrays.holds.get_mut(place) {
+                        holds[i as usize % CHUNK] = hold;
+                    }
+                }
+            }
+        }
     }
 
     /// The segment that starts at node (i, j), if there is one.
@@ -379,6 +434,9 @@ impl System<'_> {
             let [[a, b], [c, d]] = weave::runs_among(&self.scene, &places, layout.ply_and_row(j).1);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
+        if layout.has(Feature::Clamps) {
+            self.fill_holds();
+        }
         if let Some(hoop) = ring::Hoop::of(&self.scene) {
             for (ply, row) in self.arrays.hoop.chunks_exact_mut(self.layout.chunks.max(1)).enumerate() {
                 hoop.fill(row, self.directions.turn(ply));
@@ -440,6 +498,7 @@ impl System<'_> {
         }
         self.arrays.flags.fill(0);
         self.arrays.owed.fill(NOTHING_OWED);
+        self.arrays.slid.fill([0.0; CHUNK]);
         for j in 0..self.arrays.been_slack.len() {
             let Along { horizontal, vertical, .. } = self.directions_of_row(j);
             let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * slack::bit(axis);
@@ -567,13 +626,11 @@ impl System<'_> {
     /// Adds to the sums of its support what the fixed node (i, j) takes of the projectile: an impulse in units of m h and a pass, with
     /// the mass of a node of the front fabric.
     pub fn load_support(&mut self, i: usize, j: usize, impulse: &Vector) {
-        if !self.scene.track_support {
+        if !self.layout.supports {
             return;
         }
         let (kind, symmetry) = (self.scene.attachment.kind, self.scene.symmetry);
-        let side = usize::from(self.arrays.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
-        let (_, row) = self.layout.ply_and_row(j);
-        let at = weave::attachment_of(kind, self.layout.y.nodes, self.layout.upper, row, side);
+        let at = self.attachment_of(i, j);
         let pull = impulse * (self.share(i, j) * symmetry.share());
         self.state.sums.add_to_support(kind, at, &pull, symmetry);
     }

@@ -21,12 +21,21 @@ pub enum Outcome {
     Through = 4,
     /// Contact is over and the body leaves on the side from which it came: the sheet has stopped it.
     Rebounded = 5,
+    /// An attachment as a whole has let go; only with `attachment.strength`.
+    AttachmentFailed = 6,
 }
 
 impl Outcome {
     /// All outcomes in the order of their numbers.
-    pub const ALL: [Outcome; 6] =
-        [Outcome::Arrested, Outcome::Detached, Outcome::Exited, Outcome::Passed, Outcome::Through, Outcome::Rebounded];
+    pub const ALL: [Outcome; 7] = [
+        Outcome::Arrested,
+        Outcome::Detached,
+        Outcome::Exited,
+        Outcome::Passed,
+        Outcome::Through,
+        Outcome::Rebounded,
+        Outcome::AttachmentFailed,
+    ];
 
     /// Name for tables.
     pub fn name(self) -> &'static str {
@@ -37,6 +46,7 @@ impl Outcome {
             Outcome::Passed => "passed",
             Outcome::Through => "through",
             Outcome::Rebounded => "rebounded",
+            Outcome::AttachmentFailed => "attachment_failed",
         }
     }
 }
@@ -54,7 +64,7 @@ impl OutcomeSet {
 
     /// The outcomes of these bits, bit 0 being the first of [`Outcome::ALL`]; others are not counted.
     pub const fn from_bits(bits: u32) -> OutcomeSet {
-        OutcomeSet(bits & 0b11_1111)
+        OutcomeSet(bits & 0b111_1111)
     }
 
     /// A bit for each.

@@ -39,6 +39,7 @@ pub enum Feature {
     Casing,
     Vectors,
     Slip,
+    Clamps,
 }
 
 /// Whether a scene asks for something.
@@ -65,7 +66,7 @@ pub struct Record {
 use Feature::*;
 
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
-pub const FEATURES: [Record; 26] = [
+pub const FEATURES: [Record; 27] = [
     Record {
         feature: Rate,
         name: "rate",
@@ -320,6 +321,18 @@ pub const FEATURES: [Record; 26] = [
         not_with: &[],
         words: 0,
         about: "The read-out of crossings that would slip",
+    },
+    Record {
+        feature: Clamps,
+        name: "clamps",
+        built: cfg!(feature = "clamps"),
+        asked_by: &[
+            ("attachment.hold", |s| s.attachment.hold != 0.0),
+            ("attachment.strength", |s| s.attachment.strength != 0.0),
+        ],
+        not_with: &[Theta, Grading],
+        words: 1 + 4 * (3 + 1 + 1) + 3,
+        about: "Attachments that slip, let go and tear out",
     },
 ];
 

@@ -139,6 +139,12 @@ pub struct Attachment {
     pub disc_inset: f64,
     /// Four corners: radius r of the discs, m, > 0, and such that a disc holds a node.
     pub disc_radius: f64,
+    /// Force H at which the clamp lets a bar of one ply slip, N, >= 0; 0: without limit.
+    pub hold: f64,
+    /// Length of yarn in the clamp, m, >= 0; a node that has slid so far is free. 0: without end.
+    pub grip: f64,
+    /// Force at which one attachment as a whole lets go, mean over `force_window`, N, >= 0; 0: never.
+    pub strength: f64,
 }
 
 /// The yarn law and its scatter.

@@ -86,7 +86,14 @@ impl Scene {
             stack: Stack { plies: 1, gap: 0.0, turned: false },
             back: Back::PAPER,
             symmetry: Symmetry { mirror_x: false, mirror_y: false },
-            attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
+            attachment: Attachment {
+                kind: AttachmentKind::FourSides,
+                disc_inset: 7.62e-3,
+                disc_radius: 5.715e-3,
+                hold: 0.0,
+                grip: 0.0,
+                strength: 0.0,
+            },
             yarn: Yarn::PAPER,
             weft: Weft::LIKE_WARP,
             projectile: Projectile {
@@ -131,7 +138,14 @@ impl Scene {
         let length = 0.0381;
         Scene {
             sheet: Sheet { nodes_x: 350, nodes_y: 350, ..small.sheet },
-            attachment: Attachment { kind: AttachmentKind::TwoSides, disc_inset: 25.4e-3, disc_radius: 19.05e-3 },
+            attachment: Attachment {
+                kind: AttachmentKind::TwoSides,
+                disc_inset: 25.4e-3,
+                disc_radius: 19.05e-3,
+                hold: 0.0,
+                grip: 0.0,
+                strength: 0.0,
+            },
             projectile: Projectile {
                 shape: Shape::Cylinder,
                 length,

@@ -9,8 +9,8 @@ use crate::ground::planes::{AT_REST, Axis};
 use crate::scene::features::{self, Feature};
 use crate::scene::fields;
 use crate::scene::parts::{
-    AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, MAX_GAP, STEP_MAX_FRACTION, STRAIN_RATES, Scene,
-    Stack, StepCheck, StepLimits, Symmetry, TimeStep, WEIBULL_SHAPES,
+    Attachment, AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, MAX_GAP, STEP_MAX_FRACTION, STRAIN_RATES,
+    Scene, Stack, StepCheck, StepLimits, Symmetry, TimeStep, WEIBULL_SHAPES,
 };
 use crate::sheet::weave;
 use core::iter::StepBy;
@@ -431,6 +431,25 @@ impl Scene {
 
     #[inline(never)]
     fn check_attachment(&self) -> Result<(), Error> {
+        let Attachment { hold, grip, strength, .. } = self.attachment;
+        if grip > 0.0 && hold == 0.0 {
+            return Err(Error::new(Code::OutOfRange, "attachment.grip", grip, 0.0).from("attachment.hold"));
+        }
+        // What the sheet pulls at its attachments before anything has happened.
+        let across = [self.sheet.nodes_y, self.sheet.nodes_x].map(|bars| f64::from(bars) * f64::from(self.sheet.plies));
+        for (axis, bars) in [Axis::Horizontal, Axis::Vertical].into_iter().zip(across) {
+            let stretch = self.rest_stretch(axis);
+            let tension = self.mean_modulus(axis, false)
+                * self.area_of(axis, false)
+                * (0.5 * (stretch * stretch - 1.0))
+                * stretch;
+            let all = tension * bars * f64::from(self.stack.plies);
+            for (field, force, pull) in [("attachment.hold", hold, tension), ("attachment.strength", strength, all)] {
+                if force != 0.0 && force < pull {
+                    return Err(Error::new(Code::OutOfRange, field, force, pull).from("sheet.pre_strain"));
+                }
+            }
+        }
         if self.attachment.kind != AttachmentKind::FourCorners {
             return Ok(());
         }

@@ -5,6 +5,7 @@
 use crate::ground::planes::Axis;
 use crate::scene::parts::Scene;
 use crate::sheet::casing::Cylinder;
+use crate::sheet::clamp::LET_GO;
 use crate::sheet::draw::Arrangement;
 use crate::yarn::law::{DamageLaw, Rest, Viscosity};
 use crate::yarn::rate::RateLaw;
@@ -102,6 +103,8 @@ pub struct Directions {
     growth: f64,
     /// The case that a ring lies on.
     pub casing: Option<Cylinder>,
+    /// Distance, spacings, at which a held node has slid out of its clamp.
+    pub grip: f64,
 }
 
 impl Directions {
@@ -112,6 +115,7 @@ impl Directions {
         plies: Arrangement::SINGLE,
         growth: 0.0,
         casing: None,
+        grip: LET_GO,
     };
 
     /// Derives the directions of a scene for passes of dt, s, where they are: a copy would add to the stack of the caller. `of_back`:
@@ -121,6 +125,8 @@ impl Directions {
         self.plies = scene.arrangement();
         self.growth = if scene.is_curved() { scene.stack.gap / scene.sheet.radius } else { 0.0 };
         self.casing = Cylinder::of(scene);
+        let slips = scene.attachment.hold != 0.0 && scene.attachment.grip != 0.0;
+        self.grip = if slips { scene.attachment.grip / scene.sheet.spacing } else { LET_GO };
         self.front.derive(scene, dt, unit);
         if scene.back.plies > 0 {
             of_back.become_back();

@@ -1,5 +1,6 @@
 pub mod casing;
 pub mod check;
+pub(crate) mod clamp;
 pub mod direction;
 pub mod draw;
 pub mod grading;

@@ -9,13 +9,13 @@
 use crate::body::projectile::Motion;
 use crate::ground::error::Failure;
 use crate::ground::math;
-use crate::scene::fields::{ANGULAR_VELOCITY, ANY_SIGN, POSITION, QUATERNION, Quantity, RATIO, VELOCITY, quantity};
+use crate::scene::fields::{
+    ANGULAR_VELOCITY, ANY_SIGN, DURATION, FORCE, POSITION, QUATERNION, Quantity, RATIO, VELOCITY, quantity,
+};
 use crate::sim::simulation::{Contact, Counters, Fabric, Sim, Support};
 use crate::step::energy::{Energy, Ply};
 use core::slice::from_ref;
 
-/// Force.
-pub const FORCE: Quantity = quantity("Force", "N", "kN", ANY_SIGN, 1e4, "Force");
 /// Impulse.
 pub const IMPULSE: Quantity = quantity("Impulse", "N.s", "", ANY_SIGN, 1.0, "Force over time");
 /// Angular impulse.
@@ -154,6 +154,10 @@ pub const OUTPUTS: &[Output] = &[
         "Impulse of the sheet on all its supports since the start"),
     row("support.attachments", ("support.attachment_impulse", 350), &IMPULSE, &[4, 3], Get::Support(|support| support.attachments.as_flattened()),
         "The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)"),
+    row("support.force", ("support.attachment_force", 840), &FORCE, &[4], Get::Support(|support| &support.force),
+        "Mean force on each attachment over the last window of force_window; 0 before, and without a hold or a strength"),
+    row("support.let_go", ("support.let_go_time", 844), &DURATION, &[4], Get::Support(|support| &support.let_go),
+        "Time at which each attachment let go; 0: it has not"),
     row("support.casing", ("support.casing_impulse", 362), &IMPULSE, &[3], Get::Support(|support| &support.casing),
         "The same for the case of a ring"),
     row("projectile.position", ("state.position", 370), &POSITION, &[3], Get::Projectile(|motion| &motion.position),
@@ -179,6 +183,7 @@ pub const OUTPUTS: &[Output] = &[
     energy("energy.support_work", ("energy.support_work", 419), |energy| energy.support_work,
         "Work of the projectile on held nodes: the part of contact.work that the fabric did not get"),
     energy("energy.casing_loss", ("energy.casing_loss", 425), |energy| energy.casing_loss, "Kinetic energy lost where nodes of a ring meet its case"),
+    energy("energy.attachment", ("energy.attachment", 426), |energy| energy.attachment, "Energy dissipated in clamps in which held nodes have slid"),
     energy("energy.external_work", NO_FMI, |energy| energy.external_work, "Work of the external load on the projectile"),
     energy("energy.residual", ("energy.residual", 414), |energy| energy.residual, "What the energy balance does not close by"),
     row("fabric.max_deflection", ("fabric.max_deflection", 420), &POSITION, &[], Get::Fabric(|fabric| fabric.max_deflection),

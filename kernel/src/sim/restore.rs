@@ -12,6 +12,7 @@ use crate::memory::layout::HEADER_WORDS;
 use crate::memory::state::{COUNT_MAX, State, Visitor};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
+use crate::sheet::clamp::LET_GO;
 use crate::sheet::slack::GIVEN;
 use crate::sheet::weave::in_runs;
 use crate::sim::snapshot::header;
@@ -131,6 +132,7 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     let possible = -LARGEST_MOTION..=LARGEST_MOTION;
     let (across, layout) = (system.layout.x.segments(), system.layout);
     let (slack, drawn) = (system.layout.has(Feature::Slack), system.layout.has(Feature::Strength));
+    let clamps = layout.has(Feature::Clamps);
     let mut sound = true;
     for (j, run) in system.arrays.runs.iter().enumerate() {
         let strength = planes::row(system.arrays.strength, system.layout.chunks, j);
@@ -144,8 +146,11 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
             let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
             let node = node.map(real);
             let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
-            sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
+            sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x))
+                & !(moves && in_runs(run, i) && !clamps);
             words = rest;
+            sound &= !clamps || words.first().is_some_and(|&slid| real(slid) >= 0.0 && real(slid) <= LET_GO);
+            words = words.get(usize::from(clamps)..).unwrap_or_default();
             let viscous = layout.has(Feature::Viscosity);
             sound &= takes_numbers(&mut words, if viscous { 2 } else { 0 });
             for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, verticals)] {
@@ -191,6 +196,7 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
         (*been_slack, *words) = (u64::from_le_bytes(word) as u32, rest);
     }
     let past = planes::row_mut(system.arrays.past, chunks, j);
+    let slid = system.arrays.slid.get_mut(j * chunks..(j + 1) * chunks).unwrap_or_default();
     let verticals = layout.has_verticals(j);
     for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
         #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
@@ -200,6 +206,10 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
             *words = rest;
             for (plane, &word) in hot.iter_mut().zip(node) {
                 plane[lane] = real(word);
+            }
+            if let Some(slid) = slid.get_mut(c) {
+                let Some((&word, rest)) = words.split_first() else { return true };
+                (slid[lane], *words) = (real(word), rest);
             }
             if let Some(past) = past.get_mut(c) {
                 let Some(([x, y], rest)) = words.split_first_chunk() else { return true };

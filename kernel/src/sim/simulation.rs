@@ -57,6 +57,10 @@ pub struct Support {
     pub attachments: [[f64; 3]; 4],
     /// The case of a ring.
     pub casing: [f64; 3],
+    /// Mean force on each attachment over the last window of `force_window`, N; 0 before, and without slipping clamps.
+    pub force: [f64; 4],
+    /// Time at which each attachment let go, s; 0: it has not.
+    pub let_go: [f64; 4],
 }
 
 /// Extremes of the fabric at the present time.
@@ -474,7 +478,14 @@ impl<'a> Sim<'a> {
         let casing = self.system.state.sums.casing * self.system.model.unit_impulse;
         total += casing;
         let pose = &self.system.model.pose;
-        Ok(Support { total: pose.vector_out(total.into()), attachments, casing: pose.vector_out(casing.into()) })
+        let sums = &self.system.state.sums;
+        Ok(Support {
+            total: pose.vector_out(total.into()),
+            attachments,
+            casing: pose.vector_out(casing.into()),
+            force: sums.support_force,
+            let_go: sums.let_go.map(|step| step as f64 * self.system.model.limits.dt),
+        })
     }
 
     /// The energies, with a full pass over the sheet. Commits nothing.

@@ -9,7 +9,7 @@
 
 use crate::ground::error::{Code, Error};
 use crate::ground::hash::Hash;
-use crate::ground::planes::{self, MOMENT, PAST_PLANES, VISCOUS_STRESS};
+use crate::ground::planes::{self, CHUNK, MOMENT, PAST_PLANES, VISCOUS_STRESS};
 use crate::memory::layout::{HEADER_WORDS, MARK_WORDS};
 use crate::memory::state::Visitor;
 use crate::memory::system::System;
@@ -114,6 +114,9 @@ fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
         let verticals = layout.has_verticals(j);
         for i in 0..nx {
             (0..6).for_each(|plane| word(bits(planes::get(row, plane, i))));
+            if let Some(slid) = system.arrays.slid.get(j * chunks + i / CHUNK) {
+                word(slid[i % CHUNK].to_bits());
+            }
             if system.layout.has(Feature::Viscosity) {
                 (MOMENT..PAST_PLANES).for_each(|plane| word(bits(planes::get(past, plane, i))));
             }

@@ -222,6 +222,7 @@ pub(crate) fn end(system: &mut System<'_>) {
     for step in 0..system.block_steps {
         explicit::book_taken(system, 0, [0, system.layout.nodes_y], step);
         explicit::book_pulls(system, 0, [0, system.layout.nodes_y], step);
+        explicit::book_clamps(system, 0, [0, system.layout.nodes_y], step);
     }
     explicit::end_step(system);
 }

@@ -49,6 +49,8 @@ pub struct Energy {
     pub support_work: f64,
     /// Kinetic energy lost where nodes of a ring meet its case, J.
     pub casing_loss: f64,
+    /// Energy dissipated in clamps in which held nodes have slid, J.
+    pub attachment: f64,
 }
 
 /// (M15) The energies, with a full pass over the sheet. Commits nothing.
@@ -59,8 +61,15 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     let (fabric_kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
     let viscous = sums.viscous + viscosity::open(system);
-    let held =
-        fabric_kinetic + strain + dissipated + viscous + sums.friction + sums.ply_loss + sums.loss + sums.casing_loss;
+    let held = fabric_kinetic
+        + strain
+        + dissipated
+        + viscous
+        + sums.friction
+        + sums.ply_loss
+        + sums.loss
+        + sums.casing_loss
+        + sums.attachment;
     let residual = if prescribed {
         held - sums.work - sums.first_energy
     } else {
@@ -80,6 +89,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         ply_loss: sums.ply_loss,
         support_work: sums.support_work,
         casing_loss: sums.casing_loss,
+        attachment: sums.attachment,
     })
 }
 

@@ -22,12 +22,14 @@ use crate::memory::rows::Rows;
 use crate::memory::system::System;
 use crate::memory::terms::Terms;
 use crate::memory::viscous_rows::find_moments_of_row;
+use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
+use crate::sheet::clamp::LET_GO;
 use crate::sheet::slack::SEARCH_INTERVAL;
 use crate::sheet::sweep::Report;
 use crate::sheet::viscous::MomentsOfRow;
-use crate::sheet::weave;
+use crate::sheet::weave::{self, ATTACHMENTS};
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
 use crate::step::slackness;
@@ -173,6 +175,7 @@ fn book_sweep(system: &mut System<'_>) {
         let rows = system.awake_of(ply);
         book_taken(system, ply, rows, 0);
         book_pulls(system, ply, rows, 0);
+        book_clamps(system, ply, rows, 0);
         book_pushes(system, ply, rows);
     }
 }
@@ -290,6 +293,14 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
     taken.into_iter().flatten().for_each(|taken| system.state.sums.viscous += unit * taken);
 }
 
+/// Adds what the clamps of rows [first, end) of a ply have dissipated in a step of a block, the first one otherwise, lowest row first.
+#[inline(never)]
+pub(crate) fn book_clamps(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
+    let unit = system.model.unit_energy * system.mass_share(ply);
+    let of_rows = system.arrays.clamped.get(step * system.layout.nodes_y..).and_then(|rows| rows.get(first..end));
+    of_rows.into_iter().flatten().for_each(|work| system.state.sums.attachment += unit * work);
+}
+
 /// Books what a case has pushed rows [first, end) of a ply by, and what it has taken, lowest row first.
 #[inline(never)]
 pub(crate) fn book_pushes(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
@@ -332,6 +343,38 @@ fn close_window(system: &mut System<'_>) {
     let mean = math::length([w.x, w.y, w.z]) / (system.model.window_steps as f64 * system.model.limits.dt);
     sums.force_peak = math::max(mean, sums.force_peak);
     sums.window = Vector::zeros();
+    if system.layout.has(Feature::Clamps) {
+        test_attachments(system);
+    }
+}
+
+/// At the end of a force window: the mean force on each attachment, which lets go where that is more than its strength.
+#[inline(never)]
+fn test_attachments(system: &mut System<'_>) {
+    let (step, strength) = (system.state.step, system.scene.attachment.strength);
+    let unit = system.model.unit_impulse / (system.model.window_steps as f64 * system.model.limits.dt);
+    let sums = &mut system.state.sums;
+    let mut lets_go = [false; ATTACHMENTS];
+    for (at, lets_go) in lets_go.iter_mut().enumerate() {
+        let impulse = sums.support[at] - sums.window_support[at];
+        sums.window_support[at] = sums.support[at];
+        sums.support_force[at] = math::length(impulse.into()) * unit;
+        *lets_go = strength > 0.0 && sums.let_go[at] == 0 && sums.support_force[at] > strength;
+        sums.let_go[at] = if *lets_go { step } else { sums.let_go[at] };
+    }
+    if lets_go == [false; ATTACHMENTS] {
+        return;
+    }
+    let work = sums.work;
+    system.state.watch.latch(Outcome::AttachmentFailed, step, work);
+    for (i, j) in system.nodes() {
+        if system.is_fixed(i, j) && lets_go[system.attachment_of(i, j)] {
+            let place = j * system.layout.chunks + i / CHUNK;
+            if let Some(slid) = system.arrays.slid.get_mut(place) {
+                slid[i % CHUNK] = LET_GO;
+            }
+        }
+    }
 }
 
 /// Books what the sheet pulls at the fixed nodes of rows [first, end) of a ply in a step of a block, the first one otherwise, lowest row first.

@@ -16,7 +16,7 @@ use crate::body::path;
 use crate::body::pose::{Vector, into_body};
 use crate::ground::lanes::CacheLine;
 use crate::ground::math;
-use crate::ground::planes::{self, Axis, Chunk, HOT_PLANES};
+use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::memory::arrays::Arrays;
 use crate::memory::model::start_motion;
 use crate::memory::system::System;
@@ -493,6 +493,9 @@ fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight, course: 
 /// while the body is in the sheet, found without joining nodes.
 fn whole_yarn_is_in_the_way(system: &System<'_>, flight: &Flight) -> bool {
     let mut held = Held::NOTHING;
+    if system.layout.has(Feature::Clamps) {
+        return false; // A run of held nodes may have gaps.
+    }
     // Farther away whole yarn is seldom in the way, and looking at it would take as long as joining all nodes.
     let near = |j: &usize| distance(system, flight, *j) <= 2.0 * flight.reach;
     rows_from(system, flight).take_while(near).any(|j| {
@@ -639,7 +642,8 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
 /// Gives the label of the fixed nodes, if there are any.
 fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let Arrays { hot, shared, runs, .. } = &mut system.arrays;
+    let (clamps, grip) = (system.layout.has(Feature::Clamps), system.directions.grip);
+    let Arrays { hot, shared, runs, slid, .. } = &mut system.arrays;
     let mut sets = Components::new(CacheLine::words(shared).get_mut(..nx * ny).unwrap_or_default());
     join_live_segments(&mut sets, hot, chunks, [nx, ny]);
     if system.layout.x.is_closed() {
@@ -650,8 +654,11 @@ fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     // All fixed nodes into one component.
     let mut support = None;
     for (j, run) in runs.iter().enumerate() {
-        for i in (run[0]..run[1]).chain(run[2]..run[3]) {
-            let k = j * nx + i as usize;
+        for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
+            if clamps && slid.get(j * chunks + i / CHUNK).is_some_and(|slid| slid[i % CHUNK] >= grip) {
+                continue;
+            }
+            let k = j * nx + i;
             match support {
                 None => support = Some(k),
                 Some(first) => sets.join(first, k),

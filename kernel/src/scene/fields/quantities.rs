@@ -59,5 +59,7 @@ pub const MODULUS: Quantity = quantity("Modulus", "Pa", "GPa", 0.0, 1e11, "Young
 pub const DAMAGE_SLOPE: Quantity = quantity("DamageSlope", "1/Pa", "1/GPa", ANY_SIGN, 1e-9, "Damage rate per modulus");
 /// Rate of strain.
 pub const STRAIN_RATE: Quantity = quantity("StrainRate", "1/s", "", 0.0, 100.0, "Rate of strain");
+/// Force.
+pub const FORCE: Quantity = quantity("Force", "N", "kN", ANY_SIGN, 1e4, "Force");
 /// Length of time.
 pub const DURATION: Quantity = quantity("Duration", "s", "us", 0.0, 1e-6, "Length of time");

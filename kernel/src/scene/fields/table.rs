@@ -124,6 +124,15 @@ pub const FIELDS: &[Field] = &[
     real("attachment.disc_radius", |s| one(&mut s.attachment.disc_radius), &LENGTH, Range::Positive, 242,
         "Radius of the corner discs. Each must hold a node; they may neither overlap nor reach under the projectile. Read for four corners only")
         .read(four_corners),
+    real("attachment.hold", |s| one(&mut s.attachment.hold), &FORCE, Range::NotNegative, 756,
+        "Force H at which the clamp lets a bar of one ply slip (M25), for each bar that ends there; 0 = without limit. Velocity Verlet only; not with a graded network")
+        .image(Image::Later(0x6f_0000)),
+    real("attachment.grip", |s| one(&mut s.attachment.grip), &LENGTH, Range::NotNegative, 757,
+        "Length of yarn in the clamp: a node that has slid so far has been pulled out; 0 = without end. Read with a hold only")
+        .read(slipping).image(Image::LaterWhereRead),
+    real("attachment.strength", |s| one(&mut s.attachment.strength), &FORCE, Range::NotNegative, 758,
+        "Mean force over force_window at which one attachment as a whole lets go; 0 = never")
+        .image(Image::Later(0x70_0000)),
     // ---- Yarn
     real("yarn.modulus_mean", |s| one(&mut s.yarn.modulus_mean), &MODULUS, Range::Positive, 250, "Mean Young's modulus E of a segment (M3)"),
     real("yarn.modulus_sd", |s| one(&mut s.yarn.modulus_sd), &MODULUS, Range::NotNegative, 251,
@@ -296,6 +305,11 @@ const fn if_so(condition: bool) -> usize {
 type Text = &'static str;
 type Reals = fn(&mut Scene) -> &mut [f64];
 type Of = &'static Quantity;
+
+/// Whether clamps slip.
+fn slipping(scene: &Scene) -> usize {
+    if_so(scene.attachment.hold != 0.0)
+}
 
 const fn row(name: Text, place: Place, range: Range, fmi: u32, about: Text) -> Field {
     Field { name, place, quantity: None, range, read: |_| usize::MAX, image: Image::Always, fmi, about }

@@ -7,7 +7,7 @@ use super::pointers::{rows, rows_mut};
 use super::scratch::Scratch;
 use crate::ground::error::Failure;
 use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
-use crate::memory::rows::Rows;
+use crate::memory::rows::{Clamps, Rows};
 use crate::memory::system::System;
 use crate::memory::viscous_rows::{ViscousRows, find_moments_of_row, place_image_moments};
 use crate::scene::features::Feature;
@@ -360,6 +360,15 @@ impl Plan {
                     rows_mut(memory.pushes, chunks, first, count)
                 } else {
                     &mut []
+                },
+                clamps: if layout.has(Feature::Clamps) {
+                    Clamps {
+                        holds: rows(memory.holds, chunks, first, count),
+                        slid: rows_mut(memory.slid, chunks, first, count),
+                        work: rows_mut(memory.clamped, 1, step * layout.nodes_y + first, count),
+                    }
+                } else {
+                    Clamps::default()
                 },
                 ranges: rows_mut(memory.ranges, 1, first, count),
                 runs: rows(memory.runs, 1, first, count),

@@ -70,7 +70,7 @@ impl Plan {
                 above: from_raw_parts_mut(above.cast(), chunks),
                 carry: from_raw_parts_mut(carry.cast(), chunks),
                 viscous: from_raw_parts_mut(viscous.cast(), self.layout.viscous_rows_of_a_band() * chunks),
-                kept: from_raw_parts_mut(kept.cast(), self.layout.nodes_x),
+                kept: from_raw_parts_mut(kept.cast(), self.layout.kept_nodes()),
             }
         }
     }
