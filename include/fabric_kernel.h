@@ -379,6 +379,14 @@ typedef struct fk_scene_attachment {
     // Radius of the corner discs. Each must hold a node; they may neither overlap nor reach under the projectile. Read
     // for four corners only. In m, > 0. Default 0.01905 (3 in preset: 0.005715).
     double disc_radius;
+    // Force H at which the clamp lets a bar of one ply slip (M25), for each bar that ends there; 0 = without limit.
+    // Velocity Verlet only; not with a graded network. In N, >= 0. Default 0.
+    double hold;
+    // Length of yarn in the clamp: a node that has slid so far has been pulled out; 0 = without end. Read with a hold
+    // only. In m, >= 0. Default 0.
+    double grip;
+    // Mean force over force_window at which one attachment as a whole lets go; 0 = never. In N, >= 0. Default 0.
+    double strength;
 } fk_scene_attachment;
 
 // The yarn law and its scatter: a part of fk_scene.
@@ -649,6 +657,9 @@ typedef struct fk_scene {
 // Bit of the outcome "rebounded".
 #define FK_REBOUNDED 32
 
+// Bit of the outcome "attachment_failed"; it comes only with attachment.strength.
+#define FK_ATTACHMENT_FAILED 64
+
 // Bits of the outcomes that end a shot: arrested, exited, passed, rebounded.
 #define FK_ENDS 45
 
@@ -801,6 +812,10 @@ typedef struct fk_support {
     double attachments[4][3];
     // The case of a ring.
     double casing[3];
+    // Mean force on each attachment over the last window of `force_window`, N; 0 before, and without slipping clamps.
+    double force[4];
+    // Time at which each attachment let go, s; 0: it has not.
+    double let_go[4];
 } fk_support;
 
 // Energies (M15), J.
@@ -832,6 +847,8 @@ typedef struct fk_energy {
     double support_work;
     // Kinetic energy lost where nodes of a ring meet its case, J.
     double casing_loss;
+    // Energy dissipated in clamps in which held nodes have slid, J.
+    double attachment;
 } fk_energy;
 
 // What one ply of a stack holds.
@@ -906,10 +923,10 @@ typedef struct fk_outcome {
     uint32_t mask;
     // Step count at whose start the first impulse acted; FK_NEVER before.
     uint64_t first_contact;
-    // Step count at which arrested, detached, exited, passed, through, rebounded latched, in this order; FK_NEVER before.
-    uint64_t step[6];
+    // Step count at which arrested, detached, exited, passed, through, rebounded, attachment_failed latched, in this order; FK_NEVER before.
+    uint64_t step[7];
     // Work of the projectile on the fabric until then, J; 0 before.
-    double work[6];
+    double work[7];
 } fk_outcome;
 
 // What is in a capsule.

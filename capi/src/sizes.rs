@@ -42,7 +42,7 @@ structures! {
     fk_energy: 96,
     fk_fabric: 16,
     fk_counters: 104,
-    fk_outcome: 96,
+    fk_outcome: 128,
     fk_textile: 120,
     fk_ply: 32,
     fk_capsule: 56,

@@ -89,7 +89,7 @@ impl Meeting {
 mod tests {
     use super::*;
     use crate::memory::Buffers;
-    use fabric::{Outcome, Scene};
+    use fabric::Scene;
 
     /// Step count and digest at an outcome.
     fn ends_at(threads: u32) -> (u64, u64) {

@@ -1,4 +1,4 @@
-//! The binary interface: the symbols, the layout of every structure on several targets, and a host of an earlier release.
+//! The binary interface: the symbols, the layout of every structure on several targets.
 
 use crate::chosts::prefix;
 use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top};
@@ -20,10 +20,9 @@ pub fn run() -> Outcome {
     crate::chosts::installed()?;
     let symbols = symbols()?;
     let layouts = layouts()?;
-    old_host("first")?;
     println!(
         "figure 22: 0 unreviewed changes: {symbols} symbols and the header as committed, layout of every structure on \
-         {layouts} targets, a host of the first release runs"
+         {layouts} targets"
     );
     Ok(())
 }
@@ -63,24 +62,4 @@ fn layouts() -> Result<usize, String> {
     }
     println!("  layout as committed: {}", checked.join(", "));
     Ok(TARGETS.iter().filter(|(target, ..)| checked.iter().any(|one| one.starts_with(&format!("{target} (")))).count())
-}
-
-/// A host compiled against an earlier release's header, kept with it, runs with the present shared library.
-fn old_host(release: &str) -> Outcome {
-    let folder = emptied(target().join("hosts/old"))?;
-    let (program, library) = (folder.join(release), prefix().join("lib"));
-    let source = format!("tests/c/abi/{release}");
-    let host = format!("{source}/host.c");
-    let options = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-pedantic", "-I", &source, &host, "-o"];
-    let (shown, rpath) = (program.to_string_lossy(), format!("-Wl,-rpath,{}", library.display()));
-    let link = [&*shown, "-L", &library.to_string_lossy(), "-lfabric_kernel", &rpath];
-    command("gcc", &[&options[..], &link[..]].concat())?;
-    let printed = output(Path::new(&program), &[])?;
-    let digests = read(top().join("tests/c/digests"))?;
-    let wanted = digests.lines().find(|line| line.starts_with("small ")).unwrap_or_default();
-    if printed.trim() != wanted {
-        return Err(format!("{host} prints {printed} instead of {wanted}"));
-    }
-    println!("  a host of the {release} release runs with this library: {wanted}");
-    Ok(())
 }
