@@ -137,7 +137,7 @@ def history(
     figure, panels = new(8.5, 11.0, rows=4, sharex=True)
     energies = {
         "work": "absorbed", "fabric_kinetic": "fabric kinetic", "strain": "strain", "dissipated": "dissipated by rupture", "viscous": "taken by viscosity",
-        "friction": "friction", "ply_loss": "lost where plies meet", "casing_loss": "lost on the case",
+        "friction": "friction", "ply_loss": "lost where plies meet", "casing_loss": "lost on the case", "attachment": "dissipated in clamps",
         "contact_loss": "contact loss", "residual": "residual",
     }  # fmt: skip
     for panel, columns, label in (

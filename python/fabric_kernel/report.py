@@ -16,7 +16,7 @@ from .runs import STOPPED
 UNITS = dict.fromkeys(("dt", "time", "force_window"), "s") | {"peak_force": "N", "initial_momentum": "N s", "momentum_residual": "N s"}
 UNITS |= dict.fromkeys(("ply_penetration", "worst_penetration", "max_deflection"), "m")
 UNITS |= dict.fromkeys((
-    "initial_kinetic_energy", "absorbed", "support_work", "fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "contact_loss",
+    "initial_kinetic_energy", "absorbed", "support_work", "fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "attachment", "contact_loss",
     "energy_residual",
 ), "J")  # fmt: skip
 

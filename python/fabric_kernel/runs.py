@@ -33,7 +33,7 @@ UNITS = {
     "N": ("force_",),
     "J": (
         "work", "external_work", "initial_kinetic", "residual_kinetic", "absorbed", "support_work", "projectile_kinetic", "fabric_kinetic", "strain", "dissipated",
-        "viscous", "friction", "ply_loss", "casing_loss", "contact_loss", "energy_residual", "residual",
+        "viscous", "friction", "ply_loss", "casing_loss", "attachment", "contact_loss", "energy_residual", "residual",
     ),
 }  # fmt: skip
 """SI units of the columns of tables, by the beginnings of their names."""
@@ -63,7 +63,7 @@ def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS)
     - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s: after "arrested" that of the rebound; `angular_velocity_x`, `_y`, `_z`, rad/s;
     - `initial_kinetic`, `residual_kinetic`: kinetic energy of the projectile at the start and at the end, J;
     - `absorbed`: work of the projectile on the fabric, J; `support_work`: what of it went into held nodes; `force_peak`: largest mean force over a force window, N;
-    - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `casing_loss`, `contact_loss`, `energy_residual`: the energy
+    - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `casing_loss`, `attachment`, `contact_loss`, `energy_residual`: the energy
       balance at the end, J;
     - `max_deflection`: largest deflection of held cloth in the run, m, seen every SAMPLE steps and at the end (`plot.profile` draws the back face);
     - `failed_segments`: segments that have failed;
@@ -116,7 +116,7 @@ def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False
     row |= {f"angular_velocity_{axis}": part for axis, part in zip("xyz", body.get("angular_velocity", [None] * 3))}
     row |= {"initial_kinetic": initial, "residual_kinetic": energy.get("projectile_kinetic"), "absorbed": contact.get("work")}
     row |= {"support_work": energy.get("support_work"), "force_peak": contact.get("force_peak")}
-    parts = ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "contact_loss")
+    parts = ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "attachment", "contact_loss")
     row |= {name: energy.get(name) for name in parts} | {"energy_residual": energy.get("residual")}
     row["max_deflection"] = None if failed else deepest
     row |= {name: counters[name] for name in ("failed_segments", "unconverged", "ply_penetration", "beyond_fine")}

@@ -163,6 +163,7 @@ impl Serialize for Summary {
             ("ply_penetration", json!(counters.ply_penetration)),
             ("plies", json!(self.plies)),
             ("casing_loss", json!(energy.casing_loss)),
+            ("attachment", json!(energy.attachment)),
             ("contact_loss", json!(energy.contact_loss)),
             ("energy_residual", json!(energy.residual)),
             ("energy_residual_relative", json!(self.open_part())),

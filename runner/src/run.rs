@@ -83,6 +83,7 @@ const COLUMNS: [(&str, &str); 21] = [
     ("ply_loss_j", "energy.ply_loss"),
     ("support_work_j", "energy.support_work"),
     ("casing_loss_j", "energy.casing_loss"),
+    ("attachment_j", "energy.attachment"),
     ("energy_residual_j", "energy.residual"),
     ("momentum_residual_n_s", "momentum.residual"),
     ("failed_segments", "counters.failed_segments"),
@@ -365,6 +366,9 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     if scene.casing.radius != 0.0 {
         row("impulse on the case", format!("{} mN s", vector(support.casing.map(|x| 1e3 * x), 3)));
         row("lost on the case", format!("{:.4} J", energy.casing_loss));
+    }
+    if scene.attachment.hold != 0.0 {
+        row("dissipated in clamps", format!("{:.4} J", energy.attachment));
     }
     row("energy residual", format!("{:.3e} J = {percent:.4} % of the start", energy.residual));
     row("momentum residual", format!("{:.3e} N s", summary.momentum_residual));

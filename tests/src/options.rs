@@ -46,6 +46,10 @@ pub const GROUPS: &[&[Choice]] = &[
         of("light back", |s| (s.stack.plies, s.back.plies, s.back.node_mass) = (3, 2, 0.6 * s.sheet.node_mass)),
     ],
     &[of("friction", |s| s.contact.friction = 0.3)],
+    &[
+        of("slipping clamps", |s| (s.attachment.hold, s.attachment.grip) = (20.0, 1e-3)),
+        of("attachments of a strength", |s| s.attachment.strength = 200.0),
+    ],
     &[of("viscosity", |s| *s = as_proposed(*s))],
     &[of("rate of strain", |s| *s = rated(*s, 1700.0))],
     &[of("slack balance", |s| s.slack_balance = true), of("theta rule", |s| s.integrator = Integrator::THETA)],

@@ -17,7 +17,7 @@ const FINE = 8;
 const MOST_BYTES = 160e6;
 const MOST_IMAGES = 64;
 
-const ENERGIES = ["projectile_kinetic", "fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "support_work", "casing_loss", "residual"] as const;
+const ENERGIES = ["projectile_kinetic", "fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "support_work", "casing_loss", "attachment", "residual"] as const;
 
 /** Snapshots of a run, every so many rows; when there are too many, every second one is given up. */
 class Images {
@@ -108,7 +108,7 @@ class Run {
     if (this.row <= this.known) return;
     this.known = this.row;
     const { position, velocity, angularVelocity } = this.sim.projectile();
-    const [kinetic = 0, fabric = 0, strain = 0, dissipated = 0, viscous = 0, friction = 0, plies = 0, held = 0, onCasing = 0, residual = 0] = this.sim.energies(ENERGIES);
+    const [kinetic = 0, fabric = 0, strain = 0, dissipated = 0, viscous = 0, friction = 0, plies = 0, held = 0, onCasing = 0, clamps = 0, residual = 0] = this.sim.energies(ENERGIES);
     const { deflection, stretch } = this.sim.extremes();
     // As `fabric run` writes it, to the bit.
     const since = steps * this.sim.dt - (steps - ROW) * this.sim.dt;
@@ -121,7 +121,7 @@ class Run {
       angular_velocity_x_rad_per_s: of(angularVelocity, 0), angular_velocity_y_rad_per_s: of(angularVelocity, 1), angular_velocity_z_rad_per_s: of(angularVelocity, 2),
       force_x_n: force(0), force_y_n: force(1), force_z_n: force(2),
       contact_work_j: work, contact_loss_j: loss, projectile_kinetic_j: kinetic, fabric_kinetic_j: fabric, strain_j: strain, dissipated_j: dissipated,
-      viscous_j: viscous, friction_j: friction, ply_loss_j: plies, support_work_j: held, casing_loss_j: onCasing, energy_residual_j: residual,
+      viscous_j: viscous, friction_j: friction, ply_loss_j: plies, support_work_j: held, casing_loss_j: onCasing, attachment_j: clamps, energy_residual_j: residual,
       momentum_residual_n_s: this.sim.momentumResidual(), failed_segments: failed, contacts, max_deflection_m: deflection, max_stretch: stretch,
     });
   }
