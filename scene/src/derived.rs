@@ -87,6 +87,30 @@ pub fn radius(given: &Given) -> Result<Option<f64>> {
     Ok(positive(given, "projectile.diameter")?.map(|diameter| 0.5 * diameter))
 }
 
+/// Force at which one yarn of the scene breaks, N: that of its law at the critical stretch U, E A (U^2 - 1)/2 U, of a bar of one ply.
+pub fn yarn_strength(scene: &Scene) -> f64 {
+    let stretch = scene.yarn.critical_stretch;
+    scene.yarn.modulus_mean * scene.sheet.yarn_area * (0.5 * (stretch * stretch - 1.0)) * stretch
+}
+
+/// How many yarns a bar stands for, as the file says it.
+pub fn yarns_per_bar(given: &Given) -> f64 {
+    of(given, "sheet.yarns_per_bar").and_then(|value| units::number(value, "1")).unwrap_or(1.0)
+}
+
+/// The force for "0.4 of the yarn", N a yarn, which is a part of its strength; None of anything else.
+pub fn hold(value: &Value, given: &Given, scene: &Scene) -> Result<Option<f64>> {
+    let Some(part) = value.as_str().and_then(|text| text.strip_suffix("of the yarn")) else { return Ok(None) };
+    match part.trim().parse::<f64>() {
+        // The area is that of a bar by now.
+        Ok(part) if (0.0..=100.0).contains(&part) => Ok(Some(part * yarn_strength(scene) / yarns_per_bar(given))),
+        _ => bad(
+            "attachment.hold",
+            format!("attachment.hold = {value}: the part of the yarn's strength must be from 0 to 100"),
+        ),
+    }
+}
+
 /// Network and number of nodes. `counted`: whether the file has the number of nodes along x and along y.
 pub fn sheet(given: &Given, scene: &mut Scene, counted: [bool; 2]) -> Result<()> {
     let before = scene.half_size();

@@ -174,6 +174,7 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     wrong.extend(derived::conflicts(&given).map(Into::into));
     let (own, mut given): (Vec<_>, Vec<_>) =
         given.into_iter().partition(|(key, _)| derived::KEYS.iter().any(|(known, ..)| key == known));
+    let hold = given.iter().position(|(key, _)| key == "attachment.hold").map(|place| given.remove(place));
     match derived::radius(&own) {
         Ok(radius) => given.extend(radius.map(|radius| ("projectile.radius".to_string(), radius.into()))),
         Err(error) => wrong.push(error),
@@ -194,6 +195,14 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     }
     for (key, value) in others {
         assign(scene, key, value).map_or_else(|error| wrong.push(error), |field| changed.extend(field));
+    }
+    if let Some((key, value)) = &hold {
+        match derived::hold(value, &own, scene) {
+            Ok(Some(force)) => scene.attachment.hold = force,
+            Ok(None) => wrong.extend(assign(scene, key, value).err()),
+            Err(error) => wrong.push(error),
+        }
+        scene.attachment.hold *= derived::yarns_per_bar(&own);
     }
     if scene.casing.radius == radius {
         // A case that bears a ring is as wide as that which its nodes close.
