@@ -186,6 +186,7 @@ class Energy(TypedDict):
     contact_work: float  # J: The same as contact.work
     support_work: float  # J: Work of the projectile on held nodes: the part of contact.work that the fabric did not get
     casing_loss: float  # J: Kinetic energy lost where nodes of a ring meet its case
+    attachment: float  # J: Energy dissipated in clamps in which held nodes have slid
     external_work: float  # J: Work of the external load on the projectile
     residual: float  # J: What the energy balance does not close by
 
@@ -208,6 +209,8 @@ class Projectile(TypedDict):
 class Support(TypedDict):
     total: Vector  # N.s: Impulse of the sheet on all its supports since the start
     attachments: tuple[Vector, Vector, Vector, Vector]  # N.s: The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)
+    force: Quaternion  # N: Mean force on each attachment over the last window of force_window; 0 before, and without a hold or a strength
+    let_go: Quaternion  # s: Time at which each attachment let go; 0: it has not
     casing: Vector  # N.s: The same for the case of a ring
 
 # End of what is made.

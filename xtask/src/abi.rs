@@ -1,8 +1,7 @@
 //! The binary interface: the symbols, the layout of every structure on several targets.
 
 use crate::chosts::prefix;
-use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top};
-use std::path::Path;
+use crate::tools::{Outcome, found, output, read, run as command, top};
 
 /// A target, its C and its C++ compiler, and what they need to be told.
 const TARGETS: [(&str, [&str; 2], &[&str]); 7] = [

@@ -368,7 +368,7 @@ fn test_attachments(system: &mut System<'_>) {
     let work = sums.work;
     system.state.watch.latch(Outcome::AttachmentFailed, step, work);
     for (i, j) in system.nodes() {
-        if system.is_fixed(i, j) && lets_go[system.attachment_of(i, j)] {
+        if system.is_fixed(i, j) && lets_go.get(system.attachment_of(i, j)) == Some(&true) {
             let place = j * system.layout.chunks + i / CHUNK;
             if let Some(slid) = system.arrays.slid.get_mut(place) {
                 slid[i % CHUNK] = LET_GO;
