@@ -21,7 +21,6 @@ mod oscillator;
 mod outcomes;
 mod plies;
 mod prescribed;
-
 mod rate;
 mod rings;
 mod rotation;
