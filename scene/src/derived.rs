@@ -74,10 +74,7 @@ fn within(given: &Given, key: &str, allowed: impl Fn(f64) -> bool, range: &str) 
             let asked = others.first().map_or(String::new(), |other| format!("; did you mean {other}?"));
             bad(key, format!("{key} = {number}: must be {range}{asked}"))
         }
-        None => {
-            let [expected, meant] = [units::expected(si), units::meant(value, si, &allowed)];
-            bad(key, format!("{key} = {}: must be a number{expected}{meant}", short(&value.to_string())))
-        }
+        None => units::refused(key, value, si, "", &allowed),
     }
 }
 
