@@ -29,6 +29,7 @@ const data = {
   constants: Object.fromEntries(pairs(read(top, "include/fabric_kernel.h"), /^#define (FK_\w+) (-?\d+)$/gm).map(([name, value]) => [name, Number(value)])),
   pinned: Object.fromEntries(pairs(read(top, "tests/golden/digests"), /^(\w+) ([0-9a-f]{16})$/gm)),
   fabrics: {},
+  fragments: {},
   native: {},
 };
 
@@ -51,11 +52,16 @@ const PRESET = 'preset = "sheet_3in_sphere"\n';
 const plain = parameters(written("scenes/preset.toml", PRESET));
 const number = (text) => (text === "true" ? 1 : text === "false" ? 0 : Number(text));
 const [[fabrics]] = pairs(read(here, "index.html"), /<select id="fabric"([^]*?)<\/select>/g);
-for (const [name] of pairs(fabrics, /value="(\w+)"/g)) {
-  const changed = Object.entries(parameters(written(`scenes/fabric-${name}.toml`, `${PRESET}[fabric]\nname = "${name}"\n`))).filter(([key, text]) => plain[key] !== text);
-  data.fabrics[name] = Object.fromEntries(changed.map(([key, text]) => [key, text.replace(/[[\]]/g, "").split(",").map((part) => number(part.trim()))]));
-  if (Object.values(data.fabrics[name]).flat().some(Number.isNaN)) throw new Error(`${name}: not a number`);
+/** What a scene file changes in the preset. */
+function changes(name, text) {
+  const changed = Object.entries(parameters(written(`scenes/${name}.toml`, PRESET + text))).filter(([key, text]) => plain[key] !== text && key !== "projectile.shape");
+  const found = Object.fromEntries(changed.map(([key, text]) => [key, text.replace(/[[\]]/g, "").split(",").map((part) => number(part.trim()))]));
+  if (Object.values(found).flat().some(Number.isNaN)) throw new Error(`${name}: not a number`);
+  return found;
 }
+for (const [name] of pairs(fabrics, /value="(\w+)"/g)) data.fabrics[name] = changes(`fabric-${name}`, `[fabric]\nname = "${name}"\n`);
+const [[calibres]] = pairs(read(here, "index.html"), /<select id="calibre"([^]*?)<\/select>/g);
+for (const [name] of pairs(calibres, /value="(.+?)"/g)) data.fragments[name] = changes("fragment", `[projectile]\nshape = "fsp"\ncalibre = "${name}"\n`);
 
 const bundled = async (entry, format, modules) => {
   const plugin = {

@@ -180,8 +180,8 @@ const tests = {
     server.close();
   },
 
-  async "ends three scenes with the native library's bits"() {
-    for (const name of ["hole", "sector", "kevlar"]) {
+  async "ends four scenes with the native library's bits"() {
+    for (const name of ["hole", "sector", "kevlar", "chisel"]) {
       const page = await open();
       await says(page, /Ready/);
       await page.selectOption("#named", name);

@@ -209,5 +209,7 @@ mod tests {
                 assert_eq!((error.code, error.field, error.limit), (Code::StructSize, "grown", 24.0));
             }
         }
+        // A scene of zeros.
+        assert_eq!(known_size::<fk_scene>(0).unwrap_err().with, "fk_scene_default, which fills it");
     }
 }

@@ -258,6 +258,16 @@ class Ensembles(InFolder):
         simulation.step(600)
         self.assertEqual(simulation.counters()["beyond_fine"], row["beyond_fine"])
 
+    def test_a_scene_by_name_flies_and_a_pipe_that_closes_ends_a_command_quietly(self):
+        self.assertEqual(fk.fly("sheet_3in_sphere", steps=50), fk.fly(fk.Scene(), steps=50))
+        self.assertRaisesRegex(FileNotFoundError, 'no_preset: No such file, and no preset: .*"ring_40in"', fk.fly, "no_preset")
+        (self.folder / "scene.toml").write_text(BASE.text())
+        call = [sys.executable, "-c", "from fabric_kernel.fragments import main; main()", "scene.toml", "--velocities", "90", "--shots", "1"]
+        with subprocess.Popen(call, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+            program.stdout.close()
+            said = program.stderr.read()
+        self.assertEqual((program.returncode, "roken" in said or "Traceback" in said), (141, False), said)
+
     def test_runs_that_are_equal_because_nothing_is_drawn_are_told(self):
         cloth = fk.Scene(fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 31, "nodes_y": 31}).aimed()
         with self.assertWarnsRegex(RuntimeWarning, "^4 of 4 runs have the result of another run.*seed"):

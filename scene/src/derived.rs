@@ -7,7 +7,7 @@ use crate::notes::unlikely_body;
 use crate::{BadKey, Result, bad, polyhedron, reals, short, units};
 use fabric::math::{abs, cos, length, round, sin};
 use fabric::pose::{Pose, Vector, into_body, normalised};
-use fabric::{Drive, Scene, Shape, Solid};
+use fabric::{Drive, MAX_FACES, Projectile, Scene, Shape, Solid};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use toml::{Table, Value};
 
@@ -40,6 +40,12 @@ const PLANES: &str = "projectile.faces.planes";
 /// Materials of projectiles with their densities and sources.
 const MATERIALS: &str = include_str!("materials.toml");
 
+/// Sizes of fragment simulators with their sources.
+const FRAGMENTS: &str = include_str!("fragments.toml");
+
+/// Most vertices that a file may give.
+const MOST_VERTICES: usize = 64;
+
 /// Keys and their values.
 pub type Given = Vec<(String, Value)>;
 
@@ -53,7 +59,7 @@ pub fn conflicts(given: &Given) -> impl Iterator<Item = BadKey> {
     })
 }
 
-pub(crate) fn of<'a>(given: &'a Given, key: &str) -> Option<&'a Value> {
+fn of<'a>(given: &'a Given, key: &str) -> Option<&'a Value> {
     given.iter().find(|(name, _)| name == key).map(|(_, value)| value)
 }
 
@@ -68,14 +74,11 @@ fn within(given: &Given, key: &str, allowed: impl Fn(f64) -> bool, range: &str) 
             let asked = others.first().map_or(String::new(), |other| format!("; did you mean {other}?"));
             bad(key, format!("{key} = {number}: must be {range}{asked}"))
         }
-        None => {
-            let [expected, meant] = [units::expected(si), units::meant(value, si, &allowed)];
-            bad(key, format!("{key} = {}: must be a number{expected}{meant}", short(&value.to_string())))
-        }
+        None => units::refused(key, value, si, "", &allowed),
     }
 }
 
-pub(crate) fn positive(given: &Given, key: &str) -> Result<Option<f64>> {
+fn positive(given: &Given, key: &str) -> Result<Option<f64>> {
     within(given, key, |x| x > 0.0 && x.is_finite(), "greater than 0 and finite")
 }
 
@@ -187,12 +190,66 @@ pub fn written_material(textiles: &Table, scene: &Scene) -> Option<String> {
     same.then(|| format!("# The mass, {} kg, follows from it.\n{source}{body}", again.projectile.mass))
 }
 
+/// Gives the projectile faces, mass and moments, if the file has a fragment simulator or vertices, and returns whether it has. `density` and
+/// `mass`: those of the file, kg/m^3 and kg; `steel`: density of a fragment simulator.
+fn shape(given: &Given, body: &mut Projectile, density: Option<f64>, mass: Option<f64>, steel: f64) -> Result<bool> {
+    const VERTICES: &str = "projectile.vertices";
+    if of(given, FSP).is_some() {
+        let (mass, diameter) = size(given, mass)?;
+        let Some(planes) = polyhedron::chisel(mass / steel, diameter) else {
+            let text = format!(
+                "{mass} kg of steel are too short for a chisel nose {diameter} m wide: give another mass or diameter"
+            );
+            return bad("projectile.diameter", format!("projectile.diameter: {text}"));
+        };
+        polyhedron::set(body, &planes, |volume| mass / volume);
+        return Ok(true);
+    }
+    if of(given, "projectile.calibre").is_some() {
+        return bad("projectile.calibre", "projectile.calibre: read with shape = \"fsp\" only".into());
+    }
+    let Some(value) = of(given, VERTICES) else { return Ok(false) };
+    let refused = |text: String| bad(VERTICES, format!("{VERTICES}: {text}"));
+    let mut numbers = Vec::new();
+    if reals(value, &[MOST_VERTICES, 3], &|_| "m", &mut numbers).is_none() || !numbers.iter().all(|x| x.is_finite()) {
+        return refused(format!("must be at most {MOST_VERTICES} rows of 3 numbers{}", units::expected("m")));
+    }
+    if body.shape != Shape::Polyhedron {
+        return refused("read with shape = \"polyhedron\" only".into());
+    }
+    let Some(weighed) = density.or(mass) else {
+        return refused("no mass: give projectile.material, density or mass".into());
+    };
+    let planes = polyhedron::hull(&numbers);
+    if !(4..=MAX_FACES).contains(&planes.len()) {
+        return refused(format!("the convex hull has {} faces; there may be 4 to {MAX_FACES}", planes.len()));
+    }
+    polyhedron::set(body, &planes, |volume| if density.is_some() { weighed } else { weighed / volume });
+    Ok(true)
+}
+
+/// Mass, kg, and diameter, m, of a fragment simulator: of its calibre, or as they are given.
+fn size(given: &Given, mass: Option<f64>) -> Result<(f64, f64)> {
+    let key = "projectile.calibre";
+    let known: Table = FRAGMENTS.parse()?;
+    let calibre = of(given, key);
+    let number = |part: &str, si| units::number(known.get(calibre?.as_str()?)?.get(part)?, si);
+    let found = match calibre {
+        Some(_) => number("mass", "kg").zip(number("diameter", "m")),
+        None => mass.zip(positive(given, "projectile.diameter")?),
+    };
+    let names = known.keys().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+    let value = calibre.map_or("missing".into(), |value| short(&value.to_string()).to_string());
+    let text = format!("{key}: {value}: one of {names}; of another fragment give projectile.mass and diameter");
+    found.map_or_else(|| bad(key, text), Ok)
+}
+
 /// Shape of a polyhedron, mass of a material, and where the projectile hits. `weighed`: whether the file has the mass.
 pub fn projectile(given: &Given, scene: &mut Scene, weighed: bool) -> Result<()> {
     let material = of(given, "projectile.material").map(density_of).transpose()?;
     let density = positive(given, "projectile.density")?.or(material);
     let mass = weighed.then_some(scene.projectile.mass);
-    if !polyhedron::shape(given, &mut scene.projectile, density, mass, density_of(&"steel".into())?)?
+    if !shape(given, &mut scene.projectile, density, mass, density_of(&"steel".into())?)?
         && let Some(density) = density
     {
         let Some(volume) = volume(&scene.projectile) else {

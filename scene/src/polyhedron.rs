@@ -6,17 +6,11 @@
 //! the cylinder, with its cross-section: they are 1.2 % nearer to the axis than its surface, their edges 2.3 % farther away.
 //! Mass and cross-section are those of the round body, volume and moments within 0.05 % (test).
 
-use crate::derived::{FSP, Given, of, positive};
-use crate::{Result, bad, reals, short, units};
 use fabric::math::{abs, cos, length, sin, sqrt};
 use fabric::pose::{Vector, components, quaternion};
-use fabric::{Faces, MAX_FACES, Projectile, Scene, Shape, Solid};
+use fabric::{Faces, Projectile, Scene, Shape, Solid};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::f64::consts::PI;
-use toml::Table;
-
-/// Sizes of fragment simulators with their sources.
-const FRAGMENTS: &str = include_str!("fragments.toml");
 
 /// Width of the strip of a chisel nose over the diameter: 2.54 of 5.46 mm, 9.27 of 19.9 mm (MIL-P-46593A, from memory).
 const STRIP: f64 = 0.465;
@@ -24,77 +18,14 @@ const STRIP: f64 = 0.465;
 /// Angle between strip and bevel, rad.
 const BEVEL: f64 = 35.0 / 180.0 * PI;
 
-/// Most vertices that a file may give.
-const MOST_VERTICES: usize = 64;
-
 /// Distance from a plane over the reach of a body below which a point is on it.
 const SAME: f64 = 1e-9;
 
 /// Outward unit normal and distance from a point inside, m.
-type Plane = [f64; 4];
-
-/// Gives the projectile faces, mass and moments, if the file has a fragment simulator or vertices, and returns whether it has. `density` and
-/// `mass`: those of the file, kg/m^3 and kg; `steel`: density of a fragment simulator.
-pub fn shape(
-    given: &Given,
-    body: &mut Projectile,
-    density: Option<f64>,
-    mass: Option<f64>,
-    steel: f64,
-) -> Result<bool> {
-    const VERTICES: &str = "projectile.vertices";
-    if of(given, FSP).is_some() {
-        let (mass, diameter) = size(given, mass)?;
-        let Some(planes) = chisel(mass / steel, diameter) else {
-            let text = format!(
-                "{mass} kg of steel are too short for a chisel nose {diameter} m wide: give another mass or diameter"
-            );
-            return bad("projectile.diameter", format!("projectile.diameter: {text}"));
-        };
-        set(body, &planes, |volume| mass / volume);
-        return Ok(true);
-    }
-    if of(given, "projectile.calibre").is_some() {
-        return bad("projectile.calibre", "projectile.calibre: read with shape = \"fsp\" only".into());
-    }
-    let Some(value) = of(given, VERTICES) else { return Ok(false) };
-    let refused = |text: String| bad(VERTICES, format!("{VERTICES}: {text}"));
-    let mut numbers = Vec::new();
-    if reals(value, &[MOST_VERTICES, 3], &|_| "m", &mut numbers).is_none() || !numbers.iter().all(|x| x.is_finite()) {
-        return refused(format!("must be at most {MOST_VERTICES} rows of 3 numbers{}", units::expected("m")));
-    }
-    if body.shape != Shape::Polyhedron {
-        return refused("read with shape = \"polyhedron\" only".into());
-    }
-    let Some(weighed) = density.or(mass) else {
-        return refused("no mass: give projectile.material, density or mass".into());
-    };
-    let planes = hull(&numbers);
-    if !(4..=MAX_FACES).contains(&planes.len()) {
-        return refused(format!("the convex hull has {} faces; there may be 4 to {MAX_FACES}", planes.len()));
-    }
-    set(body, &planes, |volume| if density.is_some() { weighed } else { weighed / volume });
-    Ok(true)
-}
-
-/// Mass, kg, and diameter, m, of a fragment simulator: of its calibre, or as they are given.
-fn size(given: &Given, mass: Option<f64>) -> Result<(f64, f64)> {
-    let key = "projectile.calibre";
-    let known: Table = FRAGMENTS.parse()?;
-    let calibre = of(given, key);
-    let number = |part: &str, si| units::number(known.get(calibre?.as_str()?)?.get(part)?, si);
-    let found = match calibre {
-        Some(_) => number("mass", "kg").zip(number("diameter", "m")),
-        None => mass.zip(positive(given, "projectile.diameter")?),
-    };
-    let names = known.keys().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
-    let value = calibre.map_or("missing".into(), |value| short(&value.to_string()).to_string());
-    let text = format!("{key}: {value}: one of {names}; of another fragment give projectile.mass and diameter");
-    found.map_or_else(|| bad(key, text), Ok)
-}
+pub type Plane = [f64; 4];
 
 /// Planes of a fragment simulator, its strip ahead at +z and along y; none if the bevels reach its tail.
-fn chisel(volume: f64, diameter: f64) -> Option<Vec<Plane>> {
+pub fn chisel(volume: f64, diameter: f64) -> Option<Vec<Plane>> {
     let section = 0.25 * PI * diameter * diameter;
     // A polygon of 12 sides has 12 tan(15 deg) times the square of this.
     let across = sqrt(section / (12.0 * (2.0 - sqrt(3.0))));
@@ -118,7 +49,7 @@ fn gap([x, y, z, distance]: &Plane, p: &Vector) -> f64 {
 }
 
 /// Planes of the convex hull of points, each once, about their mean.
-fn hull(numbers: &[f64]) -> Vec<Plane> {
+pub fn hull(numbers: &[f64]) -> Vec<Plane> {
     let points: Vec<Vector> = numbers.chunks(3).map(Vector::from_column_slice).collect();
     let mean = points.iter().sum::<Vector>() / points.len() as f64;
     let points: Vec<Vector> = points.iter().map(|point| point - mean).collect();
@@ -166,7 +97,7 @@ fn integrals(planes: &[Plane]) -> (f64, Vector, Matrix3<f64>) {
 
 /// Makes a projectile the polyhedron of these planes, with a density that depends on its volume, kg/m^3. Its axes become the principal ones, its
 /// origin the centre of mass; the orientation turns along.
-fn set(body: &mut Projectile, planes: &[Plane], density: impl Fn(f64) -> f64) {
+pub fn set(body: &mut Projectile, planes: &[Plane], density: impl Fn(f64) -> f64) {
     let (volume, first, second) = integrals(planes);
     let (density, centre) = (density(volume), first / volume);
     let second = second - centre * centre.transpose() * volume;
@@ -191,6 +122,7 @@ fn set(body: &mut Projectile, planes: &[Plane], density: impl Fn(f64) -> f64) {
 mod tests {
     use super::*;
     use crate::{parse, textile, write};
+    use toml::Table;
 
     #[track_caller]
     fn scene(body: &str) -> Scene {

@@ -1,6 +1,7 @@
 //! Units of numbers in scene files, one rule for the whole file: a number is in SI units; a text has its unit, `"16 g"`; and so has
 //! `{ value = 16, unit = "g" }`. A number of an array may be such a text, too.
 
+use crate::{Result, bad, short};
 use fabric::textile::{denier, dtex, per_inch};
 use std::f64::consts::PI;
 use toml::Value;
@@ -51,16 +52,10 @@ const UNITS: [Unit; 30] = [
 ];
 
 /// Other spellings of units.
+#[rustfmt::skip]
 const SPELLINGS: [(&str, &str); 9] = [
-    ("grains", "grain"),
-    ("gr", "grain"),
-    ("fps", "ft/s"),
-    ("inch", "in"),
-    ("inches", "in"),
-    ("1/inch", "1/in"),
-    ("ypi", "1/in"),
-    ("den", "denier"),
-    ("g/denier", "g/den"),
+    ("grains", "grain"), ("gr", "grain"), ("fps", "ft/s"), ("inch", "in"), ("inches", "in"), ("1/inch", "1/in"), ("ypi", "1/in"),
+    ("den", "denier"), ("g/denier", "g/den"),
 ];
 
 /// What a count counts.
@@ -134,9 +129,8 @@ pub fn meant(value: &Value, si: &str, fits: &dyn Fn(f64) -> bool) -> String {
         }
         Value::Table(table) => {
             let other = table.keys().find(|key| !PARTS.contains(&&***key));
-            return other.map_or(String::new(), |key| {
-                format!("; a number has {}, and no `{}`", PARTS.join(", "), crate::short(key))
-            });
+            return other
+                .map_or(String::new(), |key| format!("; a number has {}, and no `{}`", PARTS.join(", "), short(key)));
         }
         _ => {}
     }
@@ -144,17 +138,19 @@ pub fn meant(value: &Value, si: &str, fits: &dyn Fn(f64) -> bool) -> String {
     let Some((number, unit)) = value.as_str().and_then(of) else { return String::new() };
     let unit = unit.replace("cc", "cm3");
     let mut names = of_kind(si).into_iter().chain([si]);
-    let hints = if unit.is_empty() {
-        likely(number, si, fits)
-    } else {
-        let known = names.find(|name| name.eq_ignore_ascii_case(&unit)).map(|name| format!("{number} {name}"));
-        known
-            .filter(|text| self::number(&text.as_str().into(), si).is_some_and(fits))
-            .map(|text| format!("\"{text}\""))
-            .into_iter()
-            .collect()
+    let quoted = |name| format!("\"{number} {name}\"");
+    let hints = match names.find(|name| name.eq_ignore_ascii_case(&unit)) {
+        Some(name) => vec![quoted(name)],
+        None if unit.is_empty() => likely(number, si, fits),
+        None => return String::new(),
     };
     if hints.is_empty() { String::new() } else { format!("; write {}", hints.join(" or ")) }
+}
+
+/// The refusal of what is no number of this kind; `also`: other units that its key takes.
+pub fn refused<T>(key: &str, value: &Value, si: &str, also: &str, fits: &dyn Fn(f64) -> bool) -> Result<T> {
+    let (expected, meant) = (expected(si), meant(value, si, fits));
+    bad(key, format!("{key} = {}: must be a number{expected}{also}{meant}", short(&value.to_string())))
 }
 
 /// What a number of this kind must be, in words: behind "a number" or "an array of 3 numbers".

@@ -8,6 +8,8 @@ declare module "built:data" {
   export const constants: Record<string, number>;
   /** What each named fabric changes in the preset: numbers by the key of a scene file. */
   export const fabrics: Record<string, Record<string, number[]>>;
+  /** Faces, mass and moments of the fragment simulator of each calibre, likewise. */
+  export const fragments: Record<string, Record<string, number[]>>;
   /** Digests that every target must give (tests/golden/digests). */
   export const pinned: Record<string, string>;
   /** What `fabric run` gave for each named scene. */

@@ -8,7 +8,7 @@ import { COLUMNS, ROW } from "./messages";
 import type { Frame, FromWorker, Rest, Row, Speed, ToWorker } from "./messages";
 import { Plot } from "./plots";
 import type { Axis } from "./plots";
-import { DEFAULTS, DIMENSIONS, NAMED, assignments, ball, changesOf, closing, extent, fromAddress, misses, nameOf, rows, toAddress, toToml } from "./scene";
+import { DEFAULTS, DIMENSIONS, NAMED, assignments, ball, changesOf, closing, extent, fromAddress, mass, misses, nameOf, rows, toAddress, toToml } from "./scene";
 import type { Choices, Shape } from "./scene";
 import { View } from "./view";
 import type { Colouring, Side } from "./view";
@@ -116,7 +116,7 @@ const values = Object.fromEntries(
 ) as Record<keyof typeof VALUES, HTMLElement>;
 
 const microseconds = (row: number): string => `${(1e6 * row * ROW * dt).toFixed(1)} µs`;
-const inWords = (shape: Shape): string => (shape === "disc_sector" ? "disc sector" : shape);
+const inWords = (shape: Shape): string => (shape === "disc_sector" ? "disc sector" : shape === "fsp" ? "fragment simulator" : shape);
 
 // The form.
 
@@ -453,7 +453,7 @@ function whatIsSeen(): [number, string][] {
   const fails = history.findIndex((row) => row.failed_segments > 0);
   const last: [number, string] = fails >= 0 ? [fails, "The first yarns fail, and a hole opens."] : [history.some((row) => row.velocity_z_m_per_s <= 0) ? deepest() : -1, "The sheet holds: it is at its deepest, and throws the fragment back."];
   const all: [number, string][] = [
-    [0, `The ${inWords(shown.shape)} of ${shown.mass} g comes at ${shown.speed} m/s. Strain, in colour, runs out along the yarns it hits.`],
+    [0, `The ${inWords(shown.shape)} of ${Number(mass(shown).toPrecision(4))} g comes at ${shown.speed} m/s. Strain, in colour, runs out along the yarns it hits.`],
     [history.findIndex((row) => row.velocity_z_m_per_s < 0.95 * start), "It has lost 5 % of its velocity: the cloth around it moves with it, in a pyramid."],
     last,
   ];

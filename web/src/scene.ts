@@ -2,10 +2,10 @@
  *
  * A scene must mean the same bits in every browser, but Math.sin and Math.cos may differ in their last digit. So what is computed
  * with them is rounded to nine decimals, and the scene file has the rounded numbers. */
-import { fabrics } from "built:data";
+import { fabrics, fragments } from "built:data";
 
 export type Attachment = "two_sides" | "four_sides" | "four_corners" | "free";
-export type Shape = "sphere" | "cylinder" | "box" | "disc_sector";
+export type Shape = "sphere" | "cylinder" | "box" | "disc_sector" | "fsp";
 
 /** What the form has, in its units: mm, g, m/s, degrees. */
 export interface Choices {
@@ -33,6 +33,8 @@ export interface Choices {
   bore: number;
   length: number;
   /** Of a box, whose third edge is the length. */
+  /** Of a fragment simulator, whose mass it determines. */
+  calibre: string;
   edgeX: number;
   edgeY: number;
   angle: number;
@@ -51,7 +53,7 @@ export interface Choices {
 }
 
 export const DEFAULTS: Choices = {
-  fabric: "", nodes: 105, rows: 0, bar: 1, curve: 0, closed: "no", casing: 0, windowAngle: 0, windowHalfAngle: 0, windowY: 0, windowHalfY: 0, plies: 1, attachment: "four_sides", shape: "sphere", radius: 6.35, bore: 10, length: 12.7, edgeX: 12.7, edgeY: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
+  fabric: "", nodes: 105, rows: 0, bar: 1, curve: 0, closed: "no", casing: 0, windowAngle: 0, windowHalfAngle: 0, windowY: 0, windowHalfY: 0, plies: 1, attachment: "four_sides", shape: "sphere", radius: 6.35, bore: 10, length: 12.7, calibre: ".22", edgeX: 12.7, edgeY: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
   tiltX: 0, tiltY: 0, turn: 0, x: 0, y: 0, seed: 1,
 };
 
@@ -66,6 +68,7 @@ export const NAMED: { name: string; title: string; changes: Partial<Choices> }[]
   { name: "corners", title: "Four corners held", changes: { attachment: "four_corners" } },
   { name: "cylinder", title: "Tilted cylinder, off the middle", changes: { shape: "cylinder", length: 20, mass: 14, speed: 110, tiltX: 35, tiltY: 10, x: 8, y: -5 } },
   { name: "sector", title: "Sector of a turbine disc, rim first", changes: { shape: "disc_sector", radius: 30, length: 8, mass: 28, speed: 80, tiltY: 20 } },
+  { name: "chisel", title: "Fragment simulator of 17 grains, its chisel nose ahead, 150 m/s", changes: { fabric: "kevlar_km2_s706", nodes: 101, shape: "fsp", speed: 150 } },
   { name: "ring", title: "Ring of Zylon on a case with a window, a third of a disc from inside", changes: { fabric: "zylon_as_500_35", nodes: 501, rows: 88, bar: 4, plies: 5, curve: RING, closed: "yes", casing: RING, windowHalfAngle: 20, windowHalfY: 40, attachment: "free", shape: "disc_sector", bore: 15, radius: 40, length: 10, angle: 120, mass: 118, speed: 92 } },
   { name: "large", title: "10 in sheet, cylinder (350 x 350 nodes: slow)", changes: { nodes: 350, attachment: "two_sides", shape: "cylinder", length: 38.1, mass: 37, speed: 100 } },
 ];
@@ -78,10 +81,11 @@ export function nameOf(choices: Choices): string | undefined {
 
 /** The fields that a shape reads. */
 export const DIMENSIONS: Record<Shape, (keyof Choices)[]> = {
-  sphere: ["radius"],
-  cylinder: ["radius", "length", "tiltX", "tiltY", "turn"],
-  box: ["edgeX", "edgeY", "length", "tiltX", "tiltY", "turn"],
-  disc_sector: ["radius", "bore", "length", "angle", "tiltX", "tiltY", "turn"],
+  sphere: ["mass", "radius"],
+  cylinder: ["mass", "radius", "length", "tiltX", "tiltY", "turn"],
+  box: ["mass", "edgeX", "edgeY", "length", "tiltX", "tiltY", "turn"],
+  disc_sector: ["mass", "radius", "bore", "length", "angle", "tiltX", "tiltY", "turn"],
+  fsp: ["calibre", "tiltX", "tiltY", "turn"],
 };
 
 /** One parameter of the kernel: numbers in SI units, or the name of a choice. Keys are those of scene files. */
@@ -132,6 +136,35 @@ export function profile(choices: Choices): [number, number][] {
   return corners.map(([x, y]) => [x - moment / area, y]);
 }
 
+/** What a fragment simulator changes in the preset. */
+function simulator(choices: Choices): Record<string, number[]> {
+  const found = fragments[choices.calibre];
+  if (!found) throw new Error(`the page has no calibre ${choices.calibre}`);
+  return found;
+}
+
+/** Mass of the fragment, g. */
+export function mass(choices: Choices): number {
+  return choices.shape === "fsp" ? 1e3 * (simulator(choices)["projectile.mass"]?.[0] ?? 0) : choices.mass;
+}
+
+/** Corners of a fragment simulator about its centre of mass, m: where three planes meet, within the others. */
+export function vertices(choices: Choices): Vector[] {
+  const flat = simulator(choices)["projectile.faces.planes"] ?? [];
+  const planes = Array.from({ length: flat.length / 4 }, (_, k) => flat.slice(4 * k, 4 * k + 4) as [number, number, number, number]);
+  const cross = (a: number[], b: number[]): Vector => [a[1]! * b[2]! - a[2]! * b[1]!, a[2]! * b[0]! - a[0]! * b[2]!, a[0]! * b[1]! - a[1]! * b[0]!];
+  const dot = (a: number[], b: number[]): number => a[0]! * b[0]! + a[1]! * b[1]! + a[2]! * b[2]!;
+  const found: Vector[] = [];
+  planes.forEach((a, i) => planes.slice(0, i).forEach((b, j) => planes.slice(0, j).forEach((c) => {
+    const [bc, ca, ab] = [cross(b, c), cross(c, a), cross(a, b)];
+    const volume = dot(a, bc);
+    if (Math.abs(volume) < 1e-6) return;
+    const corner = [0, 1, 2].map((k) => (bc[k]! * a[3] + ca[k]! * b[3] + ab[k]! * c[3]) / volume) as Vector;
+    if (planes.every((plane) => dot(plane, corner) <= plane[3] + 1e-9)) found.push(corner);
+  })));
+  return found;
+}
+
 /** How the body is turned: a cylinder or a box stands on the sheet, a sector strikes it with its rim; then the tilts, then the turn. */
 function orientation(choices: Choices): Quaternion {
   if (choices.shape === "sphere") return [1, 0, 0, 0];
@@ -144,6 +177,7 @@ function orientation(choices: Choices): Quaternion {
 function reach(choices: Choices, q: Quaternion): number {
   const [radius, half] = [1e-3 * choices.radius, 5e-4 * choices.length];
   if (choices.shape === "sphere") return radius;
+  if (choices.shape === "fsp") return Math.max(...vertices(choices).map((corner) => height(q, corner)));
   if (choices.shape === "box") {
     const [x, y] = [5e-4 * choices.edgeX, 5e-4 * choices.edgeY];
     return x * Math.abs(height(q, [1, 0, 0])) + y * Math.abs(height(q, [0, 1, 0])) + half * Math.abs(height(q, [0, 0, 1]));
@@ -158,6 +192,7 @@ function reach(choices: Choices, q: Quaternion): number {
 
 /** Radius of a ball about the fragment, m. */
 export function ball(choices: Choices): number {
+  if (choices.shape === "fsp") return Math.max(...vertices(choices).map((corner) => Math.hypot(...corner)));
   const [radius, length] = [1e-3 * choices.radius, 1e-3 * choices.length];
   const flat = choices.shape === "disc_sector" ? Math.max(...profile(choices).map((corner) => Math.hypot(...corner))) : choices.shape === "box" ? 5e-4 * Math.hypot(choices.edgeX, choices.edgeY) : radius;
   return choices.shape === "sphere" ? Math.abs(radius) : Math.hypot(flat, length / 2);
@@ -236,7 +271,9 @@ export function assignments(choices: Choices): Assignment[] {
     // As large beside the sheet as the paper's.
     all.push({ key: "attachment.disc_inset", value: [rounded(0.1 * side)] }, { key: "attachment.disc_radius", value: [rounded(0.075 * side)] });
   }
-  all.push({ key: "projectile.shape", value: choices.shape }, { key: "projectile.mass", value: [rounded(1e-3 * choices.mass)] });
+  if (choices.shape === "fsp") {
+    all.push({ key: "projectile.shape", value: "polyhedron" }, ...Object.entries(simulator(choices)).map(([key, value]) => ({ key, value })));
+  } else all.push({ key: "projectile.shape", value: choices.shape }, { key: "projectile.mass", value: [rounded(1e-3 * choices.mass)] });
   if (choices.shape === "disc_sector") {
     const sector: [string, number][] = [
       ["inner_radius", 1e-3 * choices.bore], ["outer_radius", 1e-3 * choices.radius], ["angle", (choices.angle * Math.PI) / 180], ["thickness", 1e-3 * choices.length],
@@ -244,7 +281,7 @@ export function assignments(choices: Choices): Assignment[] {
     all.push(...sector.map(([key, value]) => ({ key: `projectile.sector.${key}`, value: [rounded(value)] })));
   } else if (choices.shape === "box") {
     all.push({ key: "projectile.size", value: [choices.edgeX, choices.edgeY, choices.length].map((edge) => rounded(1e-3 * edge)) });
-  } else {
+  } else if (choices.shape !== "fsp") {
     all.push({ key: "projectile.radius", value: [rounded(1e-3 * choices.radius)] });
     if (choices.shape === "cylinder") all.push({ key: "projectile.length", value: [rounded(1e-3 * choices.length)] });
   }
@@ -271,7 +308,10 @@ export function toToml(choices: Choices): string {
   };
   // A scene file has yarns for the numbers of a bar that follow from them.
   const bars = (one: Assignment): Assignment[] => (one.key === "sheet.spacing" ? [{ key: "sheet.yarns_per_bar", value: [choices.bar] }] : /^sheet\.(spacing_y|node_mass|yarn_area)/.test(one.key) ? [] : [one]);
-  const all = assignments(choices).flatMap(bars);
+  // And a calibre for faces, mass and moments.
+  const fsp: Assignment[] = [{ key: "projectile.shape", value: "fsp" }, { key: "projectile.calibre", value: choices.calibre }];
+  const calibres = (one: Assignment): Assignment[] => (choices.shape !== "fsp" || !/^projectile\.(shape|faces|mass|moments)/.test(one.key) ? [one] : one.key === "projectile.shape" ? fsp : []);
+  const all = assignments(choices).flatMap(bars).flatMap(calibres);
   lines.push(...all.filter(({ key }) => !key.includes(".")).map((one) => written(one, one.key)));
   if (choices.fabric !== "") lines.push("", "[fabric]", `name = "${choices.fabric}"`);
   let group = "";
@@ -298,7 +338,8 @@ export function fromAddress(address: string): { choices: Choices; unknown: strin
     fabric: ["", ...Object.keys(fabrics)],
     closed: ["no", "yes"],
     attachment: ["two_sides", "four_sides", "four_corners", "free"],
-    shape: ["sphere", "cylinder", "box", "disc_sector"],
+    shape: ["sphere", "cylinder", "box", "disc_sector", "fsp"],
+    calibre: Object.keys(fragments),
   };
   for (const [key, text] of new URLSearchParams(address)) {
     const known = key in DEFAULTS ? (key as keyof Choices) : undefined;

@@ -5,7 +5,8 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Frame } from "./messages";
-import { extent, profile } from "./scene";
+import { ConvexGeometry } from "three/addons/geometries/ConvexGeometry.js";
+import { extent, profile, vertices } from "./scene";
 import type { Choices } from "./scene";
 
 export type Colouring = "stretch" | "damage";
@@ -75,7 +76,7 @@ export class View {
     for (const part of this.body.children) if (part instanceof Mesh) part.geometry.dispose();
     this.body.clear();
     const form = solid(choices);
-    const steel = new MeshPhongMaterial({ color: 0x5b7285, specular: 0x9fb0c0, shininess: 50, flatShading: choices.shape === "disc_sector" });
+    const steel = new MeshPhongMaterial({ color: 0x5b7285, specular: 0x9fb0c0, shininess: 50, flatShading: choices.shape === "disc_sector" || choices.shape === "fsp" });
     // What the cloth hides of it shines through.
     const hidden = new MeshBasicMaterial({ color: 0x2b4f73, transparent: true, opacity: 0.16, depthFunc: GreaterDepth, depthWrite: false });
     this.body.add(new Mesh(form, steel), new Mesh(form, hidden));
@@ -213,6 +214,7 @@ function solid(choices: Choices): BufferGeometry {
   if (choices.shape === "sphere") return new SphereGeometry(radius, 48, 32);
   if (choices.shape === "cylinder") return new CylinderGeometry(radius, radius, length, 64).rotateX(Math.PI / 2);
   if (choices.shape === "box") return new BoxGeometry(1e-3 * choices.edgeX, 1e-3 * choices.edgeY, length);
+  if (choices.shape === "fsp") return new ConvexGeometry(vertices(choices).map((corner) => new Vector3(...corner)));
   const corners = profile(choices);
   const points: number[] = [];
   const at = (k: number, z: number): number[] => [...(corners[k % corners.length] ?? [0, 0]), z];

@@ -59,7 +59,7 @@ pub struct Textile {
 
 /// Damage rate of a textile whose data sheet has none, as all: ln(100)/0.002, so that a yarn keeps 1 % of its stiffness 0.2 % of
 /// strain beyond the failure strain, which it thus hardly exceeds.
-pub const DAMAGE_RATE: f64 = 2302.6;
+const DAMAGE_RATE: f64 = 2302.6;
 
 /// Viscosity of a textile: linear, quadratic and of bending (docs/model.md, "Viscosity").
 pub const TEXTILE_VISCOSITY: [f64; 3] = [0.06, 1.5, 0.06];
