@@ -63,7 +63,7 @@ fn flags() -> String {
 /// Refuses a wheel of which a file names a folder of this machine.
 fn names_no_folder(wheel: &Path) -> Outcome {
     let program = "import sys, zipfile; wheel = zipfile.ZipFile(sys.argv[1])\n\
-                   sys.exit([name for name in wheel.namelist() for at in sys.argv[2:] if at.encode() in wheel.read(name)])";
+                   sys.exit([name for name in wheel.namelist() for at in sys.argv[2:] if at.encode() in wheel.read(name)] or 0)";
     let folders = folders().map(|(folder, _)| folder.to_string_lossy().into_owned());
     let found = output("python3", &["-c", program, &wheel.to_string_lossy(), &folders[0], &folders[1]]);
     found.map(|_| ()).map_err(|what| format!("{}: a file names a folder of this machine: {what}", wheel.display()))
