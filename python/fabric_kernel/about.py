@@ -94,7 +94,8 @@ SHOT_AT = "shot_at.toml"
 
 def of_a_scene(name: str, about: str, files: str) -> argparse.ArgumentParser:
     """What every command `fabric-NAME` is given: a scene, a seed, and a folder for these files."""
-    parser = argparse.ArgumentParser(prog=f"fabric-{name}", description=about)
+    ends = "Exit status: 0; 4 if slower shots go through while faster ones are stopped, so that there is no single limit; 1 for what is refused."
+    parser = argparse.ArgumentParser(prog=f"fabric-{name}", description=about, epilog=ends)
     parser.add_argument("scene", help=f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
     parser.add_argument("--out", type=Path, default=Path(name), help=f"folder for {files}")

@@ -11,12 +11,12 @@ import itertools
 import math
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy
 
-from . import checks, lookup
+from . import checks, lookup, window
 from ._kernel import Scene
 from .about import CAVEAT, cautions, command, described, noted, of_a_scene, positive
 from .ensembles import ensemble, vary, within_mesh
@@ -52,7 +52,7 @@ def bracket(
     for point in points:
         shield.aimed(point)
     jobs = [[shield, 0, seed, speed, attitude, None, tuple(point)] for attitude in attitudes.values() for point in points]
-    found = [limit for limit, _ in limits(jobs, keep=keep, on=on, name="bracket") if limit]
+    found = [limit for limit, *_ in limits(jobs, keep=keep, on=on, name="bracket") if limit]
     if not found:
         raise ValueError(f"velocities: no limit was found near {speed:g} m/s, the velocity of the scene: give velocities")
     return [float(f"{velocity:.3g}") for velocity in numpy.geomspace(0.8 * min(found), 1.25 * max(found), count)]
@@ -142,25 +142,40 @@ def fragment_map(
     return with_attrs(pandas.DataFrame(rows))
 
 
-def answer(table: "pandas.DataFrame") -> list[str]:
-    """A sentence for each attitude and impact point of a map: up to which velocity none goes through, and from which on all; before it
-    another one if the shots contradict a share that grows with the velocity (`limit.falling`)."""
-    from . import limit
-
-    found = []
+def lines_of(table: "pandas.DataFrame"):
+    """Of each attitude and impact point of a map: both, and velocity and result of each shot of known end."""
     for (attitude, x, y), cells in table.sort_values("velocity").groupby(["attitude", "point_x", "point_y"], sort=False):
         results = numpy.repeat(numpy.tile([True, False], len(cells)), cells[["through", "stopped"]].to_numpy().ravel())
-        velocities = cells["velocity"].repeat(cells["through"] + cells["stopped"]).to_numpy()
+        yield (attitude, (x, y)), cells["velocity"].repeat(cells["through"] + cells["stopped"]).to_numpy(), results
+
+
+def below(table: "pandas.DataFrame", attitudes: Mapping[str, str | Sequence[float]], shot: Callable[..., "pandas.DataFrame"]) -> "pandas.DataFrame":
+    """A map of the ladder below the limit of each attitude and impact point of a map (`window.py`). shot: `fragment_map` with all but velocities,
+    attitudes and points, one shot a rung."""
+    import pandas
+
+    rungs = [(of, window.ladder(velocities, results, 0.95)) for of, velocities, results in lines_of(table) if len(results)]
+    return pandas.concat([table.iloc[:0], *(shot(velocities=list(v), attitudes={name: attitudes[name]}, points=[point]) for (name, point), v in rungs if len(v))])
+
+
+def answer(table: "pandas.DataFrame", slower: "pandas.DataFrame | None" = None) -> list[str]:
+    """A sentence for each attitude and impact point of a map: up to which velocity none goes through, and from which on all; before it
+    another one if the shots, or those of a ladder below them (`below`), contradict a share that grows with the velocity."""
+    found, ladders = [], {of: shots for of, *shots in lines_of(slower)} if slower is not None else {}
+    for of, velocities, results in lines_of(table):
+        attitude, (x, y) = of
         where = f"{attitude} at ({1e3 * x:g}, {1e3 * y:g}) mm:"
         if not len(results):
             found.append(f"{where} no shot has a known end.")
             continue
-        doubt = limit.falling(velocities, results)
+        rungs, passed = ladders.get(of, ((), ()))
+        hole = window.window(velocities, results, rungs, passed)
         slow, fast = velocities[velocities < velocities[results].min(initial=math.inf)], velocities[velocities > velocities[~results].max(initial=0.0)]
         at = lambda velocity, what: f"{int((results == what)[velocities == velocity].sum())} of {int((velocities == velocity).sum())}"
         low = f"none of {len(slow)} shots goes through up to {slow.max():g} m/s" if len(slow) else f"{at(velocities.min(), True)} go through at {velocities.min():g} m/s already"
         high = f"all {len(fast)} do from {fast.min():g} m/s on" if len(fast) else f"{at(velocities.max(), False)} are stopped at {velocities.max():g} m/s still"
-        found += [*([f"{where} {doubt}"] if doubt else []), f"{where} {low}, {high}."]
+        looked = window.looked_at(rungs, passed, 0.95) if len(rungs) else ()
+        found += [f"{where} {line}" for line in ([hole.sentence()] if hole else []) + [f"{low}, {high}."] + [line for line in looked if line and not hole]]
     return found
 
 
@@ -190,7 +205,7 @@ def _numbers(text: str, count: int, whole: str) -> tuple[float, ...]:
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-fragments`."""
     what = "How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point."
-    parser = of_a_scene("fragments", what, "report.html, table.csv, map.svg, runs.jsonl")
+    parser = of_a_scene("fragments", what, "report.html, table.csv, below.csv, map.svg, runs.jsonl")
     parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: five about the limits, which are bracketed first")
     parser.add_argument(
         "--attitudes", type=_attitude, nargs="+", default=[], metavar="NAME=W,X,Y,Z",
@@ -225,18 +240,21 @@ def main(arguments: Sequence[str] | None = None) -> None:
             one for attitude in attitudes.values() for point in given.points
             for one in vary(scene, given.shots if attitude == "random" else 1, seed=given.seed, attitude=attitude, point=point)
         ]  # fmt: skip
+        of = {"attitudes": attitudes, "points": given.points, "shots": given.shots}
         first, *others = cautions(scene)
         about = (model_error(judged).sentence(), *others, *said_once, *described(scene, fabric), *noted(scene, max(velocities)))
         print("\n".join([about[0], first, *about[1:]]), flush=True)
         shot = functools.partial(
-            fragment_map, scene, attitudes=attitudes, points=given.points, shots=given.shots, keep=given.out / "runs.jsonl", on=on,
+            fragment_map, scene, keep=given.out / "runs.jsonl", on=on,
             until=UNTIL if given.to_the_end else DECIDED,
         )  # fmt: skip
-        table = shot(velocities=velocities, seed=given.seed)
+        table = shot(velocities=velocities, seed=given.seed, **of)
         print(with_units(table).loc[:, :"high"].to_string(index=False))
-        lines = answer(table)
+        slower = below(table, attitudes, functools.partial(shot, shots=1, seed=given.seed + 2))
+        lines = sorted(answer(table, slower), key=lambda line: window.NO_LIMIT not in line)
         print(*lines, sep="\n", flush=True)
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
+        written(given.out / "below.csv", with_units(slower).to_csv(index=False))
         plot.map(table, given.out / "map.svg", (*described(scene, fabric), CAVEAT))
         report = Page(f"Fragments of {given.scene}")
         report.answer((*lines, about[0], first))
@@ -247,7 +265,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         report.table(tuple(with_units(table).columns), [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in table.itertuples(index=False)])
         written(given.out / "report.html", report.html())
         if given.table:
-            said = lookup.error(table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1), scene["projectile.mass"])
+            said = lookup.error(table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1, **of), scene["projectile.mass"])
             print(said)
             written(given.out / "table.h", lookup.c_header(table, "\n".join([*lines, *about, said])))
-    print(f"written to {given.out}: report.html, table.csv, map.svg, runs.jsonl" + (", table.h" if given.table else ""))
+    print(f"written to {given.out}: report.html, table.csv, below.csv, map.svg, runs.jsonl" + (", table.h" if given.table else ""))
+    if window.NO_LIMIT in lines[0]:
+        parser.exit(window.STATUS)

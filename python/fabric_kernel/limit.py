@@ -343,6 +343,15 @@ def fit(
     )  # fmt: skip
 
 
+def withheld(fit: Fit) -> Fit:
+    """A fit without its numbers, as of shots that have no single limit."""
+    missing, open_ends = (math.nan,) * len(fit.shares), (Interval(-math.inf, math.inf),) * len(fit.shares)
+    return fit._replace(
+        method="none", mu=math.nan, sigma=math.nan, deviation=math.nan, velocities=missing, intervals=open_ends, profile=open_ends,
+        assumed=(True,) * len(fit.shares), notes=(),
+    )  # fmt: skip
+
+
 class Average(NamedTuple):
     """V50 as MIL-STD-662F averages it, m/s: NaN if no such group of shots exists."""
 

@@ -152,7 +152,7 @@ def merged(lacks: Sequence[Sequence[tuple[str, str]]]) -> str:
     found: dict[str, list[str]] = {}
     for wanted, here in (one for lack in lacks for one in lack):
         found.setdefault(wanted, []).append(here)
-    others = lambda here: f" and in {len(here) - 1} other shots" if len(here) > 1 else ""
+    others = lambda here: f" and in {len(here) - 1} other shots" if len(set(here)) > 1 else ""
     return f"{', '.join(found)}; here: {', '.join(here[0] + others(here) for here in found.values())}"
 
 

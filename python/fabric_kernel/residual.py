@@ -22,13 +22,14 @@ from typing import NamedTuple
 import numpy
 import scipy.special
 
-from . import checks, limit
+from . import checks, limit, window
 from ._kernel import Scene
 from .about import cautions, command, described, of_a_scene, positive
 from .files import csv_of, written
 from .model_error import model_error
 from .page import Page, printed
 from .v50 import Shooter, Shot, Unknown
+from .window import Window
 
 RESAMPLES = 200
 """Refitted sets of shots behind an interval."""
@@ -63,11 +64,12 @@ class Curve(NamedTuple):
     """Residual velocities and what was fitted to them. `text` and `write` report it, `plot.residual` draws it."""
 
     title: str
-    shots: tuple[Shot, ...]
+    shots: tuple[Shot, ...]  # also those below the limit, which are not fitted
     fits: tuple[Fitted, ...]  # none if fewer than three shots went through at different velocities
     confidence: float
     answer: tuple[str, ...]
     notes: tuple[str, ...]
+    window: Window | None = None
 
     def heading(self):
         return ("curve", "quantity", "value", f"{100 * self.confidence:g} % interval")
@@ -188,18 +190,24 @@ def residual_curve(
     for velocity in velocities:
         shot(float(velocity))
     made.sort()
-    found = fits(made, confidence, seed)
+    hole, doubt, note, own = None, "", "", tuple(made)
+    if own:
+        hole, doubt, note = window.shot_below(shot, [one.velocity for one in own], [not one.stopped for one in own], confidence, seed)
+        made.sort()
+    found = () if hole else fits(own, confidence, seed)
+    if hole:
+        hole = hole._replace(near_held=window.near_held(shoot.flown, hole))
     percent, lines = f"{100 * confidence:g} %", []
     for fit in found:
         low, high = fit.ends(fit.refits[:, 0])
         lines.append(f"{fit.name}: limit {fit.best.limit:.1f} m/s, {percent} interval [{low:.1f}, {high:.1f}], of the model with its draws.")
-    if not found:
+    if not found and not hole:
         lines.append("Fewer than three shots went through at different velocities: no fit of the residual velocities.")
     bad = [f"{fit.name}: {fit.best.note}" for fit in found if fit.best.note]
-    doubt = limit.falling([shot.velocity for shot in made], [not shot.stopped for shot in made], seed) if made else ""
-    answer = [*filter(None, [doubt]), *bad, *lines, model_error(shoot.flown or scene, confidence).sentence(), cautions(scene)[0]]
-    notes = [*about, shoot.drawn(), *cautions(scene)[1:], *left_out, *shoot.notes()]
-    return Curve(title, tuple(made), found, confidence, tuple(answer), tuple(notes))
+    against = model_error([one for one, _ in shoot.flown] or scene, confidence).sentence()
+    answer = [*filter(None, [hole.sentence() if hole else "", doubt]), *bad, *lines, against, cautions(scene)[0]]
+    notes = [*about, shoot.drawn(), *filter(None, [note]), *cautions(scene)[1:], *left_out, *shoot.notes()]
+    return Curve(title, tuple(made), found, confidence, tuple(answer), tuple(notes), hole)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -222,3 +230,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(curve.text())
         curve.write(given.out)
     print(f"written to {given.out}: report.html, residual.svg, residual.csv, runs.jsonl")
+    if curve.window:
+        parser.exit(window.STATUS)

@@ -5,6 +5,8 @@ import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import scipy.ndimage
+
 from ._kernel import Failed, Scene, Simulation, parameters
 
 if TYPE_CHECKING:
@@ -66,7 +68,7 @@ def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS)
     - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `casing_loss`, `attachment`, `contact_loss`, `energy_residual`: the energy
       balance at the end, J;
     - `max_deflection`: largest deflection of held cloth in the run, m, seen every SAMPLE steps and at the end (`plot.profile` draws the back face);
-    - `failed_segments`: segments that have failed;
+    - `failed_segments`: segments that have failed; `failed_near_held`: how many of them lie within three spacings of a held node;
     - `unconverged`: contact solves that did not converge; `ply_penetration`: deepest that plies were through each other, m;
       `beyond_fine`: steps in which the projectile met the sheet beyond the fine part of a graded network;
     - `digest`: hash of the state at the end.
@@ -119,9 +121,23 @@ def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False
     parts = ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "attachment", "contact_loss")
     row |= {name: energy.get(name) for name in parts} | {"energy_residual": energy.get("residual")}
     row["max_deflection"] = None if failed else deepest
+    row["failed_near_held"] = None if failed else near_held(simulation) if counters["failed_segments"] else 0
     row |= {name: counters[name] for name in ("failed_segments", "unconverged", "ply_penetration", "beyond_fine")}
     row["digest"] = simulation.digest
     return row
+
+
+def near_held(simulation: Simulation) -> int:
+    """Failed segments within three spacings of a held node, which is one that does not move."""
+    scene, velocities = simulation.scene, simulation.velocities()
+    plies, (rows, columns, _) = scene["stack.plies"], velocities.shape
+    shape = (plies, rows // plies, columns)
+    near = scipy.ndimage.maximum_filter((velocities == 0.0).all(-1).reshape(shape), (1, 7, 7))
+    failed, across = simulation.damage().reshape(plies, -1) == 0.0, columns - 1 + (scene["symmetry.mirror_x"] or scene["sheet.closed"])
+    # Without the segments to images and across the joint of a ring.
+    along_x = failed[:, : across * shape[1]].reshape(plies, shape[1], across)[..., : columns - 1]
+    along_y = failed[:, across * shape[1] :].reshape(plies, -1, columns)[:, : shape[1] - 1]
+    return int((along_x & (near[..., :-1] | near[..., 1:])).sum() + (along_y & (near[:, :-1] | near[:, 1:])).sum())
 
 
 def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -2,7 +2,8 @@
 
 Method: a few shots each have their own yarns and impact point, and their own limit. For each variant of the scene the limit of the same
 shots is found: strides from the limit of the scene itself, each twice as long as the one before, until it lies between two velocities, then
-bisection to WIDTH; a shot without a known end is shot again half of WIDTH faster. The change is the mean of the logarithms of variant over scene, with Student's interval over the shots, in which the
+bisection to WIDTH; then a third of the ladder of `window.py` below it, which the shots share, and a shot that goes through there has no limit;
+a shot without a known end is shot again half of WIDTH faster. The change is the mean of the logarithms of variant over scene, with Student's interval over the shots, in which the
 width of the bisection counts as an error that is evenly distributed.
 Cost: in node-steps that of the limits of the scene itself times the nodes and the time step of each variant. The command spends at most ten
 times the test: where the scene's own network would cost more, the changes are those of a network of bars of two yarns, an eighth of the cost.
@@ -23,6 +24,7 @@ from ._kernel import Scene
 from .runs import flown
 from .textile import spacings
 from .v50 import Shooter
+from .window import ladder
 
 WIDTH, STRIDE = 1.03, 1.08
 """Ratio of velocities at which bisection ends, and that of the first stride."""
@@ -115,9 +117,9 @@ def crossing(guess: float, through: Callable[[float], bool]) -> float:
     return math.nan
 
 
-def limit_of(job: list) -> tuple[float | None, int]:
-    """The limit of one shot of a scene, m/s, and the node-steps of its search; None if it has no limit, or a shot's end is not known. job:
-    scene, number of the shot, seed, guess, attitude, steps, point."""
+def limit_of(job: list) -> tuple[float | None, int, float | None]:
+    """The limit of one shot of a scene, m/s, the node-steps of its search, and the lowest velocity below the limit at which it goes through, as in a
+    window, None if it never does. The limit is None if there is none, a window lies below, or a shot's end is not known. job: scene, number of the shot, seed, guess, attitude, steps, point."""
     scene, shot, seed, guess, attitude, steps, point = job
     shooter, cost = Shooter(scene, seed=seed, attitude=attitude, steps=steps, point=point), 0
 
@@ -134,9 +136,11 @@ def limit_of(job: list) -> tuple[float | None, int]:
 
     try:
         found = crossing(guess, through)
+        below = ladder([0.99 * found, found], [False, True], CONFIDENCE)[shot % SHOTS :: SHOTS] if math.isfinite(found) else ()
+        lowest = next((float(velocity) for velocity in below if through(float(velocity))), None)
     except (ArithmeticError, ValueError):  # Among them a velocity that is refused as too fast for the time step.
-        return None, cost
-    return found if math.isfinite(found) else None, cost
+        return None, cost, None
+    return found if math.isfinite(found) and not lowest else None, cost, lowest
 
 
 class Change(NamedTuple):
@@ -146,6 +150,7 @@ class Change(NamedTuple):
     low: float  # interval, percent
     high: float
     shots: int  # whose limit was found with and without the change
+    window: float = math.nan  # lowest velocity at which a shot goes through below its limit, m/s: then there is no change of one limit
 
     def interval(self, digits):
         return f"[{self.low:+.{digits}f}, {self.high:+.{digits}f}]" if math.isfinite(self.low) else "(no bound)"
@@ -160,14 +165,16 @@ class Sensitivity(NamedTuple):
         return ("change", f"limit, %, from {self.limit:.1f} m/s", f"{100 * CONFIDENCE:g} % interval, %", "shots")
 
     def rows(self):
-        digits = lambda x: f"{x:+.1f}" if math.isfinite(x) else "none"
-        return [(one.variant, digits(one.percent), one.interval(1), str(one.shots)) for one in self.changes]
+        digits = lambda one: f"{one.percent:+.1f}" if math.isfinite(one.percent) else f"window at {one.window:.4g} m/s" if math.isfinite(one.window) else "none"
+        return [(one.variant, digits(one), one.interval(1), str(one.shots)) for one in self.changes]
 
     def sentence(self):
         """What changes the limit most, whatever it is, and what the width and the network do, for the head of a report."""
         known = [one for one in self.changes if math.isfinite(one.percent)]
         told = lambda one: f"{one.percent:+.0f} % {one.interval(0)} with {one.variant.split(': ')[1]}"
-        lines = [f"Of {len(known)} changes the largest is that of the {known[0].what}, {told(known[0])}."] if known else []
+        holes = ", ".join(f"{one.variant} ({one.window:.4g} m/s)" for one in self.changes if math.isfinite(one.window))
+        lines = [f"No single limit, as slower shots go through while faster ones are stopped, with {holes}."] if holes else []
+        lines += [f"Of {len(known)} changes the largest is that of the {known[0].what}, {told(known[0])}."] if known else []
         for what in ("width of the sheet", COARSE.split(": ")[0]):
             if these := " and ".join(told(one) for one in known if one.what == what):
                 lines.append(f"The {what} changes the limit by {these}.")
@@ -187,7 +194,7 @@ def sensitivity(
     test = sum(row["steps"] for row in shoot.made.values()) * nodes(scene)
     # A variant whose shots take much longer than those of the test would take longer than all others.
     steps = min(shoot.steps, 3 * max(row["steps"] for row in shoot.made.values()))
-    notes, spent, rows = [], [], []
+    notes, spent, rows, windows = [], [], [], {}
 
     def sound(base):
         left_out = ("attitude" if attitude else "-", COARSE if base is not scene else "-")
@@ -206,12 +213,16 @@ def sensitivity(
         """The limits by (name, shot) of each (name, scene, shot, guess), as far as they have one."""
         jobs = [[of, shot, seed, near, attitude, round(steps * finer(of)), (0.0, 0.0)] for _, of, shot, near in asked]
         results = limits(jobs, keep=keep, on=on, progress=progress, name="sensitivity")
-        spent.append(sum(cost for _, cost in results))
-        return {(name, shot): limit for (name, _, shot, _), (limit, _) in zip(asked, results) if limit}
+        spent.append(sum(cost for _, cost, _ in results))
+        for (name, *_), (_, _, lowest) in zip(asked, results):
+            if lowest:
+                windows[name] = min(lowest, windows.get(name, math.inf))
+        return {(name, shot): limit for (name, _, shot, _), (limit, *_) in zip(asked, results) if limit}
 
     def row(name, limits, own):
         logarithms = [math.log(limits[name, shot] / own["", shot]) for shot in range(shots) if (name, shot) in limits and ("", shot) in own]
-        rows.append(Change(name.split(": ")[0], name, *interval(logarithms), len(logarithms)))
+        values = interval([] if name in windows else logarithms)
+        rows.append(Change(name.split(": ")[0], name, *values, len(logarithms), windows.get(name, math.nan)))
 
     changed, base = sound(scene), scene
     own = found([("", scene, shot, float(guess)) for shot in range(shots)])
@@ -258,8 +269,8 @@ def interval(logarithms: Sequence[float]) -> tuple[float, float, float]:
     return tuple(100 * math.expm1(end) for end in (mean, mean - half, mean + half))
 
 
-def limits(jobs: Sequence[list], **options: object) -> list[tuple[float | None, int]]:
+def limits(jobs: Sequence[list], **options: object) -> list[tuple[float | None, int, float | None]]:
     """`limit_of` each job; the options are those of `ensembles.each`."""
-    keys = [f"limit and cost {ensembles.run_key(job[0])} {job[1:]}" for job in jobs]
+    keys = [f"limit, cost and window {ensembles.run_key(job[0])} {job[1:]}" for job in jobs]
     results = ensembles.each(limit_of, dict(zip(keys, jobs)), **options)
     return [results[key] for key in keys]

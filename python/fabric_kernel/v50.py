@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy
 
-from . import checks, designs, limit
+from . import checks, designs, limit, window
 from ._kernel import Refused, Scene
 from .about import cautions, command, described, noted, of_a_scene, positive
 from .ensembles import append, kept, run_key, vary, within_mesh
@@ -25,6 +25,7 @@ from .model_error import model_error
 from .page import Page, printed
 from .runs import STEPS, doubts, flown
 from .textile import axes
+from .window import Window
 
 if TYPE_CHECKING:
     from .sensitivity import Sensitivity
@@ -61,25 +62,27 @@ class Test(NamedTuple):
     against: str = ""  # how far the model may be off, where a scene was shot at
     cautions: tuple[str, ...] = ()  # what the reader must know first
     sensitivity: "Sensitivity | None" = None
-    doubt: str = ""  # that the share does not grow with the velocity
+    doubt: str = ""  # that slower shots went through
+    below: tuple[Shot, ...] = ()  # of the ladder below the limit, which are not fitted
+    window: Window | None = None  # then there is no fit
 
     def answer(self) -> list[str]:
         """The limit, how far the model may be off, and the first caution, a line each."""
-        fit, lines = self.fit, []
+        fit, lines = self.fit, [*filter(None, [self.window.sentence() if self.window else "", self.doubt])]
         for share, value, interval in zip(fit.shares, fit.velocities, fit.intervals):
-            if share == 0.5:
+            if share == 0.5 and not self.window:
                 bounded = f"{interval} m/s" if any(math.isfinite(end) for end in interval) else "not bounded by these shots"
                 number = f"{value:.1f} m/s, {100 * fit.confidence:g} % interval {bounded}" if math.isfinite(value) else bounded
                 lines.append(f"V50 {number}, of the model with its draws.")
         width = self.sensitivity.sentence() if self.sensitivity else ""
-        return [*lines, *filter(None, [self.doubt, self.against]), *([width] if width else self.cautions[:1])]
+        return [*lines, *filter(None, [self.against]), *([width] if width else self.cautions[:1])]
 
     def heading(self) -> tuple[str, ...]:
         return ("", "m/s", f"{100 * self.fit.confidence:g} % interval, m/s", "plain profile likelihood, m/s")
 
     def every_shot(self) -> tuple[tuple[str, ...], list[tuple[int | str, ...]]]:
         """Heading and rows."""
-        rows = [(k, f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}") for k, s in enumerate(self.shots, 1)]
+        rows = [(k, f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}") for k, s in enumerate((*self.shots, *self.below), 1)]
         return ("shot", "m/s", "result", "residual m/s"), rows
 
     def rows(self) -> list[tuple[str, str, str, str]]:
@@ -123,13 +126,13 @@ class Test(NamedTuple):
         folder = Path(folder)
         from . import plot
 
-        shots = [(k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate(self.shots, 1)]
+        shots = [(k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate((*self.shots, *self.below), 1)]
         written(folder / "shots.csv", csv_of(("shot", "velocity_m_per_s", "stopped", "residual_m_per_s"), shots))
         plot.limit(self, folder / "plot.svg")
         if self.sensitivity:
             plot.tornado(self.sensitivity, folder / "sensitivity.svg")
             heading = ("variant", "change_percent", "low_percent", "high_percent", "shots")
-            written(folder / "sensitivity.csv", csv_of(heading, [one[1:] for one in self.sensitivity.changes]))
+            written(folder / "sensitivity.csv", csv_of(heading, [one[1:6] for one in self.sensitivity.changes]))
         written(folder / "test.json", json.dumps(self.plain(), indent=1) + "\n")
         written(folder / "report.html", self.page((folder / "plot.svg").read_bytes(), (folder / "sensitivity.svg").read_bytes() if self.sensitivity else b""))
 
@@ -217,6 +220,7 @@ def v50(
     seeds: str = "",
     about: Sequence[str] = (),
     say: Callable[[str], None] | None = None,
+    below: bool = True,
 ) -> Test:
     """Shoots, fits and returns the test.
 
@@ -225,6 +229,7 @@ def v50(
     - `design`: chooses the velocities; one that is not positive ends the test, which says so. Neyer's and the three-phase design end it
       after twelve shots with one result, with the bound that they give;
     - `link`: "probit" or "logit", the law of single limits;
+    - `below`: whether slower shots are made before the limit is told (`window.py`): where these or others contradict one limit there is none;
     - `tests`, `seed`: simulated tests behind each interval, and the seed of the simulations; 0 tests: chi squared instead;
     - `seeds`: words about the draws of the shots, for the report; `about`: what was shot at, likewise; `say`: receives a line after each shot.
 
@@ -244,6 +249,26 @@ def v50(
     if tests:
         simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
+    average, hole, doubt, slower = limit.standard_average(v, y), None, "", []
+    if below:
+
+        def shot(velocity: float) -> bool | None:
+            number = len(made) + len(notes) + len(slower)
+            try:
+                stopped, left = shoot(velocity, number)
+            except Unknown as unknown:
+                notes.append(f"Left out: {unknown}.")
+                return None
+            slower.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(left)))
+            say and say(f"below the limit: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {left:.2f} m/s"))
+            return not stopped
+
+        hole, doubt, note = window.shot_below(shot, v, y, confidence, seed)
+        notes += [note] if slower else []
+    if hole:
+        found, average = limit.withheld(found), limit.Average(math.nan, 0, math.nan)
+        residual = limit.Residual(math.nan, math.nan, math.nan, math.nan, "")
+        hole = hole._replace(near_held=window.near_held(shoot.flown, hole)) if isinstance(shoot, Shooter) else hole
     drawn = seeds or (shoot.drawn() if isinstance(shoot, Shooter) else "")
     words = f"{drawn} {simulated}".strip()
     against, first = "", ()
@@ -252,10 +277,10 @@ def v50(
         notes += [*shoot.notes(), *([scaled.words(found.mu)] if scaled else [])]
         interval = next(interval for share, interval in zip(found.shares, found.intervals) if share == 0.5)
         about = about or described(shoot.scene)
-        against, first = model_error(shoot.flown, confidence).sentence(*interval), cautions(shoot.scene)
-    average = limit.standard_average(v, y)
-    doubt = limit.falling(v, y, seed)
-    return Test(title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, first, doubt=doubt)
+        against, first = model_error([scene for scene, _ in shoot.flown], confidence).sentence(*interval), cautions(shoot.scene)
+    return Test(
+        title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, first, doubt=doubt, below=tuple(slower), window=hole,
+    )  # fmt: skip
 
 
 class Shooter:
@@ -296,13 +321,12 @@ class Shooter:
         self.was_kept = False
         """Whether the last shot was in the file."""
         self.made: dict[str, dict[str, Any]] = {}
-        self.flown: list[Scene] = []
+        self.flown: list[tuple[Scene, dict[str, Any]]] = []
         self.fastest = 0.0
 
     def __call__(self, velocity: float, shot: int) -> tuple[bool, float]:
         one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[shot]
         key = run_key(one, self.until, self.steps)
-        self.flown.append(one)
         self.fastest = max(self.fastest, velocity)
         self.was_kept = key in self.rows
         if not self.was_kept:
@@ -316,6 +340,7 @@ class Shooter:
             if self.keep is not None:
                 append(self.keep, [(key, json.dumps(self.rows[key]))])
         row = self.made[key] = self.rows[key]
+        self.flown.append((one, row))
         if row["stopped"] is None:
             ended = f"{row['failure'] or row['outcome']} after {row['steps']} steps"
             raise Unknown(f"shot {shot + 1} at {velocity:.6g} m/s: {ended}: neither stopped nor through")
@@ -422,6 +447,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(test.text())
         test.write(given.out)
     print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json, runs.jsonl")
+    if test.window or test.sensitivity and any(math.isfinite(one.window) for one in test.sensitivity.changes):
+        parser.exit(window.STATUS)
 
 
 if __name__ == "__main__":

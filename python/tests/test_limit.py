@@ -475,19 +475,19 @@ class Report(InFolder):
     def test_a_test_from_the_first_shot_to_the_page(self):
         lines = []
         test = v50(self.shoot, designs.Neyer(80, 120, 5), 20, tests=100, say=lines.append, title="A < B")
-        self.assertEqual((len(lines), len(test.shots)), (20, 20))
+        self.assertEqual((len(lines), len(test.shots), len(test.below)), (35, 20, 15))
         self.assertTrue(test.fit.intervals[1].low < 100 < test.fit.intervals[1].high)
         text = test.text()
         for words in ("Neyer", "seed 1", "V01", "V50", "V99", "95 % interval", "MIL-STD-662F", "Lambert"):
             self.assertIn(words, text)
-        self.assertEqual(sum(line.strip().startswith(f"{k} ") for k, line in zip(range(1, 21), text.splitlines()[-20:])), 20)
+        self.assertEqual(sum(line.strip().startswith(f"{k} ") for k, line in zip(range(1, 36), text.splitlines()[-35:])), 35)
         test.write(self.folder / "one")
         test.write(self.folder / "two")
         page = (self.folder / "one/report.html").read_text()
         self.assertIn("A &lt; B", page)
         self.assertNotIn('src="plot', page)
         self.assertEqual(page, (self.folder / "two/report.html").read_text())
-        self.assertEqual(len((self.folder / "one/shots.csv").read_text().splitlines()), 21)
+        self.assertEqual(len((self.folder / "one/shots.csv").read_text().splitlines()), 36)
         self.assertAlmostEqual(json.loads((self.folder / "one/test.json").read_text())["fit"]["mu"], test.fit.mu)
 
     def test_every_degenerate_test_has_a_report(self):
@@ -524,7 +524,7 @@ class Report(InFolder):
         stopped = lambda velocity: True
         test = v50(shoot, designs.Neyer.bracketed(100.0), 20, tests=20)
         self.assertEqual([shot.velocity for shot in test.shots], [100.0, 200.0, 400.0])
-        self.assertEqual(numbers, list(range(7)))
+        self.assertEqual(numbers[:7], list(range(7)))
         self.assertEqual(test.notes[:2], ("Left out: shot 1: timeout.", "Left out: shot 5: timeout."))
         self.assertIn("without a V50, as all known results are alike", test.notes[-1])
         stopped = lambda velocity: velocity < 150.0

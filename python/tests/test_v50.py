@@ -60,10 +60,10 @@ class OfAScene(InFolder):
         first, test = self.said(self.scene(), *words, "--shots", "4")
         kept = (self.folder / "out/runs.jsonl").read_text()
         second, test = self.said(self.scene(), *words, "--shots", "6")
-        # The four shots are not shot again, and two are new.
+        # The four shots are not shot again, and two are new; and 15 below the limit each time.
         again = (self.folder / "out/runs.jsonl").read_text()
         self.assertTrue(again.startswith(kept))
-        self.assertEqual([len(kept.splitlines()), len(again.splitlines())], [4, 6])
+        self.assertEqual([len(kept.splitlines()), len(again.splitlines())], [19, 36])
         shots = [line.replace("of 4:", "of 6:") + ", kept from before" for line in first.splitlines()[:4]]
         self.assertEqual(shots, second.splitlines()[:4])
         self.assertNotIn("kept", second.splitlines()[4])
