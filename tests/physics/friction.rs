@@ -6,7 +6,7 @@ use fabric::internals::candidate::{Candidate, Given, Images};
 use fabric::internals::friction::Tangential;
 use fabric::internals::layout::CANDIDATE_REALS;
 use fabric::internals::solve::solve_with_friction;
-use fabric::pose::Vector;
+use fabric::pose::{self, Vector};
 use fabric::{AttachmentKind, Shape, Symmetry};
 use fabric::{Body, Inertia, Motion};
 use fabric_tests::reference::{V3, add, cross, dot, length, rest_positions, scale, sub, turn};
@@ -190,6 +190,35 @@ struct Node {
     velocity: V3,
     gap_over_dt: f64,
     held: bool,
+}
+
+/// Neither friction nor contact loss gives energy back: not where a spinning box lands on a held edge, either, and its slip turns around within a step.
+#[test]
+fn friction_never_gives_energy_back() {
+    let (mut lowest, mut fallen) = (0.0_f64, 0.0_f64);
+    for k in 0..40 {
+        let draw = |m: u64| fabric_tests::number(100 * k + m);
+        let mut scene = rough(small_sheet(15, 20.0), 0.3);
+        let h = scene.sheet.spacing;
+        let body = &mut scene.projectile;
+        (body.shape, body.size, body.mass) = (Shape::Box, [4.0 * h, 6.0 * h, 3.0 * h], 1e-3);
+        body.orientation = pose::components(&pose::normalised([draw(0), draw(1) - 0.5, draw(2) - 0.5, draw(3) - 0.5]));
+        body.angular_velocity = [4, 5, 6].map(|m| 4e4 * (draw(m) - 0.5));
+        body.position = [7.0 * h, 10.0 * (draw(7) - 0.5) * h, -4.0 * h];
+        let mut sim = sim_of(&scene);
+        let first = sim.energy().unwrap();
+        let brought = first.projectile_kinetic;
+        let mut before = [0.0; 2];
+        while sim.step_count() < 3000 && sim.counters().unconverged == 0 && sim.step().is_ok() {
+            let energy = sim.energy().unwrap();
+            let [loss, rubbed] = [energy.contact_loss - before[0], energy.friction - before[1]];
+            fallen = fallen.max(-rubbed / brought);
+            lowest = lowest.min(loss / brought);
+            before = [energy.contact_loss, energy.friction];
+        }
+    }
+    // Forces press nodes on again (`depth.rs`).
+    assert!(fallen == 0.0 && lowest > -1e-5, "{fallen:e} {lowest:e}");
 }
 
 const NODE_MASS: f64 = 1e-3;

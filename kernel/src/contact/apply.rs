@@ -228,8 +228,9 @@ fn close(system: &mut System<'_>, mut totals: Totals, before: &Body) {
         sums.angular_impulse += pose::out_of_body(&before.orientation, &totals.arm);
     }
     sums.work += totals.work;
-    sums.loss += totals.loss;
-    sums.friction += totals.rubbed;
+    // Where normal impulses turn the slip around, friction gives back a part of what they lose: it is theirs.
+    sums.loss += totals.loss + math::min(totals.rubbed, 0.0);
+    sums.friction += math::max(totals.rubbed, 0.0);
     sums.support_work += totals.held;
 }
 
