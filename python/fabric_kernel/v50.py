@@ -249,7 +249,7 @@ def v50(
     if tests:
         simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
-    average, hole, doubt, slower = limit.standard_average(v, y), None, "", []
+    average, chosen, hole, doubt, slower = limit.standard_average(v, y), design.words(), None, "", []
     if below:
 
         def shot(velocity: float) -> bool | None:
@@ -264,7 +264,7 @@ def v50(
             return not stopped
 
         hole, doubt, note = window.shot_below(shot, v, y, confidence, seed)
-        notes += [note] if slower else []
+        chosen += f". {note[:-1]}" if slower else ""
     if hole:
         found, average = limit.withheld(found), limit.Average(math.nan, 0, math.nan)
         residual = limit.Residual(math.nan, math.nan, math.nan, math.nan, "")
@@ -279,7 +279,7 @@ def v50(
         about = about or described(shoot.scene)
         against, first = model_error([scene for scene, _ in shoot.flown], confidence).sentence(*interval), cautions(shoot.scene)
     return Test(
-        title, design.words(), words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, first, doubt=doubt, below=tuple(slower), window=hole,
+        title, chosen, words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, first, doubt=doubt, below=tuple(slower), window=hole,
     )  # fmt: skip
 
 

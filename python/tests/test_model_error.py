@@ -104,7 +104,7 @@ class ModelError(unittest.TestCase):
     def test_whatever_is_drawn_or_listed_is_compared(self):
         pack = self.pack(20).aimed()
         for drawn, told in (
-            ({"attitude": "random"}, "here: an attitude of "), ({"tilt": 0.3}, "here: an attitude of 17 degrees and in 7 other shots"),
+            ({"attitude": "random"}, "here: an attitude of "), ({"tilt": 0.3}, "here: an attitude of 17 degrees: so"),
             ({"tilt": [0.0, 0.3]}, "an attitude of 17 degrees"), ({"point": (0.02, 0.0)}, "40 mm or more from an edge; here: 24.8 mm"),
             ({"parameters": {"projectile.mass": [1.1e-3, 2e-3]}}, "here: 2 g"), ({"attitude": [0.6, 0.8, 0, 0]}, "an attitude of 74 degrees"),
         ):  # fmt: skip

@@ -44,7 +44,6 @@ class Invented(unittest.TestCase):
             "wide": (330.0, 390.0, 1.0, 10.0), "half": (250.0, 352.0, 0.5, 10.0), "narrow": (340.0, 345.0, 1.0, 10.0), "none": (0.0, 0.0, 0.0, 10.0), "scatter": (0.0, 0.0, 0.0, 40.0),
         }.items():  # fmt: skip
             found[name] = sum(v50(invented(low, high, share, deviation, seed), NEYER, 20, tests=0).window is not None for seed in range(tests))
-        print(f"windows found in {tests} tests: {found}")
         self.assertEqual(found["wide"], tests)
         self.assertGreaterEqual(found["half"], scipy.stats.binom.ppf(0.001, tests, 0.95))
         self.assertLess(found["narrow"], tests)
