@@ -100,6 +100,7 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
         ("sheet.nodes_x", 23.0), ("sheet.nodes_y", 23.0), ("projectile.radius", 3e-3),
         ("attachment.kind", 2.0), ("attachment.disc_inset", 1e-3), ("attachment.disc_radius", 8e-4),
     ]),
+    ("clamped", &[("attachment.hold", 20.0)]),
     ("prescribed", &[("drive", 1.0)]),
     ("fraction", &[("time_step.seconds", 0.0)]),
     ("unchecked", &[("time_step.seconds", 0.0), ("step_check", 1.0)]),
