@@ -67,7 +67,7 @@ const TIMEOUT: u8 = 3;
 
 /// Columns of history.csv behind step, time and the mean force since the row before; SI units, host's axes. Which output of the kernel
 /// each shows: a name with braces is that of three, along x, y and z.
-const COLUMNS: [(&str, &str); 21] = [
+const COLUMNS: [(&str, &str); 22] = [
     ("position_{}_m", "projectile.position"),
     ("velocity_{}_m_per_s", "projectile.velocity"),
     ("angular_velocity_{}_rad_per_s", "projectile.angular_velocity"),

@@ -16,6 +16,7 @@ use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, Symmetry};
+use crate::sheet::clamp::has_let_go;
 use crate::sheet::grading::{LINE_PLANES, Net, PLACE};
 use crate::sheet::places::{Places, rest_offset};
 use crate::sheet::ring::{self, HOOP_PLANES, PLACE_X, PLACE_Z};
@@ -271,7 +272,6 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let free_body = system.scene.is_free();
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
     let (body, curved) = (&system.state.body, layout.has(Feature::Curved));
-    let (clamps, grip) = (layout.has(Feature::Clamps), system.directions.grip);
     let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, slid, columns, lines, hoop, .. } =
         &mut system.arrays;
     let net = Net { columns, lines, hoop };
@@ -316,8 +316,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                 let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
                 let Some((gap, normal, arm)) = search.candidate_at(&r) else { continue };
                 deepest = math::max(-gap, deepest);
-                let let_go = clamps && slid.get(j * chunks + c).is_some_and(|slid| slid[lane] >= grip);
-                let fixed = held && in_runs(&run, i) && !let_go;
+                let fixed = held && in_runs(&run, i) && !has_let_go(slid, j * chunks + c, lane, system.directions.grip);
                 if fixed && !free_body {
                     continue;
                 }

@@ -176,16 +176,14 @@ impl Rows<'_> {
         terms: &Terms<'_>,
     ) -> Report {
         let (layout, chunks) = (terms.layout, terms.layout.chunks);
-        let Rows {
-            hot, history, owed, viscous, before, pushed, pushes, taken, clamps, ranges, carry, kept, pulls, ..
-        } = self;
+        let Rows { hot, history, owed, viscous, before, pushed, pushes, taken, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         let been_slack = if OPTIONS { self.been_slack } else { &[] };
         let net = if OPTIONS || CURVED { &self.net } else { &Net::NONE };
         let pass = terms.pass(net, ply);
         // Whether nodes stand for several.
-        let weighed = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Grading);
-        let (mut report, rows) = (Report::default(), ranges.len());
+        let several = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Grading);
+        let (weighed, mut report, rows) = (several.then_some(net), Report::default(), ranges.len());
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;
             if VISCOUS {
@@ -202,10 +200,7 @@ impl Rows<'_> {
             if let Some(before) = before.get_mut(k * chunks..(k + 1) * chunks) {
                 lanes::dispatch(terms.instructions, Keep::<CURVED> { hot: row, before, hoop: self.net.hoop });
             }
-            keep_fixed(row, kept, run);
-            if layout.has(Feature::Clamps) {
-                keep_speeds(row, kept, run, layout.nodes_x);
-            }
+            keep_fixed(layout, row, kept, run);
             let yarn = terms.yarn_row(yarn, self.strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
             let been_slack = been_slack.get(k).copied().unwrap_or(0);
@@ -250,13 +245,8 @@ impl Rows<'_> {
                 row_job.step::<OPTIONS, VISCOUS>()
             };
             report = report.merged(met);
-            let weighed = if weighed { Some(net) } else { None };
-            let pulled = if layout.has(Feature::Clamps) {
-                let hoop = if CURVED { self.net.hoop } else { &[] };
-                slide_row(terms, weighed, j, row, kept, run, (clamps, k, hoop), (range, reach))
-            } else {
-                end_row(terms, weighed, j, row, kept, run, (range, reach))
-            };
+            let end = RowEnd { range, reach, clamps: &mut self.clamps, k, hoop: net.hoop };
+            let pulled = end_row(terms, weighed, j, row, kept, run, end);
             if let Some(pulls) = pulls.get_mut(k) {
                 *pulls = pulled;
             }
@@ -283,8 +273,11 @@ fn end_row(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],
-    (range, reach): (&mut [u32; 4], [f64; 2]),
+    end: RowEnd<'_, '_>,
 ) -> [[f64; 3]; 2] {
+    if terms.layout.has(Feature::Clamps) {
+        return slide_row(terms, weighed, j, row, kept, run, end);
+    }
     let pulled = match weighed {
         Some(net) => {
             let of_row = net.row_share(j);
@@ -292,8 +285,21 @@ fn end_row(
         }
         None => restore_fixed(row, kept, run, |_| 1.0),
     };
-    note_range(terms, row, range, reach);
+    note_range(terms, row, end.range, end.reach);
     pulled
+}
+
+/// What the end of a row's sweep writes besides its nodes.
+struct RowEnd<'a, 'r> {
+    /// Where the row's reach is noted.
+    range: &'a mut [u32; 4],
+    /// Least and greatest displacement along y.
+    reach: [f64; 2],
+    /// Clamps of all rows, and the number of this one among them.
+    clamps: &'a mut Clamps<'r>,
+    k: usize,
+    /// Normals of a curved sheet; empty for a flat one.
+    hoop: &'a [Chunk<HOOP_PLANES>],
 }
 
 /// Notes how far a row reaches, while it is at hand.
@@ -306,9 +312,8 @@ fn note_range(terms: &Terms<'_>, row: &[Chunk<HOT_PLANES>], range: &mut [u32; 4]
     }
 }
 
-/// [`end_row`] where clamps may slip. `clamps`: of all rows, with the number of this one among them and its normals.
+/// [`end_row`] where clamps may slip.
 #[inline(never)]
-#[allow(clippy::too_many_arguments)] // Those of `end_row`, and the clamps.
 fn slide_row(
     terms: &Terms<'_>,
     weighed: Option<&Net<'_>>,
@@ -316,8 +321,7 @@ fn slide_row(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],
-    (clamps, k, hoop): (&mut Clamps<'_>, usize, &[Chunk<HOOP_PLANES>]),
-    (range, [mut low, mut high]): (&mut [u32; 4], [f64; 2]),
+    RowEnd { range, reach: [mut low, mut high], clamps, k, hoop }: RowEnd<'_, '_>,
 ) -> [[f64; 3]; 2] {
     let (layout, chunks) = (terms.layout, terms.layout.chunks);
     let own = k * chunks..(k + 1) * chunks;
@@ -372,7 +376,10 @@ impl<const CURVED: bool> Job for Keep<'_, CURVED> {
 }
 
 /// Remembers the displacements of a row's fixed nodes.
-fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
+fn keep_fixed(layout: &Layout, row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
+    if layout.has(Feature::Clamps) {
+        keep_speeds(row, kept, run, layout.nodes_x);
+    }
     for columns in [run[0]..run[1], run[2]..run[3]] {
         for i in columns.map(|i| i as usize) {
             let (Some([x, y, z, ..]), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(i)) else { break };

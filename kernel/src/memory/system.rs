@@ -260,11 +260,7 @@ impl System<'_> {
     #[inline(always)]
     pub fn has_let_go(&self, i: usize, j: usize) -> bool {
         self.layout.has(Feature::Clamps)
-            && self
-                .arrays
-                .slid
-                .get(j * self.layout.chunks + i / CHUNK)
-                .is_some_and(|slid| slid[i % CHUNK] >= self.directions.grip)
+            && clamp::has_let_go(self.arrays.slid, j * self.layout.chunks + i / CHUNK, i % CHUNK, self.directions.grip)
     }
 
     /// Which attachment a held node belongs to.

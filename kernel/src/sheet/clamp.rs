@@ -15,6 +15,12 @@ use crate::sheet::ring::{HOOP_PLANES, NORMAL_X, NORMAL_Z, own_axes};
 /// Distance slid of a node whose attachment has let go, spacings.
 pub(crate) const LET_GO: f64 = f64::MAX;
 
+/// Whether the node of a lane of a chunk is free by what `slid` says; without slipping clamps, which have none, it is not.
+#[inline(always)]
+pub(crate) fn has_let_go(slid: &[[f64; CHUNK]], chunk: usize, lane: usize, grip: f64) -> bool {
+    slid.get(chunk).is_some_and(|slid| slid.get(lane).is_some_and(|&slid| slid >= grip))
+}
+
 /// What clamps a row of nodes.
 pub(crate) struct ClampedRow<'r> {
     /// Largest impulse of the clamp on each node in a step, spacings/step times its mass; constant.
@@ -40,7 +46,7 @@ pub(crate) struct Slide {
 impl ClampedRow<'_> {
     /// Whether the node of column i is held.
     pub fn holds_node(&self, i: usize) -> bool {
-        self.slid.get(i / CHUNK).is_some_and(|slid| slid[i % CHUNK] < self.grip)
+        !has_let_go(self.slid, i / CHUNK, i % CHUNK, self.grip)
     }
 
     /// (M25) Slides the held node of column i, which had the velocity `before` and would have the velocity `pulled`.

@@ -23,6 +23,7 @@ use crate::memory::system::System;
 use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
 use crate::scene::parts::AttachmentKind;
+use crate::sheet::clamp::has_let_go;
 use crate::sheet::ring::{self, Hoop};
 
 /// Steps between two tests.
@@ -642,7 +643,7 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
 /// Gives the label of the fixed nodes, if there are any.
 fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let (clamps, grip) = (system.layout.has(Feature::Clamps), system.directions.grip);
+    let grip = system.directions.grip;
     let Arrays { hot, shared, runs, slid, .. } = &mut system.arrays;
     let mut sets = Components::new(CacheLine::words(shared).get_mut(..nx * ny).unwrap_or_default());
     join_live_segments(&mut sets, hot, chunks, [nx, ny]);
@@ -655,7 +656,7 @@ fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let mut support = None;
     for (j, run) in runs.iter().enumerate() {
         for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
-            if clamps && slid.get(j * chunks + i / CHUNK).is_some_and(|slid| slid[i % CHUNK] >= grip) {
+            if has_let_go(slid, j * chunks + i / CHUNK, i % CHUNK, grip) {
                 continue;
             }
             let k = j * nx + i;
