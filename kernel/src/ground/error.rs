@@ -225,41 +225,38 @@ impl Error {
     /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`, `sheet.plies: out of range; it
     /// is 0`, `image: buffer too short: it has 0 bytes, needed are 28216`, `back.plies: out of range; it is 2: see stack.plies`, `slack_balance: does not go with another field: integrator.kind`.
     pub fn text(&self) -> Text {
-        let mut text = Text::new();
-        let lengths = matches!(self.code, Code::ShortBuffer | Code::ImageMalformed) && self.limit != 0.0;
-        let reason = match self.code {
-            Code::ImageMalformed if lengths => "snapshot image of another length",
-            code => code.text().to_str().unwrap_or(""),
+        let of_another_length = self.code == Code::ImageMalformed && self.limit != 0.0;
+        let reason = if of_another_length {
+            "snapshot image of another length"
+        } else {
+            self.code.text().to_str().unwrap_or("")
         };
-        // A text that does not fit is cut; the code and the field come first.
-        let _ = if self.field.is_empty() { write!(text, "{reason}") } else { write!(text, "{}: {reason}", self.field) };
         let (before, value, after) = match self.code {
             Code::StepTooLarge => ("; the largest allowed is ", self.limit, " s"),
             Code::ProjectileTooFast => ("; the largest step for this motion is ", self.limit, " s"),
             Code::NotPositive | Code::OutOfRange if !self.field.is_empty() => ("; it is ", self.value, ""),
             _ => ("", 0.0, ""),
         };
-        if lengths {
-            let _ = write!(text, ": it has {} bytes, needed are {}", self.value as u64, self.limit as u64);
-        }
-        if self.code == Code::NotBuilt && !self.with.is_empty() {
-            let _ = write!(
-                text,
-                " `{0}`, which this build lacks: fabric-kernel = {{ ..., features = [\"{0}\"] }} in Cargo.toml",
-                self.with
-            );
-        }
-        if !before.is_empty() {
-            for part in [before, &number(value), after] {
-                let _ = text.push_str(part);
-            }
-        }
-        let link = match (self.code, self.with) {
-            (Code::NotBuilt, _) | (_, "") => ["", ""],
-            (Code::DoesNotGoWith, with) => [": ", with],
-            (_, with) => [": see ", with],
+        let (value, linked) = (if before.is_empty() { Text::new() } else { number(value) }, !self.with.is_empty());
+        let link = match self.code {
+            _ if !linked => ["", "", "", ""],
+            Code::NotBuilt => [
+                " `",
+                "`, which this build lacks: fabric-kernel = { ..., features = [\"",
+                "\"] } in Cargo.toml",
+                self.with,
+            ],
+            Code::DoesNotGoWith => [": ", "", "", ""],
+            _ => [": see ", "", "", ""],
         };
-        link.iter().for_each(|part| drop(text.push_str(part)));
+        let mut text = Text::new();
+        // A text that does not fit is cut; the code and the field come first.
+        let colon = if self.field.is_empty() { "" } else { ": " };
+        let parts = [self.field, colon, reason, before, &value, after, link[0], self.with, link[1], link[3], link[2]];
+        parts.iter().for_each(|part| _ = text.push_str(part));
+        if of_another_length || self.code == Code::ShortBuffer && self.limit != 0.0 {
+            _ = write!(text, ": it has {} bytes, needed are {}", self.value as u64, self.limit as u64);
+        }
         text
     }
 }

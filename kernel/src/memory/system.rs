@@ -494,7 +494,9 @@ impl System<'_> {
         }
         self.arrays.flags.fill(0);
         self.arrays.owed.fill(NOTHING_OWED);
-        self.arrays.slid.fill([0.0; CHUNK]);
+        if self.layout.has(Feature::Clamps) {
+            self.arrays.slid.fill([0.0; CHUNK]);
+        }
         for j in 0..self.arrays.been_slack.len() {
             let Along { horizontal, vertical, .. } = self.directions_of_row(j);
             let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * slack::bit(axis);

@@ -245,6 +245,9 @@ impl Scene {
         self.check_projectile()?;
         self.check_stack()?;
         self.check_attachment()?;
+        if Feature::Clamps.is_built() {
+            self.check_clamps()?;
+        }
         if Feature::Plies.is_built() && self.back.plies > 0 {
             self.check_back()?;
         }
@@ -429,13 +432,13 @@ impl Scene {
         Ok(())
     }
 
+    /// What clamps hold must be more than what the sheet pulls before anything has happened.
     #[inline(never)]
-    fn check_attachment(&self) -> Result<(), Error> {
+    fn check_clamps(&self) -> Result<(), Error> {
         let Attachment { hold, grip, strength, .. } = self.attachment;
         if grip > 0.0 && hold == 0.0 {
             return Err(Error::new(Code::OutOfRange, "attachment.grip", grip, 0.0).from("attachment.hold"));
         }
-        // What the sheet pulls at its attachments before anything has happened.
         let across = [self.sheet.nodes_y, self.sheet.nodes_x].map(|bars| f64::from(bars) * f64::from(self.sheet.plies));
         for (axis, bars) in [Axis::Horizontal, Axis::Vertical].into_iter().zip(across) {
             let stretch = self.rest_stretch(axis);
@@ -450,6 +453,11 @@ impl Scene {
                 }
             }
         }
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn check_attachment(&self) -> Result<(), Error> {
         if self.attachment.kind != AttachmentKind::FourCorners {
             return Ok(());
         }

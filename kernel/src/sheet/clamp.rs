@@ -9,6 +9,7 @@
 
 use crate::ground::math;
 use crate::ground::planes::{CHUNK, Chunk};
+use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Scene};
 use crate::sheet::ring::{HOOP_PLANES, NORMAL_X, NORMAL_Z, own_axes};
 
@@ -18,7 +19,7 @@ pub(crate) const LET_GO: f64 = f64::MAX;
 /// Whether the node of a lane of a chunk is free by what `slid` says; without slipping clamps, which have none, it is not.
 #[inline(always)]
 pub(crate) fn has_let_go(slid: &[[f64; CHUNK]], chunk: usize, lane: usize, grip: f64) -> bool {
-    slid.get(chunk).is_some_and(|slid| slid.get(lane).is_some_and(|&slid| slid >= grip))
+    Feature::Clamps.is_built() && slid.get(chunk).is_some_and(|slid| slid.get(lane).is_some_and(|&slid| slid >= grip))
 }
 
 /// What clamps a row of nodes.

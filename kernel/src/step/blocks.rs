@@ -222,7 +222,9 @@ pub(crate) fn end(system: &mut System<'_>) {
     for step in 0..system.block_steps {
         explicit::book_taken(system, 0, [0, system.layout.nodes_y], step);
         explicit::book_pulls(system, 0, [0, system.layout.nodes_y], step);
-        explicit::book_clamps(system, 0, [0, system.layout.nodes_y], step);
+        if system.layout.has(Feature::Clamps) {
+            explicit::book_clamps(system, 0, [0, system.layout.nodes_y], step);
+        }
     }
     explicit::end_step(system);
 }

@@ -175,7 +175,9 @@ fn book_sweep(system: &mut System<'_>) {
         let rows = system.awake_of(ply);
         book_taken(system, ply, rows, 0);
         book_pulls(system, ply, rows, 0);
-        book_clamps(system, ply, rows, 0);
+        if system.layout.has(Feature::Clamps) {
+            book_clamps(system, ply, rows, 0);
+        }
         book_pushes(system, ply, rows);
     }
 }

@@ -12,13 +12,11 @@
 //! Without `track_detachment` nothing is known to be loose once a segment has failed: then no node at all may be in the way.
 //! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
 
-use crate::body::path;
 use crate::body::pose::{Vector, into_body};
 use crate::ground::lanes::CacheLine;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::memory::arrays::Arrays;
-use crate::memory::model::start_motion;
 use crate::memory::system::System;
 use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
@@ -219,24 +217,30 @@ const FACE_HIT: f64 = 0.1;
 
 /// The course of a body that has been in contact.
 fn course(system: &mut System<'_>) -> Course {
-    let state = &mut system.state;
-    let direction = state.watch.direction(&state.body.velocity);
+    let velocity = system.state.body.velocity;
+    let direction = system.state.watch.direction(&velocity);
+    let impulse = system.state.sums.impulse;
     let mut course = Course { direction, normal: direction, within_ring: false, around: None };
     if let Some(hoop) = Hoop::of(&system.scene) {
-        let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
+        let start = start_in_sheet(system);
         let radius = hoop.radius * system.scene.sheet.spacing;
         course.within_ring = from_axis(&start.into()).norm() < radius;
         course.around = (!course.within_ring).then_some(radius);
-        let outwards = from_axis(&state.body.position);
+        let outwards = from_axis(&system.state.body.position);
         let distance = outwards.norm();
         if distance > 0.0 {
             course.normal = if course.within_ring { outwards } else { -outwards } / distance;
         }
-    } else if math::abs(state.sums.impulse.z) > FACE_HIT * state.sums.impulse.norm() {
+    } else if math::abs(impulse.z) > FACE_HIT * impulse.norm() {
         // Contact only pushes: it has pushed the body to the side from which it came.
-        course.normal = Vector::new(0.0, 0.0, if state.sums.impulse.z > 0.0 { -1.0 } else { 1.0 });
+        course.normal = Vector::new(0.0, 0.0, if impulse.z > 0.0 { -1.0 } else { 1.0 });
     }
     course
+}
+
+/// Where the body started, in the sheet's frame, m.
+fn start_in_sheet(system: &System<'_>) -> [f64; 3] {
+    system.model.pose.point_in(system.scene.projectile.position)
 }
 
 /// Whether a body that leaves a circle outwards has come through it: straight back along its flight it leaves the circle in the half that is
@@ -271,11 +275,9 @@ fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
 
 /// Whether nothing that could act on the body is in its way, or only loose pieces that take no more.
 fn contact_is_over(system: &mut System<'_>, course: &Course, settled: Option<bool>) -> bool {
-    match settled {
-        Some(true) => way_is_clear(system, course, true),
-        // Without a node at the body the end of the travel need not be awaited.
-        _ => system.state.sums.contacts == 0 && way_is_clear(system, course, false),
-    }
+    let beside_debris = settled == Some(true);
+    // Without a node at the body the end of the travel need not be awaited.
+    (beside_debris || system.state.sums.contacts == 0) && way_is_clear(system, course, beside_debris)
 }
 
 /// Whether held yarn will not stop the body any more. Asked when it has moved on by half a spacing and by R/16, or for the time in which it
@@ -348,7 +350,7 @@ fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
 
 /// The body has missed the sheet and is on its other side, or will be where it flies.
 fn has_passed(system: &System<'_>) -> bool {
-    let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
+    let start = start_in_sheet(system);
     let [x, y] = system.scene.half_size();
     let (mut low, mut high) = ([-x, -y, 0.0], [x, y, system.scene.stack_height()]);
     if system.layout.has(Feature::Curved) {

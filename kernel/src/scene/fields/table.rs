@@ -124,13 +124,13 @@ pub const FIELDS: &[Field] = &[
     real("attachment.disc_radius", |s| one(&mut s.attachment.disc_radius), &LENGTH, Range::Positive, 242,
         "Radius of the corner discs. Each must hold a node; they may neither overlap nor reach under the projectile. Read for four corners only")
         .read(four_corners),
-    real("attachment.hold", |s| one(&mut s.attachment.hold), &FORCE, Range::NotNegative, 756,
+    real("attachment.hold", |s| one(&mut s.attachment.hold), &FORCE, Range::NotNegative, 757,
         "Force H at which the clamp lets a bar of one ply slip (M25), for each bar that ends there; 0 = without limit. Velocity Verlet only; not with a graded network")
         .image(Image::Later(0x6f_0000)),
-    real("attachment.grip", |s| one(&mut s.attachment.grip), &LENGTH, Range::NotNegative, 757,
+    real("attachment.grip", |s| one(&mut s.attachment.grip), &LENGTH, Range::NotNegative, 758,
         "Length of yarn in the clamp: a node that has slid so far has been pulled out; 0 = without end. Read with a hold only")
         .read(slipping).image(Image::LaterWhereRead),
-    real("attachment.strength", |s| one(&mut s.attachment.strength), &FORCE, Range::NotNegative, 758,
+    real("attachment.strength", |s| one(&mut s.attachment.strength), &FORCE, Range::NotNegative, 759,
         "Mean force over force_window at which one attachment as a whole lets go; 0 = never")
         .image(Image::Later(0x70_0000)),
     // ---- Yarn
