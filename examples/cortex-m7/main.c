@@ -4,7 +4,7 @@
  *     make LIBRARY=path/to/libfabric_kernel.a run       (in this folder; see the Makefile for how to build the library)
  *
  * Flash: the library, board.c and this file. RAM: the block of `memory` below (fk_memory_size says how much of it is used), a
- * few bytes, and a stack of some 4 KiB and what yours takes. Any Cortex-M7 with double-precision floating point and 512 KiB of RAM in one piece will do;
+ * few bytes, and a stack of some 6 KiB and what yours takes. Any Cortex-M7 with double-precision floating point and 512 KiB of RAM in one piece will do;
  * an500.ld has the addresses of one board.
  *
  * How the instructions are counted: QEMU with `-icount shift=0` lets 1 ns of its clock pass for each instruction, and the system timer

@@ -94,7 +94,7 @@ impl Slot {
                 let (mut passes, mut steps, mut outcomes) = (0, 0, 0);
                 let places = (into(&mut passes), into(&mut steps), into(&mut outcomes));
                 assert_eq!(fk_bands_progress(self.to_look_at(), places.0, places.1, places.2), FK_OK);
-                assert!(steps <= passes && outcomes < 16 && (bands.failed.is_none() || passes > 0));
+                assert!(steps <= passes && outcomes < 128 && (bands.failed.is_none() || passes > 0));
                 assert_eq!(digest(self.handle), Err(TURN));
                 return;
             }
