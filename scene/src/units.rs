@@ -34,6 +34,8 @@ const UNITS: [Unit; 30] = [
     ("ms", "s", |x| moved(x, -3)),
     ("us", "s", |x| moved(x, -6)),
     ("ns", "s", |x| moved(x, -9)),
+    ("N", "N", |x| x),
+    ("kN", "N", |x| x * 1e3),
     ("MPa", "Pa", |x| x * 1e6),
     ("GPa", "Pa", |x| x * 1e9),
     ("1/GPa", "1/Pa", |x| moved(x, -9)),

@@ -222,7 +222,9 @@ fn rows() -> Vec<Row> {
         choice("corners", &["attachment.kind"], 3.0),
         real("corners", &["attachment.disc_inset"], &[negative, (About(5.29e-3), Accepted), (About(7.18e-3), Refused(DiscTouchesProjectile, "attachment.disc_radius")), (End, Refused(DiscsOverlap, "attachment.disc_radius"))], &[5e-3, 6e-3, 7.5e-3]),
         real("corners", &["attachment.disc_radius"], &[not_positive, (About(3.88e-4), own(HoldsNothing)), (About(6.87e-3), Accepted), (About(6.98e-3), own(DiscTouchesProjectile)), (End, own(DiscsOverlap))], &[3.8e-4, 3.9e-4, 6e-3, 6.9e-3, 8e-3]),
-        not_read("sphere", &["attachment.disc_inset", "attachment.disc_radius", "attachment.grip"]),
+        not_read("sphere", &["attachment.disc_inset", "attachment.disc_radius"]),
+        real("sphere", &["attachment.grip"], &[negative, (To(0.0), Accepted), (End, own(OutOfRange))], &[]),
+        real("clamped", &["attachment.grip"], &[negative, (End, Accepted)], &[]),
         real("sphere", &["attachment.hold", "attachment.strength"], &[negative, (End, Accepted)], &[]),
         real("theta", &["attachment.hold", "attachment.strength"], &[negative, (To(0.0), Accepted), (End, apart)], &[]),
         // ---- Projectile. No free node inside it at the start; its kinetic energy at any speed is a number.

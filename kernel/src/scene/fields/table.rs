@@ -128,8 +128,8 @@ pub const FIELDS: &[Field] = &[
         "Force H at which the clamp lets a bar of one ply slip (M25), for each bar that ends there; 0 = without limit. Velocity Verlet only; not with a graded network")
         .image(Image::Later(0x6f_0000)),
     real("attachment.grip", |s| one(&mut s.attachment.grip), &LENGTH, Range::NotNegative, 758,
-        "Length of yarn in the clamp: a node that has slid so far has been pulled out; 0 = without end. Read with a hold only")
-        .read(slipping).image(Image::LaterWhereRead),
+        "Length of yarn in the clamp: a node that has slid so far has been pulled out; 0 = without end. Only with a hold")
+        .image(Image::Later(0x71_0000)),
     real("attachment.strength", |s| one(&mut s.attachment.strength), &FORCE, Range::NotNegative, 759,
         "Mean force over force_window at which one attachment as a whole lets go; 0 = never")
         .image(Image::Later(0x70_0000)),
@@ -305,11 +305,6 @@ const fn if_so(condition: bool) -> usize {
 type Text = &'static str;
 type Reals = fn(&mut Scene) -> &mut [f64];
 type Of = &'static Quantity;
-
-/// Whether clamps slip.
-fn slipping(scene: &Scene) -> usize {
-    if_so(scene.attachment.hold != 0.0)
-}
 
 const fn row(name: Text, place: Place, range: Range, fmi: u32, about: Text) -> Field {
     Field { name, place, quantity: None, range, read: |_| usize::MAX, image: Image::Always, fmi, about }
