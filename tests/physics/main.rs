@@ -21,6 +21,7 @@ mod oscillator;
 mod outcomes;
 mod plies;
 mod prescribed;
+
 mod rate;
 mod rings;
 mod rotation;

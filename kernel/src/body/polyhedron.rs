@@ -1,8 +1,8 @@
 //! Convex polyhedra by half-spaces: {x : n_k.x <= b_k for all k}.
 //!
-//! Method: gap phi = max_k (n_k.x - b_k). As the greatest of planes of slope 1 it is convex and 1-Lipschitz, and it is zero on the
-//! surface and nowhere else; over the faces and inside it is the true distance, beyond edges and corners it is smaller. Where faces are
-//! equally near to a point outside, the normal is the mean of theirs; inside it is that of the lowest k. The vertices, wanted for extents only, are the points where three planes meet and that
+//! Method: gap phi = max_k (n_k.x - b_k), the lowest k on a tie. As the greatest of planes of slope 1 it is convex and
+//! 1-Lipschitz, and it is zero on the surface and nowhere else; over the faces and inside it is the true distance, beyond
+//! edges and corners it is smaller. The vertices, wanted for extents only, are the points where three planes meet and that
 //! lie outside none.
 //! Limits: at most 16 faces; planes that meet at less than a millionth count as parallel.
 
@@ -272,19 +272,12 @@ impl Polyhedron {
 
     /// Gap of a point in the body's frame.
     pub fn gap(&self, p: &Vector) -> Gap {
-        let (mut gap, mut between, near) =
-            (Gap { distance: f64::NEG_INFINITY, normal: Vector::zeros() }, false, SAME * self.reach);
+        let mut gap = Gap { distance: f64::NEG_INFINITY, normal: Vector::zeros() };
         for face in self.faces() {
             let distance = face.gap(p);
-            if distance > gap.distance + near || (distance > gap.distance && distance < -near) {
-                (gap, between) = (Gap { distance, normal: face.normal }, false);
-            } else if distance >= gap.distance - near && distance >= -near {
-                gap = Gap { distance: math::max(distance, gap.distance), normal: gap.normal + face.normal };
-                between = true;
+            if distance > gap.distance {
+                gap = Gap { distance, normal: face.normal };
             }
-        }
-        if between {
-            gap.normal *= 1.0 / math::length([gap.normal.x, gap.normal.y, gap.normal.z]);
         }
         gap
     }
