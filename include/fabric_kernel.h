@@ -382,8 +382,8 @@ typedef struct fk_scene_attachment {
     // Force H at which the clamp lets a bar of one ply slip (M25), for each bar that ends there; 0 = without limit.
     // Velocity Verlet only; not with a graded network. In N, >= 0. Default 0.
     double hold;
-    // Length of yarn in the clamp: a node that has slid so far has been pulled out; 0 = without end. Read with a hold
-    // only. In m, >= 0. Default 0.
+    // Length of yarn in the clamp: a node that has slid so far has been pulled out; 0 = without end. Only with a hold.
+    // In m, >= 0. Default 0.
     double grip;
     // Mean force over force_window at which one attachment as a whole lets go; 0 = never. In N, >= 0. Default 0.
     double strength;

@@ -18,7 +18,7 @@ fn moved(x: f64, places: i32) -> f64 {
 pub const GRAMS_PER_DENIER: f64 = 0.9 * 0.980665;
 
 /// The units beside those of SI. Inch, foot, yard, ounce and grain are those of the international yard and pound, which are exact.
-const UNITS: [Unit; 30] = [
+const UNITS: [Unit; 31] = [
     ("mm", "m", |x| moved(x, -3)),
     ("cm", "m", |x| moved(x, -2)),
     ("um", "m", |x| moved(x, -6)),
@@ -34,7 +34,6 @@ const UNITS: [Unit; 30] = [
     ("ms", "s", |x| moved(x, -3)),
     ("us", "s", |x| moved(x, -6)),
     ("ns", "s", |x| moved(x, -9)),
-    ("N", "N", |x| x),
     ("kN", "N", |x| x * 1e3),
     ("MPa", "Pa", |x| x * 1e6),
     ("GPa", "Pa", |x| x * 1e9),
