@@ -22,6 +22,7 @@ fn dimension(unit: &str) -> [i32; 3] {
         "Pa" => [-1, 1, -2],
         "1/Pa" => [1, -1, 2],
         "s" => [0, 0, 1],
+        "N" => [1, 1, -2],
         other => panic!("the unit {other}"),
     }
 }
@@ -96,7 +97,14 @@ fn scenes() -> Vec<(&'static str, Scene, u64)> {
     torn.attachment.kind = AttachmentKind::FourCorners;
     (torn.attachment.disc_inset, torn.attachment.disc_radius) = (2e-3, 2e-3);
     (torn.projectile.radius, torn.projectile.position[2]) = (3e-3, -3e-3);
+    let mut askew = small_sheet(31, 10.0);
+    (askew.projectile.velocity[0], askew.projectile.position[0]) = (17.0, -3e-3);
+    let mut clamped = small_sheet(31, 60.0);
+    let attachment = &mut clamped.attachment;
+    (attachment.hold, attachment.grip, attachment.strength) = (20.0, 1e-3, 100.0);
     let by_outcome = [
+        ("rebounds", askew, 30_000),
+        ("slips and lets go", clamped, 3000),
         ("exits", small_sheet(31, speed(40.0, 8.4e-3)), 9000),
         ("goes through", Scene { track_through: true, ..small_sheet(31, speed(40.0, 8.4e-3)) }, 9000),
         ("is arrested", small_sheet(31, speed(0.2, 8.4e-3)), 20_000),

@@ -47,8 +47,8 @@ pub const GROUPS: &[&[Choice]] = &[
     ],
     &[of("friction", |s| s.contact.friction = 0.3)],
     &[
-        of("slipping clamps", |s| (s.attachment.hold, s.attachment.grip) = (20.0, 1e-3)),
-        of("attachments of a strength", |s| s.attachment.strength = 200.0),
+        of("slipping clamps", |s| (s.attachment.hold, s.attachment.grip) = (400.0, 1e-3)),
+        of("attachments of a strength", |s| s.attachment.strength = 2e4),
     ],
     &[of("viscosity", |s| *s = as_proposed(*s))],
     &[of("rate of strain", |s| *s = rated(*s, 1700.0))],

@@ -15,6 +15,8 @@ use rayon::prelude::*;
 const LIMIT: u64 = 40_000;
 /// Steps for which a shot goes on after its outcome.
 const AFTER: u64 = 4_000;
+/// Least distance from a ring's axis, over its radius, from which a body that tears the wall has grazed it.
+const GRAZES: f64 = 0.8;
 
 #[test]
 fn bodies_are_on_the_side_that_is_said() {
@@ -91,7 +93,7 @@ fn fly(seed: u64) -> Result<(Place, Option<Outcome>), String> {
         Place::Sheet => v[2] * scene.projectile.position[2] < 0.0,
         Place::Within => true,
         // One that misses a ring has flown past it; else it is within, or has been and left across from where it entered.
-        Place::Around => !touched || nearest_to_axis < 0.8 * scene.sheet.radius,
+        Place::Around => !touched || nearest_to_axis < GRAZES * scene.sheet.radius,
     };
     let perforated = failed > 0;
     let half = scene.half_size();
@@ -102,7 +104,11 @@ fn fly(seed: u64) -> Result<(Place, Option<Outcome>), String> {
         }
         _ => x[1].abs() + Solid::of(&scene.projectile).reach() > half[1],
     };
+    // It has cut through the wall where it bulges outwards, and either may be said.
+    let grazed =
+        place == Place::Around && perforated && (GRAZES..1.0).contains(&(nearest_to_axis / scene.sheet.radius));
     match end {
+        _ if grazed => Ok((place, Some(end))),
         Outcome::Rebounded if goes_to_the_other_side => wrong("but ends on the other side"),
         Outcome::Exited | Outcome::Passed if !goes_to_the_other_side => wrong("but ends on its own side"),
         Outcome::Exited if !perforated && !around_an_edge => wrong("through whole cloth"),

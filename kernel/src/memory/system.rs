@@ -270,7 +270,7 @@ impl System<'_> {
         weave::attachment_of(self.scene.attachment.kind, self.layout.y.nodes, self.layout.upper, row, side)
     }
 
-    /// (M25) The largest impulse of the clamp on every held node in a step.
+    /// Largest impulse of the clamp on every held node in a step.
     #[inline(never)]
     fn fill_holds(&mut self) {
         let [nx, ny] = [self.layout.x.nodes as usize, self.layout.y.nodes as usize];
