@@ -30,8 +30,10 @@ pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
             if let Some(place) = system.arrays.candidate_nodes.get_mut(all) {
                 *place = node;
             }
-            if all < system.arrays.tangential.len() {
-                system.arrays.tangential.copy_within(c..=c, all);
+            if let Some(&rubbing) = system.arrays.tangential.get(c)
+                && let Some(place) = system.arrays.tangential.get_mut(all)
+            {
+                *place = rubbing;
             }
             (c, all) = (c + 1, all + 1);
         } else if held.gap_rate(&body.velocity, &body.angular_velocity) < 0.0 {
