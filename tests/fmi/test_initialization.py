@@ -21,7 +21,7 @@ SCENES = [
     {**TAUT, **TINY, "weft.modulus_mean": 1.4e11, "weft.modulus_sd": 1e9, "weft.damage_slope": 7.91e-9, "weft.damage_intercept": -878.46,
      "weft.damage_sd": 8.0, "weft.critical_stretch": 1.04, "yarn.strength_draw": 1},
     {**SPHERE, **TINY, "stack.plies": 3, "stack.gap": 2e-4, "back.plies": 1, "ply.first": 1,
-     "contact.friction": 0.2, "projectile.start.angular_velocity[2]": 5.0, "sheet.crimp": [1e-3, 2e-3]},
+     "contact.friction": 0.2, "projectile.start.angular_velocity[2]": 5.0, "sheet.crimp": [1e-3, 2e-3], "attachment.hold": 100.0},
     {**TINY, "projectile.shape": 5, "projectile.start.position[3]": -0.1, "projectile.start.orientation": [0.5, 0.5, -0.5, 0.5],
      "sheet.orientation": TURNED, "sheet.position": [1e-3, 2e-3, 3e-3], "attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 1e-3,
      "attachment.disc_radius": 8e-4, "slack_balance": True},

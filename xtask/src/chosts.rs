@@ -75,7 +75,7 @@ fn watched(wanted: &[(String, String)]) -> Outcome {
         }
     }
     println!("figure 23: C99 and C++17 hosts with AddressSanitizer and UBSan (which see the host's code): 0 errors");
-    let short = build("gcc", "examples/c/first.c", &[])?;
+    let short = build("gcc", "examples/c/impact.c", &[])?;
     if !found(&["valgrind"], "C host under valgrind") {
         return Ok(());
     }
