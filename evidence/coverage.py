@@ -125,6 +125,8 @@ def summary(everything, tests):
     lines = []
     for low, high in ((6, 8), (10, 10), (15, 15), (20, 60)):
         here = [row for row in everything if low <= row[0] <= high]
+        if not here:
+            continue
         inside = sum(0.93 <= row[5] <= 0.97 for row in here)
         least, most = min(here, key=lambda row: row[5]), max(here, key=lambda row: row[5])
         shots = f"{low} shots" if low == high else f"{low} to {high} shots"
