@@ -4,6 +4,7 @@ import { build } from "esbuild";
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { gzipSync } from "node:zlib";
+import { gzipAsync } from "@gfx/zopfli";
 import { dirname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 
@@ -90,7 +91,7 @@ for (const { name, changes } of scene.NAMED) {
 const worker = await bundled("worker.ts", "iife", json());
 const page = await bundled("main.ts", "esm", {
   ...json(),
-  "built:kernel": { contents: gzipSync(readFileSync(kernel), { level: 9 }).toString("base64"), loader: "text" },
+  "built:kernel": { contents: Buffer.from(await gzipAsync(readFileSync(kernel), { numiterations: 5 })).toString("base64"), loader: "text" },
   "built:worker": { contents: worker, loader: "text" },
 });
 const html = read(here, "index.html")
