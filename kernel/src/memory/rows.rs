@@ -388,7 +388,7 @@ fn keep_fixed(layout: &Layout, row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]],
     }
 }
 
-/// Remembers their velocities, too, behind the displacements.
+/// Keeps the velocities of a row's fixed nodes, after the displacements.
 fn keep_speeds(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4], nodes: usize) {
     for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
         if let (Some(chunk), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(nodes + i)) {
