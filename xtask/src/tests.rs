@@ -28,6 +28,7 @@ type Step = (&'static str, fn() -> Outcome);
 /// What every change must pass, in two halves that take the same time side by side: the first compiles for development and release, and
 /// for the targets of the digests, the second what is shipped.
 const FIRST: &[Step] = &[
+    ("documentation: words and sentences of the pages", || command("python3", &["tests/structure/pages.py"])),
     ("format", || with_cargo("fmt", &["fmt", "--all", "--check"])),
     ("clippy", || {
         let options = ["clippy", "--quiet", "--workspace", "--all-targets", "--features", EVERY_FEATURE];
