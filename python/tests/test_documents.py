@@ -26,6 +26,19 @@ def anchors(page):
 
 
 class Documents(unittest.TestCase):
+    def test_readme(self):
+        """The program and the command of the README print what it says; both are in a folder of their own."""
+        text = (TOP / "README.md").read_text()
+        blocks = re.findall(r"^```(?:python|sh)\n([^`]*)```\n\n```text\n([^`]*)```", text, re.MULTILINE)
+        self.assertEqual(len(blocks), 2)
+        for code, said in blocks:
+            with self.subTest(code), tempfile.TemporaryDirectory() as folder:
+                name, *options = code.split()
+                program = [pathlib.Path(sys.executable).parent / name, TOP / options[0], "--out", folder] if len(options) == 1 else ["-c", code]
+                done = subprocess.run([sys.executable, *program], cwd=folder, capture_output=True, text=True)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertIn(said.strip(), done.stdout)
+
     def test_programs(self):
         for document, expected in [("README.md", 1), ("docs/python.md", 2)]:
             blocks = re.findall(r"```python\n(.*?)```", (TOP / document).read_text(), re.DOTALL)
@@ -59,4 +72,4 @@ class Documents(unittest.TestCase):
         """Each picture is shown on a page."""
         pages = "".join(file.read_text() for file in files() if file.suffix == ".md")
         for picture in (TOP / "docs" / "images").iterdir():
-            self.assertIn(f"images/{picture.name}", pages)
+            self.assertTrue(f"images/{picture.name}" in pages, picture.name)

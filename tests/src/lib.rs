@@ -183,8 +183,3 @@ pub fn close(value: f64, expected: f64, relative: f64) {
         ((value - expected) / expected).abs()
     );
 }
-
-/// The Rust example of the README, run as a doctest.
-#[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
-pub struct Readme;

@@ -1,27 +1,19 @@
-//! Runs the C and Python examples of the README and the C++ program of docs/embedding.md as a reader would. (The Rust
-//! example is a doctest of `fabric-tests`.)
+//! Runs the Python program of docs/fmi.md and the C++ program of docs/embedding.md as a reader would. (The Python programs of README.md
+//! and docs/python.md are run by the tests of the package, the Rust program of kernel/README.md is a doctest.)
 
 use crate::chosts::prefix;
 use crate::platforms::Targets;
 use crate::tools::{Outcome, cmake, emptied, found, output, python, read, run as command, target, top, write};
 use std::path::Path;
 
-/// Compiles and runs the C block, goes through docs/embedding.md, runs the Python block.
 pub fn run() -> Outcome {
     crate::chosts::installed()?;
     crate::fmu::packed(Targets::Host, false)?;
-    let text = read(top().join("README.md"))?;
     let folder = emptied(target().join("readme"))?;
-    let library = prefix().join("lib/libfabric_kernel.a").to_string_lossy().into_owned();
-    let include = format!("-I{}", prefix().join("include").display());
-    let (source, program) = (save(&text, "c", &folder.join("example.c"))?, folder.join("example"));
-    let shown = program.to_string_lossy();
-    command("cc", &["-std=c99", "-Wall", "-Wextra", "-Werror", &include, &source, &library, "-o", &shown])?;
-    command(&program, &[])?;
     if found(&["cmake", "g++"], "program of docs/embedding.md") {
         embedding()?;
     }
-    command(python()?, &[&save(&text, "python", &folder.join("example.py"))?])
+    command(python()?, &[&save(&read(top().join("docs/fmi.md"))?, "python", &folder.join("example.py"))?])
 }
 
 /// The C++ program of docs/embedding.md with its CMake project; it must print what the page says.
