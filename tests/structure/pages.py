@@ -14,10 +14,10 @@ BUDGET = {
     "docs/embedding.md": 1400, "docs/v50.md": 1200, "docs/python.md": 1100, "docs/reliability.md": 1000, "docs/performance.md": 900,
     "fabrics/README.md": 900, "CONTRIBUTING.md": 650, "examples/rotorburst/README.md": 500, "docs/dependencies.md": 450, "docs/web.md": 400,
     "CHANGELOG.md": 350, "validation/README.md": 250, "examples/reference/README.md": 160, "kernel/README.md": 160, "xtask/release/README.md": 130,
-    "examples/coupling/README.md": 80, "python/README.md": 40, "fmu/wasm/README.md": 400,
+    "examples/coupling/README.md": 80, "python/README.md": 40, "fmu/wasm/README.md": 400, "evidence/resolved/README.md": 900,
 }  # fmt: skip
 TO_BE_CUT = {
-    "docs/model.md": 6620, "docs/validation.md": 4167, "docs/tutorial.md": 2568, "docs/accuracy.md": 2080,
+    "docs/model.md": 6620, "docs/tutorial.md": 2568, "docs/accuracy.md": 2080,
     "docs/embedding.md": 1834, "docs/v50.md": 2260, "docs/python.md": 1505, "docs/reliability.md": 1157, "docs/performance.md": 1577,
     "fabrics/README.md": 1182, "CONTRIBUTING.md": 830, "examples/rotorburst/README.md": 886, "docs/dependencies.md": 650,
     "CHANGELOG.md": 1010, "validation/README.md": 323, "examples/reference/README.md": 165, "kernel/README.md": 164, "xtask/release/README.md": 132,

@@ -7,7 +7,7 @@
 //! On the body the outer yarn also presses with its own force across the plane; the network does not know which one it is, so the mean of both counts.
 //! Limits: of forces while pinned, so it says where slip begins, not how far it goes; yarns of equal mass; a bar is one yarn, and coarse parts of a
 //! graded network are left out; without viscosity, what slack yarns owe, and friction on the body; not of curved sheets.
-//! Reference: F. T. Peirce, J. Textile Inst. 28 (1937) T45 (Theta); docs/validation.md, "Where crossings slip".
+//! Reference: F. T. Peirce, J. Textile Inst. 28 (1937) T45 (Theta); evidence/resolved/README.md.
 
 use crate::body::pose::Vector;
 use crate::contact::search::Search;
