@@ -105,3 +105,24 @@ fn a_body_that_is_kept_from_flying_off_meets_the_node() {
         assert!(counters.worst_penetration < 1e-12, "{:e}", counters.worst_penetration);
     }
 }
+
+/// A box that falls with an edge on a row of nodes is pushed along the mean of the two faces that are equally near, and so neither aside nor around,
+/// on the row to rounding and beside it in proportion.
+#[test]
+fn a_box_with_its_edge_on_a_row_of_nodes_falls_straight() {
+    let aside = |offset: f64| {
+        let mut scene = small_sheet(31, 30.0);
+        let (half, h) = (0.125 * std::f64::consts::PI, scene.sheet.spacing);
+        let body = &mut scene.projectile;
+        (body.shape, body.size, body.mass) = (Shape::Box, [12.0 * h, 8.0 * h, 8.0 * h], 5e-3);
+        body.orientation = [half.cos(), half.sin(), 0.0, 0.0];
+        body.position = [0.0, offset * h, -4.0 * 2f64.sqrt() * h - 1e-3 * h];
+        let mut sim = sim_of(&scene);
+        sim.advance(1500).unwrap();
+        let motion = sim.projectile().unwrap();
+        assert!(sim.counters().failed_segments == 0 && motion.velocity[2] < 29.9, "{motion:?}");
+        (motion.velocity[1] / motion.velocity[2]).abs() + (motion.angular_velocity[0] * h / motion.velocity[2]).abs()
+    };
+    let (on, beside) = (aside(0.0), aside(1e-9));
+    assert!(on < 1e-9 && beside < 1e-6, "{on:e} {beside:e}");
+}

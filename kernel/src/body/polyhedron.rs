@@ -1,6 +1,6 @@
 //! Convex polyhedra by half-spaces: {x : n_k.x <= b_k for all k}.
 //!
-//! Method: gap phi = max_k (n_k.x - b_k), the lowest k on a tie. As the greatest of planes of slope 1 it is convex and
+//! Method: gap phi = max_k (n_k.x - b_k), for a point at rest the lowest k on a tie. As the greatest of planes of slope 1 it is convex and
 //! 1-Lipschitz, and it is zero on the surface and nowhere else; over the faces and inside it is the true distance, beyond
 //! edges and corners it is smaller. The vertices, wanted for extents only, are the points where three planes meet and that
 //! lie outside none.
@@ -280,6 +280,20 @@ impl Polyhedron {
             }
         }
         gap
+    }
+
+    /// Gap of a point outside that moves by `step` relative to the body within the time step, m, body axes. Among equally near faces
+    /// the normal is that of the face that is nearest after the step; if several are, the mean of their normals.
+    #[inline(never)] // Edges are rare.
+    pub fn gap_of_moving(&self, p: &Vector, step: &Vector) -> Gap {
+        let (gap, same) = (self.gap(p), SAME * self.reach);
+        let tied = || self.faces().iter().filter(|face| face.gap(p) >= gap.distance - same).map(|face| face.normal);
+        if gap.distance < -same || tied().nth(1).is_none() {
+            return gap;
+        }
+        let farthest = tied().fold(f64::NEG_INFINITY, |most, normal| math::max(normal.dot(step), most));
+        let sum: Vector = tied().filter(|normal| normal.dot(step) >= farthest - same).sum();
+        Gap { normal: sum * (1.0 / math::length([sum.x, sum.y, sum.z])), ..gap }
     }
 }
 

@@ -122,6 +122,17 @@ impl<'s> Search<'s> {
         (gap.distance < self.margin)
             .then(|| (gap.distance, pose::out_of_body(q, &gap.normal), r_body.cross(&gap.normal)))
     }
+
+    /// Normal in the sheet's frame and arm in body axes of a node at `r` from the centre of a polyhedron, by the node's velocity, m/s.
+    #[inline(always)]
+    fn at_an_edge(&self, r: &Vector, velocity: &Vector, dt: f64) -> Option<(Vector, Vector)> {
+        let Solid::Polyhedron(body) = self.solid else { return None };
+        let q = &self.body.orientation;
+        let r_body = pose::into_body(q, r);
+        let rate = pose::into_body(q, &(velocity - self.body.velocity)) - self.body.angular_velocity.cross(&r_body);
+        let normal = body.gap_of_moving(&r_body, &(rate * dt)).normal;
+        Some((pose::out_of_body(q, &normal), r_body.cross(&normal)))
+    }
 }
 
 /// The body's box and the ball about it.
@@ -269,9 +280,8 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.limits.dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
-    let free_body = system.scene.is_free();
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
-    let (body, curved) = (&system.state.body, layout.has(Feature::Curved));
+    let (body, free_body, curved) = (&system.state.body, system.scene.is_free(), layout.has(Feature::Curved));
     let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, slid, columns, lines, hoop, .. } =
         &mut system.arrays;
     let net = Net { columns, lines, hoop };
@@ -315,13 +325,14 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                 }
                 let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
                 let Some((gap, normal, arm)) = search.candidate_at(&r) else { continue };
+                let v = Vector::from(planes::velocity(chunk, lane));
+                let (normal, arm) = search.at_an_edge(&r, &(v * unit_speed), dt).unwrap_or((normal, arm));
                 deepest = math::max(-gap, deepest);
                 let fixed = held && in_runs(&run, i) && !has_let_go(slid, j * chunks + c, lane, system.directions.grip);
                 if fixed && !free_body {
                     continue;
                 }
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
-                let v = Vector::from(planes::velocity(chunk, lane));
                 let images = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
                 // With no velocity so far: see `Found`.
                 let found = Candidate {
