@@ -282,18 +282,23 @@ impl Polyhedron {
         gap
     }
 
-    /// Gap of a point outside that moves by `step` relative to the body within the time step, m, body axes. Among equally near faces
-    /// the normal is that of the face that is nearest after the step; if several are, the mean of their normals.
-    #[inline(never)] // Edges are rare.
-    pub fn gap_of_moving(&self, p: &Vector, step: &Vector) -> Gap {
-        let (gap, same) = (self.gap(p), SAME * self.reach);
-        let tied = || self.faces().iter().filter(|face| face.gap(p) >= gap.distance - same).map(|face| face.normal);
-        if gap.distance < -same || tied().nth(1).is_none() {
-            return gap;
+    /// Gap of a point that moves by `step` relative to the body within the time step, m, body axes; `gap` is its gap at rest. Among faces
+    /// equally near to a point outside, the normal is that of the face that is nearest after the step; if several are, the mean of theirs.
+    pub fn gap_of_moving(&self, mut gap: Gap, p: &Vector, step: &Vector) -> Gap {
+        let same = SAME * self.reach;
+        let (mut farthest, mut count) = (f64::NEG_INFINITY, 0);
+        for face in self.faces().iter().filter(|face| gap.distance >= -same && face.gap(p) >= gap.distance - same) {
+            let moves = face.normal.dot(step);
+            if moves > farthest + same {
+                (gap.normal, farthest, count) = (face.normal, moves, 1);
+            } else if moves >= farthest - same {
+                (gap.normal, count) = (gap.normal + face.normal, count + 1);
+            }
         }
-        let farthest = tied().fold(f64::NEG_INFINITY, |most, normal| math::max(normal.dot(step), most));
-        let sum: Vector = tied().filter(|normal| normal.dot(step) >= farthest - same).sum();
-        Gap { normal: sum * (1.0 / math::length([sum.x, sum.y, sum.z])), ..gap }
+        if count > 1 {
+            gap.normal *= 1.0 / math::length([gap.normal.x, gap.normal.y, gap.normal.z]);
+        }
+        gap
     }
 }
 

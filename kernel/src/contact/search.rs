@@ -105,12 +105,12 @@ impl<'s> Search<'s> {
         if outside(0) || outside(1) || outside(2) || r.norm_squared() > self.reach2 {
             return None;
         }
-        self.candidate_at(&r)
+        self.candidate_at(&r, &self.body.velocity, 0.0)
     }
 
-    /// The same of a point inside the box and the ball, `r` from the body's centre.
+    /// The same of a point inside the box and the ball, `r` from the body's centre, m, with its velocity, m/s.
     #[inline(always)] // Most of its time would be the way of its answer through memory.
-    fn candidate_at(&self, r: &Vector) -> Option<(f64, Vector, Vector)> {
+    fn candidate_at(&self, r: &Vector, velocity: &Vector, dt: f64) -> Option<(f64, Vector, Vector)> {
         if let Solid::Sphere { radius } = self.solid {
             // A sphere needs no body axes: its gap depends on the distance alone.
             let gap = shape::sphere_gap(r, *radius);
@@ -118,20 +118,15 @@ impl<'s> Search<'s> {
         }
         let q = &self.body.orientation;
         let r_body = pose::into_body(q, r);
-        let gap = self.solid.gap(&r_body);
+        let mut gap = self.solid.gap(&r_body);
+        if Feature::Polyhedra.is_built()
+            && let Solid::Polyhedron(body) = self.solid
+        {
+            let rate = pose::into_body(q, &(velocity - self.body.velocity)) - self.body.angular_velocity.cross(&r_body);
+            gap = body.gap_of_moving(gap, &r_body, &(rate * dt));
+        }
         (gap.distance < self.margin)
             .then(|| (gap.distance, pose::out_of_body(q, &gap.normal), r_body.cross(&gap.normal)))
-    }
-
-    /// Normal in the sheet's frame and arm in body axes of a node at `r` from the centre of a polyhedron, by the node's velocity, m/s.
-    #[inline(always)]
-    fn at_an_edge(&self, r: &Vector, velocity: &Vector, dt: f64) -> Option<(Vector, Vector)> {
-        let Solid::Polyhedron(body) = self.solid else { return None };
-        let q = &self.body.orientation;
-        let r_body = pose::into_body(q, r);
-        let rate = pose::into_body(q, &(velocity - self.body.velocity)) - self.body.angular_velocity.cross(&r_body);
-        let normal = body.gap_of_moving(&r_body, &(rate * dt)).normal;
-        Some((pose::out_of_body(q, &normal), r_body.cross(&normal)))
     }
 }
 
@@ -324,9 +319,8 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                     continue;
                 }
                 let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
-                let Some((gap, normal, arm)) = search.candidate_at(&r) else { continue };
                 let v = Vector::from(planes::velocity(chunk, lane));
-                let (normal, arm) = search.at_an_edge(&r, &(v * unit_speed), dt).unwrap_or((normal, arm));
+                let Some((gap, normal, arm)) = search.candidate_at(&r, &(v * unit_speed), dt) else { continue };
                 deepest = math::max(-gap, deepest);
                 let fixed = held && in_runs(&run, i) && !has_let_go(slid, j * chunks + c, lane, system.directions.grip);
                 if fixed && !free_body {
