@@ -16,13 +16,7 @@ BUDGET = {
     "CHANGELOG.md": 350, "validation/README.md": 250, "examples/reference/README.md": 160, "kernel/README.md": 160, "xtask/release/README.md": 130,
     "examples/coupling/README.md": 80, "python/README.md": 40, "fmu/wasm/README.md": 400, "evidence/resolved/README.md": 900,
 }  # fmt: skip
-TO_BE_CUT = {
-   
-    "docs/python.md": 1505, "docs/reliability.md": 1157,
-    "fabrics/README.md": 1182, "CONTRIBUTING.md": 830, "examples/rotorburst/README.md": 886, "docs/dependencies.md": 650,
-    "validation/README.md": 323, "examples/reference/README.md": 165, "kernel/README.md": 164, "xtask/release/README.md": 132,
-    "examples/coupling/README.md": 80, "python/README.md": 38,
-}  # fmt: skip
+TO_BE_CUT = {}
 """Pages that are not rewritten yet: the words that they may have until then. Their sentences are not checked."""
 TABLES = "docs/tables/"
 """Written by programs: only all of them together have a budget."""
