@@ -7,6 +7,8 @@ from fabric_kernel import page, plot
 from fabric_kernel.page import significant
 from fabric_kernel.plot import Series
 
+from . import short
+
 NS, US, MS = "ns per node-step", "us", "ms"
 TIGHT = "contact_capacity 7250"
 
@@ -42,7 +44,7 @@ def answer(study):
     none = "No group of measurements is missing; instruction sets that this machine lacks are.\n"
     sections.append(("Not measured", "".join(f"- {missing}\n" for missing in measured["missing"]) or none))
     text += "".join(f"\n## {title}\n\n{body}" for title, body in sections)
-    page.write_table(study.docs, "performance", "What was measured", "cargo xtask bench` and `python -m evidence bench --docs docs", text)
+    short.write(study.docs, "performance", "What was measured", "cargo xtask bench` and `python -m evidence bench --docs docs", text)
 
 
 def goals(rows, figures, widest):

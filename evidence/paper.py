@@ -13,7 +13,7 @@ import numpy
 from fabric_kernel import page, plot, yarn_of_fibrils, yarns_of_fibrils
 from fabric_kernel.plot import Series
 
-from . import claims
+from . import claims, short
 from .paper_runs import ATTACHMENTS, CORNERS, FOUR_SIDES, LARGE, SMALL, STOCHASTIC, SYMMETRIC, TWO_SIDES, UNIFORM, VELOCITIES, WOVEN, Runs, number
 from .statistics import Estimate, arrest_limit
 from .study import SMOKE, clock
@@ -57,10 +57,10 @@ def answer(study):
     report(study, runs, micro, found)
     if study.docs:
         text = f"{runs.scope}\n\n{RULE}\n\n{page.markdown(claims.HEADING, [claim.row() for claim in found], 6)}"
-        page.write_table(study.docs, "paper_claims", "The paper's claims, and our answers", f"{study.command} --docs docs", text)
+        short.write(study.docs, "paper_claims", "The paper's claims, and our answers", f"{study.command} --docs docs", text)
         limits = page.markdown(*limits_table(runs), 2)
         text = f"{runs.scope}\n\n{QUESTION}\n\n{page.markdown(*map_table(runs), 4)}\n## Ballistic limits\n\n{LIMITS}\n\n{limits}"
-        page.write_table(study.docs, "paper_map", "The map of the open question", f"{study.command} --docs docs", text)
+        short.write(study.docs, "paper_map", "The map of the open question", f"{study.command} --docs docs", text)
 
 
 def stress(yarn, stretches):

@@ -14,9 +14,11 @@ import sys
 import time
 
 import fabric_kernel
-from fabric_kernel import Scene, ensembles, page, plot
+from fabric_kernel import Scene, ensembles, plot
 from fabric_kernel.about import scene_hash
 from fabric_kernel.files import csv_of, written
+
+from . import short
 
 plot.use()
 
@@ -93,7 +95,7 @@ class Study:
             text = f"CPU seconds are those of one thread on {machine()}; everything else is the same to the bit on every machine.\n\n{text}"
         print(f"\n{title}\n\n{text}")
         if self.docs:
-            page.write_table(self.docs, name, title, f"{self.command} --docs docs", text)
+            short.write(self.docs, name, title, f"{self.command} --docs docs", text)
 
     def picture(self, file, name):
         """Copies a picture of the folder to docs/images."""
