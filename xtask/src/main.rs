@@ -15,6 +15,7 @@ mod readme;
 mod release;
 mod rotorburst;
 mod sanitize;
+mod site;
 mod tests;
 mod web;
 mod wheel;
@@ -55,6 +56,8 @@ enum Command {
     Digests(digests::Options),
     /// Write target/web/index.html: the kernel live in a web page.
     Web(web::Options),
+    /// Write target/site/html/index.html: all pages and references as a site with a search, and an archive of it.
+    Site,
     /// Measure ns per node-step, parts and peers; `python -m evidence bench` compares them with the goals.
     Bench(tests::BenchOptions),
     /// Build the Python package as wheels, and pack its source: target/wheels.
@@ -77,6 +80,7 @@ fn main() -> std::process::ExitCode {
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
         Command::Release(options) => release::run(&options),
+        Command::Site => site::run().map(|_| ()),
         Command::Header => tools::tables(&["header"]).and_then(|mut header| tools::wait(&mut header)),
         Command::Digests(options) => digests::run(&options),
         Command::Web(options) => web::run(&options),

@@ -6,7 +6,7 @@ use crate::tools::{
     self, Outcome, cargo_program, cargo_tool, emptied, listed, output, python, python_with, read, run as command,
     same_bytes, target, top, write,
 };
-use crate::{demo, fmu, install, web, wheel};
+use crate::{demo, fmu, install, site, web, wheel};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
@@ -33,6 +33,7 @@ const PARTS: &[Part] = &[
     ("FMUs", fmus),
     ("C and C++ library", library),
     ("page", page),
+    ("documentation", documentation),
     ("capsule of the demo", capsule),
     ("bills of materials", bills),
     ("source and texts", texts),
@@ -138,6 +139,10 @@ fn library() -> Made {
 
 fn page() -> Made {
     one(web::build()?.join("index.html"), "the kernel in a web page, with three.js (MIT): open it in a browser")
+}
+
+fn documentation() -> Made {
+    one(site::run()?, "the documentation as a site: unpack it and open index.html")
 }
 
 /// What the host of the demo in short form does to the FMU, from the FMU's log.

@@ -39,6 +39,7 @@ const FIRST: &[Step] = &[
     }),
     ("every set of features", || wait(&mut tables(&["features"])?)),
     ("documentation", documentation),
+    ("documentation as a site", crate::site::check),
     ("package of the kernel", package),
     ("C header", || wait(&mut tables(&["header", "--check"])?)),
     ("web page in a browser", crate::web::check),
