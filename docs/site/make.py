@@ -18,13 +18,27 @@ PAGES = OUT / "pages"
 LINK = re.compile(r"\]\((?!\w+:|#)([^)#\s]+)")
 # Parts of the package that a reader calls.
 MODULES = ["", ".runs", ".ensembles", ".designs", ".limit", ".v50", ".residual", ".sensitivity", ".model_error", ".oneply", ".plot", ".movie", ".textile"]
-SHIM = "iframe-worker@1.0.4"
+# From npm: the search in a page that was opened as a file, and equations.
+SHIM, KATEX = "iframe-worker@1.0.4", "katex@0.16.22"
+SET = """document$.subscribe(() => renderMathInElement(document.body, {
+  delimiters: [{ left: "\\\\(", right: "\\\\)", display: false }, { left: "\\\\[", right: "\\\\]", display: true }], throwOnError: false,
+}))
+"""
 STYLE = ".md-grid { max-width: 76rem; } .md-typeset table:not([class]) th { min-width: 0; } .md-typeset img { max-height: 28rem; }\n"
 
 
 def put(path, text):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text)
+
+
+def package(name, wanted):
+    """Files of a package of npm, in a folder."""
+    packed = subprocess.run(["npm", "pack", name, "--silent", "--pack-destination", OUT], capture_output=True, text=True, check=True).stdout.strip()
+    with tarfile.open(OUT / packed) as archive:
+        names = [member.name for member in archive if re.fullmatch(wanted, member.name)]
+        archive.extractall(OUT / "npm", names, filter="data")
+    return [OUT / "npm" / name for name in names]
 
 
 def stage():
@@ -45,9 +59,13 @@ def stage():
     put(PAGES / "reference/c.md", f"# C header\n\n```c\n{(TOP / 'include/fabric_kernel.h').read_text()}```\n")
     put(PAGES / "reference/rust.md", '# Rust crate\n\n`cargo doc -p fabric-kernel --no-deps` writes the reference of the crate; on this site it is <a href="../rustdoc/fabric/index.html">here</a>.\n')
     put(PAGES / "site.css", STYLE)
-    packed = subprocess.run(["npm", "pack", SHIM, "--silent", "--pack-destination", OUT], capture_output=True, text=True, check=True).stdout.strip()
-    with tarfile.open(OUT / packed) as archive:
-        put(PAGES / "iframe-worker.js", archive.extractfile("package/shim/index.js").read().decode())
+    for name in package(SHIM, r"package/shim/index\.js"):
+        shutil.move(name, PAGES / "iframe-worker.js")
+    for name in package(KATEX, r"package/dist/(katex\.min\.(js|css)|contrib/auto-render\.min\.js|fonts/.*\.woff2)"):
+        path = PAGES / "katex" / name.relative_to(OUT / "npm/package/dist")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        shutil.move(name, path)
+    put(PAGES / "katex/set.js", SET)
     put(OUT / "mkdocs.yml", (HERE / "mkdocs.yml").read_text().replace("PYTHON", str(TOP / "python")))
 
 

@@ -34,7 +34,7 @@ BANNED = re.compile(
 def sentences(text):
     """(line, sentence) of what is prose; code, links, names and references to literature are taken out of it."""
     text = re.sub(r"^```.*?^```|^(    |\|).*?$", lambda code: "\n" * code[0].count("\n"), text, flags=re.DOTALL | re.MULTILINE)
-    text = re.sub(r"`[^`]*`", "code", re.sub(r"\]\([^)]*\)", "]", text))
+    text = re.sub(r"`[^`]*`", "code", re.sub(r"\]\([^)]*\)", "]", re.sub(r"\$[^$\n]+\$", "formula", text)))
     text = re.sub(r" (± [\d.]+|\[[-−\d., ]+\])", "", text)
     text = re.sub(r"\d+ \(\d{4}\)( \d+)?|\(\d{4}\)|\(M\d+\)|\b(FMI|Python|3 in|10 in|Kevlar|Cortex|Chrome|Firefox|Safari) ?[-.\d]*", "name", text)
     for number, line in enumerate(text.split("\n"), 1):
