@@ -78,12 +78,12 @@ def answer(study):
 
 NOTES = (
     "Means with 95 % intervals (Student's t) over runs that differ by the seed and by where in a cell of the network the sphere strikes. "
-    "Absorbed: work of the sphere on the fabric. Rubbed: what of it friction turned into heat. A run ends when the sphere has exited or after 0.6 ms; "
+    "Absorbed: work of the sphere on the fabric. Friction: what of it friction dissipated. A run ends when the sphere has exited or after 0.6 ms; "
     "slack_balance is on. The ballistic limit of each run is found by bisection to 1 %, which its interval counts. "
     "Residual: the largest of these runs, of the impact energy. "
     "Unconverged: contact solves of one of these runs, at most, that ended at their largest number of sweeps. "
     "Published is the effect of friction between yarns, about +10 % on the ballistic limit (validation/effects.toml); "
-    "here the projectile rubs, and the yarns do not, so a verdict says only whether the sizes are alike.\n"
+    "here friction acts on the projectile, not between yarns, so a verdict says only whether the sizes are alike.\n"
 )
 # "About +10 %", as far as the round number tells.
 PUBLISHED = (5.0, 15.0)
@@ -144,4 +144,4 @@ def impact_table(rows):
             Estimate.mean(numbers(own, "velocity m/s")).text(1),
             f"{max(map(abs, numbers(own, 'residual %'))):.2f}", f"{max(numbers(own, 'unconverged')):.0f}",
         ])  # fmt: skip
-    return page.markdown(["velocity, m/s", "energy, J", "coefficient", "absorbed, J", "against 0, %", "rubbed, J", "velocity after, m/s", "residual, %", "unconverged"], lines)
+    return page.markdown(["velocity, m/s", "energy, J", "coefficient", "absorbed, J", "against 0, %", "friction, J", "velocity after, m/s", "residual, %", "unconverged"], lines)

@@ -39,10 +39,10 @@ TITLES = {
     "number": "Number of plies",
     "gap": "Gap between ten plies",
     "turned": "Ten crimped plies, alike and every other one turned by 90 degrees",
-    "draws": "Ten plies of drawn strength: one draw for all (bonded), and one for each",
+    "draws": "Ten plies of sampled strength: one sample for all (bonded), and one for each",
 }
 NOTES = (
-    "Means with 95 % intervals (Student's t) over hits that differ by their place in a cell, and by the seed where strengths are drawn. "
+    "Means with 95 % intervals (Student's t) over hits that differ by their place in a cell, and by the seed where strengths are sampled. "
     "The ballistic limit of each hit is found by bisection to 1 %, which its interval counts; its energy is that of the sphere at this velocity. "
     "Bonded: one network with the mass and the section of all plies. Separate: a network for each ply, 0.1 mm apart where nothing else is said. "
     "Absorbed: work of the sphere on the fabric at the velocity of the column before it. "

@@ -85,16 +85,16 @@ def answer(study):
     parts, rows = [], []
     lines = [[name, spread(own := several()), bisected.get(name, ""), worst(own)] for name, _ in wraps]
     parts.append("One ply as a wrap and flat, as long as the ring is around, 33 g sphere; absorbed at 110 m/s (least to greatest of the places).\n")
-    parts.append(page.markdown(["sheet", "absorbed J", "ballistic limit m/s", "energy open %"], lines, 1))
+    parts.append(page.markdown(["sheet", "absorbed J", "ballistic limit m/s", "energy residual %"], lines, 1))
     taut = [(strain, several()) for strain in strains]
     parts.append("\nHoop pre-tension of the ring on its case.\n")
-    parts.append(page.markdown(["pre-strain %", "absorbed J", "of that without %", "energy open %"], [[f"{100 * strain:g}", spread(own), f"{100 * mean([r[0] for r in own]) / mean([r[0] for r in taut[0][1]]):.0f}", worst(own)] for strain, own in taut], 0))
+    parts.append(page.markdown(["pre-strain %", "absorbed J", "of that without %", "energy residual %"], [[f"{100 * strain:g}", spread(own), f"{100 * mean([r[0] for r in own]) / mean([r[0] for r in taut[0][1]]):.0f}", worst(own)] for strain, own in taut], 0))
     found_limits = list(zip(turns, limits))
     parts.append("\nTurns, as bonded plies: the limit, and the energy of the sphere at it a turn.\n")
     parts.append(page.markdown(["turns", "ballistic limit m/s", "energy at it a turn J", "over that of one"], [[plies, f"{v:.1f}", f"{0.5 * 0.0329 * v * v / plies:.1f}", f"{(v / limits[0]) ** 2 / plies:.2f}"] for plies, v in found_limits], 0))
     if full:
         single = lambda row: [f"{row[0]:.0f}", f"{100 * row[1]:.0f}", row[2], row[4], f"{1e6 * row[5]:.0f}", f"{100 * row[3]:+.2f}"]
-        heading = ["absorbed J", "of the impact's %", "end", "failed segments", "at us", "energy open %"]
+        heading = ["absorbed J", "of the impact's %", "end", "failed segments", "at us", "energy residual %"]
         parts.append("\nThe preset, its fragment's path so far off the plane of rotation; one run each.\n")
         parts.append(page.markdown(["angle deg", *heading], [[f"{angle:g}", *single(next(found))] for angle in ANGLES], 0))
         parts.append("\nThe preset with other bars; one run each.\n")

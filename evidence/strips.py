@@ -188,7 +188,7 @@ def answer(study):
         lines.append([name, row["scale_mpa"], row["shape"], plain.text(0), off(plain), plain.verdict(allowed), f"{m:.0f}", after.text(0), off(after), verdict, f"{weibull(shared(*case[:2], k))[0].value:.0f}"])
     columns = {"yarn at 50 mm": alone, f"yarn at {fitted:.3g} m": longest}
     study.write("strips", [{"strip": line[0], "draw": k} | {name: found[n][k] for name, found in columns.items()} for n, line in enumerate(lines) for k in range(samples)])
-    text = f"Allowed are ± 10 %. Each model value is of {samples} draws. {restless + more} states of rest were not reached.\n\n" + page.markdown(heading, lines)
+    text = f"Allowed are ± 10 %. Each model value is of {samples} samples. {restless + more} states of rest were not reached.\n\n" + page.markdown(heading, lines)
     text += f"\nThe gauge length for which yarn of the measured strength gives the first strip its strength: {fitted:.2g} m [{low:.2g}, {high:.2g}]; the yarn was measured at {1e3 * gauge:.0f} mm.\n"
     rows = [[f"{1e3 * pitch:g} mm", weibull(samples)[0].text(0)] for pitch, samples in zip(pitches, alone[len(strips) :])]
     text += "\nThe first strip with other distances between crossings along the pull:\n\n" + page.markdown(["distance", "MPa [95 %]"], rows)
