@@ -2,7 +2,7 @@
 //! band out of turn is refused and changes nothing.
 
 use fabric::internals::layout::MAX_BANDS;
-use fabric::{Bands, CacheLine, Code, Error, InstructionSet, Scene, Sim, Symmetry};
+use fabric::{AttachmentKind, Bands, CacheLine, Code, Error, InstructionSet, Outcome, Scene, Sim, Symmetry};
 use fabric_tests::{drawn, golden, sim_of, small_sheet, stepped};
 use std::sync::Barrier;
 
@@ -99,6 +99,21 @@ fn mirror_planes() {
             scene.yarn.viscosity_bending = 0.01;
             same_bits(&scene, 500, |_| ());
         }
+    }
+}
+
+/// Yarns slip in their clamps and come out, and one of four bolts fails, at the same steps.
+#[test]
+fn clamps_that_slip() {
+    for (kind, hold, strength) in [(AttachmentKind::FourSides, 350.0, 0.0), (AttachmentKind::FourCorners, 500.0, 3.3e3)]
+    {
+        let mut scene = small_sheet(41, 150.0);
+        (scene.attachment.kind, scene.attachment.hold, scene.attachment.strength) = (kind, hold, strength);
+        (scene.attachment.grip, scene.attachment.disc_inset, scene.attachment.disc_radius) = (3e-4, 3.5e-3, 3e-3);
+        let plain = stepped(&scene, 2000);
+        let fails = plain.outcomes().mask.has(Outcome::AttachmentFailed);
+        assert!(plain.energy().unwrap().attachment > 0.0 && fails == (strength > 0.0));
+        same_bits(&scene, 2000, |_| ());
     }
 }
 

@@ -73,13 +73,17 @@ struct Reach {
 }
 
 impl Block {
-    /// The block that may begin now; None for single steps: beyond `most` steps, or if the body may reach a fixed node or half of the rows.
+    /// The block that may begin now; None for single steps: beyond `most` steps, if the body may reach a fixed node or half of the rows,
+    /// or if a force window of attachments that slip ends within it.
     #[inline(never)]
     pub fn plan(system: &System<'_>, most: u64) -> Option<Block> {
         let (steps, rows) = (system.block_steps, system.layout.nodes_y);
         // So that outcomes are tested behind a block.
         let is_due = steps > 1 && most >= steps as u64 && system.state.step.is_multiple_of(steps as u64);
-        if !is_due || system.rows_to_step(0) != [0, rows] {
+        // What the attachments take in a block is booked at its end, too late for a window that ends within it.
+        let window = system.model.window_steps;
+        let is_cut = system.layout.has(Feature::Clamps) && system.state.step % window + steps as u64 > window;
+        if !is_due || is_cut || system.rows_to_step(0) != [0, rows] {
             return None;
         }
         let (body, h) = (&system.state.body, system.scene.sheet.spacing);
@@ -248,6 +252,8 @@ mod tests {
         let (rows, steps) = (sim.system.layout.nodes_y, BLOCK_STEPS as usize);
         let taken = if sim.layout().takes_energy() { vec![0.0; steps * rows] } else { Vec::new() };
         sim.system.arrays.taken = taken.leak();
+        let clamped = if sim.layout().has(Feature::Clamps) { vec![0.0; steps * rows] } else { Vec::new() };
+        sim.system.arrays.clamped = clamped.leak();
         (sim.system.layout.block_steps, sim.system.block_steps) = (BLOCK_STEPS, steps);
         sim.system.arrays.shared = vec![CacheLine::ZERO; sim.system.layout.shared_lines()].leak();
     }
@@ -311,6 +317,7 @@ mod tests {
             assert_eq!(here, (blocked.digest(), blocked.counters()), "step {}", single.step_count());
             assert_eq!(here, (banded.digest(), banded.counters()), "{of} bands");
         }
+        assert!(scene.attachment.hold == 0.0 || single.energy().unwrap().attachment > 0.0);
         (blocks, single.counters().failed_segments)
     }
 
@@ -330,7 +337,7 @@ mod tests {
             let yarn = &mut scene.yarn;
             (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
         };
-        let changes: [(Change, u64); 7] = [
+        let changes: [(Change, u64); 8] = [
             (viscous, 64),
             (
                 |scene| {
@@ -342,6 +349,10 @@ mod tests {
             ),
             (|scene| scene.yarn.strength_draw = StrengthDraw::Weibull, 37),
             (|scene| scene.attachment.kind = AttachmentKind::Free, 8),
+            (
+                |scene| (scene.attachment.hold, scene.attachment.grip, scene.attachment.strength) = (300.0, 1e-3, 2e4),
+                64,
+            ),
             (|scene| (scene.sheet.pre_strain, scene.yarn.draw) = ([0.004, 0.002], Draw::Yarn), 64),
             (
                 |scene| {
