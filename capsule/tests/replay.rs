@@ -83,6 +83,24 @@ fn every_call_is_replayed_with_the_same_bits() {
 }
 
 #[test]
+fn clamps_that_slip_and_let_go_are_replayed() {
+    let mut scene = scene();
+    (scene.attachment.hold, scene.attachment.grip, scene.attachment.strength) = (100.0, 3e-4, 1e3);
+    let (mut sim, mut bytes) = (simulation(&scene), Vec::new());
+    let mut log = Log::begin(&mut sim, 5, |piece: &[u8]| {
+        bytes.extend_from_slice(piece);
+        true
+    });
+    (0..9).for_each(|_| log.run(&mut sim, &Call::Advance(100)).unwrap());
+    log.end(&sim);
+    assert!(sim.energy().unwrap().attachment > 0.0 && sim.outcomes().mask.has(Outcome::AttachmentFailed));
+    let capsule = Capsule::open(&bytes).unwrap();
+    assert_eq!((capsule.scene().unwrap(), replayed(&capsule, &scene, 17).1), (scene, None));
+    scene.attachment.hold = 101.0;
+    assert!(replayed(&capsule, &scene, 17).1.is_some(), "another hold is another simulation");
+}
+
+#[test]
 fn a_path_and_a_failure_are_replayed() {
     let mut scene = scene();
     (scene.drive, scene.yarn.stochastic) = (fabric::Drive::Prescribed, false);

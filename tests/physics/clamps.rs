@@ -4,7 +4,8 @@
 use fabric::{AttachmentKind, Code, Outcome, Scene, Sim, Symmetry};
 use fabric_tests::reference::{length, sub};
 use fabric_tests::{
-    as_proposed, close, image_of, memory_of, positions, set_off, sim_of, small_sheet, velocities, without_projectile,
+    as_proposed, between_supports, close, image_of, memory_of, positions, set_off, sim_of, small_sheet, velocities,
+    without_projectile,
 };
 
 /// A strip of uniform yarn along x, three yarns wide, held at its ends.
@@ -209,6 +210,35 @@ fn an_attachment_lets_go_at_its_strength() {
     assert_eq!(sim.support().unwrap().attachments[gone[0]], before);
     assert!(length(velocities(&sim)[41 * 20]) > 0.1);
     assert!(sim.energy().unwrap().residual.abs() < 0.01 * 0.5 * scene.projectile.mass * 3600.0);
+}
+
+/// Four bolts, a hit beside the middle: they let go in the order of the forces on them, each in the window in which its force passes the strength
+/// where all of them hold, as no wave has come from another bolt by then.
+#[test]
+fn bolts_let_go_in_the_order_of_their_forces() {
+    let mut scene = between_supports(hit(AttachmentKind::FourCorners, 0.0), 4.0);
+    (scene.projectile.position[0], scene.projectile.position[1]) = (4e-3, 2e-3);
+    (scene.force_window, scene.attachment.strength) = (1e-7, 1e9);
+    let (mut held, mut passed, mut first) = (sim_of(&scene), [0.0; 4], [0.0; 4]);
+    while passed.contains(&0.0) {
+        held.step().unwrap();
+        let force = held.support().unwrap().force;
+        if passed == [0.0; 4] {
+            first = force;
+        }
+        for (time, force) in passed.iter_mut().zip(force) {
+            *time = if *time == 0.0 && force > 4.0 { held.time() } else { *time };
+        }
+    }
+    scene.attachment.strength = 4.0;
+    let mut sim = sim_of(&scene);
+    sim.advance(held.step_count()).unwrap();
+    let let_go = sim.support().unwrap().let_go;
+    let mut order = [0, 1, 2, 3];
+    order.sort_by(|&a, &b| first[b].total_cmp(&first[a]));
+    println!("figure 20: bolts {order:?} with {first:.3?} N let go after {let_go:?} s");
+    assert_eq!(let_go, passed);
+    assert!(order.windows(2).all(|pair| let_go[pair[0]] < let_go[pair[1]]));
 }
 
 #[test]
