@@ -29,7 +29,7 @@ def cases(smoke):
     velocities = [math.sqrt(2.0 * energy / paper["projectile.mass"]) for energy in energies]
     found = [("paper's sphere, 3 in, four sides", paper, 20.0 if smoke else 55.0, velocities, 6)]
     if not smoke:
-        ply = Scene.read(TOP / "runner/scenes/kevlar_km2_s706.toml")
+        ply = Scene.read(TOP / "examples/scenes/kevlar_km2_s706.toml")
         found.append(("Kevlar KM2 S706, 0.69 g sphere, four sides", ply, 135.0, [150.0, 200.0, 300.0, 450.0, 600.0], 6))
     velocities, pack = [315.0] if smoke else [315.0, 442.0], plies.separate(5, smoke)
     wide = pack.replace({f"sheet.nodes_{axis}": 2 * pack[f"sheet.nodes_{axis}"] - 1 for axis in "xy"})

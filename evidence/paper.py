@@ -3,7 +3,7 @@
 
 After the first failure the model is chaotic, so every point is an ensemble: stochastic yarn with different seeds, uniform yarn with impact velocities
 V0 (1 + k 1e-12). Figures 9, 11 and the right part of Fig. 3 are experiments without data in the paper; the deformed sheets of Figs 10 and 12 are seen
-with `fabric run runner/scenes/sheet_10in_cylinder.toml --movie`.
+with `fabric run examples/scenes/sheet_10in_cylinder.toml --movie`.
 """
 
 import math

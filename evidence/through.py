@@ -1,6 +1,6 @@
 """How often the outcome "through" is wrong: shots near the ballistic limit, each run on to its end after "through" has come.
 
-Velocities are drawn evenly from a range about V50, yarns, impact points and attitudes as for `fabric-v50`.
+Velocities are drawn evenly from a range about V50, yarns, impact points and attitudes as for `fabric v50`.
 A shot is wrong if "through" has come and the projectile is arrested or rebounds later.
 The change of speed is that between "through" and the end, in parts of the impact velocity; one that moves on after MOST steps ends there.
 Limit: what the numbers of the rule were chosen on, 1,160 other shots at these sheets, is not part of the table.

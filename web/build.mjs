@@ -8,7 +8,7 @@ import { gzipAsync } from "@gfx/zopfli";
 import { dirname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 
-const [kernel, runner, out] = process.argv.slice(2);
+const [kernel, program, out] = process.argv.slice(2);
 const here = dirname(fileURLToPath(import.meta.url));
 const top = dirname(here);
 const read = (...path) => readFileSync(join(...path), "utf8");
@@ -36,7 +36,7 @@ const data = {
 
 /** The parameters of a scene file, as `fabric scene` prints them. */
 function parameters(file) {
-  const printed = execFileSync(runner, ["scene", file], { encoding: "utf8" });
+  const printed = execFileSync(program, ["scene", file], { encoding: "utf8" });
   let table = "";
   const found = {};
   for (const line of printed.split("\n")) {
@@ -82,7 +82,7 @@ const json = () => ({ "built:data": { contents: Object.entries(data).map(([key, 
 const scene = await import(pathToFileURL(written("scene.mjs", await bundled("scene.ts", "esm", json()))));
 for (const { name, changes } of scene.NAMED) {
   const file = written(`scenes/${name}.toml`, scene.toToml({ ...scene.DEFAULTS, ...changes }));
-  execFileSync(runner, ["run", file, "--out", join(out, "native", name)], { stdio: ["ignore", "ignore", "inherit"] });
+  execFileSync(program, ["run", "--no-report", file, "--out", join(out, "native", name)], { stdio: ["ignore", "ignore", "inherit"] });
   const { digest, ended_by: endedBy, steps } = JSON.parse(read(out, "native", name, "summary.json"));
   data.native[name] = { digest, endedBy, steps };
   console.log(`${name}: ${endedBy} after ${steps} steps, ${digest}`);

@@ -68,7 +68,7 @@ const tests = {
   async "replays a capsule of the native library, and refuses what is none"() {
     const [scene, capsule] = ["capsule.toml", "run.capsule"].map((name) => join(folder, name));
     writeFileSync(scene, 'preset = "sheet_3in_sphere"\n[projectile]\nvelocity = [3, 0, 80]\n');
-    const said = execFileSync(runner, ["run", scene, "--steps", "2000", "--until", "none", "--out", join(folder, "capsule"), "--capsule", capsule], { encoding: "utf8" });
+    const said = execFileSync(runner, ["run", "--no-report", scene, "--steps", "2000", "--until", "none", "--out", join(folder, "capsule"), "--capsule", capsule], { encoding: "utf8" });
     const digest = said.match(/[0-9a-f]{16}/)[0];
     const page = await open();
     const replayed = async (file, expected) => {
@@ -147,7 +147,7 @@ const tests = {
       const scene = join(folder, "scenes", "limit.toml");
       const [download] = await Promise.all([page.waitForEvent("download"), page.click("#toml")]);
       await download.saveAs(scene);
-      execFileSync(runner, ["run", scene, "--out", join(folder, "native", "limit")], { stdio: "ignore" });
+      execFileSync(runner, ["run", "--no-report", scene, "--out", join(folder, "native", "limit")], { stdio: "ignore" });
       assert.equal(JSON.parse(readFileSync(join(folder, "native", "limit", "summary.json"), "utf8")).ended_by, end);
     }
     await page.selectOption("#pace", "0");
@@ -348,7 +348,7 @@ const tests = {
     }
     await says(page, /Stopped/);
     const native = join(folder, "native", "ring-begins");
-    execFileSync(runner, ["run", join(folder, "scenes", "ring.toml"), "--steps", "512", "--until", "none", "--out", native], { stdio: "ignore" });
+    execFileSync(runner, ["run", "--no-report", join(folder, "scenes", "ring.toml"), "--steps", "512", "--until", "none", "--out", native], { stdio: "ignore" });
     assert.equal(await text(page, "value-digest"), JSON.parse(readFileSync(join(native, "summary.json"), "utf8")).digest);
     // Along its axis one sees through it: parts of the picture that are covered, and its middle. A flat sheet is a line through the middle.
     await page.selectOption("#side", "side");
@@ -421,7 +421,7 @@ const tests = {
       const scene = join(folder, "scenes", "shared.toml");
       await download.saveAs(scene);
       const native = join(folder, "native", "shared");
-      execFileSync(runner, ["run", scene, "--out", native], { stdio: "ignore" });
+      execFileSync(runner, ["run", "--no-report", scene, "--out", native], { stdio: "ignore" });
       assert.equal(await text(other, "value-end"), JSON.parse(readFileSync(join(native, "summary.json"), "utf8")).digest);
       // The history too: the same numbers, printed in another way.
       const [table] = await Promise.all([other.waitForEvent("download"), other.click("#csv")]);

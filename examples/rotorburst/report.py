@@ -59,7 +59,7 @@ def saved(folder, results):
     for k in range(len(results["pictures"])):
         # The kernel's image stands at the end of the FMU's state, before a checksum of 8 bytes.
         simulation.restore((folder / f"state-{k}.bin").read_bytes()[-8 - size : -8])
-        yield sheets.Sheet.of(simulation, results["plies"] - 1)
+        yield sheets.Sheet(simulation, results["plies"] - 1)
     assert simulation.counters()["failed_segments"] == results["outputs"]["fabric.failed_segments"], "the last state is not the run's end"
 
 

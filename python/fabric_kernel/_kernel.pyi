@@ -132,6 +132,13 @@ class Scene:
         """Of the fabric of the sheet the "thickness" of the ply and "width" of a yarn in it, m, and the "friction" between yarns, as far as its table
         gives them, and the larger "spacing" of its yarns, m; what is missing is unknown."""
 
+    @property
+    def remarks(self) -> list[str]:
+        """What the reader of the scene's file must know: a projectile that no one has placed, a network that was not graded."""
+
+    def held(self) -> list[tuple[int, int, int]]:
+        """Held nodes of each ply: row, first column, and column after the last."""
+
     def unlikely_body(self) -> str | None:
         """What must be said of a projectile that is too heavy or too light for its size, as in a wrong unit; None otherwise."""
 
@@ -229,6 +236,19 @@ class Replayed(TypedDict):
     digest: str  # At the end
     whole: bool  # Whether the capsule was ended by its program
     version: str  # Of the kernel that wrote it
+
+class Named(TypedDict):
+    name: str
+    title: str
+    text: str  # Its file, with the source of each number
+    areal_density: float  # kg/m2; NaN for a yarn alone, as the next two
+    spacing: float  # m: between yarns of the weft
+    area: float  # m2: of fibre in a yarn of the warp
+    wave_speed: float  # m/s
+    critical_stretch: float
+
+def fabrics() -> list[Named]:
+    """The named fabrics."""
 
 def replay(file: str | os.PathLike[str]) -> Replayed:
     """Does a capsule again (`Simulation(..., capsule=FILE)`), and compares the bits.

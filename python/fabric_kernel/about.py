@@ -77,7 +77,7 @@ def cautions(scene: Scene) -> tuple[str, ...]:
     yarn, window = PAPER if of_the_paper(scene) else VISCOSITY, windowing(scene)
     width = (
         f"The limit is that of a sheet of this width and support, {size(scene)} mm and {scene['attachment.kind'].replace('_', ' ')}, which decide it "
-        "(docs/v50.md): fabric-v50 --sensitivity measures by how much."
+        "(docs/v50.md): fabric v50 --sensitivity measures by how much."
     )
     return (width, f"{CAVEAT} {yarn}", *filter(None, [window.sentence() if window else ""]))
 
@@ -93,9 +93,9 @@ SHOT_AT = "shot_at.toml"
 
 
 def of_a_scene(name: str, about: str, files: str) -> argparse.ArgumentParser:
-    """What every command `fabric-NAME` is given: a scene, a seed, and a folder for these files."""
-    ends = "Exit status: 0; 4 if slower shots go through while faster ones are stopped, so that there is no single limit; 1 for what is refused."
-    parser = argparse.ArgumentParser(prog=f"fabric-{name}", description=about, epilog=ends)
+    """What every command `fabric NAME` is given: a scene, a seed, and a folder for these files."""
+    ends = "Exit status: 0; 4 if slower shots go through while faster ones are stopped, so that there is no single limit; 1 after a failure; 2 for what is refused."
+    parser = argparse.ArgumentParser(prog=f"fabric {name}", description=about, epilog=ends)
     parser.add_argument("scene", help=f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
     parser.add_argument("--out", type=Path, default=Path(name), help=f"folder for {files}")
@@ -106,20 +106,36 @@ def of_a_scene(name: str, about: str, files: str) -> argparse.ArgumentParser:
 def command(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Iterator[tuple[Scene, str]]:
     """The work of a command with the scene and the name of its fabric, in a folder that is made that of the scene: what goes wrong ends it with
     one line."""
-    out = given.out
-    try:
+    interrupted = f"what has ended is in {given.out / 'runs.jsonl'}, and the same command goes on from there"
+    with ending(parser, interrupted):
         scene, fabric = scene_named(given.scene)
-        claim(out, scene)
-        yield scene, fabric
+        is_new = not given.out.exists()
+        claim(given.out, scene)
+        try:
+            yield scene, fabric
+        except ValueError:
+            if is_new and [path.name for path in given.out.iterdir()] == [SHOT_AT]:
+                (given.out / SHOT_AT).unlink()
+                given.out.rmdir()
+            raise
+
+
+@contextlib.contextmanager
+def ending(parser: argparse.ArgumentParser, interrupted: str = "nothing is written") -> Iterator[None]:
+    """The work of a command: what goes wrong ends it with one line, and status 2 for what is refused."""
+    try:
+        yield
         sys.stdout.flush()
     except BrokenPipeError:
         # Whoever read has stopped, as `head` does; Python writes the rest at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         parser.exit(141)
-    except (ValueError, RuntimeError, OSError) as error:
+    except (ValueError, OSError, MemoryError) as error:
+        parser.exit(2, f"error: {error}\n")
+    except RuntimeError as error:
         parser.exit(1, f"error: {error}\n")
     except KeyboardInterrupt:
-        parser.exit(130, f"interrupted: what has ended is in {out / 'runs.jsonl'}, and the same command goes on from there\n")
+        parser.exit(130, f"interrupted: {interrupted}\n")
 
 
 def claim(out: Path, scene: Scene) -> None:

@@ -203,7 +203,7 @@ def _numbers(text: str, count: int, whole: str) -> tuple[float, ...]:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """The command `fabric-fragments`."""
+    """The command `fabric fragments`."""
     what = "How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point."
     parser = of_a_scene("fragments", what, "report.html, table.csv, below.csv, map.svg, runs.jsonl")
     parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: five about the limits, which are bracketed first")

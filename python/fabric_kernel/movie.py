@@ -1,6 +1,6 @@
 """A sheet that is hit, over time, as an animated GIF.
 
-`movie(scene, "movie.gif")` runs a scene and writes it; `fabric-report` makes one of the sheets that `fabric run --movie` has kept.
+`movie(scene, "movie.gif")` runs a scene and writes it, as `fabric run --movie` does.
 """
 
 import os
@@ -28,10 +28,10 @@ def movie(
     if every < 1:
         raise ValueError(f"every: must be at least 1; it is {every}")
     simulation = Simulation(scene)
-    kept, stride = [sheets.Sheet.of(simulation)], every
+    kept, stride = [sheets.Sheet(simulation)], every
     while simulation.step_count < steps and not any(name in until for name in simulation.outcomes()):
         simulation.run(until, min(stride, steps - simulation.step_count))
-        kept.append(sheets.Sheet.of(simulation))
+        kept.append(sheets.Sheet(simulation))
         if len(kept) > 2 * MOST_PICTURES:
             kept, stride = kept[::2], 2 * stride
     written(kept, pathlib.Path(path), seconds)

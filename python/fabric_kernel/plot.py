@@ -164,7 +164,7 @@ def sheet(simulation: Any, path: str | os.PathLike[str] | None = None, *, title:
     projectile that is not drawn."""
     from . import sheets
 
-    now = sheets.Sheet.of(simulation)
+    now = sheets.Sheet(simulation)
     return sheets.picture(now, path, title or f"{1e6 * now.time:.1f} µs, {now.failed()} failed segments")
 
 
@@ -172,7 +172,7 @@ def profile(simulation: Any, path: str | os.PathLike[str] | None = None, *, titl
     """The back face of a simulation as it is now, of a stack that of its last ply: deflection along both yarns under the projectile."""
     from . import sheets
 
-    now = sheets.Sheet.of(simulation, simulation.scene["stack.plies"] - 1)
+    now = sheets.Sheet(simulation, simulation.scene["stack.plies"] - 1)
     return sheets.profile(now, path, title or f"back face at {1e6 * now.time:.1f} µs")
 
 

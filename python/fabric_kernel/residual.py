@@ -1,4 +1,4 @@
-"""`fabric-residual scene.toml`: the residual velocity over the impact velocity, with the curves of Recht and Ipson and of Lambert and Jonas.
+"""`fabric residual scene.toml`: the residual velocity over the impact velocity, with the curves of Recht and Ipson and of Lambert and Jonas.
 
 Method: the limit is bracketed by a factor of two and halved to a tenth; the other shots go from 0.97 to `fastest` limits, denser near it.
 v_r = a (v^p - v_l^p)^(1/p), with p = 2 (Recht and Ipson, where a stands for the mass that goes along) and with p free (Lambert and Jonas), by
@@ -211,7 +211,7 @@ def residual_curve(
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """The command `fabric-residual`."""
+    """The command `fabric residual`."""
     about = "The residual over the impact velocity of the projectile of a scene, with fitted curves."
     parser = of_a_scene("residual", about, "report.html, residual.svg, residual.csv, runs.jsonl")
     parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: the limit is bracketed, then from it up to --fastest limits")

@@ -17,7 +17,7 @@ STOPPED = ("arrested", "rebounded")
 """Outcomes that end a run, if nothing else is asked for: those of `fabric run`. With "detached" besides, a run ends when the
 contact is with torn cloth only, which is quicker, but that cloth may still slow the projectile."""
 DECIDED = (*UNTIL, "through")
-"""Outcomes that end a run once it is decided whether the fabric stops the projectile: that of `fabric-v50` and `fabric-fragments`. After
+"""Outcomes that end a run once it is decided whether the fabric stops the projectile: that of `fabric v50` and `fabric fragments`. After
 "through" the speed may still change a little (docs/v50.md, "Method")."""
 STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""
@@ -186,15 +186,15 @@ def history(
         raise ValueError(f"every: must be at least 1; it is {every}")
     if isinstance(simulation, Scene):
         simulation = Simulation(simulation)
-    rows = [_sample(simulation, None)]
+    rows = [sample(simulation, None)]
     last = simulation.step_count + steps
     while simulation.step_count < last and not any(name in until for name in simulation.outcomes()):
         simulation.run(until, min(every, last - simulation.step_count))
-        rows.append(_sample(simulation, rows[-1]))
+        rows.append(sample(simulation, rows[-1]))
     return with_attrs(pandas.DataFrame(rows).drop(columns=["impulse_x", "impulse_y", "impulse_z"]))
 
 
-def _sample(simulation: Simulation, before: dict[str, Any] | None) -> dict[str, Any]:
+def sample(simulation: Simulation, before: dict[str, Any] | None) -> dict[str, Any]:
     """One row of a history; with the impulse, of which the next row needs it."""
     row: dict[str, Any] = {"step": simulation.step_count, "time": simulation.time}
     projectile, contact = simulation.projectile(), simulation.contact()

@@ -1,4 +1,4 @@
-"""How the ballistic limit of a scene changes with what was chosen or is not known: `fabric-v50 SCENE --sensitivity`.
+"""How the ballistic limit of a scene changes with what was chosen or is not known: `fabric v50 SCENE --sensitivity`.
 
 Method: a few shots each have their own yarns and impact point, and their own limit. For each variant of the scene the limit of the same
 shots is found: strides from the limit of the scene itself, each twice as long as the one before, until it lies between two velocities, then

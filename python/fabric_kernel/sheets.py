@@ -1,4 +1,4 @@
-"""Sheets of a simulation, or that `fabric run` has kept (runner/src/picture.rs has the format): pictures, and files for ParaView."""
+"""Sheets of a simulation at one time: pictures, and files for ParaView."""
 
 import base64
 
@@ -27,44 +27,26 @@ MOST_MESHES = 130
 
 
 class Sheet:
-    """positions: m, one row a node, and velocities likewise; segments: the two nodes of each; stretch, and alpha, 0 only where it
-    has failed, of each. about: what sheet.json has of it, its file in the folder, or its bytes as `data`. ply: of a stack."""
+    """A sheet as it is now, of a stack one ply. positions: m, one row a node, and velocities likewise; segments: the two nodes of each;
+    stretch, and alpha, 0 only where it has failed, of each."""
 
-    def __init__(self, folder, about, ply=0, data=None):
-        data = (folder / about["file"]).read_bytes() if data is None else data
-        nx, ny = about["nodes"]
-        self.about, self.nodes, self.radius = about, (nx, ny), about.get("radius_m", 0.0)
-        head = numpy.frombuffer(data, "<f8", 8)
-        self.time, self.centre = float(head[0]), head[1:4]
+    def __init__(self, simulation, ply=0):
+        scene, body, positions = simulation.scene, simulation.projectile(), simulation.positions()
+        plies = scene["stack.plies"]
+        nx, ny = positions.shape[1], positions.shape[0] // plies
+        self.nodes, self.radius, self.closed, self.held = (nx, ny), scene["sheet.radius"], scene["sheet.closed"], scene.held()
+        self.half_size, self.critical_strain = [0.5 * side for side in sides(scene)], scene["yarn.critical_stretch"] - 1.0
+        self.sphere = scene["projectile.radius"] if scene["projectile.shape"] == "sphere" else 0.0
+        self.time, self.centre = simulation.time, numpy.array(body["position"])
+        of_ply = lambda nodes: nodes.reshape(plies, nx * ny, 3)[ply].astype("f4").astype(float)
+        self.positions, self.velocities = of_ply(positions), of_ply(simulation.velocities())
         # A mirrored line has one segment more, to an image, and so has a closed one, to its first node; it is not drawn.
-        along_x, along_y = nx - 1 + about["mirrored"][0], ny - 1 + about["mirrored"][1]
-        plies, nodes, count = about["plies"], nx * ny, along_x * ny + along_y * nx
-        singles = numpy.frombuffer(data, "<f4", plies * (6 * nodes + count), 64).astype(float)
-        self.positions, self.velocities = singles[: plies * 6 * nodes].reshape(2, plies, nodes, 3)[:, ply]
-        damage = numpy.frombuffer(data, "u1", plies * count, len(data) - plies * count) / 255.0
+        along_x, along_y = nx - 1 + (scene["symmetry.mirror_x"] or self.closed), ny - 1 + scene["symmetry.mirror_y"]
         node = numpy.arange(nx * ny).reshape(ny, nx)
         pairs = [(node[:, :-1], node[:, 1:]), (node[:-1], node[1:])]
         self.segments = numpy.concatenate([numpy.stack([a.ravel(), b.ravel()], 1) for a, b in pairs])
-        of_ply = slice(count * ply, count * (ply + 1))
-        self.stretch = self.drawn(singles[plies * 6 * nodes :][of_ply], along_x, along_y)
-        self.alpha = self.drawn(damage[of_ply], along_x, along_y)
-        self.outline = [self.centre + turned(head[4:8], numpy.array(line, float)) for line in about["outline"]]
-
-    @classmethod
-    def of(cls, simulation, ply=0):
-        """A sheet as it is now; Refused for a projectile whose lines are not known here."""
-        scene, body, positions = simulation.scene, simulation.projectile(), simulation.positions()
-        plies = scene["stack.plies"]
-        about = {
-            "name": "", "plies": plies, "nodes": [positions.shape[1], positions.shape[0] // plies],
-            "mirrored": [scene["symmetry.mirror_x"] or scene["sheet.closed"], scene["symmetry.mirror_y"]],
-            "half_size_m": [0.5 * side for side in sides(scene)], "radius_m": scene["sheet.radius"], "critical_strain": scene["yarn.critical_stretch"] - 1.0,
-            "sphere_m": scene["projectile.radius"] if scene["projectile.shape"] == "sphere" else 0.0, "held": [], "outline": outline(scene),
-        }  # fmt: skip
-        head = numpy.array([simulation.time, *body["position"], *body["orientation"]], "<f8").tobytes()
-        singles = [positions, simulation.velocities(), simulation.stretch()]
-        alpha = numpy.ceil(255.0 * simulation.damage()).astype("u1").tobytes()
-        return cls(None, about, ply, b"".join([head, *(part.astype("<f4").tobytes() for part in singles), alpha]))
+        self.stretch, self.alpha = (self.drawn(values.reshape(plies, -1)[ply], along_x, along_y) for values in (simulation.stretch(), simulation.damage()))
+        self.outline = [self.centre + turned(numpy.array(body["orientation"]), line) for line in outline(scene)]
 
     def drawn(self, values, along_x, along_y):
         """Of a number for each segment those that are drawn."""
@@ -91,8 +73,8 @@ class Sheet:
         j, i = divmod(int(numpy.linalg.norm(self.positions - self.centre, axis=1).argmin()), nx)
         node, across = numpy.arange(nx * ny).reshape(ny, nx), (nx - 1) * ny
         for name, nodes, alpha, half in (
-            ("x", node[j], self.alpha[:across].reshape(ny, nx - 1)[j], self.about["half_size_m"][0]),
-            ("y", node[:, i], self.alpha[across:].reshape(ny - 1, nx)[:, i], self.about["half_size_m"][1]),
+            ("x", node[j], self.alpha[:across].reshape(ny, nx - 1)[j], self.half_size[0]),
+            ("y", node[:, i], self.alpha[across:].reshape(ny - 1, nx)[:, i], self.half_size[1]),
         ):
             torn = numpy.flatnonzero(alpha == 0) + 1
             yield name, *(numpy.insert(one, torn, numpy.nan) for one in (numpy.linspace(-half, half, len(nodes)), self.heights()[nodes]))
@@ -114,7 +96,7 @@ class Sheet:
             faces.extend(screen[..., :2])
             colours.append(numpy.clip(light[:, None] * colour, 0, 1))
             # The body lies behind the cloth that touches it, although its faces are of another size.
-            mesh = 2e3 * self.about["half_size_m"][0] / min(max(self.nodes), self.most_meshes())
+            mesh = 2e3 * self.half_size[0] / min(max(self.nodes), self.most_meshes())
             depths.append(screen[..., 2].mean(1) + (0 if len(corners[0]) == 4 else 1.5 * mesh))
         order = numpy.argsort(-numpy.concatenate(depths), kind="stable")
         colours = numpy.concatenate(colours)[order]
@@ -150,7 +132,7 @@ class Sheet:
 
     def places(self):
         """Where the nodes of a curved sheet rest, m."""
-        half = self.about["half_size_m"][1]
+        half = self.half_size[1]
         angles, along = self.angles(), numpy.linspace(-half, half, self.nodes[1])
         ring = self.radius * numpy.stack([numpy.sin(angles), 0 * angles, numpy.cos(angles)], 1)
         return (ring[None] + numpy.stack([0 * along, along, 0 * along], 1)[:, None]).reshape(-1, 3)
@@ -158,7 +140,7 @@ class Sheet:
     def angles(self):
         """Of the columns of a curved sheet about its axis, rad: the spacing is a chord."""
         nx = self.nodes[0]
-        return (numpy.arange(nx) - 0.5 * (nx - 1)) * 2 * numpy.arcsin(self.about["half_size_m"][0] / (nx - 1) / self.radius)
+        return (numpy.arange(nx) - 0.5 * (nx - 1)) * 2 * numpy.arcsin(self.half_size[0] / (nx - 1) / self.radius)
 
     def most_meshes(self):
         """A curved sheet is drawn from near."""
@@ -166,12 +148,12 @@ class Sheet:
 
     def corners(self):
         """Corners of the sheet at rest, m; with its mirror images."""
-        x, y = self.about["half_size_m"]
+        x, y = self.half_size
         return numpy.array([[i * x, j * y, 0.0] for i in (-1, 1) for j in (-1, 1)])
 
     def strain(self, chosen):
         """Strain of some segments over that at which the yarn begins to fail."""
-        return (self.stretch[chosen] - 1) / self.about["critical_strain"]
+        return (self.stretch[chosen] - 1) / self.critical_strain
 
     def whole(self):
         """Whether all four segments of each mesh are alive."""
@@ -198,7 +180,7 @@ class Sheet:
         blocks = whole[: rows * step, : columns * step].reshape(rows, step, columns, step).all((1, 3))
         single = whole.copy()
         single[: rows * step, : columns * step] &= ~blocks.repeat(step, 0).repeat(step, 1)
-        if self.radius and self.about["mirrored"][0]:
+        if self.radius and self.closed:
             # Across the joint of a ring, whose segments are not kept.
             j = numpy.nonzero(whole[:, 0] & whole[:, -1])[0]
             ends = [(j, j * 0 + nx - 1), (j, j * 0), (j + 1, j * 0), (j + 1, j * 0 + nx - 1)]
@@ -213,10 +195,10 @@ class Sheet:
         """Faces of the projectile, the hull of its lines, or of points all over a sphere; m, with their colours. It is drawn a little
         smaller than it is: between the nodes that touch it the cloth is drawn straight, and would lie within it."""
         points = numpy.concatenate(self.outline)
-        if self.about["sphere_m"] > 0:
+        if self.sphere > 0:
             k = numpy.arange(900) + 0.5
             z, turn = 1 - 2 * k / 900, numpy.pi * (1 + 5**0.5) * k
-            points = self.centre + self.about["sphere_m"] * numpy.stack([numpy.sqrt(1 - z * z) * numpy.cos(turn), numpy.sqrt(1 - z * z) * numpy.sin(turn), z], 1)
+            points = self.centre + self.sphere * numpy.stack([numpy.sqrt(1 - z * z) * numpy.cos(turn), numpy.sqrt(1 - z * z) * numpy.sin(turn), z], 1)
         faces = self.centre + 0.98 * (points[ConvexHull(points).simplices] - self.centre)
         return faces, numpy.broadcast_to(STEEL, (len(faces), 3))
 
@@ -233,7 +215,7 @@ class Sheet:
         node = numpy.arange(nx * ny)
         grid = numpy.stack([node % nx, node // nx], 1).astype(float)
         axis.plot([0, nx - 1, nx - 1, 0, 0], [0, 0, ny - 1, ny - 1, 0], color="#bbbbbb", linewidth=0.8)
-        held = [[(start - 0.4, row), (end - 0.6, row)] for row, start, end in self.about["held"]]
+        held = [[(start - 0.4, row), (end - 0.6, row)] for row, start, end in self.held]
         axis.add_collection(LineCollection(held, colors="#787878", linewidths=1.0))
         for chosen in ((self.alpha < 1) & (self.alpha > 0), self.alpha == 0):
             lines = LineCollection(self.lines(grid, chosen), colors=DAMAGE(self.alpha[chosen]), linewidths=1.3, rasterized=True)
@@ -256,7 +238,7 @@ class Sheet:
 
 
 def outline(scene):
-    """Lines on the surface of the projectile of a scene, m, in its own axes; ValueError for a shape that is not known here."""
+    """Lines on the surface of the projectile of a scene, m, in its own axes."""
     shape, radius = scene["projectile.shape"], scene["projectile.radius"]
     round_about = numpy.linspace(0.0, 2.0 * numpy.pi, 49)
     ring = numpy.stack([numpy.cos(round_about), numpy.sin(round_about), 0.0 * round_about], 1)
@@ -285,7 +267,12 @@ def outline(scene):
             lines.append(numpy.concatenate([face, face[:1]]))
         return lines
     else:
-        raise ValueError(f"projectile.shape: a {shape} is not drawn from Python; `fabric run` keeps sheets of it that fabric-report draws")
+        # A hemisphere at +z, on a shank: (c²/2 − R²/4)/(c + 2R/3) from its centre to the centre of mass.
+        shank = scene["projectile.length"] - radius
+        nose = (0.5 * shank**2 - 0.25 * radius**2) / (shank + radius / 1.5)
+        bows = [radius * ring[:25, order] + [0.0, 0.0, nose] for order in ([0, 2, 1], [2, 0, 1])]
+        rims = [radius * ring + [0.0, 0.0, z] for z in (nose - shank, nose)]
+        return [*bows, *rims, *(numpy.stack([rims[0][k], rims[1][k]]) for k in range(0, 48, 6))]
     ends = [face + [0.0, 0.0, z] for z in (-half, half)]
     return [*ends, *(numpy.stack([ends[0][k], ends[1][k]]) for k in range(0, len(face), max(1, len(face) // 8)))]
 
@@ -327,26 +314,16 @@ def poly_data(path, points, connectivity, offsets, cell_data, point_data={}):
     )
 
 
-def vtk_series(folder, frames):
-    """vtk/run.pvd lists at each time the projectile and the sheet, of a stack every ply."""
-    out = folder / "vtk"
-    out.mkdir(exist_ok=True)
-    lines = []
-    for number, about in enumerate(frames):
-        plies = [Sheet(folder, about, ply) for ply in range(about["plies"])]
-        names = [f"projectile_{number:04}.vtp", *(f"sheet_{number:04}_{ply}.vtp" for ply in range(len(plies)))]
-        plies[0].vtk_of_body(out / names[0])
-        for sheet, name in zip(plies, names[1:]):
-            sheet.vtk(out / name)
-        lines += [f'<DataSet timestep="{plies[0].time}" part="{part}" file="{name}"/>' for part, name in enumerate(names)]
+def vtk_series(path, frames):
+    """run.pvd: the time of each frame, and its files, those of the projectile and of every ply."""
+    lines = [f'<DataSet timestep="{time}" part="{part}" file="{name}"/>' for time, names in frames for part, name in enumerate(names)]
     text = "\n".join(lines)
-    (out / "run.pvd").write_text(f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0"><Collection>\n{text}\n</Collection></VTKFile>\n')
-    print(f"written: {out / 'run.pvd'}")
+    path.write_text(f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0"><Collection>\n{text}\n</Collection></VTKFile>\n')
 
 
 def bar(figure, axis, sheet, label="strain (%), up to where the yarn begins to fail"):
     """What the colours of the oblique view mean."""
-    percent = Normalize(0, 100 * sheet.about["critical_strain"])
+    percent = Normalize(0, 100 * sheet.critical_strain)
     figure.colorbar(ScalarMappable(percent, STRAIN), ax=axis, shrink=0.6, aspect=24, pad=0.02, label=label).outline.set_visible(False)
 
 
@@ -389,7 +366,7 @@ def picture_of_curve(sheet, path, title):
     section.set(xlim=(x - 4 * reach, x + 4 * reach), ylim=(z - 3 * reach, z + 2 * reach), aspect="equal", xlabel="x (mm)", ylabel="z (mm)")
     section.set_title("section: the middle row of nodes, grey at rest", fontsize=10)
     angles = numpy.degrees(sheet.angles())
-    along = 1e3 * numpy.linspace(-sheet.about["half_size_m"][1], sheet.about["half_size_m"][1], sheet.nodes[1])
+    along = 1e3 * numpy.linspace(-sheet.half_size[1], sheet.half_size[1], sheet.nodes[1])
     grid = numpy.stack([numpy.tile(angles, sheet.nodes[1]), numpy.repeat(along, sheet.nodes[0])], 1)
     for chosen in ((sheet.alpha < 1) & (sheet.alpha > 0), sheet.alpha == 0):
         unrolled.add_collection(LineCollection(sheet.lines(grid, chosen), colors=DAMAGE(sheet.alpha[chosen]), linewidths=1.6))
@@ -431,7 +408,7 @@ def picture_of_stack(sheets, path, title):
         left.add_collection(LineCollection(lines[damaged], colors=DAMAGE(alpha[damaged]), linewidths=1.4))
     for line in sheets[0].outline:
         left.plot(1e3 * line[:, 0], 1e3 * line[:, 2], color="black", linewidth=0.9)
-    half = 1e3 * sheets[0].about["half_size_m"][0]
+    half = 1e3 * sheets[0].half_size[0]
     ends = [1e3 * sheet.deflection() for sheet in sheets] + [1e3 * line[:, 2].max() for line in sheets[0].outline]
     low = min(0.0, *(1e3 * line[:, 2].min() for line in sheets[0].outline))
     left.set(xlim=(-half, half), ylim=(low - 1, max(ends) + 1), aspect="equal", xlabel="x (mm)", ylabel="z, along the line of flight (mm)")

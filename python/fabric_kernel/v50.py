@@ -1,6 +1,6 @@
 """The ballistic limit of a scene: shots chosen one after the other, the fit, its intervals and a report.
 
-`v50` works with any function that shoots; `Shooter` makes one from a scene; `fabric-v50 scene.toml` is both as a command.
+`v50` works with any function that shoots; `Shooter` makes one from a scene; `fabric v50 scene.toml` is both as a command.
 How velocities are chosen stands in `designs.py`, what is made of the results in `limit.py`, how often its intervals hold the truth in
 docs/tables/v50.md.
 """
@@ -399,7 +399,7 @@ def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """The command `fabric-v50`."""
+    """The command `fabric v50`."""
     about = "The ballistic limit of the projectile and the sheet of a scene, with its interval."
     parser = of_a_scene("v50", about, "report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
@@ -423,9 +423,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for design, names in {"three-phase": ("aim", "last"), "plan": ("plan",)}.items():
         for name in names:
             if given.design != design and getattr(given, name) not in (None, []):
-                parser.exit(1, f"error: --{name} goes with --design {design} only\n")
+                parser.exit(2, f"error: --{name} goes with --design {design} only\n")
     if given.last is not None and given.aim is None:
-        parser.exit(1, "error: --last goes with --aim only\n")
+        parser.exit(2, "error: --last goes with --aim only\n")
 
     with command(parser, given) as (scene, fabric):
         shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20

@@ -31,6 +31,9 @@ pub fn of(error: fabric::Error) -> PyErr {
         {
             text += &format!("; it goes from {least} to {greatest}");
         }
+        if !error.value.is_finite() {
+            text += &format!(" (given {})", error.value);
+        }
         return refused([error.field, error.with], &code, text, [error.value, error.limit]);
     }
     let failed = Failed::new_err(error.text().to_string());

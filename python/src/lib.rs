@@ -5,6 +5,7 @@
 //! those of Rust.
 
 mod errors;
+mod fabrics;
 mod fibrils;
 mod parameters;
 mod replay;
@@ -19,6 +20,8 @@ mod _kernel {
 
     #[pymodule_export]
     use crate::errors::{Failed, Refused};
+    #[pymodule_export]
+    use crate::fabrics::fabrics;
     #[pymodule_export]
     use crate::fibrils::{yarn_of_fibrils, yarns_of_fibrils};
     #[pymodule_export]

@@ -18,6 +18,8 @@ pub struct Scene {
     pub scene: fabric::Scene,
     /// The textiles that it was made of, and the projectile's material, as a scene file has them.
     textiles: Table,
+    /// What the reader of the file must know, if it is of a file.
+    remarks: Vec<String>,
 }
 
 /// How a scene is pickled: what makes it, and its arguments.
@@ -26,7 +28,7 @@ type Reduced<'py> = (Bound<'py, PyType>, (&'static str, Bound<'py, PyDict>));
 impl Scene {
     /// The same with what differs.
     fn changed(&self, given: [Option<&Bound<'_, PyDict>>; 2]) -> PyResult<Scene> {
-        let Scene { mut scene, mut textiles } = Scene { scene: self.scene, textiles: self.textiles.clone() };
+        let (mut scene, mut textiles) = (self.scene, self.textiles.clone());
         let mut as_it_is = false;
         for given in given.into_iter().flatten() {
             let mut table = parameters::table("", given, 0)?;
@@ -45,12 +47,12 @@ impl Scene {
         if scene.back.plies == 0 {
             textiles.remove("back_fabric");
         }
-        Ok(Scene { scene, textiles })
+        Ok(Scene { scene, textiles, remarks: Vec::new() })
     }
 
     /// With another scene of the same textiles.
     fn with(&self, scene: fabric::Scene) -> Scene {
-        Scene { scene, textiles: self.textiles.clone() }
+        Scene { scene, textiles: self.textiles.clone(), remarks: self.remarks.clone() }
     }
 }
 
@@ -115,7 +117,7 @@ impl Scene {
             return Err(errors::bad("preset", text));
         }
         let scene = fabric_scene::preset(Some(preset.into())).map_err(errors::of_scene)?;
-        Scene { scene, textiles: Table::new() }.changed([parameters, more])
+        Scene { scene, textiles: Table::new(), remarks: Vec::new() }.changed([parameters, more])
     }
 
     /// The scene of a file.
@@ -206,6 +208,19 @@ impl Scene {
         Ok(all)
     }
 
+    /// What the reader of the scene's file must know.
+    #[getter]
+    fn remarks(&self) -> Vec<String> {
+        self.remarks.clone()
+    }
+
+    /// Held nodes of each ply: row, first column, and column after the last.
+    fn held(&self) -> PyResult<Vec<(usize, u32, u32)>> {
+        let layout = fabric::Layout::of(&self.scene).map_err(errors::of)?;
+        let of_row = |row| fabric::internals::weave::fixed_runs(&self.scene, row).map(|[from, end]| (row, from, end));
+        Ok((0..layout.y.modelled()).flat_map(of_row).filter(|(_, from, end)| end > from).collect())
+    }
+
     /// What must be said of a projectile that is too heavy or too light for its size.
     fn unlikely_body(&self) -> Option<String> {
         fabric_scene::notes::unlikely_body(&self.scene)
@@ -239,6 +254,15 @@ impl Scene {
 fn made_of(text: &str, file: &str) -> PyResult<Scene> {
     let scene = in_our_environment(|| fabric_scene::parse(text));
     let scene = scene.map_err(|error| errors::within(file, errors::of_scene(error), ""))?;
-    let textiles = fabric_scene::table_of(text).map(|file| textile::of(&file)).map_err(errors::of_scene)?;
-    Ok(Scene { scene, textiles })
+    let mut file = fabric_scene::table_of(text).map_err(errors::of_scene)?;
+    let textiles = textile::of(&file);
+    let mut remarks = Vec::from_iter(derived::unplaced(&file, &scene));
+    if fabric_scene::takes_automatic_grading(&mut file) && !scene.is_graded() {
+        remarks.push(format!(
+            "sheet.grading = \"automatic\" left the network whole: for an error of {} % no row of this sheet can be left out, or it is held \
+             at its corners (docs/model.md, \"Graded networks\")",
+            100.0 * fabric_scene::AUTOMATIC_GRADING
+        ));
+    }
+    Ok(Scene { scene, textiles, remarks })
 }

@@ -128,7 +128,7 @@ class OfAScene(InFolder):
         # A file may not be larger than a part of the picture, as on a disk that is full.
         small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (len(before["plot.svg"]) // 2,) * 2)
         done = subprocess.run([*words, "--confidence", "0.9"], capture_output=True, text=True, preexec_fn=small)
-        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.returncode, 2)
         self.assertRegex(done.stderr, r"^error: .*File too large: '.*plot\.svg'\n$")
         after = {path.name: path.read_bytes() for path in self.folder.iterdir()}
         self.assertEqual(after, {key: value for key, value in before.items() if key != "test.json"})
@@ -143,7 +143,7 @@ class OfAScene(InFolder):
             ("no.toml", [], "no.toml: No such file"),
         ):  # fmt: skip
             _, errors, code = self.ran(main, scene, *words, out=told)
-            self.assertEqual((code, len(errors.splitlines())), (1, 1), errors)
+            self.assertEqual((code, len(errors.splitlines())), (2, 1), errors)
             self.assertIn(told, errors)
             self.assertFalse((self.folder / told / "runs.jsonl").exists())
         # argparse tells the usage, too.

@@ -815,8 +815,8 @@ mod tests {
     }
 
     #[test]
-    fn the_scenes_of_the_runner_are_sound() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../runner/scenes");
+    fn the_example_scenes_are_sound() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
         let mut count = 0;
         for entry in std::fs::read_dir(folder).unwrap() {
             let scene = read(&entry.unwrap().path()).unwrap();

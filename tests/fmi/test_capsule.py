@@ -2,13 +2,14 @@
 
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
 from host import OK, SMALL, hosts
 
 TOP = pathlib.Path(__file__).parents[2]
-REPLAY = ["cargo", "run", "--quiet", "--release", "--package", "fabric", "--", "replay"]
+REPLAY = [sys.executable, "-m", "fabric_kernel.program", "replay"]
 
 
 def replayed(host):

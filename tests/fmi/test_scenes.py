@@ -11,7 +11,7 @@ from fmpy.validation import validate_fmu
 from host import ARCHIVES, ERROR, EXAMPLES, Host, OK, OUTPUTS, SMALL, TARGET, hosts, opened, parameter_set
 
 NAME = "TiltedDiscSector"
-SCENE = pathlib.Path(__file__).parents[2] / "runner" / "scenes" / "tilted_disc_sector.toml"
+SCENE = pathlib.Path(__file__).parents[2] / "examples" / "scenes" / "tilted_disc_sector.toml"
 
 
 class Scenes(unittest.TestCase):

@@ -93,7 +93,11 @@ fn fly(seed: u64) -> Result<(Place, Option<Outcome>), String> {
         Place::Sheet => v[2] * scene.projectile.position[2] < 0.0,
         Place::Within => true,
         // One that misses a ring has flown past it; else it is within, or has been and left across from where it entered.
-        Place::Around => !touched || nearest_to_axis < GRAZES * scene.sheet.radius,
+        Place::Around => {
+            let within = f64::hypot(at.position[0], at.position[2]) < scene.sheet.radius;
+            let left_across = at.position[2] < 0.0;
+            !touched || nearest_to_axis < GRAZES * scene.sheet.radius && (within || left_across)
+        }
     };
     let perforated = failed > 0;
     let half = scene.half_size();
@@ -102,11 +106,13 @@ fn fly(seed: u64) -> Result<(Place, Option<Outcome>), String> {
             let t = -x[2] / v[2];
             (0..2).any(|k| (x[k] + t * v[k]).abs() > half[k] - Solid::of(&scene.projectile).reach())
         }
+        // A ring is missed beside its ends, or along a line that stays outside.
+        Place::Around if !touched && nearest_to_axis > scene.sheet.radius => true,
         _ => x[1].abs() + Solid::of(&scene.projectile).reach() > half[1],
     };
-    // It has cut through the wall where it bulges outwards, and either may be said.
-    let grazed =
-        place == Place::Around && perforated && (GRAZES..1.0).contains(&(nearest_to_axis / scene.sheet.radius));
+    // It has cut through the wall where it bulges outwards and flies on, and either may be said.
+    let flies_on = first[0] * v[0] + first[1] * v[1] + first[2] * v[2] > 0.0;
+    let grazed = place == Place::Around && perforated && flies_on && nearest_to_axis >= GRAZES * scene.sheet.radius;
     match end {
         _ if grazed => Ok((place, Some(end))),
         Outcome::Rebounded if goes_to_the_other_side => wrong("but ends on the other side"),

@@ -11,7 +11,7 @@ use std::fs;
 use std::path::Path;
 
 const CRATES: [&str; 10] =
-    ["capi", "fmu", "fuzz", "host", "kernel", "scene", "runner", "tests", "xtask", "capi/library"];
+    ["capi", "fmu", "fuzz", "host", "kernel", "scene", "evidence/bench", "tests", "xtask", "capi/library"];
 
 /// Modules of a crate by name, `a::b`, and the modules that each imports.
 type Imports = BTreeMap<String, BTreeSet<String>>;

@@ -3,8 +3,8 @@
 use crate::fmu;
 use crate::platforms::Targets;
 use crate::tools::{
-    Outcome, STEP_LEFT_OUT, all_left_out, cargo, emptied, python, python_with, read, run as command, said,
-    step_left_out, tables, target, top, unit_tests, wait, write,
+    Outcome, STEP_LEFT_OUT, all_left_out, cargo, emptied, python_with, read, run as command, said, step_left_out,
+    tables, target, top, unit_tests, wait, write,
 };
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -189,7 +189,7 @@ pub struct BenchOptions {
 
 pub fn bench(options: &BenchOptions) -> Outcome {
     let options: Vec<&str> = options.options.iter().map(String::as_str).collect();
-    runner(&[&["bench"], &options[..]].concat())
+    benchmark(&options)
 }
 
 /// Prints the number of each kind of line alone on a line, then what was skipped and failed; the first failure.
@@ -240,11 +240,9 @@ fn fmus() -> Outcome {
     fmu::run(&fmu::Options { check: true, ..Default::default() })?;
     fmu::run(&fmu::Options { targets: Targets::All, ..Default::default() })?;
     println!("figure 26: the versions of the GNU C library above");
-    let file = "runner/scenes/tilted_disc_sector.toml";
-    fmu::of_scene("TiltedDiscSector", &top().join(file), Targets::Host)?;
-    // What tests/fmi/test_stability.py compares them with.
-    let out = target().join("fmu/run").to_string_lossy().into_owned();
-    runner(&["run", file, "--steps", "6000", "--sample", "6000", "--until", "none", "--out", &out])?;
+    // tests/fmi/test_stability.py compares it with the package.
+    fmu::of_scene("TiltedDiscSector", &top().join("examples/scenes/tilted_disc_sector.toml"), Targets::Host)?;
+    crate::wheel::installed()?;
     unit_tests(&python_with("tests/fmi/requirements.txt")?, "tests/fmi")
 }
 
@@ -277,29 +275,13 @@ fn studies() -> Outcome {
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     command(&python, &["-m", "evidence", "--smoke", "--out", &folder("evidence"), "--docs", &folder("evidence/docs")])?;
-    runner(&["bench", "--smoke", "--out", &folder("bench")])?;
-    report("bench", &folder("bench"))?;
-    // The first steps of a stack, which has a picture of its own.
-    let first = ["run", "runner/scenes/pack_of_62_plies.toml", "--steps", "64", "--until", "none"];
-    runner(&[&first[..], &["--out", &folder("run of plies")]].concat())?;
-    report("run", &folder("run of plies"))?;
-    let sheets = ["--sample", "512", "--movie", "--vtk"];
-    runner(&[&["run", "runner/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;
-    report("run", &folder("run"))
+    let bench = folder("bench");
+    benchmark(&["--smoke", "--out", &bench])?;
+    command(&python, &["-m", "evidence", "bench", &bench, "--out", &bench, "--docs", &format!("{bench}/docs")])
 }
 
-/// The pictures and tables of what a study has written, beside its numbers.
-fn report(name: &str, folder: &str) -> Outcome {
-    if name == "run" {
-        return command(python()?, &["-m", "fabric_kernel.report", folder]);
-    }
-    let docs = format!("{folder}/docs");
-    command(python()?, &["-m", "evidence", name, folder, "--out", folder, "--docs", &docs])
-}
-
-fn runner(arguments: &[&str]) -> Outcome {
-    let program = ["run", "--quiet", "--release", "--package", "fabric", "--"];
-    cargo(&[&program[..], arguments].concat())
+fn benchmark(options: &[&str]) -> Outcome {
+    cargo(&[&["run", "--quiet", "--release", "--package", "fabric-bench", "--"], options].concat())
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use crate::needs::BROWSERS;
 use crate::tools::{
-    Outcome, cargo, first_found, make_folder, read, run as command, said, step_left_out, target, top, wait, write,
+    Outcome, first_found, make_folder, read, run as command, said, step_left_out, target, top, wait, write,
 };
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,7 +22,7 @@ pub fn run(options: &Options) -> Outcome {
     let out = build()?;
     if options.test {
         let component = crate::component::build_if_ready(&top(), &target().join("cross"), None)?.unwrap_or_default();
-        node("test.mjs", &[browser()?, &out.to_string_lossy(), &runner(), &component.to_string_lossy()])?;
+        node("test.mjs", &[browser()?, &out.to_string_lossy(), &program()?, &component.to_string_lossy()])?;
     }
     if options.pictures {
         let images = top().join("docs/images");
@@ -35,9 +35,8 @@ pub fn run(options: &Options) -> Outcome {
 /// The README's movie: until the fragment is through.
 fn movie(path: &Path) -> Outcome {
     let folder = target().join("movie");
-    let (scene, out) = ("runner/scenes/turbine_disc_sector.toml", folder.to_string_lossy());
-    command(runner(), &["run", scene, "--movie", "--steps", "17000", "--until", "none", "--out", &out])?;
-    command(crate::wheel::installed()?, &["-m", "fabric_kernel.report", &out])?;
+    let (scene, out) = ("examples/scenes/turbine_disc_sector.toml", folder.to_string_lossy());
+    command(program()?, &["run", scene, "--movie", "--steps", "17000", "--until", "none", "--out", &out])?;
     let copied = std::fs::copy(folder.join("movie.gif"), path);
     copied.map(|_| ()).map_err(|error| format!("{}: {error}", path.display()))
 }
@@ -61,8 +60,8 @@ fn tools() -> Outcome {
 }
 
 /// The program that runs scenes with the library of this machine.
-fn runner() -> String {
-    target().join("release/fabric").to_string_lossy().into_owned()
+fn program() -> Result<String, String> {
+    Ok(crate::wheel::installed()?.with_file_name("fabric").to_string_lossy().into_owned())
 }
 
 /// Builds the page: its folder.
@@ -71,10 +70,9 @@ pub fn build() -> Result<PathBuf, String> {
     let out = make_folder(target().join("web"))?;
     let kernel = out.join("kernel.wasm");
     crate::digests::module(&kernel)?;
-    said("Compiling the program fabric", || cargo(&["build", "--quiet", "--release", "--package", "fabric"]))?;
     packages()?;
     in_web("node", &["node_modules/typescript/bin/tsc"])?;
-    node("build.mjs", &[&kernel.to_string_lossy(), &runner(), &out.to_string_lossy()])?;
+    node("build.mjs", &[&kernel.to_string_lossy(), &program()?, &out.to_string_lossy()])?;
     Ok(out)
 }
 

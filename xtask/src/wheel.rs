@@ -69,13 +69,23 @@ fn names_no_folder(wheel: &Path) -> Outcome {
     found.map(|_| ()).map_err(|what| format!("{}: a file names a folder of this machine: {what}", wheel.display()))
 }
 
+/// Ends with 0 if the wheel of this path is what is installed (PEP 610).
+const IS_INSTALLED: &str = "import sys, hashlib, importlib.metadata as m; d = m.distribution('fabric_kernel').read_text('direct_url.json'); \
+    sys.exit(hashlib.sha256(open(sys.argv[1], 'rb').read()).hexdigest() not in (d or ''))";
+
 /// The Python of the project's environment, with the package of this clone as it is now.
 pub fn installed() -> Result<PathBuf, String> {
+    // Steps that run side by side take turns, and what is in use is not installed again.
+    let path = target().join("evidence-wheel.lock");
+    let lock = std::fs::File::create(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    lock.lock().map_err(|error| format!("{}: {error}", path.display()))?;
     let python = python_with("evidence/requirements.txt")?;
     let folder = emptied(target().join("evidence-wheel"))?;
     build(&folder, None)?;
     let wheel = only_file(&folder)?.to_string_lossy().into_owned();
-    pip(&python, &["--force-reinstall", "--no-deps", &wheel])?;
+    if output(&python, &["-c", IS_INSTALLED, &wheel]).is_err() {
+        pip(&python, &["--force-reinstall", "--no-deps", &wheel])?;
+    }
     Ok(python)
 }
 

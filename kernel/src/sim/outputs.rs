@@ -1,7 +1,7 @@
 //! The table of what a simulation tells of a run: one row for each number or vector of its read-outs.
 //!
 //! From these rows come the outputs of the FMUs with both model descriptions, what the Python package returns and its types, the columns
-//! of the runner's history.csv, and the table of outputs of the documents. A new output needs its field at the end of its
+//! of history.csv, and the table of outputs of the documents. A new output needs its field at the end of its
 //! structure, which C has too, and its row here.
 //!
 //! The rows that the FMUs have stand in the order of the model descriptions.

@@ -212,7 +212,8 @@ struct Course {
     around: Option<f64>,
 }
 
-/// Part of the contact impulse that is along z at least if a body hits a face of a flat sheet, not its edge.
+/// Part of the contact impulse that is along z at least if a body hits a face of a flat sheet, not its edge; and part of its velocity before
+/// first contact at least by which the side is known from which it came.
 const FACE_HIT: f64 = 0.1;
 
 /// The course of a body that has been in contact.
@@ -232,8 +233,9 @@ fn course(system: &mut System<'_>) -> Course {
             course.normal = if course.within_ring { outwards } else { -outwards } / distance;
         }
     } else if math::abs(impulse.z) > FACE_HIT * impulse.norm() {
-        // Contact only pushes: it has pushed the body to the side from which it came.
-        course.normal = Vector::new(0.0, 0.0, if impulse.z > 0.0 { -1.0 } else { 1.0 });
+        // A body in the plane of the sheet has been pushed to the side from which it came; another one may have hit a held edge since.
+        let across = if math::abs(direction.z) > FACE_HIT { direction.z } else { -impulse.z };
+        course.normal = Vector::new(0.0, 0.0, if across > 0.0 { 1.0 } else { -1.0 });
     }
     course
 }

@@ -1,6 +1,6 @@
 """The benchmark of this clone against that of another revision, in turn, so that the machine's load meets both alike.
 
-    python3 runner/compare.py REVISION [--only CASE] [--instructions SET] [--pairs 11]
+    python3 evidence/bench/compare.py REVISION [--only CASE] [--instructions SET] [--pairs 11]
 
 Method: git checks the revision out into target/compare, cargo builds it there, and its program is kept for the next time. Both then measure the
 same cases in turn, as programs of their own, each going first in every other pair. What is told is the ratio of their medians within a pair: its
@@ -16,14 +16,13 @@ import statistics
 import subprocess
 import sys
 
-TOP = pathlib.Path(__file__).parent.parent
+TOP = pathlib.Path(__file__).parents[2]
 FOLDER = TOP / "target" / "compare"
 
 
 def build(checkout):
     """The program of a checkout, built into a folder of its own."""
-    # Until version 0.1.0 folder, package and program had other names.
-    name = "fabric" if (checkout / "runner").exists() else "fabric-study"
+    name = "fabric" if (checkout / "runner").exists() else "fabric-bench"
     target = TOP / "target" if checkout == TOP else FOLDER / "build"
     subprocess.run(["cargo", "build", "--quiet", "--release", "--package", name, "--target-dir", target], cwd=checkout, check=True)
     return target / "release" / name
@@ -32,20 +31,24 @@ def build(checkout):
 def of_revision(revision):
     git = lambda *words: subprocess.run(["git", *words], cwd=TOP, check=True, capture_output=True, text=True).stdout.strip()
     commit = git("rev-parse", "--verify", "--short=12", revision + "^{commit}")
-    program, checkout = FOLDER / f"fabric-{commit}", FOLDER / commit
-    if not program.exists():
+    kept, checkout = FOLDER / "programs" / commit, FOLDER / commit
+    if not kept.exists():
         git("worktree", "add", "--detach", "--force", checkout, commit)
         try:
-            shutil.copy(build(checkout), program)
+            program = build(checkout)
+            kept.mkdir(parents=True)
+            shutil.copy(program, kept)
         finally:
             git("worktree", "remove", "--force", checkout)
-    return program
+    return next(kept.iterdir())
 
 
 def measured(program, case, instructions):
     """Median and digest of every way in which a case is stepped."""
     out = FOLDER / "pair"
-    subprocess.run([program, "bench", "--quick", "--only", case, "--instructions", instructions, "--out", out], check=True, capture_output=True)
+    # Until version 0.1.0 the benchmark was a command of another program.
+    words = ["bench"] if program.name == "fabric" else []
+    subprocess.run([program, *words, "--quick", "--only", case, "--instructions", instructions, "--out", out], check=True, capture_output=True)
     rows = json.loads((out / "bench.json").read_text())["rows"]
     return {(row["case"], row["size"], row["instruction_set"], row["threads"]): (row["median"], row["digest"]) for row in rows if row["median"]}
 

@@ -30,11 +30,11 @@ pub fn output(command: &mut Command) -> Result<(String, String)> {
     Err(format!("{shown} failed ({}): {last}", output.status).into())
 }
 
-/// The Python of the peers' virtual environment, made and filled from runner/peers/requirements.txt if need be.
+/// The Python of the peers' virtual environment, made and filled from evidence/bench/peers/requirements.txt if need be.
 pub fn python() -> Result<PathBuf> {
     let venv = folder("peers")?.join("venv");
     let python = venv.join("bin").join("python");
-    let list = top().join("runner/peers/requirements.txt");
+    let list = top().join("evidence/bench/peers/requirements.txt");
     let wanted = std::fs::read_to_string(&list).map_err(|error| format!("{}: {error}", list.display()))?;
     let stamp = venv.join("requirements.installed");
     if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {

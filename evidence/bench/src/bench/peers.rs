@@ -1,6 +1,6 @@
 //! Other programs on the same grid with the same sphere, in rounds with the kernel: time over the kernel's, round by round.
 //!
-//! Every peer is a process that takes the first steps, says what it has reached, and waits for rounds; see runner/peers. It
+//! Every peer is a process that takes the first steps, says what it has reached, and waits for rounds; see evidence/bench/peers. It
 //! reports its own CPU time. A peer that cannot be built, installed or run is named among what is missing.
 
 use super::Bench;
@@ -64,13 +64,13 @@ fn plain_c() -> Result<Command> {
     let program = folder("peers")?.join("plain");
     let mut compiler = Command::new("cc");
     compiler.args(["-std=c11", "-O3", "-march=native", "-ffp-contract=off", "-o"]).arg(&program);
-    output(compiler.arg(top().join("runner/peers/plain.c")).arg("-lm"))?;
+    output(compiler.arg(top().join("evidence/bench/peers/plain.c")).arg("-lm"))?;
     Ok(Command::new(program))
 }
 
 fn python_peer(script: &str) -> Result<Command> {
     let mut command = Command::new(python()?);
-    command.arg(top().join("runner/peers").join(script));
+    command.arg(top().join("evidence/bench/peers").join(script));
     // LAMMPS finds its MPI library there; Warp keeps its compiled kernels here; one thread for all.
     command
         .env("LD_LIBRARY_PATH", folder("peers")?.join("venv/lib"))

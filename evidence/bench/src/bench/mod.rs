@@ -142,7 +142,7 @@ pub fn run(options: &Options) -> Result<bool> {
     let out = &options.out;
     std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
     std::fs::write(out.join("bench.json"), serde_json::to_string_pretty(&report)? + "\n")?;
-    say::line(format_args!("{}", written(out, "bench")));
+    say::line(format_args!("{}", written(out)));
     Ok(report.different_bits().is_empty())
 }
 

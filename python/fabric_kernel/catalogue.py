@@ -1,0 +1,64 @@
+"""`fabric scene`, `fabric fabrics` and `fabric replay`: what there is, and a capsule done again."""
+
+import argparse
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import about as scenes
+from . import page
+from ._kernel import PRESETS, VERSION, fabrics as named_fabrics
+from ._kernel import replay as replayed
+
+
+def scene(arguments: Sequence[str]) -> None:
+    """The command `fabric scene`."""
+    parser = argparse.ArgumentParser(prog="fabric scene", description="A scene file with every parameter, its unit and its meaning; without a name, the presets.")
+    parser.add_argument("scene", nargs="?", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
+    given = parser.parse_args(arguments)
+    with scenes.ending(parser):
+        print("\n".join(PRESETS) if given.scene is None else scenes.scene_named(given.scene)[0].text(), flush=True)
+
+
+def fabrics(arguments: Sequence[str]) -> None:
+    """The command `fabric fabrics`."""
+    parser = argparse.ArgumentParser(prog="fabric fabrics", description="The named fabrics for the table [fabric] of a scene file.")
+    parser.add_argument("name", nargs="?", help="of one, or the file of one of your own: its numbers with their sources")
+    given = parser.parse_args(arguments)
+    with scenes.ending(parser):
+        found = {one["name"]: one for one in named_fabrics()}
+        if given.name in found:
+            print(found[given.name]["text"], end="", flush=True)
+            return
+        if given.name is not None:
+            raise ValueError(f"no fabric {given.name}: one of {', '.join(found)}")
+        shown = lambda number, digits: f"{number:.{digits}f}" if math.isfinite(number) else "-"
+        rows = [
+            [
+                name, shown(1e3 * one["areal_density"], 1), shown(1e3 * one["spacing"], 4), shown(1e6 * one["area"], 5), shown(one["wave_speed"], 0),
+                shown(one["critical_stretch"], 5), one["title"],
+            ]
+            for name, one in found.items()
+        ]  # fmt: skip
+        print(page.printed(["name", "g/m2", "spacing mm", "area mm2", "wave m/s", "U_c", "title"], rows))
+        print("sources: fabric fabrics NAME", flush=True)
+
+
+def replay(arguments: Sequence[str]) -> None:
+    """The command `fabric replay`."""
+    ends = "Exit status: 0 same bits; 1 a difference, or a capsule that is cut off; 2 for what is refused."
+    parser = argparse.ArgumentParser(prog="fabric replay", description="Does a capsule again and compares bit by bit.", epilog=ends)
+    parser.add_argument("file", type=Path, help="as `fabric run --capsule`, Simulation(..., capsule=FILE), C or an FMU wrote it")
+    given = parser.parse_args(arguments)
+    with scenes.ending(parser):
+        found = replayed(given.file)
+        if found["version"] != VERSION:
+            print(f"warning: {given.file} is of version {found['version']}, this is {VERSION}, which may give other bits")
+        if found["difference"] is not None:
+            print(f"{given.file}: {found['difference']}", flush=True)
+        else:
+            print(f"{given.file}: same bits: {found['calls']} calls, {found['step']} steps, {found['digests']} digests, the last {found['digest']}", flush=True)
+        if not found["whole"]:
+            print(f"{given.file}: it is cut off, or its program did not end it; what is whole was replayed", flush=True)
+    if not found["same"]:
+        parser.exit(1)

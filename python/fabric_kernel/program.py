@@ -1,0 +1,60 @@
+"""The program `fabric`: one command for each question."""
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+from ._kernel import VERSION
+
+COMMANDS = {
+    "run": ("run", "one impact: a table, pictures and a report"),
+    "v50": ("v50", "the ballistic limit with its interval"),
+    "residual": ("residual", "the residual velocity over the impact velocity"),
+    "fragments": ("fragments", "the share that goes through, by velocity, attitude and impact point"),
+    "scene": ("catalogue", "a scene file with every parameter, its unit and its meaning"),
+    "fabrics": ("catalogue", "the named fabrics with their sources"),
+    "replay": ("catalogue", "do a capsule again and compare bit by bit"),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    names = "\n".join(f"  {name:10} {about}" for name, (_, about) in COMMANDS.items())
+    parser = argparse.ArgumentParser(
+        prog="fabric", usage="fabric COMMAND ...", formatter_class=argparse.RawDescriptionHelpFormatter,
+        description=f"Impact of rigid fragments on ballistic fabric.\n\ncommands:\n{names}", epilog="fabric COMMAND --help says what a command takes.",
+    )  # fmt: skip
+    parser.add_argument("--version", action="version", version=f"fabric {VERSION}")
+    parser.add_argument("command", nargs="?", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
+    command = parser.parse_args(words[:1]).command
+    if command is None:
+        parser.print_help()
+        return
+    module = importlib.import_module(f".{COMMANDS[command][0]}", __package__)
+    if COMMANDS[command][0] == "catalogue":
+        getattr(module, command)(words[1:])
+    else:
+        module.main(words[1:])
+
+
+def renamed(command: str) -> None:
+    """A program by its former name."""
+    print(f"fabric-{command} is now: fabric {command}", file=sys.stderr)
+    main([command, *sys.argv[1:]])
+
+
+def v50() -> None:
+    renamed("v50")
+
+
+def residual() -> None:
+    renamed("residual")
+
+
+def fragments() -> None:
+    renamed("fragments")
+
+
+if __name__ == "__main__":
+    main()
