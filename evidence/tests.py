@@ -13,7 +13,7 @@ import numpy
 import scipy.stats
 from fabric_kernel import Scene, Simulation, page, sheets
 
-from . import claims, comparison, coverage, friction, front, hits, impact, overshoot, packs, paper_runs, strength, strips, study, yarn
+from . import claims, comparison, coverage, friction, front, hits, impact, overshoot, packs, paper_runs, short, strength, strips, study, yarn
 from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, arrest_limit, student, verdict_of_all, verdict_of_any
 
 
@@ -40,6 +40,22 @@ class Studies(unittest.TestCase):
             origin = json.loads((asked.folder / "numbers.json").read_text())
             self.assertEqual((origin["command"], origin["scenes"]), ("python -m evidence friction --quick", [study.scene_hash(scene)]))
             self.assertFalse(study.Study("friction", study.SMOKE, pathlib.Path(folder)).kept.exists())
+
+
+class Short(unittest.TestCase):
+    def test_a_page_shows_a_part_and_the_file_has_all(self):
+        rows = [[f"v{k}", "0.4", "10", "1e6", "0.1", *"abcdefghijk"] for k in range(3)] + [["theta (refused)", *"bcdefghijklmnop"]]
+        heading = ["setting", *(f"c{k}" for k in range(1, 16))]
+        text = f"## First\n\n{page.markdown(heading, rows)}\nWords.\n\n## Second\n\n{page.markdown(heading, rows[:1])}"
+        shown, files = short.shortened("accuracy_impact", text)
+        self.assertIn("| v1 | 0.4 | 1e6 | 0.1 | b | d | i |\n", shown)
+        self.assertNotIn("refused", shown)
+        self.assertTrue(shown.endswith("Whole tables: [accuracy_impact_1.csv](accuracy_impact_1.csv).\n"))
+        lines = files["accuracy_impact_1.csv"].splitlines()
+        self.assertEqual([len(lines), lines[4][:28], lines[5][:9]], [6, "First,theta (refused),b,c,d,", "Second,v0"])
+        shown, files = short.shortened("validation", "| yarn | viscosity |\n| --- | --- |\n| a | none |\n", "Title")
+        self.assertEqual((shown, files), ("In [validation_1.csv](validation_1.csv).\n", {"validation_1.csv": "table,yarn,viscosity\nTitle,a,none\n"}))
+        self.assertEqual(short.shortened("edges", "| a |\n"), ("| a |\n", {}))
 
 
 class Hits(unittest.TestCase):
