@@ -468,10 +468,11 @@ mod tests {
         assert_eq!((fine.sheet.nodes_x, coarse.sheet.nodes_x), (135, 68));
         // Of a sheet without a width that of the preset; of a scene that has its back fabric already that, too.
         let mut again = fine;
+        again.attachment.hold = 20.0;
         let table = "sheet.yarns_per_bar = 2".parse().unwrap();
         crate::apply(&mut again, table).unwrap();
         per_area(&fine).iter().zip(per_area(&again)).for_each(|(fine, coarse)| close(coarse, *fine));
-        assert_eq!(again.sheet.nodes_x, 68);
+        assert_eq!((again.sheet.nodes_x, again.attachment.hold), (68, 40.0));
     }
 
     #[test]

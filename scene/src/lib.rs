@@ -202,8 +202,8 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
             Ok(None) => wrong.extend(assign(scene, key, value).err()),
             Err(error) => wrong.push(error),
         }
-        scene.attachment.hold *= derived::yarns_per_bar(&own);
     }
+    scene.attachment.hold *= derived::yarns_per_bar(&own);
     if scene.casing.radius == radius {
         // A case that bears a ring is as wide as that which its nodes close.
         scene.casing.radius = scene.sheet.radius;
