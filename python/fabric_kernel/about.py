@@ -14,7 +14,7 @@ from pathlib import Path
 from ._kernel import PRESETS, VERSION, Scene
 from .files import written
 from .oneply import windowing
-from .textile import areal_density, of_the_paper, sides, spacings
+from .textile import areal_density, of_the_paper, sides, spacings, strength
 
 CAVEAT = "Not validated: the agreement with reality. docs/validation.md has the comparisons with measurements, misses among them."
 PAPER = "The yarn is that of the source paper, about 3.7 times too stiff and strong for its mass."
@@ -72,14 +72,26 @@ def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
     )
 
 
+def attachments(scene: Scene) -> str:
+    """What a limit assumes of the attachments, in one line with its numbers."""
+    hold, grip, whole = (scene[f"attachment.{name}"] for name in ("hold", "grip", "strength"))
+    bar = scene["sheet.yarn_area"] * strength(scene)
+    slips = f"they hold every yarn without limit (hold 0 N; a bar breaks at {bar:.4g} N)"
+    if hold:
+        length = f"{1e3 * grip:.4g} mm of yarn in the grip" if grip else "a grip without end"
+        slips = f"they slip at {hold:.4g} N a bar, {hold / bar:.2f} of the {bar:.4g} N at which it breaks, with {length}"
+    fails = f"each fails at {whole:.4g} N" if whole else "none fails as a whole"
+    return "No attachments: the sheet is free." if scene["attachment.kind"] == "free" else f"Assumed of the attachments: {slips}; {fails}."
+
+
 def cautions(scene: Scene) -> tuple[str, ...]:
-    """What a reader of a limit must know first, a sentence or two each."""
+    """What a reader of a limit must know first, a sentence or two each; the first two belong to the answer."""
     yarn, window = PAPER if of_the_paper(scene) else VISCOSITY, windowing(scene)
     width = (
         f"The limit is that of a sheet of this width and support, {size(scene)} mm and {scene['attachment.kind'].replace('_', ' ')}, which decide it "
         "(docs/v50.md): fabric v50 --sensitivity measures by how much."
     )
-    return (width, f"{CAVEAT} {yarn}", *filter(None, [window.sentence() if window else ""]))
+    return (width, attachments(scene), f"{CAVEAT} {yarn}", *filter(None, [window.sentence() if window else ""]))
 
 
 def noted(scene: Scene, speed: float) -> list[str]:

@@ -241,9 +241,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             for one in vary(scene, given.shots if attitude == "random" else 1, seed=given.seed, attitude=attitude, point=point)
         ]  # fmt: skip
         of = {"attitudes": attitudes, "points": given.points, "shots": given.shots}
-        first, *others = cautions(scene)
+        width, held, *others = cautions(scene)
         about = (model_error(judged).sentence(), *others, *said_once, *described(scene, fabric), *noted(scene, max(velocities)))
-        print("\n".join([about[0], first, *about[1:]]), flush=True)
+        print("\n".join([about[0], width, held, *about[1:]]), flush=True)
         shot = functools.partial(
             fragment_map, scene, keep=given.out / "runs.jsonl", on=on,
             until=UNTIL if given.to_the_end else DECIDED,
@@ -257,7 +257,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         written(given.out / "below.csv", with_units(slower).to_csv(index=False))
         plot.map(table, given.out / "map.svg", (*described(scene, fabric), CAVEAT))
         report = Page(f"Fragments of {given.scene}")
-        report.answer((*lines, about[0], first))
+        report.answer((*lines, about[0], width, held))
         report.figure(given.out / "map.svg", "")
         report.fold("What was shot, and each cell")
         for line in about[1:]:

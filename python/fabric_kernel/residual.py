@@ -205,8 +205,8 @@ def residual_curve(
         lines.append("Fewer than three shots went through at different velocities: no fit of the residual velocities.")
     bad = [f"{fit.name}: {fit.best.note}" for fit in found if fit.best.note]
     against = model_error([one for one, _ in shoot.flown] or scene, confidence).sentence()
-    answer = [*filter(None, [hole.sentence() if hole else "", doubt]), *bad, *lines, against, cautions(scene)[0]]
-    notes = [*about, shoot.drawn(), *filter(None, [note]), *cautions(scene)[1:], *left_out, *shoot.notes()]
+    answer = [*filter(None, [hole.sentence() if hole else "", doubt]), *bad, *lines, against, *cautions(scene)[:2]]
+    notes = [*about, shoot.drawn(), *filter(None, [note]), *cautions(scene)[2:], *left_out, *shoot.notes()]
     return Curve(title, tuple(made), found, confidence, tuple(answer), tuple(notes), hole)
 
 

@@ -22,7 +22,7 @@ from scipy.spatial.distance import cdist
 from . import ensembles
 from ._kernel import Scene
 from .runs import flown
-from .textile import spacings
+from .textile import spacings, strength
 from .v50 import Shooter
 from .window import ladder
 
@@ -32,6 +32,8 @@ SHOTS, CONFIDENCE = 3, 0.95
 MOST_STRIDES = 6
 TIMES = 10.0
 """Node-steps that it may take, over those of the test."""
+HOLDS = 0.7, 0.4, 0.15
+"""Forces at which attachments slip, over that at which a bar breaks."""
 COARSE = "spacing of the network: twice, with bars of two yarns"
 
 
@@ -50,6 +52,7 @@ def variants(scene: Scene) -> dict[str, Scene]:
             add("width of the sheet", " x ".join(f"{1e3 * (count - 1) * h:.4g}" for count, h in zip(changes.values(), spacings(scene))) + " mm", changes)
         parts = ("sheet", "back") if value["back.plies"] else ("sheet",)
         grown = [f"{part}.{name}" for part in parts for name in ("spacing", "spacing_y", "yarn_area", "yarn_area_y") if value.get(f"{part}.{name}")]
+        grown += ["attachment.hold"] if value["attachment.hold"] else []
         coarse = scaled(0.5) | {name: 2.0 * value[name] for name in grown} | {f"{part}.node_mass": 4.0 * value[f"{part}.node_mass"] for part in parts}
         add(*COARSE.split(": "), coarse)
     if value["time_step.seconds"]:
@@ -70,6 +73,9 @@ def variants(scene: Scene) -> dict[str, Scene]:
     add("friction on the projectile", f"{value['contact.friction'] + 0.2:g}", {"contact.friction": value["contact.friction"] + 0.2})
     other = "two_sides" if value["attachment.kind"] == "four_sides" else "four_sides"
     add("support", other.replace("_", " "), {"attachment.kind": other})
+    for part in HOLDS if value["attachment.kind"] != "free" else ():
+        hold = part * value["sheet.yarn_area"] * strength(scene)
+        add("hold of the attachments", f"{part:g} of a bar's strength, {hold:.4g} N", {"attachment.hold": hold})
     if value["projectile.shape"] != "sphere":
         degrees, axis, orientation = turn(scene)
         found[f"attitude: turned by {degrees} degrees about {axis}"] = scene.aimed((0.0, 0.0), orientation=orientation)

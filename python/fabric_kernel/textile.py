@@ -92,6 +92,12 @@ class Axes(NamedTuple):
         )
 
 
+def strength(scene: Scene) -> float:
+    """Stress at which the yarn along x breaks by its law, Pa."""
+    stretch = scene["yarn.critical_stretch"]
+    return 0.5 * scene["yarn.modulus_mean"] * stretch * (stretch * stretch - 1.0)
+
+
 def axes(scene: Scene) -> Axes | None:
     """The numbers of Cunniff's axes; None for a shape without a presented area, and for the paper's yarn, which is no real fibre."""
     area, (along_x, along_y), (crimp_x, crimp_y) = presented_area(scene), spacings(scene), scene["sheet.crimp"]
@@ -100,6 +106,5 @@ def axes(scene: Scene) -> Axes | None:
     section, modulus, stretch = scene["sheet.yarn_area"], scene["yarn.modulus_mean"], scene["yarn.critical_stretch"]
     volume = section * along_x * (1.0 + crimp_x) + (scene["sheet.yarn_area_y"] or section) * along_y * (1.0 + crimp_y)
     density = scene["sheet.node_mass"] / volume
-    strength = 0.5 * modulus * stretch * (stretch * stretch - 1.0)
-    velocity = cunniff_velocity(strength, stretch - 1.0, modulus, density)
+    velocity = cunniff_velocity(strength(scene), stretch - 1.0, modulus, density)
     return Axes(velocity, areal_density(scene) * area / scene["projectile.mass"])

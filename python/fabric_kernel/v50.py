@@ -67,7 +67,7 @@ class Test(NamedTuple):
     window: Window | None = None  # then there is no fit
 
     def answer(self) -> list[str]:
-        """The limit, how far the model may be off, and the first caution, a line each."""
+        """The limit, how far the model may be off, and the first cautions, a line each."""
         fit, lines = self.fit, [*filter(None, [self.window.sentence() if self.window else "", self.doubt])]
         for share, value, interval in zip(fit.shares, fit.velocities, fit.intervals):
             if share == 0.5 and not self.window:
@@ -75,7 +75,7 @@ class Test(NamedTuple):
                 number = f"{value:.1f} m/s, {100 * fit.confidence:g} % interval {bounded}" if math.isfinite(value) else bounded
                 lines.append(f"V50 {number}, of the model with its draws.")
         width = self.sensitivity.sentence() if self.sensitivity else ""
-        return [*lines, *filter(None, [self.against]), *([width] if width else self.cautions[:1])]
+        return [*lines, *filter(None, [self.against]), *([width] if width else self.cautions[:1]), *self.cautions[1:2]]
 
     def heading(self) -> tuple[str, ...]:
         return ("", "m/s", f"{100 * self.fit.confidence:g} % interval, m/s", "plain profile likelihood, m/s")
@@ -111,7 +111,7 @@ class Test(NamedTuple):
                 f"Residual velocity after Lambert and Jonas: a (v^p - v_l^p)^(1/p) with v_l {residual.limit:.1f} m/s, a {residual.a:.3f}, "
                 f"p {residual.p:.2f}, error {residual.error:.1f} m/s; stopped shots are censored at 0."
             )
-        return lines + [note for note in (*self.cautions[1:], residual.note, *fit.notes, *self.notes) if note]
+        return lines + [note for note in (*self.cautions[2:], residual.note, *fit.notes, *self.notes) if note]
 
     def text(self) -> str:
         """Design, seeds, every shot, fit and intervals, for the terminal."""
@@ -417,7 +417,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
-    changed = "width, spacing, time step, viscosity, crimp, strength, friction, support, attitude"
+    changed = "width, spacing, time step, viscosity, crimp, strength, friction, support, hold of the attachments, attitude"
     parser.add_argument("--sensitivity", action="store_true", help=f"also how the limit changes with {changed}")
     given = parser.parse_args(arguments)
     for design, names in {"three-phase": ("aim", "last"), "plan": ("plan",)}.items():

@@ -64,7 +64,7 @@ class Command(InFolder):
         scene = Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 41, "nodes_y": 41})
         said, errors, _ = self.ran(main, scene, "--shots", "14")
         page, rows, picture = ((self.folder / "out" / name).read_text() for name in ("report.html", "residual.csv", "residual.svg"))
-        for words in ("Recht and Ipson: limit", "Lambert and Jonas: limit", "Of the model against tests", "a sheet of this width"):
+        for words in ("Recht and Ipson: limit", "Lambert and Jonas: limit", "Of the model against tests", "a sheet of this width", "Assumed of the attachments"):
             self.assertIn(words, said, errors)
             self.assertIn(words, page)
         heading, *rows = rows.splitlines()

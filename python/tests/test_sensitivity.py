@@ -41,7 +41,7 @@ class Sensitivity(InFolder):
     def test_every_variant_differs_by_what_it_says_and_can_be_simulated(self):
         scene = self.scene()
         found = variants(scene)
-        self.assertEqual(len(found), 9)
+        self.assertEqual(len(found), 12)
         for name, other in found.items():
             other.check()
             self.assertNotEqual(other, scene, name)
@@ -62,6 +62,13 @@ class Sensitivity(InFolder):
         for body in (flat, flat.replace({"projectile.shape": "hemispherical_cylinder"})):
             along_x = body.aimed(orientation=[math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0])
             self.assertIn("attitude: turned by 90 degrees about y", variants(along_x))
+        holds = [other["attachment.hold"] for name, other in found.items() if name.startswith("hold of the attachments")]
+        strength = scene.replace({"attachment.hold": "1 of the yarn"})["attachment.hold"]
+        for hold, part in zip(holds, (0.7, 0.4, 0.15), strict=True):
+            self.assertAlmostEqual(hold / strength, part)
+        weak = scene.replace({"attachment.hold": 20.0})
+        self.assertEqual(next(other for name, other in variants(weak).items() if name.startswith("spacing"))["attachment.hold"], 40.0)
+        self.assertFalse([name for name in variants(scene.replace({"attachment.kind": "free"})) if name.startswith("hold")])
         dry = scene.replace({f"yarn.viscosity_{kind}": 0.0 for kind in ("linear", "quadratic", "bending")})
         self.assertIn("viscosity of the yarn: that of real fabrics", variants(dry))
 
@@ -72,7 +79,7 @@ class Sensitivity(InFolder):
                 folder = self.folder / f"{shots}"
                 rows = list(csv.reader(io.StringIO((folder / "sensitivity.csv").read_text())))
                 self.assertEqual(rows[0], ["variant", "change_percent", "low_percent", "high_percent", "shots"])
-                self.assertEqual(len(rows), 10)
+                self.assertEqual(len(rows), 13)
                 change = {row[0]: [float(number) for number in row[1:]] for row in rows[1:]}
                 wide = [change[name][0] for name in change if name.startswith("width")]
                 self.assertLess(min(wide), -10.0)
@@ -87,7 +94,7 @@ class Sensitivity(InFolder):
                     self.assertIn("The spacing of the network changes the limit by", text)
                     self.assertIn("They are changes from", text)
                     largest = max(change, key=lambda name: abs(change[name][0]))
-                    self.assertRegex(text, f"Of 9 changes the largest is that of the {largest.split(': ')[0]}, [+-]")
+                    self.assertRegex(text, f"Of 12 changes the largest is that of the {largest.split(': ')[0]}, [+-]")
                     # The head of a report says nothing of another fabric.
                     self.assertNotIn("Kevlar", text.split("shots, ")[0].split("Sheet:")[0] if text is said else text.split("<details>")[0].split("</div>")[0])
                     self.assertTrue(shots == 20 or ("found in the network of bars of two yarns" in text) == (shots == 10))

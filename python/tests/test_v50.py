@@ -8,6 +8,7 @@ from unittest import mock
 
 from commands import InFolder
 from fabric_kernel import Refused, Scene, fly, vary
+from fabric_kernel.about import attachments, cautions
 from fabric_kernel.designs import Plan
 from fabric_kernel.v50 import Shooter, Unknown, main, v50
 
@@ -164,11 +165,22 @@ class OfAScene(InFolder):
             test = v50(Shooter(scene), Plan([200.0]), 1, tests=0)
             page = test.page(b"<svg/>")
             places = [page.index(words) for words in (
-                "V50 not bounded by these shots", "Of the model against tests", "a sheet of this width", "<details>", "Projectile:", own,
+                "V50 not bounded by these shots", "Of the model against tests", "a sheet of this width", "hold every yarn without limit (hold 0 N", "<details>", "Projectile:", own,
             )]
             self.assertEqual(places, sorted(places))
             self.assertNotIn(others, page)
             self.assertIn("not drawn: fragment, fabric, support, attitude, angle of impact", page)
+
+    def test_a_report_says_what_was_assumed_of_the_attachments(self):
+        scene = Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 31, "nodes_y": 31})
+        slips = scene.replace(attachment={"hold": "0.4 of the yarn", "grip": "10 mm", "strength": "500 N"})
+        for one, words in (
+            (scene, "without limit (hold 0 N; a bar breaks at 146.6 N); none fails as a whole."),
+            (slips, "slip at 58.63 N a bar, 0.40 of the 146.6 N at which it breaks, with 10 mm of yarn in the grip; each fails at 500 N."),
+            (scene.replace({"attachment.kind": "free"}), "No attachments"),
+        ):
+            self.assertIn(words, attachments(one))
+            self.assertEqual(attachments(one), cautions(one)[1])
 
     def test_an_interrupt_tells_how_to_go_on(self):
         with mock.patch("fabric_kernel.v50.v50", side_effect=KeyboardInterrupt):

@@ -103,6 +103,7 @@ class Commands(InFolder):
             first = page.split('class="answer"><p>')[1].split("</p>")[0]
             self.assertIn("No single limit", first)
             self.assertIn("No single limit", said)
+            self.assertIn("Assumed of the attachments", page.split("<details>")[0])
             if module is not fragments:
                 self.assertIn("Yarns broke at the clamps first: 80", first.replace("\u00a0", " "))
         test = json.loads((self.folder / "fabric_kernel.v50/test.json").read_text())
