@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy
+import scipy.stats
 
 from . import checks, designs, limit, window
 from ._kernel import Refused, Scene
@@ -398,11 +399,38 @@ def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.
     return kind(given.low, given.high, sigma or designs.DEVIATION * middle / LINKS[given.link].deviation, given.link, **last)
 
 
+def at(shoot: Shooter, velocity: float, shots: int, confidence: float, say: Callable[[str], None] | None = None) -> dict[str, Any]:
+    """Whether shots at one velocity, m/s, are stopped: how many of how many went through, and the exact (Clopper-Pearson) interval of the share."""
+    checks.numbers("velocity", [velocity])
+    checks.whole("shots", shots, 1), checks.confident(confidence)
+    through = []
+    for shot in range(shots):
+        stopped, residual = shoot(velocity, shot)
+        through.append(not stopped)
+        if say:
+            say(f"shot {shot + 1}: " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + f"; {sum(through)} of {shot + 1} went through")
+    low, high = scipy.stats.binomtest(sum(through), shots).proportion_ci(confidence, method="exact")
+    return {"velocity": velocity, "shots": shots, "through": sum(through), "share": sum(through) / shots, "low": low, "high": high, "confidence": confidence}
+
+
+def print_at(given: Any, scene: Scene) -> None:
+    """The answer of --at: a line, and at.json."""
+    shoot = Shooter(scene, seed=given.seed, point=None if given.as_aimed else (0.0, 0.0), attitude=given.attitude, keep=given.out / "runs.jsonl", steps=given.steps)
+    found = at(shoot, given.at, 20 if given.shots is None else given.shots, given.confidence, functools.partial(print, flush=True))
+    written(given.out / "at.json", json.dumps(found, indent=1) + "\n")
+    print(
+        f"\nAt {found['velocity']:g} m/s {found['through']} of {found['shots']} shots went through: {100 * found['share']:.0f} %, "
+        f"{100 * found['confidence']:g} % interval [{100 * found['low']:.1f}, {100 * found['high']:.1f}] %, of the model with its draws."
+    )
+    print(*[model_error([scene]).sentence(), *cautions(scene), *shoot.notes(), shoot.drawn()], sep="\n")
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric v50`."""
     about = "The ballistic limit of the projectile and the sheet of a scene, with its interval."
     parser = of_a_scene("v50", about, "report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
+    parser.add_argument("--at", type=positive, metavar="V", help="no limit: the share of 20 (or --shots) shots at this velocity, m/s, that goes through")
     parser.add_argument("--shots", type=int, help="default: 20, or all of the plan")
     parser.add_argument("--low", type=positive, help="guess: V50 is probably above this, m/s; default: no guess, the shots bracket it")
     parser.add_argument("--high", type=positive, help="guess: V50 is probably below this, m/s")
@@ -428,6 +456,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.exit(2, "error: --last goes with --aim only\n")
 
     with command(parser, given) as (scene, fabric):
+        if given.at is not None:
+            print_at(given, scene)
+            return
         shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20
         design = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
         shoot = Shooter(

@@ -10,7 +10,7 @@ from commands import InFolder
 from fabric_kernel import Refused, Scene, fly, vary
 from fabric_kernel.about import attachments, cautions
 from fabric_kernel.designs import Plan
-from fabric_kernel.v50 import Shooter, Unknown, main, v50
+from fabric_kernel.v50 import Shooter, Unknown, at, main, v50
 
 
 class OfAScene(InFolder):
@@ -120,6 +120,17 @@ class OfAScene(InFolder):
         said, test = self.said(self.scene().replace(uniform), "--design", "plan", "--plan", "200")
         self.assertIn("the same yarns in each, as the scene draws none", said)
         self.assertNotIn("yarns drawn", said + test["seeds"])
+
+    def test_the_share_at_a_velocity_has_its_exact_interval(self):
+        found = at(lambda velocity, shot: (shot % 4 > 0, 5.0), 80.0, 20, 0.95)
+        # Clopper and Pearson for 5 of 20: quantiles of the beta distributions (5, 16) and (6, 15).
+        self.assertEqual((found["through"], found["shots"], found["share"]), (5, 20, 0.25))
+        self.assertAlmostEqual(found["low"], 0.08657, 4)
+        self.assertAlmostEqual(found["high"], 0.49105, 4)
+        said, errors, code = self.ran(main, self.scene(), "--at", "300", "--shots", "3")
+        self.assertEqual((code, errors), (0, ""))
+        self.assertIn("At 300 m/s 3 of 3 shots went through: 100 %, 95 % interval [29.2, 100.0] %", said)
+        self.assertEqual(json.loads((self.folder / "out" / "at.json").read_text())["through"], 3)
 
     def test_a_report_that_cannot_be_written_is_an_error_and_not_half_there(self):
         words = [sys.executable, "-m", "fabric_kernel.v50", "sheet_3in_sphere", "--design", "plan", "--plan", "200", "--tests", "0", "--out", self.folder]
