@@ -132,6 +132,9 @@ class Scene:
         """Of the fabric of the sheet the "thickness" of the ply and "width" of a yarn in it, m, and the "friction" between yarns, as far as its table
         gives them, and the larger "spacing" of its yarns, m; what is missing is unknown."""
 
+    def features(self) -> dict[str, str]:
+        """Features of the kernel that the scene needs, with the field that asks for each."""
+
     @property
     def remarks(self) -> list[str]:
         """What the reader of the scene's file must know: a projectile that no one has placed, a network that was not graded."""

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from . import about as scenes
 from . import page
-from ._kernel import PRESETS, VERSION, fabrics as named_fabrics
+from ._kernel import PRESETS, VERSION, Scene
+from ._kernel import fabrics as named_fabrics
 from ._kernel import replay as replayed
 
 
@@ -15,9 +16,28 @@ def scene(arguments: Sequence[str]) -> None:
     """The command `fabric scene`."""
     parser = argparse.ArgumentParser(prog="fabric scene", description="A scene file with every parameter, its unit and its meaning; without a name, the presets.")
     parser.add_argument("scene", nargs="?", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
+    parser.add_argument("--features", action="store_true", help="which features of the kernel the scene needs, and how a build has no others")
     given = parser.parse_args(arguments)
     with scenes.ending(parser):
-        print("\n".join(PRESETS) if given.scene is None else scenes.scene_named(given.scene)[0].text(), flush=True)
+        if given.features:
+            if given.scene is None:
+                raise ValueError("--features: needs a scene")
+            print(needed(scenes.scene_named(given.scene)[0]), flush=True)
+        else:
+            print("\n".join(PRESETS) if given.scene is None else scenes.scene_named(given.scene)[0].text(), flush=True)
+
+
+def needed(scene: Scene) -> str:
+    """The features that a scene needs, and the lines of a build that leaves all others out."""
+    features = scene.features()
+    rows = [[name, field] for name, field in features.items()]
+    listed, flags = ", ".join(f'"{name}"' for name in features), ",".join(["bare", *(f"fabric-kernel/{name}" for name in features)])
+    return (
+        f"{page.printed(['feature', 'asked for by'], rows)}\n"
+        f'Cargo.toml:  fabric-kernel = {{ version = "{VERSION}", default-features = false, features = [{listed}] }}\n'
+        f"C library:   cargo build --profile ship -p capi-lib --no-default-features --features {flags}\n"
+        'The feature "vectors" makes it faster; docs/tables/size.md has what each costs.'
+    )
 
 
 def fabrics(arguments: Sequence[str]) -> None:

@@ -18,7 +18,7 @@ from . import about as scenes
 from . import movie, page, plot, runs, sheets
 from ._kernel import PRESETS, Failed, Refused, Scene, Simulation
 from .files import written
-from .textile import areal_density, spacings
+from .textile import spacings
 
 TIMEOUT = 3
 """Exit status of a run that its steps ended."""

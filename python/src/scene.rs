@@ -208,6 +208,12 @@ impl Scene {
         Ok(all)
     }
 
+    /// Features of the kernel that the scene needs, with the field that asks for each.
+    fn features(&self) -> std::collections::BTreeMap<&'static str, &'static str> {
+        let all = fabric::FEATURES.iter().rev();
+        all.filter_map(|record| Some((record.name, record.asked_by(&self.scene)?))).collect()
+    }
+
     /// What the reader of the scene's file must know.
     #[getter]
     fn remarks(&self) -> Vec<String> {

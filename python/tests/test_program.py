@@ -149,6 +149,14 @@ class Catalogue(unittest.TestCase):
         for preset in fk.PRESETS:
             self.assertEqual(fk.Scene.parse(ran("scene", preset).stdout), fk.Scene(preset))
 
+    def test_features_are_those_that_the_scene_asks_for(self):
+        said = ran("scene", "--features", SCENES / "kevlar_km2_s706.toml").stdout
+        scene = fk.Scene.read(SCENES / "kevlar_km2_s706.toml")
+        self.assertIn("viscosity", scene.features())
+        self.assertTrue(all(name in said for pair in scene.features().items() for name in pair))
+        self.assertNotIn("plies", said)
+        self.assertEqual(fk.Scene("sheet_3in_sphere", yarn={"stochastic": False}, track_detachment=False).features(), {})
+
     def test_fabrics_are_listed_and_shown_with_their_sources(self):
         listed = ran("fabrics").stdout
         self.assertIn("kevlar_km2_s706", listed)
