@@ -42,7 +42,7 @@ const FIELDS: [string, keyof Choices, string][] = [
   ["projectile.sector.thickness", "length", "m"], ["projectile.radius", "radius", "m"], ["projectile.length", "length", "m"], ["projectile.mass", "mass", "kg"],
   ["projectile.velocity", "speed", "m/s"], ["contact.friction", "friction", ""], ["projectile.position", "x", "m"], ["projectile.orientation", "tiltX", ""],
   ["projectile.size", "edgeX", "m"],
-  ["attachment", "attachment", ""], ["sheet.plies", "plies", ""], ["sheet.radius", "curve", "m"], ["sheet.closed", "closed", ""], ["sheet.nodes_y", "rows", ""],
+  ["attachment.hold", "hold", "N"], ["attachment.grip", "grip", "m"], ["attachment.strength", "strength", "N"], ["attachment", "attachment", ""], ["sheet.plies", "plies", ""], ["sheet.radius", "curve", "m"], ["sheet.closed", "closed", ""], ["sheet.nodes_y", "rows", ""],
   ["casing.radius", "casing", "m"], ["casing.window_angle", "windowHalfAngle", "rad"], ["casing.window_place", "windowHalfY", "m"], ["sheet", "nodes", ""],
 ];
 

@@ -28,6 +28,13 @@ export interface Choices {
   /** Bonded into one network. */
   plies: number;
   attachment: Attachment;
+  /** Force at which a yarn end slips, 0: never; in N or in parts of the yarn's strength. */
+  hold: number;
+  holdIn: "newton" | "yarn";
+  /** Length of yarn in the clamp, mm, 0: without end. */
+  grip: number;
+  /** Force at which one attachment fails, N, 0: never. */
+  strength: number;
   shape: Shape;
   radius: number;
   bore: number;
@@ -53,7 +60,7 @@ export interface Choices {
 }
 
 export const DEFAULTS: Choices = {
-  fabric: "", nodes: 105, rows: 0, bar: 1, curve: 0, closed: "no", casing: 0, windowAngle: 0, windowHalfAngle: 0, windowY: 0, windowHalfY: 0, plies: 1, attachment: "four_sides", shape: "sphere", radius: 6.35, bore: 10, length: 12.7, calibre: ".22", edgeX: 12.7, edgeY: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
+  fabric: "", nodes: 105, rows: 0, bar: 1, curve: 0, closed: "no", casing: 0, windowAngle: 0, windowHalfAngle: 0, windowY: 0, windowHalfY: 0, plies: 1, attachment: "four_sides", hold: 0, holdIn: "newton", grip: 0, strength: 0, shape: "sphere", radius: 6.35, bore: 10, length: 12.7, calibre: ".22", edgeX: 12.7, edgeY: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
   tiltX: 0, tiltY: 0, turn: 0, x: 0, y: 0, seed: 1,
 };
 
@@ -96,6 +103,8 @@ type Quaternion = [number, number, number, number];
 
 const rounded = (x: number): number => Math.round(x * 1e9) / 1e9 + 0;
 const SPACING = 0.0254 / 35;
+/** Of the preset's yarn: area, m², modulus, Pa, and critical stretch. */
+const [AREA, MODULUS, STRETCH] = [1.075e-7, 140.21e9, 1.03];
 
 function product(a: Quaternion, b: Quaternion): Quaternion {
   const [p, q] = [a, b];
@@ -239,6 +248,14 @@ export function spacing({ fabric, bar }: Choices): number {
   return (changesOf(fabric)["sheet.spacing"]?.[0] ?? SPACING) * bar;
 }
 
+/** Force at which a bar of one ply slips, N: as a scene file has it, to the bit. */
+function hold({ fabric, bar, hold, holdIn }: Choices): number {
+  if (holdIn === "newton") return hold * bar;
+  const of = (key: string, preset: number): number => changesOf(fabric)[key]?.[0] ?? preset;
+  const [modulus, stretch, area] = [of("yarn.modulus_mean", MODULUS), of("yarn.critical_stretch", STRETCH), of("sheet.yarn_area", AREA) * bar];
+  return ((hold * (modulus * area * (0.5 * (stretch * stretch - 1)) * stretch)) / bar) * bar;
+}
+
 /** What differs from the preset `sheet_3in_sphere`, beside what the fabric changes. */
 export function assignments(choices: Choices): Assignment[] {
   const q = orientation(choices);
@@ -250,7 +267,7 @@ export function assignments(choices: Choices): Assignment[] {
     { key: "sheet.plies", value: [choices.plies] },
   ];
   // As `sheet.yarns_per_bar` of a scene file has it, to the bit.
-  const network = { "sheet.spacing": [SPACING], "sheet.node_mass": [6.52e-8], "sheet.yarn_area": [1.075e-7], ...changesOf(choices.fabric) };
+  const network = { "sheet.spacing": [SPACING], "sheet.node_mass": [6.52e-8], "sheet.yarn_area": [AREA], ...changesOf(choices.fabric) };
   for (const [key, [value = 0]] of choices.bar === 1 ? [] : Object.entries(network)) {
     if (/^sheet\.(spacing|yarn_area)/.test(key)) all.push({ key, value: [value * choices.bar] });
     if (key === "sheet.node_mass") all.push({ key, value: [value * (choices.bar * choices.bar)] });
@@ -271,6 +288,8 @@ export function assignments(choices: Choices): Assignment[] {
     // As large beside the sheet as the paper's.
     all.push({ key: "attachment.disc_inset", value: [rounded(0.1 * side)] }, { key: "attachment.disc_radius", value: [rounded(0.075 * side)] });
   }
+  const clamps = { hold: hold(choices), grip: rounded(1e-3 * choices.grip), strength: choices.strength };
+  for (const [key, value] of Object.entries(clamps)) if (value !== 0) all.push({ key: `attachment.${key}`, value: [value] });
   if (choices.shape === "fsp") {
     all.push({ key: "projectile.shape", value: "polyhedron" }, ...Object.entries(simulator(choices)).map(([key, value]) => ({ key, value })));
   } else all.push({ key: "projectile.shape", value: choices.shape }, { key: "projectile.mass", value: [rounded(1e-3 * choices.mass)] });
@@ -308,10 +327,11 @@ export function toToml(choices: Choices): string {
   };
   // A scene file has yarns for the numbers of a bar that follow from them.
   const bars = (one: Assignment): Assignment[] => (one.key === "sheet.spacing" ? [{ key: "sheet.yarns_per_bar", value: [choices.bar] }] : /^sheet\.(spacing_y|node_mass|yarn_area)/.test(one.key) ? [] : [one]);
+  const forces = (one: Assignment): Assignment[] => (one.key === "attachment.hold" ? [{ key: one.key, value: choices.holdIn === "yarn" ? `${choices.hold} of the yarn` : [choices.hold] }] : [one]);
   // And a calibre for faces, mass and moments.
   const fsp: Assignment[] = [{ key: "projectile.shape", value: "fsp" }, { key: "projectile.calibre", value: choices.calibre }];
   const calibres = (one: Assignment): Assignment[] => (choices.shape !== "fsp" || !/^projectile\.(shape|faces|mass|moments)/.test(one.key) ? [one] : one.key === "projectile.shape" ? fsp : []);
-  const all = assignments(choices).flatMap(bars).flatMap(calibres);
+  const all = assignments(choices).flatMap(bars).flatMap(forces).flatMap(calibres);
   lines.push(...all.filter(({ key }) => !key.includes(".")).map((one) => written(one, one.key)));
   if (choices.fabric !== "") lines.push("", "[fabric]", `name = "${choices.fabric}"`);
   let group = "";
@@ -338,6 +358,7 @@ export function fromAddress(address: string): { choices: Choices; unknown: strin
     fabric: ["", ...Object.keys(fabrics)],
     closed: ["no", "yes"],
     attachment: ["two_sides", "four_sides", "four_corners", "free"],
+    holdIn: ["newton", "yarn"],
     shape: ["sphere", "cylinder", "box", "disc_sector", "fsp"],
     calibre: Object.keys(fragments),
   };
