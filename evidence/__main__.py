@@ -9,6 +9,7 @@ import time
 # A question's name, which is that of its file; what it asks; how long its answer takes on two quiet cores, and that with --quick.
 QUESTIONS = {
     "paper": ("every result of the paper, and the open question", "1 h", "3 min"),
+    "clamps": ("the paper's question with attachments that slip", "3 min", "1 min"),
     "coverage": ("how often the intervals of a ballistic limit hold the truth", "15 min", "1 min"),
     "bracketing": ("ballistic limits from a tenth, once and ten times of them", "30 min", "20 s"),
     "strips": ("strips of Kevlar 49 fabric pulled in the network", "30 min", "5 s"),
