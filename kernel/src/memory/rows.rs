@@ -184,6 +184,7 @@ impl Rows<'_> {
         // Whether nodes stand for several.
         let several = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Grading);
         let (weighed, mut report, rows) = (several.then_some(net), Report::default(), ranges.len());
+        let slips = layout.has(Feature::Clamps);
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;
             if VISCOUS {
@@ -200,25 +201,18 @@ impl Rows<'_> {
             if let Some(before) = before.get_mut(k * chunks..(k + 1) * chunks) {
                 lanes::dispatch(terms.instructions, Keep::<CURVED> { hot: row, before, hoop: self.net.hoop });
             }
-            keep_fixed(layout, row, kept, run);
+            keep_fixed(slips.then_some(layout.nodes_x), row, kept, run);
             let yarn = terms.yarn_row(yarn, self.strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
             let been_slack = been_slack.get(k).copied().unwrap_or(0);
             let owed = if been_slack != 0 { planes::row_mut(owed, chunks, k) } else { &mut [] };
-            let mut counted = if OPTIONS && !taken.is_empty() {
-                TakenOfRow::nothing(layout, pass.directions, j)
-            } else {
-                TakenOfRow::NONE
-            };
+            let counts = OPTIONS && !taken.is_empty();
+            let mut counted = if counts { TakenOfRow::nothing(layout, pass.directions, j) } else { TakenOfRow::NONE };
             if OPTIONS && layout.x.is_mirrored() && layout.has(Feature::Rate) {
                 counted.relax_last(&pass, [row, above]);
             }
-            let (viscous_row, last) = if VISCOUS {
-                let (row, last) = viscous.row(layout, (k, rows, first));
-                (Some(row), last)
-            } else {
-                (None, Last::default())
-            };
+            let of_viscosity = VISCOUS.then(|| viscous.row(layout, (k, rows, first)));
+            let (viscous_row, last) = of_viscosity.map_or((None, Last::default()), |(row, last)| (Some(row), last));
             let row_job = Row {
                 pass: &pass,
                 j,
@@ -245,8 +239,12 @@ impl Rows<'_> {
                 row_job.step::<OPTIONS, VISCOUS>()
             };
             report = report.merged(met);
-            let end = RowEnd { range, reach, clamps: &mut self.clamps, k, hoop: net.hoop };
-            let pulled = end_row(terms, weighed, j, row, kept, run, end);
+            let pulled = if slips {
+                let end = RowEnd { range, reach, clamps: &mut self.clamps, k, hoop: net.hoop };
+                slide_row(terms, weighed, j, row, kept, run, end)
+            } else {
+                end_row(terms, weighed, j, row, kept, run, (range, reach))
+            };
             if let Some(pulls) = pulls.get_mut(k) {
                 *pulls = pulled;
             }
@@ -273,11 +271,8 @@ fn end_row(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],
-    end: RowEnd<'_, '_>,
+    (range, reach): (&mut [u32; 4], [f64; 2]),
 ) -> [[f64; 3]; 2] {
-    if terms.layout.has(Feature::Clamps) {
-        return slide_row(terms, weighed, j, row, kept, run, end);
-    }
     let pulled = match weighed {
         Some(net) => {
             let of_row = net.row_share(j);
@@ -285,7 +280,7 @@ fn end_row(
         }
         None => restore_fixed(row, kept, run, |_| 1.0),
     };
-    note_range(terms, row, end.range, end.reach);
+    note_range(terms, row, range, reach);
     pulled
 }
 
@@ -313,6 +308,7 @@ fn note_range(terms: &Terms<'_>, row: &[Chunk<HOT_PLANES>], range: &mut [u32; 4]
 }
 
 /// [`end_row`] where clamps may slip.
+#[cold]
 #[inline(never)]
 fn slide_row(
     terms: &Terms<'_>,
@@ -375,10 +371,11 @@ impl<const CURVED: bool> Job for Keep<'_, CURVED> {
     }
 }
 
-/// Remembers the displacements of a row's fixed nodes.
-fn keep_fixed(layout: &Layout, row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
-    if layout.has(Feature::Clamps) {
-        keep_speeds(row, kept, run, layout.nodes_x);
+/// Remembers the displacements of a row's fixed nodes. `sliding`: the number of nodes in a row, where clamps may slip.
+#[inline(always)]
+fn keep_fixed(sliding: Option<usize>, row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
+    if let Some(nodes) = sliding {
+        keep_speeds(row, kept, run, nodes);
     }
     for columns in [run[0]..run[1], run[2]..run[3]] {
         for i in columns.map(|i| i as usize) {
@@ -389,6 +386,8 @@ fn keep_fixed(layout: &Layout, row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]],
 }
 
 /// Keeps the velocities of a row's fixed nodes, after the displacements.
+#[cold]
+#[inline(never)]
 fn keep_speeds(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4], nodes: usize) {
     for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
         if let (Some(chunk), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(nodes + i)) {
