@@ -81,7 +81,7 @@ impl Block {
         // So that outcomes are tested behind a block.
         let is_due = steps > 1 && most >= steps as u64 && system.state.step.is_multiple_of(steps as u64);
         // What the attachments take in a block is booked at its end, too late for a window that ends within it.
-        let window = system.model.window_steps;
+        let window = system.model.window_steps.max(1);
         let is_cut = system.layout.has(Feature::Clamps) && system.state.step % window + steps as u64 > window;
         if !is_due || is_cut || system.rows_to_step(0) != [0, rows] {
             return None;
