@@ -6,8 +6,7 @@ use crate::kept::Phase;
 use crate::kept::Saved;
 use crate::log::{Category, Log, Status, line};
 use crate::memory::Owned;
-use crate::parameters::Parameters;
-use crate::starts::NAME;
+use crate::starts::Starts;
 use crate::table::{self, Kind, MOST_ELEMENTS, TIME_REFERENCE, Variable};
 use crate::token;
 use core::ffi::{CStr, c_char};
@@ -106,7 +105,14 @@ pub(crate) fn create(log: Log, name: Option<&CStr>, token: Option<&CStr>) -> Opt
         log.say(Category::Error, "instanceName: missing");
         return None;
     }
-    if token.is_none_or(|token| token.to_bytes() != token::text(NAME, Parameters::default())) {
+    let starts = match Starts::read() {
+        Ok(starts) => starts,
+        Err(reason) => {
+            log.say(Category::Error, reason);
+            return None;
+        }
+    };
+    if token.is_none_or(|token| token.to_bytes() != token::text(starts.token)) {
         log.say(Category::Error, "token: the model description and the library are of different builds");
         return None;
     }

@@ -1,6 +1,6 @@
 //! Values of inputs and parameters as the host set them, and the scene they make.
 
-use crate::starts;
+use crate::starts::Starts;
 use crate::table::{Id, Kind, MOST_ELEMENTS, Role, VARIABLES, Variable};
 use core::slice::from_mut;
 use fabric::fields::FIELDS;
@@ -24,9 +24,9 @@ pub struct Parameters {
 }
 
 impl Default for Parameters {
-    /// The start values.
+    /// The start values. An instance of a block that is refused is not made.
     fn default() -> Parameters {
-        Parameters::of(starts::scene())
+        Parameters::of(Starts::read().unwrap_or_else(|_| Starts::own()).scene)
     }
 }
 

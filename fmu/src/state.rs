@@ -6,10 +6,8 @@
 use crate::instance::{Instance, Running, Trouble};
 use crate::kept::{Kept, Phase, Saved};
 use crate::log::{Status, line};
-use crate::parameters::Parameters;
-use crate::starts::NAME;
+use crate::starts::Starts;
 use crate::table::EVENTS;
-use crate::token;
 use fabric::Hash;
 use fabric::Sim;
 use fabric::fields::SLOTS;
@@ -127,7 +125,7 @@ impl Instance {
             }
             word
         };
-        for word in [MAGIC, FORMAT, token::hash(NAME, Parameters::default()), total as u64] {
+        for word in [MAGIC, FORMAT, Starts::read().map_or(0, |starts| starts.token), total as u64] {
             write(word);
         }
         visit(&mut kept, &mut write);
@@ -157,7 +155,7 @@ impl Instance {
             return Err(self.refuse(malformed));
         };
         let mut at = body.iter().map(|word| u64::from_le_bytes(*word)).skip(4);
-        if header[1] != Some(FORMAT) || header[2] != Some(token::hash(NAME, Parameters::default())) {
+        if header[1] != Some(FORMAT) || header[2] != Some(Starts::read().map_or(0, |starts| starts.token)) {
             return Err(self.refuse("serialized state: of another version"));
         }
         let mut hash = Hash::default();

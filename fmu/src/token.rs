@@ -3,12 +3,13 @@
 use crate::parameters::Parameters;
 use crate::table::{Kind, MOST_ELEMENTS, VARIABLES};
 
-/// A hash of the model's name, of the table (names, references, types, roles, sizes), of the start values and of the kernel's version and image format.
-pub fn hash(name: &str, mut starts: Parameters) -> u64 {
+/// A hash of the model's name, of the table (names, references, types, roles, sizes), of the start values and of the kernel's version and
+/// image format; as many bits as a token shows.
+pub fn hash(mut starts: Parameters) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325;
     let mut take =
         |bytes: &[u8]| bytes.iter().for_each(|byte| hash = (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3));
-    take(name.as_bytes());
+    take(crate::MODEL_IDENTIFIER.as_bytes());
     take(fabric::VERSION.as_bytes());
     take(&fabric::FORMAT.to_le_bytes());
     for variable in &VARIABLES {
@@ -31,12 +32,12 @@ pub fn hash(name: &str, mut starts: Parameters) -> u64 {
             values.iter().take(variable.size()).for_each(|start| take(&start.to_bits().to_le_bytes()));
         }
     }
-    hash
+    hash & ((1 << 52) - 1)
 }
 
 /// The token as a text: guid of FMI 2.0, instantiationToken of FMI 3.0.
-pub fn text(name: &str, starts: Parameters) -> [u8; 28] {
-    let (mut token, mut rest) = (*b"{FabricShield-0000000000000}", hash(name, starts));
+pub fn text(number: u64) -> [u8; 28] {
+    let (mut token, mut rest) = (*b"{FabricShield-0000000000000}", number);
     for place in token.iter_mut().skip(14).take(13).rev() {
         let digit = (rest & 15) as u8;
         *place = if digit < 10 { b'0' + digit } else { b'a' + digit - 10 };
@@ -48,12 +49,12 @@ pub fn text(name: &str, starts: Parameters) -> [u8; 28] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::starts::NAME;
+    use crate::starts::Starts;
 
     #[test]
     fn it_is_readable() {
-        let (hash, text) = (hash(NAME, Parameters::default()), text(NAME, Parameters::default()));
-        assert!(std::format!("{hash:016x}").ends_with(core::str::from_utf8(&text[14..27]).unwrap()));
+        let (hash, text) = (Starts::own().token, text(Starts::own().token));
+        assert!(std::format!("{hash:013x}") == core::str::from_utf8(&text[14..27]).unwrap());
         assert!(core::str::from_utf8(&text).unwrap().starts_with("{FabricShield-"));
     }
 }

@@ -151,7 +151,7 @@ impl Player<'_> {
     /// A new instance, with a small sheet.
     fn instantiate(&mut self) {
         self.bytes.pass_over(1);
-        let token = fabric_fmu::token::text(fabric_fmu::starts::NAME, Parameters::default());
+        let token = fabric_fmu::token::text(fabric_fmu::starts::Starts::own().token);
         let token = CString::new(token.to_vec()).unwrap_or_default();
         let (events, early) = (u8::from(self.events), u8::from(self.early));
         // FMI 2.0's functions: no logger, whose arguments vary, and nothing else that is used.

@@ -117,6 +117,9 @@ class Scene:
     def values(self) -> dict[str, Any]:
         """Every parameter by its name."""
 
+    def words(self) -> list[int]:
+        """Every number of the scene as 64 bits, in the order of `parameters`."""
+
     def text(self) -> str:
         """The scene as a TOML file, with its fabrics, its projectile's material and their sources, every parameter and its meaning."""
 

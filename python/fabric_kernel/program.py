@@ -14,6 +14,7 @@ COMMANDS = {
     "fragments": ("fragments", "the share that goes through, by velocity, attitude and impact point"),
     "scene": ("catalogue", "a scene file with every parameter, its unit and its meaning"),
     "fabrics": ("catalogue", "the named fabrics with their sources"),
+    "fmu": ("fmu", "an FMU that starts with a scene, from that of a release"),
     "replay": ("catalogue", "do a capsule again and compare bit by bit"),
 }
 

@@ -182,6 +182,13 @@ impl Scene {
         Ok(all)
     }
 
+    /// Every number of the scene as 64 bits, in the order of the table of parameters.
+    fn words(&self) -> Vec<u64> {
+        let mut scene = self.scene;
+        let words = FIELDS.iter().flat_map(|field| (0..field.size()).map(move |element| (field, element)));
+        words.map(|(field, element)| field.word(&mut scene, element)).collect()
+    }
+
     /// The scene as a file's text, with every parameter and its meaning.
     fn text(&self) -> String {
         fabric_scene::write(PRESETS[0].0, &self.scene, &self.textiles)

@@ -9,7 +9,7 @@ from wasmtime.component import Component, Linker
 PACKAGE, VERSION = "fmi:fmi3", "3.0.0"
 RESOURCE = "co-simulation-instance"
 STATUS = ["ok", "warning", "discard", "error", "fatal"]
-FILE = "binaries/wasm32-wasip2/FabricShield.wasm"
+FILE = "binaries/wasm32-wasip2/{}.wasm"
 
 _engine = Engine(Config())
 _compiled = {}

@@ -54,6 +54,7 @@ LOGGER = ctypes.CFUNCTYPE(
 )
 
 _opened = {}
+_filled = {}
 
 
 def opened(version, archive=None):
@@ -65,6 +66,18 @@ def opened(version, archive=None):
         fmpy.extract(archive, folder)
         _opened[archive] = (fmpy.read_model_description(archive), folder)
     return _opened[archive]
+
+
+def filled(version, scene, name):
+    """The archive of a scene, as `fabric fmu` makes it of FabricShield's."""
+    from fabric_kernel import fmu
+
+    if (version, name) not in _filled:
+        folder = tempfile.mkdtemp(prefix="fabric-fmu-")
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        _filled[version, name] = pathlib.Path(folder, f"{name}.fmu")
+        _filled[version, name].write_bytes(fmu.filled(ARCHIVES[version], scene, name)[1])
+    return _filled[version, name]
 
 
 def library(version):
@@ -87,8 +100,8 @@ class Host:
     """One instance, freed with this object. With `values` it is initialised at once and must accept them."""
 
     def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, early=None, logging_on=True,
-                 archive=None, component=False):
-        log = self.log = []
+                 archive=None, component=False, log=None):
+        log = self.log = [] if log is None else log
         say = lambda _environment, status, category, message: log.append((status, category.decode(), message.decode()))
         self.version = version
         description, folder = opened(version, archive)
@@ -110,7 +123,7 @@ class Host:
             self.fmu.instantiate(callbacks=callbacks, loggingOn=logging_on)
         elif component:
             # The same FMU in WebAssembly.
-            self.fmu = Slave(pathlib.Path(folder, FILE), say)
+            self.fmu = Slave(pathlib.Path(folder, FILE.format(description.modelName)), say)
             self.fmu.instantiate(arguments["guid"], logging_on, events, events if early is None else early)
         else:
             self.fmu = fmi3.FMU3Slave(**arguments)

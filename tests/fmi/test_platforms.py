@@ -51,11 +51,11 @@ class Loader:
     def place(self, version):
         return f"{self.folder2 if version == 2 else self.folder3}/{self.library}"
 
-    def run(self, version, what, state):
+    def run(self, version, what, state, archive=None):
         """The printed lines of a run that saves its state halfway (`what` = save), or goes on from one (load)."""
-        description, folder = opened(version)
+        description, folder = opened(version, archive)
         token = description.guid if version == 2 else description.instantiationToken
-        library = pathlib.Path(folder, "binaries", self.place(version))
+        library = pathlib.Path(folder, "binaries", self.place(version).replace("FabricShield", description.modelName))
         environment = {**os.environ, "WINEDEBUG": "-all", "WINEPREFIX": str(TARGET / "wine")}
         command = [*self.runner, self.program, str(version), library, token, what, state]
         run = subprocess.run(command, capture_output=True, text=True, env=environment)

@@ -10,14 +10,14 @@ pub const PLATFORM: &str = "wasm32-wasip2";
 pub const MANIFESTS: [&str; 2] =
     ["extra/org.modelica.fmi-ls-wasm/manifest.xml", "extra/org.modelica.fmi-ls-wasm/fmi-ls-manifest.xml"];
 
-/// Builds it from the checkout in `source` below `target`; an error says what is missing. `scene` is as for the libraries.
-pub fn build(source: &Path, target: &Path, scene: Option<[&str; 2]>) -> Result<PathBuf, String> {
+/// Builds it from the checkout in `source` below `target`; an error says what is missing.
+pub fn build(source: &Path, target: &Path) -> Result<PathBuf, String> {
     let compiler = platforms::compiler_for(PLATFORM)?;
     let linker = platforms::beside_our_compiler("wasm-component-ld")?;
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| std::env::home_dir().map(|home| home.join(".cargo"))).unwrap_or_default();
     let mut command = compiler.command();
-    platforms::of_scene(&mut command, scene)
+    command
         .args(["build", "--quiet", "--locked", "--profile", "ship", "-p", "fmu-wasm", "--target", PLATFORM])
         .arg("--target-dir")
         .arg(target)
@@ -38,10 +38,10 @@ pub fn build(source: &Path, target: &Path, scene: Option<[&str; 2]>) -> Result<P
 }
 
 /// The same, if all it needs is here.
-pub fn build_if_ready(source: &Path, target: &Path, scene: Option<[&str; 2]>) -> Result<Option<PathBuf>, String> {
+pub fn build_if_ready(source: &Path, target: &Path) -> Result<Option<PathBuf>, String> {
     let ready = platforms::compiler_for(PLATFORM).and(platforms::beside_our_compiler("wasm-component-ld"));
     match ready {
-        Ok(_) => build(source, target, scene).map(Some),
+        Ok(_) => build(source, target).map(Some),
         Err(reason) => {
             tools::left_out(PLATFORM, &reason);
             Ok(None)

@@ -6,8 +6,8 @@ use crate::platforms::{self, Library, Targets};
 use crate::tools::{self, Outcome};
 use std::path::{Path, PathBuf};
 
-/// Name of the model that has no scene of its own.
-const OWN: &str = "FabricShield";
+/// Name of the model.
+const NAME: &str = "FabricShield";
 
 #[derive(clap::Args, Default)]
 pub struct Options {
@@ -17,21 +17,9 @@ pub struct Options {
     /// Which platforms the archives hold: all whose tools are installed, or only this one.
     #[arg(long, value_enum, default_value_t)]
     pub targets: Targets,
-    /// Pack a model of its own, whose start values, description and page are those of this scene (TOML).
-    #[arg(long, value_name = "FILE", requires = "name", conflicts_with = "check")]
-    pub scene: Option<PathBuf>,
-    /// Name of that model: letters, digits and _, a letter first.
-    #[arg(long, requires = "scene")]
-    pub name: Option<String>,
 }
 
 pub fn run(options: &Options) -> Outcome {
-    if let (Some(name), Some(file)) = (&options.name, &options.scene) {
-        for archive in of_scene(name, file, options.targets)? {
-            println!("{}", archive.display());
-        }
-        return Ok(());
-    }
     tools::wait(&mut tools::tables(if options.check { &["fmu", "--check"] } else { &["fmu"] })?)?;
     if options.check {
         return Ok(());
@@ -45,17 +33,10 @@ pub fn run(options: &Options) -> Outcome {
     Ok(())
 }
 
-/// Builds and packs the FMUs with what is committed. `checked`: what the libraries ask of their hosts, too.
+/// Builds and packs the FMUs with what is committed: FMI 2.0, then FMI 3.0. `checked`: what the libraries ask of their hosts, too.
 pub fn packed(targets: Targets, checked: bool) -> Result<[PathBuf; 2], String> {
-    let built = build(&tools::target(), targets, None, checked)?;
-    archives(OWN, &tools::top().join("modelDescription"), &built, &tools::target().join("fmu"))
-}
-
-/// What archives hold of compiled code: the libraries, and the component for WebAssembly if it is wanted and can be built.
-type Built = (Vec<Library>, Option<PathBuf>);
-
-fn build(target: &Path, targets: Targets, scene: Option<[&str; 2]>, checked: bool) -> Result<Built, String> {
-    let libraries = platforms::build(&tools::top(), target, targets, scene)?;
+    let (target, out) = (tools::target(), tools::target().join("fmu"));
+    let libraries = platforms::build(&tools::top(), &target, targets)?;
     let named = |library: &Library| format!("{}={}", library.platform.triple, library.path.display());
     let named: Vec<_> = libraries.iter().map(named).collect();
     if checked {
@@ -64,57 +45,45 @@ fn build(target: &Path, targets: Targets, scene: Option<[&str; 2]>, checked: boo
     }
     let component = match targets {
         Targets::Host => None,
-        Targets::All => component::build_if_ready(&tools::top(), &target.join("cross"), scene)?,
+        Targets::All => component::build_if_ready(&tools::top(), &target.join("cross"))?,
     };
-    Ok((libraries, component))
-}
-
-/// Builds and packs a model of a scene: FMI 2.0, then FMI 3.0.
-pub fn of_scene(name: &str, file: &Path, targets: Targets) -> Result<[PathBuf; 2], String> {
-    let out = tools::target().join("fmu");
-    let (file, folder) = (std::path::absolute(file).map_err(|error| error.to_string())?, out.join(name));
-    let mut model = tools::tables(&["model", name, &file.to_string_lossy(), &folder.to_string_lossy()])?;
-    let words = String::from_utf8_lossy(&tools::finish(&mut model)?.stdout).into_owned();
-    // Its library has another folder than the usual one: neither is built again because of the other.
-    let built = build(&tools::target().join("scenes"), targets, Some([name, words.trim()]), true)?;
-    archives(name, &folder, &built, &out)
-}
-
-/// Packs the two archives: the files made for the model in `made`, what the checkout has besides, and what is compiled.
-fn archives(name: &str, made: &Path, (libraries, component): &Built, out: &Path) -> Result<[PathBuf; 2], String> {
-    let of_model = |name: &str, path: &str| (name.to_string(), made.join(path));
     let file = |name: &str, path: &str| (name.to_string(), tools::top().join("modelDescription").join(path));
-    let mut two = vec![of_model("modelDescription.xml", "fmi2.xml"), file("model.png", "icon.png")];
-    if name == OWN {
-        let sets = tools::listed(&tools::top().join("examples/parameters"))?;
-        let entry = |set: &String| {
-            (format!("documentation/parameters/{set}"), tools::top().join("examples/parameters").join(set))
-        };
-        two.extend(sets.iter().filter(|set| set.ends_with(".ssv")).map(entry));
-    }
+    let mut two = vec![file("modelDescription.xml", "fmi2.xml"), file("model.png", "icon.png")];
+    let sets = tools::top().join("examples/parameters");
+    let names = tools::listed(&sets)?.into_iter().filter(|set| set.ends_with(".ssv"));
+    two.extend(names.map(|set| (format!("documentation/parameters/{set}"), sets.join(set))));
     let mut three = vec![
-        of_model("modelDescription.xml", "fmi3.xml"),
+        file("modelDescription.xml", "fmi3.xml"),
         file("terminalsAndIcons/icon.png", "icon.png"),
         file("terminalsAndIcons/terminalsAndIcons.xml", "terminalsAndIcons.xml"),
     ];
     if let Some(component) = component {
-        three.push((format!("binaries/{}/{name}.wasm", component::PLATFORM), component.clone()));
+        three.push((format!("binaries/{}/{NAME}.wasm", component::PLATFORM), component));
         three.extend(component::MANIFESTS.map(|name| file(name, "fmi-ls-wasm.xml")));
     }
     for (entries, version) in [(&mut two, 2), (&mut three, 3)] {
-        entries.push(of_model("documentation/index.html", "documentation/index.html"));
-        entries.push(file("documentation/licenses/license.txt", "documentation/licenses/license.txt"));
+        let documents = ["documentation/index.html", "documentation/licenses/license.txt"];
+        entries.extend(documents.map(|name| file(name, name)));
         entries.extend(libraries.iter().map(|Library { platform, path }| {
             let folder = platform.fmu[version - 2];
-            (format!("binaries/{folder}/{name}.{}", platform.extension), path.clone())
+            (format!("binaries/{folder}/{NAME}.{}", platform.extension), path.clone())
         }));
     }
     tools::make_folder(out.to_path_buf())?;
-    let names = ["fmi2", "fmi3"].map(|version| out.join(format!("{name}-{version}.fmu")));
-    for (archive, entries) in names.iter().zip([two, three]) {
+    let archives = ["fmi2", "fmi3"].map(|version| out.join(format!("{NAME}-{version}.fmu")));
+    for (archive, entries) in archives.iter().zip([two, three]) {
         pack(archive, &entries)?;
     }
-    Ok(names)
+    Ok(archives)
+}
+
+/// An FMU of FMI 2.0 with the start values of a scene, from the one that is packed.
+pub fn of_scene(name: &str, file: &Path) -> Result<PathBuf, String> {
+    let (python, out) = (crate::wheel::installed()?, tools::target().join("fmu"));
+    let [file, folder] = [file, &out].map(|path| path.to_string_lossy().into_owned());
+    let words = ["-m", "fabric_kernel.program", "fmu", &file, "--version", "2", "--name", name];
+    tools::run(python, &[&words[..], &["--from", &folder, "-o", &folder]].concat())?;
+    Ok(out.join(format!("{name}-fmi2.fmu")))
 }
 
 /// Packs files so that the same files give the same bytes: sorted, with one fixed time and mode.

@@ -21,10 +21,9 @@ pub struct Library {
 }
 
 /// Builds the wanted libraries from the checkout in `source` into `target`, and says what was left out and why.
-/// `scene`: name and start values of a model of its own (`fmu/src/starts.rs`).
-pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str; 2]>) -> Result<Vec<Library>, String> {
+pub fn build(source: &Path, target: &Path, targets: Targets) -> Result<Vec<Library>, String> {
     let host = host()?;
-    compile(source, target, &own(), &[], scene)?;
+    compile(source, target, &own(), &[])?;
     let mut built = vec![Library { platform: host, path: target.join("ship").join(host.library()) }];
     if targets == Targets::All {
         let cross = target.join("cross");
@@ -39,7 +38,7 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str
         while let Some((_, compiler)) = wanted.first().cloned() {
             let (now, later): (Vec<_>, Vec<_>) = wanted.into_iter().partition(|(_, other)| *other == compiler);
             let platforms: Vec<_> = now.into_iter().map(|(platform, _)| platform).collect();
-            compile(source, &cross, &compiler, &platforms, scene)?;
+            compile(source, &cross, &compiler, &platforms)?;
             built.extend(platforms.into_iter().map(|platform| Library {
                 platform,
                 path: cross.join(platform.triple).join("ship").join(platform.library()),
@@ -146,14 +145,6 @@ pub fn beside_our_compiler(name: &str) -> Result<PathBuf, String> {
     if program.exists() { Ok(program) } else { Err(format!("{name} is missing; rustup's compilers bring it")) }
 }
 
-/// Tells a build the name and the start values of a model of its own, if it is one.
-pub fn of_scene<'c>(command: &'c mut Command, scene: Option<[&str; 2]>) -> &'c mut Command {
-    match scene {
-        Some([name, words]) => command.env("FABRIC_FMU_NAME", name).env("FABRIC_FMU_SCENE", words),
-        None => command.env_remove("FABRIC_FMU_NAME").env_remove("FABRIC_FMU_SCENE"),
-    }
-}
-
 fn our_rustc() -> PathBuf {
     std::env::var_os("RUSTC").map_or("rustc".into(), PathBuf::from)
 }
@@ -184,9 +175,9 @@ pub fn compiler_for(triple: &str) -> Result<Compiler, String> {
 const MINIMUM: &str = env!("CARGO_PKG_RUST_VERSION");
 
 /// Builds the library in its shipped form into `target`, for this platform if `others` names none.
-fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target], scene: Option<[&str; 2]>) -> Outcome {
+fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target]) -> Outcome {
     let mut command = compiler.command();
-    of_scene(&mut command, scene)
+    command
         .args(["build", "--quiet", "--locked", "--profile", "ship", "-p", "fmu-lib", "--features", "bare"])
         .arg("--target-dir")
         .arg(target)

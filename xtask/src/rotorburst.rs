@@ -58,7 +58,7 @@ fn package(python: &Path, out: &Path) -> Result<PathBuf, String> {
     let trajectory = out.join("FragmentTrajectory.fmu");
     let binary = format!("binaries/{}/FragmentTrajectory.so", platforms::host()?.fmu[0]);
     fmu::pack(&trajectory, &[("modelDescription.xml".into(), source("FragmentTrajectory.xml")), (binary, library)])?;
-    let [shield, _] = fmu::of_scene("RotorburstShield", &source("shield.toml"), platforms::Targets::default())?;
+    let shield = fmu::of_scene("RotorburstShield", &source("shield.toml"))?;
     let package = out.join("Rotorburst.ssp");
     let entries = [
         ("SystemStructure.ssd", source("SystemStructure.ssd")),

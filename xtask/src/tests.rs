@@ -234,14 +234,12 @@ fn processor_seconds() -> f64 {
     fields.skip(13).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
-/// Compares the committed model descriptions, builds both FMUs for every platform there are tools for and those of a scene of its own,
+/// Compares the committed model descriptions, builds both FMUs for every platform there are tools for,
 /// and runs the FMPy tests.
 fn fmus() -> Outcome {
     fmu::run(&fmu::Options { check: true, ..Default::default() })?;
     fmu::run(&fmu::Options { targets: Targets::All, ..Default::default() })?;
     println!("figure 26: the versions of the GNU C library above");
-    // tests/fmi/test_stability.py compares it with the package.
-    fmu::of_scene("TiltedDiscSector", &top().join("examples/scenes/tilted_disc_sector.toml"), Targets::Host)?;
     crate::wheel::installed()?;
     unit_tests(&python_with("tests/fmi/requirements.txt")?, "tests/fmi")
 }

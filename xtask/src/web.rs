@@ -21,7 +21,7 @@ pub struct Options {
 pub fn run(options: &Options) -> Outcome {
     let out = build()?;
     if options.test {
-        let component = crate::component::build_if_ready(&top(), &target().join("cross"), None)?.unwrap_or_default();
+        let component = crate::component::build_if_ready(&top(), &target().join("cross"))?.unwrap_or_default();
         node("test.mjs", &[browser()?, &out.to_string_lossy(), &program()?, &component.to_string_lossy()])?;
     }
     if options.pictures {

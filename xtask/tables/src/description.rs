@@ -1,8 +1,10 @@
 //! Both model descriptions, from the tables in code.
 
-use crate::model::Model;
 use crate::xml::{Attribute, Xml, some};
 use fabric::outputs::Get;
+use fabric_fmu::MODEL_IDENTIFIER;
+use fabric_fmu::parameters::Parameters;
+use fabric_fmu::starts::{Starts, TIME_STEP};
 use fabric_fmu::table::{self, Kind, MOST_ELEMENTS, Role, Variable};
 
 const DESCRIPTION: &str =
@@ -18,8 +20,8 @@ fn number(kind: Kind, value: f64) -> String {
 }
 
 /// Start values of an input or parameter, one text per element; none of an output.
-pub fn starts(model: &Model, variable: &Variable) -> Vec<String> {
-    let (mut values, mut starts) = ([0.0; MOST_ELEMENTS], model.starts);
+pub fn starts(parameters: &Parameters, variable: &Variable) -> Vec<String> {
+    let (mut values, mut starts) = ([0.0; MOST_ELEMENTS], *parameters);
     starts.get(variable, &mut values);
     let size = if variable.role.is_output() { 0 } else { variable.size() };
     values.iter().take(size).map(|&start| number(variable.kind, start)).collect()
@@ -36,9 +38,9 @@ pub fn description(variable: &Variable, numbered: bool) -> String {
 }
 
 /// The attributes that the two versions share, with the names of FMI 2.0.
-fn head(model: &Model) -> Vec<Attribute> {
+fn head() -> Vec<Attribute> {
     vec![
-        ("modelName", some(&model.name)),
+        ("modelName", some(MODEL_IDENTIFIER)),
         ("description", some(DESCRIPTION)),
         ("author", some("The fabric developers")),
         ("version", some(env!("CARGO_PKG_VERSION"))),
@@ -193,9 +195,9 @@ pub fn element_name(variable: &Variable, element: usize) -> String {
 }
 
 /// The whole text: the model's own attributes, and what is in it.
-fn whole(model: &Model, version: &str, token: &'static str, inside: impl FnOnce(&mut Xml)) -> String {
-    let shared = head(model);
-    let id = fabric_fmu::token::text(&model.name, model.starts);
+fn whole(version: &str, token: &'static str, inside: impl FnOnce(&mut Xml)) -> String {
+    let shared = head();
+    let id = fabric_fmu::token::text(Starts::own().token);
     let last = (token, some(String::from_utf8_lossy(&id)));
     let mut out = Xml::new();
     out.element("fmiModelDescription", &[&[("fmiVersion", some(version))], &shared[..], &[last]].concat(), inside);
@@ -209,9 +211,9 @@ fn elements() -> impl Iterator<Item = (usize, &'static Variable, usize)> {
 }
 
 /// The whole model description of FMI 2.0.
-pub fn fmi2(model: &Model) -> String {
+pub fn fmi2() -> String {
     let flags = [
-        ("modelIdentifier", some(&model.name)),
+        ("modelIdentifier", some(MODEL_IDENTIFIER)),
         ("needsExecutionTool", some(false)),
         ("canHandleVariableCommunicationStepSize", some(true)),
         ("canInterpolateInputs", some(false)),
@@ -223,10 +225,10 @@ pub fn fmi2(model: &Model) -> String {
         ("canSerializeFMUstate", some(true)),
         ("providesDirectionalDerivative", some(false)),
     ];
-    whole(model, "2.0", "guid", |out| {
+    whole("2.0", "guid", |out| {
         before_variables(out, true, &flags);
         out.element("ModelVariables", &[], |out| {
-            elements().for_each(|(_, variable, element)| scalar(out, model, variable, element));
+            elements().for_each(|(_, variable, element)| scalar(out, variable, element));
         });
         out.element("ModelStructure", &[], |out| {
             let outputs = || elements().filter(|(_, variable, _)| variable.role.is_output());
@@ -252,11 +254,11 @@ pub fn fmi2(model: &Model) -> String {
 }
 
 /// An element of a variable in FMI 2.0.
-fn scalar(out: &mut Xml, model: &Model, variable: &Variable, element: usize) {
+fn scalar(out: &mut Xml, variable: &Variable, element: usize) {
     let reference = variable.reference + element as u32;
     let attributes = attributes(variable, &element_name(variable, element), reference, true);
     let mut value = value_attributes(variable, true);
-    value.push(("start", starts(model, variable).get(element).cloned()));
+    value.push(("start", starts(&Parameters::default(), variable).get(element).cloned()));
     out.element("ScalarVariable", &attributes, |out| out.leaf(kind_in_2(variable.kind), &value));
 }
 
@@ -270,9 +272,9 @@ pub fn kind_in_2(kind: Kind) -> &'static str {
 }
 
 /// The whole model description of FMI 3.0.
-pub fn fmi3(model: &Model) -> String {
+pub fn fmi3() -> String {
     let flags = [
-        ("modelIdentifier", some(&model.name)),
+        ("modelIdentifier", some(MODEL_IDENTIFIER)),
         ("needsExecutionTool", some(false)),
         ("canBeInstantiatedOnlyOncePerProcess", some(false)),
         ("canGetAndSetFMUState", some(true)),
@@ -280,7 +282,7 @@ pub fn fmi3(model: &Model) -> String {
         ("providesDirectionalDerivatives", some(false)),
         ("providesAdjointDerivatives", some(false)),
         ("canHandleVariableCommunicationStepSize", some(true)),
-        ("fixedInternalStepSize", some(number(Kind::Real, model.time_step))),
+        ("fixedInternalStepSize", some(number(Kind::Real, TIME_STEP))),
         ("maxOutputDerivativeOrder", some(0)),
         ("providesIntermediateUpdate", some(false)),
         ("mightReturnEarlyFromDoStep", some(true)),
@@ -295,11 +297,11 @@ pub fn fmi3(model: &Model) -> String {
         ("declaredType", some("Time")),
         ("unit", some("s")),
     ];
-    whole(model, "3.0", "instantiationToken", |out| {
+    whole("3.0", "instantiationToken", |out| {
         before_variables(out, false, &flags);
         out.element("ModelVariables", &[], |out| {
             out.leaf("Float64", &time);
-            table::VARIABLES.iter().for_each(|variable| array(out, model, variable));
+            table::VARIABLES.iter().for_each(|variable| array(out, variable));
         });
         out.element("ModelStructure", &[], |out| {
             let outputs = || table::VARIABLES.iter().filter(|variable| variable.role.is_output());
@@ -317,14 +319,14 @@ pub fn fmi3(model: &Model) -> String {
 }
 
 /// A variable in FMI 3.0, of any shape.
-fn array(out: &mut Xml, model: &Model, variable: &Variable) {
+fn array(out: &mut Xml, variable: &Variable) {
     let name = match variable.kind {
         Kind::Real => "Float64",
         Kind::Integer => "Int32",
         Kind::Boolean => "Boolean",
         Kind::Choice(_) => "Enumeration",
     };
-    let starts = starts(model, variable);
+    let starts = starts(&Parameters::default(), variable);
     let mut attributes = attributes(variable, variable.name, variable.reference, false);
     attributes.extend(value_attributes(variable, false));
     attributes.push(("start", (!starts.is_empty()).then(|| starts.join(" "))));

@@ -4,7 +4,6 @@ mod check;
 mod description;
 mod gates;
 mod header;
-mod model;
 mod outputs;
 mod page;
 mod parameters;
@@ -12,8 +11,6 @@ mod size;
 mod stack;
 mod xml;
 
-use model::Model;
-use std::path::{Path, PathBuf};
 use xtask::tools::{Outcome, made, top};
 
 fn main() -> std::process::ExitCode {
@@ -25,13 +22,6 @@ fn run(words: &[&str]) -> Outcome {
     match words {
         ["header", check @ ..] => header::run(check == ["--check"]),
         ["fmu", check @ ..] => fmu(check == ["--check"]),
-        // The files of a model of a scene; the scene as its library is compiled with it is printed.
-        ["model", name, scene, folder] => {
-            let model = Model::of(name, scene.as_ref())?;
-            made(&files(&model, folder.as_ref()), false, "")?;
-            println!("{}", model.words.unwrap_or_default());
-            Ok(())
-        }
         ["check", libraries @ ..] => check::run(libraries),
         ["gates"] => gates::run(),
         ["features"] => gates::every_feature_set(),
@@ -42,17 +32,14 @@ fn run(words: &[&str]) -> Outcome {
 
 /// What `cargo xtask fmu` makes of the tables, or the comparison with what is committed.
 fn fmu(check: bool) -> Outcome {
-    let mut files = files(&Model::own(), &top().join("modelDescription"));
-    let tables =
-        [("docs/tables/scene.md".into(), parameters::table()), ("docs/tables/outputs.md".into(), outputs::table())];
-    let others = parameters::sets()?.into_iter().chain(tables).chain([outputs::types()?]);
-    files.extend(others.map(|(name, text)| (top().join(name), text)));
+    let tables = [
+        ("modelDescription/fmi2.xml".into(), description::fmi2()),
+        ("modelDescription/fmi3.xml".into(), description::fmi3()),
+        ("modelDescription/documentation/index.html".into(), page::page()),
+        ("docs/tables/scene.md".into(), parameters::table()),
+        ("docs/tables/outputs.md".into(), outputs::table()),
+    ];
+    let files = tables.into_iter().chain(parameters::sets()?).chain([outputs::types()?]);
+    let files: Vec<_> = files.map(|(name, text)| (top().join(name), text)).collect();
     made(&files, check, "cargo xtask fmu")
-}
-
-/// The files that are made for a model in a folder, and their texts.
-fn files(model: &Model, folder: &Path) -> Vec<(PathBuf, String)> {
-    let names = ["fmi2.xml", "fmi3.xml", "documentation/index.html"];
-    let texts = [description::fmi2(model), description::fmi3(model), page::page(model)];
-    names.into_iter().map(|name| folder.join(name)).zip(texts).collect()
 }

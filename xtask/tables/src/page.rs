@@ -2,28 +2,25 @@
 //! in code.
 
 use crate::description::{description, starts};
-use crate::model::Model;
 use crate::xml::escaped;
 use fabric::fields::Choice;
+use fabric_fmu::MODEL_IDENTIFIER;
+use fabric_fmu::parameters::Parameters;
+use fabric_fmu::starts::TIME_STEP;
 use fabric_fmu::table::{DEFAULT_STEP_SIZE, DEFAULT_STOP_TIME, Kind, Role, STATUS, VARIABLES, Variable};
 
-pub fn page(model: &Model) -> String {
+pub fn page() -> String {
     let text = include_str!("page.html");
-    let sets = "<code>documentation/parameters</code> in the archive of FMI 2.0 has other scenes as parameter sets (SSP 1.0).\n";
-    text.replace("{sets}", if model.words.is_none() { sets } else { "" })
-        .replace("{name}", &model.name)
+    text.replace("{name}", MODEL_IDENTIFIER)
         .replace("{version}", env!("CARGO_PKG_VERSION"))
         .replace("{stop_time}", &format!("{DEFAULT_STOP_TIME:?}"))
         .replace("{step_size}", &format!("{DEFAULT_STEP_SIZE:?}"))
-        .replace("{time_step}", &format!("{:?}", model.time_step))
+        .replace("{time_step}", &format!("{:?}", TIME_STEP))
         .replace("{status}", &items(&STATUS))
-        .replace("{outcomes}", &rows(model, |variable| variable.name.starts_with("outcome.")))
-        .replace("{inputs}", &rows(model, |variable| variable.role == Role::Input))
-        .replace(
-            "{outputs}",
-            &rows(model, |variable| variable.role.is_output() && !variable.name.starts_with("outcome.")),
-        )
-        .replace("{parameters}", &rows(model, |variable| matches!(variable.role, Role::Fixed | Role::Tunable)))
+        .replace("{outcomes}", &rows(|variable| variable.name.starts_with("outcome.")))
+        .replace("{inputs}", &rows(|variable| variable.role == Role::Input))
+        .replace("{outputs}", &rows(|variable| variable.role.is_output() && !variable.name.starts_with("outcome.")))
+        .replace("{parameters}", &rows(|variable| matches!(variable.role, Role::Fixed | Role::Tunable)))
 }
 
 /// The items of a choice as rows of a table.
@@ -35,14 +32,14 @@ fn items(choice: &Choice) -> String {
 }
 
 /// Variables as rows of a table: name, start, unit, reference, meaning.
-fn rows(model: &Model, wanted: impl Fn(&Variable) -> bool) -> String {
-    VARIABLES.iter().filter(|variable| wanted(variable)).map(|variable| row(model, variable)).collect()
+fn rows(wanted: impl Fn(&Variable) -> bool) -> String {
+    VARIABLES.iter().filter(|variable| wanted(variable)).map(row).collect()
 }
 
-fn row(model: &Model, variable: &Variable) -> String {
+fn row(variable: &Variable) -> String {
     let size: Vec<_> = variable.shape.iter().map(ToString::to_string).collect();
     let name = if size.is_empty() { String::new() } else { format!(" [{}]", size.join(" x ")) };
-    let starts = starts(model, variable);
+    let starts = starts(&Parameters::default(), variable);
     let start = match &starts[..] {
         [first, rest @ ..] if rest.iter().all(|start| start == first) => first.clone(),
         _ => starts.join(" "),

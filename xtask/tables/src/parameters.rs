@@ -2,7 +2,6 @@
 
 use crate::description::{self, element_name};
 use crate::header;
-use crate::model::Model;
 use crate::xml::{Xml, some, tag};
 use fabric::Scene;
 use fabric::fields::{self, Choice, FIELDS, Field, Place};
@@ -32,7 +31,7 @@ fn parameter_set(name: &str, mut scene: Scene) -> String {
     // As the start values: a time step in seconds, and the projectile 1 mm before the sheet.
     scene.time_step.seconds = starts::TIME_STEP;
     scene.projectile.position[2] -= starts::STAND_OFF;
-    let (own, other) = (Model::own(), Model { starts: Parameters::of(scene), ..Model::own() });
+    let [own, other] = [Parameters::default(), Parameters::of(scene)];
     let mut out = Xml::new();
     out.line(&format!(
         "<!-- Written by `cargo xtask fmu`: the scene {name}, as far as it differs from the start values of {MODEL_IDENTIFIER}. -->"
@@ -41,7 +40,7 @@ fn parameter_set(name: &str, mut scene: Scene) -> String {
     let attributes = [("version", some("1.0")), ("name", some(name)), space];
     let parameters = |out: &mut Xml| {
         for variable in VARIABLES.iter().filter(|variable| variable.role == Role::Fixed) {
-            let [is, wanted] = [&own, &other].map(|model| description::starts(model, variable));
+            let [is, wanted] = [&own, &other].map(|parameters| description::starts(parameters, variable));
             for (element, (_, wanted)) in is.iter().zip(&wanted).enumerate().filter(|(_, (is, wanted))| is != wanted) {
                 let parameter = tag("ssv:Parameter", &[("name", some(element_name(variable, element)))]);
                 let kind = format!("ssv:{}", description::kind_in_2(variable.kind));

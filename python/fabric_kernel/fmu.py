@@ -1,0 +1,235 @@
+"""`fabric fmu SCENE`: FMUs that start with a scene, from those of a release. No compiler is needed.
+
+Each library in the archive has a reserved block of data (fmu/src/starts.rs). The scene's numbers go there; names, start values, token
+and page follow.
+"""
+
+import argparse
+import hashlib
+import html
+import io
+import itertools
+import math
+import re
+import struct
+import sys
+import zipfile
+import zlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy
+
+from . import about as scenes
+from . import sheets
+from ._kernel import PRESETS, VERSION, Refused, Scene, Simulation, parameters
+from .files import written
+
+MODEL = "FabricShield"
+MARK, EMPTY = b"FabricSceneBlock", b"no scene"
+STARTS = {f"projectile.{name}": f"projectile.start.{name}" for name in ("position", "velocity", "orientation", "angular_velocity")}
+KEYWORDS = (
+    "auto break case char const continue default do double else enum extern float for goto if int long register return short signed "
+    "sizeof static struct switch typedef union unsigned void volatile while"
+).split()
+WORD = 2**64 - 1
+
+
+class Archive:
+    """An FMU of this project: its entries, its model description, and the build of its libraries."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            with zipfile.ZipFile(path) as packed:
+                self.entries = {name: packed.read(name) for name in packed.namelist() if not name.endswith("/")}
+        except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
+            raise ValueError(f"{path}: no FMU: {error}") from None
+        self.text = self.entries.get("modelDescription.xml", b"").decode(errors="replace")
+        head = re.search(r'<fmiModelDescription fmiVersion="([23])\.0" modelName="(\w+)".* version="([^"]*)".*"\{FabricShield-([0-9a-f]{13})\}">', self.text)
+        self.binaries = [name for name in self.entries if name.startswith("binaries/")]
+        if head is None or "documentation/index.html" not in self.entries or not self.binaries:
+            raise ValueError(f"{path}: no FMU of fabric")
+        if head[3] != VERSION:
+            raise ValueError(f"{path}: an FMU of version {head[3]}; this is version {VERSION}")
+        self.version, self.name, self.token = int(head[1]), head[2], int(head[4], 16)
+
+    def block(self, binary: str, count: int) -> tuple[int, int]:
+        """Where the block of a library begins after its layout, and the build of the library. `count`: words of a scene."""
+        data = self.entries[binary]
+        if data.count(MARK) != 1:
+            raise ValueError(f"{self.path}: {binary} takes no scene")
+        at = data.index(MARK) + len(MARK) + 8
+        if struct.unpack_from("<II", data, at - 8) != (count, 1):
+            raise ValueError(f"{self.path}: {binary} is of another version; this is version {VERSION}")
+        return at, self.token if data[at : at + 8] == EMPTY else struct.unpack_from("<Q", data, at)[0]
+
+
+def checksum(words: Sequence[int]) -> int:
+    """The kernel's hash of words."""
+    value = 0xCBF29CE484222325
+    for word in words:
+        value = (value ^ word) * 0x100000001B3 & WORD
+        value ^= value >> 29
+    return value
+
+
+def variables(words: Sequence[int], version: int) -> Iterator[tuple[str, list[int]]]:
+    """Names of the scene's variables with their words: elements in FMI 2.0, arrays in FMI 3.0."""
+    rest = iter(words)
+    for row in parameters():
+        name = STARTS.get(row["name"], row["name"])
+        indices = list(itertools.product(*(range(1, size + 1) for size in row["shape"])))
+        own = list(itertools.islice(rest, len(indices)))
+        if version == 3:
+            yield name, own
+        else:
+            yield from ((name + (f"[{','.join(map(str, index))}]" if index else ""), [word]) for index, word in zip(indices, own))
+
+
+def shown(kind: str, word: int) -> str:
+    """The text of a start value, as Rust writes numbers."""
+    if kind in ("Real", "Float64"):
+        return re.sub(r"e([+-])0*", lambda part: "e" + part[1].strip("+"), repr(struct.unpack("<d", struct.pack("<Q", word))[0]))
+    return str(bool(word)).lower() if kind == "Boolean" else str(word)
+
+
+def described(text: str, words: dict[str, list[int]]) -> tuple[str, dict[str, list[str]]]:
+    """A model description with these start values, and their texts by the name of the variable."""
+    least = dict(re.findall(r'Type name="(\w+)"(?:[^\n]*\n *<Real)?[^\n]* min="([^"]+)"', text))
+    lines, texts, name = [], {}, ""
+    for line in text.splitlines(keepends=True):
+        if variable := re.match(r' *<\w+ name="([^"]+)" valueReference="', line):
+            name = variable[1]
+        if name in words and (start := re.match(r'( *<(\w+) (?:.* )?start=")[^"]*(".*)', line, re.DOTALL)):
+            attributes = dict(re.findall(r' (\w+)="([^"]*)"', line))
+            limits = attributes.get("min") or least.get(attributes.get("declaredType", ""), "-inf"), attributes.get("max", "inf")
+            values = [shown(start[2], word) for word in words.pop(name)]
+            for value in values:
+                if start[2] != "Boolean" and not (math.isfinite(float(value)) and float(limits[0]) <= float(value) <= float(limits[1])):
+                    raise ValueError(f"{name}: {value} cannot be a start value of an FMU")
+            texts.setdefault(name.partition("[")[0], []).extend(values)
+            line = f"{start[1]}{' '.join(values)}{start[3]}"
+        lines.append(line)
+    if words:
+        raise ValueError(f"no variable {next(iter(words))}: the FMU is of another version")
+    return "".join(lines), texts
+
+
+def picture(scene: Scene, simulation: Simulation) -> str:
+    """Sheet and projectile from the front and from the side, and what they are."""
+    nodes = simulation.positions()
+    rows, columns, plies = nodes.shape[0], nodes.shape[1], scene["stack.plies"]
+    lines = [nodes[ply * rows // plies + row, :: max(1, columns // 60)] for ply in {0, plies - 1} for row in (0, rows // plies // 2, rows // plies - 1)]
+    lines += [nodes[: rows // plies : max(1, rows // plies // 60), column] for column in (0, columns // 2, columns - 1)]
+    body = simulation.projectile()
+    turned = [numpy.array(body["position"]) + sheets.turned(numpy.array(body["orientation"]), line) for line in sheets.outline(scene)]
+    low, high = (edge(numpy.concatenate([*lines, *turned]), axis=0) for edge in (numpy.min, numpy.max))
+    scale = 340.0 / max(high - low)
+    views = []
+    for across, title in ((0, "x, y"), (2, "z, y")):
+        at = lambda point: f"{scale * (point[across] - low[across]) + 0.0:.1f} {scale * (high[1] - point[1]) + 0.0:.1f}"
+        path = lambda parts: "".join("M" + "L".join(map(at, part)) for part in parts)
+        views.append(
+            f'<g transform="translate({20 + 190 * across} 24)" fill="none"><text y="-8" fill="#4b5563">{title}</text><path d="{path(lines)}" stroke="#1f5a94"/>'
+            f'<path d="{path(turned)}" stroke="#b45309"/></g>\n'
+        )
+    about = html.escape(" ".join(scenes.described(scene, scene.fabrics[0] or "")))
+    return (
+        f'<figure id="scene">\n<svg viewBox="0 0 760 384" width="760" font-family="system-ui, sans-serif" font-size="13" role="img" '
+        f'aria-label="The scene of the start values">\n{"".join(views)}</svg>\n<figcaption>The start values. {about}</figcaption>\n</figure>\n'
+    )
+
+
+def filled(archive: Path, scene: Scene, name: str) -> tuple[int, bytes]:
+    """FMI version and bytes of an FMU with the start values of a scene. The same scene, name and archive give the same bytes.
+
+    Raises ValueError for a name that is no identifier, a scene that is refused, and an archive that is no FMU of this version.
+    """
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in (MODEL, *KEYWORDS):
+        raise ValueError(f"--name {name}: letters, digits and _, a letter first; not {MODEL}, no word of C")
+    fmu, words, simulation = Archive(archive), scene.words(), Simulation(scene)
+    time_step = shown("Real", struct.unpack("<Q", struct.pack("<d", simulation.step_limits["dt"]))[0])
+    text, starts = described(fmu.text, dict(variables(words, fmu.version)))
+    blocks = {binary: fmu.block(binary, len(words)) for binary in fmu.binaries}
+    if len(builds := {build for _, build in blocks.values()}) != 1:
+        raise ValueError(f"{archive}: its libraries are of different builds")
+    build = builds.pop()
+    content = struct.pack(f"<Q{len(words)}Q", build, *words)
+    token = int.from_bytes(hashlib.sha256(content + name.encode()).digest()[:8], "little") >> 12
+    block = struct.pack(f"<QQQ{len(words)}Q", build, token, checksum([build, token, *words]), *words)
+    for key, value in [("modelName", name), ("modelIdentifier", name), ("fixedInternalStepSize", time_step)]:
+        text = re.sub(f' {key}="[^"]*"', f' {key}="{value}"', text, count=1)
+    text = re.sub(r"\{FabricShield-\w+\}", f"{{FabricShield-{token:013x}}}", text, count=1)
+    cell = lambda values: values[0] if len(set(values)) == 1 else " ".join(values)
+    row = lambda found: found[1] + (cell(starts[found[2]]) if found[2] in starts else found[3])
+    page = re.sub(r"(<tr><td><code>([^<]+)</code>[^<]*</td><td>)([^<]*)", row, fmu.entries["documentation/index.html"].decode())
+    for place in ("<title>{}</title>", "<h1>{}</h1>", '"{}-fmi'):
+        page = page.replace(place.format(fmu.name), place.format(name))
+    page = re.sub(r"with the start values \S+ s\.", f"with the start values {time_step} s.", page)
+    page = re.sub(r"<code>documentation/parameters</code>.*\n", "", page)
+    page = re.sub(r'<figure id="scene">.*?</figure>\n', "", page, flags=re.DOTALL)
+    page = page.replace("<figure>", picture(scene, simulation) + "<figure>", 1)
+    entries = {"modelDescription.xml": text.encode(), "documentation/index.html": page.encode()}
+    for path, data in fmu.entries.items():
+        if path in blocks:
+            at = blocks[path][0]
+            folder, _, file = path.rpartition("/")
+            entries[f"{folder}/{name}.{file.rpartition('.')[2]}"] = data[:at] + block + data[at + len(block) :]
+        elif not path.startswith("documentation/parameters/"):
+            entries.setdefault(path, data)
+    return fmu.version, packed(entries)
+
+
+def packed(entries: dict[str, bytes]) -> bytes:
+    """An archive whose bytes depend on the entries alone: not compressed, since zlib's versions compress differently."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for name, data in sorted(entries.items()):
+            entry = zipfile.ZipInfo(name)
+            entry.create_system, entry.external_attr = 3, (0o100755 if name.startswith("binaries/") else 0o100644) << 16
+            archive.writestr(entry, data)
+    return out.getvalue()
+
+
+def options() -> argparse.ArgumentParser:
+    ends = "Exit status: 0; 2 for what is refused, and then nothing is written."
+    parser = argparse.ArgumentParser(prog="fabric fmu", description="FMUs that start with a scene, from those of a release.", epilog=ends)
+    parser.add_argument("scene", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
+    parser.add_argument("--version", type=int, choices=(2, 3), help="of FMI; default: each that there is")
+    parser.add_argument("--from", dest="source", type=Path, default=Path(), metavar="ARCHIVE", help=f"an FMU of a release, or the folder of {MODEL}-fmi2.fmu and -fmi3.fmu; default: this folder")
+    parser.add_argument("--name", help="of the model; default: that of the scene's file, as DiscSector for disc_sector.toml")
+    parser.add_argument("-o", dest="out", type=Path, default=Path(), metavar="FOLDER", help="folder for NAME-fmi2.fmu and NAME-fmi3.fmu; default: this one")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The command `fabric fmu`."""
+    parser = options()
+    given = parser.parse_args(arguments)
+    with scenes.ending(parser):
+        scene = scenes.scene_named(given.scene)[0]
+        stem = Path(given.scene).name.removesuffix(".toml")
+        name = given.name or "".join(part[:1].upper() + part[1:] for part in re.split(r"[^A-Za-z0-9]+", stem))
+        archives = [given.source]
+        if given.source.is_dir():
+            archives = [given.source / f"{MODEL}-fmi{version}.fmu" for version in ([given.version] if given.version else (2, 3))]
+            if not given.version and any(path.exists() for path in archives):
+                archives = [path for path in archives if path.exists()]
+        try:
+            made = [filled(path, scene, name) for path in archives]
+        except Refused as refused:
+            raise ValueError(f"{given.scene}: {refused}") from refused
+        for version, data in made:
+            if given.version not in (None, version):
+                raise ValueError(f"{given.source}: an FMU of FMI {version}.0; --version is {given.version}")
+        for version, data in made:
+            out = given.out / f"{name}-fmi{version}.fmu"
+            written(out, data)
+            print(f"{out}: {len(data)} bytes", flush=True)
+        if any(f"/{name}.dylib".encode() in data for _, data in made):
+            print("warning: the libraries for macOS need a signature: codesign --force --sign - FILE, on a Mac", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
