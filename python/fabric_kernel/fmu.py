@@ -120,23 +120,26 @@ def picture(scene: Scene, simulation: Simulation) -> str:
     """Sheet and projectile from the front and from the side, and what they are."""
     nodes = simulation.positions()
     rows, columns, plies = nodes.shape[0], nodes.shape[1], scene["stack.plies"]
-    lines = [nodes[ply * rows // plies + row, :: max(1, columns // 60)] for ply in {0, plies - 1} for row in (0, rows // plies // 2, rows // plies - 1)]
-    lines += [nodes[: rows // plies : max(1, rows // plies // 60), column] for column in (0, columns // 2, columns - 1)]
+    some = lambda count: [*range(0, count, max(1, count // 60)), count - 1]
+    across, along = some(columns) + [0] * scene["sheet.closed"], some(rows // plies)
+    lines = [nodes[ply * rows // plies + row, across] for ply in {0, plies - 1} for row in (0, rows // plies // 2, rows // plies - 1)]
+    lines += [nodes[along, column] for column in (0, columns // 2, columns - 1)]
     body = simulation.projectile()
     turned = [numpy.array(body["position"]) + sheets.turned(numpy.array(body["orientation"]), line) for line in sheets.outline(scene)]
     low, high = (edge(numpy.concatenate([*lines, *turned]), axis=0) for edge in (numpy.min, numpy.max))
     scale = 340.0 / max(high - low)
     views = []
-    for across, title in ((0, "x, y"), (2, "z, y")):
-        at = lambda point: f"{scale * (point[across] - low[across]) + 0.0:.1f} {scale * (high[1] - point[1]) + 0.0:.1f}"
+    for right, up, title in ((0, 1, "x, y"), (2, 0, "z, x")):
+        at = lambda point: f"{scale * (point[right] - low[right]) + 0.0:.1f} {scale * (high[up] - point[up]) + 0.0:.1f}"
         path = lambda parts: "".join("M" + "L".join(map(at, part)) for part in parts)
         views.append(
-            f'<g transform="translate({20 + 190 * across} 24)" fill="none"><text y="-8" fill="#4b5563">{title}</text><path d="{path(lines)}" stroke="#1f5a94"/>'
+            f'<g transform="translate({20 + 190 * right} 24)" fill="none"><text y="-8" fill="#4b5563">{title}</text><path d="{path(lines)}" stroke="#1f5a94"/>'
             f'<path d="{path(turned)}" stroke="#b45309"/></g>\n'
         )
+    height = 34 + math.ceil(scale * max((high - low)[:2]))
     about = html.escape(" ".join(scenes.described(scene, scene.fabrics[0] or "")))
     return (
-        f'<figure id="scene">\n<svg viewBox="0 0 760 384" width="760" font-family="system-ui, sans-serif" font-size="13" role="img" '
+        f'<figure id="scene">\n<svg viewBox="0 0 760 {height}" width="760" font-family="system-ui, sans-serif" font-size="13" role="img" '
         f'aria-label="The scene of the start values">\n{"".join(views)}</svg>\n<figcaption>The start values. {about}</figcaption>\n</figure>\n'
     )
 
@@ -192,12 +195,32 @@ def packed(entries: dict[str, bytes]) -> bytes:
     return out.getvalue()
 
 
+def system(name: str, fmu: bytes) -> bytes:
+    """A package of SSP 1.0 with an FMU of FMI 2.0, its inputs and outputs as connectors, and its parameters as a parameter set."""
+    with zipfile.ZipFile(io.BytesIO(fmu)) as archive:
+        text = archive.read("modelDescription.xml").decode()
+    found = re.findall(r'<ScalarVariable name="([^"]+)".* causality="(\w+)".*\n *<(\w+)(?:.* start="([^"]*)")?', text)
+    space = lambda *names: "".join(f' xmlns:{short}="http://ssp-standard.org/SSP1/SystemStructure{long}"' for short, long in names)
+    ports = "".join(f'<ssd:Connector name="{port}" kind="{kind}"><ssc:{of}/></ssd:Connector>\n' for port, kind, of, _ in found if kind != "parameter")
+    values = "".join(f'<ssv:Parameter name="{port}"><ssv:{of} value="{value}"/></ssv:Parameter>\n' for port, kind, of, value in found if kind == "parameter")
+    start = '<?xml version="1.0" encoding="UTF-8"?>\n'
+    ssd = (
+        f'{start}<ssd:SystemStructureDescription version="1.0" name="{name}"{space(("ssd", "Description"), ("ssc", "Common"))}>\n<ssd:System name="{name}">\n'
+        f'<ssd:Elements>\n<ssd:Component name="shield" type="application/x-fmu-sharedlibrary" source="resources/{name}.fmu">\n<ssd:Connectors>\n{ports}'
+        f'</ssd:Connectors>\n<ssd:ParameterBindings>\n<ssd:ParameterBinding source="resources/{name}.ssv"/>\n</ssd:ParameterBindings>\n</ssd:Component>\n'
+        "</ssd:Elements>\n</ssd:System>\n</ssd:SystemStructureDescription>\n"
+    )
+    ssv = f'{start}<ssv:ParameterSet version="1.0" name="{name}"{space(("ssv", "ParameterValues"))}>\n<ssv:Parameters>\n{values}</ssv:Parameters>\n</ssv:ParameterSet>\n'
+    return packed({"SystemStructure.ssd": ssd.encode(), f"resources/{name}.ssv": ssv.encode(), f"resources/{name}.fmu": fmu})
+
+
 def options() -> argparse.ArgumentParser:
     ends = "Exit status: 0; 2 for what is refused, and then nothing is written."
     parser = argparse.ArgumentParser(prog="fabric fmu", description="FMUs that start with a scene, from those of a release.", epilog=ends)
     parser.add_argument("scene", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--version", type=int, choices=(2, 3), help="of FMI; default: each that there is")
     parser.add_argument("--from", dest="source", type=Path, default=Path(), metavar="ARCHIVE", help=f"an FMU of a release, or the folder of {MODEL}-fmi2.fmu and -fmi3.fmu; default: this folder")
+    parser.add_argument("--ssp", action="store_true", help="also NAME.ssp, a package of SSP 1.0 with the FMU of FMI 2.0 and the scene as a parameter set")
     parser.add_argument("--name", help="of the model; default: that of the scene's file, as DiscSector for disc_sector.toml")
     parser.add_argument("-o", dest="out", type=Path, default=Path(), metavar="FOLDER", help="folder for NAME-fmi2.fmu and NAME-fmi3.fmu; default: this one")
     return parser
@@ -223,10 +246,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for version, data in made:
             if given.version not in (None, version):
                 raise ValueError(f"{given.source}: an FMU of FMI {version}.0; --version is {given.version}")
-        for version, data in made:
-            out = given.out / f"{name}-fmi{version}.fmu"
-            written(out, data)
-            print(f"{out}: {len(data)} bytes", flush=True)
+        files = {f"{name}-fmi{version}.fmu": data for version, data in made}
+        if given.ssp and f"{name}-fmi2.fmu" not in files:
+            raise ValueError(f"--ssp: needs an FMU of FMI 2.0: {given.source}")
+        if given.ssp:
+            files[f"{name}.ssp"] = system(name, files[f"{name}-fmi2.fmu"])
+        for file, data in files.items():
+            written(given.out / file, data)
+            print(f"{given.out / file}: {len(data)} bytes", flush=True)
         if any(f"/{name}.dylib".encode() in data for _, data in made):
             print("warning: the libraries for macOS need a signature: codesign --force --sign - FILE, on a Mac", file=sys.stderr)
 

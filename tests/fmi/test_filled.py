@@ -9,7 +9,6 @@ import struct
 import tempfile
 import tomllib
 import unittest
-import xml.etree.ElementTree as xml
 import zipfile
 
 import fabric_kernel as fk
@@ -17,7 +16,9 @@ import fmpy
 from component import FILE
 from fabric_kernel import fmu
 from fmpy.validation import validate_fmu
+from fmpy.ssp.ssd import read_ssd
 from host import ARCHIVES, EXAMPLES, TARGET, WARNING, Host, filled, opened
+from lxml import etree
 from test_platforms import HERE, Loader
 
 CRIMPED = """
@@ -125,7 +126,7 @@ class Filled(unittest.TestCase):
         for text in ("<h1>TiltedDiscSector</h1>", '"TiltedDiscSector-fmi2.fmu"', repr(body["sector"]["thickness"]), "Projectile: disc sector"):
             self.assertIn(text, page)
         self.assertNotIn("FabricShield", page)
-        xml.fromstring(re.search(r'<figure id="scene">.*?</figure>', page, re.DOTALL)[0])
+        etree.fromstring(re.search(r'<figure id="scene">.*?</figure>', page, re.DOTALL)[0])
 
     def test_archives_of_two_folders_are_equal_and_a_filled_one_is_filled_again(self):
         (self.folder / "mine.toml").write_text(CRIMPED)
@@ -156,6 +157,21 @@ class Filled(unittest.TestCase):
                 with self.assertRaises(Exception):
                     Host(version, {}, archive=changed(archive, flipped, self.folder / f"{version}-{place}.fmu"), log=log)
                 self.assertTrue(any(reason in text for _, _, text in log), (place, log))
+
+    def test_a_package_of_ssp_follows_the_schema_and_has_the_scene(self):
+        (self.folder / "mine.toml").write_text(CRIMPED)
+        words = [self.folder / "mine.toml", "--from", TARGET / "fmu", "-o", self.folder, "--ssp"]
+        self.assertEqual(ran(*words), (0, ""))
+        with zipfile.ZipFile(self.folder / "Mine.ssp") as package:
+            for name, schema in (("SystemStructure.ssd", "Description"), ("resources/Mine.ssv", "ParameterValues")):
+                path = pathlib.Path(fmpy.__file__).parent / f"ssp/schema/SystemStructure{schema}.xsd"
+                root = etree.fromstring(package.read(name))
+                etree.XMLSchema(etree.parse(str(path))).assertValid(root)
+            values = {one.get("name"): one[0].get("value") for one in root.iter("{*}Parameter")}
+            self.assertEqual(package.read("resources/Mine.fmu"), (self.folder / "Mine-fmi2.fmu").read_bytes())
+        self.assertEqual((values["sheet.nodes_x"], values["contact.friction"], values["yarn.stochastic"]), ("81", "0.2", "false"))
+        self.assertEqual(read_ssd(str(self.folder / "Mine.ssp")).system.elements[0].name, "shield")
+        self.assertEqual(ran(*words, "--version", 3)[0], 2)
 
     def test_mistakes_are_refused_and_nothing_is_written(self):
         scene, out, source = self.folder / "mine.toml", self.folder / "out", ["--from", ARCHIVES[2]]
