@@ -156,12 +156,6 @@ impl Block {
     }
 }
 
-/// A copy of data as it is in the library's file, where a program may have changed it after the library was compiled.
-pub fn as_in_file<T: Copy>(data: &'static T) -> T {
-    // SAFETY: a reference is valid and aligned. Volatile: the compiler must not take the value that it knows.
-    unsafe { core::ptr::read_volatile(data) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
