@@ -105,12 +105,12 @@ impl<'s> Search<'s> {
         if outside(0) || outside(1) || outside(2) || r.norm_squared() > self.reach2 {
             return None;
         }
-        self.candidate_at(&r, &self.body.velocity, 0.0)
+        self.candidate_at(&r, || self.body.velocity, 0.0)
     }
 
     /// The same of a point inside the box and the ball, `r` from the body's centre, m, with its velocity, m/s.
     #[inline(always)] // Most of its time would be the way of its answer through memory.
-    fn candidate_at(&self, r: &Vector, velocity: &Vector, dt: f64) -> Option<(f64, Vector, Vector)> {
+    fn candidate_at(&self, r: &Vector, velocity: impl Fn() -> Vector, dt: f64) -> Option<(f64, Vector, Vector)> {
         if let Solid::Sphere { radius } = self.solid {
             // A sphere needs no body axes: its gap depends on the distance alone.
             let gap = shape::sphere_gap(r, *radius);
@@ -122,7 +122,8 @@ impl<'s> Search<'s> {
         if Feature::Polyhedra.is_built()
             && let Solid::Polyhedron(body) = self.solid
         {
-            let rate = pose::into_body(q, &(velocity - self.body.velocity)) - self.body.angular_velocity.cross(&r_body);
+            let rate =
+                pose::into_body(q, &(velocity() - self.body.velocity)) - self.body.angular_velocity.cross(&r_body);
             gap = body.gap_of_moving(gap, &r_body, &(rate * dt));
         }
         (gap.distance < self.margin)
@@ -269,14 +270,14 @@ pub(crate) struct Gathered {
 #[inline(never)]
 pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
-    let margin = system.scene.largest_spacing();
-    let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
+    let (body, margin) = (&system.state.body, system.scene.largest_spacing());
+    let search = Search::new(&system.solid, body, margin, system.instructions);
     let (rise, ply_gap) = (system.directions.front.vertical.rest.spacing, system.model.gap);
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.limits.dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
-    let (body, free_body, curved) = (&system.state.body, system.scene.is_free(), layout.has(Feature::Curved));
+    let (free_body, curved) = (system.scene.is_free(), layout.has(Feature::Curved));
     let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, slid, columns, lines, hoop, .. } =
         &mut system.arrays;
     let net = Net { columns, lines, hoop };
@@ -319,14 +320,15 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                     continue;
                 }
                 let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
-                let v = Vector::from(planes::velocity(chunk, lane));
-                let Some((gap, normal, arm)) = search.candidate_at(&r, &(v * unit_speed), dt) else { continue };
+                let v = || Vector::from(planes::velocity(chunk, lane));
+                let Some((gap, normal, arm)) = search.candidate_at(&r, || v() * unit_speed, dt) else { continue };
                 deepest = math::max(-gap, deepest);
                 let fixed = held && in_runs(&run, i) && !has_let_go(slid, j * chunks + c, lane, system.directions.grip);
                 if fixed && !free_body {
                     continue;
                 }
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
+                let v = v();
                 let images = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
                 // With no velocity so far: see `Found`.
                 let found = Candidate {

@@ -42,7 +42,7 @@ fn count(case: &str, set: InstructionSet) -> Result<f64> {
     for (count, steps) in counts.iter_mut().zip(STEPS) {
         let mut command = Command::new("valgrind");
         command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]).arg(std::env::current_exe()?);
-        command.args(["bench", "--only", case, "--instructions", set.name(), "--count-steps", &steps.to_string()]);
+        command.args(["--only", case, "--instructions", set.name(), "--count-steps", &steps.to_string()]);
         let (_, text) = output(&mut command)?;
         *count = collected(&text).ok_or("callgrind printed no count")?;
     }
