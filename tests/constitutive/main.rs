@@ -104,7 +104,7 @@ struct Worst {
 impl Worst {
     fn point(&mut self, law: &DamageLaw, segment: &Segment, stretch: f64) {
         let (rate, d) = (segment.damage_rate, [stretch - 1.0, 0.0, 0.0]);
-        let q = yarn::twice_strain(d);
+        let q = Rest::PLAIN.twice_strain(d);
         let alpha = if law.is_damaging(q, 0.0) { law.damage(rate, q).alpha } else { 1.0 };
         if q > law.critical_twice_strain() {
             let reference = exact_alpha(law, rate, q);
@@ -128,7 +128,7 @@ impl Worst {
         // The force at this alpha.
         let area = 1.075e-7;
         let stress = yarn::stress(0.5 * alpha * segment.modulus, q);
-        let force = yarn::force(area * stress, d)[0];
+        let force = Rest::PLAIN.force(area * stress, d)[0];
         if force > 0.0 {
             let strain = exact(0.5) * (exact(stretch) * exact(stretch) - exact(1.0));
             let reference = exact(area) * exact(stretch) * exact(alpha) * exact(segment.modulus) * strain;
@@ -155,10 +155,10 @@ fn of_directions(seed: u64, plain: bool) -> [f64; 2] {
             false if k.is_multiple_of(2) => random.between(0.5, 1.0),
             false => random.between(1.0, 1.1),
         };
-        let rest = Rest::of(spacing, at_rest);
+        let rest = if plain { Rest::PLAIN } else { Rest::of(spacing, at_rest) };
         let size = spacing * 10f64.powf(random.between(-6.0, 1.0));
         let d = [0, 1, 2].map(|_| size * random.between(-1.0, 1.0));
-        let (q, [x, y, z]) = (if plain { yarn::twice_strain(d) } else { rest.twice_strain(d) }, d.map(exact));
+        let (q, [x, y, z]) = (rest.twice_strain(d), d.map(exact));
         let (rho, u) = (exact(spacing), exact(at_rest));
         let along = &rho + &x;
         let squared = &along * &along + &y * &y + &z * &z;
@@ -168,7 +168,7 @@ fn of_directions(seed: u64, plain: bool) -> [f64; 2] {
         strain = strain.max(error(q, &exact_q) / ulp(greatest));
         let stiffness = random.between(1e9, 1e11);
         let stress = yarn::stress(stiffness, q);
-        let found = if plain { yarn::force(stress, d) } else { rest.force(stress, d) };
+        let found = rest.force(stress, d);
         let stress = exact(stiffness) * exact(q.max(0.0));
         for (found, reference) in found.into_iter().zip([&stress * along, &stress * y, &stress * z]) {
             if q > 0.0 {

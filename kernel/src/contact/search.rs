@@ -17,9 +17,8 @@ use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, Symmetry};
 use crate::sheet::clamp::has_let_go;
-use crate::sheet::grading::{LINE_PLANES, Net, PLACE};
+use crate::sheet::columns::{COLUMN_PLANES, Net, PLACE, PLACE_Z};
 use crate::sheet::places::{Places, rest_offset};
-use crate::sheet::ring::{self, HOOP_PLANES, PLACE_X, PLACE_Z};
 use crate::sheet::weave::{in_runs, meets_runs};
 use core::ops::Range;
 
@@ -159,7 +158,7 @@ impl Neighbourhood<'_> {
 
     /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at x0 + i + u, or of a graded
     /// network in its place, the displacement u lies in `range`.
-    fn chunks(&self, x0: f64, columns: &[Chunk<LINE_PLANES>], [low, high]: [f64; 2], count: usize) -> [usize; 2] {
+    fn chunks(&self, x0: f64, columns: &[Chunk<COLUMN_PLANES>], [low, high]: [f64; 2], count: usize) -> [usize; 2] {
         let ([x, _], [half, _]) = (self.centre, self.half);
         let (from, to) = (x - half - high, x + half - low);
         if !columns.is_empty() {
@@ -181,19 +180,19 @@ impl Neighbourhood<'_> {
         first: [f64; 3],
         offsets: &mut Offsets,
     ) -> Option<usize> {
-        let (set, columns, hoop) = (self.search.instructions, net.columns, net.hoop);
-        if Feature::Curved.is_built() && !hoop.is_empty() {
-            return lanes::dispatch(set, Near::<true> { near: self, row, columns, hoop, chunks, first, offsets });
+        let (set, columns) = (self.search.instructions, net.columns);
+        // A graded network has lines of rows, too.
+        if Feature::Curved.is_built() && !columns.is_empty() && net.lines.is_empty() {
+            return lanes::dispatch(set, Near::<true> { near: self, row, columns, chunks, first, offsets });
         }
-        lanes::dispatch(set, Near::<false> { near: self, row, columns, hoop, chunks, first, offsets })
+        lanes::dispatch(set, Near::<false> { near: self, row, columns, chunks, first, offsets })
     }
 }
 
 /// [`Neighbourhood::next`] as a job for the lanes. CURVED: of a curved sheet.
 struct Near<'a, const CURVED: bool> {
     near: &'a Neighbourhood<'a>,
-    columns: &'a [Chunk<LINE_PLANES>],
-    hoop: &'a [Chunk<HOOP_PLANES>],
+    columns: &'a [Chunk<COLUMN_PLANES>],
     row: &'a [Chunk<HOT_PLANES>],
     chunks: [usize; 2],
     first: [f64; 3],
@@ -217,9 +216,7 @@ impl<const CURVED: bool> Job for Near<'_, CURVED> {
         let Offsets { r: [out_x, out_y, out_z], beyond: out } = self.offsets;
         for (c, [x, y, z, ..]) in (from..).zip(part) {
             // Offsets in a line are halves, so that no sum of them is rounded.
-            let hoop = if CURVED { self.hoop.get(c) } else { None }.unwrap_or(&ring::FLAT);
             let (columns, column) = match self.columns.get(c) {
-                _ if CURVED => (&hoop[PLACE_X], 0.0),
                 Some(columns) => (&columns[PLACE], 0.0),
                 None => (&COLUMNS, x0 + (c * CHUNK) as f64),
             };
@@ -235,7 +232,10 @@ impl<const CURVED: bool> Job for Near<'_, CURVED> {
                     beyond_x.store(&mut L::groups_mut(out)[g]);
                     continue;
                 }
-                let depth = if CURVED { L::load(&L::groups(&hoop[PLACE_Z])[g]) } else { L::splat(z0) };
+                let depth = match self.columns.get(c) {
+                    Some(columns) if CURVED => L::load(&L::groups(&columns[PLACE_Z])[g]),
+                    _ => L::splat(z0),
+                };
                 let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(depth, z, 2));
                 let beyond_box = beyond_x.max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));
                 let beyond_ball = rx.mul(rx).add(ry.mul(ry)).add(rz.mul(rz)).sub(reach2);
@@ -278,9 +278,9 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
     let (free_body, curved) = (system.scene.is_free(), layout.has(Feature::Curved));
-    let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, slid, columns, lines, hoop, .. } =
+    let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, slid, columns, lines, .. } =
         &mut system.arrays;
-    let net = Net { columns, lines, hoop };
+    let net = Net { columns, lines };
     let near = search.neighbourhood(h);
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut()).take(layout.candidates);
     let (mut count, mut deepest) = (0, 0.0);
@@ -306,7 +306,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
         // Of a curved row every column may lie at either side of the body.
         let [mut from, end] =
             if curved { [0, chunks] } else { near.chunks(x0, net.columns, range_of([*left, *right]), chunks) };
-        let of_row = Net { hoop: planes::row(net.hoop, chunks, ply), ..net };
+        let of_row = Net { columns: system.layout.columns_of(net.columns, ply), ..net };
         while from < end
             && let Some(c) = near.next(row, &of_row, [from, end], first, &mut offsets)
         {
@@ -504,7 +504,7 @@ mod tests {
             let set = InstructionSet::Scalar;
             let range = spread(&row, set);
             // The same of a graded network whose columns are as far from each other.
-            let mut columns = [[[0.0; CHUNK]; LINE_PLANES]; 10];
+            let mut columns = [[[0.0; CHUNK]; COLUMN_PLANES]; 10];
             for (i, place) in columns.iter_mut().flat_map(|planes| &mut planes[PLACE]).enumerate() {
                 *place = first[0] + i as f64;
             }

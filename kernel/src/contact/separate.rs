@@ -15,8 +15,8 @@ use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, SPEED_X, SPEED_Z, X,
 use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
+use crate::sheet::columns::{COLUMN_PLANES, FLAT, NORMAL_X, NORMAL_Z};
 use crate::sheet::neighbours::{NOTHING, own};
-use crate::sheet::ring::{FLAT, HOOP_PLANES, NORMAL_X, NORMAL_Z};
 
 /// Rows that move in every ply and have no candidate: their columns are separated before the projectile's impulses, while they are at hand.
 #[derive(Clone, Copy)]
@@ -104,7 +104,7 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
     let (plies, chunks, [at, next]) = (system.layout.plies, system.layout.chunks, system.layout.stacked(0, row));
     let mut from = 0;
     loop {
-        let hoop: &[_] = if CURVED { system.arrays.hoop } else { &[] };
+        let hoop: &[_] = if CURVED { system.arrays.columns } else { &[] };
         let hot = system.arrays.hot.get(at..).unwrap_or(&[]);
         let pressed = Pressed::<CURVED> { hot, next, hoop, gap: system.model.gap, chunks: [from, chunks] };
         let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };
@@ -154,7 +154,7 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
 fn outwards<L: Lane, const CURVED: bool>(
     chunk: &Chunk<HOT_PLANES>,
     first: usize,
-    hoop: &Chunk<HOOP_PLANES>,
+    hoop: &Chunk<COLUMN_PLANES>,
     g: usize,
 ) -> L {
     own::<L, CURVED>(chunk, first, hoop, g)[2]
@@ -165,7 +165,7 @@ struct Pressed<'a, const CURVED: bool> {
     /// From the first chunk of the row of the first ply on, and chunks from ply to ply.
     hot: &'a [Chunk<HOT_PLANES>],
     next: usize,
-    hoop: &'a [Chunk<HOOP_PLANES>],
+    hoop: &'a [Chunk<COLUMN_PLANES>],
     gap: f64,
     /// The first one, and that behind the last.
     chunks: [usize; 2],
@@ -227,7 +227,7 @@ enum Found {
 /// sum m_j) over j = a..k. Each of them ends at the least of its own and all later ones: the regression of `column.rs`. A node on which none
 /// presses keeps its velocity exactly.
 struct Columns<'a, const CURVED: bool> {
-    hoop: &'a Chunk<HOOP_PLANES>,
+    hoop: &'a Chunk<COLUMN_PLANES>,
     /// From their chunk of the first ply on, and chunks from ply to ply.
     hot: &'a mut [Chunk<HOT_PLANES>],
     before: &'a [[f64; CHUNK]],

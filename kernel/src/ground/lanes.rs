@@ -137,10 +137,10 @@ pub trait Lane: Copy {
     fn min(self, other: Self) -> Self;
     /// Whether any number is not below the limit; NaN is not below anything.
     fn any_not_below(self, limit: Self) -> bool;
-    /// Whether any number of either is not below the limit: one branch for both.
+    /// Whether any number of either is not below the limit of its own: one branch for both.
     #[inline(always)]
-    fn any_not_below_either(self, other: Self, limit: Self) -> bool {
-        self.any_not_below(limit) | other.any_not_below(limit)
+    fn any_not_below_either(both: [Self; 2], limits: [Self; 2]) -> bool {
+        both[0].any_not_below(limits[0]) | both[1].any_not_below(limits[1])
     }
     /// Whether any number is above the limit, or NaN.
     fn any_above(self, limit: Self) -> bool;
@@ -316,6 +316,30 @@ impl Lane for [f64; 2] {
     }
 }
 
+/// A lane group of a plane.
+#[inline(always)]
+pub(crate) fn at<L: Lane, const P: usize>(chunk: &Chunk<P>, plane: usize, g: usize) -> L {
+    L::load(&L::groups(&chunk[plane])[g])
+}
+
+/// A number eight times, as all lanes read it at once.
+#[derive(Clone, Copy)]
+pub struct Splat([f64; CHUNK]);
+
+impl Splat {
+    /// The number.
+    #[inline(always)]
+    pub fn of(number: f64) -> Splat {
+        Splat([number; CHUNK])
+    }
+
+    /// A lane group of it.
+    #[inline(always)]
+    pub fn lanes<L: Lane>(&self) -> L {
+        L::load(&L::groups(&self.0)[0])
+    }
+}
+
 /// Work that is written once for all lanes.
 pub trait Job {
     /// What it returns.
@@ -341,20 +365,6 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
         let _ = set;
         run::<[f64; 2], J>(job)
     }
-}
-
-/// [`dispatch`] at no more than four numbers at a time: for a job whose numbers at eight would take a kilobyte of stack.
-#[inline(always)]
-pub fn dispatch_narrow<J: Job>(set: InstructionSet, job: J) -> J::Output {
-    #[cfg(target_arch = "x86_64")]
-    return match set {
-        // SAFETY: available() has just found the instructions on this machine; AVX2 is part of AVX-512.
-        InstructionSet::Avx512 | InstructionSet::Avx2 if set.available() => unsafe { x86::avx2(job) },
-        InstructionSet::Scalar if set.available() => run::<[f64; 2], J>(job),
-        _ => run::<core::arch::x86_64::__m128d, J>(job),
-    };
-    #[cfg(not(target_arch = "x86_64"))]
-    dispatch(set, job)
 }
 
 /// Asks for the chunk that lies `ahead` chunks behind this one in memory: a hint, which changes nothing. Does nothing where the target
@@ -564,10 +574,10 @@ mod x86 {
             unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_NLT_UQ>(self, limit)) != 0 }
         }
         #[inline(always)]
-        fn any_not_below_either(self, other: Self, limit: Self) -> bool {
+        fn any_not_below_either([a, b]: [Self; 2], limits: [Self; 2]) -> bool {
             // SAFETY: only run inside `avx2`.
             unsafe {
-                let (a, b) = (_mm256_cmp_pd::<_CMP_NLT_UQ>(self, limit), _mm256_cmp_pd::<_CMP_NLT_UQ>(other, limit));
+                let (a, b) = (_mm256_cmp_pd::<_CMP_NLT_UQ>(a, limits[0]), _mm256_cmp_pd::<_CMP_NLT_UQ>(b, limits[1]));
                 _mm256_movemask_pd(_mm256_or_pd(a, b)) != 0
             }
         }

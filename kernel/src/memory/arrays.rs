@@ -12,9 +12,8 @@ use crate::memory::layout::{
 };
 use crate::scene::features::{Feature, Features};
 use crate::scene::parts::Scene;
-use crate::sheet::grading::LINE_PLANES;
+use crate::sheet::columns::COLUMN_PLANES;
 use crate::sheet::places::Places;
-use crate::sheet::ring::HOOP_PLANES;
 use crate::sheet::symmetry::Line;
 
 impl Layout {
@@ -107,12 +106,10 @@ pub(crate) struct Arrays<'a> {
     pub past: &'a mut [Chunk<PAST_PLANES>],
     /// Energy that viscosity and rate have taken of each row in the present pass, or in each step of a block, in units of m (h/dt)^2.
     pub taken: &'a mut [f64],
-    /// Constants of a row of nodes of a graded network, chunk by chunk of its columns (`grading.rs`).
-    pub columns: &'a mut [Chunk<LINE_PLANES>],
-    /// The same of a column of nodes.
-    pub lines: &'a mut [Chunk<LINE_PLANES>],
-    /// Constants of a row of nodes of each ply of a curved sheet, chunk by chunk of its columns (`ring.rs`).
-    pub hoop: &'a mut [Chunk<HOOP_PLANES>],
+    /// Constants of the columns (`columns.rs`), chunk by chunk: one line of a graded network, one of each ply of a curved sheet.
+    pub columns: &'a mut [Chunk<COLUMN_PLANES>],
+    /// Constants of the rows of a graded network.
+    pub lines: &'a mut [Chunk<COLUMN_PLANES>],
     /// Of a ring on a case, of each row in the present pass: sums of its pushes along x and z and of the energy that it takes, by columns of
     /// a chunk, in units of m h/dt and m (h/dt)^2.
     pub pushed: &'a mut [[[f64; CHUNK]; 3]],
@@ -173,7 +170,6 @@ impl<'a> Arrays<'a> {
             taken: &mut [],
             columns: &mut [],
             lines: &mut [],
-            hoop: &mut [],
             pushed: &mut [],
             pushes: &mut [],
             holds: &mut [],
@@ -229,6 +225,7 @@ impl<'a> Arrays<'a> {
         // The case behind a node is a candidate, too.
         let candidates = if has(Casing) { candidates.checked_mul(2)? } else { candidates };
         let steps = layout.block_steps as usize;
+        let lines = if has(Curved) { layout.plies } else { 1 };
         let mut real = |needed, factors| reals.take(needed, factors);
         *self = Arrays {
             hot: chunked(real(true, [layout.stored_rows(), row, CHUNK * HOT_PLANES])?),
@@ -238,9 +235,8 @@ impl<'a> Arrays<'a> {
             owed: chunked(real(has(Slack), [rows, row, CHUNK * OWED_PLANES])?),
             iterate: chunked(real(has(Theta), [layout.stored_rows(), row, CHUNK * ITERATE_PLANES])?),
             past: chunked(real(has(Viscosity), [layout.stored_rows(), row, CHUNK * PAST_PLANES])?),
-            columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
-            lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
-            hoop: chunked(real(has(Curved), [layout.plies, row, CHUNK * HOOP_PLANES])?),
+            columns: chunked(real(has(Grading) || has(Curved), [lines, row, CHUNK * COLUMN_PLANES])?),
+            lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * COLUMN_PLANES])?),
             shared: &mut [],
             kept: real(true, [1, layout.kept_nodes(), 3])?.as_chunks_mut().0,
             taken: real(layout.takes_energy(), [1, steps, rows])?,

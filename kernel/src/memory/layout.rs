@@ -2,8 +2,9 @@
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
-use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK, HOT_PLANES, PAST_PLANES};
+use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
 use crate::scene::features::{Feature, Features};
+use crate::sheet::columns::COLUMN_PLANES;
 use crate::sheet::symmetry::Line;
 
 /// Numbers kept per contact candidate.
@@ -246,6 +247,12 @@ impl Layout {
     #[inline(always)] // As `Features::has`.
     pub const fn has(&self, feature: Feature) -> bool {
         self.has.has(feature)
+    }
+
+    /// Line of a ply among those of all, see [`Net`](crate::sheet::columns::Net); a graded network has one.
+    #[inline]
+    pub(crate) fn columns_of<'a>(&self, lines: &'a [Chunk<COLUMN_PLANES>], ply: usize) -> &'a [Chunk<COLUMN_PLANES>] {
+        if self.has(Feature::Curved) { planes::row(lines, self.chunks, ply) } else { lines }
     }
 
     /// Whether there are several plies.

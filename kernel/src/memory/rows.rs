@@ -14,11 +14,13 @@ use crate::memory::terms::Terms;
 use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
 use crate::sheet::clamp::ClampedRow;
-use crate::sheet::grading::Net;
+use crate::sheet::columns::{COLUMN_PLANES, FLAT, Net};
 use crate::sheet::neighbours::own;
+use crate::sheet::on_casing::OnCasing;
 use crate::sheet::places::rest_offset;
-use crate::sheet::ring::{FLAT, HOOP_PLANES};
-use crate::sheet::sweep::{OnCasing, Report, Row};
+use crate::sheet::segments::Report;
+use crate::sheet::slack::SlackBalance;
+use crate::sheet::sweep::{Pass, Row};
 use crate::sheet::symmetry::Line;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
@@ -121,11 +123,7 @@ impl<'r> Rows<'r> {
             },
             ranges: arrays.ranges.get_mut(first..end)?,
             runs: arrays.runs.get(first..end)?,
-            net: Net {
-                columns: arrays.columns,
-                lines: arrays.lines,
-                hoop: planes::row(arrays.hoop, layout.chunks, ply),
-            },
+            net: Net { columns: layout.columns_of(arrays.columns, ply), lines: arrays.lines },
             carry: planes::row_mut(carries, layout.chunks, in_block.unwrap_or(ply)),
             kept: arrays.kept,
             pulls: if layout.supports { pulls.get_mut(noted + first..noted + end)? } else { &mut [] },
@@ -134,28 +132,93 @@ impl<'r> Rows<'r> {
 }
 
 impl Rows<'_> {
-    /// The hot pass over these rows, with fixed nodes put back and their pulls noted. OPTIONS: whether there
-    /// may be rate, slack or grading, which a block excludes; VISCOUS: with viscosity; CURVED: of a curved sheet.
+    /// The hot pass over these rows, with fixed nodes put back and their pulls noted.
     #[inline(always)] // The rows themselves then take no stack.
-    pub fn sweep<const OPTIONS: bool, const VISCOUS: bool, const CURVED: bool>(&mut self, terms: &Terms<'_>) -> Report {
-        let layout = terms.layout;
+    pub fn sweep(&mut self, terms: &Terms<'_>) -> Report {
+        let (layout, chunks) = (terms.layout, terms.layout.chunks);
         if layout.x.has_image() {
             self.place_images(layout);
         }
-        let optional = layout.has(Feature::Slack) || layout.has(Feature::Grading) || layout.takes_energy();
-        if VISCOUS {
-            self.sweep_with::<true, true, CURVED>(terms)
-        } else if OPTIONS && optional {
-            self.sweep_apart::<true, CURVED>(terms)
-        } else {
-            self.sweep_apart::<false, CURVED>(terms)
+        let Rows { hot, history, owed, viscous, before, pushed, pushes, taken, ranges, carry, kept, pulls, .. } = self;
+        let (first, ply, above, yarn, runs, been_slack) =
+            (self.first, self.ply, self.above, self.yarn, self.runs, self.been_slack);
+        let (pass, is_viscous) = (terms.pass(self.net, ply), layout.has(Feature::Viscosity));
+        // Whether nodes stand for several.
+        let several = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Grading);
+        let (weighed, mut report, rows) = (several.then_some(&pass.net), Report::default(), ranges.len());
+        let slips = layout.has(Feature::Clamps);
+        for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
+            let j = first + k;
+            if is_viscous {
+                if k == 0 {
+                    viscous.find_moments(terms, [ply, first, 0], [hot, above], taken);
+                }
+                // The row needs those of the row above it.
+                viscous.find_moments(terms, [ply, first, k + 1], [hot, above], taken);
+            }
+            let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
+            let row = planes::row_mut(below, chunks, k);
+            let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
+            // None but of a stack.
+            if let Some(before) = before.get_mut(k * chunks..(k + 1) * chunks) {
+                keep_speeds_across(terms, row, before, pass.net.columns);
+            }
+            keep_fixed(slips.then_some(layout.nodes_x), row, kept, run);
+            let yarn = terms.yarn_row(yarn, self.strength, k, ply);
+            let history = planes::row_mut(history, chunks, k);
+            let mut counted =
+                if layout.takes_energy() { TakenOfRow::nothing(layout, pass.directions, j) } else { TakenOfRow::NONE };
+            if layout.x.is_mirrored() && layout.has(Feature::Rate) {
+                counted.relax_last(&pass, [row, above]);
+            }
+            let of_viscosity = is_viscous.then(|| viscous.row(layout, (k, rows, first)));
+            let (viscosity, last) = of_viscosity.map_or((None, Last::default()), |(row, last)| (Some(row), last));
+            let keeps = been_slack.get(k).copied().unwrap_or(0);
+            let slack = if layout.has(Feature::Slack) && keeps != 0 {
+                Some(SlackBalance::of(planes::row_mut(owed, chunks, k), keeps))
+            } else {
+                None
+            };
+            // Whole rows of a ring are held, or none of it.
+            let on_casing = if layout.has(Feature::Casing) && run[0] == run[1] {
+                case_under(terms, &pass, j, pushed.get_mut(k), pushes.get_mut(k * chunks..(k + 1) * chunks))
+            } else {
+                None
+            };
+            let mut row_job = Row {
+                pass: &pass,
+                j,
+                row: &mut *row,
+                history,
+                above,
+                carry,
+                yarn: &yarn,
+                viscosity,
+                slack,
+                on_casing,
+                dissipation: &mut counted.sums,
+            };
+            let (met, reach) = row_job.step();
+            report = report.merged(met);
+            let pulled = if slips {
+                let end = RowEnd { range, reach, clamps: &mut self.clamps, k, columns: pass.net.columns };
+                slide_row(terms, weighed, j, row, kept, run, end)
+            } else {
+                end_row(terms, weighed, j, row, kept, run, (range, reach))
+            };
+            if let Some(pulls) = pulls.get_mut(k) {
+                *pulls = pulled;
+            }
+            if let Some(taken) = taken.get_mut(k) {
+                if is_viscous && layout.x.is_mirrored() {
+                    let of_last = viscous.taken_of_last(layout, k, &last);
+                    counted.of_last = [0, 1].map(|axis| counted.of_last[axis] + of_last[axis]);
+                }
+                // What the moments take is there.
+                *taken = counted.total(layout) + if is_viscous { *taken } else { 0.0 };
+            }
         }
-    }
-
-    /// [`Rows::sweep`] without viscosity: the stack of one kind must not add to that of another.
-    #[inline(never)]
-    fn sweep_apart<const OPTIONS: bool, const CURVED: bool>(&mut self, terms: &Terms<'_>) -> Report {
-        self.sweep_with::<OPTIONS, false, CURVED>(terms)
+        report
     }
 
     /// The image columns, with velocities for viscosity and slack segments.
@@ -168,100 +231,23 @@ impl Rows<'_> {
             place_image_speeds(self.hot, layout.chunks, layout.x);
         }
     }
-
-    /// [`Rows::sweep`]. OPTIONS: whether there is rate, viscosity, slack or grading; otherwise no row is asked for them.
-    #[inline(always)]
-    fn sweep_with<const OPTIONS: bool, const VISCOUS: bool, const CURVED: bool>(
-        &mut self,
-        terms: &Terms<'_>,
-    ) -> Report {
-        let (layout, chunks) = (terms.layout, terms.layout.chunks);
-        let Rows { hot, history, owed, viscous, before, pushed, pushes, taken, ranges, carry, kept, pulls, .. } = self;
-        let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
-        let been_slack = if OPTIONS { self.been_slack } else { &[] };
-        let net = if OPTIONS || CURVED { &self.net } else { &Net::NONE };
-        let pass = terms.pass(net, ply);
-        // Whether nodes stand for several.
-        let several = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Grading);
-        let (weighed, mut report, rows) = (several.then_some(net), Report::default(), ranges.len());
-        let slips = layout.has(Feature::Clamps);
-        for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
-            let j = first + k;
-            if VISCOUS {
-                if k == 0 {
-                    viscous.find_moments(terms, [ply, first, 0], [hot, above], taken);
-                }
-                // The row needs those of the row above it.
-                viscous.find_moments(terms, [ply, first, k + 1], [hot, above], taken);
-            }
-            let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
-            let row = planes::row_mut(below, chunks, k);
-            let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
-            // None but of a stack.
-            if let Some(before) = before.get_mut(k * chunks..(k + 1) * chunks) {
-                lanes::dispatch(terms.instructions, Keep::<CURVED> { hot: row, before, hoop: self.net.hoop });
-            }
-            keep_fixed(slips.then_some(layout.nodes_x), row, kept, run);
-            let yarn = terms.yarn_row(yarn, self.strength, k, ply);
-            let history = planes::row_mut(history, chunks, k);
-            let been_slack = been_slack.get(k).copied().unwrap_or(0);
-            let owed = if been_slack != 0 { planes::row_mut(owed, chunks, k) } else { &mut [] };
-            let counts = OPTIONS && !taken.is_empty();
-            let mut counted = if counts { TakenOfRow::nothing(layout, pass.directions, j) } else { TakenOfRow::NONE };
-            if OPTIONS && layout.x.is_mirrored() && layout.has(Feature::Rate) {
-                counted.relax_last(&pass, [row, above]);
-            }
-            let of_viscosity = VISCOUS.then(|| viscous.row(layout, (k, rows, first)));
-            let (viscous_row, last) = of_viscosity.map_or((None, Last::default()), |(row, last)| (Some(row), last));
-            let row_job = Row {
-                pass: &pass,
-                j,
-                row: &mut *row,
-                history,
-                above,
-                carry,
-                yarn: &yarn,
-                owed,
-                been_slack,
-                viscous: viscous_row,
-                taken: if OPTIONS { Some(&mut counted.sums) } else { None },
-            };
-            let (met, reach) = if CURVED {
-                // Whole rows of a ring are held, or none of it.
-                let case = terms.directions.casing.as_ref().filter(|_| run[0] == run[1]);
-                let place_y =
-                    rest_offset(layout.ply_and_row(j).1, layout.y.nodes) * pass.directions.vertical.rest.spacing;
-                let of_row = pushed.get_mut(k).zip(pushes.chunks_exact_mut(chunks.max(1)).nth(k));
-                let mut on_casing =
-                    case.zip(of_row).map(|(case, (pushed, pushes))| OnCasing { case, place_y, pushed, pushes });
-                row_job.step_curved(on_casing.as_mut())
-            } else {
-                row_job.step::<OPTIONS, VISCOUS>()
-            };
-            report = report.merged(met);
-            let pulled = if slips {
-                let end = RowEnd { range, reach, clamps: &mut self.clamps, k, hoop: net.hoop };
-                slide_row(terms, weighed, j, row, kept, run, end)
-            } else {
-                end_row(terms, weighed, j, row, kept, run, (range, reach))
-            };
-            if let Some(pulls) = pulls.get_mut(k) {
-                *pulls = pulled;
-            }
-            if OPTIONS && let Some(taken) = taken.get_mut(k) {
-                if VISCOUS && layout.x.is_mirrored() {
-                    let of_last = viscous.taken_of_last(layout, k, &last);
-                    counted.of_last = [0, 1].map(|axis| counted.of_last[axis] + of_last[axis]);
-                }
-                // What the moments take is there.
-                *taken = counted.total(layout) + if VISCOUS { *taken } else { 0.0 };
-            }
-        }
-        report
-    }
 }
 
-/// Behind the sweep of row j: puts its fixed nodes back and notes how far it reaches, which is `reach` along y. Returns the pull of the
+/// Case under row j of a ring, with the sums of its pushes on the row and the push on each node.
+fn case_under<'a>(
+    terms: &Terms<'a>,
+    pass: &Pass<'a>,
+    j: usize,
+    pushed: Option<&'a mut [[f64; CHUNK]; 3]>,
+    pushes: Option<&'a mut [[f64; CHUNK]]>,
+) -> Option<OnCasing<'a>> {
+    let rest = rest_offset(terms.layout.ply_and_row(j).1, terms.layout.y.nodes);
+    let place_y = rest * pass.directions.vertical.rest.spacing;
+    let case = terms.directions.casing.as_ref()?;
+    Some(OnCasing { case, columns: pass.net.columns, place_y, pushed: pushed?, pushes: pushes? })
+}
+
+/// After the sweep of row j: puts its fixed nodes back and notes how far it reaches, which is `reach` along y. Returns the pull of the
 /// sheet on each run of fixed nodes. `weighed`: where nodes stand for several.
 #[inline(always)]
 fn end_row(
@@ -293,8 +279,8 @@ struct RowEnd<'a, 'r> {
     /// Clamps of all rows, and the number of this one among them.
     clamps: &'a mut Clamps<'r>,
     k: usize,
-    /// Normals of a curved sheet; empty for a flat one.
-    hoop: &'a [Chunk<HOOP_PLANES>],
+    /// Normals of the columns; empty where all are along z.
+    columns: &'a [Chunk<COLUMN_PLANES>],
 }
 
 /// Notes how far a row reaches, while it is at hand.
@@ -317,13 +303,13 @@ fn slide_row(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],
-    RowEnd { range, reach: [mut low, mut high], clamps, k, hoop }: RowEnd<'_, '_>,
+    RowEnd { range, reach: [mut low, mut high], clamps, k, columns }: RowEnd<'_, '_>,
 ) -> [[f64; 3]; 2] {
     let (layout, chunks) = (terms.layout, terms.layout.chunks);
     let own = k * chunks..(k + 1) * chunks;
     let holds = clamps.holds.get(own.clone()).unwrap_or_default();
     let slid = clamps.slid.get_mut(own).unwrap_or_default();
-    let mut clamped = ClampedRow { holds, slid, grip: terms.directions.grip, hoop };
+    let mut clamped = ClampedRow { holds, slid, grip: terms.directions.grip, columns };
     let (mut pulls, mut work) = ([Vector::zeros(); 2], 0.0);
     for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
@@ -350,11 +336,26 @@ fn slide_row(
     pulls.map(|pull| pull.into())
 }
 
+/// Keeps the velocities across the sheet of a row, along the normals of its columns.
+#[inline(never)]
+fn keep_speeds_across(
+    terms: &Terms<'_>,
+    hot: &[Chunk<HOT_PLANES>],
+    before: &mut [[f64; CHUNK]],
+    columns: &[Chunk<COLUMN_PLANES>],
+) {
+    if Feature::Curved.is_built() && !columns.is_empty() {
+        lanes::dispatch(terms.instructions, Keep::<true> { hot, before, columns });
+    } else {
+        lanes::dispatch(terms.instructions, Keep::<false> { hot, before, columns });
+    }
+}
+
 /// Keeps the velocities across the sheet of a row. CURVED: along the normals of its columns.
 struct Keep<'a, const CURVED: bool> {
     hot: &'a [Chunk<HOT_PLANES>],
     before: &'a mut [[f64; CHUNK]],
-    hoop: &'a [Chunk<HOOP_PLANES>],
+    columns: &'a [Chunk<COLUMN_PLANES>],
 }
 
 impl<const CURVED: bool> Job for Keep<'_, CURVED> {
@@ -363,9 +364,9 @@ impl<const CURVED: bool> Job for Keep<'_, CURVED> {
     #[inline(always)]
     fn run<L: Lane>(self) {
         for (c, (before, chunk)) in self.before.iter_mut().zip(self.hot).enumerate() {
-            let hoop = if CURVED { self.hoop.get(c) } else { None }.unwrap_or(&FLAT);
+            let columns = if CURVED { self.columns.get(c) } else { None }.unwrap_or(&FLAT);
             for (g, before) in L::groups_mut(before).iter_mut().enumerate() {
-                own::<L, CURVED>(chunk, SPEED_X, hoop, g)[2].store(before);
+                own::<L, CURVED>(chunk, SPEED_X, columns, g)[2].store(before);
             }
         }
     }

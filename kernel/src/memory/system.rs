@@ -17,15 +17,16 @@ use crate::memory::state::State;
 use crate::scene::features::Feature;
 use crate::scene::parts::{CRITICAL_STRETCH_MAX, Scene};
 use crate::sheet::clamp;
+use crate::sheet::columns::{self, Net, PLACE, PLACE_Z};
 use crate::sheet::direction::{Along, Direction, Directions};
-use crate::sheet::grading::{self, Net, PLACE};
+use crate::sheet::grading;
 use crate::sheet::neighbours::NOTHING;
 use crate::sheet::places::{Places, rest_offset};
 use crate::sheet::ring;
+use crate::sheet::segments::per_mass;
 use crate::sheet::slack::{self, GIVEN, NOTHING_OWED, Owed};
-use crate::sheet::sweep;
 use crate::sheet::weave::{self, in_runs};
-use crate::yarn::law::{self, DamageLaw, Rest};
+use crate::yarn::law::{self, DamageLaw, Rest, RestLanes};
 use crate::yarn::rate::RateLaw;
 
 /// What is stepped: constants, state and memory of the sheet and the projectile.
@@ -103,6 +104,12 @@ pub(crate) struct SegmentView {
 }
 
 impl SegmentView {
+    /// Constants at rest.
+    fn lanes(&self) -> RestLanes<f64> {
+        let lanes = self.rest.lanes();
+        self.chord.map_or(lanes, |chord| lanes.turned(chord))
+    }
+
     /// Twice the strain, q, at t_n.
     pub fn twice_strain(&self) -> f64 {
         self.twice_strain_of(self.d)
@@ -115,33 +122,24 @@ impl SegmentView {
 
     /// Twice the strain with this relative displacement of the ends.
     fn twice_strain_of(&self, d: [f64; 3]) -> f64 {
-        match self.chord {
-            Some(chord) if self.rest == Rest::PLAIN => ring::twice_strain(d, chord),
-            Some(chord) => ring::general_twice_strain(d, chord, &self.rest.lanes()),
-            None => self.rest.twice_strain(self.axis.own_axes(d)),
-        }
+        self.lanes().twice_strain(self.axis.own_axes(d))
     }
 
     /// Force on its first node at t_n with this stiffness and twice the strain.
     pub fn force(&self, stiffness: f64, twice_strain: f64) -> [f64; 3] {
-        if let Some(chord) = self.chord {
-            return ring::force(law::stress(stiffness, twice_strain), self.d, chord);
-        }
-        self.axis.own_axes(self.rest.force(law::stress(stiffness, twice_strain), self.axis.own_axes(self.d)))
+        let force = self.lanes().force(law::stress(stiffness, twice_strain), self.axis.own_axes(self.d));
+        self.axis.own_axes(force)
     }
 
     /// Work over 1/4 l^2 that its stress at t_n, with this stiffness, does more in the last step than that at t_{n-1}.
     pub fn growth_of_work(&self, stiffness: f64) -> f64 {
-        let (q, rest) = (self.twice_strain(), self.rest.lanes());
-        let ends = match self.chord {
-            Some(chord) => [ring::end_to_end(self.d, chord), self.w],
-            None => [rest.end_to_end(self.axis.own_axes(self.d)), self.axis.own_axes(self.w)],
-        };
+        let (q, rest) = (self.twice_strain(), self.lanes());
+        let ends = [rest.end_to_end(self.axis.own_axes(self.d)), self.axis.own_axes(self.w)];
         let mut now = law::stress(stiffness, q);
         let mut before = law::stress(self.stiffness, self.twice_strain_before());
         if let Some([energy, given]) = self.owed {
             before += given;
-            let mut owed = Owed { energy: &mut [energy; CHUNK], given: &mut [given; CHUNK] };
+            let owed = Owed { energy: &mut [energy; CHUNK], given: &mut [given; CHUNK] };
             now += owed.stress(&rest, [self.stiffness, stiffness], q, ends, 0);
         }
         let [r, r_before] = slack::growths(&rest, ends);
@@ -158,8 +156,8 @@ impl System<'_> {
         }
         let (ply, row) = self.layout.ply_and_row(j);
         let y = rest_offset(row, self.scene.sheet.nodes_y) * self.directions.front.vertical.rest.spacing;
-        let hoop = planes::row(self.arrays.hoop, self.layout.chunks, ply);
-        if let (Some(x), Some(z)) = (planes::get(hoop, ring::PLACE_X, i), planes::get(hoop, ring::PLACE_Z, i)) {
+        let line = self.layout.columns_of(columns, ply);
+        if let (Some(x), Some(z)) = (planes::get(line, PLACE, i), planes::get(line, PLACE_Z, i)) {
             return [x, y, z];
         }
         [rest_offset(i, self.scene.sheet.nodes_x), y, ply as f64 * self.model.gap]
@@ -177,8 +175,8 @@ impl System<'_> {
     /// Normal of a column at rest along x and z.
     #[inline]
     pub fn normal(&self, i: usize) -> [f64; 2] {
-        [(ring::NORMAL_X, 0.0), (ring::NORMAL_Z, 1.0)]
-            .map(|(plane, of_flat)| planes::get(self.arrays.hoop, plane, i).unwrap_or(of_flat))
+        [(columns::NORMAL_X, 0.0), (columns::NORMAL_Z, 1.0)]
+            .map(|(plane, of_flat)| planes::get(self.arrays.columns, plane, i).unwrap_or(of_flat))
     }
 
     /// A vector in the axes of its column, of which the last one is across the sheet; of a flat sheet as it is.
@@ -187,14 +185,14 @@ impl System<'_> {
         if self.layout.has(Feature::Curved) { ring::own_axes(v, self.normal(i)) } else { v }
     }
 
-    /// Bars and widths of a graded network.
-    pub fn net(&self) -> Net<'_> {
-        Net { columns: self.arrays.columns, lines: self.arrays.lines, hoop: self.arrays.hoop }
+    /// Lines of constants of a ply.
+    pub fn net(&self, ply: usize) -> Net<'_> {
+        Net { columns: self.layout.columns_of(self.arrays.columns, ply), lines: self.arrays.lines }
     }
 
     /// How many nodes of the whole fabric node (i, j) stands for: by its images, and by its mass.
     pub fn share(&self, i: usize, j: usize) -> f64 {
-        self.layout.node_weight(i, j) * self.net().share(i, j)
+        self.layout.node_weight(i, j) * self.net(0).share(i, j)
     }
 
     /// What the segments have in common that start in row j.
@@ -322,7 +320,7 @@ impl System<'_> {
         let (ply, _) = self.layout.ply_and_row(j);
         let direction = self.directions.of_ply(ply).along(axis);
         let turn = if axis == Axis::Horizontal { self.directions.turn(ply) } else { 1.0 };
-        let bar = self.net().bar(axis, i, j).or((turn != 1.0).then_some([turn, 1.0]));
+        let bar = self.net(ply).bar(axis, i, j).or((turn != 1.0).then_some([turn, 1.0]));
         let yarn = planes::row(self.arrays.yarn, chunks, j);
         let drawn = |plane: usize| planes::get(yarn, axis as usize + plane, i).unwrap_or(0.0);
         let stochastic = self.layout.has_constants();
@@ -348,9 +346,9 @@ impl System<'_> {
 
     /// Rest vector along x and z of a horizontal segment of a curved sheet.
     fn chord(&self, axis: Axis, i: usize, ply: usize) -> Option<[f64; 2]> {
-        let hoop: &[_] = if axis == Axis::Horizontal { self.arrays.hoop } else { &[] };
-        let hoop = planes::row(hoop, self.layout.chunks, ply);
-        Some([planes::get(hoop, ring::CHORD_X, i)?, planes::get(hoop, ring::CHORD_Z, i)?])
+        let is_curved = axis == Axis::Horizontal && self.layout.has(Feature::Curved);
+        let line = if is_curved { self.net(ply).columns } else { &[] };
+        Some([planes::get(line, columns::CHORD, i)?, planes::get(line, columns::CHORD_Z, i)?])
     }
 
     /// What the segment from node (i, j) owes, and the stress that it gave in the last pass; None where none of its kind has been slack.
@@ -412,8 +410,8 @@ impl System<'_> {
         let left = force(Axis::Horizontal, self.layout.x.before(i), Some(j));
         let up = force(Axis::Vertical, Some(i), Some(j));
         let down = force(Axis::Vertical, Some(i), j.checked_sub(1));
-        let inverse_widths = self.net().inverse_widths(i, j);
-        self.carried(i, j, [0, 1, 2].map(|k| sweep::graded_sum(right[k], left[k], up[k], down[k], inverse_widths)))
+        let inverse_widths = self.net(0).inverse_widths(i, j);
+        self.carried(i, j, [0, 1, 2].map(|k| per_mass(right[k], left[k], up[k] - down[k], inverse_widths)))
     }
 
     /// The change of velocity of a node that the yarns give this one, with the push of the case that it rests on.
@@ -434,8 +432,9 @@ impl System<'_> {
             self.fill_holds();
         }
         if let Some(hoop) = ring::Hoop::of(&self.scene) {
-            for (ply, row) in self.arrays.hoop.chunks_exact_mut(self.layout.chunks.max(1)).enumerate() {
-                hoop.fill(row, self.directions.turn(ply));
+            for (ply, line) in self.arrays.columns.chunks_exact_mut(self.layout.chunks.max(1)).enumerate() {
+                let along = self.directions.of_ply(ply);
+                hoop.fill(line, &along.around(), along.turn);
             }
         }
         let (Layout { nodes_x: nx, nodes_y: ny, chunks, .. }, strength) = (layout, layout.has(Feature::Strength));

@@ -3,20 +3,21 @@
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::memory::layout::Layout;
 use crate::sheet::direction::Along;
-use crate::sheet::sweep::{Pass, Taken};
+use crate::sheet::segments::Dissipation;
+use crate::sheet::sweep::Pass;
 
 /// Counts it.
 pub(crate) struct TakenOfRow {
     /// Of the horizontal and the vertical segments 1/4 l^2 times the row's weight.
     units: [f64; 2],
-    pub sums: Taken,
+    pub sums: Dissipation,
     /// What the last segments along x and y have in the sums of a mirrored row, over 1/4 l^2.
     pub of_last: [f64; 2],
 }
 
 impl TakenOfRow {
     /// Of no row.
-    pub const NONE: TakenOfRow = TakenOfRow { units: [0.0; 2], sums: Taken::NONE, of_last: [0.0; 2] };
+    pub const NONE: TakenOfRow = TakenOfRow { units: [0.0; 2], sums: Dissipation::NONE, of_last: [0.0; 2] };
 
     /// Nothing of row j yet.
     #[inline(always)]
@@ -24,7 +25,7 @@ impl TakenOfRow {
         let lengths = [along.horizontal.rest.length * along.turn, along.vertical.rest.length];
         let [x, y] = lengths.map(|length| 0.25 * length * length);
         let units = [layout.y.node_weight(j) * x, layout.y.segment_weight(j) * y];
-        TakenOfRow { units, sums: Taken { share: units[1] / units[0], ..Taken::NONE }, ..TakenOfRow::NONE }
+        TakenOfRow { units, sums: Dissipation { share: units[1] / units[0], ..Dissipation::NONE }, ..TakenOfRow::NONE }
     }
 
     /// Notes what relaxation will take of the last segments of a mirrored row.
@@ -47,7 +48,7 @@ impl TakenOfRow {
     /// All of it.
     #[inline(always)]
     pub fn total(&self, layout: &Layout) -> f64 {
-        let Taken { by_column, by_rupture, .. } = &self.sums;
+        let Dissipation { by_column, by_rupture, .. } = &self.sums;
         let (line, [x, y]) = (layout.x, self.units);
         let sum = by_column.iter().sum::<f64>();
         if !line.is_mirrored() {

@@ -3,9 +3,10 @@
 use crate::ground::lanes::InstructionSet;
 use crate::ground::planes::{self, Chunk, STRENGTH_PLANES, YARN_PLANES};
 use crate::memory::layout::Layout;
+use crate::sheet::columns::Net;
 use crate::sheet::direction::Directions;
-use crate::sheet::grading::Net;
-use crate::sheet::sweep::{Constants, Pass, YarnRow};
+use crate::sheet::segments::{Constants, YarnRow};
+use crate::sheet::sweep::Pass;
 use crate::yarn::rate::Rates;
 
 /// Constants of a sweep.
@@ -22,7 +23,7 @@ pub(crate) struct Terms<'t> {
 
 impl<'t> Terms<'t> {
     /// The hot pass with these constants.
-    pub fn pass<'p>(&'p self, net: &'p Net<'p>, ply: usize) -> Pass<'p> {
+    pub fn pass<'p>(&'p self, net: Net<'p>, ply: usize) -> Pass<'p> {
         Pass {
             x: self.layout.x,
             horizontals: self.layout.x.segments(),

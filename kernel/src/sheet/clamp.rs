@@ -11,7 +11,8 @@ use crate::ground::math;
 use crate::ground::planes::{CHUNK, Chunk};
 use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Scene};
-use crate::sheet::ring::{HOOP_PLANES, NORMAL_X, NORMAL_Z, own_axes};
+use crate::sheet::columns::{COLUMN_PLANES, NORMAL_X, NORMAL_Z};
+use crate::sheet::ring::own_axes;
 
 /// Distance slid of a node whose attachment has let go, spacings.
 pub(crate) const LET_GO: f64 = f64::MAX;
@@ -30,8 +31,8 @@ pub(crate) struct ClampedRow<'r> {
     pub slid: &'r mut [[f64; CHUNK]],
     /// Distance at which a node is free, spacings.
     pub grip: f64,
-    /// Normals of a curved sheet; empty for a flat one.
-    pub hoop: &'r [Chunk<HOOP_PLANES>],
+    /// Normals of the columns; empty where all are along z.
+    pub columns: &'r [Chunk<COLUMN_PLANES>],
 }
 
 /// What a clamp does to a node in a step, in units of its mass, spacings and steps.
@@ -54,7 +55,8 @@ impl ClampedRow<'_> {
     pub fn slide(&mut self, i: usize, before: [f64; 3], pulled: [f64; 3]) -> Slide {
         let (chunk, lane) = (i / CHUNK, i % CHUNK);
         let hold = self.holds.get(chunk).map_or(0.0, |holds| holds[lane]);
-        let normal = self.hoop.get(chunk).map_or([0.0, 1.0], |hoop| [hoop[NORMAL_X][lane], hoop[NORMAL_Z][lane]]);
+        let normal =
+            self.columns.get(chunk).map_or([0.0, 1.0], |column| [column[NORMAL_X][lane], column[NORMAL_Z][lane]]);
         let [along, y, _] = own_axes(pulled, normal);
         let size = math::length([along, y, 0.0]);
         let part = if size > hold { 1.0 - hold / size } else { 0.0 };

@@ -201,6 +201,12 @@ impl<'a> Along<'a> {
         self.horizontal.rest.in_series(self.turn)
     }
 
+    /// How segments along x and along y lie in a flat sheet.
+    #[inline(always)]
+    pub fn rests(&self) -> [&'a Rest; 2] {
+        [&self.horizontal.rest, &self.vertical.rest]
+    }
+
     /// That of an axis.
     pub fn along(&self, axis: Axis) -> &'a Direction {
         match axis {

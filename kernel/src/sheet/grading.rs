@@ -16,146 +16,19 @@
 use crate::body::pose::{self, Pose};
 use crate::body::shape::Solid;
 use crate::ground::error::{Code, Error, finite};
-use crate::ground::lanes::Lane;
 use crate::ground::math;
-use crate::ground::planes::{self, Axis, CHUNK, Chunk};
+use crate::ground::planes::{Axis, CHUNK, Chunk};
 use crate::scene::parts::{AttachmentKind, Grading, Scene, Symmetry};
+use crate::sheet::columns::{
+    self, CHORD, CHORD_Z, COLUMN_PLANES, INVERSE_SQUARE, INVERSE_WIDTH, NORMAL_X, NORMAL_Z, PLACE, PLACE_Z, SEGMENTS,
+    WIDTH,
+};
 use crate::sheet::places::Places;
-use crate::sheet::ring::HOOP_PLANES;
 use crate::sheet::weave;
-use crate::yarn::law::{Rest, RestLanes};
+use crate::yarn::law::Rest;
 
 /// Least and greatest error that [`Scene::set_grading`] can be asked for.
 pub const GRADING_ERRORS: [f64; 2] = [0.005, 0.1];
-
-/// Planes of the constants of a line of nodes.
-pub const LINE_PLANES: usize = 6;
-// Planes of a line of nodes and the bars that begin at them.
-/// Rest place, spacings along x, from the middle of the sheet.
-pub const PLACE: usize = 0;
-/// Width of the node, yarns.
-pub const WIDTH: usize = 1;
-/// 1 over the width.
-pub const INVERSE_WIDTH: usize = 2;
-/// Segments in series of which the bar from the node to the next is made.
-pub const SEGMENTS: usize = 3;
-/// Distance of the bar's ends in the flat sheet, spacings along x.
-pub const SPACING: usize = 4;
-/// 1 over the square of the bar's natural length.
-pub const INVERSE_SQUARE: usize = 5;
-
-/// The constants of the lines of a graded network, empty without grading, and of the rows of a curved sheet.
-#[derive(Clone, Copy)]
-pub struct Net<'a> {
-    /// Of a row of nodes, chunk by chunk of its columns.
-    pub columns: &'a [Chunk<LINE_PLANES>],
-    /// Of a column of nodes.
-    pub lines: &'a [Chunk<LINE_PLANES>],
-    /// Of a row of nodes of a ply of a curved sheet, or of all plies (`ring.rs`); empty of a flat one.
-    pub hoop: &'a [Chunk<HOOP_PLANES>],
-}
-
-/// What the sweep of one row needs of them.
-#[derive(Clone, Copy)]
-pub struct NetRow<'a> {
-    /// Constants of the columns; empty without grading.
-    pub columns: &'a [Chunk<LINE_PLANES>],
-    /// Distance of the ends of the bars upwards, spacings along x.
-    pub spacing: f64,
-    /// 1 over the square of their natural length.
-    pub inverse_square: f64,
-    /// 1 over the width of the row.
-    pub inverse_width: f64,
-}
-
-impl<'a> Net<'a> {
-    /// Of no grading.
-    pub const NONE: Net<'static> = Net { columns: &[], lines: &[], hoop: &[] };
-
-    /// The part of row j.
-    #[inline]
-    pub fn row(&self, j: usize) -> NetRow<'a> {
-        let at = |plane: usize| planes::get(self.lines, plane, j).unwrap_or(1.0);
-        NetRow {
-            columns: self.columns,
-            spacing: at(SPACING),
-            inverse_square: at(INVERSE_SQUARE),
-            inverse_width: at(INVERSE_WIDTH),
-        }
-    }
-
-    /// How many nodes of the fabric node (i, j) stands for.
-    #[inline]
-    pub fn share(&self, i: usize, j: usize) -> f64 {
-        self.column_share(i) * self.row_share(j)
-    }
-
-    /// Width of the nodes of column i.
-    #[inline]
-    pub fn column_share(&self, i: usize) -> f64 {
-        planes::get(self.columns, WIDTH, i).unwrap_or(1.0)
-    }
-
-    /// Width of the nodes of row j.
-    #[inline]
-    pub fn row_share(&self, j: usize) -> f64 {
-        planes::get(self.lines, WIDTH, j).unwrap_or(1.0)
-    }
-
-    /// Whether the bars from the nodes of chunk c of row j are single segments of single yarns, as all are without grading.
-    pub fn is_fine(&self, c: usize, j: usize) -> bool {
-        let Some(columns) = self.columns.get(c) else { return true };
-        [SEGMENTS, WIDTH].into_iter().all(|plane| {
-            columns[plane].iter().all(|&number| number == 1.0) && planes::get(self.lines, plane, j) == Some(1.0)
-        })
-    }
-
-    /// 1 over the widths of column i and of row j.
-    pub fn inverse_widths(&self, i: usize, j: usize) -> [f64; 2] {
-        [(self.columns, i), (self.lines, j)].map(|(line, k)| planes::get(line, INVERSE_WIDTH, k).unwrap_or(1.0))
-    }
-
-    /// Of the bar from node (i, j): segments in series, and yarns in parallel. None without grading.
-    pub fn bar(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
-        let (along, k, across, line) = match axis {
-            Axis::Horizontal => (self.columns, i, self.lines, j),
-            Axis::Vertical => (self.lines, j, self.columns, i),
-        };
-        Some([planes::get(along, SEGMENTS, k)?, planes::get(across, WIDTH, line)?])
-    }
-}
-
-impl NetRow<'_> {
-    /// Of no grading.
-    pub const NONE: NetRow<'static> = NetRow { columns: &[], spacing: 1.0, inverse_square: 1.0, inverse_width: 1.0 };
-
-    /// How the row's vertical bars lie in the flat sheet. `rest`: a segment of the fabric.
-    #[inline(always)]
-    pub fn upwards<L: Lane>(&self, rest: &Rest) -> RestLanes<L> {
-        if self.columns.is_empty() {
-            return rest.lanes();
-        }
-        bars(L::splat(self.spacing), L::splat(self.inverse_square), L::splat(rest.twice_strain))
-    }
-
-    /// The same of its horizontal bars in lane group g of chunk c.
-    #[inline(always)]
-    pub fn along<L: Lane>(&self, c: usize, g: usize, rest: &Rest) -> RestLanes<L> {
-        let lanes = rest.lanes::<L>();
-        self.columns.get(c).map_or(lanes, |columns| bars_along(columns, g, lanes.twice_strain))
-    }
-}
-
-/// How the bars of lane group g lie in the flat sheet. `twice_strain`: of a segment of the fabric there.
-#[inline(always)]
-pub(crate) fn bars_along<L: Lane>(columns: &Chunk<LINE_PLANES>, g: usize, twice_strain: L) -> RestLanes<L> {
-    bars(L::load(&L::groups(&columns[SPACING])[g]), L::load(&L::groups(&columns[INVERSE_SQUARE])[g]), twice_strain)
-}
-
-#[inline(always)]
-fn bars<L: Lane>(spacing: L, inverse_square: L, twice_strain: L) -> RestLanes<L> {
-    RestLanes { spacing, twice_spacing: spacing.add(spacing), inverse_square, twice_strain }
-}
 
 /// What a bar is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,21 +43,28 @@ pub struct Bar {
     pub critical_stretch: f64,
 }
 
-/// Fills the constants of a line of nodes. `rest`: of a segment of the fabric along it. Behind the last node the places hold
-/// numbers of no consequence.
-pub(crate) fn fill(line: &mut [Chunk<LINE_PLANES>], places: &Places, rest: &Rest) {
+/// Fills the line of constants of a line of nodes. `rest`: a segment of the fabric along it. After the last node the constants repeat
+/// and are of no consequence.
+pub(crate) fn fill(line: &mut [Chunk<COLUMN_PLANES>], places: &Places, rest: &Rest) {
     let nodes = places.nodes() as usize;
     for k in 0..line.len() * CHUNK {
         let k_in_line = k.min(nodes.saturating_sub(1));
         let [before, behind] = places.around(k_in_line).map(f64::from);
         let (width, bar) = (0.5 * (before + behind), rest.in_series(behind));
         let place = places.offset(k_in_line) * rest.spacing;
-        let constants = [place, width, 1.0 / width, behind, bar.spacing, bar.inverse_square];
-        for (plane, constant) in constants.into_iter().enumerate() {
-            if let Some(slot) = planes::get_mut(line, plane, k) {
-                *slot = constant;
-            }
-        }
+        let constants = [
+            (CHORD, bar.spacing),
+            (CHORD_Z, 0.0),
+            (INVERSE_SQUARE, bar.inverse_square),
+            (INVERSE_WIDTH, 1.0 / width),
+            (PLACE, place),
+            (PLACE_Z, 0.0),
+            (NORMAL_X, 0.0),
+            (NORMAL_Z, 1.0),
+            (WIDTH, width),
+            (SEGMENTS, behind),
+        ];
+        columns::set(line, k, constants);
     }
 }
 
@@ -294,6 +174,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ground::planes;
     use crate::scene::parts::StrengthDraw;
     use std::vec;
     use std::vec::Vec;
@@ -325,7 +206,7 @@ mod tests {
                         assert_eq!(crossings, mirrored);
                     }
                     let mut shares = vec![0.0; nodes as usize];
-                    let (scene, mut line) = (Scene::sheet_3in_sphere(), vec![[[0.0; CHUNK]; LINE_PLANES]; 50]);
+                    let (scene, mut line) = (Scene::sheet_3in_sphere(), vec![[[0.0; CHUNK]; COLUMN_PLANES]; 50]);
                     fill(&mut line, &places, &Rest::of(1.0, scene.rest_stretch(Axis::Horizontal)));
                     for k in 0..crossings.len() {
                         let yarns: Vec<_> = places.yarns(k).collect();

@@ -1,13 +1,17 @@
 pub mod casing;
 pub mod check;
 pub(crate) mod clamp;
+pub mod columns;
 pub mod direction;
 pub mod draw;
 pub mod grading;
 pub mod neighbours;
+pub mod on_casing;
 pub mod places;
 pub mod ring;
+pub mod segments;
 pub mod slack;
+pub mod strain_rate;
 pub mod sweep;
 pub mod symmetry;
 pub mod textile;

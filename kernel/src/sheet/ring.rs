@@ -17,27 +17,13 @@ use crate::ground::lanes::Lane;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk};
 use crate::scene::parts::{Attachment, AttachmentKind, Casing, Projectile, Scene, Shape, Sheet, Yarn};
+use crate::sheet::columns::{
+    self, CHORD, CHORD_Z, COLUMN_PLANES, INVERSE_SQUARE, INVERSE_WIDTH, NORMAL_X, NORMAL_Z, PLACE, PLACE_Z, SEGMENTS,
+    WIDTH,
+};
 use crate::sheet::textile::centinewton_per_dtex;
-use crate::yarn::law::RestLanes;
+use crate::yarn::law::Rest;
 use core::f64::consts::PI;
-
-/// Planes of the constants of a row of nodes of a curved sheet.
-pub const HOOP_PLANES: usize = 6;
-/// Rest place along x and z, spacings from the axis.
-pub const PLACE_X: usize = 0;
-/// See [`PLACE_X`].
-pub const PLACE_Z: usize = 1;
-/// Rest vector of the segment to the next column along x and z, spacings.
-pub const CHORD_X: usize = 2;
-/// See [`CHORD_X`].
-pub const CHORD_Z: usize = 3;
-/// Normal of the sheet at rest along x and z; 0 behind the last node.
-pub const NORMAL_X: usize = 4;
-/// See [`NORMAL_X`].
-pub const NORMAL_Z: usize = 5;
-
-/// Columns of a flat sheet.
-pub(crate) const FLAT: Chunk<HOOP_PLANES> = [[0.0; CHUNK]; HOOP_PLANES];
 
 /// Largest radius, spacings: places of rest are then rounded by 1e-10 of one.
 const LARGEST_RADIUS: f64 = 1e6;
@@ -76,7 +62,7 @@ impl Hoop {
         math::sine_and_cosine(angle).map(|part| self.radius * part)
     }
 
-    /// Rest vector along x and z of the segment from a column to the next, spacings.
+    /// (M23) Rest vector along x and z of the segment from a column to the next, spacings.
     pub fn chord(&self, i: usize) -> [f64; 2] {
         let [sine, cosine] = math::sine_and_cosine(self.angle(f64::from(i as u32) + 0.5));
         [cosine, -sine]
@@ -87,21 +73,30 @@ impl Hoop {
         (column - 0.5 * (f64::from(self.nodes) - 1.0)) * self.step
     }
 
-    /// Fills the constants of a row of a ply of so many times the first one's radius. Behind its last node there is a place that no case and
-    /// no projectile meets.
-    pub(crate) fn fill(&self, row: &mut [Chunk<HOOP_PLANES>], turn: f64) {
+    /// Fills the line of constants of a ply with `turn` times the radius of the first one, whose segments along the row lie at rest so. After
+    /// its last node there is a place that no case and no projectile meets.
+    pub(crate) fn fill(&self, line: &mut [Chunk<COLUMN_PLANES>], rest: &Rest, turn: f64) {
         let radius = turn * self.radius;
-        for i in 0..row.len() * CHUNK {
+        let nowhere = [4.0 * radius, 0.0, 0.0, 0.0, 0.0, 0.0];
+        for i in 0..line.len() * CHUNK {
             let (normal, chord) = (math::sine_and_cosine(self.angle(f64::from(i as u32))), self.chord(i));
             let ([x, z], [along, across]) = (normal.map(|part| radius * part), chord.map(|part| turn * part));
-            let nowhere = [4.0 * radius, 0.0, 0.0, 0.0, 0.0, 0.0];
             let is_node = i < self.nodes as usize;
-            let constants = if is_node { [x, z, along, across, normal[0], normal[1]] } else { nowhere };
-            for (plane, constant) in constants.into_iter().enumerate() {
-                if let Some(slot) = planes::get_mut(row, plane, i) {
-                    *slot = constant;
-                }
-            }
+            let [x, z, along, across, sine, cosine] =
+                if is_node { [x, z, along, across, normal[0], normal[1]] } else { nowhere };
+            let constants = [
+                (PLACE, x),
+                (PLACE_Z, z),
+                (CHORD, along),
+                (CHORD_Z, across),
+                (NORMAL_X, sine),
+                (NORMAL_Z, cosine),
+                (INVERSE_SQUARE, rest.inverse_square),
+                (INVERSE_WIDTH, 1.0),
+                (WIDTH, 1.0),
+                (SEGMENTS, 1.0),
+            ];
+            columns::set(line, i, constants);
         }
     }
 }
@@ -118,37 +113,11 @@ pub fn own_axes<L: Lane>([x, y, z]: [L; 3], [sine, cosine]: [L; 2]) -> [L; 3] {
     [cosine.mul(x).sub(sine.mul(z)), y, sine.mul(x).add(cosine.mul(z))]
 }
 
-/// (M23) Twice the strain of segments with the rest vectors `chord` along x and z, of length and natural length 1: q = d.(d + 2 c).
-/// `d`: relative displacement of their ends.
-#[inline(always)]
-pub fn twice_strain<L: Lane>([x, y, z]: [L; 3], [along, across]: [L; 2]) -> L {
-    let (to_x, to_z) = (x.add(along).add(along), z.add(across).add(across));
-    x.mul(to_x).add(y.mul(y)).add(z.mul(to_z))
-}
-
-/// The same with another natural length.
-#[inline(always)]
-pub fn general_twice_strain<L: Lane>(d: [L; 3], chord: [L; 2], rest: &RestLanes<L>) -> L {
-    twice_strain(d, chord).mul(rest.inverse_square).add(rest.twice_strain)
-}
-
-/// From end to end.
-#[inline(always)]
-pub fn end_to_end<L: Lane>([x, y, z]: [L; 3], [along, across]: [L; 2]) -> [L; 3] {
-    [x.add(along), y, z.add(across)]
-}
-
-/// Their force on the first node: along c + d.
-#[inline(always)]
-pub fn force<L: Lane>(stress: L, [x, y, z]: [L; 3], [along, across]: [L; 2]) -> [L; 3] {
-    [stress.mul(x.add(along)), stress.mul(y), stress.mul(z.add(across))]
-}
-
 /// The box about plies at rest along x and z, m: its least and its greatest corner.
-pub(crate) fn box_at_rest(hoop: &[Chunk<HOOP_PLANES>], [chunks, nodes]: [usize; 2], spacing: f64) -> [[f64; 2]; 2] {
+pub(crate) fn box_at_rest(hoop: &[Chunk<COLUMN_PLANES>], [chunks, nodes]: [usize; 2], spacing: f64) -> [[f64; 2]; 2] {
     let mut ends = [[f64::MAX; 2], [f64::MIN; 2]];
     for (row, i) in hoop.chunks_exact(chunks.max(1)).flat_map(|row| (0..nodes).map(move |i| (row, i))) {
-        for (k, plane) in [PLACE_X, PLACE_Z].into_iter().enumerate() {
+        for (k, plane) in [PLACE, PLACE_Z].into_iter().enumerate() {
             let place = planes::get(row, plane, i).unwrap_or(0.0) * spacing;
             ends[0][k] = math::min(place, ends[0][k]);
             ends[1][k] = math::max(place, ends[1][k]);

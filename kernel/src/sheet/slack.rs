@@ -18,12 +18,12 @@
 //! Reference: docs/model.md, "Slack and taut"; discrete gradients: O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449.
 
 use crate::ground::lanes::{Job, Lane};
-use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, OWED_PLANES, vertical_axes};
-use crate::sheet::direction::Along;
-use crate::sheet::grading::NetRow;
-use crate::sheet::neighbours::{NOTHING, at, right_of, to_the_right, upwards};
-use crate::sheet::ring::{self, CHORD_X, CHORD_Z, HOOP_PLANES};
+use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, OWED_PLANES, SPEED_X, vertical_axes};
+use crate::sheet::columns::{At, Bars, Geometry, Table};
+use crate::sheet::neighbours::Around;
+use crate::sheet::segments::{Dissipation, Effect, Fall, Segments, Yarns};
 use crate::yarn::law::RestLanes;
+use core::slice::from_mut;
 
 /// Largest stress given, over k |r|.
 const LARGEST: f64 = 0.3;
@@ -46,7 +46,7 @@ impl Owed<'_> {
     /// the ends move relative to each other.
     #[inline(always)]
     pub fn stress<L: Lane>(
-        &mut self,
+        self,
         rest: &RestLanes<L>,
         [stiffness_before, stiffness]: [L; 2],
         q: L,
@@ -78,17 +78,64 @@ pub(crate) fn growths<L: Lane>(rest: &RestLanes<L>, [x, w]: [[L; 3]; 2]) -> [L; 
     [two.mul(along), two.mul(along.sub(squared))]
 }
 
-/// Relative velocities of the ends of the segments from group g, to the right and upwards, in the axes of the sheet.
-#[inline(always)]
-pub(crate) fn relative_velocities<L: Lane>([chunk, next, above]: [&Chunk<HOT_PLANES>; 3], g: usize) -> [[L; 3]; 2] {
-    let here: [L; 3] = [at(chunk, 3, g), at(chunk, 4, g), at(chunk, 5, g)];
-    let right = [
-        right_of(here[0], &chunk[3], &next[3], g).sub(here[0]),
-        right_of(here[1], &chunk[4], &next[4], g).sub(here[1]),
-        right_of(here[2], &chunk[5], &next[5], g).sub(here[2]),
-    ];
-    let up: [L; 3] = [at(above, 3, g), at(above, 4, g), at(above, 5, g)];
-    [right, [up[0].sub(here[0]), up[1].sub(here[1]), up[2].sub(here[2])]]
+/// Balance of energy of the slack segments of a row.
+pub struct SlackBalance<'a> {
+    /// Energy error and last stress of each segment.
+    pub owed: &'a mut [Chunk<OWED_PLANES>],
+    /// 1 along each axis in which segments keep them, else 0.
+    keeps: [f64; 2],
+}
+
+impl<'a> SlackBalance<'a> {
+    /// Balance of a row with these energy errors, in whose directions of these bits segments have been slack.
+    #[inline(always)]
+    pub fn of(owed: &'a mut [Chunk<OWED_PLANES>], bits: u32) -> SlackBalance<'a> {
+        let keeps = |axis: Axis| f64::from(u8::from(bits & bit(axis) != 0));
+        SlackBalance { owed, keeps: [keeps(Axis::Horizontal), keeps(Axis::Vertical)] }
+    }
+
+    /// Balance of one chunk alone, of which this is a copy.
+    pub fn with<'b>(&self, owed: &'b mut Chunk<OWED_PLANES>) -> SlackBalance<'b> {
+        SlackBalance { owed: from_mut(owed), keeps: self.keeps }
+    }
+}
+
+impl Effect for SlackBalance<'_> {
+    #[inline(always)]
+    fn act<L: Lane>(
+        &mut self,
+        segments: &mut Segments<L>,
+        bars: &Bars<L>,
+        around: &Around<'_>,
+        At { chunk, group: g }: At,
+        _: &mut Dissipation,
+    ) {
+        let Some([energy_x, energy_y, given_x, given_y]) = self.owed.get_mut(chunk) else { return };
+        let [of_x, of_y] = [Owed { energy: energy_x, given: given_x }, Owed { energy: energy_y, given: given_y }];
+        let keeps = [L::splat(self.keeps[0]), L::splat(self.keeps[1])];
+        let (Segments { d, q, before, stiffness, .. }, [along, upwards]) = (*segments, &bars.rests);
+        let w = around.differences::<L>(SPEED_X, g);
+        let x = [along.end_to_end(d[0]), upwards.end_to_end(vertical_axes(d[1]))];
+        let stiffnesses = [
+            [before[0].mul(keeps[0]), stiffness[0].mul(keeps[0])],
+            [before[1].mul(keeps[1]), stiffness[1].mul(keeps[1])],
+        ];
+        let given_x = of_x.stress(along, stiffnesses[0], q[0], [x[0], w[0]], g);
+        let given_y = of_y.stress(upwards, stiffnesses[1], q[1], [x[1], vertical_axes(w[1])], g);
+        segments.stress = [segments.stress[0].add(given_x), segments.stress[1].add(given_y)];
+    }
+
+    #[inline(always)]
+    fn note_fall<L: Lane>(&mut self, fall: &Fall<L>, yarns: &Yarns<'_>, at: At, _: &mut Dissipation) {
+        let Some(owed) = self.owed.get_mut(at.chunk) else { return };
+        fall.each(|lane, axis, _, [before, now]| {
+            let slot = owed[axis as usize].get_mut(at.group * L::WIDTH + lane);
+            if let Some(energy) = slot.filter(|_| self.keeps[axis as usize] != 0.0) {
+                *energy += 4.0 * yarns.dissipated(axis, fall.column + lane, now);
+                *energy += -4.0 * yarns.dissipated(axis, fall.column + lane, before);
+            }
+        });
+    }
 }
 
 /// The bit that says of a row that segments of this direction have been slack.
@@ -101,10 +148,7 @@ pub(crate) struct FindSlack<'a> {
     pub row: &'a [Chunk<HOT_PLANES>],
     /// Empty above the last row.
     pub above: &'a [Chunk<HOT_PLANES>],
-    pub directions: Along<'a>,
-    pub net: NetRow<'a>,
-    /// Of a curved sheet.
-    pub hoop: &'a [Chunk<HOOP_PLANES>],
+    pub geometry: Table<'a>,
 }
 
 impl Job for FindSlack<'_> {
@@ -112,24 +156,17 @@ impl Job for FindSlack<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) -> u32 {
-        let FindSlack { row, above, directions, net, hoop } = self;
-        let Along { horizontal, vertical, .. } = directions;
-        let (zero, rest_v, around) = (L::splat(0.0), net.upwards::<L>(&vertical.rest), directions.around().lanes());
-        let mut slack = [false; 2];
-        for (c, chunk) in row.iter().enumerate() {
-            let (next, above) = (row.get(c + 1).unwrap_or(&NOTHING), above.get(c).unwrap_or(&NOTHING));
-            for g in 0..CHUNK / L::WIDTH {
-                let (along, up) = (to_the_right(chunk, next, g), vertical_axes(upwards(chunk, above, g)));
-                let of_x = match hoop.get(c) {
-                    Some(hoop) => {
-                        ring::general_twice_strain(along, [at(hoop, CHORD_X, g), at(hoop, CHORD_Z, g)], &around)
-                    }
-                    None => net.along::<L>(c, g, &horizontal.rest).twice_strain(along),
-                };
-                for (k, q) in [of_x, rest_v.twice_strain(up)].into_iter().enumerate() {
-                    // Where there is no segment the stiffness is 0, as of a broken one.
-                    slack[k] |= zero.any_above(at::<L, HOT_PLANES>(chunk, 6 + k, g).mul(q));
-                }
+        let FindSlack { row, above, geometry } = self;
+        let (zero, mut slack) = (L::splat(0.0), [false; 2]);
+        for chunk in 0..row.len() {
+            let Some(around) = Around::of(row, above, chunk) else { break };
+            let columns = geometry.columns(chunk);
+            for group in 0..CHUNK / L::WIDTH {
+                let bars = geometry.bars(columns, group);
+                let Segments { q, stiffness, .. } = Segments::<L>::strained(&around, &bars, group);
+                // Where there is no segment the stiffness is 0, as of a broken one.
+                slack[0] |= zero.any_above(stiffness[0].mul(q[0]));
+                slack[1] |= zero.any_above(stiffness[1].mul(q[1]));
             }
             if slack == [true; 2] {
                 break;
@@ -154,12 +191,13 @@ mod tests {
             let (q, q_0) = (rest.twice_strain(d), rest.twice_strain([d[0] - w[0], d[1] - w[1], d[2] - w[2]]));
             let p = (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * rest.inverse_square;
             assert!(q * q_0 < 0.0, "{q} {q_0}");
-            let mut owed = Owed { energy: &mut [0.0; CHUNK], given: &mut [0.0; CHUNK] };
+            let (mut energy, mut given_before) = ([0.0; CHUNK], [0.0; CHUNK]);
+            let owed = Owed { energy: &mut energy, given: &mut given_before };
             let ends = [rest.lanes().end_to_end(d), w];
             let given = owed.stress(&rest.lanes(), [k; 2], q, ends, 0);
             let [r, _] = growths(&rest.lanes(), ends);
             let made = if q > 0.0 { k * q * (q_0 - p) } else { -k * q_0 * (q - p) };
-            assert!((owed.energy[0] + given * r - made).abs() < 1e-12 * k * q.abs(), "{} {made}", owed.energy[0]);
+            assert!((energy[0] + given * r - made).abs() < 1e-12 * k * q.abs(), "{} {made}", energy[0]);
             assert!(given.abs() <= LARGEST * k * r.abs() && given * r * made >= 0.0);
         }
     }

@@ -9,27 +9,72 @@
 //! Limits: velocity Verlet, no graded network. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
-use crate::ground::lanes::{Job, Lane};
+use crate::ground::lanes::{Job, Lane, at};
 use crate::ground::planes::{CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z};
+use crate::sheet::columns::{At, Bars};
 use crate::sheet::direction::Along;
-use crate::sheet::neighbours::{NOTHING, at, right_of};
-use crate::yarn::law::{self, ViscosityLanes};
+use crate::sheet::neighbours::{Around, NOTHING, right_of};
+use crate::sheet::segments::{Dissipation, Effect, Segments};
+use crate::yarn::law::{self, ViscosityLanes, ViscositySplats};
 
-/// What viscosity keeps of a row that is swept; no chunks without it.
+/// Past of a row with viscosity: strain and viscous stress of its segments in the last pass, and moments of its nodes in this one.
 pub struct ViscousRow<'a> {
-    /// Of its segments in the last pass, and the moments of its nodes in this one.
+    /// Past of the row.
     pub past: &'a mut [Chunk<PAST_PLANES>],
-    /// The same of the row above; empty for none.
+    /// Past of the row above; empty for none.
     pub above: &'a [Chunk<PAST_PLANES>],
+}
+
+/// Viscosity of the segments of a row.
+pub struct Viscous<'a> {
+    constants: [ViscositySplats; 2],
+    row: ViscousRow<'a>,
+}
+
+impl<'a> ViscousRow<'a> {
+    /// Viscosity of the row's segments in these directions.
+    #[inline(always)]
+    pub fn along(self, Along { horizontal, vertical, .. }: Along<'_>) -> Viscous<'a> {
+        Viscous { constants: [horizontal.viscosity.splats(), vertical.viscosity.splats()], row: self }
+    }
+}
+
+impl Effect for Viscous<'_> {
+    #[inline(always)]
+    fn act<L: Lane>(
+        &mut self,
+        segments: &mut Segments<L>,
+        _: &Bars<L>,
+        _: &Around<'_>,
+        At { chunk, group: g }: At,
+        dissipation: &mut Dissipation,
+    ) {
+        let Some([q_x, q_y, x, y, ..]) = self.row.past.get_mut(chunk) else { return };
+        let ([of_x, of_y], Segments { q, stiffness, .. }) = (&self.constants, *segments);
+        let (stress_y, taken_y) = Past { twice_strain: q_y, stress: y }.stress(&of_y.lanes(), stiffness[1], q[1], g);
+        let (stress_x, taken_x) = Past { twice_strain: q_x, stress: x }.stress(&of_x.lanes(), stiffness[0], q[0], g);
+        segments.stress = [stress_x, stress_y];
+        dissipation.add([taken_x, taken_y], L::splat(1.0), g);
+    }
+
+    /// Adds the forces along z of the moments at both ends.
+    #[inline(always)]
+    fn add_forces<L: Lane>(&self, [along, upwards]: &mut [[L; 3]; 2], At { chunk, group: g }: At) {
+        let [here, next, above] = [self.row.past.get(chunk), self.row.past.get(chunk + 1), self.row.above.get(chunk)]
+            .map(|past| past.unwrap_or(&NO_PAST));
+        let (x, y): (L, L) = (at(here, MOMENT, g), at(here, MOMENT + 1, g));
+        along[2] = along[2].add(right_of(x, &here[MOMENT], &next[MOMENT], g).sub(x));
+        upwards[2] = upwards[2].add(at::<L, PAST_PLANES>(above, MOMENT + 1, g).sub(y));
+    }
 }
 
 /// Without a past.
 pub(crate) const NO_PAST: Chunk<PAST_PLANES> = [[0.0; CHUNK]; PAST_PLANES];
 
 /// The same of eight segments of one direction.
-pub(crate) struct Past<'a> {
-    pub twice_strain: &'a mut [f64; CHUNK],
-    pub stress: &'a mut [f64; CHUNK],
+struct Past<'a> {
+    twice_strain: &'a mut [f64; CHUNK],
+    stress: &'a mut [f64; CHUNK],
 }
 
 impl Past<'_> {
@@ -144,16 +189,4 @@ fn moment<L: Lane>(change: L, bending: L, slot: &mut L::Group) -> L {
     let both = L::load(slot).add(moment);
     moment.store(slot);
     both.mul(change)
-}
-
-/// Force along z of the moments at both ends of the segments from group g, to the right and upwards.
-#[inline(always)]
-pub(crate) fn bending_forces<L: Lane>(
-    past: &Chunk<PAST_PLANES>,
-    next: &Chunk<PAST_PLANES>,
-    above: &Chunk<PAST_PLANES>,
-    g: usize,
-) -> [L; 2] {
-    let (x, y): (L, L) = (at(past, MOMENT, g), at(past, MOMENT + 1, g));
-    [right_of(x, &past[MOMENT], &next[MOMENT], g).sub(x), at::<L, PAST_PLANES>(above, MOMENT + 1, g).sub(y)]
 }

@@ -26,7 +26,7 @@ use crate::memory::layout::Layout;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::places::rest_offset;
-use crate::sheet::sweep::Report;
+use crate::sheet::segments::Report;
 use crate::step::explicit;
 
 /// How far a row beyond the body's reach may come nearer within a block, spacings.

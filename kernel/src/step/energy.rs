@@ -9,11 +9,12 @@
 use crate::body::pose::Vector;
 use crate::ground::error::{Code, Error, Failure};
 use crate::ground::lanes::{self, Job, Lane};
-use crate::ground::planes::{self, Axis, CHUNK};
+use crate::ground::planes::{self, Axis, CHUNK, SPEED_X, X};
 use crate::memory::system::{SegmentView, System};
 use crate::scene::features::Feature;
 use crate::sheet::direction::{Along, Direction};
-use crate::step::readout::Around;
+use crate::sheet::neighbours::Around;
+use crate::step::readout::around;
 use crate::step::viscosity;
 use crate::yarn::law::{self, Segment};
 use crate::yarn::rate::RateLaw;
@@ -226,7 +227,7 @@ fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f6
     for (c, [across, up]) in planes::row(system.arrays.history, layout.chunks, j).iter().enumerate() {
         let [mut along_x, mut along_y] = [[0.0; CHUNK]; 2];
         let mut whole = [false; 2];
-        if plain && let Some(around) = Around::of(system, c, j) {
+        if plain && let Some(around) = around(system, c, j) {
             whole = [
                 stored_in_chunk(system, &around, horizontal, (Axis::Horizontal, across), &mut along_x),
                 stored_in_chunk(system, &around, vertical, (Axis::Vertical, up), &mut along_y),
@@ -279,10 +280,10 @@ impl Job for StoredInChunk<'_> {
         let (rest, critical) = (direction.rest.lanes::<L>(), L::splat(direction.critical));
         let mut whole = true;
         for g in 0..CHUNK / L::WIDTH {
-            let (d, v) = (around.displacement::<L>(axis, g), around.velocity::<L>(axis, g));
+            let (d, v) = (around.of_axis::<L>(axis, X, g), around.of_axis::<L>(axis, SPEED_X, g));
             let now = rest.twice_strain(d);
             let before = rest.twice_strain([d[0].sub(v[0]), d[1].sub(v[1]), d[2].sub(v[2])]);
-            let stiffness = around.stiffness::<L>(axis, g);
+            let stiffness = around.stiffness::<L>(g)[axis as usize];
             let sum = law::strain_energy(stiffness, before).add(law::strain_energy(stiffness, now));
             L::splat(0.5).mul(sum).store(&mut L::groups_mut(stored)[g]);
             whole &= !(now.any_above(critical) || L::load(&L::groups(history)[g]).any_above(critical));

@@ -26,8 +26,8 @@ use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 use crate::sheet::clamp::LET_GO;
+use crate::sheet::segments::Report;
 use crate::sheet::slack::SEARCH_INTERVAL;
-use crate::sheet::sweep::Report;
 use crate::sheet::viscous::MomentsOfRow;
 use crate::sheet::weave::{self, ATTACHMENTS};
 use crate::step::motion;
@@ -258,23 +258,8 @@ fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2], j: usize
 }
 
 /// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
-fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
-    match (system.layout.has(Feature::Viscosity), system.layout.has(Feature::Curved)) {
-        (false, false) => sweep_rows_with::<false, false>(system, ply, rows, in_block),
-        (false, true) => sweep_rows_with::<false, true>(system, ply, rows, in_block),
-        (true, false) => sweep_rows_with::<true, false>(system, ply, rows, in_block),
-        (true, true) => sweep_rows_with::<true, true>(system, ply, rows, in_block),
-    }
-}
-
-/// [`sweep_rows`]. VISCOUS: with viscosity; CURVED: of a curved sheet. Apart, so that the stack of one does not add to that of another.
 #[inline(never)]
-fn sweep_rows_with<const VISCOUS: bool, const CURVED: bool>(
-    system: &mut System<'_>,
-    ply: usize,
-    rows: [usize; 2],
-    in_block: Option<usize>,
-) -> Report {
+fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
     let rates = rates(system);
     let System { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
     // In a block rows come from memory in the first step alone.
@@ -282,7 +267,7 @@ fn sweep_rows_with<const VISCOUS: bool, const CURVED: bool>(
     let terms = Terms { layout, directions, rates: &rates, fetches, instructions: *instructions };
     // A block shorter than the layout says is a lost state, never a row that stands still.
     match &mut Rows::of(arrays, layout, rows, ply, in_block) {
-        Some(rows) => rows.sweep::<true, VISCOUS, CURVED>(&terms),
+        Some(rows) => rows.sweep(&terms),
         None => Report::LOST,
     }
 }

@@ -358,7 +358,7 @@ fn has_passed(system: &System<'_>) -> bool {
     if system.layout.has(Feature::Curved) {
         let counts = [system.layout.chunks, system.layout.nodes_x];
         [[low[0], low[2]], [high[0], high[2]]] =
-            ring::box_at_rest(system.arrays.hoop, counts, system.scene.sheet.spacing);
+            ring::box_at_rest(system.arrays.columns, counts, system.scene.sheet.spacing);
     }
     let flight = flight(system);
     if !system.scene.is_free() {

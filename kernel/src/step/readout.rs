@@ -7,75 +7,22 @@
 
 use crate::ground::lanes::{Job, Lane};
 use crate::ground::math;
-use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
+use crate::ground::planes::{self, Axis, CHUNK, X};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::sheet::neighbours::{NOTHING, right_of};
+use crate::sheet::neighbours::Around;
 use crate::sheet::sweep::greatest;
 
-/// A chunk of nodes, with those to the right and above.
-pub(crate) struct Around<'a> {
-    here: &'a Chunk<HOT_PLANES>,
-    right: &'a Chunk<HOT_PLANES>,
-    above: &'a Chunk<HOT_PLANES>,
-}
-
-impl<'a> Around<'a> {
-    /// Chunk c of row j; None next to a mirror plane, in the coarse part of a graded network and of a curved
-    /// sheet.
-    #[inline(always)]
-    pub fn of(system: &'a System<'_>, c: usize, j: usize) -> Option<Around<'a>> {
-        let layout = &system.layout;
-        let cut = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Curved);
-        if cut || !system.net().is_fine(c, j) {
-            return None;
-        }
-        let row = planes::row(system.arrays.hot, layout.chunks, j);
-        let above = planes::row(system.arrays.hot, layout.chunks, j + 1);
-        Some(Around {
-            here: row.get(c)?,
-            right: row.get(c + 1).unwrap_or(&NOTHING),
-            above: above.get(c).unwrap_or(&NOTHING),
-        })
+/// Chunk c of row j; None next to a mirror plane, in the coarse part of a graded network and of a curved sheet.
+#[inline(always)]
+pub(crate) fn around<'a>(system: &'a System<'_>, c: usize, j: usize) -> Option<Around<'a>> {
+    let layout = &system.layout;
+    let cut = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Curved);
+    if cut || !system.net(0).is_fine(c, j) {
+        return None;
     }
-
-    /// Relative displacement of the ends of the segments from group g, in their own axes.
-    #[inline(always)]
-    pub fn displacement<L: Lane>(&self, axis: Axis, g: usize) -> [L; 3] {
-        self.differences(axis, 0, g)
-    }
-
-    /// Relative velocity of the ends.
-    #[inline(always)]
-    pub fn velocity<L: Lane>(&self, axis: Axis, g: usize) -> [L; 3] {
-        self.differences(axis, 3, g)
-    }
-
-    /// Their stiffness.
-    #[inline(always)]
-    pub fn stiffness<L: Lane>(&self, axis: Axis, g: usize) -> L {
-        L::load(&L::groups(&self.here[6 + axis as usize])[g])
-    }
-
-    /// Of three planes from `first` on.
-    #[inline(always)]
-    fn differences<L: Lane>(&self, axis: Axis, first: usize, g: usize) -> [L; 3] {
-        match axis {
-            Axis::Horizontal => [self.to_right(first, g), self.to_right(first + 1, g), self.to_right(first + 2, g)],
-            Axis::Vertical => [self.upwards(first + 1, g), self.upwards(first, g), self.upwards(first + 2, g)],
-        }
-    }
-
-    #[inline(always)]
-    fn to_right<L: Lane>(&self, plane: usize, g: usize) -> L {
-        let here = L::load(&L::groups(&self.here[plane])[g]);
-        right_of(here, &self.here[plane], &self.right[plane], g).sub(here)
-    }
-
-    #[inline(always)]
-    fn upwards<L: Lane>(&self, plane: usize, g: usize) -> L {
-        L::load(&L::groups(&self.above[plane])[g]).sub(L::load(&L::groups(&self.here[plane])[g]))
-    }
+    let [row, above] = [j, j + 1].map(|j| planes::row(system.arrays.hot, layout.chunks, j));
+    Around::of(row, above, c)
 }
 
 /// The greatest q = U^2 - 1 of the segments that start in row j and are not broken; 0 if none is stretched.
@@ -92,14 +39,14 @@ impl Job for GreatestOfRow<'_> {
         let GreatestOfRow { system, j } = self;
         let (mut found, mut alone) = (L::splat(0.0), 0.0);
         for c in 0..system.layout.chunks {
-            let around = Around::of(system, c, j);
+            let around = around(system, c, j);
             for axis in [Axis::Horizontal, Axis::Vertical] {
                 let rest = system.direction(axis, j).rest.lanes::<L>();
                 for g in 0..CHUNK / L::WIDTH {
                     if let Some(around) = &around
-                        && !L::splat(0.0).sub(around.stiffness(axis, g)).any_not_below(L::splat(0.0))
+                        && !L::splat(0.0).sub(around.stiffness(g)[axis as usize]).any_not_below(L::splat(0.0))
                     {
-                        found = rest.twice_strain(around.displacement::<L>(axis, g)).max(found);
+                        found = rest.twice_strain(around.of_axis::<L>(axis, X, g)).max(found);
                     } else {
                         let first = c * CHUNK + g * L::WIDTH;
                         alone = math::max(greatest_alone(system, axis, first, L::WIDTH, j), alone);

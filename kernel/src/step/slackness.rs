@@ -4,6 +4,7 @@ use crate::ground::lanes;
 use crate::ground::planes::{self, Axis};
 use crate::memory::rows::place_image_column;
 use crate::memory::system::System;
+use crate::sheet::columns::Table;
 use crate::sheet::slack::{FindSlack, bit};
 
 /// The bits of a row in which both directions have been slack.
@@ -24,13 +25,13 @@ pub(crate) fn search(system: &mut System<'_>) {
             if line.has_image() {
                 place_image_column(planes::row_mut(system.arrays.hot, chunks, j), line);
             }
+            let along = system.directions_of_row(j);
+            let alike = Table::alike(&along.horizontal.rest);
             // Above the top row of a ply the stiffnesses are 0.
             let job = FindSlack {
                 row: planes::row(system.arrays.hot, chunks, j),
                 above: planes::row(system.arrays.hot, chunks, j + 1),
-                directions: system.directions_of_row(j),
-                net: system.net().row(j),
-                hoop: planes::row(system.arrays.hoop, chunks, ply),
+                geometry: Table::of(&system.net(ply), along.rests(), j, &alike),
             };
             let found = lanes::dispatch(system.instructions, job);
             if let Some(been_slack) = system.arrays.been_slack.get_mut(j) {

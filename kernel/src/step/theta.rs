@@ -21,19 +21,23 @@ use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{
-    self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, ITERATE_PLANES, PUSHED, vertical_axes,
+    self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, HOT_PLANES, ITERATE_PLANES, PUSHED,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::{Arrays, Noted};
 use crate::memory::rows::{place_image_column, place_image_row};
 use crate::memory::state::COUNT_MAX;
 use crate::memory::system::{System, mean_acceleration};
+use crate::memory::terms::Terms;
 use crate::scene::parts::Integrator;
-use crate::sheet::grading::Net;
-use crate::sheet::sweep::{self, Constants, YarnRow};
+use crate::sheet::columns::{Net, Table};
+use crate::sheet::neighbours::NOTHING;
+use crate::sheet::segments::per_mass;
+use crate::sheet::sweep::PeekRow;
 use crate::sheet::weave::in_runs;
 use crate::step::motion;
-use crate::yarn::law::{self, Damage};
+use crate::yarn::law::Damage;
+use crate::yarn::rate::Rates;
 
 /// A force beyond this, in units of m h/dt^2, is that of a lost state (see [`crate::yarn::law::LOST`]).
 const LARGEST_FORCE: f64 = 1e80;
@@ -173,80 +177,70 @@ fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
     if finite { largest } else { f64::INFINITY }
 }
 
-/// Accelerations at the guess, with damage from the history at t_n. The same expressions in the same order as the sweep.
-/// false if the state would be lost.
+/// Accelerations at the guess, with damage from the history at t_n, by the sweep's evaluator of forces. false if the state would be lost.
 fn forces_at_guess(system: &mut System<'_>) -> bool {
-    let chunks = system.layout.chunks;
-    let (nx, ny, across, up) =
-        (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
-    let directions = system.directions.of_ply(0);
-    let uniform = Constants::Uniform(directions);
-    let Arrays { hot, history, yarn, strength, iterate, shared, columns, lines, .. } = &mut system.arrays;
-    let Noted { carries: carry, .. } = Noted::of(shared, &system.layout);
-    let net = Net { columns, lines, hoop: &[] };
-    if system.layout.x.is_mirrored() {
-        (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
+    let System { layout, directions, arrays, instructions, .. } = system;
+    let (chunks, rates) = (layout.chunks, Rates::NONE);
+    let Arrays { hot, history, yarn, strength, iterate, shared, columns, lines, .. } = arrays;
+    let Noted { carries: carry, .. } = Noted::of(shared, layout);
+    if layout.x.is_mirrored() {
+        (0..layout.nodes_y).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), layout.x));
     }
-    if system.layout.y.is_mirrored() {
-        place_image_row(iterate, chunks, system.layout.y);
+    if layout.y.is_mirrored() {
+        place_image_row(iterate, chunks, layout.y);
     }
     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
-    let mut sound = true;
-    for j in 0..ny {
+    let net = Net { columns, lines };
+    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    let (pass, mut sound) = (terms.pass(net, 0), true);
+    let alike = Table::alike(&pass.directions.horizontal.rest);
+    let (mut here, mut right, mut over) = (NOTHING, NOTHING, NOTHING);
+    let (mut along, mut up) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
+    for j in 0..layout.nodes_y {
         let Some((below, above)) = iterate.split_at_mut_checked((j + 1) * chunks) else { break };
         let (row, above) = (planes::row_mut(below, chunks, j), planes::row(above, chunks, 0));
-        let (hot, history) = (planes::row(hot, chunks, j), planes::row(history, chunks, j));
-        let constants =
-            if system.layout.has_constants() { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
-        let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j) };
-        let rest = |axis: Axis, i: usize| {
-            let rest = directions.along(axis).rest;
-            net.bar(axis, i, j).map_or(rest, |[segments, _]| rest.in_series(segments))
-        };
-        let stiffness = |axis: Axis, i: usize, q: f64| {
-            let law = &directions.along(axis).law;
-            if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
-                let (undamaged, damage_rate) = yarn.constants(axis, i);
-                law.at(yarn.critical_stretch(law, axis, i)).alpha(damage_rate, q) * undamaged
-            } else {
-                planes::get(hot, 6 + axis as usize, i).unwrap_or(0.0)
-            }
-        };
-        let mut here = displacement(row, 0);
+        let rows = planes::row(hot, chunks, j).iter().zip(planes::row(history, chunks, j));
+        let yarn = terms.yarn_row(yarn, strength, j, 0);
+        let geometry = Table::of(&net, pass.directions.rests(), j, &alike);
+        let of_row = PeekRow { pass: &pass, has_verticals: layout.has_verticals(j), yarn: &yarn, geometry };
         let mut left = [0.0; 3];
-        for i in 0..nx {
-            let next = displacement(row, i + 1);
-            let mut right = [0.0; 3];
-            if i < across {
-                let d = [next[0] - here[0], next[1] - here[1], next[2] - here[2]];
-                let rest = rest(Axis::Horizontal, i);
-                let q = rest.twice_strain(d);
-                right = rest.force(law::stress(stiffness(Axis::Horizontal, i, q), q), d);
-            }
-            let mut lift = [0.0; 3];
-            if j < up {
-                let over = displacement(above, i);
-                let d = [over[0] - here[0], over[1] - here[1], over[2] - here[2]];
-                let d = vertical_axes(d);
-                let rest = rest(Axis::Vertical, i);
-                let q = rest.twice_strain(d);
-                lift = vertical_axes(rest.force(law::stress(stiffness(Axis::Vertical, i, q), q), d));
-            }
-            let inverse_widths = net.inverse_widths(i, j);
-            for axis in 0..3 {
-                let Some(down) = planes::get_mut(carry, axis, i) else { break };
-                let sum = sweep::graded_sum(right[axis], left[axis], lift[axis], *down, inverse_widths);
-                sound &= (-LARGEST_FORCE..=LARGEST_FORCE).contains(&sum);
-                *down = lift[axis];
-                if let Some(slot) = planes::get_mut(row, AT_GUESS + axis, i) {
-                    *slot = sum;
+        for (c, (hot, history)) in rows.enumerate() {
+            set_guessed(&mut here, row.get(c), Some(hot));
+            set_guessed(&mut right, row.get(c + 1), None);
+            set_guessed(&mut over, above.get(c), None);
+            let mut history = *history;
+            let mut peek = of_row.chunk(c, &mut here, [&right, &over], &mut history);
+            peek.all(&mut (None, (None, (None, None))), &mut along, &mut up);
+            sound &= !peek.is_lost();
+            let (Some(chunk), Some(carry)) = (row.get_mut(c), carry.get_mut(c)) else { break };
+            for lane in 0..CHUNK.min(layout.nodes_x.saturating_sub(c * CHUNK)) {
+                let widths = net.inverse_widths(c * CHUNK + lane, j);
+                for axis in 0..3 {
+                    let (right, lift) = (along[axis][lane], up[axis][lane]);
+                    let sum = per_mass(right, left[axis], lift - carry[axis][lane], widths);
+                    sound &= (-LARGEST_FORCE..=LARGEST_FORCE).contains(&sum);
+                    (carry[axis][lane], left[axis], chunk[AT_GUESS + axis][lane]) = (lift, right, sum);
                 }
             }
-            here = next;
-            left = right;
         }
     }
     sound
+}
+
+/// Puts nodes to their guesses, with the stiffnesses of `hot`.
+#[inline(never)]
+fn set_guessed(
+    nodes: &mut Chunk<HOT_PLANES>,
+    iterate: Option<&Chunk<ITERATE_PLANES>>,
+    hot: Option<&Chunk<HOT_PLANES>>,
+) {
+    *nodes = NOTHING;
+    if let Some(iterate) = iterate {
+        nodes[..3].copy_from_slice(&iterate[GUESS..GUESS + 3]);
+    }
+    if let Some(hot) = hot {
+        nodes[6..].copy_from_slice(&hot[6..]);
+    }
 }
 
 /// Takes the converged guess: positions, velocities without impulses, supports, damage.
@@ -307,13 +301,5 @@ fn commit_damage(system: &mut System<'_>) {
     }
     if failed {
         system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
-    }
-}
-
-/// Guess of a node's displacement; zero outside the row.
-fn displacement(row: &[Chunk<ITERATE_PLANES>], i: usize) -> [f64; 3] {
-    match row.get(i / CHUNK) {
-        Some(chunk) => [chunk[GUESS][i % CHUNK], chunk[GUESS + 1][i % CHUNK], chunk[GUESS + 2][i % CHUNK]],
-        None => [0.0; 3],
     }
 }

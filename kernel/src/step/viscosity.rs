@@ -7,7 +7,7 @@
 use crate::ground::planes::{self, Axis, MOMENT, SPEED_Z, VISCOUS_STRESS};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::sheet::sweep::node_sum;
+use crate::sheet::segments::per_mass;
 use crate::yarn::law;
 
 /// Starts from the present state: the strain of the last pass is that of the displacements less the velocities, and nothing has acted.
@@ -119,7 +119,7 @@ pub(crate) fn acceleration(system: &System<'_>, i: usize, j: usize) -> [f64; 3] 
     let left = segment_force(system, Axis::Horizontal, system.layout.x.before(i), Some(j));
     let up = segment_force(system, Axis::Vertical, Some(i), Some(j));
     let down = segment_force(system, Axis::Vertical, Some(i), j.checked_sub(1));
-    system.carried(i, j, [0, 1, 2].map(|k| node_sum(right[k], left[k], up[k], down[k])))
+    system.carried(i, j, [0, 1, 2].map(|k| per_mass(right[k], left[k], up[k] - down[k], [1.0; 2])))
 }
 
 #[cfg(test)]

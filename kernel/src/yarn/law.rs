@@ -10,12 +10,13 @@
 //! Stiffness, stress, force and energy are in the caller's units: the stiffness is half of alpha E, as S = (alpha E/2) q. In Pa it
 //! gives a stress in Pa and an energy in J/m^3; the stepper's alpha E A_0 dt^2/(2 m h l) gives a force in m h/dt^2, which is a change
 //! of velocity in h/dt a step, and an energy in m h^2/dt^2 over l^2, with the natural length l in spacings h.
-//! A segment whose natural length is not the distance of its ends in the flat sheet (crimp, pre-tension, unlike directions) has the
-//! strain and force of its [`Rest`]; a plain one, which lies at its natural length, 1, those of two plain functions: the same bits.
+//! Strain and force follow from the rest vector and the natural length of a segment, [`RestLanes`]; crimp, pre-tension, unlike directions,
+//! bars of a graded network and chords of a curved sheet are other constants of the same two expressions. A plain segment lies at its
+//! natural length, 1: its products with 1 and sums with -0 are exact, and a compiler that knows them leaves them out.
 //! Limits: lambda >= 3, so that the tangent stiffness is largest at U_c (the step limit relies on it).
 //! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451, their yarn constitutive law.
 
-use crate::ground::lanes::Lane;
+use crate::ground::lanes::{Lane, Splat};
 use crate::ground::math;
 
 /// Constants of the damage law that all segments share.
@@ -62,13 +63,6 @@ pub fn stretch(twice_strain: f64) -> f64 {
     math::sqrt(math::max(squared, 0.0))
 }
 
-/// (M2) Twice the Green-Lagrange strain, q = 2 e = U^2 - 1, from the relative displacement of a segment's ends in rest lengths: along
-/// its rest direction, and across it.
-#[inline(always)]
-pub fn twice_strain<L: Lane>(d: [L; 3]) -> L {
-    d[0].mul(d[0].add(L::splat(2.0))).add(d[1].mul(d[1])).add(d[2].mul(d[2]))
-}
-
 /// Twice the strain at a stretch.
 pub fn twice_strain_at(stretch: f64) -> f64 {
     (stretch - 1.0) * (stretch + 1.0)
@@ -78,13 +72,6 @@ pub fn twice_strain_at(stretch: f64) -> f64 {
 #[inline(always)]
 pub fn stress<L: Lane>(stiffness: L, twice_strain: L) -> L {
     stiffness.mul(twice_strain.max(L::splat(0.0)))
-}
-
-/// (M4) Force on a segment's first node: stress times section along the present direction, N = A_0 U S, of which the part
-/// along rest direction and those across it are given. `d`: relative displacement of its ends, as for [`twice_strain`].
-#[inline(always)]
-pub fn force<L: Lane>(stress: L, d: [L; 3]) -> [L; 3] {
-    [stress.mul(d[0].add(L::splat(1.0))), stress.mul(d[1]), stress.mul(d[2])]
 }
 
 /// How the segments of one direction lie in the flat sheet. Lengths in node spacings along x.
@@ -102,7 +89,7 @@ pub struct Rest {
 
 impl Rest {
     /// A segment that lies at its natural length, 1.
-    pub const PLAIN: Rest = Rest { spacing: 1.0, length: 1.0, twice_strain: 0.0, inverse_square: 1.0 };
+    pub const PLAIN: Rest = Rest { spacing: 1.0, length: 1.0, twice_strain: NONE, inverse_square: 1.0 };
 
     /// Ends at the distance `spacing` with the stretch `stretch` there.
     pub fn of(spacing: f64, stretch: f64) -> Rest {
@@ -137,51 +124,86 @@ impl Rest {
         self.lanes().force(stress, d)
     }
 
-    /// The same for several segments at once.
+    /// Constants of several such segments of a flat sheet.
     #[inline(always)]
     pub fn lanes<L: Lane>(&self) -> RestLanes<L> {
         RestLanes {
-            spacing: L::splat(self.spacing),
-            twice_spacing: L::splat(2.0 * self.spacing),
+            chord: [L::splat(self.spacing), L::splat(NONE)],
+            twice_chord: [L::splat(2.0 * self.spacing), L::splat(NONE)],
             inverse_square: L::splat(self.inverse_square),
             twice_strain: L::splat(self.twice_strain),
         }
     }
 }
 
-/// [`Rest`] of several segments at once.
+/// Nothing, to be added: the zero whose sum with any number is that number, so that a compiler can leave the sum out.
+const NONE: f64 = -0.0;
+
+/// [`Rest`] as all lanes read it.
+#[derive(Clone, Copy)]
+pub struct RestSplats([Splat; 4]);
+
+impl RestSplats {
+    /// Constants of such segments.
+    #[inline(always)]
+    pub fn of(rest: &Rest) -> RestSplats {
+        RestSplats([rest.spacing, 2.0 * rest.spacing, rest.inverse_square, rest.twice_strain].map(Splat::of))
+    }
+
+    /// Constants of a lane group of them.
+    #[inline(always)]
+    pub fn lanes<L: Lane>(&self) -> RestLanes<L> {
+        let [spacing, twice_spacing, inverse_square, twice_strain] = &self.0;
+        RestLanes {
+            chord: [spacing.lanes(), L::splat(NONE)],
+            twice_chord: [twice_spacing.lanes(), L::splat(NONE)],
+            inverse_square: inverse_square.lanes(),
+            twice_strain: twice_strain.lanes(),
+        }
+    }
+}
+
+/// Constants of several segments at rest. Lengths in node spacings along x.
 #[derive(Clone, Copy, Debug)]
 pub struct RestLanes<L> {
-    /// Distance of the ends, rho.
-    pub spacing: L,
-    /// 2 rho.
-    pub twice_spacing: L,
+    /// Rest vector c from end to end: its parts along the direction of the segment in a flat sheet and along z.
+    pub chord: [L; 2],
+    /// 2 c.
+    pub twice_chord: [L; 2],
     /// 1/l^2.
     pub inverse_square: L,
-    /// Twice the strain at the distance rho, q_0.
+    /// Twice the strain at rest, q_0.
     pub twice_strain: L,
 }
 
 impl<L: Lane> RestLanes<L> {
-    /// Twice the strain from the relative displacement of the ends, for the general form of (M2):
-    /// q = [d_0 (d_0 + 2 rho) + d_1^2 + d_2^2]/l^2 + q_0.
+    /// Segments with another rest vector.
+    #[inline(always)]
+    pub fn turned(self, chord: [L; 2]) -> RestLanes<L> {
+        RestLanes { chord, twice_chord: [chord[0].add(chord[0]), chord[1].add(chord[1])], ..self }
+    }
+
+    /// (M2) Twice the Green-Lagrange strain, q = 2 e = U^2 - 1 = d.(d + 2 c)/l^2 + q_0. `d`: relative displacement of the ends, along the
+    /// direction of the segment in a flat sheet first.
     #[inline(always)]
     pub fn twice_strain(&self, d: [L; 3]) -> L {
-        let along = d[0].mul(d[0].add(self.twice_spacing));
-        let change = along.add(d[1].mul(d[1])).add(d[2].mul(d[2]));
+        let [along, across] = self.twice_chord;
+        let change = d[0].mul(d[0].add(along)).add(d[1].mul(d[1])).add(d[2].mul(d[2].add(across)));
         change.mul(self.inverse_square).add(self.twice_strain)
     }
 
-    /// Force on the first node, the general form of (M4): along rho + d_0, d_1, d_2.
+    /// (M4) Force on the first node: stress times section along the present direction c + d, N = A_0 U S, by components. `d`: as for
+    /// [`RestLanes::twice_strain`].
     #[inline(always)]
     pub fn force(&self, stress: L, d: [L; 3]) -> [L; 3] {
-        [stress.mul(d[0].add(self.spacing)), stress.mul(d[1]), stress.mul(d[2])]
+        let ends = self.end_to_end(d);
+        [stress.mul(ends[0]), stress.mul(ends[1]), stress.mul(ends[2])]
     }
 
-    /// From end to end.
+    /// Vector from end to end, c + d.
     #[inline(always)]
     pub fn end_to_end(&self, d: [L; 3]) -> [L; 3] {
-        [d[0].add(self.spacing), d[1], d[2]]
+        [d[0].add(self.chord[0]), d[1], d[2].add(self.chord[1])]
     }
 }
 
@@ -224,6 +246,12 @@ impl Viscosity {
         }
     }
 
+    /// The parts along the yarn as all lanes read them.
+    #[inline(always)]
+    pub fn splats(&self) -> ViscositySplats {
+        ViscositySplats([Splat::of(self.linear), Splat::of(self.quadratic)])
+    }
+
     /// The same for several segments at once.
     #[inline(always)]
     pub fn lanes<L: Lane>(&self) -> ViscosityLanes<L> {
@@ -243,6 +271,23 @@ pub struct ViscosityLanes<L> {
     quadratic: L,
     bending: L,
     bending_per_tension: L,
+}
+
+/// [`Viscosity`] along the yarn as all lanes read it.
+pub struct ViscositySplats([Splat; 2]);
+
+impl ViscositySplats {
+    /// Constants of a lane group; without moments.
+    #[inline(always)]
+    pub fn lanes<L: Lane>(&self) -> ViscosityLanes<L> {
+        let (zero, [linear, quadratic]) = (L::splat(0.0), &self.0);
+        ViscosityLanes {
+            linear: linear.lanes(),
+            quadratic: quadratic.lanes(),
+            bending: zero,
+            bending_per_tension: zero,
+        }
+    }
 }
 
 impl<L: Lane> ViscosityLanes<L> {
@@ -371,7 +416,7 @@ mod tests {
 
     /// Second Piola-Kirchhoff stress, Pa, of a segment pulled along its rest direction.
     fn stress_at(alpha: f64, stretch: f64) -> f64 {
-        stress(0.5 * alpha * YARN.modulus, twice_strain([stretch - 1.0, 0.0, 0.0]))
+        stress(0.5 * alpha * YARN.modulus, Rest::PLAIN.twice_strain([stretch - 1.0, 0.0, 0.0]))
     }
 
     fn alpha_at(law: &DamageLaw, stretch: f64) -> f64 {

@@ -221,3 +221,8 @@ pub struct Rates {
     /// q of horizontal and vertical segments from which damage is looked for.
     pub limits: [f64; 2],
 }
+
+impl Rates {
+    /// No dependence on the rate.
+    pub const NONE: Rates = Rates { time: 0.0, relaxing: 0.0, limits: [0.0; 2] };
+}

@@ -13,7 +13,7 @@
 use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
 use crate::memory::system::System;
-use crate::sheet::sweep::Report;
+use crate::sheet::segments::Report;
 use crate::step::blocks::{self, Block};
 use core::ops::Range;
 

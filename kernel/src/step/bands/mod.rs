@@ -60,7 +60,7 @@ use crate::memory::arrays;
 use crate::memory::layout::MAX_BANDS;
 use crate::memory::system::System;
 use crate::memory::watch::OutcomeSet;
-use crate::sheet::sweep::Report;
+use crate::sheet::segments::Report;
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
 use core::sync::atomic::{AtomicI32, AtomicU32, AtomicUsize, Ordering};

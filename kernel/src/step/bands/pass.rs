@@ -11,9 +11,10 @@ use crate::memory::rows::{Clamps, Rows};
 use crate::memory::system::System;
 use crate::memory::viscous_rows::{ViscousRows, find_moments_of_row, place_image_moments};
 use crate::scene::features::Feature;
-use crate::sheet::grading::Net;
+use crate::sheet::columns::Net;
+use crate::sheet::segments::Report;
 use crate::sheet::slack::bit;
-use crate::sheet::sweep::{Lift, Report};
+use crate::sheet::sweep::Lift;
 use crate::sheet::viscous::MomentsOfRow;
 use crate::step::explicit;
 
@@ -89,7 +90,7 @@ impl Plan {
             let terms = self.terms(false);
             let yarn = terms.yarn_row(yarn, strength, 0, ply);
             let (net, viscous) = (self.net(ply), [0, 1].map(|slot| planes::row(viscous, chunks, slot)));
-            let pass = terms.pass(&net, ply);
+            let pass = terms.pass(net, ply);
             let (row, above, yarn) = (below, here, &yarn);
             Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, owed, viscous }.find();
         }
@@ -169,23 +170,6 @@ impl Plan {
     /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and the scratch.
     #[inline(never)]
     pub(super) unsafe fn sweep(&self, of: u32, band: u32) -> Report {
-        // SAFETY: the caller's promise.
-        unsafe {
-            match (self.layout.has(Feature::Viscosity), self.layout.has(Feature::Curved)) {
-                (false, false) => self.sweep_with::<false, false>(of, band),
-                (false, true) => self.sweep_with::<false, true>(of, band),
-                (true, false) => self.sweep_with::<true, false>(of, band),
-                (true, true) => self.sweep_with::<true, true>(of, band),
-            }
-        }
-    }
-
-    /// [`Plan::sweep`]. VISCOUS: with viscosity; CURVED: of a curved sheet.
-    ///
-    /// # Safety
-    /// The same.
-    #[inline(never)]
-    unsafe fn sweep_with<const VISCOUS: bool, const CURVED: bool>(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
             return Report::default();
@@ -222,7 +206,7 @@ impl Plan {
                 let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, beside);
                 let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
                 let terms = self.terms(fetches);
-                let met = rows.sweep::<true, VISCOUS, CURVED>(&terms);
+                let met = rows.sweep(&terms);
                 report = report.merged(met);
             }
         }
@@ -309,9 +293,7 @@ impl Plan {
             let mut row = self.rows(step, [j, j + 1], 0, beside);
             // A row comes from memory in the first step alone.
             let terms = self.terms(self.fetches && step == 0);
-            let curved = self.layout.has(Feature::Curved);
-            let mut report =
-                if curved { row.sweep::<false, false, true>(&terms) } else { row.sweep::<false, false, false>(&terms) };
+            let mut report = row.sweep(&terms);
             report.non_finite |= block.is_met(step, j, memory.ranges.add(j).read());
             report
         }
@@ -394,9 +376,12 @@ impl Plan {
         // SAFETY: they are as long, and nothing changes them.
         unsafe {
             Net {
-                columns: if graded { rows(memory.columns, 1, 0, layout.chunks) } else { &[] },
+                columns: match (graded, curved) {
+                    (false, false) => &[],
+                    (true, _) => rows(memory.columns, 1, 0, layout.chunks),
+                    (false, true) => rows(memory.columns, layout.chunks, ply, 1),
+                },
                 lines: if graded { rows(memory.lines, 1, 0, layout.nodes_y.div_ceil(CHUNK)) } else { &[] },
-                hoop: if curved { rows(memory.hoop, layout.chunks, ply, 1) } else { &[] },
             }
         }
     }

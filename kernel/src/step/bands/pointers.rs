@@ -5,9 +5,8 @@ use crate::ground::planes::{
 };
 use crate::memory::arrays::{Arrays, Noted};
 use crate::memory::system::System;
+use crate::sheet::columns::COLUMN_PLANES;
 use crate::sheet::direction::Directions;
-use crate::sheet::grading::LINE_PLANES;
-use crate::sheet::ring::HOOP_PLANES;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 /// Where the rows are: from the simulation's arrays, taken anew for every pass.
@@ -22,9 +21,8 @@ pub(super) struct Pointers {
     pub(super) been_slack: *const u32,
     pub(super) past: *mut Chunk<PAST_PLANES>,
     pub(super) taken: *mut f64,
-    pub(super) columns: *const Chunk<LINE_PLANES>,
-    pub(super) lines: *const Chunk<LINE_PLANES>,
-    pub(super) hoop: *const Chunk<HOOP_PLANES>,
+    pub(super) columns: *const Chunk<COLUMN_PLANES>,
+    pub(super) lines: *const Chunk<COLUMN_PLANES>,
     pub(super) pushed: *mut [[f64; CHUNK]; 3],
     pub(super) pushes: *mut [f64; CHUNK],
     pub(super) holds: *const [f64; CHUNK],
@@ -54,7 +52,6 @@ impl Pointers {
             taken,
             columns,
             lines,
-            hoop,
             pushed,
             pushes,
             holds,
@@ -80,7 +77,6 @@ impl Pointers {
             taken: taken.as_mut_ptr(),
             columns: columns.as_ptr(),
             lines: lines.as_ptr(),
-            hoop: hoop.as_ptr(),
             pushed: pushed.as_mut_ptr(),
             pushes: pushes.as_mut_ptr(),
             holds: holds.as_ptr(),

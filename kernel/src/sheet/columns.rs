@@ -1,0 +1,234 @@
+//! Geometry of the sheet at rest by column and by row: the one table that the sweep, contact and the read-outs use for flat, graded and
+//! curved sheets, and the constants of segments and nodes that follow from it.
+//!
+//! Method: a row of nodes has one line of constants, chunk by chunk of its columns, where the columns differ (graded network, curved sheet,
+//! of which each ply has its own); a graded network has a second line for its rows. Without a line all columns are alike.
+//! A width of 1, a natural length of 1 and a rest vector without a part along z are exact factors and terms, so one expression serves all.
+//! Limits: a curved sheet is not graded.
+//! Reference: docs/model.md, "Graded networks" and "Curved sheets and rings".
+
+use crate::ground::lanes::{Lane, Splat, at};
+use crate::ground::planes::{self, Axis, CHUNK, Chunk};
+use crate::yarn::law::{Rest, RestLanes, RestSplats};
+
+/// Planes of a line of nodes and of the segments that begin at them.
+pub const COLUMN_PLANES: usize = 10;
+// Planes that the sweep reads.
+/// Rest vector of the segment to the next node, along the line (x of a curved sheet), spacings.
+pub const CHORD: usize = 0;
+/// Rest vector of the segment to the next node, along z, spacings.
+pub const CHORD_Z: usize = 1;
+/// 1/l^2 with the natural length l of the segment to the next node, spacings.
+pub const INVERSE_SQUARE: usize = 2;
+/// 1 over the width of the node.
+pub const INVERSE_WIDTH: usize = 3;
+// Planes of contact and of the read-outs.
+/// Rest place along the line, spacings: from the middle of a flat sheet along its line, from the axis of a curved one along x.
+pub const PLACE: usize = 4;
+/// Rest place along z, spacings from the axis of a curved sheet.
+pub const PLACE_Z: usize = 5;
+/// Normal of the sheet at rest along x; 0 after the last node.
+pub const NORMAL_X: usize = 6;
+/// Normal of the sheet at rest along z; 0 after the last node.
+pub const NORMAL_Z: usize = 7;
+/// Width of the node, yarns.
+pub const WIDTH: usize = 8;
+/// Segments of the fabric in series in the bar to the next node.
+pub const SEGMENTS: usize = 9;
+
+/// Planes that the sweep reads, the first ones.
+const SWEPT_PLANES: usize = 4;
+
+/// Constants of eight columns that the sweep reads.
+pub type Columns = Chunk<SWEPT_PLANES>;
+
+/// Columns that are not read.
+const UNREAD: Columns = [[1.0; CHUNK]; SWEPT_PLANES];
+
+/// Columns of a flat sheet where nothing but planes of curved ones is read.
+pub(crate) const FLAT: Chunk<COLUMN_PLANES> = [[0.0; CHUNK]; COLUMN_PLANES];
+
+/// Sets constants, each with its plane, of column i of a line.
+pub(crate) fn set<const N: usize>(line: &mut [Chunk<COLUMN_PLANES>], i: usize, constants: [(usize, f64); N]) {
+    for (plane, constant) in constants {
+        if let Some(slot) = planes::get_mut(line, plane, i) {
+            *slot = constant;
+        }
+    }
+}
+
+/// Lines of constants of the rows of a ply. Both are empty in a flat sheet without grading.
+#[derive(Clone, Copy)]
+pub struct Net<'a> {
+    /// Constants of the columns, chunk by chunk; of all plies of a curved sheet, or of one of them.
+    pub columns: &'a [Chunk<COLUMN_PLANES>],
+    /// Constants of the rows of a graded network; else empty.
+    pub lines: &'a [Chunk<COLUMN_PLANES>],
+}
+
+impl Net<'_> {
+    /// Lines of a flat sheet without grading.
+    pub const NONE: Net<'static> = Net { columns: &[], lines: &[] };
+
+    /// Nodes of the fabric that node (i, j) stands for.
+    #[inline]
+    pub fn share(&self, i: usize, j: usize) -> f64 {
+        self.column_share(i) * self.row_share(j)
+    }
+
+    /// Width of the nodes of column i.
+    #[inline]
+    pub fn column_share(&self, i: usize) -> f64 {
+        planes::get(self.columns, WIDTH, i).unwrap_or(1.0)
+    }
+
+    /// Width of the nodes of row j.
+    #[inline]
+    pub fn row_share(&self, j: usize) -> f64 {
+        planes::get(self.lines, WIDTH, j).unwrap_or(1.0)
+    }
+
+    /// Whether the bars from the nodes of chunk c of row j are single segments of single yarns, as all are without grading.
+    pub fn is_fine(&self, c: usize, j: usize) -> bool {
+        let Some(columns) = self.columns.get(c) else { return true };
+        [SEGMENTS, WIDTH].into_iter().all(|plane| {
+            columns[plane].iter().all(|&number| number == 1.0) && planes::get(self.lines, plane, j) == Some(1.0)
+        })
+    }
+
+    /// 1 over the widths of column i and of row j.
+    pub fn inverse_widths(&self, i: usize, j: usize) -> [f64; 2] {
+        [(self.columns, i), (self.lines, j)].map(|(line, k)| planes::get(line, INVERSE_WIDTH, k).unwrap_or(1.0))
+    }
+
+    /// Bar from node (i, j) of a graded network: segments in series, and yarns in parallel. None without grading.
+    pub fn bar(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
+        let (along, k, across, line) = match axis {
+            Axis::Horizontal => (self.columns, i, self.lines, j),
+            Axis::Vertical => (self.lines, j, self.columns, i),
+        };
+        Some([planes::get(along, SEGMENTS, k)?, planes::get(across, WIDTH, line)?])
+    }
+}
+
+/// Lane group of a row.
+#[derive(Clone, Copy)]
+pub struct At {
+    /// Its chunk.
+    pub chunk: usize,
+    /// Its number in the chunk.
+    pub group: usize,
+}
+
+/// Constants of the bars from a lane group and of its nodes.
+pub struct Bars<L> {
+    /// Bars along x and along y at rest, the direction of each in a flat sheet first.
+    pub rests: [RestLanes<L>; 2],
+    /// 1 over the widths of the columns and of the row.
+    pub inverse_widths: [L; 2],
+}
+
+/// Geometry of a row at rest.
+pub trait Geometry {
+    /// Constants of the columns of a chunk, which [`Geometry::bars`] reads.
+    #[inline(always)]
+    fn columns(&self, _chunk: usize) -> &Columns {
+        &UNREAD
+    }
+
+    /// Constants of lane group g of a chunk.
+    fn bars<L: Lane>(&self, columns: &Columns, g: usize) -> Bars<L>;
+
+    /// Numbers of the segments along x and along y, one number where both are the same in every row.
+    #[inline(always)]
+    fn both([along, upwards]: [f64; 2]) -> [f64; 2] {
+        [along, upwards]
+    }
+}
+
+/// Geometry of the paper's sheet: all segments lie at their natural length, 1.
+pub struct Plain;
+
+impl Geometry for Plain {
+    #[inline(always)]
+    fn bars<L: Lane>(&self, _: &Columns, _: usize) -> Bars<L> {
+        Bars { rests: [Rest::PLAIN.lanes(), Rest::PLAIN.lanes()], inverse_widths: [L::splat(1.0), L::splat(1.0)] }
+    }
+
+    #[inline(always)]
+    fn both([along, _]: [f64; 2]) -> [f64; 2] {
+        [along, along]
+    }
+}
+
+/// Geometry of a row of a flat sheet without grading.
+pub struct Rests([RestSplats; 2]);
+
+impl Rests {
+    /// Geometry of a row with segments that lie so along x and along y.
+    #[inline(always)]
+    pub fn of([x, y]: [&Rest; 2]) -> Rests {
+        Rests([RestSplats::of(x), RestSplats::of(y)])
+    }
+}
+
+impl Geometry for Rests {
+    #[inline(always)]
+    fn bars<L: Lane>(&self, _: &Columns, _: usize) -> Bars<L> {
+        Bars { rests: [self.0[0].lanes(), self.0[1].lanes()], inverse_widths: [L::splat(1.0), L::splat(1.0)] }
+    }
+}
+
+/// Geometry of any row.
+pub struct Table<'a> {
+    /// Line of the columns, empty where all are alike.
+    columns: &'a [Chunk<COLUMN_PLANES>],
+    /// Columns where all are alike.
+    alike: &'a Columns,
+    /// q_0 along x, and 1 over the width of the row.
+    of_row: [Splat; 2],
+    /// Bars upwards.
+    upwards: RestSplats,
+}
+
+impl<'a> Table<'a> {
+    /// Columns that are all alike, with segments that lie so along x.
+    #[inline(always)]
+    pub fn alike(x: &Rest) -> Columns {
+        [x.spacing, 0.0, x.inverse_square, 1.0].map(|constant| [constant; CHUNK])
+    }
+
+    /// Geometry of row j of a ply whose segments along x and along y lie so. `net`: lines of the ply; `alike`: its columns, if they are.
+    #[inline(always)]
+    pub fn of(net: &Net<'a>, [x, y]: [&Rest; 2], j: usize, alike: &'a Columns) -> Table<'a> {
+        let of_row = |plane| planes::get(net.lines, plane, j);
+        let upwards = match (of_row(CHORD), of_row(INVERSE_SQUARE)) {
+            (Some(spacing), Some(inverse_square)) => Rest { spacing, inverse_square, ..*y },
+            _ => *y,
+        };
+        Table {
+            columns: net.columns,
+            alike,
+            of_row: [Splat::of(x.twice_strain), Splat::of(of_row(INVERSE_WIDTH).unwrap_or(1.0))],
+            upwards: RestSplats::of(&upwards),
+        }
+    }
+}
+
+impl Geometry for Table<'_> {
+    #[inline(always)]
+    fn columns(&self, chunk: usize) -> &Columns {
+        self.columns.get(chunk).and_then(|columns| columns.first_chunk()).unwrap_or(self.alike)
+    }
+
+    #[inline(always)]
+    fn bars<L: Lane>(&self, columns: &Columns, g: usize) -> Bars<L> {
+        let chord = [at(columns, CHORD, g), at(columns, CHORD_Z, g)];
+        let (inverse_square, [twice_strain, width]) = (at(columns, INVERSE_SQUARE, g), &self.of_row);
+        let along = RestLanes { chord, twice_chord: chord, inverse_square, twice_strain: twice_strain.lanes() };
+        Bars {
+            rests: [along.turned(chord), self.upwards.lanes()],
+            inverse_widths: [at(columns, INVERSE_WIDTH, g), width.lanes()],
+        }
+    }
+}

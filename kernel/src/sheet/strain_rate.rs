@@ -1,0 +1,80 @@
+//! Dependence on the rate of strain within the sweep: stiffness of each segment at its mean rate, and what relaxation and rupture dissipate.
+//!
+//! Method: the law of `yarn/rate.rs` at the time of the pass. Most segments are slower than the reference rate or faster than the highest,
+//! where the logarithm is constant; a lane group with a rate within takes the exact law of each segment.
+//! Limits: velocity Verlet.
+//! Reference: docs/model.md, "Rate of strain".
+
+use crate::ground::lanes::Lane;
+use crate::ground::planes::Axis;
+use crate::sheet::columns::{At, Bars};
+use crate::sheet::direction::Along;
+use crate::sheet::neighbours::Around;
+use crate::sheet::segments::{Dissipation, Effect, Fall, Segments, Yarns};
+use crate::yarn::rate::{RateLaw, Rates};
+
+/// Dependence of the segments of a row on the rate of strain.
+pub struct StrainRate {
+    /// Laws along x and along y at the time of the pass.
+    laws: [RateLaw; 2],
+    /// [`Rates::relaxing`].
+    relaxing: f64,
+}
+
+impl StrainRate {
+    /// Dependence of segments in these directions; None without.
+    #[inline(always)]
+    pub fn of(Along { horizontal, vertical, .. }: Along<'_>, rates: &Rates) -> Option<StrainRate> {
+        let laws = [horizontal.rate.at(rates.time), vertical.rate.at(rates.time)];
+        horizontal.rate.depends().then_some(StrainRate { laws, relaxing: rates.relaxing })
+    }
+
+    /// Stiffening of a lane group of segments along x and of one along y, one by one.
+    #[cold]
+    #[inline(never)]
+    fn stiffenings<L: Lane>(&self, q: [L; 2]) -> [L; 2] {
+        let mut groups = [L::ZEROS; 2];
+        for ((group, law), q) in groups.iter_mut().zip(&self.laws).zip(q) {
+            q.store(group);
+            group.as_mut().iter_mut().for_each(|q| *q = law.stiffening(*q));
+        }
+        [L::load(&groups[0]), L::load(&groups[1])]
+    }
+}
+
+impl Effect for StrainRate {
+    #[inline(always)]
+    fn act<L: Lane>(
+        &mut self,
+        segments: &mut Segments<L>,
+        _: &Bars<L>,
+        _: &Around<'_>,
+        at: At,
+        dissipation: &mut Dissipation,
+    ) {
+        let (Segments { q, before, stiffness, .. }, [of_x, of_y]) = (*segments, &self.laws);
+        let (of_x, of_y) = (of_x.lanes::<L>(), of_y.lanes::<L>());
+        let beyond = [of_x.beyond(q[0]), of_y.beyond(q[1])];
+        // Before the damage of this pass.
+        let relaxing = [of_x.relaxing(before[0], beyond[0]), of_y.relaxing(before[1], beyond[1])];
+        dissipation.add(relaxing, L::splat(self.relaxing), at.group);
+        let is_within = of_x.within(beyond[0]).max(of_y.within(beyond[1])).any_above(L::splat(0.0));
+        let factors =
+            if is_within { self.stiffenings(q) } else { [of_x.stiffening(beyond[0]), of_y.stiffening(beyond[1])] };
+        segments.relax([stiffness[0].mul(factors[0]), stiffness[1].mul(factors[1])]);
+    }
+
+    /// Adds what rupture dissipates beyond the law of the reference rate, which the balance counts (`step/energy.rs`).
+    #[inline(always)]
+    fn note_fall<L: Lane>(&mut self, fall: &Fall<L>, yarns: &Yarns<'_>, _: At, dissipation: &mut Dissipation) {
+        fall.each(|lane, axis, q, [before, now]| {
+            let (column, law) = (fall.column + lane, &self.laws[axis as usize]);
+            let multiplicity = match axis {
+                Axis::Horizontal => yarns.line.segment_weight(column),
+                Axis::Vertical => dissipation.share * yarns.line.node_weight(column),
+            };
+            let dissipated = yarns.dissipated(axis, column, now) - yarns.dissipated(axis, column, before);
+            dissipation.by_rupture += 4.0 * multiplicity * law.excess(q, law.seen_at(q)) * dissipated;
+        });
+    }
+}
