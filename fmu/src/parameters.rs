@@ -1,6 +1,5 @@
 //! Values of inputs and parameters as the host set them, and the scene they make.
 
-use crate::starts::Starts;
 use crate::table::{Id, Kind, MOST_ELEMENTS, Role, VARIABLES, Variable};
 use core::slice::from_mut;
 use fabric::fields::FIELDS;
@@ -21,13 +20,6 @@ pub struct Parameters {
     stop_on_event: f64,
     ply_first: f64,
     capsule: f64,
-}
-
-impl Default for Parameters {
-    /// The start values. An instance of a block that is refused is not made.
-    fn default() -> Parameters {
-        Parameters::of(Starts::read().unwrap_or_else(|_| Starts::own()).scene)
-    }
 }
 
 impl Parameters {

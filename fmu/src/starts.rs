@@ -81,6 +81,13 @@ impl Starts {
     }
 }
 
+impl Default for Parameters {
+    /// The start values. An instance of a block that is refused is not made.
+    fn default() -> Parameters {
+        Parameters::of(Starts::read().unwrap_or_else(|_| Starts::own()).scene)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
