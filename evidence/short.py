@@ -65,6 +65,9 @@ def shortened(name, text, part=""):
         if columns is None:
             return found[0]
         heading, _, *rows = map(cells, found[0].strip().split("\n"))
+        if max(columns, default=0) >= len(heading):
+            # A question in short form has fewer cases.
+            return found[0]
         whole.setdefault(tuple(heading), []).extend([part, *row] for row in rows)
         if not columns:
             file = f"{name}_{list(whole).index(tuple(heading)) + 1}.csv"
