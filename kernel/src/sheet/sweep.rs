@@ -92,17 +92,25 @@ impl Row<'_> {
         match viscosity {
             None if is_plain && !is_staged => lanes::dispatch(set, RowJob(self, left, Plain, ())),
             None if !is_staged => self.step_any(left),
+            Some(row) if is_plain && !is_staged => self.step_plain_viscous(left, row),
             Some(row) if is_flat && !is_staged => self.step_viscous(left, row),
             viscosity => self.step_in_stages(left, viscosity),
         }
     }
 
     /// [`Row::step`] without effects.
-    #[inline(never)] // Apart, as the next two: the stack of one must not add to that of another.
+    #[inline(never)] // Apart, as the next three: the stack of one must not add to that of another.
     fn step_any(&mut self, left: [f64; 3]) -> (Report, [f64; 2]) {
         let (Pass { instructions, directions, net, .. }, j) = (*self.pass, self.j);
         let alike = Table::alike(&directions.horizontal.rest);
         lanes::dispatch(instructions, RowJob(self, left, Table::of(&net, directions.rests(), j, &alike), ()))
+    }
+
+    /// [`Row::step`] of a plain sheet with viscosity alone.
+    #[inline(never)]
+    fn step_plain_viscous(&mut self, left: [f64; 3], row: ViscousRow<'_>) -> (Report, [f64; 2]) {
+        let Pass { instructions, directions, .. } = *self.pass;
+        lanes::dispatch(instructions, RowJob(self, left, Plain, row.along(directions)))
     }
 
     /// [`Row::step`] of a flat sheet with viscosity alone.
