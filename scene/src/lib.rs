@@ -332,14 +332,7 @@ pub fn preset(name: Option<Value>) -> Result<Scene> {
     )
 }
 
-/// A preset, or the scene of a file, as a scene file with every key.
-pub fn whole(name: &str) -> Result<String> {
-    let scene = read(Path::new(name))?;
-    let preset = PRESETS.iter().find(|(known, _)| *known == name).map_or(PRESETS[0].0, |(known, _)| known);
-    Ok(write(preset, &scene, &textile::of(&table_of(&text_of(Path::new(name))?)?)))
-}
-
-/// A scene as such a file, with its textiles ([`textile::of`]) and their sources, every key and what it is; under `[unread]` those that
+/// A scene as a scene file with every key, with its textiles ([`textile::of`]) and their sources, every key and what it is; under `[unread]` those that
 /// it does not read, or that its textile determines, and the preset has otherwise.
 pub fn write(name: &str, scene: &Scene, textiles: &Table) -> String {
     let mut copy = *scene;
