@@ -1,5 +1,5 @@
 // Makes the page: one file with everything inside.
-// node build.mjs KERNEL.wasm FABRIC-STUDY FOLDER
+// node build.mjs KERNEL.wasm FABRIC FOLDER
 import { build } from "esbuild";
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
@@ -80,6 +80,7 @@ const json = () => ({ "built:data": { contents: Object.entries(data).map(([key, 
 
 /** The native library's digest of each named scene. */
 const scene = await import(pathToFileURL(written("scene.mjs", await bundled("scene.ts", "esm", json()))));
+mkdirSync(join(out, "native"), { recursive: true });
 for (const { name, changes } of scene.NAMED) {
   const file = written(`scenes/${name}.toml`, scene.toToml({ ...scene.DEFAULTS, ...changes }));
   execFileSync(program, ["run", "--no-report", file, "--out", join(out, "native", name)], { stdio: ["ignore", "ignore", "inherit"] });
