@@ -1,6 +1,7 @@
 """The tutorial as a notebook: runs the programs of docs/tutorial.md, one after the other, as Jupyter does.
 
     python examples/notebooks/make.py            compares what they print with the page, and the notebook with what it should be
+    python examples/notebooks/make.py --short    runs the first SHORT programs only; compares the text of all
     python examples/notebooks/make.py --write    writes both anew
 
 Needs nbclient, nbformat and ipykernel (examples/notebooks/requirements.txt) and the package fabric_kernel.
@@ -17,6 +18,7 @@ from nbclient import NotebookClient
 
 TOP = pathlib.Path(__file__).parents[2]
 PAGE, NOTEBOOK = TOP / "docs/tutorial.md", TOP / "examples/notebooks/tutorial.ipynb"
+SHORT = 2
 # A program of the page, and what it prints.
 PROGRAM = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
 
@@ -25,8 +27,8 @@ def printed(cell):
     return "".join(output["text"] for output in cell.outputs if output.output_type == "stream" and output.name == "stdout")
 
 
-def ran(page):
-    """The page as a notebook that has run."""
+def ran(page, programs):
+    """The page as a notebook of which so many programs have run; the others have the output of the page."""
     cells, end = [], 0
     for program in PROGRAM.finditer(page):
         cells += [nbformat.v4.new_markdown_cell(linked(page[end : program.start()])), nbformat.v4.new_code_cell(program[1].rstrip())]
@@ -34,14 +36,18 @@ def ran(page):
     cells.append(nbformat.v4.new_markdown_cell(linked(page[end:])))
     for number, cell in enumerate(cells):
         cell["id"] = f"cell-{number}"
-    notebook = nbformat.v4.new_notebook(cells=cells)
+    # Two cells a program: text and code.
+    notebook = nbformat.v4.new_notebook(cells=cells[: 2 * programs])
     with tempfile.TemporaryDirectory() as folder:
         NotebookClient(notebook, timeout=1800, kernel_name="python3", resources={"metadata": {"path": folder}}, record_timing=False).execute()
     # Progress, and what differs from machine to machine.
+    notebook.cells = notebook.cells + cells[2 * programs :]
+    on_page = [program[2] for program in PROGRAM.finditer(page)][programs:]
     notebook.metadata = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}, "language_info": {"name": "python"}}
-    for cell in notebook.cells:
+    for number, cell in enumerate(notebook.cells):
         if cell.cell_type == "code":
-            text = printed(cell)
+            text = printed(cell) if number < 2 * programs else on_page.pop(0)
+            cell.execution_count = number // 2 + 1
             cell.outputs = [nbformat.v4.new_output("stream", name="stdout", text=text)] if text else []
     return notebook
 
@@ -53,10 +59,12 @@ def linked(text):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--write", action="store_true")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--write", action="store_true")
+    which.add_argument("--short", action="store_true")
     given = parser.parse_args()
     page = PAGE.read_text()
-    notebook = ran(page)
+    notebook = ran(page, SHORT if given.short else len(PROGRAM.findall(page)))
     outputs = iter([printed(cell) for cell in notebook.cells if cell.cell_type == "code"])
 
     def with_output(program):

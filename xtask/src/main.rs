@@ -36,7 +36,7 @@ struct Arguments {
 enum Command {
     /// Set up everything, build the FMUs, fly a rotorburst fragment into a sheet of Zylon and write target/demo/report.html.
     Demo(demo::Options),
-    /// Run every check: format, clippy, unit and physics tests, C and C++ hosts, FMPy, studies in short form.
+    /// Run what a change must pass: format, clippy, unit and physics tests, C and C++ hosts, FMPy, Python; with `--all` everything.
     Test(tests::Options),
     /// Print the Debian packages that `test` needs and that are not here, and in a second line those that it can use.
     Packages,

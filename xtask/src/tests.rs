@@ -3,8 +3,8 @@
 use crate::fmu;
 use crate::platforms::Targets;
 use crate::tools::{
-    Outcome, STEP_LEFT_OUT, all_left_out, cargo, emptied, python_with, read, run as command, said, step_left_out,
-    tables, target, top, unit_tests, wait, write,
+    Outcome, STEP_LEFT_OUT, all_left_out, cargo, emptied, last_time, python_with, read, run as command, said,
+    step_left_out, tables, target, top, unit_tests, wait, write,
 };
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -12,6 +12,9 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub struct Options {
+    /// Also the steps that only a release or continuous integration waits for: other platforms, sets of features, studies.
+    #[arg(long)]
+    all: bool,
     /// Run only the steps whose name contains this text (repeatable).
     #[arg(long, value_name = "TEXT")]
     only: Vec<String>,
@@ -23,42 +26,57 @@ pub struct Options {
     second_until: Option<PathBuf>,
 }
 
-type Step = (&'static str, fn() -> Outcome);
+/// Which commands run a step.
+#[derive(Clone, Copy, PartialEq)]
+enum When {
+    Always,
+    /// `cargo xtask test --all`.
+    All,
+    /// `cargo xtask test`; a longer step of `--all` has the same checks and more.
+    Short,
+}
+use When::{All, Always, Short};
 
-/// What every change must pass, in two halves that take the same time side by side: the first compiles for development and release, and
-/// for the targets of the digests, the second what is shipped.
+struct Step(When, &'static str, fn() -> Outcome);
+
+/// Checks of a change, in two halves that take the same time side by side: the first compiles for development and for the targets
+/// of the digests, the second what is shipped.
 const FIRST: &[Step] = &[
-    ("documentation: words and sentences of the pages", || command("python3", &["tests/structure/pages.py"])),
-    ("format", || with_cargo("fmt", &["fmt", "--all", "--check"])),
-    ("clippy", || {
+    Step(Always, "documentation: words and sentences of the pages", || {
+        command("python3", &["tests/structure/pages.py"])
+    }),
+    Step(Always, "format", || with_cargo("fmt", &["fmt", "--all", "--check"])),
+    Step(Always, "clippy", || {
         let options = ["clippy", "--quiet", "--workspace", "--all-targets", "--features", EVERY_FEATURE];
         with_cargo("clippy", &[&options[..], &["--", "-D", "warnings"]].concat())
     }),
-    ("unit, physics, golden and robustness tests", || {
+    Step(Always, "unit, physics, golden and robustness tests", || {
         cargo(&["test", "--quiet", "--workspace", "--features", EVERY_FEATURE])
     }),
-    ("every set of features", || wait(&mut tables(&["features"])?)),
-    ("documentation", documentation),
-    ("documentation as a site", crate::site::check),
-    ("package of the kernel", package),
-    ("C header", || wait(&mut tables(&["header", "--check"])?)),
-    ("web page in a browser", crate::web::check),
-    ("digests on other targets", crate::digests::short),
-    ("studies in short form", studies),
-    ("tutorial", tutorial),
+    Step(Always, "C header", || wait(&mut tables(&["header", "--check"])?)),
+    Step(All, "every set of features", || wait(&mut tables(&["features"])?)),
+    Step(All, "documentation", documentation),
+    Step(All, "documentation as a site", crate::site::check),
+    Step(All, "package of the kernel", package),
+    Step(All, "web page in a browser", crate::web::check),
+    Step(All, "digests on other targets", crate::digests::short),
+    Step(All, "studies in short form", studies),
+    Step(All, "tutorial", || tutorial(&[])),
 ];
 
 /// The other half.
 const SECOND: &[Step] = &[
-    ("gates on the libraries", || wait(&mut tables(&["gates"])?)),
-    ("C and C++ hosts", crate::chosts::run),
-    ("binary interface", crate::abi::run),
-    ("C and C++ examples", crate::examples::run),
-    ("FMUs", fmus),
-    ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
-    ("Python package", crate::wheel::test),
-    ("README", crate::readme::run),
-    ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
+    Step(All, "gates on the libraries", || wait(&mut tables(&["gates"])?)),
+    Step(Always, "C and C++ hosts", crate::chosts::run),
+    Step(Always, "binary interface", crate::abi::run),
+    Step(All, "C and C++ examples", crate::examples::run),
+    Step(Short, "FMUs for this platform", || fmus(Targets::Host)),
+    Step(All, "FMUs", || fmus(Targets::All)),
+    Step(All, "rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
+    Step(Always, "Python package", crate::wheel::test),
+    Step(Always, "README", crate::readme::run),
+    Step(Short, "tutorial, its first programs", || tutorial(&["--short"])),
+    Step(All, "demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
 ];
 
 /// What the kernel does not have by default. Where a step builds it with others, it is one more build.
@@ -73,32 +91,32 @@ fn with_cargo(name: &str, arguments: &[&str]) -> Outcome {
 }
 
 /// The page of the tutorial has what its programs print, and the notebook is that page.
-fn tutorial() -> Outcome {
+fn tutorial(options: &[&str]) -> Outcome {
     let python = crate::wheel::installed()?;
     python_with("examples/notebooks/requirements.txt")?;
-    command(python, &["examples/notebooks/make.py"])
+    command(python, &[&["examples/notebooks/make.py"], options].concat())
 }
 
 /// The long checks, by hand before a release.
 const VERIFY: &[Step] = &[
-    ("release, built in two folders and tried", || {
+    Step(Always, "release, built in two folders and tried", || {
         crate::release::run(&crate::release::Options { reproduce: true, smoke: true })
     }),
-    ("digests on every target", || crate::digests::run(&crate::digests::Options::default())),
-    ("sanitizers", crate::sanitize::run),
-    ("tests that take minutes: searches, random hits", || {
+    Step(Always, "digests on every target", || crate::digests::run(&crate::digests::Options::default())),
+    Step(Always, "sanitizers", crate::sanitize::run),
+    Step(Always, "tests that take minutes: searches, random hits", || {
         let tests = ["--test", "physics", "--test", "stability", "--", "--ignored"];
         cargo(&[&["test", "--quiet", "--package", "fabric-tests"], &tests[..]].concat())
     }),
-    ("error against run time", error_time),
-    ("map of stability, and its table", || {
+    Step(Always, "error against run time", error_time),
+    Step(Always, "map of stability, and its table", || {
         as_committed("stability", &["tables/stability.md", "images/stability_map.svg"])
     }),
-    ("validation, and its table", || as_committed("validation", &["tables/validation.md"])),
-    ("FMU reference results", || {
+    Step(Always, "validation, and its table", || as_committed("validation", &["tables/validation.md"])),
+    Step(Always, "FMU reference results", || {
         command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
     }),
-    ("licences, sources and bans of the dependencies", crate::examples::deny),
+    Step(Always, "licences, sources and bans of the dependencies", crate::examples::deny),
 ];
 
 /// rustdoc without warnings; every public item of kernel, C interface and FMU is documented.
@@ -130,41 +148,48 @@ fn package() -> Outcome {
 }
 
 pub fn run(options: &Options) -> Outcome {
+    let wanted = |&&Step(when, name, _): &&Step| match when {
+        _ if !options.only.is_empty() => options.only.iter().any(|text| name.contains(text.as_str())),
+        Always => true,
+        All => options.all,
+        Short => !options.all,
+    };
     if let Some(stop) = &options.second_until {
-        let done = steps(SECOND.iter(), || stop.exists());
+        let done = steps(SECOND.iter().filter(wanted), || stop.exists());
         write(stop.with_extension("lines"), done.join("\n"))?;
         return ended(&done);
     }
+    let [first, second] = [FIRST, SECOND].map(|half| half.iter().filter(wanted));
     if options.only.is_empty() {
-        return side_by_side(options.complete);
+        side_by_side(options, first)?;
+        let others: Vec<_> = FIRST.iter().chain(SECOND).filter(|step| step.0 == All).map(|step| step.1).collect();
+        if !options.all {
+            println!("`cargo xtask test --all` has besides: {}", others.join(", "));
+        }
+        return Ok(());
     }
-    let wanted = |name: &str| options.only.iter().any(|text| name.contains(text.as_str()));
-    let mut chosen = FIRST.iter().chain(SECOND).filter(|(name, _)| wanted(name)).peekable();
+    let mut chosen = first.chain(second).peekable();
     if chosen.peek().is_none() {
-        let names: Vec<_> = FIRST.iter().chain(SECOND).map(|(name, _)| *name).collect();
+        let names: Vec<_> = FIRST.iter().chain(SECOND).map(|step| step.1).collect();
         return Err(format!("no step has {:?} in its name; there are: {}", options.only, names.join(", ")));
     }
     ended(&steps(chosen, || false))
 }
 
-/// The first half of the steps here and the second in another process of this program: many a step keeps one processor busy only. Where
+/// The first half of the steps here and the second in another process of this program: many a step keeps one processor busy only. If
 /// one half fails, the other ends after the step that it is in.
-fn side_by_side(complete: bool) -> Outcome {
-    crate::needs::test(complete)?;
+fn side_by_side<'a>(options: &Options, first: impl Iterator<Item = &'a Step>) -> Outcome {
+    crate::needs::test(options.complete)?;
     let folder = emptied(target().join("checks"))?;
     let (log, stop) = (folder.join("second.log"), folder.join("stop"));
     let failed = |error: std::io::Error| format!("{}: {error}", log.display());
     let printed = std::fs::File::create(&log).map_err(failed)?;
-    let mut second = Command::new(std::env::current_exe().map_err(failed)?)
-        .args(["test", "--second-until"])
-        .arg(&stop)
-        .stdin(Stdio::null())
-        .stdout(printed.try_clone().map_err(failed)?)
-        .stderr(printed)
-        .spawn()
-        .map_err(failed)?;
+    let mut second = Command::new(std::env::current_exe().map_err(failed)?);
+    second.arg("test").args(options.all.then_some("--all")).arg("--second-until").arg(&stop).stdin(Stdio::null());
+    second.stdout(printed.try_clone().map_err(failed)?).stderr(printed);
+    let mut second = second.spawn().map_err(failed)?;
     println!("Half of the steps run beside these; what they print is in {} and follows at the end.", log.display());
-    let mut done = steps(FIRST.iter(), || matches!(second.try_wait(), Ok(Some(status)) if !status.success()));
+    let mut done = steps(first, || matches!(second.try_wait(), Ok(Some(status)) if !status.success()));
     if let Some(message) = done.iter().find(|line| line.starts_with("failed ")) {
         println!("{message}; the other half ends after the step that it is in ...");
         std::fs::write(&stop, "").map_err(failed)?;
@@ -176,7 +201,7 @@ fn side_by_side(complete: bool) -> Outcome {
 }
 
 pub fn verify() -> Outcome {
-    side_by_side(false)?;
+    run(&Options { all: true, only: Vec::new(), complete: false, second_until: None })?;
     ended(&steps(VERIFY.iter(), || false))
 }
 
@@ -208,16 +233,18 @@ fn ended(done: &[String]) -> Outcome {
 /// of processors, was skipped, in whole or in part, or failed.
 fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() -> bool) -> Vec<String> {
     let mut done = Vec::new();
-    for (name, step) in steps {
+    for Step(_, name, step) in steps {
         if stopped() || done.iter().any(|line: &String| line.starts_with("failed ")) {
             break;
         }
+        let title = format!("\n== {name}");
+        let last = last_time(&title).map_or(String::new(), |last| format!(", last time {last} s"));
         let (start, before) = (Instant::now(), processor_seconds());
-        let result = said(&format!("\n== {name}"), step);
+        let result = said(&title, step);
         let (seconds, busy) = (start.elapsed().as_secs_f64(), processor_seconds() - before);
         done.extend(all_left_out().iter().map(|what| format!("skipped {what}")));
         done.push(match result {
-            Ok(()) => format!("passed in {seconds:6.1} s (processors {busy:6.1} s)  {name}"),
+            Ok(()) => format!("passed in {seconds:6.1} s (processors {busy:6.1} s{last})  {name}"),
             Err(message) => match message.strip_prefix(STEP_LEFT_OUT) {
                 Some(why) => format!("skipped {name} ({why})"),
                 None => format!("failed step \"{name}\": {message}"),
@@ -234,11 +261,10 @@ fn processor_seconds() -> f64 {
     fields.skip(13).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
-/// Compares the committed model descriptions, builds both FMUs for every platform there are tools for,
-/// and runs the FMPy tests.
-fn fmus() -> Outcome {
+/// Compares the committed model descriptions, builds both FMUs and runs the FMPy tests.
+fn fmus(targets: Targets) -> Outcome {
     fmu::run(&fmu::Options { check: true, ..Default::default() })?;
-    fmu::run(&fmu::Options { targets: Targets::All, ..Default::default() })?;
+    fmu::run(&fmu::Options { targets, ..Default::default() })?;
     println!("figure 26: the versions of the GNU C library above");
     crate::wheel::installed()?;
     unit_tests(&python_with("tests/fmi/requirements.txt")?, "tests/fmi")
@@ -284,16 +310,16 @@ fn benchmark(options: &[&str]) -> Outcome {
 
 #[cfg(test)]
 mod counted {
-    use super::{Step, ended, steps};
+    use super::{Always, Step, ended, steps};
     use crate::tools::{found, needs};
 
     #[test]
     fn what_is_left_out_has_not_passed() {
         let all: [Step; 4] = [
-            ("whole", || needs(&["no-tool"])),
-            ("part", || if found(&["no-other"], "a part") { Err("a tool".into()) } else { Ok(()) }),
-            ("bad", || Err("broken".into())),
-            ("never", || Ok(())),
+            Step(Always, "whole", || needs(&["no-tool"])),
+            Step(Always, "part", || if found(&["no-other"], "a part") { Err("a tool".into()) } else { Ok(()) }),
+            Step(Always, "bad", || Err("broken".into())),
+            Step(Always, "never", || Ok(())),
         ];
         let mut done = steps(all.iter(), || false);
         assert!(ended(&done).is_err());

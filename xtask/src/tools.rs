@@ -37,18 +37,25 @@ pub fn cargo(arguments: &[&str]) -> Outcome {
 /// Does what may take its time, and says so: once, with the time that it took when it last had to be done.
 pub fn said<T>(what: &str, action: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-    let file = target().join("times").join(what.replace(|c: char| !c.is_alphanumeric(), "-"));
     if SAID.lock().is_ok_and(|mut said| said.insert(what.into())) {
-        let last = std::fs::read_to_string(&file).map(|last| format!(" (last time {last} s)"));
-        println!("{what} ...{}", last.unwrap_or_default());
+        println!("{what} ...{}", last_time(what).map_or(String::new(), |last| format!(" (last time {last} s)")));
     }
     let start = Instant::now();
     let done = action()?;
     let seconds = start.elapsed().as_secs();
     if seconds > 0 {
-        write(&file, seconds.to_string())?;
+        write(time_file(what), seconds.to_string())?;
     }
     Ok(done)
+}
+
+/// Time that an action of `said` took when it last had to be done, s.
+pub fn last_time(what: &str) -> Option<String> {
+    std::fs::read_to_string(time_file(what)).ok()
+}
+
+fn time_file(what: &str) -> PathBuf {
+    target().join("times").join(what.replace(|c: char| !c.is_alphanumeric(), "-"))
 }
 
 /// The program xtask-tables, compiled.
