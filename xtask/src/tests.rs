@@ -149,7 +149,7 @@ fn package() -> Outcome {
 
 pub fn run(options: &Options) -> Outcome {
     let wanted = |&&Step(when, name, _): &&Step| match when {
-        _ if !options.only.is_empty() => *when != Short && options.only.iter().any(|text| name.contains(text.as_str())),
+        _ if !options.only.is_empty() => when != Short && options.only.iter().any(|text| name.contains(text.as_str())),
         Always => true,
         All => options.all,
         Short => !options.all,
