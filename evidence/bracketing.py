@@ -1,6 +1,6 @@
 """What the first velocity of a test without a guess does to its V50.
 
-Shot: the presets and the textiles of fabrics/, from a tenth, once and ten times their limit, which a few shots find first; 20 shots, and
+Shot: the presets and the textiles of data/fabrics/, from a tenth, once and ten times their limit, which a few shots find first; 20 shots, and
 30 where the interval of V50 is not bounded by 20.
 Simulated: how often the intervals of such tests hold the truth, as `coverage.py` does it for tests with a guess.
 """

@@ -2,7 +2,7 @@
 
 Method: the design and the method of analysis know nothing of the fabric but the guess. The results depend only on how far the guess is
 off in units of the fabric's sigma, not on sigma/mu: a fabric with a sigma of 2 % and one of 10 % are the same test in another unit
-(python/tests/test_limit.py). The guess is a V50 of 500 m/s and a standard deviation of 25 m/s; the fabrics lie beside it. A test without a fit counts as held, as its
+(tests/python/test_limit.py). The guess is a V50 of 500 m/s and a standard deviation of 25 m/s; the fabrics lie beside it. A test without a fit counts as held, as its
 interval has no end.
 """
 

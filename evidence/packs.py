@@ -2,7 +2,7 @@
 
 Axes: P. M. Cunniff, 18th International Symposium on Ballistics (1999): V50/(U*)^(1/3) over A_d A_p/m_p, with the areal density A_d, the presented area
 A_p and the mass m_p of the projectile, and U* = (strength x failure strain)/(2 density) x sqrt(modulus/density). Input is yarn data alone. Twaron:
-areal density of a layer from the table itself, fibre "PPTA, regular" of validation/fibres.toml before weaving; linear density and count were not seen,
+areal density of a layer from the table itself, fibre "PPTA, regular" of data/measured/fibres.toml before weaving; linear density and count were not seen,
 so the yarns are spaced as those of S706, which is a choice.
 
 Method: the limit of five hits each, with the viscosity of real fabrics, with a bar for one yarn and with one for two, a sheet 160 mm wide held on four
@@ -35,7 +35,7 @@ LONGEST, STEEL = {"bonded": 2e-3, "separate": 3e-4}, 7850.0
 BREAK = 5.0
 # Half of the 38 m/s that MIL-STD-662F allows between the shots that a V50 is the mean of; the source of the ladder gives no interval.
 V50_INTERVAL = 19.0
-# Linear density of the yarn of S706, kg/m, and its count, 1/m, as fabrics/kevlar_km2_s706.toml has them; density of both fibres, kg/m^3.
+# Linear density of the yarn of S706, kg/m, and its count, 1/m, as data/fabrics/kevlar_km2_s706.toml has them; density of both fibres, kg/m^3.
 KM2, COUNT, FIBRE = 600 * 1e-3 / 9000.0, 34 / 0.0254, 1.44e3
 
 
@@ -65,7 +65,7 @@ class Pack(NamedTuple):
 
 
 def toml(name):
-    return tomllib.loads((TOP / f"validation/{name}.toml").read_text())
+    return tomllib.loads((TOP / f"data/measured/{name}.toml").read_text())
 
 
 def packs():
@@ -157,7 +157,7 @@ def judged(study, rows):
     text = page.markdown(heading, lines, 2)
     if slopes:
         text += "\nRise of the V50 of Twaron CT612 with the areal density, m/s per kg/m²:\n\n" + page.markdown(["form", "yarns a bar", "width, mm", "between", "model [95 %]", "measured", "verdict"], slopes, 1)
-    return comparisons, "## Ballistic limit of packs\n\n" + text + "\n(U*)^(1/3) of the fibres of validation/fibres.toml:\n\n" + fibres(), True
+    return comparisons, "## Ballistic limit of packs\n\n" + text + "\n(U*)^(1/3) of the fibres of data/measured/fibres.toml:\n\n" + fibres(), True
 
 
 def slope_points(rows):

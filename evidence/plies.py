@@ -26,12 +26,12 @@ WIDTH, BAR = 0.06, 2.0
 NUMBERS = ((1, 105.0), (2, 140.0), (5, 210.0), (10, 295.0), (20, 420.0), (40, 590.0), (62, 720.0))
 # Between two plies, m: less than the thickness of a fabric, which was not seen, as they lie close.
 GAP, GAPS = 1e-4, (0.0, 3e-5, 1e-4, 3e-4, 1e-3)
-# Crimp of warp and weft, as Kevlar 49 fabric in validation/kevlar49_strength.toml.
+# Crimp of warp and weft, as Kevlar 49 fabric in data/measured/kevlar49_strength.toml.
 CRIMP = {"warp": {"crimp": 0.0065}, "weft": {"crimp": 0.0025}}
-# Strengths of Kevlar 49 yarn, fabrics/kevlar_49_yarn.toml.
+# Strengths of Kevlar 49 yarn, data/fabrics/kevlar_49_yarn.toml.
 DRAWN = {"yarn.stochastic": True, "yarn.strength_draw": "weibull", "yarn.weibull_shape": 14.74, "yarn.weibull_gauge_length": 0.05}
 BONDED, SEPARATE, TURNED = "bonded", "separate", "separate, every other one turned"
-# Published: two to four thin plies take over 7 % more energy than one thick one of the same mass (validation/effects.toml).
+# Published: two to four thin plies take over 7 % more energy than one thick one of the same mass (data/measured/effects.toml).
 THIN_MORE = (7.0, math.inf)
 # Plies turned against one another absorb 14 to 15 % more; half a percent for the rounding.
 TURNED_MORE = (13.5, 15.5)

@@ -2,7 +2,7 @@
 
 Method: two nodes 25 mm apart, so heavy that they part at a constant rate; the pull of the segment between them follows from what it takes of their
 speed. Modulus: secant at 0.5 % of strain. Strength: the largest nominal stress. Input: modulus and strength at the lowest and at the highest rate of
-validation/kevlar49_strength.toml, which give the growth by e-fold; so only the rate between them is a test, and the outer two check the law.
+data/measured/kevlar49_strength.toml, which give the growth by e-fold; so only the rate between them is a test, and the outer two check the law.
 Limit: crimp is left out, as the published modulus is that of the stretched fabric.
 """
 

@@ -2,7 +2,7 @@
 
 Method: a row of segments as long as the gauge, each segment with a strength of its own, is held at a uniform stretch and stepped once; bisection finds
 the stretch at which its weakest segment gives way. Shape and scale of many samples follow from deviation and mean of the logarithms:
-m = pi/(sqrt(6) deviation), ln scale = mean + gamma/m. Input: fabrics/kevlar_49_yarn.toml, the strength at 50 mm and the shape, two numbers that are a
+m = pi/(sqrt(6) deviation), ln scale = mean + gamma/m. Input: data/fabrics/kevlar_49_yarn.toml, the strength at 50 mm and the shape, two numbers that are a
 line through the six scales of yarn; so this tests the size effect.
 Limit: 17 yarns an inch is a choice, as no count could be cited; a chain does not depend on it.
 """
@@ -22,8 +22,8 @@ TOLERANCE, BATCH = 0.03, 50
 
 
 def measured(table):
-    """The rows of a table of validation/kevlar49_strength.toml."""
-    return tomllib.loads((TOP / "validation/kevlar49_strength.toml").read_text())[table]
+    """The rows of a table of data/measured/kevlar49_strength.toml."""
+    return tomllib.loads((TOP / "data/measured/kevlar49_strength.toml").read_text())[table]
 
 
 def rows_of(length, seed):

@@ -4,7 +4,7 @@ Method: held nodes have no velocity, so a strip is pulled through states of rest
 rest and with the largest stretches that their segments have had; then the network moves for 256 steps, and is put to rest again, until
 nothing breaks, its kinetic energy is below 1e-4 of the strain energy and both clamps feel the same load within 1 %. The strength is the
 largest load of the clamps over the section of the yarns. Shape and scale of the samples follow from mean and deviation of the logarithms.
-Input: fabrics/kevlar_49_yarn.toml. Count and linear density could not be cited: 17 yarns an inch of 1420 denier are a choice.
+Input: data/fabrics/kevlar_49_yarn.toml. Count and linear density could not be cited: 17 yarns an inch of 1420 denier are a choice.
 Limits: clamps hold every yarn alike; a bar that breaks sets off waves that no test machine is slower than, so rests say nothing of the rate.
 """
 
@@ -130,7 +130,7 @@ def rigid(crossings):
 
 def shared(width, length, seed, samples=2000):
     """Strengths, MPa, if all yarns shared their load equally at each crossing: the least of the bundles between two crossings."""
-    yarn = tomllib.loads((TOP / "fabrics" / "kevlar_49_yarn.toml").read_text())["fabric"]
+    yarn = tomllib.loads((TOP / "data/fabrics/kevlar_49_yarn.toml").read_text())["fabric"]
     shape, rows, bars = yarn["weibull_shape"]["value"], round(width * COUNT), round(length * COUNT)
     scale = yarn["strength"]["value"] * (1e-3 * yarn["gauge_length"]["value"] * COUNT) ** (1 / shape)
     strengths = numpy.sort(scale * numpy.random.default_rng(seed).weibull(shape, (samples, bars, rows)))

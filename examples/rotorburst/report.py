@@ -15,7 +15,7 @@ import pandas
 from balances import answer, plies_of, result_rows, went_through
 from fabric_kernel import Scene, Simulation, page, plot, sheets
 
-ZYLON = "Zylon AS, 500 denier, 35 yarns an inch, by its data sheet (fabrics/zylon_as_500_35.toml)"
+ZYLON = "Zylon AS, 500 denier, 35 yarns an inch, by its data sheet (data/fabrics/zylon_as_500_35.toml)"
 PAPER = "the yarn of Powell and Zohdi (2009)"
 CAVEAT = (
     "Not yet the numbers of a real fabric: the yarn area of the source paper is about 3.7 times too large for its mass, so the yarn is as much too "

@@ -74,7 +74,7 @@ class Scene:
     """Everything that defines a simulation. It never changes, can be compared and pickled, and is small.
 
     A preset, and what differs from it: `Scene("sheet_3in_sphere", seed=7, projectile={"velocity": [0, 0, 80]})`, or with the whole
-    names `Scene("sheet_3in_sphere", {"projectile.velocity": [0, 0, 80]})`. Names and values are those of scene files (fabrics/README.md):
+    names `Scene("sheet_3in_sphere", {"projectile.velocity": [0, 0, 80]})`. Names and values are those of scene files (data/fabrics/README.md):
     `Scene(fabric="kevlar_km2_s706", sheet={"width": "102 mm"}, projectile={"diameter": "5.56 mm", "material": "steel"}, aim={"angle": "30 deg"})`.
     Whether the values are of the right type is checked here, whether they can be simulated by `check` and `Simulation`.
 

@@ -138,7 +138,7 @@ def alike(velocities, through, share, confidence):
 
 RARE, FALSE_ALARM = 0.002, 0.01
 """`falling` names what is drawn no more often than RARE. The share that it draws from follows the chances of the shots, so it doubts shots
-whose share grows with the velocity, or stays, somewhat more often than that, but at most in FALSE_ALARM (python/tests/test_limit.py)."""
+whose share grows with the velocity, or stays, somewhat more often than that, but at most in FALSE_ALARM (tests/python/test_limit.py)."""
 
 
 def checked(velocities: ArrayLike, through: ArrayLike) -> tuple[numpy.ndarray, numpy.ndarray]:

@@ -4,7 +4,7 @@ Method: e = ln(computed/measured) of each case. The e of one series of tests are
 mean of e² in it, over all cases and networks, and s² the mean of the m_k of the K series. A new comparison lies within exp(± t s), with
 Student's t of K degrees of freedom. The spread is about no error, and no computed number is corrected.
 Where the e of a series are one number and have mean 0 this holds the new one with exactly the confidence; where they differ within a
-series, or have another mean, more often (python/tests/test_model_error.py).
+series, or have another mean, more often (tests/python/test_model_error.py).
 Limits: one series of limits was found, so that t is 12.7 for 95 %. The e contain the errors of the tests and of the computed limits.
 What counts as compared is a choice: a flat sheet with an areal density within that of the series, its support and shape, a fragment from half to
 1.1 times its mass, its widths, hit no nearer to an edge than half of the least, moduli and failure strains within a third, and flight and axis

@@ -8,7 +8,7 @@ fit are enlarged by sqrt(n/(n - k)) t/z for the k numbers fitted to n shots. No 
 through, if the best fit does not. A bootstrap with a normal error about the curve would hold the
 limit in 22 to 45 % only, as single limits scatter and the curve is steep there.
 Limits: few shots lie near the limit, so its interval is too narrow: of 40 invented sets 32 hold it where 95 % is asked for
-(python/tests/test_residual.py).
+(tests/python/test_residual.py).
 Reference: R. F. Recht, T. W. Ipson, J. Appl. Mech. 30 (1963) 384; J. P. Lambert, G. H. Jonas, BRL Report 1852 (1976).
 """
 

@@ -6,7 +6,7 @@ the shots go through, holds n/3 of them and is missed with a probability of at m
 Window: the shots contradict a share that grows if so many of the ladder went through, or one of all shots, as a law of the shots of the test, or
 of all faster ones (Firth's fit to FEWEST or more, with WIDER times its scatter, as few shots tell it badly) lets through in less than RARE of
 tests; or if all of those were stopped; or if the pairs of all shots contradict it (`limit.falling`).
-Limits: one shot a rung, so a rare perforation is missed; nothing is asked of velocities above the limit. python/tests/test_window.py measures how
+Limits: one shot a rung, so a rare perforation is missed; nothing is asked of velocities above the limit. tests/python/test_window.py measures how
 often shots without a window are said to have one.
 """
 

@@ -87,7 +87,7 @@ fn in_rust(code: Code) -> Option<Code> {
 }
 
 /// What a call in C gives for the codes that only C has: bare pointers, sizes of structures, numbers for choices. (That a call in C gives the
-/// code that it gives in Rust, whatever it is, `fuzz/src/calls.rs` asserts.)
+/// code that it gives in Rust, whatever it is, `tests/fuzz/src/calls.rs` asserts.)
 fn in_c(code: Code) -> Option<i32> {
     let plain = fk_scene::of(small_sheet(9, 50.0));
     let sized = |scene: *const fk_scene| {

@@ -10,8 +10,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-const CRATES: [&str; 10] =
-    ["capi", "fmu", "fuzz", "host", "kernel", "scene", "evidence/bench", "tests", "xtask", "capi/library"];
+const CRATES: [&str; 10] = [
+    "capi",
+    "fmu",
+    "tests/fuzz",
+    "crates/host",
+    "kernel",
+    "crates/scene",
+    "evidence/bench",
+    "tests",
+    "xtask",
+    "capi/library",
+];
 
 /// Modules of a crate by name, `a::b`, and the modules that each imports.
 type Imports = BTreeMap<String, BTreeSet<String>>;

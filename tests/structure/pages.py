@@ -12,8 +12,8 @@ TOP = pathlib.Path(__file__).resolve().parents[2]
 BUDGET = {
     "README.md": 650, "docs/model.md": 4600, "docs/validation.md": 2000, "docs/tutorial.md": 1700, "docs/fmi.md": 1500, "docs/accuracy.md": 1500,
     "docs/embedding.md": 1400, "docs/v50.md": 1200, "docs/python.md": 1100, "docs/reliability.md": 1000, "docs/performance.md": 900,
-    "fabrics/README.md": 900, "CONTRIBUTING.md": 650, "examples/rotorburst/README.md": 500, "docs/dependencies.md": 450, "docs/web.md": 400,
-    "CHANGELOG.md": 350, "validation/README.md": 250,
+    "data/fabrics/README.md": 900, "CONTRIBUTING.md": 650, "examples/rotorburst/README.md": 500, "docs/dependencies.md": 450, "docs/web.md": 400,
+    "CHANGELOG.md": 350, "data/measured/README.md": 250,
     # Beside what they describe.
     "evidence/resolved/README.md": 900, "fmu/wasm/README.md": 400, "examples/reference/README.md": 160, "kernel/README.md": 160,
     "xtask/release/README.md": 130, "examples/coupling/README.md": 80, "python/README.md": 40,

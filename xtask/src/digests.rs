@@ -55,7 +55,7 @@ enum Runner {
     Other,
 }
 
-/// The host's own setting must not matter (host/src/float.rs).
+/// The host's own setting must not matter (crates/host/src/float.rs).
 const ROUNDING_UP: &[&str] = &["-static", "-DROUNDING=FE_UPWARD"];
 const HOSTED: &[&str] = &["tests/digests/hosted.c", "-lm"];
 const BOARD: &[&str] = &["tests/digests/cortex_m7.c", "examples/cortex-m7/board.c"];

@@ -12,12 +12,12 @@ pub struct Options {
     /// Only this target: scene, image, capsule, calls or fmi.
     #[arg(long, value_name = "NAME")]
     target: Option<String>,
-    /// Afterwards put a small corpus that reaches the same code into fuzz/corpus.
+    /// Afterwards put a small corpus that reaches the same code into tests/fuzz/corpus.
     #[arg(long)]
     minimise: bool,
 }
 
-/// The targets, as in `fuzz/src/lib.rs`.
+/// The targets, as in `tests/fuzz/src/lib.rs`.
 const TARGETS: [&str; 5] = ["scene", "image", "capsule", "calls", "fmi"];
 /// Longest input, bytes. All that a target decodes of one is less.
 const LONGEST: &str = "-max_len=160";
@@ -54,7 +54,16 @@ pub fn run(options: &Options) -> Outcome {
 fn fuzz(subcommand: &str, name: &str) -> Result<Command, String> {
     let mut command = cargo_tool("cargo-fuzz")?;
     // Comparisons are not traced: the inputs are decoded by the byte, so that there is nothing to guess, and it is twice as fast.
-    command.args(["fuzz", subcommand, "--features", "fuzzer", "--no-trace-compares", "--target-dir"]);
+    command.args([
+        "fuzz",
+        subcommand,
+        "--fuzz-dir",
+        "tests/fuzz",
+        "--features",
+        "fuzzer",
+        "--no-trace-compares",
+        "--target-dir",
+    ]);
     // A stack frame of its own for every call costs a third of the time.
     command.env("RUSTC_BOOTSTRAP", "1").env("ASAN_OPTIONS", "detect_stack_use_after_return=0");
     command.arg(target().join("fuzz")).arg(name);
@@ -73,14 +82,14 @@ fn campaign(name: &str, seconds: u64) -> Result<Run, String> {
     let _ = std::fs::remove_file(&tally);
     println!("  {name}: {seconds} s ...");
     let mut command = fuzz("run", name)?;
-    command.arg(&corpus).arg(top().join("fuzz/corpus").join(name)).env("FABRIC_FUZZ_TALLY", &tally);
+    command.arg(&corpus).arg(top().join("tests/fuzz/corpus").join(name)).env("FABRIC_FUZZ_TALLY", &tally);
     command.args(["--", LONGEST]).args(QUICK).args(["-verbosity=0", "-timeout=60"]);
     command.args([format!("-max_total_time={seconds}"), format!("-artifact_prefix={}/", crashes.display())]);
     let status = command.status().map_err(|error| format!("cannot start {command:?}: {error}"))?;
     let (deep, executions) = counts(&tally);
     println!("  {name}: {executions} executions, {} % past the first check", percent(deep, executions));
     if !status.success() {
-        println!("  {name}: BROKEN. The input is in {}: put it into fuzz/regressions/{name}.", crashes.display());
+        println!("  {name}: BROKEN. The input is in {}: put it into tests/fuzz/regressions/{name}.", crashes.display());
     }
     Ok(Run { executions, crashes: u64::from(!status.success()) })
 }
@@ -99,7 +108,7 @@ fn percent(part: u64, whole: u64) -> u64 {
 /// Replaces a committed corpus by the smallest inputs that reach the same edges.
 fn minimise(name: &str) -> Outcome {
     let (found, small) = (folder("corpus", name)?, folder("small", name)?);
-    let committed = top().join("fuzz/corpus").join(name);
+    let committed = top().join("tests/fuzz/corpus").join(name);
     emptied(small.clone())?;
     let mut command = fuzz("run", name)?;
     command.args([&small, &found, &committed]);
@@ -112,6 +121,6 @@ fn minimise(name: &str) -> Outcome {
         bytes += std::fs::copy(file.path(), committed.join(file.file_name())).map_err(|error| error.to_string())?;
         count += 1;
     }
-    println!("  {name}: {count} files, {bytes} bytes in fuzz/corpus/{name}");
+    println!("  {name}: {count} files, {bytes} bytes in tests/fuzz/corpus/{name}");
     Ok(())
 }

@@ -99,7 +99,7 @@ pub fn test() -> Outcome {
     command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
     let python = venv.join("bin/python");
     pip(&python, &[&format!("{}[test]", wheel.display())])?;
-    unit_tests(&python, "python/tests")
+    unit_tests(&python, "tests/python")
 }
 
 fn only_file(folder: &Path) -> Result<PathBuf, String> {

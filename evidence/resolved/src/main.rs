@@ -21,7 +21,7 @@ struct Shot {
     shape: Option<String>,
 }
 
-/// What the arguments say. Without them the fabric is fabrics/kevlar_km2_s706.toml and the body a sphere of 5.556 mm.
+/// What the arguments say. Without them the fabric is data/fabrics/kevlar_km2_s706.toml and the body a sphere of 5.556 mm.
 fn given(arguments: &[String]) -> Result<(Cloth, Body, Shot), String> {
     let mut left = BTreeMap::new();
     for argument in arguments {

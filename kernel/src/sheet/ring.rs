@@ -10,7 +10,7 @@
 //! those of the first. The plies push on each other along the normal (sin a_i, 0, cos a_i) that their column has at rest.
 //! Limits: the fabric does not bend; between two nodes it is straight. A turn about the axis turns no normal of a column.
 //! Reference: docs/model.md, "Curved sheets and rings"; of the preset NASA, Research and Technology 2001, NTRS 20050207394, and
-//! fabrics/zylon_as_500_35.toml.
+//! data/fabrics/zylon_as_500_35.toml.
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::Lane;

@@ -24,7 +24,8 @@ fn header() -> Result<String, String> {
     let capsules = read(source("capsule.rs"))?;
     let capsules = capsules.split_once("\nuse ").map_or("", |(_, code)| code);
     let calls = calls + "\nuse " + &with_plain_pointers(capsules);
-    let read_outs = read_outs(&types, "fabric", "kernel/src")? + &read_outs(&types, "fabric_capsule", "capsule/src")?;
+    let read_outs =
+        read_outs(&types, "fabric", "kernel/src")? + &read_outs(&types, "fabric_capsule", "crates/capsule/src")?;
     write(&shown, calls + &read_outs)?;
     let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml"))?;
     config.after_includes = Some(format!("\n{}{}{}", statuses()?, choices(), scene().trim_end()));

@@ -59,7 +59,7 @@ pub fn table() -> String {
          Written by `cargo xtask fmu` from `kernel/src/scene/fields/table.rs`.\n\
          The names are those of Rust, of scene files and of the FMUs, where `projectile.position` and the other three numbers of the \
          motion are `projectile.start.position` and so on.\n\
-         Scene files take [units and further keys](../../fabrics/README.md#sheet-and-projectile), too.\n\
+         Scene files take [units and further keys](../../data/fabrics/README.md#sheet-and-projectile), too.\n\
          A vector has the same range for each element.\n\
          The default is that of the 10 in preset; that of the 3 in preset follows after \"3 in:\" where it differs.\n\
          The FMUs start with `time_step.seconds` = 2e-8 and with the projectile 1 mm before the sheet.\n\n\

@@ -71,7 +71,7 @@ fn reserve(scene: &Scene, memory: Option<u64>) -> Result<(Vec<CacheLine>, usize)
 mod tests {
     use super::*;
 
-    /// An error with the number, no abort. (What the allocator says is tried in python/tests/test_inputs.py.)
+    /// An error with the number, no abort. (What the allocator says is tried in tests/python/test_inputs.py.)
     #[test]
     fn a_sheet_larger_than_memory_is_an_error_that_says_how_much_it_takes() {
         let mut scene = Scene::sheet_3in_sphere();

@@ -1,6 +1,6 @@
 //! Keys of scene files from which parameters follow: the width of a sheet, a coarser network of its fabric, a projectile of a material
 //! and where it hits.
-//! Meaning and defaults: fabrics/README.md. A file that gives one of these and a parameter that follows from it is refused.
+//! Meaning and defaults: data/fabrics/README.md. A file that gives one of these and a parameter that follows from it is refused.
 
 use crate::density::{LIGHTEST, density, volume};
 use crate::notes::unlikely_body;
@@ -441,7 +441,7 @@ mod tests {
         assert!((value / expected - 1.0).abs() < 1e-12, "{value:e} is not {expected:e}");
     }
 
-    /// The scene of fabrics/README.md with a data sheet's words is that of its numbers, to the last bit.
+    /// The scene of data/fabrics/README.md with a data sheet's words is that of its numbers, to the last bit.
     #[test]
     fn a_scene_in_words_is_the_scene_in_numbers() {
         let words = "fabric = \"kevlar_km2_s706\"\nsheet.width = \"101 mm\"\nprojectile.diameter = \"5.556 mm\"\nprojectile.mass = \"0.69 g\"\n\

@@ -1,4 +1,4 @@
-//! A capsule that was written is replayed with the same bits; what was altered is found where it is; broken bytes are refused by name. Hostile ones: fuzz/src/capsule.rs.
+//! A capsule that was written is replayed with the same bits; what was altered is found where it is; broken bytes are refused by name. Hostile ones: tests/fuzz/src/capsule.rs.
 
 use fabric::{CacheLine, Layout, Motion, Outcome, Path, Scene, Sim};
 use fabric_capsule::{Broken, Call, Capsule, Difference, Log, Replay, Seen, What};

@@ -494,7 +494,7 @@ fn meant(key: &str) -> String {
     }
     let near: Vec<String> = near.iter().map(|name| format!("`{name}`")).collect();
     if near.is_empty() {
-        return "; docs/tables/scene.md and fabrics/README.md have all keys".into();
+        return "; docs/tables/scene.md and data/fabrics/README.md have all keys".into();
     }
     format!("; is it {}?", near.join(" or "))
 }
@@ -809,7 +809,7 @@ mod tests {
 
     #[test]
     fn the_example_scenes_are_sound() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes");
         let mut count = 0;
         for entry in std::fs::read_dir(folder).unwrap() {
             let scene = read(&entry.unwrap().path()).unwrap();

@@ -1,7 +1,7 @@
-//! Textiles as TOML: the named ones of the folder `fabrics`, and the table `[fabric]` of a scene file.
+//! Textiles as TOML: the named ones of the folder `data/fabrics`, and the table `[fabric]` of a scene file.
 //!
 //! ```toml
-//! fabric = "kevlar_km2_s706"      # a file of the folder `fabrics`; or
+//! fabric = "kevlar_km2_s706"      # a file of the folder `data/fabrics`; or
 //!
 //! [fabric]
 //! name = "kevlar_km2_s706"        # without it all numbers are your own
@@ -233,8 +233,10 @@ fn refuse_missing(table: &str, has: impl Fn(&str) -> bool) -> Result<()> {
         missing.push("failure_strain (or strength)".to_string());
     }
     let Some(first) = missing.first() else { return Ok(()) };
-    let text =
-        format!("{table}.{}: missing or 0 in [{table}]; fabrics/README.md has an example with all", missing.join(", "));
+    let text = format!(
+        "{table}.{}: missing or 0 in [{table}]; data/fabrics/README.md has an example with all",
+        missing.join(", ")
+    );
     bad(&format!("{table}.{first}"), text)
 }
 
@@ -474,7 +476,7 @@ mod tests {
 
     #[test]
     fn every_number_of_a_named_textile_has_its_source() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fabrics");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/fabrics");
         let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
         assert_eq!(entries.filter(|path| path.extension().is_some_and(|kind| kind == "toml")).count(), FILES.len());
         for (name, text) in FILES {
@@ -513,7 +515,7 @@ mod tests {
 
     #[test]
     fn every_measurement_has_its_source() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../validation");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/measured");
         let mut count = 0;
         for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
             if entry.extension().is_some_and(|kind| kind == "toml") {
