@@ -4,9 +4,9 @@
 
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
-use fabric::Feature;
-use fabric::{Bands, CacheLine, Code, Error, Layout, Scene, Sim};
 use fabric_capsule::Call;
+use fabric_kernel::Feature;
+use fabric_kernel::{Bands, CacheLine, Code, Error, Layout, Scene, Sim};
 
 /// What the handle and the numbers are aligned to, bytes, wherever the host's memory starts.
 const ALIGN: usize = 64;

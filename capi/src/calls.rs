@@ -14,9 +14,9 @@ use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
 use crate::sizes::{Part, Structure, change_scene, put_scene, read, read_scene};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
-use fabric::{Code, Error, Layout, OutcomeSet, Scene, Textile};
 use fabric_capsule::Call;
 use fabric_host::{Input, Output, in_our_environment};
+use fabric_kernel::{Code, Error, Layout, OutcomeSet, Scene, Textile};
 
 /// 0 or the error's number.
 pub(crate) fn status(result: Result<(), Error>) -> i32 {
@@ -295,7 +295,7 @@ fn change_even_failed(mut sim: ToChange, work: impl FnOnce(&mut fk_sim) -> Resul
 }
 
 /// Runs a call that only looks; after a failure it repeats the failure.
-fn view(sim: ToLookAt, work: impl FnOnce(&fabric::Sim<'static>) -> Result<(), Error>) -> i32 {
+fn view(sim: ToLookAt, work: impl FnOnce(&fabric_kernel::Sim<'static>) -> Result<(), Error>) -> i32 {
     let work = |block: &fk_sim| match block.sim.failure() {
         Some(failure) => Err(failure.into()),
         None => work(&block.sim),
@@ -313,7 +313,7 @@ fn get<T: Structure>(
     sim: ToLookAt,
     mut out: Output<T>,
     size: u64,
-    work: impl FnOnce(&fabric::Sim<'static>) -> Result<T, Error>,
+    work: impl FnOnce(&fabric_kernel::Sim<'static>) -> Result<T, Error>,
 ) -> i32 {
     view(sim, |sim| put(&mut out, size, work(sim)?))
 }
@@ -479,7 +479,7 @@ pub unsafe extern "C" fn fk_bands_end(mut sim: ToChange) -> i32 {
 /// Errors: FK_NULL_POINTER (sim), FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_time(sim: ToLookAt, mut steps: Output<u64>, mut seconds: Output<f64>) -> i32 {
-    let work = |sim: &fabric::Sim<'static>| {
+    let work = |sim: &fabric_kernel::Sim<'static>| {
         steps.put(sim.step_count());
         seconds.put(sim.time());
         Ok(())
@@ -500,7 +500,7 @@ pub unsafe extern "C" fn fk_get_step_limits(sim: ToLookAt, out: Output<fk_step_l
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>, size: u64) -> i32 {
-    let work = |sim: &fabric::Sim<'static>| {
+    let work = |sim: &fabric_kernel::Sim<'static>| {
         let layout = sim.layout();
         let rows = layout.y.modelled();
         Ok(fk_grid {
@@ -618,7 +618,7 @@ pub unsafe extern "C" fn fk_get_slip(
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_momentum_residual(sim: ToLookAt, mut out: Output<f64>) -> i32 {
-    let work = |sim: &fabric::Sim<'static>| {
+    let work = |sim: &fabric_kernel::Sim<'static>| {
         let residual = sim.momentum_residual()?;
         let out = array_mut(&mut out, 3, "out")?;
         out.iter_mut().zip(residual).for_each(|(slot, component)| *slot = component);
@@ -663,7 +663,7 @@ pub unsafe extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>, size
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>, size: u64) -> i32 {
-    let work = |sim: &fabric::Sim<'static>| {
+    let work = |sim: &fabric_kernel::Sim<'static>| {
         let outcomes = sim.outcomes();
         Ok(fk_outcome {
             status: outcomes.status as u32,
@@ -748,11 +748,11 @@ pub unsafe extern "C" fn fk_digest(sim: ToLookAt, mut digest: Output<u64>) -> i3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fabric::fields::FIELDS;
+    use fabric_kernel::fields::FIELDS;
 
     #[test]
     fn the_header_says_the_kernels_limits() {
-        assert_eq!(FK_MAX_BANDS, fabric::MAX_BANDS);
+        assert_eq!(FK_MAX_BANDS, fabric_kernel::MAX_BANDS);
     }
 
     #[test]
@@ -787,8 +787,8 @@ mod tests {
     fn the_digest_of_the_hosts_is_that_of_the_kernel() {
         let mut scene = Scene::sheet_3in_sphere();
         (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
-        let mut memory = std::vec![fabric::CacheLine::ZERO; Layout::of(&scene).unwrap().lines()];
-        let mut sim = fabric::Sim::new(&scene, &mut memory).unwrap();
+        let mut memory = std::vec![fabric_kernel::CacheLine::ZERO; Layout::of(&scene).unwrap().lines()];
+        let mut sim = fabric_kernel::Sim::new(&scene, &mut memory).unwrap();
         sim.advance(3000).unwrap();
         assert_eq!(std::format!("small {:016x}\n", sim.digest()), include_str!("../../tests/c/digests"));
     }

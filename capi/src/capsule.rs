@@ -8,9 +8,9 @@ use crate::block::{self, Lent, ToChange, Window, fk_sim};
 use crate::calls::{array, array_mut, put_number, status};
 use crate::sizes::{Part, put_scene, read_to_change};
 use crate::types::*;
-use fabric::{Code, Error};
 use fabric_capsule::{Broken, Capsule, Difference, Log, Seen, What};
 use fabric_host::{Input, Output, in_our_environment};
+use fabric_kernel::{Code, Error};
 
 /// Puts the simulation back to step 0, and writes every call that changes it from there on into `memory`: a capsule, which fk_replay,
 /// `fabric replay` and the page do again and compare. A capsule that was being written is dropped. `memory` must not be used by anything

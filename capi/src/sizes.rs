@@ -3,11 +3,11 @@
 //!
 //! How to add a field: at the end, without a gap (a structure has no padding and ends on a multiple of 8 bytes). A host may give any whole
 //! number of words from those of the first release to the present ones. A scene grows by rows at the end of the table
-//! `fabric::fields::FIELDS`. `fk_motion` is part of `fk_path`, `fk_threads` of `fk_textile`: they can never grow.
+//! `fabric_kernel::fields::FIELDS`. `fk_motion` is part of `fk_path`, `fk_threads` of `fk_textile`: they can never grow.
 
 use crate::types::*;
-use fabric::{Code, Error, Scene};
 use fabric_host::{Input, Output};
+use fabric_kernel::{Code, Error, Scene};
 
 /// A structure that hosts of several ages know.
 ///

@@ -1,17 +1,17 @@
 //! Structures and constants of the C interface. SI units; vectors in the host's frame; quaternions scalar first.
 //!
 //! What the kernel says of a run has one structure for Rust and C: the aliases below. The scene's structure, with its comments,
-//! and the constants of its choices are made from `fabric::fields`, those of the statuses from `fabric::Code`, by
+//! and the constants of its choices are made from `fabric_kernel::fields`, those of the statuses from `fabric_kernel::Code`, by
 //! `cargo xtask header`.
 #![allow(non_camel_case_types)] // C names.
 
 use core::ffi::c_char;
-use fabric::fields::{FIELDS, Field, SLOTS};
-use fabric::{Error, Scene};
+use fabric_kernel::fields::{FIELDS, Field, SLOTS};
+use fabric_kernel::{Error, Scene};
 #[rustfmt::skip]
 pub use fabric_capsule::{Replay as fk_replay_place};
 
-pub use fabric::{
+pub use fabric_kernel::{
     Contact as fk_contact, Counters as fk_counters, Energy as fk_energy, Fabric as fk_fabric, Motion as fk_motion,
     Path as fk_path, Ply as fk_ply, Slip as fk_slip, StepLimits as fk_step_limits, Support as fk_support,
     Textile as fk_textile, Threads as fk_threads,
@@ -106,7 +106,7 @@ pub struct fk_replayed {
     pub found: u64,
 }
 
-/// What is simulated. In C it has a member for each row of `fabric::fields::FIELDS`, in that order, each number in 64 bits.
+/// What is simulated. In C it has a member for each row of `fabric_kernel::fields::FIELDS`, in that order, each number in 64 bits.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_scene {

@@ -57,7 +57,7 @@ def stage():
     modules = [name for name in MODULES if not name or list((TOP / "python/fabric_kernel").glob(f"{name[1:]}.py"))]
     put(PAGES / "reference/python.md", "# Python package\n\n" + "\n\n".join(f"::: fabric_kernel{name}" for name in modules) + "\n")
     put(PAGES / "reference/c.md", f"# C header\n\n```c\n{(TOP / 'include/fabric_kernel.h').read_text()}```\n")
-    put(PAGES / "reference/rust.md", '# Rust crate\n\n`cargo doc -p fabric-kernel --no-deps` writes the reference of the crate; on this site it is <a href="../rustdoc/fabric/index.html">here</a>.\n')
+    put(PAGES / "reference/rust.md", '# Rust crate\n\n`cargo doc -p fabric-kernel --no-deps` writes the reference of the crate; on this site it is <a href="../rustdoc/fabric_kernel/index.html">here</a>.\n')
     put(PAGES / "site.css", STYLE)
     for name in package(SHIM, r"package/shim/index\.js"):
         shutil.move(name, PAGES / "iframe-worker.js")

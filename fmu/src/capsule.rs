@@ -4,8 +4,8 @@
 
 use crate::log::{Category, Line, Log};
 use core::fmt::Write;
-use fabric::{Error, Sim};
 use fabric_capsule::{Call, Log as Written, Sink};
+use fabric_kernel::{Error, Sim};
 
 /// Calls between two digests of the state; a communication step is two calls.
 const DIGESTS: u64 = 1000;

@@ -8,10 +8,10 @@
 //! Reference: docs/model.md, "Prescribed projectile"; M. Arnold, in: Co-simulation (2010).
 
 use crate::parameters::Parameters;
-use fabric::Solid;
-use fabric::exponential;
-use fabric::pose::{self, Vector};
-use fabric::{Motion, Path, Sim, math};
+use fabric_kernel::Solid;
+use fabric_kernel::exponential;
+use fabric_kernel::pose::{self, Vector};
+use fabric_kernel::{Motion, Path, Sim, math};
 
 /// Part of the node spacing beyond which the pose is refused: nodes would be jumped over.
 const REFUSE: f64 = 1.0;

@@ -11,14 +11,14 @@ use crate::memory::Block;
 use crate::parameters::Parameters;
 use crate::table::{Id, MOST_ELEMENTS, PLIES_SHOWN, Role, VARIABLES, Variable};
 use core::fmt::Write;
-use fabric::Solid;
-use fabric::TEST_INTERVAL;
-use fabric::outputs::{Get, OUTPUTS, Output, Readings};
-use fabric::{Body, Inertia};
-use fabric::{Code, number};
-use fabric::{Energy, Error, Failure, Layout, Motion, Path, Ply, Sim, math};
-use fabric::{Outcome, OutcomeSet};
 use fabric_capsule::Call;
+use fabric_kernel::Solid;
+use fabric_kernel::TEST_INTERVAL;
+use fabric_kernel::outputs::{Get, OUTPUTS, Output, Readings};
+use fabric_kernel::{Body, Inertia};
+use fabric_kernel::{Code, number};
+use fabric_kernel::{Energy, Error, Failure, Layout, Motion, Path, Ply, Sim, math};
+use fabric_kernel::{Outcome, OutcomeSet};
 
 /// What is computed by a pass over the sheet, kept until the next step.
 #[derive(Clone, Copy, Default)]
@@ -37,7 +37,7 @@ pub struct Running {
 
 impl Running {
     /// Memory and simulation for a scene.
-    pub fn new(scene: &fabric::Scene) -> Result<Running, Trouble> {
+    pub fn new(scene: &fabric_kernel::Scene) -> Result<Running, Trouble> {
         let layout = Layout::of(scene).map_err(Trouble::Refused)?;
         let mut block = Block::new(layout.lines()).ok_or(Trouble::OutOfMemory(layout.bytes()))?;
         // SAFETY: carved once; `Running` keeps the block as long as the simulation, which is dropped before it.

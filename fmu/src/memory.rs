@@ -4,7 +4,7 @@
 use core::ffi::c_void;
 use core::ops::{Deref, DerefMut};
 use core::ptr::NonNull;
-use fabric::CacheLine;
+use fabric_kernel::CacheLine;
 
 #[cfg(not(target_family = "wasm"))]
 mod library {

@@ -2,8 +2,8 @@
 
 use crate::table::{Id, Kind, MOST_ELEMENTS, Role, VARIABLES, Variable};
 use core::slice::from_mut;
-use fabric::fields::FIELDS;
-use fabric::{Drive, Motion, Scene};
+use fabric_kernel::fields::FIELDS;
+use fabric_kernel::{Drive, Motion, Scene};
 
 /// Inputs and parameters: a scene, and what the FMU adds.
 #[derive(Clone, Copy)]
@@ -154,7 +154,7 @@ impl Parameters {
 mod tests {
     use super::*;
     use crate::table::variable;
-    use fabric::fields::Place;
+    use fabric_kernel::fields::Place;
 
     fn set(parameters: &mut Parameters, name: &str, element: usize, value: f64) {
         parameters.set(variable(name).unwrap(), element, value);

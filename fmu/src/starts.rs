@@ -6,8 +6,8 @@
 use crate::parameters::Parameters;
 use crate::token;
 use core::hint::black_box;
-use fabric::fields::SLOTS;
-use fabric::{Hash, Scene};
+use fabric_kernel::fields::SLOTS;
+use fabric_kernel::{Hash, Scene};
 
 /// Words of the block: its mark (2), layout, build, token, checksum, and those of the scene in the order of the kernel's table.
 type Block = [u64; 6 + SLOTS];
@@ -91,7 +91,7 @@ impl Default for Parameters {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fabric::fields::FIELDS;
+    use fabric_kernel::fields::FIELDS;
 
     /// The block of a scene as `fabric fmu` writes it.
     fn filled(mut scene: Scene) -> Block {

@@ -8,10 +8,10 @@ use crate::kept::{Kept, Phase, Saved};
 use crate::log::{Status, line};
 use crate::starts::Starts;
 use crate::table::EVENTS;
-use fabric::Hash;
-use fabric::Sim;
-use fabric::fields::SLOTS;
 use fabric_capsule::Call;
+use fabric_kernel::Hash;
+use fabric_kernel::Sim;
+use fabric_kernel::fields::SLOTS;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRFMUS");
 /// Version of the bytes' meaning.

@@ -8,12 +8,12 @@
 //! A variable's value reference never changes once released; a new variable takes a new one. In FMI 3.0 an array has the
 //! table's reference; in FMI 2.0 its elements have that reference and the following ones, row by row.
 
-use fabric::MAX_PLIES;
-use fabric::Outcome;
-use fabric::fields::{
+use fabric_kernel::MAX_PLIES;
+use fabric_kernel::Outcome;
+use fabric_kernel::fields::{
     ANGULAR_VELOCITY, ANY_SIGN, Choice, FIELDS, FORCE, Field, POSITION, Place, QUATERNION, Quantity, VELOCITY, quantity,
 };
-use fabric::outputs::{ENERGY, Get, OUTPUTS, Output};
+use fabric_kernel::outputs::{ENERGY, Get, OUTPUTS, Output};
 
 /// Names a variable in code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -492,7 +492,7 @@ pub static VARIABLES: [Variable; COUNT] = {
 
 /// Most elements of one variable.
 pub const MOST_ELEMENTS: usize = {
-    let (mut most, mut k) = (fabric::outputs::MOST_ELEMENTS, 0);
+    let (mut most, mut k) = (fabric_kernel::outputs::MOST_ELEMENTS, 0);
     while k < FIELDS.len() {
         most = if FIELDS[k].size() > most { FIELDS[k].size() } else { most };
         k += 1;

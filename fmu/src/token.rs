@@ -10,8 +10,8 @@ pub fn hash(mut starts: Parameters) -> u64 {
     let mut take =
         |bytes: &[u8]| bytes.iter().for_each(|byte| hash = (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3));
     take(crate::MODEL_IDENTIFIER.as_bytes());
-    take(fabric::VERSION.as_bytes());
-    take(&fabric::FORMAT.to_le_bytes());
+    take(fabric_kernel::VERSION.as_bytes());
+    take(&fabric_kernel::FORMAT.to_le_bytes());
     for variable in &VARIABLES {
         take(variable.name.as_bytes());
         take(&variable.reference.to_le_bytes());

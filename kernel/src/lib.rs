@@ -8,7 +8,7 @@
 //! global state, no thread, no panic.
 //!
 //! ```
-//! use fabric::{CacheLine, Layout, OutcomeSet, Scene, Sim};
+//! use fabric_kernel::{CacheLine, Layout, OutcomeSet, Scene, Sim};
 //!
 //! // The paper's 3 in sheet, smaller here, hit by the 8.4 g sphere at 60 m/s.
 //! let mut scene = Scene::sheet_3in_sphere();
@@ -24,7 +24,7 @@
 //! println!("residual velocity {:.1} m/s", sim.projectile()?.velocity[2]);
 //! println!("absorbed energy {:.2} J", sim.contact()?.work);
 //! println!("failed segments {}", sim.counters().failed_segments);
-//! # Ok::<(), fabric::Error>(())
+//! # Ok::<(), fabric_kernel::Error>(())
 //! ```
 #![no_std]
 #![deny(unsafe_code, missing_docs)]

@@ -1,6 +1,6 @@
 //! Refusals and failures as Python's exceptions.
 
-use fabric::fields::field;
+use fabric_kernel::fields::field;
 use fabric_scene::BadKey;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
@@ -21,12 +21,12 @@ create_exception!(
 );
 
 /// What the kernel says.
-pub fn of(error: fabric::Error) -> PyErr {
+pub fn of(error: fabric_kernel::Error) -> PyErr {
     let code = format!("{:?}", error.code);
     if error.code.number() > -50 {
         let mut text = error.text().to_string();
         let limits = field(error.field).map(|field| field.limits());
-        if let (fabric::Code::OutOfRange, Some([least, greatest])) = (error.code, limits)
+        if let (fabric_kernel::Code::OutOfRange, Some([least, greatest])) = (error.code, limits)
             && !(least..=greatest).contains(&error.value)
         {
             text += &format!("; it goes from {least} to {greatest}");
@@ -41,12 +41,12 @@ pub fn of(error: fabric::Error) -> PyErr {
 }
 
 /// A failure of a step.
-pub fn failed(failure: fabric::Failure) -> PyErr {
+pub fn failed(failure: fabric_kernel::Failure) -> PyErr {
     of(failure.into())
 }
 
 /// Why a simulation of a scene cannot be made: a refusal, with what must be said of its projectile, or the lack of memory.
-pub fn of_making(scene: &fabric::Scene, error: Box<dyn std::error::Error>) -> PyErr {
+pub fn of_making(scene: &fabric_kernel::Scene, error: Box<dyn std::error::Error>) -> PyErr {
     let doubt = fabric_scene::notes::unlikely_body(scene).map_or(String::new(), |note| format!("; {note}"));
     error
         .downcast_ref()
@@ -55,7 +55,7 @@ pub fn of_making(scene: &fabric::Scene, error: Box<dyn std::error::Error>) -> Py
 
 /// What the reader of scenes says.
 pub fn of_scene(error: Box<dyn std::error::Error>) -> PyErr {
-    if let Some(error) = error.downcast_ref::<fabric::Error>() {
+    if let Some(error) = error.downcast_ref::<fabric_kernel::Error>() {
         return of(*error);
     }
     let key = error.downcast_ref::<BadKey>().map_or("", |bad| &bad.key);

@@ -1,9 +1,9 @@
 //! The micro scale: yarns as bundles of the paper's fibrils, and the law fitted to them.
 
 use crate::errors::bad;
-use fabric::calibrate::{Fit, FittedLaw, fit};
-use fabric::fibril::{Bundle, BundleYarn};
 use fabric_host::in_our_environment;
+use fabric_kernel::calibrate::{Fit, FittedLaw, fit};
+use fabric_kernel::fibril::{Bundle, BundleYarn};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
@@ -58,7 +58,7 @@ pub fn yarn_of_fibrils<'py>(py: Python<'py>, seed: u64, number: u64, straight: b
         [("modulus", modulus), ("work", work), ("left", left), ("critical_stretch", critical)].into_py_dict(py)?;
     let constants = |law: FittedLaw| (law.damage_rate, law.a, law.b);
     all.set_item("laws", <(_, _)>::from(laws.map(constants)))?;
-    all.set_item("expected_modulus", (mean, of_fibril / fabric::math::sqrt(f64::from(bundle.fibrils))))?;
+    all.set_item("expected_modulus", (mean, of_fibril / fabric_kernel::math::sqrt(f64::from(bundle.fibrils))))?;
     all.set_item("ruptures", PyArray1::from_vec(py, stretches))?;
     all.set_item("alpha", PyArray1::from_vec(py, alphas))?;
     Ok(all)

@@ -35,7 +35,7 @@ mod _kernel {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        module.add("VERSION", fabric::VERSION)?;
+        module.add("VERSION", fabric_kernel::VERSION)?;
         module.add("PRESETS", fabric_scene::PRESETS.map(|(name, _)| name))
     }
 }

@@ -1,7 +1,7 @@
 //! The table of parameters, and values of Python for its rows.
 
 use crate::errors::bad;
-use fabric::fields::{FIELDS, Field, Place};
+use fabric_kernel::fields::{FIELDS, Field, Place};
 use fabric_scene::short;
 use numpy::PyReadonlyArrayDyn;
 use pyo3::IntoPyObjectExt;
@@ -40,7 +40,7 @@ fn row<'py>(py: Python<'py>, field: &Field) -> PyResult<Bound<'py, PyDict>> {
 }
 
 /// A parameter's value: a number, a truth value, a name, or tuples of numbers.
-pub fn value<'py>(py: Python<'py>, field: &Field, scene: &fabric::Scene) -> PyResult<Bound<'py, PyAny>> {
+pub fn value<'py>(py: Python<'py>, field: &Field, scene: &fabric_kernel::Scene) -> PyResult<Bound<'py, PyAny>> {
     let mut scene = *scene;
     let words: Vec<u64> = (0..field.size()).map(|element| field.word(&mut scene, element)).collect();
     let first = words.first().copied().unwrap_or(0);

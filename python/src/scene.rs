@@ -1,8 +1,8 @@
 //! Scenes: a preset, a file or a dictionary, and whatever differs from it.
 
 use crate::{errors, parameters};
-use fabric::fields::{FIELDS, field};
 use fabric_host::in_our_environment;
+use fabric_kernel::fields::{FIELDS, field};
 use fabric_scene::memory::Buffers;
 use fabric_scene::{PRESETS, UNREAD, derived, short, textile};
 use pyo3::exceptions::PyKeyError;
@@ -15,7 +15,7 @@ use toml::Table;
 #[pyclass(frozen, module = "fabric_kernel")]
 pub struct Scene {
     /// The kernel's scene.
-    pub scene: fabric::Scene,
+    pub scene: fabric_kernel::Scene,
     /// The textiles that it was made of, and the projectile's material, as a scene file has them.
     textiles: Table,
     /// What the reader of the file must know, if it is of a file.
@@ -51,7 +51,7 @@ impl Scene {
     }
 
     /// With another scene of the same textiles.
-    fn with(&self, scene: fabric::Scene) -> Scene {
+    fn with(&self, scene: fabric_kernel::Scene) -> Scene {
         Scene { scene, textiles: self.textiles.clone(), remarks: self.remarks.clone() }
     }
 }
@@ -217,7 +217,7 @@ impl Scene {
 
     /// Features of the kernel that the scene needs, with the field that asks for each.
     fn features(&self) -> std::collections::BTreeMap<&'static str, &'static str> {
-        let all = fabric::FEATURES.iter().rev();
+        let all = fabric_kernel::FEATURES.iter().rev();
         all.filter_map(|record| Some((record.name, record.asked_by(&self.scene)?))).collect()
     }
 
@@ -229,8 +229,9 @@ impl Scene {
 
     /// Held nodes of each ply: row, first column, and column after the last.
     fn held(&self) -> PyResult<Vec<(usize, u32, u32)>> {
-        let layout = fabric::Layout::of(&self.scene).map_err(errors::of)?;
-        let of_row = |row| fabric::internals::weave::fixed_runs(&self.scene, row).map(|[from, end]| (row, from, end));
+        let layout = fabric_kernel::Layout::of(&self.scene).map_err(errors::of)?;
+        let of_row =
+            |row| fabric_kernel::internals::weave::fixed_runs(&self.scene, row).map(|[from, end]| (row, from, end));
         Ok((0..layout.y.modelled()).flat_map(of_row).filter(|(_, from, end)| end > from).collect())
     }
 

@@ -3,10 +3,10 @@
 use crate::errors::{self, bad};
 use crate::parameters;
 use crate::scene::Scene;
-use fabric::outputs::{COUNT, Get, OUTPUTS, Output, Readings};
-use fabric::{CacheLine, Failure, Motion, Outcome, OutcomeSet, Path, Sim};
 use fabric_capsule::{Call, File, Log};
 use fabric_host::in_our_environment;
+use fabric_kernel::outputs::{COUNT, Get, OUTPUTS, Output, Readings};
+use fabric_kernel::{CacheLine, Failure, Motion, Outcome, OutcomeSet, Path, Sim};
 use fabric_scene::memory::Buffers;
 use fabric_scene::{notes, short};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
@@ -135,7 +135,7 @@ impl Simulation {
     fn filled(
         &self,
         length: usize,
-        fill: impl FnOnce(&Sim<'static>, &mut [f64]) -> Result<(), fabric::Error>,
+        fill: impl FnOnce(&Sim<'static>, &mut [f64]) -> Result<(), fabric_kernel::Error>,
     ) -> PyResult<Vec<f64>> {
         let mut numbers = vec![0.0; length];
         in_our_environment(|| fill(&self.sim, &mut numbers)).map_err(errors::of)?;
@@ -145,7 +145,7 @@ impl Simulation {
     fn of_nodes<'py>(
         &self,
         py: Python<'py>,
-        fill: impl FnOnce(&Sim<'static>, &mut [f64]) -> Result<(), fabric::Error>,
+        fill: impl FnOnce(&Sim<'static>, &mut [f64]) -> Result<(), fabric_kernel::Error>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let shape = self.shape_of_nodes();
         PyArray1::from_vec(py, self.filled(shape.iter().product(), fill)?).reshape(shape)
@@ -159,7 +159,7 @@ impl Simulation {
     fn of_segments<'py>(
         &self,
         py: Python<'py>,
-        fill: impl FnOnce(&Sim<'static>, &mut [f64]) -> Result<(), fabric::Error>,
+        fill: impl FnOnce(&Sim<'static>, &mut [f64]) -> Result<(), fabric_kernel::Error>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_vec(py, self.filled(self.sim.layout().segments(), fill)?))
     }
@@ -202,7 +202,7 @@ fn outcome_set(until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
 }
 
 /// The same for a scene.
-fn outcomes_of(scene: &fabric::Scene, until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
+fn outcomes_of(scene: &fabric_kernel::Scene, until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
     let set = outcome_set(until)?;
     if set.has(Outcome::Through) && !scene.track_through {
         return Err(bad("until", "until: through comes only with track_through, which the scene does not have".into()));
@@ -386,7 +386,7 @@ impl Simulation {
     #[pyo3(signature = (thickness, friction, adhesion = 0.0))]
     fn slip<'py>(&self, py: Python<'py>, thickness: f64, friction: f64, adhesion: f64) -> PyResult<Bound<'py, PyDict>> {
         let found = py.detach(|| in_our_environment(|| self.sim.slip(thickness, friction, adhesion)));
-        let fabric::Slip { crossings, slipping, largest } = found.map_err(errors::of)?;
+        let fabric_kernel::Slip { crossings, slipping, largest } = found.map_err(errors::of)?;
         let all = PyDict::new(py);
         all.set_item("crossings", <(u64, u64, u64)>::from(crossings))?;
         all.set_item("slipping", <(u64, u64, u64)>::from(slipping))?;

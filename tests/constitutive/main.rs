@@ -7,7 +7,7 @@
 
 use dashu_float::FBig;
 use dashu_float::round::mode::HalfEven;
-use fabric::internals::law::{self as yarn, DamageLaw, Rest, Segment};
+use fabric_kernel::internals::law::{self as yarn, DamageLaw, Rest, Segment};
 
 type Exact = FBig<HalfEven, 2>;
 

@@ -1,7 +1,7 @@
 //! Golden tests: the bits of a few runs, pinned. They say that something changed, never that it is wrong or right; the physics
 //! tests do that. The scenes use literal numbers only, so that no function of the host has a part in them.
 
-use fabric::{Code, Scene, Sim};
+use fabric_kernel::{Code, Scene, Sim};
 use fabric_tests::golden::{self as scenes, SCENES, pins};
 use fabric_tests::sim_of;
 use rayon::prelude::*;

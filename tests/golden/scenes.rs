@@ -5,7 +5,7 @@
 pub mod pins;
 
 use crate::{as_proposed, drawn, rated, rough, set_off, viscous};
-use fabric::{
+use fabric_kernel::{
     AttachmentKind, Draw, Drive, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
     StrengthDraw, Symmetry, TimeStep, Weft,
 };

@@ -3,7 +3,9 @@
 use crate::fabrics::hit;
 use crate::grading::graded;
 use crate::plies::{another, stacked, with_back};
-use fabric::{AttachmentKind, Drive, Energy, Grading, Integrator, Scene, Shape, Sim, StrengthDraw, Symmetry, TimeStep};
+use fabric_kernel::{
+    AttachmentKind, Drive, Energy, Grading, Integrator, Scene, Shape, Sim, StrengthDraw, Symmetry, TimeStep,
+};
 use fabric_tests::reference::{
     V3, add, cross, dot, fixed_nodes, forces, length, moments, projectile_energy, rest_positions, scale, sub, turn,
     turn_back,

@@ -1,7 +1,7 @@
 //! Attachments that slip, let go and tear out, against closed forms: the wave in a yarn that meets a clamp, the reaction, the balances, and the
 //! limits of a clamp that holds everything or nothing.
 
-use fabric::{AttachmentKind, Code, Outcome, Scene, Sim, Symmetry};
+use fabric_kernel::{AttachmentKind, Code, Outcome, Scene, Sim, Symmetry};
 use fabric_tests::reference::{length, sub};
 use fabric_tests::{
     as_proposed, between_supports, close, image_of, memory_of, positions, set_off, sim_of, small_sheet, velocities,
@@ -263,6 +263,6 @@ fn clamps_that_cannot_be_are_refused_by_field() {
         refused(|s| (s.sheet.pre_strain, s.attachment.hold, s.attachment.strength) = ([0.01; 2], 0.0, 1e-3)),
         (Code::OutOfRange, "attachment.strength")
     );
-    let (code, field) = refused(|s| s.integrator = fabric::Integrator::THETA);
+    let (code, field) = refused(|s| s.integrator = fabric_kernel::Integrator::THETA);
     assert!(code == Code::DoesNotGoWith && ["attachment.hold", "integrator.kind"].contains(&field), "{code:?} {field}");
 }

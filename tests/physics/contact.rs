@@ -1,12 +1,12 @@
 //! Contact: no node enters the projectile, impulses only push, and a solve never adds kinetic energy.
 
-use fabric::{AttachmentKind, Scene, Shape};
+use fabric_kernel::{AttachmentKind, Scene, Shape};
 use fabric_tests::reference::{V3, add, dot, fixed_nodes, forces, length, nose, rest_positions, scale, sub, turn_back};
 use fabric_tests::{close, damage, drawn, positions, sim_of, small_sheet, stepped};
 
 /// Outward distance of a point from the projectile's surface, m: each shape as the intersection of slabs, tubes and balls
 /// (exact near the surface of one of them, too small beyond edges and rims, exact in sign everywhere).
-pub(crate) fn gap(scene: &Scene, body: &fabric::Motion, x: V3) -> f64 {
+pub(crate) fn gap(scene: &Scene, body: &fabric_kernel::Motion, x: V3) -> f64 {
     let r = sub(x, body.position);
     let local = turn_back(body.orientation, r);
     let side = local[0].hypot(local[1]) - scene.projectile.radius;

@@ -2,7 +2,7 @@
 //! v_z = v0 cos cos at the start, no projectile.
 
 use crate::second_order;
-use fabric::{Integrator, TimeStep};
+use fabric_kernel::{Integrator, TimeStep};
 use fabric_tests::reference::{V3, largest_distance};
 use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, without_projectile};
 

@@ -2,7 +2,7 @@
 //!
 //! FABRIC_SHOTS=4000 FABRIC_STEPS=12000 cargo test --release -p fabric-tests --test physics -- --ignored --nocapture worst_balance
 
-use fabric::{AttachmentKind, Scene, Shape, TimeStep};
+use fabric_kernel::{AttachmentKind, Scene, Shape, TimeStep};
 use fabric_tests::{number, small_sheet};
 use rayon::prelude::*;
 
@@ -38,8 +38,8 @@ fn shot(k: u64) -> Scene {
 /// By how much the balance is open at most before the first failure and after it, in parts of the impact energy. None for a scene that is
 /// refused.
 fn open(scene: &Scene, steps: u64) -> Option<[f64; 2]> {
-    let mut memory = vec![fabric::CacheLine::ZERO; fabric::Layout::of(scene).ok()?.lines()];
-    let mut sim = fabric::Sim::new(scene, &mut memory).ok()?;
+    let mut memory = vec![fabric_kernel::CacheLine::ZERO; fabric_kernel::Layout::of(scene).ok()?.lines()];
+    let mut sim = fabric_kernel::Sim::new(scene, &mut memory).ok()?;
     let (first, mut most) = (sim.energy().ok()?.projectile_kinetic, [0.0_f64; 2]);
     while sim.step_count() < steps {
         sim.advance(100).ok()?;

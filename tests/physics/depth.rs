@@ -1,7 +1,7 @@
 //! How deep nodes get into a body without friction: a search over random scenes.
 
-use fabric::internals::shape::Solid;
-use fabric::{AttachmentKind, Drive, Grading, Projectile, Scene, Shape, Stack, TimeStep, pose, prism};
+use fabric_kernel::internals::shape::Solid;
+use fabric_kernel::{AttachmentKind, Drive, Grading, Projectile, Scene, Shape, Stack, TimeStep, pose, prism};
 use fabric_tests::reference::{V3, add, dot, length, scale, sub};
 use fabric_tests::{number, sim_of, small_sheet, tetrahedron};
 use std::ops::Range;

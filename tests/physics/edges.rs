@@ -1,8 +1,8 @@
 //! Edges of the body: nodes that it gets past within a step feel nothing, and nodes that it meets are caught none the less. (That none gets
 //! in, whatever the shape and motion, is searched for in `depth`.)
 
-use fabric::Solid;
-use fabric::{AttachmentKind, ContactLaw, Drive, Integrator, Projectile, Scene, Shape, TimeStep};
+use fabric_kernel::Solid;
+use fabric_kernel::{AttachmentKind, ContactLaw, Drive, Integrator, Projectile, Scene, Shape, TimeStep};
 use fabric_tests::{cuboid_faces, sim_of, small_sheet};
 
 /// Bodies with a flat front across z, and how far they reach along y and along z from the centre of mass, m.

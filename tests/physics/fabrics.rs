@@ -3,7 +3,7 @@
 
 use crate::second_order;
 use crate::symmetry::with_wave;
-use fabric::{AttachmentKind, Integrator, Scene, Sim, Symmetry, TimeStep, Weft};
+use fabric_kernel::{AttachmentKind, Integrator, Scene, Sim, Symmetry, TimeStep, Weft};
 use fabric_tests::reference::{
     add, areas, direction, fixed_nodes, forces, largest_distance, length, natural_lengths, scale, segment_ends,
     spacings, sub,
@@ -141,7 +141,8 @@ fn segments_of_each_direction_break_at_their_energy() {
         let mut scene = unlike(without_projectile(small_sheet(3, 0.0)));
         scene.sheet.crimp = [0.01, 0.02];
         scene.time_step = TimeStep::fraction(1e-3);
-        let axis = [fabric::internals::planes::Axis::Horizontal, fabric::internals::planes::Axis::Vertical][k];
+        let axis =
+            [fabric_kernel::internals::planes::Axis::Horizontal, fabric_kernel::internals::planes::Axis::Vertical][k];
         let (law, segment) = (scene.damage_law(axis), scene.mean_segment(axis));
         assert_eq!(law.critical_stretch, [1.03, 1.025][k]);
         close(segment.damage_rate, [230.6011, 150.0][k], 1e-9);
@@ -250,13 +251,13 @@ fn taut() -> Vec<Scene> {
     (scene.sheet.nodes_y, scene.sheet.plies) = (12, 2);
     scene.sheet.pre_strain = [0.01, 0.004];
     let mut drawn = scene;
-    (drawn.yarn.stochastic, drawn.yarn.draw, drawn.weft.modulus_sd) = (true, fabric::Draw::Yarn, 2e9);
+    (drawn.yarn.stochastic, drawn.yarn.draw, drawn.weft.modulus_sd) = (true, fabric_kernel::Draw::Yarn, 2e9);
     let mut strip = scene;
     strip.attachment.kind = AttachmentKind::TwoSides;
     (strip.sheet.pre_strain, strip.sheet.crimp) = ([0.01, 0.0], [0.0, 0.003]);
     let theta = Scene { integrator: Integrator::THETA, ..drawn };
     let symmetry = Symmetry { mirror_x: true, mirror_y: true };
-    let quarter = Scene { symmetry, drive: fabric::Drive::Free, ..scene };
+    let quarter = Scene { symmetry, drive: fabric_kernel::Drive::Free, ..scene };
     vec![scene, drawn, strip, theta, quarter]
 }
 

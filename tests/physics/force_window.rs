@@ -1,6 +1,6 @@
 //! The peak force: the largest mean over windows of `force_window`, and before the first is full the mean over the time elapsed.
 
-use fabric::{Scene, Sim};
+use fabric_kernel::{Scene, Sim};
 use fabric_tests::{close, sim_of, small_sheet};
 
 /// A sheet of 21 x 21 hit at 100 m/s, with so long a window, in steps.

@@ -1,6 +1,6 @@
 //! The same physics in another frame or with another number of plies.
 
-use fabric::Scene;
+use fabric_kernel::Scene;
 use fabric_tests::reference::{V3, add, largest_distance, length, sub, turn};
 use fabric_tests::{positions, small_sheet, stepped, tilted_cylinder, velocities};
 

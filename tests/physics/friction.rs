@@ -1,14 +1,14 @@
 //! Friction between yarn and projectile against closed forms: the impulse of one contact, a block that comes to rest, a sphere that is made to
 //! roll, and what friction must never do: add energy, momentum or turning, or depend on the order of the nodes.
 
-use fabric::Solid;
-use fabric::internals::candidate::{Candidate, Given, Images};
-use fabric::internals::friction::Tangential;
-use fabric::internals::layout::CANDIDATE_REALS;
-use fabric::internals::solve::solve_with_friction;
-use fabric::pose::{self, Vector};
-use fabric::{AttachmentKind, Shape, Symmetry};
-use fabric::{Body, Inertia, Motion};
+use fabric_kernel::Solid;
+use fabric_kernel::internals::candidate::{Candidate, Given, Images};
+use fabric_kernel::internals::friction::Tangential;
+use fabric_kernel::internals::layout::CANDIDATE_REALS;
+use fabric_kernel::internals::solve::solve_with_friction;
+use fabric_kernel::pose::{self, Vector};
+use fabric_kernel::{AttachmentKind, Shape, Symmetry};
+use fabric_kernel::{Body, Inertia, Motion};
 use fabric_tests::reference::{V3, add, cross, dot, length, rest_positions, scale, sub, turn};
 use fabric_tests::{close, positions, rough, sim_of, small_sheet};
 use proptest::prelude::*;
@@ -264,13 +264,13 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
         let (r, n, v) = (Vector::from(node.place), Vector::from(node.normal), Vector::from(node.velocity));
         Candidate {
             normal: n,
-            arm: fabric::pose::into_body(&q, &r.cross(&n)),
+            arm: fabric_kernel::pose::into_body(&q, &r.cross(&n)),
             images: Images::of(1.0, node.held),
             approach: node.gap_over_dt + n.dot(&v),
             ..Candidate::read(slot)
         }
         .write(slot);
-        let mut place = [0.0; fabric::internals::layout::TANGENTIAL_REALS];
+        let mut place = [0.0; fabric_kernel::internals::layout::TANGENTIAL_REALS];
         Tangential::at(&r, &n, &v, &crowd.body).write(&mut place);
         tangential.push(place);
     }

@@ -1,7 +1,7 @@
 //! Graded networks: bars that stand for several yarns and crossings carry the mass, the tension and the waves of what they replace.
 //! (Their balances are in `balances`.)
 
-use fabric::{AttachmentKind, Drive, Grading, Integrator, Scene, Shape, Sim};
+use fabric_kernel::{AttachmentKind, Drive, Grading, Integrator, Scene, Shape, Sim};
 use fabric_tests::{
     close, damage, drawn, positions, set_off, sim_of, small_sheet, stepped, velocities, without_projectile,
 };
@@ -25,7 +25,7 @@ fn a_network_of_single_yarns_is_the_fabric_to_the_bit() {
     let mut scenes = [drawn(small_sheet(41, 150.0)); 5];
     scenes[1].slack_balance = true;
     (scenes[2].sheet.spacing_y, scenes[2].sheet.crimp) = (9e-4, [0.0, 0.004]);
-    scenes[3].yarn.strength_draw = fabric::StrengthDraw::Weibull;
+    scenes[3].yarn.strength_draw = fabric_kernel::StrengthDraw::Weibull;
     (scenes[4].integrator, scenes[4].projectile.velocity[2]) = (Integrator::THETA, 600.0);
     for (k, scene) in scenes.into_iter().enumerate() {
         let steps = if k == 4 { 400 } else { 2000 };
@@ -90,7 +90,7 @@ fn the_theta_rule_agrees() {
     let scene = graded(small_sheet(45, 30.0), 9.0, 4, 1);
     let at = |integrator| {
         let mut scene = Scene { integrator, ..scene };
-        scene.time_step = fabric::TimeStep::seconds(5e-9);
+        scene.time_step = fabric_kernel::TimeStep::seconds(5e-9);
         state_after(&scene, 2000).0
     };
     let h = scene.sheet.spacing;
@@ -213,12 +213,12 @@ fn the_step_limit_is_that_of_the_fabric() {
     for (half, largest, run) in [(10.0, 64, 1), (0.3, 64, 1), (0.3, 2, 1), (4.0, 16, 2)] {
         let mut scene = graded(without_projectile(small_sheet(200, 0.0)), half, largest, run);
         let fabric = Scene {
-            sheet: fabric::Sheet { grading: Grading { largest: 0, ..scene.sheet.grading }, ..scene.sheet },
+            sheet: fabric_kernel::Sheet { grading: Grading { largest: 0, ..scene.sheet.grading }, ..scene.sheet },
             ..scene
         };
         assert_eq!(scene.step_limits().unwrap(), fabric.step_limits().unwrap());
         scene.sheet.pre_strain = [0.02, 0.02];
-        scene.time_step = fabric::TimeStep::fraction(0.5);
+        scene.time_step = fabric_kernel::TimeStep::fraction(0.5);
         (scene.drive, scene.projectile.shape) = (Drive::Prescribed, Shape::Sphere);
         let mut sim = sim_of(&scene);
         let nx = sim.layout().nodes_x;

@@ -1,6 +1,6 @@
 //! The kernel's ledger on the paper's sheet: what it does not close by, at the default step.
 
-use fabric::{AttachmentKind, Scene};
+use fabric_kernel::{AttachmentKind, Scene};
 use fabric_tests::reference::length;
 use fabric_tests::{sim_of, sphere_on_3in};
 

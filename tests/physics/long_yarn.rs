@@ -4,7 +4,7 @@
 //! yarns that meet there), s^2 = N/(mu (U - 1)) its speed, w = s (U - 1) the inward speed behind it, c_t = sqrt(N/(mu U)) the
 //! Lagrangian speed of the kink, the impact speed is V^2 = (U c_t)^2 - (U c_t - w)^2 and the contact force 2 N V/(U c_t).
 
-use fabric::{Drive, Scene};
+use fabric_kernel::{Drive, Scene};
 use fabric_tests::{close, positions, sim_of, small_sheet, velocities};
 
 /// Segments on each side of the impact: the front (18.3 km/s) does not reach the ends in 72 us.

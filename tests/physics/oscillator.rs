@@ -1,7 +1,7 @@
 //! One free node between four fixed ones: the first impact, and the oscillator it makes with the sphere. (A node on one segment is in
 //! `fabrics`.)
 
-use fabric::{Sim, TimeStep};
+use fabric_kernel::{Sim, TimeStep};
 use fabric_tests::{between_supports, close, damage, sim_of, small_sheet};
 
 /// A flat slack sheet exerts no force, so the first step is a plastic impact of one node: V' = V M/(M + m), and the loss is

@@ -1,6 +1,6 @@
 //! Outcomes latch at the right time and say what a look at the sheet says.
 
-use fabric::{AttachmentKind, Drive, Motion, Outcome, OutcomeSet, Path, Scene, Sim, Status};
+use fabric_kernel::{AttachmentKind, Drive, Motion, Outcome, OutcomeSet, Path, Scene, Sim, Status};
 use fabric_tests::reference::{fixed_nodes, length, segment_ends, sub};
 use fabric_tests::{AT_REST, close, damage, positions, set_off, sim_of, small_sheet, speed};
 
@@ -65,7 +65,7 @@ fn contact_is_over_when_a_body_has_left_the_sheet() {
     // Larger than the sheet, on edge and heavy: the first kind of body that used to be let go too early.
     let mut blade = small_sheet(41, 250.0);
     let body = &mut blade.projectile;
-    (body.shape, body.size, body.mass) = (fabric::Shape::Box, [0.016, 2e-3, 0.06], 0.17);
+    (body.shape, body.size, body.mass) = (fabric_kernel::Shape::Box, [0.016, 2e-3, 0.06], 0.17);
     body.position = [0.0, 0.0, -0.0301];
     // At rest on the sheet and pushed by a load that the sheet cannot bear: it was never arrested.
     for (name, scene, load, end, least) in [

@@ -1,7 +1,7 @@
 //! Separate plies that push on each other, against closed forms: plies far apart, plies that lie on each other, a ply that falls on another,
 //! and the balances of energy and momentum.
 
-use fabric::{AttachmentKind, Outcome, Scene, Shape, Sim, Stack, TimeStep, Yarn};
+use fabric_kernel::{AttachmentKind, Outcome, Scene, Shape, Sim, Stack, TimeStep, Yarn};
 use fabric_tests::reference::{V3, dot, largest_distance as apart, length, scale, sub};
 use fabric_tests::{
     as_proposed, close, damage, drawn, positions, rough, set_off, sim_of, small_sheet, stepped, tilted_cylinder,
@@ -451,9 +451,9 @@ fn sixty_plies_and_a_thousand_tiny_ones_run() {
 }
 
 /// The scene's own fabric in the last plies, but for what `change` makes of it.
-pub(crate) fn with_back(mut scene: Scene, plies: u32, change: impl Fn(&mut fabric::Back)) -> Scene {
+pub(crate) fn with_back(mut scene: Scene, plies: u32, change: impl Fn(&mut fabric_kernel::Back)) -> Scene {
     let (sheet, yarn) = (scene.sheet, scene.yarn);
-    scene.back = fabric::Back {
+    scene.back = fabric_kernel::Back {
         plies,
         node_mass: sheet.node_mass,
         yarn_area: sheet.yarn_area,
@@ -465,7 +465,7 @@ pub(crate) fn with_back(mut scene: Scene, plies: u32, change: impl Fn(&mut fabri
         damage_intercept: yarn.damage_intercept,
         damage_sd: if yarn.stochastic { yarn.damage_sd } else { 0.0 },
         critical_stretch: yarn.critical_stretch,
-        weibull_shape: if yarn.strength_draw == fabric::StrengthDraw::None { 0.0 } else { yarn.weibull_shape },
+        weibull_shape: if yarn.strength_draw == fabric_kernel::StrengthDraw::None { 0.0 } else { yarn.weibull_shape },
         weibull_gauge_length: yarn.weibull_gauge_length,
     };
     change(&mut scene.back);
@@ -473,7 +473,7 @@ pub(crate) fn with_back(mut scene: Scene, plies: u32, change: impl Fn(&mut fabri
 }
 
 /// A lighter, softer and more extensible fabric.
-pub(crate) fn another(back: &mut fabric::Back) {
+pub(crate) fn another(back: &mut fabric_kernel::Back) {
     (back.node_mass, back.yarn_area, back.modulus_mean) = (4.1e-8, 0.7e-7, 80e9);
     (back.damage_slope, back.damage_intercept, back.critical_stretch) = (0.0, 400.0, 1.035);
 }
@@ -483,7 +483,7 @@ pub(crate) fn another(back: &mut fabric::Back) {
 fn a_back_fabric_like_the_front_one_gives_the_same_bits() {
     let uniform = small_sheet(31, 250.0);
     let (mut strength, mut viscous) = (drawn(uniform), as_proposed(uniform));
-    (strength.yarn.strength_draw, strength.yarn.weibull_shape) = (fabric::StrengthDraw::Weibull, 6.0);
+    (strength.yarn.strength_draw, strength.yarn.weibull_shape) = (fabric_kernel::StrengthDraw::Weibull, 6.0);
     (viscous.sheet.yarn_area_y, viscous.sheet.crimp) = (0.9e-7, [0.002, 0.001]);
     for scene in [uniform, drawn(uniform), strength, viscous] {
         let one = Scene { time_step: TimeStep::seconds(1.5e-8), ..stacked(scene, 4, 2.5e-4) };
@@ -593,7 +593,9 @@ fn the_wave_in_each_ply_has_its_own_speed() {
 fn the_step_is_that_of_the_stricter_fabric() {
     let scene = stacked(small_sheet(11, 50.0), 3, 1e-4);
     let scene = Scene { time_step: TimeStep::fraction(0.4), ..scene };
-    for change in [another as fn(&mut fabric::Back), |back| back.modulus_mean *= 2.0, |back| back.node_mass *= 0.5] {
+    for change in
+        [another as fn(&mut fabric_kernel::Back), |back| back.modulus_mean *= 2.0, |back| back.node_mass *= 0.5]
+    {
         let hybrid = with_back(scene, 1, change);
         let [front, back] = [scene, hybrid.all_of_back()].map(|scene| scene.step_limits().unwrap());
         let both = hybrid.step_limits().unwrap();

@@ -1,6 +1,6 @@
 //! The projectile moved by the host.
 
-use fabric::{Drive, Motion, Path, Scene};
+use fabric_kernel::{Drive, Motion, Path, Scene};
 use fabric_tests::reference::{add, largest_distance, length, scale, sub};
 use fabric_tests::{AT_REST, close, positions, rough, sim_of, small_sheet, tilted_cylinder};
 

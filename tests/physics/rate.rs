@@ -2,7 +2,7 @@
 //! ways. (The balances of a sheet are in `balances`.)
 
 use crate::strength::stretch_at;
-use fabric::{AttachmentKind, Scene, Sim, TimeStep};
+use fabric_kernel::{AttachmentKind, Scene, Sim, TimeStep};
 use fabric_tests::reference::length;
 use fabric_tests::{close, damage, positions, rated, set_off, sim_of, small_sheet, velocities, without_projectile};
 

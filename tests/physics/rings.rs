@@ -2,7 +2,7 @@
 
 use crate::plies::{of_ply, stacked};
 use crate::second_order;
-use fabric::{AttachmentKind, Code, Drive, Outcome, OutcomeSet, Scene, Shape, Sim, TimeStep};
+use fabric_kernel::{AttachmentKind, Code, Drive, Outcome, OutcomeSet, Scene, Shape, Sim, TimeStep};
 use fabric_tests::reference::{V3, dot, forces, length, scale, segment_ends, sub};
 use fabric_tests::{close, damage, positions, set_off, sim_of, small_sheet, velocities, without_projectile};
 use std::f64::consts::PI;
@@ -25,7 +25,7 @@ fn arc(nodes: u32, radius: f64) -> Scene {
 /// A sphere of 3 g before the middle of the sheet, on a side of it, that touches it and flies towards it.
 pub(crate) fn with_sphere(mut scene: Scene, radius: f64, speed: f64, inside: bool) -> Scene {
     let (side, sheet) = (if inside { 1.0 } else { -1.0 }, scene.sheet);
-    scene.drive = fabric::Drive::Free;
+    scene.drive = fabric_kernel::Drive::Free;
     let body = &mut scene.projectile;
     (body.shape, body.radius, body.mass) = (Shape::Sphere, radius, 3e-3);
     body.position = [0.0, 0.0, sheet.radius - side * (radius + 1e-3 * sheet.spacing)];
@@ -369,7 +369,7 @@ fn random(k: u64) -> Scene {
     let nodes = draw(40.0, 90.0) as u32;
     let mut scene = if closed { ring(nodes, 25) } else { arc(nodes / 2, draw(9.0, 40.0)) };
     scene.attachment.kind = if draw(0.0, 1.0) < 0.3 { AttachmentKind::Free } else { AttachmentKind::FourSides };
-    (scene.drive, scene.yarn.stochastic) = (fabric::Drive::Free, draw(0.0, 1.0) < 0.5);
+    (scene.drive, scene.yarn.stochastic) = (fabric_kernel::Drive::Free, draw(0.0, 1.0) < 0.5);
     if draw(0.0, 1.0) < 0.5 {
         (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic) = (0.06, 1.5);
     }
@@ -391,8 +391,12 @@ fn random(k: u64) -> Scene {
     (sector.inner_radius, sector.outer_radius) = (size, 3.5 * size);
     (sector.angle, sector.thickness) = (2.0, 2.1 * size);
     body.mass = 1e-3 * draw(-3.0, 2.5).exp();
-    body.orientation =
-        fabric::pose::components(&fabric::pose::normalised([1.0, draw(-1.0, 1.0), draw(-1.0, 1.0), draw(-1.0, 1.0)]));
+    body.orientation = fabric_kernel::pose::components(&fabric_kernel::pose::normalised([
+        1.0,
+        draw(-1.0, 1.0),
+        draw(-1.0, 1.0),
+        draw(-1.0, 1.0),
+    ]));
     let (angle, speed, reach) = (draw(-0.2, 0.2), draw(2.5, 6.0).exp(), 5.0 * size);
     let (side, from) = if inside { (1.0, (radius - reach).max(0.0)) } else { (-1.0, radius + reach) };
     body.position = [from * angle.sin(), draw(-3.0, 3.0) * h, from * angle.cos()];
@@ -424,7 +428,7 @@ type Shot = ([f64; 3], f64, f64, u64);
 /// Each impulse of a solve rounds the velocity V of the body by at most u = 2^-53 of itself, so n of them leave up to n u M V of momentum: in
 /// the worst scene, 965, a sphere of 200 m/s is in contact with up to 270 nodes for 2,600 steps, n u = 4e-11, and 5e-12 are left.
 fn shot(scene: &Scene, k: u64) -> Option<Shot> {
-    let mut memory = vec![fabric::CacheLine::ZERO; fabric::Layout::of(scene).ok()?.lines()];
+    let mut memory = vec![fabric_kernel::CacheLine::ZERO; fabric_kernel::Layout::of(scene).ok()?.lines()];
     let mut sim = Sim::new(scene, &mut memory).ok()?;
     let (first, body) = (sim.energy().ok()?, scene.projectile);
     // A case holds a taut ring all around.

@@ -1,8 +1,8 @@
 //! Torque-free rotation against the closed forms.
 
-use fabric::Scene;
-use fabric::Solid;
-use fabric::{Body, Inertia, Motion};
+use fabric_kernel::Scene;
+use fabric_kernel::Solid;
+use fabric_kernel::{Body, Inertia, Motion};
 use fabric_tests::reference::{V3, length, moments, sub, turn, turn_back};
 use fabric_tests::{AT_REST, sim_of, tilted_cylinder};
 
@@ -13,7 +13,7 @@ fn drifted(dt: f64, steps: u64) -> Body {
     inertia.moments = [1.0, 2.0, 3.0].into();
     let mut body = Body::of(&Motion { angular_velocity: [1.0, 0.0, 1.0], ..AT_REST });
     for _ in 0..steps {
-        body.drift(&inertia, fabric::RotationRule::MIDPOINT, dt);
+        body.drift(&inertia, fabric_kernel::RotationRule::MIDPOINT, dt);
     }
     body
 }

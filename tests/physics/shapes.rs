@@ -3,9 +3,9 @@
 
 use crate::balances::{angular_momentum, half_step_momentum, linear_momentum, work_energy_identity};
 use crate::contact::{checked_run, gap};
-use fabric::Solid;
-use fabric::pose::into_body;
-use fabric::{AttachmentKind, Drive, Projectile, Scene, Shape, TimeStep, pose, prism};
+use fabric_kernel::Solid;
+use fabric_kernel::pose::into_body;
+use fabric_kernel::{AttachmentKind, Drive, Projectile, Scene, Shape, TimeStep, pose, prism};
 use fabric_tests::reference::{add, cross, length, moments, nose, scale, sub, turn, turn_back};
 use fabric_tests::{close, cuboid_faces, positions, rough, sim_of, small_sheet, sphere_on_3in, stepped, tetrahedron};
 

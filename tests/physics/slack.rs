@@ -3,7 +3,7 @@
 
 use crate::plies::stacked;
 use crate::rings::ring;
-use fabric::{AttachmentKind, Scene, Sim, TimeStep};
+use fabric_kernel::{AttachmentKind, Scene, Sim, TimeStep};
 use fabric_tests::reference::{V3, cross, fixed_nodes, length, sub};
 use fabric_tests::{
     as_proposed, number, positions, set_off, sim_of, small_sheet, sphere_on_3in, velocities, without_projectile,

@@ -1,7 +1,7 @@
 //! Flat faces that slide over held nodes: the nodes take the motion along the face's normal and leave the rest as it is.
 
 use crate::contact::gap;
-use fabric::{Faces, Projectile, Scene, Sector, Shape, Sim, Solid, TimeStep, pose, prism};
+use fabric_kernel::{Faces, Projectile, Scene, Sector, Shape, Sim, Solid, TimeStep, pose, prism};
 use fabric_tests::reference::{V3, add, cross, length, sub};
 use fabric_tests::{close, number, sim_of, small_sheet};
 use rayon::prelude::*;

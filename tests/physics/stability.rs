@@ -1,6 +1,6 @@
 //! The step limit, observed: a taut sheet is stable below it and blows up above it.
 
-use fabric::{Scene, StepCheck, TimeStep};
+use fabric_kernel::{Scene, StepCheck, TimeStep};
 use fabric_tests::{close, set_off, sim_of, small_sheet, without_projectile};
 
 /// Kinetic energy after `steps` steps of dt, s, over that at the start, of a sheet whose nodes are put at `stretch` times their places

@@ -1,6 +1,6 @@
 //! Simulations that do not start from the flat, whole sheet at rest.
 
-use fabric::{Scene, TimeStep};
+use fabric_kernel::{Scene, TimeStep};
 use fabric_tests::reference::{largest_distance, length};
 use fabric_tests::{between_supports, close, damage, positions, sim_of, small_sheet, velocities};
 
@@ -64,7 +64,7 @@ fn a_pre_damaged_sheet_is_softer() {
 #[test]
 fn a_sheet_of_dead_yarns_is_debris() {
     let mut scene = small_sheet(15, 100.0);
-    scene.attachment.kind = fabric::AttachmentKind::Free;
+    scene.attachment.kind = fabric_kernel::AttachmentKind::Free;
     let mut sim = sim_of(&scene);
     let segments = sim.layout().segments();
     sim.set_largest_stretch(&vec![1.2; segments]).unwrap();
@@ -76,7 +76,7 @@ fn a_sheet_of_dead_yarns_is_debris() {
     close(energy.fabric_kinetic, energy.contact_loss, 0.02);
     assert!(energy.residual.abs() < 1e-12 * energy.projectile_kinetic);
     assert!(length(sim.momentum_residual().unwrap()) < 1e-13 * 0.84);
-    let end = fabric::Outcome::Exited;
+    let end = fabric_kernel::Outcome::Exited;
     sim.advance_until(end, 20_000).unwrap();
     assert_eq!(sim.outcomes().mask, end);
 }

@@ -1,7 +1,7 @@
 //! Drawn strength: chains pulled until their weakest segment gives way, the published strengths of one yarn at six lengths. (The
 //! balances of such a sheet are in `balances`.)
 
-use fabric::{AttachmentKind, Integrator, Scene, Sim, StrengthDraw};
+use fabric_kernel::{AttachmentKind, Integrator, Scene, Sim, StrengthDraw};
 use fabric_tests::{close, damage, memory_of, set_off, sim_of, small_sheet, without_projectile};
 
 /// Strength of Kevlar 49 yarn at six gauge lengths: mm, and Weibull scale in MPa.

@@ -1,6 +1,6 @@
 //! Supports are obstacles: a fixed node takes the impulse that stops a free body, and its attachment records it.
 
-use fabric::{AttachmentKind, Code, Drive, Integrator, Scene, Sim, Symmetry};
+use fabric_kernel::{AttachmentKind, Code, Drive, Integrator, Scene, Sim, Symmetry};
 use fabric_tests::reference::{V3, add, dot, length, rest_positions, scale, sub};
 use fabric_tests::{close, image_of, memory_of, positions, sim_of, small_sheet, stepped, tilted_cylinder};
 

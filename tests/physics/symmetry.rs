@@ -2,8 +2,8 @@
 //! every bit is, through failure too; with contact the sum over the nodes is taken in another order.
 
 use crate::fabrics::unlike;
-use fabric::AttachmentKind::{FourCorners, FourSides, Free, TwoSides};
-use fabric::{Grading, Integrator, Scene, Shape, Sim, Symmetry};
+use fabric_kernel::AttachmentKind::{FourCorners, FourSides, Free, TwoSides};
+use fabric_kernel::{Grading, Integrator, Scene, Shape, Sim, Symmetry};
 use fabric_tests::reference::{length, sub};
 use fabric_tests::{
     as_proposed, close, positions, rated, rough, set_off, sim_of, small_sheet, stepped, tilted_cylinder, velocities,
@@ -186,7 +186,7 @@ fn half_a_sheet_under_a_tilted_cylinder() {
 fn a_quarter_takes_a_quarter_of_the_memory() {
     let mut scene = Scene::sheet_10in_cylinder();
     scene.yarn.stochastic = false;
-    let whole = fabric::Layout::of(&scene).unwrap().bytes();
+    let whole = fabric_kernel::Layout::of(&scene).unwrap().bytes();
     scene.symmetry = QUARTER;
-    assert!((fabric::Layout::of(&scene).unwrap().bytes() as f64) < 0.27 * whole as f64);
+    assert!((fabric_kernel::Layout::of(&scene).unwrap().bytes() as f64) < 0.27 * whole as f64);
 }

@@ -1,7 +1,7 @@
 //! The theta rule with contact: against velocity Verlet, and its own balances. Its order is in `convergence.rs`.
 
 use crate::balances::{angular_momentum, linear_momentum};
-use fabric::{AttachmentKind, Integrator, RotationRule, Scene, Sim, TimeStep};
+use fabric_kernel::{AttachmentKind, Integrator, RotationRule, Scene, Sim, TimeStep};
 use fabric_tests::reference::{add, dot, fixed_nodes, forces, length, projectile_energy, scale, sub};
 use fabric_tests::{close, damage, drawn, positions, sim_of, small_sheet, speed, stepped, tilted_cylinder, velocities};
 

@@ -3,8 +3,8 @@
 
 use crate::balances::angular_momentum;
 use crate::stability::growth;
-use fabric::internals::law::Viscosity;
-use fabric::{AttachmentKind, Scene, TimeStep};
+use fabric_kernel::internals::law::Viscosity;
+use fabric_kernel::{AttachmentKind, Scene, TimeStep};
 use fabric_tests::reference::{cross, length, sub};
 use fabric_tests::{
     as_proposed, close, positions, set_off, sim_of, small_sheet, tilted_cylinder, velocities, viscous,

@@ -3,7 +3,7 @@
 use crate::plies::{another, of_ply, off_the_lumped, stacked, takes_along, with_back};
 use crate::rings::{on_casing, radius_of, ring, tension, with_sphere};
 use crate::second_order;
-use fabric::{AttachmentKind, Code, Scene, TimeStep};
+use fabric_kernel::{AttachmentKind, Code, Scene, TimeStep};
 use fabric_tests::reference::{V3, dot, length, scale, sub};
 use fabric_tests::{close, damage, positions, set_off, sim_of, velocities};
 use std::f64::consts::PI;

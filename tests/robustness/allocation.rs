@@ -1,6 +1,6 @@
 //! The kernel takes no memory of its own: an allocator that counts sees nothing between set-up and the last image.
 
-use fabric::{CacheLine, Layout, Outcome, Scene, Sim};
+use fabric_kernel::{CacheLine, Layout, Outcome, Scene, Sim};
 use fabric_tests::{drawn, memory_of, small_sheet, tilted_cylinder};
 use std::alloc::{GlobalAlloc, Layout as Block, System};
 use std::cell::Cell;
@@ -76,7 +76,7 @@ fn whole_life(scene: &Scene, memory: &mut [CacheLine], image: &mut [u8], numbers
 #[test]
 fn nothing_is_allocated() {
     assert!(requests(|| drop(std::hint::black_box(vec![0; 9]))) > 0, "the allocator counts");
-    let implicit = Scene { integrator: fabric::Integrator::THETA, ..small_sheet(19, 100.0) };
+    let implicit = Scene { integrator: fabric_kernel::Integrator::THETA, ..small_sheet(19, 100.0) };
     let scenes = [drawn(small_sheet(19, 200.0)), implicit, tilted_cylinder(21, 0.4, 100.0)];
     let mut total = 0;
     for scene in &scenes {

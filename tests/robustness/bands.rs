@@ -1,8 +1,8 @@
 //! Row bands: whatever the cut, the order of the bands and the threads, the bits are those of plain steps, through failure; a
 //! band out of turn is refused and changes nothing.
 
-use fabric::internals::layout::MAX_BANDS;
-use fabric::{AttachmentKind, Bands, CacheLine, Code, Error, InstructionSet, Outcome, Scene, Sim, Symmetry};
+use fabric_kernel::internals::layout::MAX_BANDS;
+use fabric_kernel::{AttachmentKind, Bands, CacheLine, Code, Error, InstructionSet, Outcome, Scene, Sim, Symmetry};
 use fabric_tests::{drawn, golden, sim_of, small_sheet, stepped};
 use std::sync::Barrier;
 

@@ -1,6 +1,6 @@
 //! Places for the nodes under the projectile: by default there is one for every node, so that no scene can run out of them.
 
-use fabric::{AttachmentKind, Draw, Failure, Scene, Shape, Symmetry};
+use fabric_kernel::{AttachmentKind, Draw, Failure, Scene, Shape, Symmetry};
 use fabric_tests::{cuboid_faces, image_of, positions, sim_of, small_sheet};
 
 const SHAPES: [Shape; 5] =
@@ -46,7 +46,7 @@ fn every_free_node_of_the_sheet_finds_a_place_under_the_body() {
             let mut free = 0;
             for (node, point) in points.iter_mut().enumerate() {
                 let (i, j) = (node % sim.layout().nodes_x, (node / sim.layout().nodes_x));
-                let held = fabric::internals::weave::fixed_runs(&scene, j);
+                let held = fabric_kernel::internals::weave::fixed_runs(&scene, j);
                 if !held.iter().any(|[first, end]| (*first as usize..*end as usize).contains(&i)) {
                     *point = point.map(|x| 0.01 * x);
                     free += 1;
@@ -91,9 +91,9 @@ fn a_sheet_wrapped_about_a_cylinder_fits_in_the_number_of_the_docs() {
     let h = scene.sheet.spacing;
     let (radius, length) = (6.0 * h, 20.0 * h);
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (121, 33);
-    scene.attachment.kind = fabric::AttachmentKind::FourCorners;
+    scene.attachment.kind = fabric_kernel::AttachmentKind::FourCorners;
     (scene.attachment.disc_inset, scene.attachment.disc_radius) = (2.0 * h, 1.5 * h);
-    scene.projectile.shape = fabric::Shape::Cylinder;
+    scene.projectile.shape = fabric_kernel::Shape::Cylinder;
     (scene.projectile.radius, scene.projectile.length) = (radius, length);
     scene.projectile.velocity = [0.0; 3];
     // Its axis along y, just below the flat sheet.

@@ -2,12 +2,12 @@
 
 use crate::failures;
 use crate::snapshots::forged;
-use fabric::fields::{FIELDS, slot_of};
-use fabric::{CacheLine, Code, Drive, Error, Integrator, Path, Scene, Sim, Stack};
 use fabric_capi::calls::{fk_memory_size, fk_step};
 use fabric_capi::capsule::fk_capsule_read;
 use fabric_capi::types::{fk_capsule, fk_scene};
 use fabric_capi::{Input, Output, ToChange};
+use fabric_kernel::fields::{FIELDS, slot_of};
+use fabric_kernel::{CacheLine, Code, Drive, Error, Integrator, Path, Scene, Sim, Stack};
 use fabric_tests::inputs::{self, Expected};
 use fabric_tests::{AT_REST, image_of, sim_of, small_sheet};
 use std::collections::HashSet;

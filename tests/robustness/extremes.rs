@@ -1,6 +1,6 @@
 //! Legal scenes at the edge of what the model is for.
 
-use fabric::{Outcome, Scene};
+use fabric_kernel::{Outcome, Scene};
 use fabric_tests::{close, drawn, positions, sim_of, small_sheet, stepped};
 
 /// Residual velocity, absorbed energy and contact loss when the projectile has left.
@@ -42,7 +42,7 @@ fn the_fastest_accepted_projectile_runs() {
 /// The smallest sheets there are, held in every way.
 #[test]
 fn the_smallest_sheets_run() {
-    use fabric::AttachmentKind::{FourSides, Free, TwoSides};
+    use fabric_kernel::AttachmentKind::{FourSides, Free, TwoSides};
     for (nx, ny) in [(2, 2), (2, 3), (3, 2), (2, 17), (17, 2)] {
         for kind in [TwoSides, FourSides, Free] {
             for stochastic in [false, true] {

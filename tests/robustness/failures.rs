@@ -1,7 +1,7 @@
 //! Failures latch: every call but reset, load and the counters says the same until then.
 
-use fabric::Failure::{self, *};
-use fabric::{Code, Drive, Integrator, OutcomeSet, Path, Scene, Shape, Sim, Status, StepCheck, TimeStep};
+use fabric_kernel::Failure::{self, *};
+use fabric_kernel::{Code, Drive, Integrator, OutcomeSet, Path, Scene, Shape, Sim, Status, StepCheck, TimeStep};
 use fabric_tests::{AT_REST, between_supports, image_of, positions, set_off, sim_of, small_sheet, without_projectile};
 
 /// How a failure comes about.

@@ -1,9 +1,9 @@
 //! The cases of bad input, each with its exact code and field (`fabric_tests::inputs`), through the Rust interface. The C host
 //! and the FMI tests go through the same cases as tests/inputs lists them.
 
-use fabric::fields::{FIELDS, Image};
-use fabric::internals::fingerprint::fingerprint;
-use fabric::{CacheLine, Layout, Scene, Sim};
+use fabric_kernel::fields::{FIELDS, Image};
+use fabric_kernel::internals::fingerprint::fingerprint;
+use fabric_kernel::{CacheLine, Layout, Scene, Sim};
 use fabric_tests::inputs::{self, Expected};
 
 /// Larger sheets are checked, but not made.

@@ -2,8 +2,8 @@
 //! runs past its first failures, where any difference of rounding would grow.
 
 use crate::bands::in_turn;
-use fabric::internals::layout::MAX_BANDS;
-use fabric::{CacheLine, Drive, InstructionSet, Integrator, Motion, Path, Scene, Sim, TimeStep};
+use fabric_kernel::internals::layout::MAX_BANDS;
+use fabric_kernel::{CacheLine, Drive, InstructionSet, Integrator, Motion, Path, Scene, Sim, TimeStep};
 use fabric_tests::options::{self, Mix};
 use fabric_tests::{
     damage, drawn, golden, image_of, memory_of, positions, sim_of, small_sheet, stepped, tilted_cylinder, velocities,
@@ -102,7 +102,7 @@ fn any_split_of_the_steps_is_alike() {
     });
     same_bits(|_, sim| {
         while sim.step_count() < STEPS {
-            sim.advance_until(fabric::OutcomeSet::NONE, 11.min(STEPS - sim.step_count())).unwrap();
+            sim.advance_until(fabric_kernel::OutcomeSet::NONE, 11.min(STEPS - sim.step_count())).unwrap();
         }
     });
 }

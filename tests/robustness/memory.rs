@@ -1,6 +1,6 @@
 //! The caller's memory: too short, or at another place. (`invariance` tries longer and dirty memory.)
 
-use fabric::{CacheLine, Code, Scene, Sim};
+use fabric_kernel::{CacheLine, Code, Scene, Sim};
 use fabric_tests::{drawn, memory_of, sim_of, small_sheet, stepped};
 use std::mem::MaybeUninit;
 

@@ -3,7 +3,7 @@
 //! load, so nothing of them is ever read out or stepped.
 
 use crate::snapshots::forged;
-use fabric::{Code, Scene, Sim, StrengthDraw};
+use fabric_kernel::{Code, Scene, Sim, StrengthDraw};
 use fabric_tests::{between_supports, drawn, golden, image_of, rough, small_sheet, stepped, viscous};
 
 /// What is poisoned.
@@ -19,9 +19,9 @@ fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
     let layout = sim.layout();
     let (nx, ny) = (layout.nodes_x, layout.nodes_y);
     let across = layout.x.segments();
-    let slack = layout.has(fabric::Feature::Slack);
+    let slack = layout.has(fabric_kernel::Feature::Slack);
     let (kept, row) = if slack { (3, 1) } else { (1, 0) };
-    let flags = if layout.has(fabric::Feature::Detachment) { layout.nodes().div_ceil(32) } else { 0 };
+    let flags = if layout.has(fabric_kernel::Feature::Detachment) { layout.nodes().div_ceil(32) } else { 0 };
     let mut word = image.len() / 8 - 1 - flags - 6 * layout.nodes() - kept * layout.segments() - row * ny;
     let mut entries = Vec::new();
     for k in 0..nx * ny {

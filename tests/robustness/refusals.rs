@@ -1,8 +1,10 @@
 //! Refusals that take more than one number (`inputs.rs` tries each by itself): the code, the field it names, and that nothing
 //! was written. Then those of calls on a living simulation.
 
-use fabric::Code::{self, *};
-use fabric::{AttachmentKind, CacheLine, Drive, Error, Faces, Layout, Motion, Path, Scene, Sim, StepCheck, TimeStep};
+use fabric_kernel::Code::{self, *};
+use fabric_kernel::{
+    AttachmentKind, CacheLine, Drive, Error, Faces, Layout, Motion, Path, Scene, Sim, StepCheck, TimeStep,
+};
 use fabric_tests::inputs::{self, assign};
 use fabric_tests::{AT_REST, drawn, memory_of, positions, sim_of, small_sheet, stepped, tilted_cylinder};
 
@@ -298,7 +300,7 @@ fn corner_discs_that_hold_no_node_are_refused() {
     for (mirror_x, mirror_y) in [(false, false), (true, false), (false, true), (true, true)] {
         let mut scene = small_sheet(41, 50.0);
         scene.sheet.nodes_y = 40;
-        scene.symmetry = fabric::Symmetry { mirror_x, mirror_y };
+        scene.symmetry = fabric_kernel::Symmetry { mirror_x, mirror_y };
         scene.attachment.kind = AttachmentKind::FourCorners;
         (scene.attachment.disc_inset, scene.attachment.disc_radius) = (1.5 * scene.sheet.spacing, 0.4e-3);
         let error = refused(&scene, HoldsNothing, "attachment.disc_radius");
@@ -314,8 +316,13 @@ fn corner_discs_that_hold_no_node_are_refused() {
 #[test]
 fn a_projectile_too_fast_for_the_step_is_told_the_largest_step() {
     let mut soft = base();
-    soft.yarn =
-        fabric::Yarn { stochastic: false, modulus_mean: 5e6, damage_slope: 0.0, damage_intercept: 230.0, ..soft.yarn };
+    soft.yarn = fabric_kernel::Yarn {
+        stochastic: false,
+        modulus_mean: 5e6,
+        damage_slope: 0.0,
+        damage_intercept: 230.0,
+        ..soft.yarn
+    };
     soft.projectile.velocity[2] = 300.0;
     let mut turning = tilted_cylinder(9, 0.0, 50.0);
     turning.projectile.angular_velocity = [3e6, 0.0, 0.0];

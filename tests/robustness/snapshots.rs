@@ -1,7 +1,7 @@
 //! Images that are cut, altered or forged are refused, and the simulation stays as it was. (`inputs` tells which numbers make an image
 //! one of another scene.)
 
-use fabric::{Code, Hash, Scene, Sim};
+use fabric_kernel::{Code, Hash, Scene, Sim};
 use fabric_tests::{between_supports, drawn, image_of, sim_of, small_sheet};
 
 /// A small scene whose image holds damage, contact, a load and an outcome test.

@@ -1,8 +1,8 @@
 //! No result depends on the units of length, mass and time: a scene with all its numbers given in other units, powers of two times the
 //! old ones, ends with the same bits, and its outcomes come at the same steps.
 
-use fabric::fields::FIELDS;
-use fabric::{AttachmentKind, Outcome, Scene};
+use fabric_kernel::fields::FIELDS;
+use fabric_kernel::{AttachmentKind, Outcome, Scene};
 use fabric_tests::{golden, positions, sim_of, small_sheet, speed, stepped, velocities};
 use rayon::prelude::*;
 

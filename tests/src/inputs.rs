@@ -4,11 +4,11 @@
 //! A number that is good or bad by itself is tried by its row of the kernel's table of parameters. Where a number that is good by
 //! itself makes another one bad (a heavy node, a light projectile) a row here says so.
 
-use fabric::Code::{self, *};
-use fabric::Scene;
-use fabric::fields::{FIELDS, Field, Place, Range, field};
-use fabric::internals::parts::MAX_NODES_PER_SIDE;
-use fabric::internals::presets::PAPER_SPACING;
+use fabric_kernel::Code::{self, *};
+use fabric_kernel::Scene;
+use fabric_kernel::fields::{FIELDS, Field, Place, Range, field};
+use fabric_kernel::internals::parts::MAX_NODES_PER_SIDE;
+use fabric_kernel::internals::presets::PAPER_SPACING;
 
 /// What is expected of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 //! simulation has failed or a name is not known.
 #![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
 
-use fabric::{AttachmentKind, CacheLine, Faces, Layout, Motion, Scene, Sim};
+use fabric_kernel::{AttachmentKind, CacheLine, Faces, Layout, Motion, Scene, Sim};
 
 #[path = "../golden/scenes.rs"]
 pub mod golden;
@@ -65,7 +65,7 @@ pub fn tetrahedron(radius: f64) -> Faces {
 
 /// Numbers from 0 to 1 without visible order.
 pub fn number(k: u64) -> f64 {
-    (fabric::internals::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64
+    (fabric_kernel::internals::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// Velocity, m/s, of a body of this mass, kg, with this kinetic energy, J: V = sqrt(2 KE/M).
@@ -105,7 +105,7 @@ pub fn tilted_cylinder(nodes: u32, tilt: f64, velocity: f64) -> Scene {
     let mut scene = small_sheet(nodes, velocity);
     let (radius, length) = (6.35e-3, 0.0381);
     let body = &mut scene.projectile;
-    body.shape = fabric::Shape::Cylinder;
+    body.shape = fabric_kernel::Shape::Cylinder;
     (body.radius, body.length, body.mass) = (radius, length, 0.037);
     let lowest = 0.5 * length * tilt.cos() + radius * tilt.sin();
     body.position = [0.0, 0.0, -lowest - 1e-6];
@@ -115,7 +115,7 @@ pub fn tilted_cylinder(nodes: u32, tilt: f64, velocity: f64) -> Scene {
 
 /// A sheet without a projectile: the body is prescribed, at rest and far away.
 pub fn without_projectile(mut scene: Scene) -> Scene {
-    scene.drive = fabric::Drive::Prescribed;
+    scene.drive = fabric_kernel::Drive::Prescribed;
     scene.projectile.position = [0.0, 0.0, -1.0];
     scene.projectile.velocity = [0.0; 3];
     scene

@@ -1,8 +1,8 @@
 //! Scenes of many options each, so that every pair of options that goes together is in one of them.
 
 use crate::{as_proposed, rated, small_sheet};
-use fabric::internals::random::splitmix64;
-use fabric::{
+use fabric_kernel::internals::random::splitmix64;
+use fabric_kernel::{
     AttachmentKind, Draw, Drive, Error, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
     StrengthDraw, Weft,
 };
@@ -114,7 +114,7 @@ pub const GROUPS: &[&[Choice]] = &[
     &[of("turning by the theta rule", |s| s.rotation_rule = RotationRule::theta(0.5))],
     &[of("turned frame", |s| {
         (s.sheet.position, s.sheet.orientation) = ([0.5, -0.25, 2.0], [0.8, 0.0, 0.6, 0.0]);
-        let pose = fabric::pose::Pose::of_sheet(&s.sheet);
+        let pose = fabric_kernel::pose::Pose::of_sheet(&s.sheet);
         let body = &mut s.projectile;
         (body.position, body.velocity) = (pose.point_out(body.position), pose.vector_out(body.velocity));
     })],
@@ -122,7 +122,7 @@ pub const GROUPS: &[&[Choice]] = &[
     &[
         Choice { name: "a path", scene: |s| s.drive = Drive::Prescribed, start: Some(follow) },
         host("a load", |sim| {
-            let pose = fabric::pose::Pose::of_sheet(&sim.scene().sheet);
+            let pose = fabric_kernel::pose::Pose::of_sheet(&sim.scene().sheet);
             sim.set_external_load(pose.vector_out([0.0, 0.0, 300.0]), [0.0; 3])
         }),
     ],
@@ -153,8 +153,8 @@ fn closed(scene: &mut Scene) {
 fn follow(sim: &mut Sim<'_>) -> Result<(), Error> {
     let (now, time) = (sim.projectile()?, 300.0 * sim.step_limits().dt);
     let position = [0, 1, 2].map(|k| now.position[k] + 0.9 * time * now.velocity[k]);
-    let turned = fabric::pose::normalised([0, 1, 2, 3].map(|k| now.orientation[k] + [0.0, 0.02, 0.0, 0.01][k]));
-    let orientation = fabric::pose::components(&turned);
+    let turned = fabric_kernel::pose::normalised([0, 1, 2, 3].map(|k| now.orientation[k] + [0.0, 0.02, 0.0, 0.01][k]));
+    let orientation = fabric_kernel::pose::components(&turned);
     let end = Motion { position, velocity: now.velocity.map(|v| 0.8 * v), orientation, angular_velocity: [0.0; 3] };
     sim.follow(&Path { first: 0, steps: 300, end }, 0)
 }
@@ -196,8 +196,8 @@ impl Mix {
     /// Whether the kernel takes it.
     fn goes(&self) -> bool {
         let scene = self.scene();
-        let Ok(layout) = fabric::Layout::of(&scene) else { return false };
-        let mut memory = vec![fabric::CacheLine::ZERO; layout.lines()];
+        let Ok(layout) = fabric_kernel::Layout::of(&scene) else { return false };
+        let mut memory = vec![fabric_kernel::CacheLine::ZERO; layout.lines()];
         Sim::new(&scene, &mut memory).is_ok_and(|mut sim| self.start(&mut sim).is_ok())
     }
 

@@ -1,6 +1,6 @@
 //! The sheet in plain formulas, written without looking at the kernel's: what the tests compare its numbers with.
 
-use fabric::Scene;
+use fabric_kernel::Scene;
 
 /// A vector.
 pub type V3 = [f64; 3];
@@ -108,10 +108,10 @@ pub fn fixed_nodes(scene: &Scene) -> Vec<bool> {
     let edge = |k: usize| {
         let (left_right, up_down) = (k.is_multiple_of(nx) || k % nx == nx - 1, k / nx == 0 || k / nx == ny - 1);
         match scene.attachment.kind {
-            fabric::AttachmentKind::Free => false,
-            fabric::AttachmentKind::TwoSides => left_right,
-            fabric::AttachmentKind::FourSides => left_right || up_down,
-            fabric::AttachmentKind::FourCorners => {
+            fabric_kernel::AttachmentKind::Free => false,
+            fabric_kernel::AttachmentKind::TwoSides => left_right,
+            fabric_kernel::AttachmentKind::FourSides => left_right || up_down,
+            fabric_kernel::AttachmentKind::FourCorners => {
                 let (x, half) = (rest[k], scene.half_size());
                 let (inset, radius) = (scene.attachment.disc_inset, scene.attachment.disc_radius);
                 (x[0].abs() - half[0] + inset).hypot(x[1].abs() - half[1] + inset) <= radius
@@ -146,12 +146,12 @@ pub fn moments(scene: &Scene) -> V3 {
     let body = &scene.projectile;
     let (m, r2) = (body.mass, body.radius * body.radius);
     match body.shape {
-        fabric::Shape::Sphere => [0.4 * m * r2; 3],
-        fabric::Shape::Cylinder => {
+        fabric_kernel::Shape::Sphere => [0.4 * m * r2; 3],
+        fabric_kernel::Shape::Cylinder => {
             let across = m * (3.0 * r2 + body.length * body.length) / 12.0;
             [across, across, 0.5 * m * r2]
         }
-        fabric::Shape::HemisphericalCylinder => {
+        fabric_kernel::Shape::HemisphericalCylinder => {
             // About the middle of the hemisphere's flat, where the parts meet, then moved to the centre of mass.
             let shank = body.length - body.radius;
             let rod = m * shank / (shank + 2.0 * body.radius / 3.0);
@@ -159,12 +159,12 @@ pub fn moments(scene: &Scene) -> V3 {
             let across = there - m * nose(scene) * nose(scene);
             [across, across, 0.5 * rod * r2 + 0.4 * (m - rod) * r2]
         }
-        fabric::Shape::Box => {
+        fabric_kernel::Shape::Box => {
             let [a, b, c] = body.size.map(|edge| edge * edge);
             [b + c, c + a, a + b].map(|sum| m * sum / 12.0)
         }
-        fabric::Shape::Polyhedron => body.moments,
-        fabric::Shape::DiscSector => fabric::Solid::of(body).inertia(m),
+        fabric_kernel::Shape::Polyhedron => body.moments,
+        fabric_kernel::Shape::DiscSector => fabric_kernel::Solid::of(body).inertia(m),
     }
 }
 
@@ -176,7 +176,7 @@ pub fn nose(scene: &Scene) -> f64 {
 }
 
 /// Kinetic energy of the projectile, J.
-pub fn projectile_energy(scene: &Scene, motion: &fabric::Motion) -> f64 {
+pub fn projectile_energy(scene: &Scene, motion: &fabric_kernel::Motion) -> f64 {
     let w = turn_back(motion.orientation, motion.angular_velocity);
     let i = moments(scene);
     let spin = i[0] * w[0] * w[0] + i[1] * w[1] * w[1] + i[2] * w[2] * w[2];

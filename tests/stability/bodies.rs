@@ -1,7 +1,7 @@
 //! Projectiles: from as light as a node to 10^9 times heavier, to 30 km/s, striking in every way, rubbing, and through plies.
 
 use crate::{End, ROUNDING, Row, all, changed, near, row, turned};
-use fabric::{AttachmentKind, Drive, Outcome, Scene, Shape};
+use fabric_kernel::{AttachmentKind, Drive, Outcome, Scene, Shape};
 use fabric_tests::{drawn, small_sheet};
 use std::f64::consts::PI;
 

@@ -8,8 +8,8 @@ mod outcomes;
 mod sheets;
 mod sides;
 
-use fabric::pose::{Vector, components, into_body, normalised};
-use fabric::{Contact, Counters, Energy, Failure, Motion, Outcome, OutcomeSet, Scene, Sim, Solid};
+use fabric_kernel::pose::{Vector, components, into_body, normalised};
+use fabric_kernel::{Contact, Counters, Energy, Failure, Motion, Outcome, OutcomeSet, Scene, Sim, Solid};
 use fabric_tests::{memory_of, reference::length};
 use rayon::prelude::*;
 

@@ -6,9 +6,9 @@
 //! may bring the body back. What comes later than `AFTER` steps behind an outcome is not seen.
 
 use crate::changed;
-use fabric::internals::random::splitmix64;
-use fabric::pose::{components, normalised};
-use fabric::{AttachmentKind, Code, Drive, Outcome, OutcomeSet, Scene, Shape, Sim, Solid};
+use fabric_kernel::internals::random::splitmix64;
+use fabric_kernel::pose::{components, normalised};
+use fabric_kernel::{AttachmentKind, Code, Drive, Outcome, OutcomeSet, Scene, Shape, Sim, Solid};
 use fabric_tests::memory_of;
 use fabric_tests::reference::{V3, dot};
 use rayon::prelude::*;
@@ -109,7 +109,7 @@ impl Numbers {
 
     /// Evenly over the orders of magnitude.
     pub(crate) fn scale(&mut self, low: f64, high: f64) -> f64 {
-        low * fabric::math::exp(self.next() * fabric::math::ln(high / low))
+        low * fabric_kernel::math::exp(self.next() * fabric_kernel::math::ln(high / low))
     }
 
     pub(crate) fn choice<T: Copy>(&mut self, choices: &[T]) -> T {
@@ -166,7 +166,7 @@ fn scene(seed: u64, numbers: &mut Numbers) -> (Scene, V3) {
         let angle = if numbers.next() < 0.7 { numbers.between(0.0, 1.48) } else { 0.0 };
         let turn = numbers.between(0.0, std::f64::consts::TAU);
         let [(sine, cosine), (across, along)] =
-            [angle, turn].map(|angle| (fabric::math::sin(angle), fabric::math::cos(angle)));
+            [angle, turn].map(|angle| (fabric_kernel::math::sin(angle), fabric_kernel::math::cos(angle)));
         let direction = [sine * along, sine * across, cosine];
         let size = numbers.scale(5.0, 400.0);
         body.velocity = direction.map(|x| size * x);

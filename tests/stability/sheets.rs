@@ -1,7 +1,7 @@
 //! Parameters, time steps and sheets at their extremes.
 
 use crate::{ROUNDING, Row, all, changed, near, row, stretch};
-use fabric::{AttachmentKind, Grading, Outcome, OutcomeSet, Scene, StepCheck, TimeStep};
+use fabric_kernel::{AttachmentKind, Grading, Outcome, OutcomeSet, Scene, StepCheck, TimeStep};
 use fabric_tests::{between_supports, positions, reference::length, reference::rest_positions, small_sheet, speed};
 
 /// A sheet of N x N under 40 J of the preset sphere.

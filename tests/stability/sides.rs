@@ -6,7 +6,7 @@
 
 use crate::changed;
 use crate::outcomes::Numbers;
-use fabric::{AttachmentKind, Outcome, OutcomeSet, Scene, Shape, Sim, Solid};
+use fabric_kernel::{AttachmentKind, Outcome, OutcomeSet, Scene, Shape, Sim, Solid};
 use fabric_tests::memory_of;
 use fabric_tests::reference::{V3, length};
 use rayon::prelude::*;

@@ -5,7 +5,7 @@
 //!
 //! # Format, version 1
 //! Little-endian. First `FKCAPSUL` and the version, 4 bytes. Then records: kind, 1 byte; length of the content, 4 bytes; content; check,
-//! 8 bytes, [`fabric::Hash`] of all bytes of the file so far but for the checks. Numbers have 8 bytes, real ones IEEE 754.
+//! 8 bytes, [`fabric_kernel::Hash`] of all bytes of the file so far but for the checks. Numbers have 8 bytes, real ones IEEE 754.
 //!
 //! | kind | record | content |
 //! |---|---|---|
@@ -38,7 +38,7 @@ pub use log::{Log, Sink, run};
 pub use read::{Broken, Capsule, What};
 pub use replay::{Difference, Replay, Seen};
 
-use fabric::{Error, Hash, Motion, Path, Sim};
+use fabric_kernel::{Error, Hash, Motion, Path, Sim};
 
 /// Version of the format.
 pub const FORMAT: u32 = 1;

@@ -4,8 +4,8 @@
 //! Limit: a refused call has changed nothing and is not written.
 
 use crate::{Call, Check, FORMAT, Kind, MAGIC, numbers_of};
-use fabric::fields::FIELDS;
-use fabric::{Error, Scene, Sim, VERSION};
+use fabric_kernel::fields::FIELDS;
+use fabric_kernel::{Error, Scene, Sim, VERSION};
 
 /// Where a capsule goes.
 pub trait Sink {

@@ -5,8 +5,8 @@
 
 use crate::{CHECK, Call, Check, FORMAT, HEAD, KINDS, Kind, MAGIC, motion_of};
 use core::fmt;
-use fabric::fields::{FIELDS, Field};
-use fabric::{Path, Scene};
+use fabric_kernel::fields::{FIELDS, Field};
+use fabric_kernel::{Path, Scene};
 
 /// Why bytes are no capsule, or not a whole one.
 #[derive(Clone, Copy, Debug, PartialEq)]

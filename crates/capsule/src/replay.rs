@@ -6,7 +6,7 @@
 use crate::read::{Record, call, record, words};
 use crate::{Call, Capsule, Kind};
 use core::fmt;
-use fabric::{Error, Sim};
+use fabric_kernel::{Error, Sim};
 
 /// How far a replay is. All zeros: at the beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

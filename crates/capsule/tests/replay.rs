@@ -1,7 +1,7 @@
 //! A capsule that was written is replayed with the same bits; what was altered is found where it is; broken bytes are refused by name. Hostile ones: tests/fuzz/src/capsule.rs.
 
-use fabric::{CacheLine, Layout, Motion, Outcome, Path, Scene, Sim};
 use fabric_capsule::{Broken, Call, Capsule, Difference, Log, Replay, Seen, What};
+use fabric_kernel::{CacheLine, Layout, Motion, Outcome, Path, Scene, Sim};
 
 fn scene() -> Scene {
     let mut scene = Scene::sheet_3in_sphere();
@@ -69,7 +69,7 @@ fn every_call_is_replayed_with_the_same_bits() {
             (capsule.scene().unwrap(), capsule.calls, capsule.stride, capsule.ended),
             (scene(), 10, stride, true)
         );
-        assert_eq!(capsule.version, fabric::VERSION);
+        assert_eq!(capsule.version, fabric_kernel::VERSION);
         for most in [1, 17, u64::MAX] {
             let (replay, difference) = replayed(&capsule, &scene(), most);
             assert_eq!(
@@ -103,7 +103,7 @@ fn clamps_that_slip_and_let_go_are_replayed() {
 #[test]
 fn a_path_and_a_failure_are_replayed() {
     let mut scene = scene();
-    (scene.drive, scene.yarn.stochastic) = (fabric::Drive::Prescribed, false);
+    (scene.drive, scene.yarn.stochastic) = (fabric_kernel::Drive::Prescribed, false);
     let mut sim = simulation(&scene);
     let mut bytes = Vec::new();
     let mut log = Log::begin(&mut sim, 2, |piece: &[u8]| {
@@ -159,7 +159,7 @@ fn another_simulation_differs_where_it_does() {
 
 /// Puts the right checks behind the records, so that their contents are tested.
 fn checked_anew(bytes: &mut [u8]) {
-    let (mut hash, mut at) = (fabric::Hash::default(), 12);
+    let (mut hash, mut at) = (fabric_kernel::Hash::default(), 12);
     bytes[..at].iter().for_each(|byte| hash.word(u64::from(*byte)));
     while let Some(length) = bytes.get(at + 1..at + 5).and_then(|length| length.first_chunk()) {
         let end = at + 5 + u32::from_le_bytes(*length) as usize;

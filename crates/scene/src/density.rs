@@ -1,7 +1,7 @@
 //! Volume and density of a projectile.
 
-use fabric::math::sin;
-use fabric::{Projectile, Shape, Solid};
+use fabric_kernel::math::sin;
+use fabric_kernel::{Projectile, Shape, Solid};
 use std::f64::consts::PI;
 
 /// Volume of a projectile, m^3; none of a polyhedron.

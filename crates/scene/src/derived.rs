@@ -5,9 +5,9 @@
 use crate::density::{LIGHTEST, density, volume};
 use crate::notes::unlikely_body;
 use crate::{BadKey, Result, bad, polyhedron, reals, short, units};
-use fabric::math::{abs, cos, length, round, sin};
-use fabric::pose::{Pose, Vector, into_body, normalised};
-use fabric::{Drive, MAX_FACES, Projectile, Scene, Shape, Solid};
+use fabric_kernel::math::{abs, cos, length, round, sin};
+use fabric_kernel::pose::{Pose, Vector, into_body, normalised};
+use fabric_kernel::{Drive, MAX_FACES, Projectile, Scene, Shape, Solid};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use toml::{Table, Value};
 
@@ -516,7 +516,7 @@ mod tests {
         let (position, velocity) = flown(
             "[aim]\npoint = [\"10 mm\", \"-5 mm\"]\nangle = \"30 deg\"\ntowards = \"90 deg\"\nspeed = 80\nstand_off = \"1 mm\"",
         );
-        let (sine, cosine) = (0.5, fabric::math::sqrt(0.75));
+        let (sine, cosine) = (0.5, fabric_kernel::math::sqrt(0.75));
         close(velocity[1], 80.0 * sine);
         close(velocity[2], 80.0 * cosine);
         assert!(velocity[0].abs() < 1e-14);

@@ -1,6 +1,6 @@
 //! Scenes as TOML, and memory for their simulations. A scene file has a preset, and whatever differs from it; with a fabric, a
 //! projectile and an aim the preset may be left out and is that of the 3 in sheet. Keys are the names of
-//! the table of parameters ([`fabric::fields`]), which are the paths in [`fabric::Scene`]; an unknown key is an error.
+//! the table of parameters ([`fabric_kernel::fields`]), which are the paths in [`fabric_kernel::Scene`]; an unknown key is an error.
 //!
 //! ```toml
 //! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder", "turbine_disc_sector", "ring_40in"
@@ -37,13 +37,13 @@ pub mod replay;
 pub mod textile;
 pub mod units;
 
-use fabric::Scene;
-use fabric::fields::{self, FIELDS, Field, Place};
+use fabric_kernel::Scene;
+use fabric_kernel::fields::{self, FIELDS, Field, Place};
 use std::io::Read;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// What cannot be read says why: a [`BadKey`], a [`fabric::Error`] that names the field, or a text.
+/// What cannot be read says why: a [`BadKey`], a [`fabric_kernel::Error`] that names the field, or a text.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// Largest scene file, bytes; one with every key has some twenty thousand.
@@ -599,7 +599,7 @@ fn expected(field: &Field) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fabric::{AttachmentKind, Draw, Integrator, RotationRule, Shape, TimeStep};
+    use fabric_kernel::{AttachmentKind, Draw, Integrator, RotationRule, Shape, TimeStep};
 
     #[test]
     fn a_preset_alone_is_that_preset() {
@@ -658,10 +658,10 @@ mod tests {
         for count in [1_u64 << 21, 1 << 31, 1 << 32, i64::MAX as u64] {
             let text = format!("preset = \"sheet_3in_sphere\"\nsheet.nodes_x = {count}\n");
             let error = parse(&text).map_or_else(
-                |error| *error.downcast_ref::<fabric::Error>().expect("of the kernel"),
+                |error| *error.downcast_ref::<fabric_kernel::Error>().expect("of the kernel"),
                 |scene| scene.check().unwrap_err(),
             );
-            assert_eq!((error.code, error.field), (fabric::Code::TooManyNodes, "sheet.nodes_x"), "{count}");
+            assert_eq!((error.code, error.field), (fabric_kernel::Code::TooManyNodes, "sheet.nodes_x"), "{count}");
             assert_eq!((error.value, error.limit), (count as f64, 1_048_576.0));
         }
     }
@@ -767,13 +767,15 @@ mod tests {
         assert!(parse(&format!("{text}yarn.viscosity_bending = 0.06\n")).unwrap().check().is_err());
         // Half a radian along the hoop, from inside and from outside, the sphere 1 mm before the ring.
         let ([x, _, z], [u, _, w], r) = (scene.projectile.position, scene.projectile.velocity, scene.sheet.radius);
-        let (away, [sine, cosine]) =
-            (fabric::math::length([x, 0.0, z]), [fabric::math::sin, fabric::math::cos].map(|f| f(0.05 / r)));
+        let (away, [sine, cosine]) = (
+            fabric_kernel::math::length([x, 0.0, z]),
+            [fabric_kernel::math::sin, fabric_kernel::math::cos].map(|f| f(0.05 / r)),
+        );
         assert!((away + 6.35e-3 + 1e-3 - r).abs() < 1e-5 * r && (x * cosine - z * sine).abs() < 1e-6 * r);
         assert!((u * x + w * z - 80.0 * away).abs() < 1e-9 * away);
         let outside = parse(&format!("{text}projectile.velocity = [0, 0, -80]\n").replace("speed = 80, ", "")).unwrap();
         let [x, _, z] = outside.projectile.position;
-        let away = fabric::math::length([x, 0.0, z]);
+        let away = fabric_kernel::math::length([x, 0.0, z]);
         assert!((away - 6.35e-3 - 1e-3 - r).abs() < 1e-5 * r && (x - r * sine).abs() < 1e-12);
     }
 
@@ -803,7 +805,7 @@ mod tests {
         assert_eq!((given.shape, given.moments), (Shape::Polyhedron, [1.0, 2.0, 3.0]));
         let size = "{ inner_radius = 0.01, outer_radius = 0.03, angle = 1.0, thickness = 0.008 }";
         let sector = body(&format!("shape = \"disc_sector\"\nsector = {size}"));
-        let expected = fabric::Sector { inner_radius: 0.01, outer_radius: 0.03, angle: 1.0, thickness: 0.008 };
+        let expected = fabric_kernel::Sector { inner_radius: 0.01, outer_radius: 0.03, angle: 1.0, thickness: 0.008 };
         assert_eq!((sector.shape, sector.sector), (Shape::DiscSector, expected));
     }
 

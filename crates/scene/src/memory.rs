@@ -1,7 +1,7 @@
 //! Memory for simulations, on the host's heap.
 
 use crate::Result;
-use fabric::{CacheLine, Error, Layout, Scene, Sim};
+use fabric_kernel::{CacheLine, Error, Layout, Scene, Sim};
 
 /// The memory of one simulation.
 pub struct Buffers {

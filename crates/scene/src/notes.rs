@@ -1,8 +1,8 @@
 //! What must be said of a shot besides its numbers: every report takes it from here.
 
 use crate::density::{LIGHTEST, density};
-use fabric::math::sqrt;
-use fabric::{Error, Scene, Shape, Sim, Solid};
+use fabric_kernel::math::sqrt;
+use fabric_kernel::{Error, Scene, Shape, Sim, Solid};
 
 /// Part of the velocity at which a yarn breaks at once from which sharp edges are named. Bars at the edge of a flat face were seen to
 /// break within 6 us from 0.31 of it on (docs/tables/edges.md).

@@ -6,9 +6,9 @@
 //! the cylinder, with its cross-section: they are 1.2 % nearer to the axis than its surface, their edges 2.3 % farther away.
 //! Mass and cross-section are those of the round body, volume and moments within 0.05 % (test).
 
-use fabric::math::{abs, cos, length, sin, sqrt};
-use fabric::pose::{Vector, components, quaternion};
-use fabric::{Faces, Projectile, Scene, Shape, Solid};
+use fabric_kernel::math::{abs, cos, length, sin, sqrt};
+use fabric_kernel::pose::{Vector, components, quaternion};
+use fabric_kernel::{Faces, Projectile, Scene, Shape, Solid};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::f64::consts::PI;
 
@@ -169,7 +169,7 @@ mod tests {
     fn vertices_make_the_polyhedron_of_their_hull() {
         let (turn, edges) = (quaternion([0.5, 0.1, -0.7, 0.5]), Vector::new(0.01, 0.02, 0.03));
         let corner = |k: u8| edges.component_mul(&Vector::from([k & 1, k >> 1 & 1, k >> 2].map(f64::from)));
-        let turned = |p: Vector| fabric::pose::rotate(&turn, &p);
+        let turned = |p: Vector| fabric_kernel::pose::rotate(&turn, &p);
         let points = (0..8).map(|k| turned(corner(k))).chain([turned(corner(7) * 0.4)]);
         let rows: Vec<_> = points.map(|p| format!("{:?}", [p.x, p.y, p.z])).collect();
         let body =
@@ -178,7 +178,7 @@ mod tests {
         for [x, y, z, distance] in body.faces.in_use().iter().copied() {
             // In the box's own axes.
             let normal =
-                fabric::pose::rotate(&(turn.conjugate() * quaternion(body.orientation)), &Vector::new(x, y, z));
+                fabric_kernel::pose::rotate(&(turn.conjugate() * quaternion(body.orientation)), &Vector::new(x, y, z));
             let axis = normal.iamax();
             assert!((normal[axis].abs() - 1.0).abs() < 1e-12 && (distance / edges[axis] - 0.5).abs() < 1e-12);
             let moment = body.moments[Vector::new(x, y, z).iamax()];

@@ -9,13 +9,13 @@
 //! weft.crimp = 0.01
 //! ```
 //!
-//! The table `[back_fabric]` has the same keys for the last plies of a stack. Keys are the fields of [`fabric::Textile`]; `linear_density`, `count`
+//! The table `[back_fabric]` has the same keys for the last plies of a stack. Keys are the fields of [`fabric_kernel::Textile`]; `linear_density`, `count`
 //! and `crimp` are those of both directions, below `warp` and `weft` those of one. A number written `{ value, unit }` may have its
 //! `source` and `mark`; those of the folder must.
 
 use crate::{BadKey, Result, bad, short, units};
-use fabric::textile::centinewton_per_dtex;
-use fabric::{Scene, Textile};
+use fabric_kernel::textile::centinewton_per_dtex;
+use fabric_kernel::{Scene, Textile};
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
@@ -78,11 +78,11 @@ pub fn apply_back(scene: &mut Scene, table: &Value) -> Result<()> {
 }
 
 /// The kernel's refusal of a textile with the names of the table's keys.
-fn refused<T>(table: &str, error: fabric::Error) -> Result<T> {
+fn refused<T>(table: &str, error: fabric_kernel::Error) -> Result<T> {
     let range = USUAL.iter().find(|(name, ..)| error.field.ends_with(name)).map_or("0 to below 1", |(.., words)| words);
     let help = match error.code {
-        fabric::Code::OutOfRange => format!("; there are {range}"),
-        fabric::Code::DoesNotGoWith => "; give one of the two".to_string(),
+        fabric_kernel::Code::OutOfRange => format!("; there are {range}"),
+        fabric_kernel::Code::DoesNotGoWith => "; give one of the two".to_string(),
         _ => String::new(),
     };
     let text = error.to_string().replace("textile.", &format!("{table}."));
@@ -507,7 +507,7 @@ mod tests {
         let page = include_str!("../fabrics/README.md");
         let example = page.split_once("```toml\n").unwrap().1.split_once("```").unwrap().0;
         let scene = crate::parse(example).unwrap();
-        assert_eq!((scene.sheet.crimp, scene.viscosity()), ([0.01, 0.003], fabric::TEXTILE_VISCOSITY));
+        assert_eq!((scene.sheet.crimp, scene.viscosity()), ([0.01, 0.003], fabric_kernel::TEXTILE_VISCOSITY));
         for key in keys().map(|name| name.trim_start_matches("warp.").trim_start_matches("weft.")) {
             assert!(page.contains(&format!("`{key}`")), "{key} is not on the page");
         }

@@ -2,7 +2,7 @@
 //! `{ value = 16, unit = "g" }`. A number of an array may be such a text, too.
 
 use crate::{Result, bad, short};
-use fabric::textile::{denier, dtex, per_inch};
+use fabric_kernel::textile::{denier, dtex, per_inch};
 use std::f64::consts::PI;
 use toml::Value;
 
@@ -210,7 +210,7 @@ mod tests {
     /// What may be shown by another program may be written here.
     #[test]
     fn every_display_unit_of_the_table_of_parameters_is_known() {
-        for quantity in fabric::fields::FIELDS.iter().filter_map(|field| field.quantity) {
+        for quantity in fabric_kernel::fields::FIELDS.iter().filter_map(|field| field.quantity) {
             let known = UNITS.iter().any(|(name, si, _)| (*name, *si) == (quantity.display, quantity.unit));
             assert!(quantity.display.is_empty() || known, "{}", quantity.display);
         }

@@ -4,7 +4,7 @@
 //! busy machine loses no more than a switch. The bits are those of one thread.
 
 use crate::Result;
-use fabric::{Bands, Failure, OutcomeSet, Sim};
+use fabric_kernel::{Bands, Failure, OutcomeSet, Sim};
 use std::sync::{Condvar, Mutex};
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,7 @@ pub fn advance_until(
     if threads == 1 {
         return Ok(sim.advance_until(mask, steps));
     }
-    let mut scratch = vec![fabric::CacheLine::ZERO; sim.layout().band_lines(threads)?];
+    let mut scratch = vec![fabric_kernel::CacheLine::ZERO; sim.layout().band_lines(threads)?];
     let bands = sim.bands(&mut scratch, threads, steps)?;
     let meeting = Meeting::default();
     let work = |band| while bands.steps() < steps && !bands.outcomes().has(mask) && meeting.pass(&bands, band) {};
@@ -89,7 +89,7 @@ impl Meeting {
 mod tests {
     use super::*;
     use crate::memory::Buffers;
-    use fabric::Scene;
+    use fabric_kernel::Scene;
 
     /// Step count and digest at an outcome.
     fn ends_at(threads: u32) -> (u64, u64) {

@@ -9,10 +9,10 @@ use crate::bytes::Bytes;
 use crate::memory::{Block, at, from, into, nowhere, to};
 use crate::scene::{bytes_of, digest, empty, got, is_failure};
 use crate::small;
-use fabric::{CacheLine, Code, Error, Failure, Layout, Motion, OutcomeSet, Path, Scene, Sim};
 use fabric_capi::calls::*;
 use fabric_capi::types::*;
 use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
+use fabric_kernel::{CacheLine, Code, Error, Failure, Layout, Motion, OutcomeSet, Path, Scene, Sim};
 use std::ptr::null_mut;
 
 const TURN: i32 = Code::BandOutOfTurn.number();

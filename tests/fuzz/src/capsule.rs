@@ -2,8 +2,8 @@
 
 use crate::bytes::Bytes;
 use crate::small;
-use fabric::{CacheLine, Hash, Layout, Scene, Sim};
 use fabric_capsule::{Call, Capsule, Log, Replay, Seen};
+use fabric_kernel::{CacheLine, Hash, Layout, Scene, Sim};
 
 /// Most nodes and steps of what is replayed.
 const MOST: u64 = 2000;

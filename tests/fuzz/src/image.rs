@@ -2,8 +2,8 @@
 
 use crate::bytes::Bytes;
 use crate::small;
-use fabric::Hash;
-use fabric::{CacheLine, Code, Drive, Layout, Motion, Path, Sim};
+use fabric_kernel::Hash;
+use fabric_kernel::{CacheLine, Code, Drive, Layout, Motion, Path, Sim};
 
 /// Words of an image's header.
 const HEADER_WORDS: usize = 4;

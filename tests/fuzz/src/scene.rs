@@ -4,11 +4,11 @@ use crate::bytes::Bytes;
 use crate::image::look;
 use crate::memory::{Block, at, into, nowhere, to};
 use crate::small::{self, MOST_ITERATIONS, MOST_NODES};
-use fabric::fields::{FIELDS, slot_of};
-use fabric::{CacheLine, Code, InstructionSet, Layout, Sim};
 use fabric_capi::calls::*;
 use fabric_capi::types::*;
 use fabric_capi::{Lent, Output, ToChange, ToLookAt, fk_sim};
+use fabric_kernel::fields::{FIELDS, slot_of};
+use fabric_kernel::{CacheLine, Code, InstructionSet, Layout, Sim};
 use std::ptr::null_mut;
 
 /// What fk_memory_size, and but for the time step's three every other call, may refuse a scene with.
@@ -143,7 +143,7 @@ pub fn run(data: &[u8]) -> bool {
     let scene = given(&mut bytes);
     let steps = 1 + bytes.below(16) as u64 + if bytes.once_in(16) { 64 } else { 0 };
     let instructions = bytes.choose(&InstructionSet::ALL);
-    let mut fault = fk_fault::of(&fabric::Error::plain(fabric::Code::NullPointer, ""));
+    let mut fault = fk_fault::of(&fabric_kernel::Error::plain(fabric_kernel::Code::NullPointer, ""));
     let mut size = 0;
     set_textile(&mut bytes, &scene);
 

@@ -1,7 +1,7 @@
 //! Small sound scenes: every shape, attachment, yarn and rule, with few nodes, near enough for contact in a few steps.
 
 use crate::bytes::Bytes;
-use fabric::{
+use fabric_kernel::{
     AttachmentKind, Back, Casing, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, RotationRule, Scene, Sector,
     Shape, Stack, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
 };

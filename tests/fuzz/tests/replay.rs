@@ -1,9 +1,9 @@
 //! Every committed input once more, without libFuzzer: the corpora, and what once broke something (`regressions`).
 
-use fabric::FEATURES;
 use fabric_fuzz::TARGETS;
 use fabric_fuzz::bytes::Bytes;
 use fabric_fuzz::small;
+use fabric_kernel::FEATURES;
 use std::path::Path;
 
 /// Runs every file of a folder through a target; counts them, and those that stepped a simulation.

@@ -1,11 +1,11 @@
 //! Both model descriptions, from the tables in code.
 
 use crate::xml::{Attribute, Xml, some};
-use fabric::outputs::Get;
 use fabric_fmu::MODEL_IDENTIFIER;
 use fabric_fmu::parameters::Parameters;
 use fabric_fmu::starts::{Starts, TIME_STEP};
 use fabric_fmu::table::{self, Kind, MOST_ELEMENTS, Role, Variable};
+use fabric_kernel::outputs::Get;
 
 const DESCRIPTION: &str =
     "Ballistic fabric as a network of yarn segments, hit by a rigid projectile that the FMU or its host moves";

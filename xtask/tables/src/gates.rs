@@ -2,7 +2,7 @@
 //! prints its row of docs/reliability.md ("figure N: ...").
 
 use crate::stack;
-use fabric::FEATURES;
+use fabric_kernel::FEATURES;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
 use xtask::targets::{FROM_HOST, FROM_LINUX, undefined};
@@ -81,7 +81,7 @@ pub fn code(library: &Path) -> Result<Code, String> {
     let file = object::File::parse(&*data).map_err(|error| format!("{}: {error}", library.display()))?;
     let text = file.sections().filter(|section| section.kind() == SectionKind::Text);
     let names: Vec<&str> = file.symbols().filter_map(|symbol| symbol.name().ok()).collect();
-    let held = |module: &&str| names.iter().any(|name| name.contains(&format!("6fabric{module}")));
+    let held = |module: &&str| names.iter().any(|name| name.contains(&format!("13fabric_kernel{module}")));
     Ok(Code { bytes: text.map(|section| section.size()).sum(), modules: LEFT_OUT.into_iter().filter(held).collect() })
 }
 
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn names_are_shortened() {
-        assert_eq!(short("<fabric::sim::Sim>::pass"), "Sim::pass");
+        assert_eq!(short("<fabric_kernel::sim::Sim>::pass"), "Sim::pass");
         assert_eq!(short("fabric_host::float::call::<(), fabric_capi::calls::fk_reset>"), "float::call");
     }
 }

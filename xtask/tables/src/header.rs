@@ -2,9 +2,9 @@
 //! the scene's structure and the constants of its choices from the kernel's table of parameters, those of the statuses from the
 //! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
 
-use fabric::MAX_NODES_PER_SIDE;
-use fabric::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
-use fabric::{Code, Scene};
+use fabric_kernel::MAX_NODES_PER_SIDE;
+use fabric_kernel::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
+use fabric_kernel::{Code, Scene};
 use std::fmt::Write;
 use xtask::tools::{Outcome, emptied, made, read, sources, target, top, write};
 
@@ -25,7 +25,7 @@ fn header() -> Result<String, String> {
     let capsules = capsules.split_once("\nuse ").map_or("", |(_, code)| code);
     let calls = calls + "\nuse " + &with_plain_pointers(capsules);
     let read_outs =
-        read_outs(&types, "fabric", "kernel/src")? + &read_outs(&types, "fabric_capsule", "crates/capsule/src")?;
+        read_outs(&types, "fabric_kernel", "kernel/src")? + &read_outs(&types, "fabric_capsule", "crates/capsule/src")?;
     write(&shown, calls + &read_outs)?;
     let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml"))?;
     config.after_includes = Some(format!("\n{}{}{}", statuses()?, choices(), scene().trim_end()));

@@ -1,6 +1,6 @@
 //! What is made of the kernel's table of outputs: the table of the documents, and the types of the Python package.
 
-use fabric::outputs::{COUNT, Get, OUTPUTS, Output};
+use fabric_kernel::outputs::{COUNT, Get, OUTPUTS, Output};
 use xtask::tools::{read, top};
 
 /// docs/tables/outputs.md.

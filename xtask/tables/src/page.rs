@@ -3,11 +3,11 @@
 
 use crate::description::{description, starts};
 use crate::xml::escaped;
-use fabric::fields::Choice;
 use fabric_fmu::MODEL_IDENTIFIER;
 use fabric_fmu::parameters::Parameters;
 use fabric_fmu::starts::TIME_STEP;
 use fabric_fmu::table::{DEFAULT_STEP_SIZE, DEFAULT_STOP_TIME, Kind, Role, STATUS, VARIABLES, Variable};
+use fabric_kernel::fields::Choice;
 
 pub fn page() -> String {
     let text = include_str!("page.html");

@@ -3,12 +3,12 @@
 use crate::description::{self, element_name};
 use crate::header;
 use crate::xml::{Xml, some, tag};
-use fabric::Scene;
-use fabric::fields::{self, Choice, FIELDS, Field, Place};
 use fabric_fmu::MODEL_IDENTIFIER;
 use fabric_fmu::parameters::Parameters;
 use fabric_fmu::starts;
 use fabric_fmu::table::{Role, VARIABLES};
+use fabric_kernel::Scene;
+use fabric_kernel::fields::{self, Choice, FIELDS, Field, Place};
 
 /// The other presets, a stack, and a real fabric, as parameter sets of SSP 1.0 for the FMU of FMI 2.0: what differs from its start values.
 pub fn sets() -> Result<Vec<(String, String)>, String> {
@@ -24,7 +24,7 @@ pub fn sets() -> Result<Vec<(String, String)>, String> {
 /// The 3 in sheet and its sphere with three separate plies, a quarter of a millimetre apart.
 fn three_plies() -> Scene {
     let scene = Scene::sheet_3in_sphere();
-    Scene { stack: fabric::Stack { plies: 3, gap: 2.5e-4, ..scene.stack }, ..scene }
+    Scene { stack: fabric_kernel::Stack { plies: 3, gap: 2.5e-4, ..scene.stack }, ..scene }
 }
 
 fn parameter_set(name: &str, mut scene: Scene) -> String {

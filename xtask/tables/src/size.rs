@@ -2,7 +2,7 @@
 
 use crate::{gates, stack};
 
-use fabric::{CacheLine, FEATURES, Layout, Scene, TimeStep};
+use fabric_kernel::{CacheLine, FEATURES, Layout, Scene, TimeStep};
 use fabric_tests::options::{Choice, GROUPS};
 use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSection, SectionKind};

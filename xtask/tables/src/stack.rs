@@ -46,15 +46,15 @@ const POINTERS: [(&str, &[&str]); 5] = [
 
 /// Who calls through the tables of parameters and of features: starts of names.
 const LOOPS: [&str; 10] = [
-    "<fabric::memory::layout::Layout>::compute",
-    "<fabric::scene::parts::Scene>::check",
-    "fabric::scene::features::",
-    "fabric::scene::fields::lookup::check",
-    "fabric::scene::fields::lookup::fingerprint_words",
+    "<fabric_kernel::memory::layout::Layout>::compute",
+    "<fabric_kernel::scene::parts::Scene>::check",
+    "fabric_kernel::scene::features::",
+    "fabric_kernel::scene::fields::lookup::check",
+    "fabric_kernel::scene::fields::lookup::fingerprint_words",
     "fabric_capi::sizes::put_scene",
     "fabric_capi::sizes::read_scene",
-    "<fabric::scene::fields::row::Field>::word",
-    "<fabric::scene::fields::row::Field>::set_word",
+    "<fabric_kernel::scene::fields::row::Field>::word",
+    "<fabric_kernel::scene::fields::row::Field>::set_word",
     "<fabric_capsule::",
 ];
 
@@ -70,7 +70,7 @@ pub fn chains(library: &Path) -> Result<Vec<Chain>, String> {
     // What the tables hold: functions of their modules whose address stands in the library's data.
     let held = slots(library)?;
     let of_table = |(address, function): &(&u64, &Function)| {
-        ["fields", "features"].iter().any(|table| function.name.contains(&format!("fabric::scene::{table}::")))
+        ["fields", "features"].iter().any(|table| function.name.contains(&format!("fabric_kernel::scene::{table}::")))
             && held.values().any(|place| place == *address)
     };
     let table: Vec<u64> = functions.iter().filter(of_table).map(|(address, _)| *address).collect();

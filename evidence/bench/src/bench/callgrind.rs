@@ -7,7 +7,7 @@ use super::programs::output;
 use super::sheets;
 use crate::Result;
 use crate::memory::Buffers;
-use fabric::InstructionSet;
+use fabric_kernel::InstructionSet;
 use std::process::Command;
 
 const SIZE: u32 = 105;

@@ -25,7 +25,7 @@ use crate::progress::Progress;
 use crate::report::written;
 use crate::{Result, say};
 use clap::Args;
-use fabric::InstructionSet;
+use fabric_kernel::InstructionSet;
 use rows::Report;
 use sheets::{Effort, THREADS, Way};
 use std::path::PathBuf;

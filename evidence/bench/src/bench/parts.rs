@@ -7,7 +7,7 @@ use crate::Result;
 use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::report::least;
-use fabric::{Layout, Scene};
+use fabric_kernel::{Layout, Scene};
 
 /// The ledger: one call that sums up all energies, against one step.
 pub fn ledger(bench: &mut Bench, size: u32) -> Result<()> {
@@ -55,7 +55,7 @@ pub fn rest(bench: &mut Bench, size: u32) -> Result<()> {
         }
         for ((word, times), digest) in ["left out", "stepped"].into_iter().zip(&times).zip(digests) {
             let case = format!("first {name} steps, rows at rest {word}");
-            let row = Row::of(&case, size, fabric::InstructionSet::widest().name(), 1, times);
+            let row = Row::of(&case, size, fabric_kernel::InstructionSet::widest().name(), 1, times);
             report.rows.push(row.ending_in(digest));
         }
         if digests[0] != digests[1] {

@@ -11,7 +11,7 @@ use crate::Result;
 use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::report::median;
-use fabric::{InstructionSet, Scene};
+use fabric_kernel::{InstructionSet, Scene};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};

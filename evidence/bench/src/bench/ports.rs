@@ -3,8 +3,8 @@
 use super::Bench;
 use crate::Result;
 use crate::machine::Clock;
-use fabric::InstructionSet;
-use fabric::internals::lanes::{Job, Lane, dispatch};
+use fabric_kernel::InstructionSet;
+use fabric_kernel::internals::lanes::{Job, Lane, dispatch};
 use std::hint::black_box;
 
 /// Additions and maxima that the law needs per node-step: two segments of 7 additions and a maximum each, 3 axes of 3

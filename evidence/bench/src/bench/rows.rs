@@ -3,7 +3,7 @@
 use crate::machine;
 use crate::report::{least, median};
 use crate::say;
-use fabric::InstructionSet;
+use fabric_kernel::InstructionSet;
 use serde::Serialize;
 
 /// Ends the name of a case that is stepped one step at a time although it could be stepped in blocks.

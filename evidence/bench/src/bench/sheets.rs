@@ -5,7 +5,7 @@ use super::rows::{Row, SINGLE_STEPS};
 use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::{Result, threads};
-use fabric::{AttachmentKind, InstructionSet, Scene, Sim, Stack, StrengthDraw};
+use fabric_kernel::{AttachmentKind, InstructionSet, Scene, Sim, Stack, StrengthDraw};
 use fabric_scene::textile;
 use std::time::Instant;
 
@@ -64,7 +64,7 @@ pub fn advance(sim: &mut Sim<'_>, way: Way, steps: u64) -> Result<()> {
     if way.single_steps {
         return (0..steps).try_for_each(|_| Ok(sim.step()?));
     }
-    threads::advance_until(sim, fabric::OutcomeSet::NONE, steps, way.threads)??;
+    threads::advance_until(sim, fabric_kernel::OutcomeSet::NONE, steps, way.threads)??;
     Ok(())
 }
 
@@ -127,7 +127,7 @@ pub const COUNTED: [(&str, OfSize); 13] = [
         // Of as many nodes: the fine part covers the sheet.
         other(sweep(size), |scene| {
             let half_width = scene.half_size().map(|half| 2.0 * half);
-            scene.sheet.grading = fabric::Grading { largest: 2, half_width, ..scene.sheet.grading };
+            scene.sheet.grading = fabric_kernel::Grading { largest: 2, half_width, ..scene.sheet.grading };
         })
     }),
     ("viscous", |size| {

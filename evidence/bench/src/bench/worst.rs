@@ -4,7 +4,7 @@ use super::Bench;
 use crate::Result;
 use crate::machine::Clock;
 use crate::memory::Buffers;
-use fabric::{AttachmentKind, Scene, Shape};
+use fabric_kernel::{AttachmentKind, Scene, Shape};
 
 /// Scenes that are tried.
 const SCENES: u64 = 60;

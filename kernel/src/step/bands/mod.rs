@@ -10,7 +10,7 @@
 //! Reference: docs/model.md, "Row bands".
 //!
 //! ```
-//! use fabric::{CacheLine, Layout, Scene, Sim};
+//! use fabric_kernel::{CacheLine, Layout, Scene, Sim};
 //!
 //! let mut scene = Scene::sheet_3in_sphere();
 //! (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
@@ -38,7 +38,7 @@
 //! });
 //! drop(bands);
 //! assert_eq!(sim.step_count(), 100);
-//! # Ok::<(), fabric::Error>(())
+//! # Ok::<(), fabric_kernel::Error>(())
 //! ```
 //! With `lanes.rs` this folder is the only place of the kernel with unsafe code.
 #![allow(unsafe_code)]
