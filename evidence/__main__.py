@@ -1,4 +1,5 @@
-"""`python -m evidence`: the questions; `python -m evidence NAME`: the answer to one; `python -m evidence --quick`: to all of them."""
+"""`python -m evidence`: the questions; `python -m evidence NAME`: the answer to one; `python -m evidence --quick`: to all of
+them."""
 
 import argparse
 import importlib
@@ -52,17 +53,37 @@ def listed():
 
 def main():
     parser = argparse.ArgumentParser(
-        prog="python -m evidence", description="The evidence of the documents. Times are those of two quiet cores.", epilog=listed(),
+        prog="python -m evidence",
+        description="The evidence of the documents. Times are those of two quiet cores.",
+        epilog=listed(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("question", nargs="?", choices=list(QUESTIONS), metavar="QUESTION", help="the one to answer")
     parser.add_argument("folder", nargs="?", type=pathlib.Path, help="what bench reads [default: target/fabric/QUESTION]")
     effort = parser.add_mutually_exclusive_group()
-    effort.add_argument("--quick", action="store_const", const="quick", dest="effort", help="fewer points and runs; without a question all are answered")
-    effort.add_argument("--smoke", action="store_const", const="smoke", dest="effort", help="the least that runs every line: a check, not a result")
-    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("target/evidence"), help="folder of the numbers [default: %(default)s]")
-    parser.add_argument("--docs", type=pathlib.Path, metavar="DIR", help="also write tables and pictures into this folder of documents")
-    parser.add_argument("--on", metavar="ADDRESS", help="a Dask scheduler whose workers have this clone and the same build of the package")
+    effort.add_argument(
+        "--quick",
+        action="store_const",
+        const="quick",
+        dest="effort",
+        help="fewer points and runs; without a question all are answered",
+    )
+    effort.add_argument(
+        "--smoke",
+        action="store_const",
+        const="smoke",
+        dest="effort",
+        help="the least that runs every line: a check, not a result",
+    )
+    parser.add_argument(
+        "--out", type=pathlib.Path, default=pathlib.Path("target/evidence"), help="folder of the numbers [default: %(default)s]"
+    )
+    parser.add_argument(
+        "--docs", type=pathlib.Path, metavar="DIR", help="also write tables and pictures into this folder of documents"
+    )
+    parser.add_argument(
+        "--on", metavar="ADDRESS", help="a Dask scheduler whose workers have this clone and the same build of the package"
+    )
     parser.add_argument("--anew", action="store_true", help="forget the runs that are kept")
     given = parser.parse_args()
     if not given.question and not given.effort:

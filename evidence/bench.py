@@ -18,7 +18,11 @@ def answer(study):
     rows, figures = [SimpleNamespace(**row) for row in measured["rows"]], measured["figures"]
     found = [goal for goal in goals(rows, figures, measured["widest"]) if goal[1] is not None or study.docs]
     heading = ["figure", "goal", "measured", ""]
-    goal_rows = [[what, limit(goal), significant(value) if value is not None else "-", verdict(goal)] for goal in found for what, value, *_ in [goal]]
+    goal_rows = [
+        [what, limit(goal), significant(value) if value is not None else "-", verdict(goal)]
+        for goal in found
+        for what, value, *_ in [goal]
+    ]
     print(page.printed(heading, goal_rows))
     draw(rows, measured["widest"], study.folder / "performance.svg")
     if not study.docs:
@@ -26,17 +30,31 @@ def answer(study):
     study.picture("performance.svg", "performance.svg")
     load = lambda value: "unknown" if value is None else f"{value:.2f}"
     text = (
-        f"Measured on: {measured['machine']}, in {measured['rounds']} rounds; clock: {measured['clock']} for the kernel, process CPU time for the peers. Load of the "
-        f"machine at the start {load(measured['load_at_start'])}, at the end {load(measured['load_at_end'])}. Times are the least of the rounds, with the median in "
+        f"Measured on: {measured['machine']}, in {measured['rounds']} rounds; clock: {measured['clock']} for the kernel, "
+        f"process CPU time for the peers. Load of the "
+        f"machine at the start {load(measured['load_at_start'])}, at the end {load(measured['load_at_end'])}. Times are the "
+        f"least of the rounds, with the median in "
         "brackets; what is measured is said in [performance.md](../performance.md).\n"
     )
     sections = [
-        ("Goals", page.markdown(heading, goal_rows)), ("Bare sweep", times(rows, "sweep")), ("Whole run", times(rows, "run")), ("Bare sweep, Kevlar KM2, viscous", times(rows, "KM2 sweep")), ("Whole run, Kevlar KM2, viscous", times(rows, "KM2 run")), ("Whole run in single steps", times(rows, "run, single steps")),
-        ("Damage everywhere", times(rows, "dense")), ("Five plies that touch", times(rows, "plies")), ("Peers", peers(rows)), ("Rows at rest", rest(rows)),
+        ("Goals", page.markdown(heading, goal_rows)),
+        ("Bare sweep", times(rows, "sweep")),
+        ("Whole run", times(rows, "run")),
+        ("Bare sweep, Kevlar KM2, viscous", times(rows, "KM2 sweep")),
+        ("Whole run, Kevlar KM2, viscous", times(rows, "KM2 run")),
+        ("Whole run in single steps", times(rows, "run, single steps")),
+        ("Damage everywhere", times(rows, "dense")),
+        ("Five plies that touch", times(rows, "plies")),
+        ("Peers", peers(rows)),
+        ("Rows at rest", rest(rows)),
     ]
     groups = [
-        ("ledger", "Ledger"), ("memory", "Memory"), ("fmu", "FMU"), ("states", "FMU state, 350 x 350 nodes"),
-        ("ports", "What the machine could do"), ("instructions", "Instructions per node-step, 105 x 105"),
+        ("ledger", "Ledger"),
+        ("memory", "Memory"),
+        ("fmu", "FMU"),
+        ("states", "FMU state, 350 x 350 nodes"),
+        ("ports", "What the machine could do"),
+        ("instructions", "Instructions per node-step, 105 x 105"),
     ]
     for group, title in groups:
         own = [[figure["name"], significant(figure["value"]), figure["unit"]] for figure in figures if figure["group"] == group]
@@ -44,7 +62,9 @@ def answer(study):
     none = "No group of measurements is missing; instruction sets that this machine lacks are.\n"
     sections.append(("Not measured", "".join(f"- {missing}\n" for missing in measured["missing"]) or none))
     text += "".join(f"\n## {title}\n\n{body}" for title, body in sections)
-    short.write(study.docs, "performance", "What was measured", "cargo xtask bench` and `python -m evidence bench --docs docs", text)
+    short.write(
+        study.docs, "performance", "What was measured", "cargo xtask bench` and `python -m evidence bench --docs docs", text
+    )
 
 
 def goals(rows, figures, widest):
@@ -53,7 +73,12 @@ def goals(rows, figures, widest):
     add = lambda what, value, side, bound, unit: found.append((what, value, side, bound, unit))
     most = lambda what, value, bound, unit=NS: add(what, value, "at most", bound, unit)
     time = lambda case, size, instructions, threads=1: next(
-        (row.ns_per_node_step for row in rows if (row.case, row.size, row.instruction_set, row.threads) == (case, size, instructions, threads)), None
+        (
+            row.ns_per_node_step
+            for row in rows
+            if (row.case, row.size, row.instruction_set, row.threads) == (case, size, instructions, threads)
+        ),
+        None,
     )
     value = lambda name: next((figure["value"] for figure in figures if figure["name"] == name), None)
     part = lambda above, below, scale=1: None if above is None or below is None else scale * above / below
@@ -72,7 +97,12 @@ def goals(rows, figures, widest):
     for size in (105, 350, 1000):
         for instructions in ("avx512", "avx2"):
             more = part(time("KM2 sweep", size, instructions), time("sweep", size, instructions))
-            most(f"time of Kevlar KM2, viscous, over that of the paper's sheet, bare sweep, {size} x {size}, {instructions}", more, 1.6, "x")
+            most(
+                f"time of Kevlar KM2, viscous, over that of the paper's sheet, bare sweep, {size} x {size}, {instructions}",
+                more,
+                1.6,
+                "x",
+            )
     for case, bound in (("viscous", 1.5), ("rate", 1.5), ("fabric", 1.1), ("graded", 1.1)):
         more = part(value(f"{case} 105, avx2"), value("sweep 105, avx2"))
         most(f"instructions of {case} over those of the bare sweep, avx2", more, bound, "x")
@@ -125,7 +155,9 @@ def times(rows, case):
     lines = []
     for size in dict.fromkeys(row.size for row in own):
         of = {(row.instruction_set, row.threads): row for row in own if row.size == size}
-        shown = lambda row: "not on this machine" if row is None or row.median is None else f"{row.ns_per_node_step:.2f} ({row.median:.2f})"
+        shown = lambda row: (
+            "not on this machine" if row is None or row.median is None else f"{row.ns_per_node_step:.2f} ({row.median:.2f})"
+        )
         digest = next((row.digest for row in of.values() if row.digest), "")
         lines.append([f"{size} x {size}", *(shown(of.get(way)) for way in ways), f"`{digest}`"])
     return page.markdown(heading, lines)
@@ -140,14 +172,29 @@ def peers(rows):
             time, median = ("-" if value is None else significant(value) for value in (row.ns_per_node_step, row.median))
             deflection = "-" if row.deflection is None else f"{1e3 * row.deflection:.4f}"
             ratio = "1" if row.times_slower is None else significant(row.times_slower)
-            lines.append([f"{row.size} x {row.size}", name if row.times_slower else f"{name}, {row.instruction_set}", f"{time} ({median})", ratio, deflection, row.differs or ""])
+            lines.append(
+                [
+                    f"{row.size} x {row.size}",
+                    name if row.times_slower else f"{name}, {row.instruction_set}",
+                    f"{time} ({median})",
+                    ratio,
+                    deflection,
+                    row.differs or "",
+                ]
+            )
     return page.markdown(heading, lines, 2)
 
 
 def rest(rows):
     lines = [
-        [f"{row.size} x {row.size}", row.case, "-" if row.ns_per_node_step is None else significant(row.ns_per_node_step), f"`{row.digest or '-'}`"]
-        for row in rows if row.case.startswith("first ")
+        [
+            f"{row.size} x {row.size}",
+            row.case,
+            "-" if row.ns_per_node_step is None else significant(row.ns_per_node_step),
+            f"`{row.digest or '-'}`",
+        ]
+        for row in rows
+        if row.case.startswith("first ")
     ]
     return page.markdown(["nodes", "", NS, "digest"], lines, 2)
 
@@ -157,7 +204,11 @@ def draw(rows, widest, path):
     series = []
 
     def add(name, style, case, instructions):
-        points = [(row.size, row.ns_per_node_step) for row in rows if (row.case, row.instruction_set, row.threads) == (case, instructions, 1) and row.ns_per_node_step]
+        points = [
+            (row.size, row.ns_per_node_step)
+            for row in rows
+            if (row.case, row.instruction_set, row.threads) == (case, instructions, 1) and row.ns_per_node_step
+        ]
         if points:
             series.append(Series(name, points, style))
 

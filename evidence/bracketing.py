@@ -1,7 +1,7 @@
 """What the first velocity of a test without a guess does to its V50.
 
-Shot: the presets and the textiles of data/fabrics/, from a tenth, once and ten times their limit, which a few shots find first; 20 shots, and
-30 where the interval of V50 is not bounded by 20.
+Shot: the presets and the textiles of data/fabrics/, from a tenth, once and ten times their limit, which a few shots find first;
+20 shots, and 30 where the interval of V50 is not bounded by 20.
 Simulated: how often the intervals of such tests hold the truth, as `coverage.py` does it for tests with a guess.
 """
 
@@ -48,7 +48,17 @@ def shot(job):
             if all(math.isfinite(end) for end in found.intervals[0]) and not found.assumed[0]:
                 break
         bracket = next(k for k in range(1, shots + 1) if len(set(through[:k])) == 2 or k == shots)
-        rows.append([name, f"{start * about:g}", str(bracket), str(shots), f"{found.mu:.1f}", found.intervals[0].text(), f"{found.deviation:.1f}"])
+        rows.append(
+            [
+                name,
+                f"{start * about:g}",
+                str(bracket),
+                str(shots),
+                f"{found.mu:.1f}",
+                found.intervals[0].text(),
+                f"{found.deviation:.1f}",
+            ]
+        )
     return rows
 
 
@@ -67,17 +77,47 @@ def answer(study):
     starts, tests, simulations = (STARTS, TESTS, 1000) if full else (STARTS[1:2], 20, 20)
     tried = list(scenes().items())[slice(None) if full else slice(1, 2)]
     shots = sum(study.each(shot, [(name, scene, starts, tests) for name, scene in tried]), [])
-    coverage = sum(study.each(simulated, [(shots, start, simulations) for shots in SHOTS[: 2 if full else 1] for start in starts], "simulated"), [])
-    heading = ["scene", "first velocity, m/s", "shots to the bracket", "shots", "V50, m/s", "95 % interval, m/s", "standard deviation, m/s"]
-    plain = ["start over V50", "shots", "standard deviation, % of V50", "V01", "V50", "V99", "plain V01", "plain V50", "plain V99"]
-    study.table("v50_bracket", "Tests without a guess", (
-        "Each test begins with a tenth, once or ten times the limit, which 8 shots from the scene's own 100 m/s found before.\n"
-        "It has 20 shots, or 30 if an end of the interval of V50 is not given by 20.\n"
-        "The 3 in preset is as it is; the other sheets have 51 x 51 nodes, so that the limits are theirs and not those of larger ones.\n"
-        f"The projectile of a textile is that of the 3 in preset; intervals are from {tests} simulated tests.\n"
-        "Kevlar 49 has a weave that was chosen for this table: 1420 denier, 17 per inch.\n\n"
-        f"{markdown(heading, shots)}\n"
-        f"## Coverage\n\nPercent of {simulations} simulated tests whose 95 % interval holds the truth (probit); its standard error is {100 * math.sqrt(0.95 * 0.05 / simulations):.1f} percentage points.\n"
-        "\"Plain\": the profile likelihood with chi squared.\n\n"
-        f"{markdown(plain, coverage)}"
-    ))  # fmt: skip
+    coverage = sum(
+        study.each(
+            simulated, [(shots, start, simulations) for shots in SHOTS[: 2 if full else 1] for start in starts], "simulated"
+        ),
+        [],
+    )
+    heading = [
+        "scene",
+        "first velocity, m/s",
+        "shots to the bracket",
+        "shots",
+        "V50, m/s",
+        "95 % interval, m/s",
+        "standard deviation, m/s",
+    ]
+    plain = [
+        "start over V50",
+        "shots",
+        "standard deviation, % of V50",
+        "V01",
+        "V50",
+        "V99",
+        "plain V01",
+        "plain V50",
+        "plain V99",
+    ]
+    study.table(
+        "v50_bracket",
+        "Tests without a guess",
+        (
+            "Each test begins with a tenth, once or ten times the limit, which 8 shots from the scene's own 100 m/s found "
+            "before.\n"
+            "It has 20 shots, or 30 if an end of the interval of V50 is not given by 20.\n"
+            "The 3 in preset is as it is; the other sheets have 51 x 51 nodes, so that the limits are theirs and not those of "
+            "larger ones.\n"
+            f"The projectile of a textile is that of the 3 in preset; intervals are from {tests} simulated tests.\n"
+            "Kevlar 49 has a weave that was chosen for this table: 1420 denier, 17 per inch.\n\n"
+            f"{markdown(heading, shots)}\n"
+            f"## Coverage\n\nPercent of {simulations} simulated tests whose 95 % interval holds the truth (probit); its "
+            f"standard error is {100 * math.sqrt(0.95 * 0.05 / simulations):.1f} percentage points.\n"
+            '"Plain": the profile likelihood with chi squared.\n\n'
+            f"{markdown(plain, coverage)}"
+        ),
+    )

@@ -78,12 +78,15 @@ def of_micro(micro):
         one("P2", "Standard deviation of λ about the line", micro.residual, 8.35, 0.5, 3),
         one("P2", "Mean λ", micro.rate, 230.6, 1.0, 2),
         Claim(
-            "P3", "An aligned yarn breaks suddenly, misaligned ones do not (Fig. 3)",
+            "P3",
+            "An aligned yarn breaks suddenly, misaligned ones do not (Fig. 3)",
             "stress kept just beyond U_c: aligned 0, misaligned more than half",
             [Check("aligned", Estimate.exact(micro.aligned_left), (0.0, 0.0), 3), Check("misaligned", micro.left, (0.5, 1.0), 3)],
         ),
         Claim(
-            "P3", "A misaligned yarn absorbs more (Fig. 3)", "ratio above 1",
+            "P3",
+            "A misaligned yarn absorbs more (Fig. 3)",
+            "ratio above 1",
             [Check("work to rupture, misaligned/aligned", more, MORE, 3)],
             "the law with the paper's fitted λ absorbs 86.6 MJ/m³, between the two",
         ),
@@ -107,7 +110,9 @@ def of_attachments(runs):
     ratios = lambda pairs, energies, value, allowed: [
         attachments_ratio(runs, *pair, energy, value, allowed) for energy in energies for pair in pairs
     ]
-    named = lambda name, kind, energy, value, allowed: Check(f"{name}, {number(energy)} J", runs.mean_of(kind, STOCHASTIC, energy, value), allowed)
+    named = lambda name, kind, energy, value, allowed: Check(
+        f"{name}, {number(energy)} J", runs.mean_of(kind, STOCHASTIC, energy, value), allowed
+    )
     pairs = [(CORNERS, TWO_SIDES), (CORNERS, FOUR_SIDES), (TWO_SIDES, FOUR_SIDES)]
     most, least = pairs[:2], [(TWO_SIDES, CORNERS), (TWO_SIDES, FOUR_SIDES)]
     low, high = runs.energies_among(LOW), runs.energies_among(HIGH)
@@ -117,88 +122,143 @@ def of_attachments(runs):
     everywhere = "at every energy at which nothing is arrested"
     claims = []
     for reading, value in readings:
-        claims.append(Claim(
-            "P3", f"All three attachments absorb about the same at low energy ({reading})", f"ratios within a factor {CLOSE}, up to 10 J",
-            ratios(pairs, low, value, SIMILAR), "where all runs are arrested the ratio is 1 by itself",
-        ))
+        claims.append(
+            Claim(
+                "P3",
+                f"All three attachments absorb about the same at low energy ({reading})",
+                f"ratios within a factor {CLOSE}, up to 10 J",
+                ratios(pairs, low, value, SIMILAR),
+                "where all runs are arrested the ratio is 1 by itself",
+            )
+        )
     for reading, value in readings:
-        claims.append(Claim(
-            "P3", f"Corners absorb most at the high end ({reading})", "ratios above 1, from 80 J", ratios(most, high, value, MORE)
-        ))
+        claims.append(
+            Claim(
+                "P3",
+                f"Corners absorb most at the high end ({reading})",
+                "ratios above 1, from 80 J",
+                ratios(most, high, value, MORE),
+            )
+        )
     for reading, value in readings:
-        claims.append(Claim("P3", f"Two sides absorb least ({reading})", f"ratios below 1, {everywhere}", ratios(least, perforated, value, LESS)))
+        claims.append(
+            Claim(
+                "P3",
+                f"Two sides absorb least ({reading})",
+                f"ratios below 1, {everywhere}",
+                ratios(least, perforated, value, LESS),
+            )
+        )
     kinetic = lambda run: run.peak_kinetic
     rest = ratios(most, [energy for energy in high if energy != fast], kinetic, THREEFOLD)
-    claims.append(Claim(
-        "P3", "Kinetic energy of the fabric at corners is about three times that of the others (Figs 15-17)",
-        f"ratios of the largest values in {number(THREEFOLD[0])} to {number(THREEFOLD[1])}, at {number(fast)} J",
-        ratios(most, [fast], kinetic, THREEFOLD), "elsewhere " + ", ".join(check.text() for check in rest) if rest else "",
-    ))
-    claims.append(Claim(
-        "P3", "Strain energy is similar for all attachments (Figs 15-17)",
-        f"ratios of the largest values within a factor {CLOSE}, at {number(slow)} and {number(fast)} J",
-        ratios(pairs, runs.history_energies, lambda run: run.peak_strain, SIMILAR),
-    ))
+    claims.append(
+        Claim(
+            "P3",
+            "Kinetic energy of the fabric at corners is about three times that of the others (Figs 15-17)",
+            f"ratios of the largest values in {number(THREEFOLD[0])} to {number(THREEFOLD[1])}, at {number(fast)} J",
+            ratios(most, [fast], kinetic, THREEFOLD),
+            "elsewhere " + ", ".join(check.text() for check in rest) if rest else "",
+        )
+    )
+    claims.append(
+        Claim(
+            "P3",
+            "Strain energy is similar for all attachments (Figs 15-17)",
+            f"ratios of the largest values within a factor {CLOSE}, at {number(slow)} and {number(fast)} J",
+            ratios(pairs, runs.history_energies, lambda run: run.peak_strain, SIMILAR),
+        )
+    )
     shares = [
         ("strain/kinetic", lambda run: run.peak_strain / run.peak_kinetic, "largest strain energy"),
         (
-            "strain and dissipated/kinetic", lambda run: run.largest_yarn_work() / run.peak_kinetic,
+            "strain and dissipated/kinetic",
+            lambda run: run.largest_yarn_work() / run.peak_kinetic,
             "largest sum of strain energy and energy dissipated by rupture",
         ),
     ]
     for kind, figure in ((FOUR_SIDES, 17), (TWO_SIDES, 16)):
         for name, value, what in shares:
             checks = [named(name, kind, energy, value, MORE) for energy in runs.uncapped((kind, STOCHASTIC))]
-            claims.append(Claim(
-                "P3", f"{kind.capitalize()}: most energy goes into strain (Fig. {figure}; {what})",
-                f"{what} over largest kinetic energy of the fabric above 1, {everywhere}", checks,
-            ))
+            claims.append(
+                Claim(
+                    "P3",
+                    f"{kind.capitalize()}: most energy goes into strain (Fig. {figure}; {what})",
+                    f"{what} over largest kinetic energy of the fabric above 1, {everywhere}",
+                    checks,
+                )
+            )
     # "Two sides give more kinetic energy than four": whose, the wording leaves open.
     both = runs.uncapped((TWO_SIDES, STOCHASTIC), (FOUR_SIDES, STOCHASTIC))
     for whose, what, value in (
         ("the fabric's", "largest kinetic energy of the fabric", kinetic),
         (
-            "the fabric's, as a part of what it absorbs", "largest kinetic energy of the fabric over the energy absorbed at the end",
+            "the fabric's, as a part of what it absorbs",
+            "largest kinetic energy of the fabric over the energy absorbed at the end",
             lambda run: run.peak_kinetic / run.absorbed,
         ),
         ("what the projectile keeps", "kinetic energy of the projectile at the end", lambda run: run.left()),
     ):
-        claims.append(Claim(
-            "P3", f"Two sides give more kinetic energy than four ({whose})", f"{what}: ratio above 1, {everywhere}",
-            ratios([(TWO_SIDES, FOUR_SIDES)], both, value, MORE),
-        ))
+        claims.append(
+            Claim(
+                "P3",
+                f"Two sides give more kinetic energy than four ({whose})",
+                f"{what}: ratio above 1, {everywhere}",
+                ratios([(TWO_SIDES, FOUR_SIDES)], both, value, MORE),
+            )
+        )
     # Where and in which order the sheets fail.
     at = runs.history_energies
-    claims.append(Claim(
-        "P3", "Sheets held at corners fail at the attachments", "more than half of the failed segments within 5 yarns of a washer",
-        [named("share at the washers", CORNERS, e, lambda run: run.share_at_attachments(), (0.5, 1.0)) for e in at],
-    ))
+    claims.append(
+        Claim(
+            "P3",
+            "Sheets held at corners fail at the attachments",
+            "more than half of the failed segments within 5 yarns of a washer",
+            [named("share at the washers", CORNERS, e, lambda run: run.share_at_attachments(), (0.5, 1.0)) for e in at],
+        )
+    )
     torn = ", ".join(named("corners torn", CORNERS, e, lambda run: len(run.torn), (0, 4)).text() for e in at)
-    for which, later, claim in (("first and last", -1, "Corners do not fail all at once"), ("first and second", 1, "Corners fail one by one")):
+    for which, later, claim in (
+        ("first and last", -1, "Corners do not fail all at once"),
+        ("first and second", 1, "Corners fail one by one"),
+    ):
         gap = lambda run: 1e6 * (run.torn[later] - run.torn[0]) if len(run.torn) > 1 else math.nan
-        claims.append(Claim(
-            "P3", claim, f"{which} corner that tears off more than {number(APART)} µs apart",
-            [named("µs apart", CORNERS, e, gap, (APART, math.inf)) for e in at], torn,
-        ))
+        claims.append(
+            Claim(
+                "P3",
+                claim,
+                f"{which} corner that tears off more than {number(APART)} µs apart",
+                [named("µs apart", CORNERS, e, gap, (APART, math.inf)) for e in at],
+                torn,
+            )
+        )
     for kind in (FOUR_SIDES, TWO_SIDES):
         text = lambda e, value: runs.mean_of(kind, STOCHASTIC, e, value).text(2)
         note = ", ".join(
             f"at {number(e)} J {text(e, lambda run: run.share_at_centre())} at the centre and "
-            f"{text(e, lambda run: run.share_at_attachments())} at the attachments" for e in at
+            f"{text(e, lambda run: run.share_at_attachments())} at the attachments"
+            for e in at
         )
         if kind == TWO_SIDES:
             note += "; the tear runs through the middle from one free edge to the other"
         more = lambda run: run.share_at_centre() - run.share_at_attachments()
-        claims.append(Claim(
-            "P3", f"Clamped sheets fail at the centre, {kind}",
-            "a larger share of the failed segments within 2 radii of the projectile from the centre than within 5 yarns of the clamps",
-            [named("difference of the shares", kind, e, more, (0.0, 1.0)) for e in at], note,
-        ))
+        claims.append(
+            Claim(
+                "P3",
+                f"Clamped sheets fail at the centre, {kind}",
+                "a larger share of the failed segments within 2 radii of the projectile from the centre than within 5 yarns of "
+                "the clamps",
+                [named("difference of the shares", kind, e, more, (0.0, 1.0)) for e in at],
+                note,
+            )
+        )
     return claims
 
 
 # What "strain energy" may be.
-STRAINS = [("its largest value", lambda run: run.peak_strain), ("strain and dissipated, when detached", lambda run: run.yarn_work_at_detached())]
+STRAINS = [
+    ("its largest value", lambda run: run.peak_strain),
+    ("strain and dissipated, when detached", lambda run: run.yarn_work_at_detached()),
+]
 STRAIN_CLAIM = "Strain energy is two to four times larger in uniform sheets than in stochastic ones ({})"
 
 
@@ -207,24 +267,39 @@ def of_uniform(runs):
     claims = []
     for kind in (FOUR_SIDES, TWO_SIDES):
         energies = runs.uncapped((kind, STOCHASTIC), (kind, UNIFORM))
-        claims.append(Claim(
-            "P3", f"Uniform yarn over-predicts slightly, {kind}",
-            f"ratio in {number(SLIGHTLY[0])} to {number(SLIGHTLY[1])}, at every energy at which nothing is arrested",
-            [yarns_ratio(runs, kind, UNIFORM, STOCHASTIC, e, lambda run: run.at_detached(), SLIGHTLY, 3) for e in energies],
-        ))
+        claims.append(
+            Claim(
+                "P3",
+                f"Uniform yarn over-predicts slightly, {kind}",
+                f"ratio in {number(SLIGHTLY[0])} to {number(SLIGHTLY[1])}, at every energy at which nothing is arrested",
+                [yarns_ratio(runs, kind, UNIFORM, STOCHASTIC, e, lambda run: run.at_detached(), SLIGHTLY, 3) for e in energies],
+            )
+        )
     slow, fast = runs.history_energies
     for what, value in STRAINS:
-        claims.append(Claim(
-            "P3", STRAIN_CLAIM.format(what), f"ratio in 2 to 4, at {number(slow)} and {number(fast)} J",
-            [yarns_ratio(runs, kind, UNIFORM, STOCHASTIC, e, value, TWO_TO_FOUR) for kind in ATTACHMENTS for e in (slow, fast)],
-        ))
+        claims.append(
+            Claim(
+                "P3",
+                STRAIN_CLAIM.format(what),
+                f"ratio in 2 to 4, at {number(slow)} and {number(fast)} J",
+                [
+                    yarns_ratio(runs, kind, UNIFORM, STOCHASTIC, e, value, TWO_TO_FOUR)
+                    for kind in ATTACHMENTS
+                    for e in (slow, fast)
+                ],
+            )
+        )
     return claims + of_corners(runs) + of_points(runs)
 
 
 def of_corners(runs):
     """At how many corners sheets fail near the limit. A sheet that does not fail says nothing of it."""
     readings = [
-        ("torn off", "mean number of corners that tear off, of the sheets of which one does", lambda run: len(run.torn) or math.nan),
+        (
+            "torn off",
+            "mean number of corners that tear off, of the sheets of which one does",
+            lambda run: len(run.torn) or math.nan,
+        ),
         (
             "segments fail nearby",
             "mean number of corners with a failed segment within 5 yarns of the washer, of the sheets that fail there",
@@ -242,15 +317,25 @@ def of_corners(runs):
             for energy in energies:
                 all_runs = runs.of(CORNERS, yarn, energy)
                 arrested = sum(run.arrested for run in all_runs)
-                texts.append(f"at {number(energy)} J {runs.mean_of(CORNERS, yarn, energy, value).text(1)}, {arrested} of {len(all_runs)} arrested")
+                texts.append(
+                    f"at {number(energy)} J {runs.mean_of(CORNERS, yarn, energy, value).text(1)}, {arrested} of {len(all_runs)} "
+                    f"arrested"
+                )
             if yarn == UNIFORM:
                 texts[-1:] = [text + "; a mirror-symmetric sheet fails at all four or at none" for text in texts[-1:]]
-            claims.append(Claim(
-                "P3", f"{saying} ({how})",
-                f"{what}: {allowed[0]} to {allowed[1]}, at the first impact energy at which more than half of the runs are not arrested",
-                [Check(f"{yarn}, {number(energy)} J", runs.mean_of(CORNERS, yarn, energy, value), allowed) for energy in limit],
-                "; ".join(texts),
-            ))
+            claims.append(
+                Claim(
+                    "P3",
+                    f"{saying} ({how})",
+                    f"{what}: {allowed[0]} to {allowed[1]}, at the first impact energy at which more than half of the runs are "
+                    f"not arrested",
+                    [
+                        Check(f"{yarn}, {number(energy)} J", runs.mean_of(CORNERS, yarn, energy, value), allowed)
+                        for energy in limit
+                    ],
+                    "; ".join(texts),
+                )
+            )
     return claims
 
 
@@ -274,10 +359,15 @@ def of_points(runs):
                     name = f"{kind}, {number(energy)} J"
                     means.append(f"{name} {Estimate.mean(counts).text(1)}")
                     checks.append(Check(name, two_or_four(counts), MOST))
-            claims.append(Claim(
-                "P3", f"Uniform clamped sheets fail at two or four points ({how}, {sheet})", f"two or four {what}: in more than half of the runs",
-                checks, f"mean number: {', '.join(means)}",
-            ))
+            claims.append(
+                Claim(
+                    "P3",
+                    f"Uniform clamped sheets fail at two or four points ({how}, {sheet})",
+                    f"two or four {what}: in more than half of the runs",
+                    checks,
+                    f"mean number: {', '.join(means)}",
+                )
+            )
     return claims
 
 
@@ -321,7 +411,11 @@ def cells(runs):
                 for reading, value in READINGS.items():
                     for energy in runs.map_energies:
                         pair = [runs.of(CORNERS, yarn, energy, washer) for yarn in (above, below)]
-                        ratio = Estimate.ratio(*([value(run) for run in part] for part in pair)) if all(pair) else Estimate.exact(math.nan)
+                        ratio = (
+                            Estimate.ratio(*([value(run) for run in part] for part in pair))
+                            if all(pair)
+                            else Estimate.exact(math.nan)
+                        )
                         # Where nothing fails, nothing is dissipated.
                         if math.isfinite(ratio.value):
                             arrested = tuple(sum(run.arrested for run in part) for part in pair)
@@ -334,7 +428,8 @@ def of_map(runs):
     every = cells(runs)
     allows = f"ratio in {TWOFOLD[0]} to {TWOFOLD[1]} at some energy near the limit"
     plain = lambda uniform, reading: [
-        Check(f"{number(cell.energy)} J", cell.ratio, TWOFOLD) for cell in every
+        Check(f"{number(cell.energy)} J", cell.ratio, TWOFOLD)
+        for cell in every
         if cell[:4] == (runs.washers[0], uniform, STOCHASTIC, reading)
     ]
     checks = [Check(cell.name(), cell.ratio, TWOFOLD) for cell in every]
@@ -343,24 +438,37 @@ def of_map(runs):
     claims = [
         Claim(
             "P3",
-            "Uniform yarn over-predicts about twofold near the limit, corners (absorbed energy; preset washers, whole sheet, one draw per "
+            "Uniform yarn over-predicts about twofold near the limit, corners (absorbed energy; preset washers, whole sheet, "
+            "one draw per "
             "segment, when detached)",
-            allows, plain(UNIFORM, "detached"), whole=verdict_of_any,
+            allows,
+            plain(UNIFORM, "detached"),
+            whole=verdict_of_any,
         ),
         Claim(
-            "P3", 'The same, dissipated energy ("work done by the yarn") of the mirror-symmetric sheet, when detached', allows,
-            plain(SYMMETRIC, "dissipated, detached"), whole=verdict_of_any,
+            "P3",
+            'The same, dissipated energy ("work done by the yarn") of the mirror-symmetric sheet, when detached',
+            allows,
+            plain(SYMMETRIC, "dissipated, detached"),
+            whole=verdict_of_any,
         ),
         # Only the greatest ratios are worth a line in the table.
         Claim(
-            "P3", "The same under some reading of what the paper leaves open (the map; its three greatest ratios)", allows,
+            "P3",
+            "The same under some reading of what the paper leaves open (the map; its three greatest ratios)",
+            allows,
             sorted(checks, key=lambda check: -check.ours.value)[:3],
-            f"of {len(every)} ratios {inside} lie inside, {outside} outside, {across} across an edge", verdict=verdict_of_any(verdicts),
+            f"of {len(every)} ratios {inside} lie inside, {outside} outside, {across} across an edge",
+            verdict=verdict_of_any(verdicts),
         ),
     ]
     for what, value in STRAINS:
-        claims.append(Claim(
-            "P3", STRAIN_CLAIM.format(what + "; mirror-symmetric uniform sheet, near the limit"), "ratio in 2 to 4",
-            [yarns_ratio(runs, CORNERS, SYMMETRIC, STOCHASTIC, e, value, TWO_TO_FOUR) for e in runs.map_energies],
-        ))
+        claims.append(
+            Claim(
+                "P3",
+                STRAIN_CLAIM.format(what + "; mirror-symmetric uniform sheet, near the limit"),
+                "ratio in 2 to 4",
+                [yarns_ratio(runs, CORNERS, SYMMETRIC, STOCHASTIC, e, value, TWO_TO_FOUR) for e in runs.map_energies],
+            )
+        )
     return claims

@@ -1,7 +1,9 @@
-"""The paper's question with attachments that slip: the energy absorbed over the impact energy for its three attachments (Figs 14 to 17).
+"""The paper's question with attachments that slip: the energy absorbed over the impact energy for its three attachments (Figs 14
+to 17).
 
-Runs: the 3 in sheet of stochastic yarn and the sphere of paper_runs.py, to the arrest or the exit. A yarn end slips at a part of the force at which
-the yarn breaks, in a clamp without end; under a washer each yarn shares that force among its nodes, of which the first slip sooner.
+Runs: the 3 in sheet of stochastic yarn and the sphere of paper_runs.py, to the arrest or the exit. A yarn end slips at a part of
+the force at which the yarn breaks, in a clamp without end; under a washer each yarn shares that force among its nodes, of which
+the first slip sooner.
 slack_balance is on, because torn cloth that flaps gains energy without it.
 Limits: washers do not fail as a whole; an endless clamp feeds cloth that no clamp has, most of it in runs that end in an arrest.
 """
@@ -18,7 +20,8 @@ HOLDS, ENERGIES, RUNS = (1.0, 0.4, 0.15), (20.0, 80.0, 160.0, 320.0), 3
 
 
 def measured(job):
-    """A run, in parts of the impact energy: what the fabric absorbed, what the clamps took of it, and the residual of the balance."""
+    """A run, in parts of the impact energy: what the fabric absorbed, what the clamps took of it, and the residual of the
+    balance."""
     scene, most = job
     simulation = Simulation(scene, warns=False)
     impact = simulation.energy()["projectile_kinetic"]
@@ -51,7 +54,10 @@ def answer(study):
     for axes, hold in zip(plots, HOLDS):
         drawn = {kind: [] for kind in ATTACHMENTS}
         for energy in energies:
-            own = {kind: [row for row in rows if (row["hold"], row["impact J"], row["attachment"]) == (hold, energy, kind)] for kind in ATTACHMENTS}
+            own = {
+                kind: [row for row in rows if (row["hold"], row["impact J"], row["attachment"]) == (hold, energy, kind)]
+                for kind in ATTACHMENTS
+            }
             means = {kind: Estimate.mean([row["absorbed"] for row in ends]) for kind, ends in own.items()}
             lines.append([f"{hold:g}", f"{energy:g}", *(one.text(2) for one in means.values()), order(means)])
             for kind in ATTACHMENTS:
@@ -67,10 +73,19 @@ def answer(study):
     plot.save(figure, study.folder / "clamps.png")
     study.picture("clamps.png", "clamps.png")
     worst = max(abs(row["residual"]) for row in rows)
-    late, took = sum(row["late"] for row in rows), {hold: [row["clamps"] for row in rows if row["hold"] == hold] for hold in HOLDS}
+    late, took = (
+        sum(row["late"] for row in rows),
+        {hold: [row["clamps"] for row in rows if row["hold"] == hold] for hold in HOLDS},
+    )
     text = f"{NOTES.format(runs=runs)}\n{page.markdown(['slips at', 'impact, J', *ATTACHMENTS, 'order'], lines)}"
-    text += "\nThe clamps took " + ", ".join(f"{min(parts):.2f} to {max(parts):.2f} ({hold:g})" for hold, parts in took.items()) + " of the impact energy."
-    text += f"\nLargest residual {100 * worst:.2f} % of the impact energy; {late} of {len(rows)} runs ended by their step limit.\n"
+    text += (
+        "\nThe clamps took "
+        + ", ".join(f"{min(parts):.2f} to {max(parts):.2f} ({hold:g})" for hold, parts in took.items())
+        + " of the impact energy."
+    )
+    text += (
+        f"\nLargest residual {100 * worst:.2f} % of the impact energy; {late} of {len(rows)} runs ended by their step limit.\n"
+    )
     study.table("clamps", "The paper's attachments when clamps slip", text)
     return worst < 0.02 or study.effort != FULL
 

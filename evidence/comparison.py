@@ -8,8 +8,10 @@ from fabric_kernel import page
 from .statistics import Estimate, verdict_of_all
 
 RULE = (
-    'A row\'s quantity is computed with its 95 % interval and compared with the range that is allowed. "Agrees" if the whole interval of '
-    'every point lies inside, "does not" if all of one point\'s lies outside, otherwise "cannot be told". What is deterministic has no '
+    'A row\'s quantity is computed with its 95 % interval and compared with the range that is allowed. "Agrees" if the whole '
+    "interval of "
+    'every point lies inside, "does not" if all of one point\'s lies outside, otherwise "cannot be told". What is deterministic '
+    "has no "
     "interval. The column of points names the worst one, the farthest from the middle of its range in widths of the range.\n\n"
 )
 HEADING = ["comparison", "with", "allowed", "points; the worst", "verdict", "what the model lacks"]
@@ -48,7 +50,14 @@ class Comparison(NamedTuple):
 
     def row(self):
         worst = max(self.points, key=lambda point: point.off if math.isfinite(point.off) else math.inf)
-        return [self.what, self.kind, self.allowed, f"{len(self.points)}; {worst.name}: {worst.ours.text(self.digits)}", self.verdict, self.lacks]
+        return [
+            self.what,
+            self.kind,
+            self.allowed,
+            f"{len(self.points)}; {worst.name}: {worst.ours.text(self.digits)}",
+            self.verdict,
+            self.lacks,
+        ]
 
 
 def exact(value):

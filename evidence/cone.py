@@ -1,13 +1,15 @@
 """The pyramid behind the transverse wave of a sheet that is hit at a point, against theory.
 
-Two theories. Jump condition: the front of the pyramid is a kink of each yarn, whatever the waves before it have done. With the strain just before it,
-U - 1, the tension N there and the mass per length mu = m/h of a yarn with what it carries of the crossing yarns, the kink runs at U sqrt(N/(mu U))
-relative to the yarn, which itself moves inwards. In a plain weave of equal yarns mu is twice that of a yarn. Strip: Smith's relation with mu doubled,
-which is exact for a sheet that is hit along a line, and is used for points too (D. Roylance, A. Wilde, G. Tocci, Textile Research Journal 43 (1973)
-34). At a point the hit yarns also drag the crossing ones, so the strain is not uniform: how far the strip is off is a result, not an error.
+Two theories. Jump condition: the front of the pyramid is a kink of each yarn, whatever the waves before it have done. With the
+strain just before it, U - 1, the tension N there and the mass per length mu = m/h of a yarn with what it carries of the crossing
+yarns, the kink runs at U sqrt(N/(mu U)) relative to the yarn, which itself moves inwards. In a plain weave of equal yarns mu is
+twice that of a yarn. Strip: Smith's relation with mu doubled, which is exact for a sheet that is hit along a line, and is used
+for points too (D. Roylance, A. Wilde, G. Tocci, Textile Research Journal 43 (1973) 34). At a point the hit yarns also drag the
+crossing ones, so the strain is not uniform: how far the strip is off is a result, not an error.
 
-Method: Kevlar KM2 S706, 801 x 801 yarns of which a quarter is modelled, hit at its centre by a sphere so heavy that its velocity stays, until the
-longitudinal front is near the edge. The front is where the deflection is 1 % of the deepest; its speed is the slope over the second half of the time.
+Method: Kevlar KM2 S706, 801 x 801 yarns of which a quarter is modelled, hit at its centre by a sphere so heavy that its velocity
+stays, until the longitudinal front is near the edge. The front is where the deflection is 1 % of the deepest; its speed is the
+slope over the second half of the time.
 Strain and inward velocity are means over ten segments that begin four before it.
 Limit: the kink is some spacings wide, and the strain before it is still falling outwards.
 """
@@ -32,12 +34,18 @@ BEFORE, COUNT, SAMPLES = 4, 10, 16
 def scene_of(half, speed):
     scene = sheet({"name": "kevlar_km2_s706"}, 1.0, 1.0)
     body = {"radius": SPHERE[0], "mass": SPHERE[1], "position": [0, 0, -SPHERE[0]], "velocity": [0, 0, speed]}
-    more = {"sheet.nodes_x": 2 * half + 1, "sheet.nodes_y": 2 * half + 1, "symmetry": {"mirror_x": True, "mirror_y": True}, "projectile": body}
+    more = {
+        "sheet.nodes_x": 2 * half + 1,
+        "sheet.nodes_y": 2 * half + 1,
+        "symmetry": {"mirror_x": True, "mirror_y": True},
+        "projectile": body,
+    }
     return scene.replace(more | viscous(VISCOUS))
 
 
 def place(points):
-    """The first node, counted from the centre outwards, whose deflection is below the front's, and the distance where it falls below, m."""
+    """The first node, counted from the centre outwards, whose deflection is below the front's, and the distance where it falls
+    below, m."""
     r, z = numpy.hypot(points[:, 0], points[:, 1]), points[:, 2]
     level = FRONT * z[0]
     k = int(numpy.argmax(z < level))
@@ -45,8 +53,8 @@ def place(points):
 
 
 def pyramid(job):
-    """Strain before the front along the yarns, its speed along the yarns and along the diagonal, what the jump condition gives for the first, m/s, and
-    the failed segments."""
+    """Strain before the front along the yarns, its speed along the yarns and along the diagonal, what the jump condition gives
+    for the first, m/s, and the failed segments."""
     half, speed = job
     scene = scene_of(half, speed)
     simulation, h = Simulation(scene, warns=False), scene["sheet.spacing"]
@@ -67,7 +75,12 @@ def pyramid(job):
         strains.append(stretch - 1.0)
         jumps.append(stretch * math.sqrt(pull / (scene["sheet.node_mass"] / h * stretch)) - inward)
     front = [slope(times, along) for along in places]
-    return {"strain": float(numpy.mean(strains)), "front": front, "jump": float(numpy.mean(jumps)), "failed": simulation.counters()["failed_segments"]}
+    return {
+        "strain": float(numpy.mean(strains)),
+        "front": front,
+        "jump": float(numpy.mean(jumps)),
+        "failed": simulation.counters()["failed_segments"],
+    }
 
 
 def compared(study):
@@ -75,18 +88,44 @@ def compared(study):
     half, speeds = (400, SPEEDS) if full else (150, SPEEDS[1:3])
     for speed, found in zip(speeds, study.each(pyramid, [(half, speed) for speed in speeds], "cone")):
         stretch, strip = smith(scene_of(half, speed), speed)
-        rows.append({
-            "impact m/s": speed, "failed segments": found["failed"], "strain before the front %": 100 * found["strain"], "front m/s": found["front"][0],
-            "jump condition m/s": found["jump"], "diagonal front m/s": found["front"][1], "strip strain %": 100 * (stretch - 1.0), "strip m/s": strip.kink,
-        })  # fmt: skip
+        rows.append(
+            {
+                "impact m/s": speed,
+                "failed segments": found["failed"],
+                "strain before the front %": 100 * found["strain"],
+                "front m/s": found["front"][0],
+                "jump condition m/s": found["jump"],
+                "diagonal front m/s": found["front"][1],
+                "strip strain %": 100 * (stretch - 1.0),
+                "strip m/s": strip.kink,
+            }
+        )
     study.write("cone", rows)
-    jump = [Point(f"{row['impact m/s']:.0f} m/s", exact(row["front m/s"] / row["jump condition m/s"]), about(1, 0.05)) for row in rows]
+    jump = [
+        Point(f"{row['impact m/s']:.0f} m/s", exact(row["front m/s"] / row["jump condition m/s"]), about(1, 0.05)) for row in rows
+    ]
     strip = [Point(f"{row['impact m/s']:.0f} m/s", exact(row["front m/s"] / row["strip m/s"]), about(1, 0.05)) for row in rows]
     comparisons = [
         Comparison("front of the pyramid of a sheet, along the yarns, over the jump condition", "theory", "± 5 %", jump, 3),
-        Comparison("the same over Smith's relation with doubled mass", "theory of a line, not of a point", "± 5 %", strip, 3, "nothing: the theory leaves out that hit yarns drag the crossing ones"),
+        Comparison(
+            "the same over Smith's relation with doubled mass",
+            "theory of a line, not of a point",
+            "± 5 %",
+            strip,
+            3,
+            "nothing: the theory leaves out that hit yarns drag the crossing ones",
+        ),
     ]
-    columns = [("impact m/s", "impact m/s", 0), ("failed segments", "failed segments", 0), ("strain before the front %", "strain before the front %", 3), ("with doubled mass %", "strip strain %", 3)]
-    columns += [("front m/s", "front m/s", 0), ("jump condition m/s", "jump condition m/s", 0), ("doubled mass m/s", "strip m/s", 0)]
+    columns = [
+        ("impact m/s", "impact m/s", 0),
+        ("failed segments", "failed segments", 0),
+        ("strain before the front %", "strain before the front %", 3),
+        ("with doubled mass %", "strip strain %", 3),
+    ]
+    columns += [
+        ("front m/s", "front m/s", 0),
+        ("jump condition m/s", "jump condition m/s", 0),
+        ("doubled mass m/s", "strip m/s", 0),
+    ]
     columns += [("along the diagonal, of that along the yarns", lambda row: row["diagonal front m/s"] / row["front m/s"], 2)]
     return comparisons, "## The pyramid of a sheet hit at a point\n\n" + page.table(rows, columns), True

@@ -1,16 +1,17 @@
 """A projectile moved by its host: coupling schemes over the communication step H, against the integrated run.
 
-The host holds the sphere's position and velocity. Every H it gives the fabric a path to where it expects the sphere to be, takes back the impulses of
-the contact, and moves the sphere by them. A scheme is
+The host holds the sphere's position and velocity. Every H it gives the fabric a path to where it expects the sphere to be, takes
+back the impulses of the contact, and moves the sphere by them. A scheme is
 - the force it uses: the mean over H, or the last internal step's ("inst");
-- the path: C1, a cubic from the pose and rate the fabric now has to those expected at t + H; or "jump", where the fabric is put right within the
-  first internal step and then moves on as expected;
+- the path: C1, a cubic from the pose and rate the fabric now has to those expected at t + H; or "jump", where the fabric is put
+  right within the first internal step and then moves on as expected;
 - the expectation: with the last force's acceleration ("acc"), or with the velocity alone ("vel");
-- the update: impulses act at the start of internal steps, so x += V H + F/(2M) H (H + dt) is exact for a constant force; "plain" leaves out the dt;
+- the update: impulses act at the start of internal steps, so x += V H + F/(2M) H (H + dt) is exact for a constant force; "plain"
+  leaves out the dt;
 - passes: with a rollback, the fabric is put back and H repeated with the force just found.
 
-Measures: the velocity at 50 us, before any segment fails, against the integrated run, deterministic; the absorbed energy of the ensemble; the
-interface energy error, which is what the host's sphere lost less the work done on the fabric.
+Measures: the velocity at 50 us, before any segment fails, against the integrated run, deterministic; the absorbed energy of the
+ensemble; the interface energy error, which is what the host's sphere lost less the work done on the fabric.
 """
 
 import math
@@ -22,7 +23,8 @@ from .impact import CASES, DEFAULT, ROUNDING, Setting, node_steps, scene_of
 from .statistics import deviation, mean
 from .study import SMOKE, clock
 
-# Internal step, s: that of the FMU. Communication steps in internal steps: 1e-7 ... 1e-5 s. Internal steps to 50 us, and most of a run.
+# Internal step, s: that of the FMU. Communication steps in internal steps: 1e-7 ... 1e-5 s. Internal steps to 50 us, and most of
+# a run.
 DT, EXCHANGES, EARLY, LONGEST = 2e-8, (5, 25, 50, 250, 500), 2500, 40_000
 END = ["arrested", "exited"]
 
@@ -39,9 +41,16 @@ class Scheme(NamedTuple):
 
 
 SCHEMES = [
-    *(Scheme(f"{force} {path} {expected}", force == "mean", path == "jump", expected == "acc") for force in ("mean", "inst") for path in ("C1", "jump") for expected in ("acc", "vel")),
-    Scheme("mean C1 acc, plain", True, False, True, plain=True), Scheme("mean C1 acc, 1 rollback", True, False, True, rollbacks=1),
-    Scheme("mean C1 acc, 2 rollbacks", True, False, True, rollbacks=2), Scheme("mean C1 vel, 1 rollback", True, False, False, rollbacks=1),
+    *(
+        Scheme(f"{force} {path} {expected}", force == "mean", path == "jump", expected == "acc")
+        for force in ("mean", "inst")
+        for path in ("C1", "jump")
+        for expected in ("acc", "vel")
+    ),
+    Scheme("mean C1 acc, plain", True, False, True, plain=True),
+    Scheme("mean C1 acc, 1 rollback", True, False, True, rollbacks=1),
+    Scheme("mean C1 acc, 2 rollbacks", True, False, True, rollbacks=2),
+    Scheme("mean C1 vel, 1 rollback", True, False, False, rollbacks=1),
 ]
 
 
@@ -75,7 +84,13 @@ def measured(job):
     # The sphere moves along z but for rounding.
     start = 0.5 * mass * scene["projectile.velocity"][2] ** 2
     lost = start - 0.5 * mass * velocity * velocity
-    found = {"early": early, "velocity": velocity, "absorbed": lost, "interface": (lost - contact["work"]) / start, "peak": contact["force_peak"]}
+    found = {
+        "early": early,
+        "velocity": velocity,
+        "absorbed": lost,
+        "interface": (lost - contact["work"]) / start,
+        "peak": contact["force_peak"],
+    }
     return found | {"node_steps": cost, "seconds": seconds, "ended": any(name in simulation.outcomes() for name in END)}
 
 
@@ -112,7 +127,10 @@ def follow(simulation, sphere, expected, scheme, exchange, dt):
 
 def answer(study):
     runs, exchanges = study.of(4, 2, 1), EXCHANGES[study.of(0, 2, 4) :]
-    scenes = [scene_of(CASES[0], Setting(DEFAULT), k * ROUNDING, study.effort == SMOKE).replace({"time_step.seconds": DT}) for k in range(runs)]
+    scenes = [
+        scene_of(CASES[0], Setting(DEFAULT), k * ROUNDING, study.effort == SMOKE).replace({"time_step.seconds": DT})
+        for k in range(runs)
+    ]
     # The integrated run first; then every scheme and H.
     ways = [(None, 0), *((scheme, exchange) for exchange in exchanges for scheme in SCHEMES)]
     found, rows = iter(study.each(measured, [(scene, *way) for way in ways for scene in scenes])), []
@@ -120,27 +138,61 @@ def answer(study):
         own = [next(found) for _ in scenes]
         of = lambda name: [run[name] for run in own]
         error = lambda name: deviation(of(name)) / math.sqrt(runs)
-        rows.append({
-            "scheme": scheme.name if scheme else "integrated", "H s": exchange * DT if scheme else math.nan, "runs": runs, "ended": sum(of("ended")),
-            "V(50 us) error m/s": mean(of("early")) - (rows[0]["early"] if rows else mean(of("early"))), "early": mean(of("early")),
-            "interface energy error % of KE0": 100 * mean(of("interface")), "absorbed J": mean(of("absorbed")), "absorbed: standard error": error("absorbed"),
-            "velocity m/s": mean(of("velocity")), "velocity: standard error": error("velocity"), "peak N": mean(of("peak")), "node-steps": mean(of("node_steps")), "CPU s": min(of("seconds")),
-        })  # fmt: skip
+        rows.append(
+            {
+                "scheme": scheme.name if scheme else "integrated",
+                "H s": exchange * DT if scheme else math.nan,
+                "runs": runs,
+                "ended": sum(of("ended")),
+                "V(50 us) error m/s": mean(of("early")) - (rows[0]["early"] if rows else mean(of("early"))),
+                "early": mean(of("early")),
+                "interface energy error % of KE0": 100 * mean(of("interface")),
+                "absorbed J": mean(of("absorbed")),
+                "absorbed: standard error": error("absorbed"),
+                "velocity m/s": mean(of("velocity")),
+                "velocity: standard error": error("velocity"),
+                "peak N": mean(of("peak")),
+                "node-steps": mean(of("node_steps")),
+                "CPU s": min(of("seconds")),
+            }
+        )
     study.write("coupling", rows)
     draw(study, rows[1:])
     spread = lambda name, unit: lambda row: f"{row[f'{name} {unit}']:.3f} ± {row[f'{name}: standard error']:.3f}"
     ended = lambda row: f"{row['runs']}" if row["ended"] == row["runs"] else f"{row['ended']} of {row['runs']} end"
-    columns = [("scheme", "scheme", None), ("H s", "H s", "e0"), ("runs", ended, None), ("V(50 us) error m/s", "V(50 us) error m/s", "e2")]
-    columns += [("interface energy error % of KE0", "interface energy error % of KE0", "e1"), ("absorbed J", spread("absorbed", "J"), None)]
-    columns += [("velocity m/s", spread("velocity", "m/s"), None), ("peak N", "peak N", 1), ("node-steps", "node-steps", "e2"), ("CPU s", "CPU s", 2)]
+    columns = [
+        ("scheme", "scheme", None),
+        ("H s", "H s", "e0"),
+        ("runs", ended, None),
+        ("V(50 us) error m/s", "V(50 us) error m/s", "e2"),
+    ]
+    columns += [
+        ("interface energy error % of KE0", "interface energy error % of KE0", "e1"),
+        ("absorbed J", spread("absorbed", "J"), None),
+    ]
+    columns += [
+        ("velocity m/s", spread("velocity", "m/s"), None),
+        ("peak N", "peak N", 1),
+        ("node-steps", "node-steps", "e2"),
+        ("CPU s", "CPU s", 2),
+    ]
     study.table("accuracy_coupling", "A projectile moved by its host", page.table(rows, columns))
 
 
 def draw(study, rows):
     names = [scheme.name for scheme in SCHEMES]
     velocity = "velocity", "error of the velocity at 50 us", "error (m/s)", "V(50 us) error m/s"
-    interface = "interface", "energy lost between host and fabric", "interface energy error (% of KE0)", "interface energy error % of KE0"
-    for part, (measure, what, label, key), chosen in (("", velocity, names[:6]), ("_more", velocity, names[:2] + names[8:]), ("", interface, names[:6])):
+    interface = (
+        "interface",
+        "energy lost between host and fabric",
+        "interface energy error (% of KE0)",
+        "interface energy error % of KE0",
+    )
+    for part, (measure, what, label, key), chosen in (
+        ("", velocity, names[:6]),
+        ("_more", velocity, names[:2] + names[8:]),
+        ("", interface, names[:6]),
+    ):
         series = plot.lines([row for row in rows if row["scheme"] in chosen], "scheme", "H s", lambda row: abs(row[key]))
         file = f"coupling{part}_{measure}.svg"
         plot.errors(study.folder / file, f"Host-driven sphere, 40 J: {what}", "communication step H (s)", label, series)

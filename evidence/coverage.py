@@ -1,9 +1,9 @@
 """How often the intervals of a ballistic limit hold the truth: simulated tests of fabrics that are known.
 
-Method: the design and the method of analysis know nothing of the fabric but the guess. The results depend only on how far the guess is
-off in units of the fabric's sigma, not on sigma/mu: a fabric with a sigma of 2 % and one of 10 % are the same test in another unit
-(tests/python/test_limit.py). The guess is a V50 of 500 m/s and a standard deviation of 25 m/s; the fabrics lie beside it. A test without a fit counts as held, as its
-interval has no end.
+Method: the design and the method of analysis know nothing of the fabric but the guess. The results depend only on how far the
+guess is off in units of the fabric's sigma, not on sigma/mu: a fabric with a sigma of 2 % and one of 10 % are the same test in
+another unit (tests/python/test_limit.py). The guess is a V50 of 500 m/s and a standard deviation of 25 m/s; the fabrics lie
+beside it. A test without a fit counts as held, as its interval has no end.
 """
 
 import math
@@ -26,7 +26,8 @@ CHI = 3.841458820694124
 
 
 def design_of(name, link, shots):
-    """A design whose guess is a V50 of MU and a standard deviation of DEVIATION, or, by a number, one that brackets from so many MU."""
+    """A design whose guess is a V50 of MU and a standard deviation of DEVIATION, or, by a number, one that brackets from so many
+    MU."""
     if not isinstance(name, str):
         return designs.Neyer.bracketed(name * MU, link=link)
     low, high, sigma = MU - 4 * DEVIATION, MU + 4 * DEVIATION, DEVIATION / LINKS[link].deviation
@@ -68,11 +69,14 @@ class Case:
             allowed = numpy.full(tests, math.inf)
             allowed[known] = self.calibration.allowed(truth[known], sigma[known], numpy.full(known.sum(), number))
             held.append(float(numpy.mean(~known | (value <= allowed))))
-            plain.append(float(numpy.mean(~known | (ratio(best.level, velocities, through, link, truth, quantile, 0.0)[0] <= CHI))))
+            plain.append(
+                float(numpy.mean(~known | (ratio(best.level, velocities, through, link, truth, quantile, 0.0)[0] <= CHI)))
+            )
         return held, plain
 
     def widths(self, tests, seed):
-        """With the right guess: median width of each interval in standard deviations; infinite where an end is open in half of the tests."""
+        """With the right guess: median width of each interval in standard deviations; infinite where an end is open in half of
+        the tests."""
         law = LINKS[self.link]
         random = numpy.random.default_rng([seed, self.shots, 77])
         limits = MU + DEVIATION / law.deviation * law.sample(random, (tests, self.shots))
@@ -117,7 +121,12 @@ def tables(found):
             rows.append([name, link, str(shots), words(shift, part), *percent(held), *percent(plain)])
             everything += [(shots, name, link, words(shift, part), *three) for three in zip(SHARES, held, plain)]
         wide.append([name, link, str(shots), *(f"{width:.1f}" if math.isfinite(width) else "open" for width in one["median"])])
-    return (heading, rows), (["design", "link", "shots", "V01", "V50", "V99"], wide), (["truth", "fitted", "shots", *heading[4:]], wrong), everything
+    return (
+        (heading, rows),
+        (["design", "link", "shots", "V01", "V50", "V99"], wide),
+        (["truth", "fitted", "shots", *heading[4:]], wrong),
+        everything,
+    )
 
 
 def summary(everything, tests):
@@ -133,7 +142,8 @@ def summary(everything, tests):
         at = lambda row: f"{100 * row[5]:.1f} % (V{100 * row[4]:02.0f}, {row[1]}, {row[2]}, {row[0]} shots, {row[3]})"
         below, above = sum(row[5] < 0.93 for row in here), sum(row[5] > 0.97 for row in here)
         lines.append(
-            f"- {shots}: {inside} of {len(here)} coverages lie between 93 and 97 %, {below} below, {above} above; the smallest is {at(least)}, "
+            f"- {shots}: {inside} of {len(here)} coverages lie between 93 and 97 %, {below} below, {above} above; the smallest "
+            f"is {at(least)}, "
             f"the largest {at(most)}. The plain profile likelihood holds the truth in {100 * min(row[6] for row in here):.1f} to "
             f"{100 * max(row[6] for row in here):.1f} %."
         )
@@ -145,18 +155,25 @@ def answer(study):
     tests, wanted = study.of(1000, 100, 10), cases(few=study.effort != FULL)
     found = dict(zip(wanted, study.each(result, [(*case, tests) for case in wanted])))
     main_table, widths, wrong, everything = tables(found)
-    study.table("v50", "Coverage of the intervals of the ballistic limit", (
-        "Percent of simulated tests whose 95 % interval holds the truth.\n"
-        "\"Guess off\": how far the guess of V50 lies from the truth, in standard deviations of the fabric, and the guessed standard deviation "
-        "over the true one.\n"
-        "\"Plain\": the profile likelihood with chi squared.\n"
-        "\"Three-phase to V01\": the second half of its shots approaches V01.\n"
-        "\"Plan\": velocities evenly spaced over three guessed deviations on both sides.\n\n"
-        f"Below {FEWEST} shots no V01 and V99 are told: their rows are what such intervals would hold.\n\n"
-        f"{summary(everything, tests)}\n{markdown(*main_table, 2)}\n"
-        "## Width\n\n"
-        "Median width of the 95 % interval in standard deviations of the fabric, with the right guess; open: an end is not bounded "
-        "in half of the tests or more.\n\n"
-        f"{markdown(*widths, 2)}\n"
-        f"## Wrong law\n\nThe fabric's law is not the fitted one: what that costs (Neyer, right guess).\n\n{markdown(*wrong, 2)}"
-    ))  # fmt: skip
+    study.table(
+        "v50",
+        "Coverage of the intervals of the ballistic limit",
+        (
+            "Percent of simulated tests whose 95 % interval holds the truth.\n"
+            '"Guess off": how far the guess of V50 lies from the truth, in standard deviations of the fabric, and the guessed '
+            "standard deviation "
+            "over the true one.\n"
+            '"Plain": the profile likelihood with chi squared.\n'
+            '"Three-phase to V01": the second half of its shots approaches V01.\n'
+            '"Plan": velocities evenly spaced over three guessed deviations on both sides.\n\n'
+            f"Below {FEWEST} shots no V01 and V99 are told: their rows are what such intervals would hold.\n\n"
+            f"{summary(everything, tests)}\n{markdown(*main_table, 2)}\n"
+            "## Width\n\n"
+            "Median width of the 95 % interval in standard deviations of the fabric, with the right guess; open: an end is not "
+            "bounded "
+            "in half of the tests or more.\n\n"
+            f"{markdown(*widths, 2)}\n"
+            f"## Wrong law\n\nThe fabric's law is not the fitted one: what that costs (Neyer, right guess).\n\n"
+            f"{markdown(*wrong, 2)}"
+        ),
+    )

@@ -1,10 +1,11 @@
-"""What friction between yarn and projectile does: energy absorbed over the impact velocity, and the ballistic limit, against the coefficient.
+"""What friction between yarn and projectile does: energy absorbed over the impact velocity, and the ballistic limit, against the
+coefficient.
 
-Cases: the paper's sphere on its 3 in sheet of drawn yarn, a sphere on a sheet of Kevlar KM2, style S706, and the same sphere on a pack of five
-separate plies of it as plies.py has them: 60 mm wide, 0.1 mm apart, a bar for two yarns. The plies do not rub on each other. The pack is also made
-twice as wide: energies above the limit depend on it with friction.
-Runs of an ensemble differ by the seed of the draws and by where in a cell the sphere strikes; slack_balance is on, because torn cloth that flaps
-gains energy without it. The limit of each run is found by bisection; their mean stands for V50.
+Cases: the paper's sphere on its 3 in sheet of drawn yarn, a sphere on a sheet of Kevlar KM2, style S706, and the same sphere on a
+pack of five separate plies of it as plies.py has them: 60 mm wide, 0.1 mm apart, a bar for two yarns. The plies do not rub on
+each other. The pack is also made twice as wide: energies above the limit depend on it with friction.
+Runs of an ensemble differ by the seed of the draws and by where in a cell the sphere strikes; slack_balance is on, because torn
+cloth that flaps gains energy without it. The limit of each run is found by bisection; their mean stands for V50.
 Limit: beyond the first failure the model is chaotic, so a run is one sample; bisection finds one of its crossings.
 """
 
@@ -33,7 +34,15 @@ def cases(smoke):
         found.append(("Kevlar KM2 S706, 0.69 g sphere, four sides", ply, 135.0, [150.0, 200.0, 300.0, 450.0, 600.0], 6))
     velocities, pack = [315.0] if smoke else [315.0, 442.0], plies.separate(5, smoke)
     wide = pack.replace({f"sheet.nodes_{axis}": 2 * pack[f"sheet.nodes_{axis}"] - 1 for axis in "xy"})
-    found.append(("pack of five separate plies of Kevlar KM2 S706, 0.69 g sphere, four sides", pack, None if smoke else 210.0, velocities, 12))
+    found.append(
+        (
+            "pack of five separate plies of Kevlar KM2 S706, 0.69 g sphere, four sides",
+            pack,
+            None if smoke else 210.0,
+            velocities,
+            12,
+        )
+    )
     return [*found, ("the same pack, twice as wide", wide, None, velocities, 6)]
 
 
@@ -58,11 +67,20 @@ def answer(study):
         if velocity is None:
             limits.append(label | {"run": number, "limit m/s": found})
             continue
-        impacts.append(label | {
-            "impact velocity m/s": velocity, "run": number, "through": int(found["through"]), "velocity m/s": found["velocity"],
-            "impact J": 0.5 * scene["projectile.mass"] * velocity * velocity, "absorbed J": found["absorbed"], "rubbed J": found["rubbed"],
-            "residual %": 100 * found["residual"], "unconverged": found["unconverged"],
-        })  # fmt: skip
+        impacts.append(
+            label
+            | {
+                "impact velocity m/s": velocity,
+                "run": number,
+                "through": int(found["through"]),
+                "velocity m/s": found["velocity"],
+                "impact J": 0.5 * scene["projectile.mass"] * velocity * velocity,
+                "absorbed J": found["absorbed"],
+                "rubbed J": found["rubbed"],
+                "residual %": 100 * found["residual"],
+                "unconverged": found["unconverged"],
+            }
+        )
     study.write("friction", impacts)
     study.write("friction_limits", limits)
     text = NOTES + "\n" + verdicts(limits)
@@ -77,8 +95,10 @@ def answer(study):
 
 
 NOTES = (
-    "Means with 95 % intervals (Student's t) over runs that differ by the seed and by where in a cell of the network the sphere strikes. "
-    "Absorbed: work of the sphere on the fabric. Friction: what of it friction dissipated. A run ends when the sphere has exited or after 0.6 ms; "
+    "Means with 95 % intervals (Student's t) over runs that differ by the seed and by where in a cell of the network the sphere "
+    "strikes. "
+    "Absorbed: work of the sphere on the fabric. Friction: what of it friction dissipated. A run ends when the sphere has "
+    "exited or after 0.6 ms; "
     "slack_balance is on. The ballistic limit of each run is found by bisection to 1 %, which its interval counts. "
     "Residual: the largest of these runs, of the impact energy. "
     "Unconverged: contact solves of one of these runs, at most, that ended at their largest number of sweeps. "
@@ -118,7 +138,14 @@ def verdicts(limits):
         for friction in (0.1, 0.2, 0.3):
             if friction in found:
                 value = change(found[friction], found[0.0], BISECTION)
-                lines.append([f"{case}: limit with {friction:g} over 0", value.text(1), "about +10 %, read as 5 to 15 %", value.verdict(PUBLISHED)])
+                lines.append(
+                    [
+                        f"{case}: limit with {friction:g} over 0",
+                        value.text(1),
+                        "about +10 %, read as 5 to 15 %",
+                        value.verdict(PUBLISHED),
+                    ]
+                )
     return page.markdown(["comparison", "change, % [95 %]", "published", "verdict"], lines)
 
 
@@ -128,7 +155,14 @@ def limit_table(rows):
     lines = []
     for (friction,), own in found.items():
         limits = numbers(own, "limit m/s")
-        lines.append([f"{friction:g}", Estimate.mean(limits, BISECTION).text(1), "" if friction == 0 else change(limits, without, BISECTION).text(1), len(limits)])
+        lines.append(
+            [
+                f"{friction:g}",
+                Estimate.mean(limits, BISECTION).text(1),
+                "" if friction == 0 else change(limits, without, BISECTION).text(1),
+                len(limits),
+            ]
+        )
     return page.markdown(["coefficient", "limit, m/s", "against 0, %", "runs"], lines)
 
 
@@ -138,10 +172,30 @@ def impact_table(rows):
     for (velocity, friction), own in found.items():
         absorbed = numbers(own, "absorbed J")
         without = numbers(found[(velocity, 0.0)], "absorbed J")
-        lines.append([
-            f"{velocity:.0f}", f"{own[0]['impact J']:.1f}", f"{friction:g}", Estimate.mean(absorbed).text(2),
-            "" if friction == 0 else change(absorbed, without).text(1), f"{sum(numbers(own, 'rubbed J')) / len(own):.2f}",
-            Estimate.mean(numbers(own, "velocity m/s")).text(1),
-            f"{max(map(abs, numbers(own, 'residual %'))):.2f}", f"{max(numbers(own, 'unconverged')):.0f}",
-        ])  # fmt: skip
-    return page.markdown(["velocity, m/s", "energy, J", "coefficient", "absorbed, J", "against 0, %", "friction, J", "velocity after, m/s", "residual, %", "unconverged"], lines)
+        lines.append(
+            [
+                f"{velocity:.0f}",
+                f"{own[0]['impact J']:.1f}",
+                f"{friction:g}",
+                Estimate.mean(absorbed).text(2),
+                "" if friction == 0 else change(absorbed, without).text(1),
+                f"{sum(numbers(own, 'rubbed J')) / len(own):.2f}",
+                Estimate.mean(numbers(own, "velocity m/s")).text(1),
+                f"{max(map(abs, numbers(own, 'residual %'))):.2f}",
+                f"{max(numbers(own, 'unconverged')):.0f}",
+            ]
+        )
+    return page.markdown(
+        [
+            "velocity, m/s",
+            "energy, J",
+            "coefficient",
+            "absorbed, J",
+            "against 0, %",
+            "friction, J",
+            "velocity after, m/s",
+            "residual, %",
+            "unconverged",
+        ],
+        lines,
+    )

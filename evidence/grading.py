@@ -1,8 +1,9 @@
 """Graded networks against the whole fabric: whole impacts until the body is arrested or has exited, at corners also detached.
 
-On the 3 in sheet runs differ by the seed of drawn yarn, the same seeds for every network; on the 10 in preset by 1e-12 in the impact velocity. The
-error of a network is that of its mean against the mean of the fabric. "Open" is what the runs leave open of it, two standard errors: of the
-differences of equal seeds, or of both means. The chaos floor is the deviation of the fabric's own runs.
+On the 3 in sheet runs differ by the seed of drawn yarn, the same seeds for every network; on the 10 in preset by 1e-12 in the
+impact velocity. The error of a network is that of its mean against the mean of the fabric. "Open" is what the runs leave open of
+it, two standard errors: of the differences of equal seeds, or of both means. The chaos floor is the deviation of the fabric's own
+runs.
 """
 
 import math
@@ -17,7 +18,8 @@ from .viscosity import sphere
 
 # Time after which a run is given up, s.
 LONGEST = 4e-3
-# Networks: the fabric; as the kernel chooses it for an error; (half-width of the fine part in spacings, most yarns of a bar, bars of each size).
+# Networks: the fabric; as the kernel chooses it for an error; (half-width of the fine part in spacings, most yarns of a bar, bars
+# of each size).
 FABRIC = "fabric"
 SMALL = (FABRIC, 0.01, 0.03, (20.0, 2, 4), (20.0, 4, 4))
 LARGE = (FABRIC, 0.01, 0.03, (40.0, 8, 4), (40.0, 2, 4))
@@ -26,7 +28,11 @@ LARGE = (FABRIC, 0.01, 0.03, (40.0, 8, 4), (40.0, 2, 4))
 def network_name(network):
     if network == FABRIC:
         return network
-    return f"automatic, {100 * network:g} %" if isinstance(network, float) else "fine to {:g} h, up to {}, {} of each".format(*network)
+    return (
+        f"automatic, {100 * network:g} %"
+        if isinstance(network, float)
+        else "fine to {:g} h, up to {}, {} of each".format(*network)
+    )
 
 
 def with_network(scene, network):
@@ -35,7 +41,9 @@ def with_network(scene, network):
     if isinstance(network, float):
         return scene.graded(network)
     half, largest, run = network
-    return scene.replace({"sheet.grading": {"largest": largest, "run": run, "centre": [0, 0], "half_width": [half * h for h in spacings(scene)]}})
+    return scene.replace(
+        {"sheet.grading": {"largest": largest, "run": run, "centre": [0, 0], "half_width": [half * h for h in spacings(scene)]}}
+    )
 
 
 def cases(effort):
@@ -60,7 +68,13 @@ def measured(scene):
     if simulation.run(end, steps) == steps:
         return None
     seconds = clock() - start
-    return [simulation.contact()["work"], simulation.projectile()["velocity"][2], node_steps(simulation), seconds, f"{columns} x {rows}"]
+    return [
+        simulation.contact()["work"],
+        simulation.projectile()["velocity"][2],
+        node_steps(simulation),
+        seconds,
+        f"{columns} x {rows}",
+    ]
 
 
 def compared(own, reference, paired):
@@ -68,7 +82,11 @@ def compared(own, reference, paired):
     variance = lambda values: deviation(values) ** 2 / len(values)
     spread = variance([a - b for a, b in zip(own, reference)]) if paired else variance(own) + variance(reference)
     of = mean(reference)
-    return {": deviation %": 100 * deviation(own) / of, ": error %": 100 * (mean(own) / of - 1), ": open %": 100 * 2 * math.sqrt(spread) / of}
+    return {
+        ": deviation %": 100 * deviation(own) / of,
+        ": error %": 100 * (mean(own) / of - 1),
+        ": open %": 100 * 2 * math.sqrt(spread) / of,
+    }
 
 
 def answer(study):
@@ -77,13 +95,15 @@ def answer(study):
         name, scene, runs, seeds, networks = case
         for network in networks:
             graded, velocity = with_network(scene, network), scene["projectile.velocity"][2]
-            for k in range(runs):
-                jobs.append(graded.replace({"seed": scene["seed"] + k} if seeds else {"projectile.velocity": [0, 0, velocity * (1 + k * ROUNDING)]}))
+            faster = [[0, 0, velocity * (1 + k * ROUNDING)] for k in range(runs)]
+            changes = [{"seed": scene["seed"] + k} if seeds else {"projectile.velocity": faster[k]} for k in range(runs)]
+            jobs += [graded.replace(change) for change in changes]
             places.append((name, seeds, network, runs))
     found, rows = iter(study.each(measured, jobs)), []
     for name, seeds, network, runs in places:
         own = [next(found) for _ in range(runs)]
-        fabric = own if network == FABRIC else fabric
+        if network == FABRIC:
+            fabric = own
         # Runs that ended with every network.
         pairs = [pair for pair in zip(own, fabric) if None not in pair]
         columns, references = (list(zip(*side)) for side in zip(*pairs))
@@ -98,6 +118,10 @@ def answer(study):
     with_open = lambda name: lambda row: f"{row[name + ': error %']:.2f} ± {row[name + ': open %']:.2f}"
     columns = [*page.same(["case", "network", "nodes"], None), ("runs", "runs", 0)]
     for what, unit in (("absorbed", "J"), ("velocity", "m/s")):
-        columns += [(f"{what} {unit}", f"{what} {unit}", 2), ("deviation %", f"{what}: deviation %", 2), ("error %", with_open(what), None)]
+        columns += [
+            (f"{what} {unit}", f"{what} {unit}", 2),
+            ("deviation %", f"{what}: deviation %", 2),
+            ("error %", with_open(what), None),
+        ]
     columns += [("node-steps", "node-steps", "e2"), *page.same(["times fewer", "times faster"], 1)]
     study.table("accuracy_grading", "Graded networks against the whole fabric", page.table(rows, columns))

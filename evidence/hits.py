@@ -1,6 +1,7 @@
 """Hits of an ensemble: where they strike, what an impact ends with, and the ballistic limit of each, found by bisection.
 
-Hits differ by where in a cell of the network the projectile's axis strikes, which a shot does not control, and by the seed of what is drawn.
+Hits differ by where in a cell of the network the projectile's axis strikes, which a shot does not control, and by the seed of
+what is drawn.
 Each hit has a limit of its own, between arrest and perforation; their mean stands for V50 and Student's interval for its error.
 A shot of a search ends when it is decided that the projectile goes through ("through", docs/v50.md), others when it has.
 Limit: beyond the first failure the model is chaotic, so the limit of one hit is one sample; bisection finds one of its crossings.
@@ -29,19 +30,26 @@ def splitmix64(x):
 
 
 def sheet(fabric, width, bar):
-    """A square sheet of a textile, so many metres wide and held on four sides, with a bar for so many yarns: mass, stiffness and strength per
-    width are those of the textile. Both directions must be alike."""
+    """A square sheet of a textile, so many metres wide and held on four sides, with a bar for so many yarns: mass, stiffness and
+    strength per width are those of the textile. Both directions must be alike."""
     scene = Scene("sheet_3in_sphere", fabric=fabric)
     spacing = scene["sheet.spacing"] * bar
     nodes = math.floor(width / spacing + 0.5) + 1
-    return scene.replace({
-        "sheet.spacing": spacing, "sheet.yarn_area": scene["sheet.yarn_area"] * bar, "sheet.node_mass": scene["sheet.node_mass"] * (bar * bar),
-        "sheet.nodes_x": nodes, "sheet.nodes_y": nodes, "attachment.kind": "four_sides",
-    })  # fmt: skip
+    return scene.replace(
+        {
+            "sheet.spacing": spacing,
+            "sheet.yarn_area": scene["sheet.yarn_area"] * bar,
+            "sheet.node_mass": scene["sheet.node_mass"] * (bar * bar),
+            "sheet.nodes_x": nodes,
+            "sheet.nodes_y": nodes,
+            "attachment.kind": "four_sides",
+        }
+    )
 
 
 def shot(scene, velocity, hit):
-    """The scene with this velocity, its projectile against the sheet at a place in the middle cell that `hit` draws, as other draws."""
+    """The scene with this velocity, its projectile against the sheet at a place in the middle cell that `hit` draws, as other
+    draws."""
     point = [((splitmix64(2 * hit + k) >> 11) / 2**53 - 0.5) * h for k, h in enumerate(spacings(scene))]
     return scene.replace({"seed": scene["seed"] + hit, "projectile.velocity": [0.0, 0.0, velocity]}).aimed(point)
 
@@ -49,8 +57,9 @@ def shot(scene, velocity, hit):
 def impact(scene, longest):
     """Runs an impact to its outcome; after so many seconds it is given up.
 
-    absorbed, rubbed: work on the fabric, and what friction took of it, J; velocity along z, m/s; through: of a run that was given up, whether
-    the projectile still moves on with 5 % of its velocity; residual: of the energy balance, in parts of the impact energy.
+    absorbed, rubbed: work on the fabric, and what friction took of it, J; velocity along z, m/s; through: of a run that was given
+    up, whether the projectile still moves on with 5 % of its velocity; residual: of the energy balance, in parts of the impact
+    energy.
     """
     simulation = Simulation(scene, warns=False)
     ends = (*ENDS, "through") if scene["track_through"] else ENDS
@@ -58,15 +67,22 @@ def impact(scene, longest):
     first, velocity, outcomes = scene["projectile.velocity"][2], simulation.projectile()["velocity"][2], simulation.outcomes()
     energy, counters = simulation.energy(), simulation.counters()
     return {
-        "absorbed": energy["contact_work"], "rubbed": energy["friction"], "velocity": velocity,
-        "through": not any(name in outcomes for name in STOPPED) if any(name in outcomes for name in ends) else velocity > 0.05 * first,
-        "failed": counters["failed_segments"], "residual": energy["residual"] / (0.5 * scene["projectile.mass"] * first * first),
-        "unconverged": counters["unconverged"], "ply_penetration": counters["ply_penetration"],
+        "absorbed": energy["contact_work"],
+        "rubbed": energy["friction"],
+        "velocity": velocity,
+        "through": not any(name in outcomes for name in STOPPED)
+        if any(name in outcomes for name in ends)
+        else velocity > 0.05 * first,
+        "failed": counters["failed_segments"],
+        "residual": energy["residual"] / (0.5 * scene["projectile.mass"] * first * first),
+        "unconverged": counters["unconverged"],
+        "ply_penetration": counters["ply_penetration"],
     }
 
 
 def limit(scene, guess, hit, longest):
-    """The ballistic limit of one hit, m/s: strides from the guess until it lies between two velocities, then bisection of the logarithm."""
+    """The ballistic limit of one hit, m/s: strides from the guess until it lies between two velocities, then bisection of the
+    logarithm."""
     scene = scene.replace({"track_through": True})
     return bracketed(guess, lambda velocity: impact(shot(scene, velocity, hit), longest)["through"])
 
@@ -83,7 +99,8 @@ def bracket(guess, through, stride):
 
 
 def between(low, high, through, width):
-    """Where a velocity between these two begins to go through, m/s, to half of this width, a ratio: bisection of the logarithm."""
+    """Where a velocity between these two begins to go through, m/s, to half of this width, a ratio: bisection of the
+    logarithm."""
     while high / low > width:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if through(middle) else (middle, high)

@@ -1,15 +1,18 @@
 """Whole impacts: the preset sphere at 40 J on the 3 in sheet, every attachment, uniform and stochastic yarn; error over cost.
 
-The error of a setting is that of its ensemble mean against velocity Verlet at 0.05 dt_crit on the full network. Runs of an ensemble differ by 1e-12
-in the impact velocity; a stochastic sheet is the same one (seed 1) in all of them. A run ends when the sphere is arrested or has exited, at the
-corners when the last yarn from the sphere to a support is gone: whether the torn sheet pulls once more is up to rounding. Runs there are long and
-scatter much: fewer of them, and the reference is at 0.1 dt_crit. Steps above 0.5 dt_crit, which the kernel refuses, are run unchecked, to show why.
+The error of a setting is that of its ensemble mean against velocity Verlet at 0.05 dt_crit on the full network. Runs of an
+ensemble differ by 1e-12 in the impact velocity; a stochastic sheet is the same one (seed 1) in all of them. A run ends when the
+sphere is arrested or has exited, at the corners when the last yarn from the sphere to a support is gone: whether the torn sheet
+pulls once more is up to rounding. Runs there are long and scatter much: fewer of them, and the reference is at 0.1 dt_crit. Steps
+above 0.5 dt_crit, which the kernel refuses, are run unchecked, to show why.
 
-Cost is counted in node-steps: evaluations of the force on a node, one a step with velocity Verlet, one an iteration with the theta rule. They are
-the same on every machine; seconds of processor time stand beside them. Rows of nodes that the wave has not reached are counted though skipped.
+Cost is counted in node-steps: evaluations of the force on a node, one a step with velocity Verlet, one an iteration with the
+theta rule. They are the same on every machine; seconds of processor time stand beside them. Rows of nodes that the wave has not
+reached are counted though skipped.
 
-A coarser network has one node for a block of nodes: its bars have so many times the spacing and the area, its nodes the mass of a block, so mass,
-stiffness and strength per width stay. What does not stay: the energy to break a yarn grows with the bar, and shorter waves are lost.
+A coarser network has one node for a block of nodes: its bars have so many times the spacing and the area, its nodes the mass of a
+block, so mass, stiffness and strength per width stay. What does not stay: the energy to break a yarn grows with the bar, and
+shorter waves are lost.
 """
 
 import math
@@ -22,7 +25,8 @@ from . import front
 from .statistics import deviation, mean
 from .study import FULL, QUICK, SMOKE, clock
 
-# Energy of the sphere, J; by which velocities of an ensemble differ: large against rounding, small against everything else; steps of the kernel.
+# Energy of the sphere, J; by which velocities of an ensemble differ: large against rounding, small against everything else; steps
+# of the kernel.
 ENERGY, ROUNDING, DEFAULT, LARGEST = 40.0, 1e-12, 0.4, 0.5
 # Time after which a run is given up, s.
 LONGEST = 2e-3
@@ -42,13 +46,14 @@ class Case(NamedTuple):
 
 CASES = [
     Case(f"{held}, {yarn}", f"{held.split()[0]}_{yarn}", kind, yarn == "stochastic")
-    for held, kind in (("four sides", "four_sides"), ("two sides", "two_sides"), ("corners", "four_corners")) for yarn in ("uniform", "stochastic")
+    for held, kind in (("four sides", "four_sides"), ("two sides", "two_sides"), ("corners", "four_corners"))
+    for yarn in ("uniform", "stochastic")
 ]
 
 
 class Setting(NamedTuple):
-    """step: dt over dt_crit of its own network. tolerance: of the theta rule, in node spacings; None: velocity Verlet. network: QUARTER, or nodes of
-    the fabric along a side for one of the network's. balanced: with slack_balance."""
+    """step: dt over dt_crit of its own network. tolerance: of the theta rule, in node spacings; None: velocity Verlet. network:
+    QUARTER, or nodes of the fabric along a side for one of the network's. balanced: with slack_balance."""
 
     step: float
     tolerance: float | None = None
@@ -58,7 +63,9 @@ class Setting(NamedTuple):
     def family(self):
         """The line it belongs to in a plot."""
         parts = [integrator_name(self.tolerance)] + ["slack balance"] * self.balanced
-        return ", ".join(parts + ["quarter"] * (self.network == QUARTER) + ([f"{self.network} h"] if self.network in (2, 4) else []))
+        return ", ".join(
+            parts + ["quarter"] * (self.network == QUARTER) + ([f"{self.network} h"] if self.network in (2, 4) else [])
+        )
 
     def guess(self):
         """Cost, so that long runs start first."""
@@ -83,13 +90,24 @@ def scene_of(case, setting, faster, smoke):
     """The scene whose velocity is higher by this part of it."""
     scene = Scene("sheet_3in_sphere", sheet={"nodes_x": 41, "nodes_y": 41} if smoke else {})
     speed = math.sqrt(2.0 * ENERGY / scene["projectile.mass"])
-    changes = {"attachment.kind": case.kind, "yarn.stochastic": case.stochastic, "projectile.velocity": [0.0, 0.0, speed * (1.0 + faster)]}
-    changes |= integrator(setting.tolerance) | checked(setting.step) | {"time_step.fraction": setting.step, "slack_balance": setting.balanced}
+    changes = {
+        "attachment.kind": case.kind,
+        "yarn.stochastic": case.stochastic,
+        "projectile.velocity": [0.0, 0.0, speed * (1.0 + faster)],
+    }
+    changes |= (
+        integrator(setting.tolerance)
+        | checked(setting.step)
+        | {"time_step.fraction": setting.step, "slack_balance": setting.balanced}
+    )
     if setting.network == QUARTER:
         changes |= {"symmetry.mirror_x": True, "symmetry.mirror_y": True}
     elif (factor := setting.network) > 1:
         changes |= {f"sheet.nodes_{axis}": (scene[f"sheet.nodes_{axis}"] - 1) // factor + 1 for axis in "xy"}
-        changes |= {f"sheet.{name}": scene[f"sheet.{name}"] * factor**power for name, power in (("spacing", 1), ("yarn_area", 1), ("node_mass", 2))}
+        changes |= {
+            f"sheet.{name}": scene[f"sheet.{name}"] * factor**power
+            for name, power in (("spacing", 1), ("yarn_area", 1), ("node_mass", 2))
+        }
     return scene.replace(changes)
 
 
@@ -105,7 +123,8 @@ def segments(scene):
 
 
 def impact(job):
-    """Runs until one of the outcomes. values: the measures in J, m/s, N, us, % of the segments, % of KE0; trouble: why there are none."""
+    """Runs until one of the outcomes. values: the measures in J, m/s, N, us, % of the segments, % of KE0; trouble: why there are
+    none."""
     scene, end = job[:2]
     simulation = Simulation(scene, warns=False)
     start = simulation.energy()["projectile_kinetic"]
@@ -148,9 +167,13 @@ def settings(case, effort):
 def answer(study):
     cases = CASES[: study.of(6, 3, 1)]
     wanted = [(case, setting, runs) for case in cases for setting, runs in settings(case, study.effort)]
-    jobs = sorted(((n, k) for n, (_, _, runs) in enumerate(wanted) for k in range(runs)), key=lambda job: -wanted[job[0]][1].guess())
+    jobs = sorted(
+        ((n, k) for n, (_, _, runs) in enumerate(wanted) for k in range(runs)), key=lambda job: -wanted[job[0]][1].guess()
+    )
     smoke = study.effort == SMOKE
-    found = study.each(impact, [(scene_of(wanted[n][0], wanted[n][1], k * ROUNDING, smoke), wanted[n][0].end, k) for n, k in jobs])
+    found = study.each(
+        impact, [(scene_of(wanted[n][0], wanted[n][1], k * ROUNDING, smoke), wanted[n][0].end, k) for n, k in jobs]
+    )
     rows, text = [], FRONT
     for n, (case, setting, _) in enumerate(wanted):
         own = [run for (m, _), run in sorted(zip(jobs, found), key=lambda pair: pair[0]) if m == n]
@@ -170,11 +193,19 @@ def summed_up(case, setting, runs):
     """The row of a setting."""
     good = [run["values"] for run in runs if not run["trouble"]]
     row = {
-        "case": case.name, "file": case.file, "family": setting.family(), "dt_over_dt_crit": setting.step, "accepted": setting.step <= LARGEST,
-        "default": setting == Setting(DEFAULT), "plain": setting == Setting(setting.step), "full_network": setting.network == 1,
-        "runs": len(good), "node_steps": mean([run["node_steps"] for run in runs]),
-        "cpu_seconds": min(run["seconds"] for run in runs), "trouble": " ".join(run["trouble"] for run in runs if run["trouble"]),
-    }  # fmt: skip
+        "case": case.name,
+        "file": case.file,
+        "family": setting.family(),
+        "dt_over_dt_crit": setting.step,
+        "accepted": setting.step <= LARGEST,
+        "default": setting == Setting(DEFAULT),
+        "plain": setting == Setting(setting.step),
+        "full_network": setting.network == 1,
+        "runs": len(good),
+        "node_steps": mean([run["node_steps"] for run in runs]),
+        "cpu_seconds": min(run["seconds"] for run in runs),
+        "trouble": " ".join(run["trouble"] for run in runs if run["trouble"]),
+    }
     for name in front.MEASURES:
         values = [run[name] for run in good]
         row |= {name: mean(values), f"{name}_deviation": deviation(values)}
@@ -182,8 +213,10 @@ def summed_up(case, setting, runs):
 
 
 FRONT = (
-    "*front*: on the Pareto front of cost and the error of A absorbed energy, V velocity, P peak force, X exit time, F failed segments, "
-    "E energy residual; * on that of all measures together. An error below the resolution of the means is shown as < and counts as the "
+    "*front*: on the Pareto front of cost and the error of A absorbed energy, V velocity, P peak force, X exit time, F failed "
+    "segments, "
+    "E energy residual; * on that of all measures together. An error below the resolution of the means is shown as < and counts "
+    "as the "
     "resolution. The second table of a case has the cheapest setting for a wanted error of the absorbed energy.\n\n"
 )
 
@@ -197,33 +230,68 @@ def impact_table(judged):
         def text(row):
             error = row[measure + "_deviation"] / math.sqrt(row["runs"]) if row["runs"] else math.nan
             return f"{row[measure]:.{digits}f} ± {error:.{digits}f}" if row["runs"] else "-"
+
         return text
 
     def error(measure):
         def text(row):
             error, floor = 100 * row["error"][measure], 100 * row["resolution"][measure]
             return "-" if math.isnan(error) else f"< {floor:.2f}" if error < floor else f"{error:.2f}"
+
         return text
 
-    columns = [("setting", name, None), ("dt/dt_crit", "dt_over_dt_crit", 2), ("runs", "runs", 0), ("node-steps", "node_steps", "e2"), ("CPU s", "cpu_seconds", 3)]
+    columns = [
+        ("setting", name, None),
+        ("dt/dt_crit", "dt_over_dt_crit", 2),
+        ("runs", "runs", 0),
+        ("node-steps", "node_steps", "e2"),
+        ("CPU s", "cpu_seconds", 3),
+    ]
     for heading, measure, digits in (("absorbed J", "absorbed", 3), ("velocity m/s", "velocity", 3), ("peak N", "force", 1)):
         columns += [(heading, value(measure, digits), None), ("error %", error(measure), None)]
-    columns += [(heading, value(measure, digits), None) for heading, measure, digits in (("exit us", "exit", 1), ("failed %", "failed", 2), ("energy residual % of KE0", "residual", 4))]
-    columns += [("front by node-steps", lambda row: front.marks(row, 0), None), ("by seconds", lambda row: front.marks(row, 1), None)]
+    columns += [
+        (heading, value(measure, digits), None)
+        for heading, measure, digits in (
+            ("exit us", "exit", 1),
+            ("failed %", "failed", 2),
+            ("energy residual % of KE0", "residual", 4),
+        )
+    ]
+    columns += [
+        ("front by node-steps", lambda row: front.marks(row, 0), None),
+        ("by seconds", lambda row: front.marks(row, 1), None),
+    ]
     return page.table(judged.rows, columns)
 
 
 def choice_table(judged):
-    heading = ["wanted error of absorbed energy", "take", "dt/dt_crit", "runs", "node-steps in all", "CPU s in all", "expected error", "energy residual % of KE0"]
+    heading = [
+        "wanted error of absorbed energy",
+        "take",
+        "dt/dt_crit",
+        "runs",
+        "node-steps in all",
+        "CPU s in all",
+        "expected error",
+        "energy residual % of KE0",
+    ]
     rows = []
     for wanted, found in front.choice(judged):
         percent = f"{100 * wanted:g} %"
         if found:
             row, runs, error = found
-            rows.append([
-                percent, row["family"], f"{row['dt_over_dt_crit']:.2f}", runs, page.power(runs * row["node_steps"], 1),
-                f"{runs * row['cpu_seconds']:.2f}", f"{100 * error:.2f} %", f"{row['residual']:.4f}",
-            ])
+            rows.append(
+                [
+                    percent,
+                    row["family"],
+                    f"{row['dt_over_dt_crit']:.2f}",
+                    runs,
+                    page.power(runs * row["node_steps"], 1),
+                    f"{runs * row['cpu_seconds']:.2f}",
+                    f"{100 * error:.2f} %",
+                    f"{row['residual']:.4f}",
+                ]
+            )
         else:
             rows.append([percent, "below what these ensembles can show", *[""] * 6])
     return page.markdown(heading, rows, 2)
@@ -232,10 +300,15 @@ def choice_table(judged):
 def draw(path, case, judged, measure):
     error = lambda row: 100 * row["error"][measure]
     label = "energy residual (% of KE0)" if measure == "residual" else "error of the mean (%)"
-    levels = [("chaos floor, one run", 100 * judged.floor[measure]), ("resolution of the means", 100 * judged.resolution[measure])]
+    levels = [
+        ("chaos floor, one run", 100 * judged.floor[measure]),
+        ("resolution of the means", 100 * judged.resolution[measure]),
+    ]
     shown = [row for row in judged.rows if not row["reference"]]
     best = sorted((row["node_steps"], error(row)) for row in shown if measure in row["fronts"][0])
     series = [Series("Pareto front", best, "line")] + plot.lines(shown, "family", "node_steps", error)
     series.append(Series("default", [(row["node_steps"], error(row)) for row in judged.rows if row["default"]]))
     title = f"40 J, {case}: error of the {front.WORDS[measure]}"
-    plot.errors(path, title, "node-steps of one run (force evaluations)", label, series, levels[:1] if measure == "residual" else levels)
+    plot.errors(
+        path, title, "node-steps of one run (force evaluations)", label, series, levels[:1] if measure == "residual" else levels
+    )

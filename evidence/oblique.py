@@ -1,4 +1,5 @@
-"""How often the outcome "through" is wrong in oblique hits, of bodies that spin and rub, each run on to its end after "through" has come.
+"""How often the outcome "through" is wrong in oblique hits, of bodies that spin and rub, each run on to its end after "through"
+has come.
 
 Steel fragments and disc sectors hit 31 x 31 nodes of Kevlar KM2, four sides held, from any side and in any attitude.
 The velocity along the normal is drawn evenly about the limit, times the root of 1 g over the mass; otherwise as `through`.
@@ -56,5 +57,10 @@ def scene_of(k, shape, angles, friction, spin, velocities):
 def answer(study):
     jobs = [(name, scene_of(k, *how)) for name, *how, shots in SETS for k in range(1, 1 + study.of(shots, shots // 10, 1))]
     done = study.each(shot, [scene for _, scene in jobs])
-    rows = [row_of(name, velocities, [(job[1], one) for job, one in zip(jobs, done) if job[0] == name]) for name, *_, velocities, _ in SETS]
-    return tabled(study, rows, done, "oblique", "The outcome through in oblique hits", "Velocities are those along the normal of 1 g.")
+    rows = [
+        row_of(name, velocities, [(job[1], one) for job, one in zip(jobs, done) if job[0] == name])
+        for name, *_, velocities, _ in SETS
+    ]
+    return tabled(
+        study, rows, done, "oblique", "The outcome through in oblique hits", "Velocities are those along the normal of 1 g."
+    )

@@ -1,10 +1,13 @@
 """One ply: ballistic limits of the network beside those of a reference with resolved yarns, and when a projectile opens a window.
 
-Reference: evidence/resolved, yarns as curves in space that touch, slip and rub (its cloth.rs has method and limits); its closed forms are
-`cargo test --release -p fabric-resolved -- --nocapture`. Network: the package, with a bar between two crossings, flat and with sheet.crimp.
-Both have the same yarns, supports, body, viscosity and place of hit. Each limit is bisected to 3 m/s: the middle of the fastest shot that was stopped
-and the slowest that went through. A limit is by windowing if no yarn broke in that slowest shot.
-Limits: no scatter of strength; one place of hit is one sample beyond the first failure. Thickness and width of yarns are assumptions (THICKNESS, WIDTH).
+Reference: evidence/resolved, yarns as curves in space that touch, slip and rub (its cloth.rs has method and limits); its closed
+forms are
+`cargo test --release -p fabric-resolved -- --nocapture`. Network: the package, with a bar between two crossings, flat and with
+sheet.crimp.
+Both have the same yarns, supports, body, viscosity and place of hit. Each limit is bisected to 3 m/s: the middle of the fastest
+shot that was stopped and the slowest that went through. A limit is by windowing if no yarn broke in that slowest shot.
+Limits: no scatter of strength; one place of hit is one sample beyond the first failure. Thickness and width of yarns are
+assumptions (THICKNESS, WIDTH).
 """
 
 import json
@@ -20,8 +23,8 @@ from .study import FULL, TOP
 # Raised when the reference computes something else: kept runs are then made anew.
 MODEL = 1
 PROGRAM = TOP / "target/resolved/release/resolved"
-# Half the thickness of the ply and the width of a yarn of Kevlar KM2 S706, m: not read in any source, so assumptions. Those of another textile have
-# the same ratio to the root of the area of its yarn, unless its file gives them.
+# Half the thickness of the ply and the width of a yarn of Kevlar KM2 S706, m: not read in any source, so assumptions. Those of
+# another textile have the same ratio to the root of the area of its yarn, unless its file gives them.
 THICKNESS, WIDTH, AREA = 0.115e-3, 0.55e-3, 4.63e-8
 # Width of the bracket, m/s, and the stride towards it.
 BRACKET, STRIDE = 3.0, 1.15
@@ -42,7 +45,9 @@ def rubbing(yarns, body):
 
 
 def variants():
-    return {"pinned, straight": STRAIGHT, "pinned, crimped": CRIMPED} | {f"mu = mu_s = {mu}": rubbing(mu, mu) for mu in (0.1, 0.2, 0.3)}
+    return {"pinned, straight": STRAIGHT, "pinned, crimped": CRIMPED} | {
+        f"mu = mu_s = {mu}": rubbing(mu, mu) for mu in (0.1, 0.2, 0.3)
+    }
 
 
 def crimp(thickness, spacing):
@@ -58,7 +63,8 @@ def section(scene):
 
 
 def free_crimp(thickness, spacing):
-    """The part of it that both directions can give up at once: yarns stay a thickness apart at crossings, and go straight from one to the next."""
+    """The part of it that both directions can give up at once: yarns stay a thickness apart at crossings, and go straight from
+    one to the next."""
     return (1 + crimp(thickness, spacing)) / math.hypot(1.0, thickness / spacing) - 1
 
 
@@ -72,8 +78,12 @@ def network(fabric, width, body, place, kind, friction=0.0):
     if CRIMPS[kind]:
         crimped = {"crimp": CRIMPS[kind](section(scene)[0], spacing)}
         scene = sheet({"name": fabric, "warp": crimped, "weft": crimped}, width, 1.0)
-    shape = {"projectile.shape": "cylinder" if body["length"] else "sphere"} | ({"projectile.length": body["length"]} if body["length"] else {})
-    scene = scene.replace(shape | {"projectile.radius": body["radius"], "projectile.mass": body["mass"], "projectile.velocity": [0.0, 0.0, 50.0]})
+    shape = {"projectile.shape": "cylinder" if body["length"] else "sphere"} | (
+        {"projectile.length": body["length"]} if body["length"] else {}
+    )
+    scene = scene.replace(
+        shape | {"projectile.radius": body["radius"], "projectile.mass": body["mass"], "projectile.velocity": [0.0, 0.0, 50.0]}
+    )
     scene = scene.replace({"contact.friction": friction})
     # A crossing is at the middle, or half a spacing from it.
     even = 0.0 if scene["sheet.nodes_x"] % 2 else 0.5
@@ -85,12 +95,25 @@ def resolved(fabric, width, body, place, more, pieces=3):
     scene = sheet({"name": fabric}, width, 1.0)
     thickness, yarn = section(scene)
     x, y = PLACES[place]
-    return {
-        "spacing": scene["sheet.spacing"], "pieces": pieces, "yarns": scene["sheet.nodes_x"] - 2, "stiffness": scene["yarn.modulus_mean"] * scene["sheet.yarn_area"],
-        "line_mass": scene["sheet.node_mass"] / (2 * scene["sheet.spacing"]), "critical_stretch": scene["yarn.critical_stretch"],
-        "damage_rate": scene["yarn.damage_intercept"] + scene["yarn.damage_slope"] * scene["yarn.modulus_mean"],
-        "thickness": thickness, "width": yarn, "x": x, "y": y, "longest": LONGEST, "step": STEP,
-    } | body | more  # fmt: skip
+    return (
+        {
+            "spacing": scene["sheet.spacing"],
+            "pieces": pieces,
+            "yarns": scene["sheet.nodes_x"] - 2,
+            "stiffness": scene["yarn.modulus_mean"] * scene["sheet.yarn_area"],
+            "line_mass": scene["sheet.node_mass"] / (2 * scene["sheet.spacing"]),
+            "critical_stretch": scene["yarn.critical_stretch"],
+            "damage_rate": scene["yarn.damage_intercept"] + scene["yarn.damage_slope"] * scene["yarn.modulus_mean"],
+            "thickness": thickness,
+            "width": yarn,
+            "x": x,
+            "y": y,
+            "longest": LONGEST,
+            "step": STEP,
+        }
+        | body
+        | more
+    )
 
 
 def built():
@@ -113,10 +136,12 @@ def measured(job):
     def through(velocity):
         if "scene" in job:
             found = impact(job["scene"].replace({"projectile.velocity": [0.0, 0.0, velocity]}), LONGEST)
-            shots.append({"speed": velocity, "through": found["through"], "residual": found["residual"], "broken_bars": found["failed"]})
+            shots.append(
+                {"speed": velocity, "through": found["through"], "residual": found["residual"], "broken_bars": found["failed"]}
+            )
         else:
             found = shoot(job["reference"], velocity)
-            passed = found["end"] == "through" or found["end"] != "arrested" and found["velocity"] > 0.05 * velocity
+            passed = found["end"] == "through" or (found["end"] != "arrested" and found["velocity"] > 0.05 * velocity)
             shots.append(found | {"speed": velocity, "through": passed})
         return shots[-1]["through"]
 
@@ -125,7 +150,13 @@ def measured(job):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if through(middle) else (middle, high)
     slowest = next(shot for shot in shots if shot["speed"] == high)
-    return {"limit": 0.5 * (low + high), "bracket": high - low, "slowest": slowest, "worst": max(abs(shot["residual"]) for shot in shots), "shots": shots}
+    return {
+        "limit": 0.5 * (low + high),
+        "bracket": high - low,
+        "slowest": slowest,
+        "worst": max(abs(shot["residual"]) for shot in shots),
+        "shots": shots,
+    }
 
 
 def of_radius(times):
@@ -137,26 +168,36 @@ WINDOWS = [
     *((mu, 0.0, 1.0, 0.051, guess) for mu, guess in ((0.1, 60.0), (0.05, 34.0), (0.15, 75.0), (0.2, 70.0), (0.0, 24.0))),
     *((0.0, mu, 1.0, 0.051, guess) for mu, guess in ((0.1, 60.0), (0.2, 75.0))),
     (0.05, 0.05, 1.0, 0.051, 60.0),
-    *((mu, body, 0.5, 0.051, guess) for mu, body, guess in ((0.1, 0.0, 30.0), (0.2, 0.0, 45.0), (0.3, 0.0, 80.0), (0.2, 0.2, 120.0))),
+    *(
+        (mu, body, 0.5, 0.051, guess)
+        for mu, body, guess in ((0.1, 0.0, 30.0), (0.2, 0.0, 45.0), (0.3, 0.0, 80.0), (0.2, 0.2, 120.0))
+    ),
     *((mu, 0.0, 2.0, 0.051, guess) for mu, guess in ((0.0, 20.0), (0.05, 28.0), (0.075, 34.0))),
     (0.07, 0.07, 1.0, 0.051, 75.0),
     (0.14, 0.0, 1.0, 0.051, 75.0),
     (0.1, 0.1, 0.5, 0.051, 60.0),
-]  # fmt: skip
+]
 
 
 # Width, m, force at which a yarn end slips in its clamp, N, about the limit, m/s.
-CLAMPS = [(0.051, 20.0, 175.0), (0.051, 40.0, 110.0), (0.051, 60.0, 80.0), (0.06, 20.0, 190.0), (0.06, 40.0, 125.0), (0.06, 60.0, 95.0)]
+CLAMPS = [
+    (0.051, 20.0, 175.0),
+    (0.051, 40.0, 110.0),
+    (0.051, 60.0, 80.0),
+    (0.06, 20.0, 190.0),
+    (0.06, 40.0, 125.0),
+    (0.06, 60.0, 95.0),
+]
 
 
-# The same of single hits on a window of a sheet of 102 mm, with their velocity, m/s: whether a window opens needs no limit. The first are below the
-# criterion, the others above.
+# The same of single hits on a window of a sheet of 102 mm, with their velocity, m/s: whether a window opens needs no limit. The
+# first are below the criterion, the others above.
 HITS = [
     *((0.05, 0.05, 1.0, 75.0), (0.1, 0.0, 1.0, 75.0), (0.05, 0.0, 1.0, 60.0), (0.0, 0.1, 1.0, 60.0), (0.2, 0.0, 0.5, 75.0)),
     *((mu, body, 1.0, 140.0) for mu, body in ((0.14, 0.0), (0.0, 0.2), (0.07, 0.07), (0.1, 0.1), (0.2, 0.2))),
     *((mu, body, 1.0, 140.0) for mu, body in ((0.16, 0.0), (0.18, 0.0), (0.09, 0.09), (0.2, 0.0))),
     *((mu, 0.0, 0.5, speed) for mu, speed in ((0.3, 140.0), (0.3, 250.0), (0.36, 250.0), (0.4, 250.0))),
-]  # fmt: skip
+]
 
 
 def hit(job):
@@ -172,8 +213,13 @@ def hits():
 
 def text_of_hits(found):
     ends = ["stopped" if shot["end"] == "arrested" else f"{shot['velocity']:.0f}" for shot in found]
-    broken = [f"{shot['broken_yarns']:.0f}" + (" (window)" if end != "stopped" and shot["broken_yarns"] == 0 else "") for end, shot in zip(ends, found)]
-    lines = [[*numbers, end, yarns, f"{100 * shot['residual']:.2f}"] for numbers, end, yarns, shot in zip(HITS, ends, broken, found)]
+    broken = [
+        f"{shot['broken_yarns']:.0f}" + (" (window)" if end != "stopped" and shot["broken_yarns"] == 0 else "")
+        for end, shot in zip(ends, found)
+    ]
+    lines = [
+        [*numbers, end, yarns, f"{100 * shot['residual']:.2f}"] for numbers, end, yarns, shot in zip(HITS, ends, broken, found)
+    ]
     heading = ["mu", "mu_s", "radius", "velocity, m/s", "after, m/s", "broken", "residual, %"]
     return "\n## Single hits on a window, 102 mm\n\n" + page.markdown(heading, lines)
 
@@ -189,7 +235,14 @@ def jobs(full):
     def nets(part, width, place, body, guess, fabric=KEVLAR, frictions=(0.0, 0.1, 0.2, 0.3)):
         for name in CRIMPS:
             for friction in frictions if name != "free crimp" else frictions[:1]:
-                label = {"part": part, "case": f"network, {name}, mu_s = {friction}", "fabric": fabric, "width": width, "place": place, "pieces": 1}
+                label = {
+                    "part": part,
+                    "case": f"network, {name}, mu_s = {friction}",
+                    "fabric": fabric,
+                    "width": width,
+                    "place": place,
+                    "pieces": 1,
+                }
                 found.append((label, {"scene": network(fabric, width, body, place, name, friction), "guess": guess}))
 
     guesses = {0.051: 65.0, 0.06: 78.0, 0.102: 125.0}
@@ -202,7 +255,15 @@ def jobs(full):
     def limits(width, place, names):
         nets("limits", width, place, SPHERE, guesses[width])
         for name in names:
-            add("limits", name, width, place, SPHERE, guesses[width] * (1.0 if name == "pinned, straight" else 1.15), variants()[name])
+            add(
+                "limits",
+                name,
+                width,
+                place,
+                SPHERE,
+                guesses[width] * (1.0 if name == "pinned, straight" else 1.15),
+                variants()[name],
+            )
 
     every = list(variants())
     limits(0.051, "crossing", every)
@@ -212,7 +273,12 @@ def jobs(full):
     for width, hold, guess in CLAMPS:
         add("clamps", f"pinned, straight, {hold:g} N", width, "crossing", SPHERE, guess, STRAIGHT | {"clamp": hold})
         label = found[-1][0] | {"case": f"network, flat, {hold:g} N", "pieces": 1}
-        found.append((label, {"scene": network(KEVLAR, width, SPHERE, "crossing", "flat").replace({"attachment.hold": hold}), "guess": guess}))
+        found.append(
+            (
+                label,
+                {"scene": network(KEVLAR, width, SPHERE, "crossing", "flat").replace({"attachment.hold": hold}), "guess": guess},
+            )
+        )
     add("clamps", "mu = mu_s = 0.2, 20 N", 0.051, "crossing", SPHERE, 90.0, rubbing(0.2, 0.2) | {"clamp": 20.0})
     for mu, pieces in ((0.1, 4), (0.2, 4), (0.3, 4), (0.2, 6)):
         add("limits", f"mu = mu_s = {mu}", 0.051, "crossing", SPHERE, 75.0, rubbing(mu, mu), pieces=pieces)
@@ -236,7 +302,10 @@ def drawn(study):
 
     width, spacing = 0.012 if study.effort != FULL else 0.051, sheet({"name": KEVLAR}, 0.051, 1.0)["sheet.spacing"]
     figure, plots = plot.new(10, 5.4, 2)
-    shots = (("friction 0.05 between yarns, none on the sphere", rubbing(0.05, 0.0), "window", 75e-6), ("friction 0.2 and 0.2", rubbing(0.2, 0.2), "crossing", 125e-6))
+    shots = (
+        ("friction 0.05 between yarns, none on the sphere", rubbing(0.05, 0.0), "window", 75e-6),
+        ("friction 0.2 and 0.2", rubbing(0.2, 0.2), "crossing", 125e-6),
+    )
     for axes, (name, more, place, time) in zip(plots, shots):
         file = study.folder / f"{place}.txt"
         found = shoot(resolved(KEVLAR, width, SPHERE, place, more) | {"longest": time}, 85.0, f"shape={file}")
@@ -248,16 +317,24 @@ def drawn(study):
             x, y = (numpy.insert(own[:, k], numpy.flatnonzero(~whole) + 1, numpy.nan) for k in (1, 2))
             warp = yarn <= nodes[-1, 0] // 2
             axes.plot(x, y, color="tab:blue" if warp else "tab:orange", linewidth=2.2, alpha=0.85)
-        axes.add_patch(matplotlib.patches.Circle([1e3 * part * spacing for part in PLACES[place]], 1e3 * SPHERE["radius"], fill=False, linestyle="--"))
+        axes.add_patch(
+            matplotlib.patches.Circle(
+                [1e3 * part * spacing for part in PLACES[place]], 1e3 * SPHERE["radius"], fill=False, linestyle="--"
+            )
+        )
         axes.set(xlim=(-7, 7), ylim=(-7, 7), aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
-        axes.set_title(f"{name}: {found['broken_yarns']:.0f} yarns broken,\n85 m/s before, {found['velocity']:.0f} m/s after {1e6 * time:.0f} µs", fontsize=10)
+        axes.set_title(
+            f"{name}: {found['broken_yarns']:.0f} yarns broken,\n85 m/s before, {found['velocity']:.0f} m/s after "
+            f"{1e6 * time:.0f} µs",
+            fontsize=10,
+        )
     plot.save(figure, study.folder / "oneply.png")
     study.picture("oneply.png", "oneply.png")
 
 
 def slipped():
-    """Crossings near the hit whose pinning takes more than friction gives, in the network, beside those that slipped by a tenth of a spacing till then
-    in the reference."""
+    """Crossings near the hit whose pinning takes more than friction gives, in the network, beside those that slipped by a tenth
+    of a spacing till then in the reference."""
     lines, scene = [], network(KEVLAR, 0.051, SPHERE, "crossing", "flat")
     for time in (60e-6, 120e-6):
         simulation = Simulation(scene.replace({"projectile.velocity": [0.0, 0.0, 60.0]}), warns=False)
@@ -265,13 +342,24 @@ def slipped():
         for mu in (0.1, 0.2, 0.3):
             near, around, whole = simulation.slip(2.0 * section(scene)[0], mu)["slipping"]
             found = shoot(resolved(KEVLAR, 0.051, SPHERE, "crossing", rubbing(mu, 0.0)) | {"longest": time}, 60.0)
-            lines.append([f"{1e6 * time:.0f}", mu, near, f"{found['slipped_5']:.0f}", around, f"{found['slipped_10']:.0f}", whole])
-    heading = ["time, µs", "mu", "within 5 spacings, network", "resolved", "within 10, network", "resolved", "whole sheet, network"]
+            lines.append(
+                [f"{1e6 * time:.0f}", mu, near, f"{found['slipped_5']:.0f}", around, f"{found['slipped_10']:.0f}", whole]
+            )
+    heading = [
+        "time, µs",
+        "mu",
+        "within 5 spacings, network",
+        "resolved",
+        "within 10, network",
+        "resolved",
+        "whole sheet, network",
+    ]
     return "\n## Where crossings slip: 51 mm, 60 m/s, no friction on the sphere\n\n" + page.markdown(heading, lines)
 
 
 def heights(study):
-    """Interchange of crimp in pinned yarns: of the heights of both waves at a crossing, the part that the yarn through the hit has."""
+    """Interchange of crimp in pinned yarns: of the heights of both waves at a crossing, the part that the yarn through the hit
+    has."""
     import numpy
 
     file = study.folder / "heights.txt"
@@ -282,7 +370,9 @@ def heights(study):
     z = numpy.array([nodes[nodes[:, 0] == yarn][3 : 3 + 3 * yarns : 3, 3] for yarn in range(2 * yarns)])
     warp, weft = (abs(z[k, 1:-1] - 0.5 * (z[k, :-2] + z[k, 2:])) for k in (slice(0, yarns), slice(yarns, None)))
     middle, near = yarns // 2, numpy.r_[8:17, -16:-7]
-    part = numpy.mean([warp[middle, middle - 1 + k] / (warp[middle, middle - 1 + k] + weft[middle + k, middle - 1]) for k in near])
+    part = numpy.mean(
+        [warp[middle, middle - 1 + k] / (warp[middle, middle - 1 + k] + weft[middle + k, middle - 1]) for k in near]
+    )
     return (
         "\nInterchange of crimp, pinned, 51 mm, 60 m/s, after 120 µs, 8 to 16 spacings from the hit: "
         f"the yarn through it has {part:.2f} of the height of both waves at a crossing; 0.50 at rest.\n"
@@ -297,20 +387,38 @@ Residual: the largest of the balance of energy in these shots, of the impact ene
 Thickness and width of the yarns are assumed (evidence/oneply.py); mu is friction between yarns, mu_s on the projectile.
 """
 TITLES = {
-    "limits": "Kevlar KM2 S706, sphere", "clamps": "Clamps that slip above a force", "windows": "Hits on a window", "cylinder": "Flat-ended cylinder",
+    "limits": "Kevlar KM2 S706, sphere",
+    "clamps": "Clamps that slip above a force",
+    "windows": "Hits on a window",
+    "cylinder": "Flat-ended cylinder",
     "Zylon": "Zylon AS, 500 denier, 35 x 35",
-}  # fmt: skip
+}
 
 
 def clamped(rows):
-    """The network beside the reference, both with pinned crossings and the same force at which yarn ends slip; the reference's other rows after them."""
+    """The network beside the reference, both with pinned crossings and the same force at which yarn ends slip; the reference's
+    other rows after them."""
     found, lines = {(row["width"], row["case"]): row for row in rows}, []
     for width, hold, _ in CLAMPS:
         net, own = (found.pop((width, f"{name}, {hold:g} N")) for name in ("network, flat", "pinned, straight"))
         off = 100 * (net["limit"] / own["limit"] - 1)
-        lines.append([f"{hold:g}", f"{1e3 * width:.0f}", f"{own['limit']:.1f}", f"{net['limit']:.1f}", f"{off:+.1f}", f"{100 * own['worst']:.2f}", f"{100 * net['worst']:.2f}"])
-    table = page.markdown(["slips at, N", "width, mm", "resolved, m/s", "network, m/s", "off, %", "residual, %", "network's, %"], lines)
-    return table + "".join(f"\nResolved, {1e3 * width:.0f} mm, {case}: {row['limit']:.1f} m/s.\n" for (width, case), row in found.items())
+        lines.append(
+            [
+                f"{hold:g}",
+                f"{1e3 * width:.0f}",
+                f"{own['limit']:.1f}",
+                f"{net['limit']:.1f}",
+                f"{off:+.1f}",
+                f"{100 * own['worst']:.2f}",
+                f"{100 * net['worst']:.2f}",
+            ]
+        )
+    table = page.markdown(
+        ["slips at, N", "width, mm", "resolved, m/s", "network, m/s", "off, %", "residual, %", "network's, %"], lines
+    )
+    return table + "".join(
+        f"\nResolved, {1e3 * width:.0f} mm, {case}: {row['limit']:.1f} m/s.\n" for (width, case), row in found.items()
+    )
 
 
 def text_of(rows):
@@ -324,9 +432,22 @@ def text_of(rows):
         for row in sorted(own, key=lambda row: (row["width"], row["place"])):
             window = "" if row["broken"] is None else f"{row['broken']:.0f}" + (" (window)" if row["broken"] == 0 else "")
             slip = "" if row["slip"] is None else f"{row['slip']:.2f}"
-            lines.append([f"{1e3 * row['width']:.0f}", row["place"], row["case"], row["pieces"], f"{row['limit']:.1f}", window, slip, f"{100 * row['worst']:.2f}"])
+            lines.append(
+                [
+                    f"{1e3 * row['width']:.0f}",
+                    row["place"],
+                    row["case"],
+                    row["pieces"],
+                    f"{row['limit']:.1f}",
+                    window,
+                    slip,
+                    f"{100 * row['worst']:.2f}",
+                ]
+            )
         if lines:
-            text += f"\n## {title}\n\n" + page.markdown(["width, mm", "place", "case", "pieces", "limit, m/s", "broken", "slip", "residual, %"], lines)
+            text += f"\n## {title}\n\n" + page.markdown(
+                ["width, mm", "place", "case", "pieces", "limit, m/s", "broken", "slip", "residual, %"], lines
+            )
     return text
 
 
@@ -338,7 +459,11 @@ def ratios(rows):
         if row["case"].startswith("mu = mu_s = ") and row["pieces"] == 3:
             for kind, values in found.items():
                 name = f"network, {kind}, mu_s = {row['case'].split()[-1]}"
-                values += [row["limit"] and other["limit"] / row["limit"] for other in rows if other["case"] == name and key(other) == key(row)]
+                values += [
+                    row["limit"] and other["limit"] / row["limit"]
+                    for other in rows
+                    if other["case"] == name and key(other) == key(row)
+                ]
     return found
 
 
@@ -351,8 +476,14 @@ def answer(study):
         more = {"broken": slowest.get("broken_yarns"), "slip": slowest.get("slip"), "worst": one["worst"]}
         rows.append(label | {"limit": one["limit"], "bracket": one["bracket"]} | more)
     study.write("oneply", [{key: "" if value is None else value for key, value in row.items()} for row in rows])
-    told = "; ".join(f"{kind} {min(values):.2f} to {max(values):.2f} ({len(values)} cases)" for kind, values in ratios(rows).items() if values)
+    told = "; ".join(
+        f"{kind} {min(values):.2f} to {max(values):.2f} ({len(values)} cases)" for kind, values in ratios(rows).items() if values
+    )
     text = text_of(rows) + (text_of_hits(study.each(hit, hits())) + slipped() + heights(study) if study.effort == FULL else "")
-    study.table("oneply", "One ply: network and resolved yarns", f"{text}\nNetwork over resolved yarns, at the same friction on the body: {told}.\n")
+    study.table(
+        "oneply",
+        "One ply: network and resolved yarns",
+        f"{text}\nNetwork over resolved yarns, at the same friction on the body: {told}.\n",
+    )
     drawn(study)
     return max(row["worst"] for row in rows if row["pieces"] > 1) < 0.02

@@ -1,20 +1,21 @@
-"""Overshoot of the undamped network, and what viscosity leaves of it: the strain behind the front of a sudden transverse impact, and the velocity
-that breaks a strip, against the closed form.
+"""Overshoot of the undamped network, and what viscosity leaves of it: the strain behind the front of a sudden transverse impact,
+and the velocity that breaks a strip, against the closed form.
 
-Closed form: transverse impact on a long yarn (J. C. Smith, F. L. McCrackin, H. F. Schiefer, Textile Research Journal 28 (1958) 288) with the model's
-own law. N = A_0 U S grows faster than U, so the longitudinal front is a shock, and its speed depends on the strain: see `transverse`. No stretch lies
-above that behind the front. N is largest at the critical stretch U_c, so the yarn breaks at the velocity that belongs to U = U_c.
+Closed form: transverse impact on a long yarn (J. C. Smith, F. L. McCrackin, H. F. Schiefer, Textile Research Journal 28 (1958)
+288) with the model's own law. N = A_0 U S grows faster than U, so the longitudinal front is a shock, and its speed depends on the
+strain: see `transverse`. No stretch lies above that behind the front. N is largest at the critical stretch U_c, so the yarn
+breaks at the velocity that belongs to U = U_c.
 
-Method: a strip two yarns wide and as long as the 10 in sheet, its ends held, whole at the start, struck across its middle by a lying cylinder whose
-velocity is prescribed. Both yarns move alike and the segments between them stay at their rest length, so each row of nodes is one yarn that carries
-the whole mass of its nodes. A run ends before the front has reached the ends. The strain of every segment is read after every step. Refinement puts
-2, 4 or 8 segments where there was one: the same yarn area, law and mass per length. The breaking velocity is searched upwards in strides of 1 % of
-the closed form's, the last stride by bisection to 1 m/s: beyond it there may be velocities that do not break the strip again, because the peaks grow
-unsteadily.
+Method: a strip two yarns wide and as long as the 10 in sheet, its ends held, whole at the start, struck across its middle by a
+lying cylinder whose velocity is prescribed. Both yarns move alike and the segments between them stay at their rest length, so
+each row of nodes is one yarn that carries the whole mass of its nodes. A run ends before the front has reached the ends. The
+strain of every segment is read after every step. Refinement puts 2, 4 or 8 segments where there was one: the same yarn area, law
+and mass per length. The breaking velocity is searched upwards in strides of 1 % of the closed form's, the last stride by
+bisection to 1 m/s: beyond it there may be velocities that do not break the strip again, because the peaks grow unsteadily.
 
-Limits: a cylinder is no point. It is wrapped first: in contact over x = sqrt(2 R V t) on each side (small slopes), the yarn is longer by x^3/(6 R^2),
-and what it draws in, V sqrt(V t/(2 R)), grows to the closed form's V^2/(2 k) at t = R V/(2 k^2), when the contact becomes slower than the kink with
-its k m/s: 1 to 4 us for R = 6.35 mm. The strain is never above the closed form's.
+Limits: a cylinder is no point. It is wrapped first: in contact over x = sqrt(2 R V t) on each side (small slopes), the yarn is
+longer by x^3/(6 R^2), and what it draws in, V sqrt(V t/(2 R)), grows to the closed form's V^2/(2 k) at t = R V/(2 k^2), when the
+contact becomes slower than the kink with its k m/s: 1 to 4 us for R = 6.35 mm. The strain is never above the closed form's.
 """
 
 import math
@@ -30,11 +31,12 @@ from .study import FULL, SMOKE
 HALF, TRAVEL, NEAR = 175, 0.95, 20
 # Where the mean behind the front is taken, in parts of the way the front has come: beyond the kink.
 PLATEAU = (0.2, 0.4)
-# Allowed error of that mean under the thin cylinder; with bending viscosity under the thick one, of the velocity that breaks the strip and of the
-# largest strain at PICTURE m/s.
+# Allowed error of that mean under the thin cylinder; with bending viscosity under the thick one, of the velocity that breaks the
+# strip and of the largest strain at PICTURE m/s.
 TOLERANCE, BREAKS, LARGEST = 1e-2, 0.05, 0.03
 SPEEDS, PICTURE = (100.0, 400.0, 800.0), 400.0
-# Linear, quadratic, bending. The second is the usual one of explicit codes, which acts along the yarn alone; the third is that of real fabrics.
+# Linear, quadratic, bending. The second is the usual one of explicit codes, which acts along the yarn alone; the third is that of
+# real fabrics.
 NONE, VISCOUS = (0.0, 0.0, 0.0), (0.06, 1.5, 0.06)
 VISCOSITIES = (NONE, (0.06, 1.5, 0.0), VISCOUS)
 
@@ -48,7 +50,8 @@ def viscosity_name(viscosity):
 
 
 class Transverse(NamedTuple):
-    """Impact velocity that belongs to a stretch, speed of the longitudinal front along the yarn at rest and of the kink in the laboratory, m/s."""
+    """Impact velocity that belongs to a stretch, speed of the longitudinal front along the yarn at rest and of the kink in the
+    laboratory, m/s."""
 
     speed: float
     front: float
@@ -56,9 +59,9 @@ class Transverse(NamedTuple):
 
 
 def transverse(scene, stretch):
-    """The similarity solution with the model's law, undamaged: N = A_0 U S with S = E (U^2 - 1)/2, of a yarn with mu = m/h kg/m, one node's mass in
-    each segment. The front runs at sqrt(N/(mu (U - 1))), and behind it the yarn moves inwards at w = sqrt(N (U - 1)/mu). The kink runs at U c_t - w
-    with c_t = sqrt(N/(mu U)), and V^2 = (U c_t)^2 - (U c_t - w)^2."""
+    """The similarity solution with the model's law, undamaged: N = A_0 U S with S = E (U^2 - 1)/2, of a yarn with mu = m/h kg/m,
+    one node's mass in each segment. The front runs at sqrt(N/(mu (U - 1))), and behind it the yarn moves inwards at w = sqrt(N (U
+    - 1)/mu). The kink runs at U c_t - w with c_t = sqrt(N/(mu U)), and V^2 = (U c_t)^2 - (U c_t - w)^2."""
     mu = scene["sheet.node_mass"] / scene["sheet.spacing"]
     pull = scene["sheet.yarn_area"] * stretch * scene["yarn.modulus_mean"] * 0.5 * (stretch * stretch - 1.0)
     inward = math.sqrt(pull * (stretch - 1.0) / mu)
@@ -78,7 +81,14 @@ def smith(scene, speed):
 
 def lying(radius, speed, **more):
     """A cylinder along y that touches the sheet, moved by its host."""
-    body = {"shape": "cylinder", "radius": radius, "length": 12.7e-3, "position": [0, 0, -radius], "velocity": [0, 0, speed], "orientation": [math.sqrt(0.5), math.sqrt(0.5), 0, 0]}
+    body = {
+        "shape": "cylinder",
+        "radius": radius,
+        "length": 12.7e-3,
+        "position": [0, 0, -radius],
+        "velocity": [0, 0, speed],
+        "orientation": [math.sqrt(0.5), math.sqrt(0.5), 0, 0],
+    }
     return {"drive": "prescribed", "projectile": body | more}
 
 
@@ -98,7 +108,11 @@ class Strip(NamedTuple):
         return scene.replace({"sheet": sheet, "time_step.fraction": self.step} | viscous(self.viscosity))
 
     def row(self):
-        return {"viscosity": viscosity_name(self.viscosity), "cylinder R mm": 1e3 * self.radius, "segments in a spacing": self.refinement}
+        return {
+            "viscosity": viscosity_name(self.viscosity),
+            "cylinder R mm": 1e3 * self.radius,
+            "segments in a spacing": self.refinement,
+        }
 
 
 def steps_of(scene, simulation, speed):
@@ -108,8 +122,8 @@ def steps_of(scene, simulation, speed):
 
 
 def strains(job):
-    """Strains of a strip: mean behind the front at the end, largest at any time near the contact and anywhere, yarn spacings between the last
-    segments with 90 % and with 10 % of the closed form's strain at the end, and the profile then, mm and %."""
+    """Strains of a strip: mean behind the front at the end, largest at any time near the contact and anywhere, yarn spacings
+    between the last segments with 90 % and with 10 % of the closed form's strain at the end, and the profile then, mm and %."""
     strip, speed = Strip(*job[0]), job[1]
     scene = strip.scene(speed)
     simulation = Simulation(scene, warns=False)
@@ -138,8 +152,8 @@ def breaking(job):
 
 
 def least(strip, high, exact, failure):
-    """Least velocity at which a strip is damaged or fails, m/s: upwards from `high` in strides of 1 % of the closed form's, the last one by bisection to
-    1 m/s, as the peaks grow unsteadily."""
+    """Least velocity at which a strip is damaged or fails, m/s: upwards from `high` in strides of 1 % of the closed form's, the
+    last one by bisection to 1 m/s, as the peaks grow unsteadily."""
     while not hurts(strip, high, failure):
         high += 0.01 * exact
     low = high - 0.01 * exact
@@ -162,7 +176,12 @@ def answer(study):
     preset = Scene("sheet_3in_sphere")
     thin, thick, smoke = preset["sheet.spacing"], preset["projectile.radius"], study.effort == SMOKE
     refinements = study.of((1, 2, 4, 8), (1, 4), (1,))
-    strips = [Strip(v, radius, refinement) for v in VISCOSITIES[: 1 if smoke else 3] for radius in (thin, thick) for refinement in refinements]
+    strips = [
+        Strip(v, radius, refinement)
+        for v in VISCOSITIES[: 1 if smoke else 3]
+        for radius in (thin, thick)
+        for refinement in refinements
+    ]
     jobs = [(strip, speed) for strip in strips for speed in ((PICTURE,) if smoke else SPEEDS)]
     rows, profiles, sound = [], {}, True
     for (strip, speed), found in zip(jobs, study.each(strains, jobs, "strains")):
@@ -171,13 +190,22 @@ def answer(study):
             sound &= abs(found["mean"] / exact - 1) < TOLERANCE
         if strip.radius == thick and strip.viscosity == VISCOUS and speed == PICTURE:
             sound &= abs(found["anywhere"] / exact - 1) < LARGEST
-        rows.append(strip.row() | {
-            "impact m/s": speed, "Smith: U - 1 %": 100 * exact, "mean behind the front %": 100 * found["mean"],
-            "largest near the contact %": 100 * found["near"], "largest anywhere %": 100 * found["anywhere"], "front, spacings": found["front"],
-        })  # fmt: skip
+        rows.append(
+            strip.row()
+            | {
+                "impact m/s": speed,
+                "Smith: U - 1 %": 100 * exact,
+                "mean behind the front %": 100 * found["mean"],
+                "largest near the contact %": 100 * found["near"],
+                "largest anywhere %": 100 * found["anywhere"],
+                "front, spacings": found["front"],
+            }
+        )
         shown = strip.refinement in {NONE: (1, 4), VISCOUS: (4,)}.get(strip.viscosity, ())
         if strip.radius == thin and speed == PICTURE and shown:
-            profiles[f"network, segments in a spacing: {strip.refinement}, viscosity: {viscosity_name(strip.viscosity)}"] = found["profile"]
+            profiles[f"network, segments in a spacing: {strip.refinement}, viscosity: {viscosity_name(strip.viscosity)}"] = found[
+                "profile"
+            ]
     study.write("overshoot_strain", rows)
     draw(study, thin, profiles)
     if study.effort == FULL:
@@ -187,9 +215,16 @@ def answer(study):
         exact = transverse(strip.scene(0.0), preset["yarn.critical_stretch"]).speed
         if strip.radius == thick and strip.viscosity == VISCOUS:
             sound &= all(abs(velocity / exact - 1) < BREAKS for velocity in found)
-        velocities.append(strip.row() | {
-            "dt/dt_crit": strip.step, "node mass": strip.mass, "Smith m/s": exact, "first damage m/s": found[0], "first failure m/s": found[1],
-        })  # fmt: skip
+        velocities.append(
+            strip.row()
+            | {
+                "dt/dt_crit": strip.step,
+                "node mass": strip.mass,
+                "Smith m/s": exact,
+                "first damage m/s": found[0],
+                "first failure m/s": found[1],
+            }
+        )
     study.write("overshoot_breaking", velocities)
     tables(study, rows, velocities)
     return sound
@@ -201,19 +236,31 @@ def draw(study, thin, profiles):
     series = [Series(name, points, "line") for name, points in profiles.items()]
     series.append(Series("Smith", [(0, strain), (TRAVEL * length, strain), (TRAVEL * length, 0), (length, 0)], "dashed"))
     plot.draw(
-        study.folder / "overshoot_strain.svg", f"Strip struck at 400 m/s by a cylinder of {1e3 * thin:.2f} mm, when the front is near the held end",
-        "distance from the middle, of the yarn at rest (mm)", "U - 1 (%)", series, "from zero",
+        study.folder / "overshoot_strain.svg",
+        f"Strip struck at 400 m/s by a cylinder of {1e3 * thin:.2f} mm, when the front is near the held end",
+        "distance from the middle, of the yarn at rest (mm)",
+        "U - 1 (%)",
+        series,
+        "from zero",
     )
     study.picture("overshoot_strain.svg", "accuracy_overshoot_strain.svg")
 
 
 def tables(study, rows, velocities):
-    strip = [("viscosity", "viscosity", None), ("cylinder R mm", "cylinder R mm", 2), ("segments in a spacing", "segments in a spacing", 0)]
+    strip = [
+        ("viscosity", "viscosity", None),
+        ("cylinder R mm", "cylinder R mm", 2),
+        ("segments in a spacing", "segments in a spacing", 0),
+    ]
     smith_, near, anywhere = "Smith: U - 1 %", "largest near the contact %", "largest anywhere %"
     columns = strip + [("impact m/s", "impact m/s", 0)] + page.same([smith_, "mean behind the front %"], 4)
     for name in (near, anywhere):
         columns += [(name, name, 4), ("over Smith", lambda row, name=name: row[name] / row[smith_], 2)]
-    study.table("accuracy_overshoot_strain", "Overshoot: strains of a strip struck across its middle", page.table(rows, columns + [("front, 10 to 90 %, spacings", "front, spacings", 1)]))
+    study.table(
+        "accuracy_overshoot_strain",
+        "Overshoot: strains of a strip struck across its middle",
+        page.table(rows, columns + [("front, 10 to 90 %, spacings", "front, spacings", 1)]),
+    )
     columns = strip + page.same(["dt/dt_crit", "node mass", "Smith m/s"], 1)
     for name in ("first damage m/s", "first failure m/s"):
         columns += [(name, name, 0), ("over Smith", lambda row, name=name: row[name] / row["Smith m/s"], 2)]

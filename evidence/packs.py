@@ -1,16 +1,17 @@
 """Ballistic limit against areal density: packs of Kevlar KM2 S706, and the packs of Twaron CT612 that were shot at.
 
-Axes: P. M. Cunniff, 18th International Symposium on Ballistics (1999): V50/(U*)^(1/3) over A_d A_p/m_p, with the areal density A_d, the presented area
-A_p and the mass m_p of the projectile, and U* = (strength x failure strain)/(2 density) x sqrt(modulus/density). Input is yarn data alone. Twaron:
-areal density of a layer from the table itself, fibre "PPTA, regular" of data/measured/fibres.toml before weaving; linear density and count were not seen,
-so the yarns are spaced as those of S706, which is a choice.
+Axes: P. M. Cunniff, 18th International Symposium on Ballistics (1999): V50/(U*)^(1/3) over A_d A_p/m_p, with the areal density
+A_d, the presented area A_p and the mass m_p of the projectile, and U* = (strength x failure strain)/(2 density) x
+sqrt(modulus/density). Input is yarn data alone. Twaron:
+areal density of a layer from the table itself, fibre "PPTA, regular" of data/measured/fibres.toml before weaving; linear density
+and count were not seen, so the yarns are spaced as those of S706, which is a choice.
 
-Method: the limit of five hits each, with the viscosity of real fabrics, with a bar for one yarn and with one for two, a sheet 160 mm wide held on four
-sides, and the fragment as a flat-ended cylinder of its diameter and mass. All plies are bonded, that is, lumped into one network; the packs that were
-shot at also separate, a network for each ply, with a bar for two yarns, three hits, and a sheet 80 mm wide, as it takes long; beside it stands the
-same bonded.
-Limits: bonded plies are hit at once and cannot part; the gap between separate ones is a choice; no friction, no slip; how the packs were held was not
-seen.
+Method: the limit of five hits each, with the viscosity of real fabrics, with a bar for one yarn and with one for two, a sheet 160
+mm wide held on four sides, and the fragment as a flat-ended cylinder of its diameter and mass. All plies are bonded, that is,
+lumped into one network; the packs that were shot at also separate, a network for each ply, with a bar for two yarns, three hits,
+and a sheet 80 mm wide, as it takes long; beside it stands the same bonded.
+Limits: bonded plies are hit at once and cannot part; the gap between separate ones is a choice; no friction, no slip; how the
+packs were held was not seen.
 """
 
 import math
@@ -27,15 +28,19 @@ from .overshoot import VISCOUS, viscous
 from .statistics import Estimate, deviation, mean
 from .study import FULL, TOP
 
-# Plies of S706; widths of a sheet, m: bonded alone, beside separate, in short form; bars, yarn spacings; gap between separate plies, m, a choice.
+# Plies of S706; widths of a sheet, m: bonded alone, beside separate, in short form; bars, yarn spacings; gap between separate
+# plies, m, a choice.
 PLIES, WIDTHS, BARS, GAP = (1, 5, 14, 28, 42), (0.16, 0.08, 0.03), (1.0, 2.0), 1e-4
-# Time after which an impact is given up, s; on separate plies five times what the fragment needs to stop or to get through. Steel, kg/m^3.
+# Time after which an impact is given up, s; on separate plies five times what the fragment needs to stop or to get through.
+# Steel, kg/m^3.
 LONGEST, STEEL = {"bonded": 2e-3, "separate": 3e-4}, 7850.0
 # Areal density at which the measured ladder bends, kg/m².
 BREAK = 5.0
-# Half of the 38 m/s that MIL-STD-662F allows between the shots that a V50 is the mean of; the source of the ladder gives no interval.
+# Half of the 38 m/s that MIL-STD-662F allows between the shots that a V50 is the mean of; the source of the ladder gives no
+# interval.
 V50_INTERVAL = 19.0
-# Linear density of the yarn of S706, kg/m, and its count, 1/m, as data/fabrics/kevlar_km2_s706.toml has them; density of both fibres, kg/m^3.
+# Linear density of the yarn of S706, kg/m, and its count, 1/m, as data/fabrics/kevlar_km2_s706.toml has them; density of both
+# fibres, kg/m^3.
 KM2, COUNT, FIBRE = 600 * 1e-3 / 9000.0, 34 / 0.0254, 1.44e3
 
 
@@ -51,7 +56,11 @@ class Pack(NamedTuple):
         if self.name != "Twaron CT612":
             return {"name": "kevlar_km2_s706"}
         fibre = next(row for row in toml("fibres")["fibre"] if row["name"] == "PPTA, regular")
-        yarn = {"modulus": 1e9 * fibre["modulus_gpa"], "failure_strain": 1e-2 * fibre["failure_strain_percent"], "linear_density": self.density}
+        yarn = {
+            "modulus": 1e9 * fibre["modulus_gpa"],
+            "failure_strain": 1e-2 * fibre["failure_strain_percent"],
+            "linear_density": self.density,
+        }
         return yarn | {"name": "kevlar_km2_s706", "fibre_density": 1e3 * fibre["density_g_per_cm3"]}
 
     def areal_density(self):
@@ -70,7 +79,12 @@ def toml(name):
 
 def packs():
     ladder = toml("twaron_ct612_v50")["v50"]
-    shot_at = [Pack("Twaron CT612", row["layers"], 0.5 * row["areal_density_kg_per_m2"] / row["layers"] / COUNT, float(row["v50_m_per_s"])) for row in ladder]
+    shot_at = [
+        Pack(
+            "Twaron CT612", row["layers"], 0.5 * row["areal_density_kg_per_m2"] / row["layers"] / COUNT, float(row["v50_m_per_s"])
+        )
+        for row in ladder
+    ]
     return [Pack("Kevlar KM2 S706", plies, KM2, math.nan) for plies in PLIES], shot_at
 
 
@@ -98,11 +112,22 @@ def compared(study):
         limits, density = [found[n, hit] for hit in hits(form)], pack.plies * pack.areal_density()
         modulus, stretch = scene["yarn.modulus_mean"], scene["yarn.critical_stretch"]
         axis = cunniff_velocity(0.5 * modulus * stretch * (stretch * stretch - 1.0), stretch - 1.0, modulus, FIBRE)
-        rows.append({
-            "pack": pack.name, "form": form, "yarns a bar": bar, "width mm": 1e3 * width, "plies": pack.plies, "areal density kg/m2": density,
-            "A_d A_p/m_p": density * math.pi * radius * radius / mass, "(U*)^(1/3) m/s": axis, "hits": len(limits), "limit m/s": mean(limits),
-            "limit m/s: deviation": deviation(limits), "measured V50 m/s": pack.measured,
-        })  # fmt: skip
+        rows.append(
+            {
+                "pack": pack.name,
+                "form": form,
+                "yarns a bar": bar,
+                "width mm": 1e3 * width,
+                "plies": pack.plies,
+                "areal density kg/m2": density,
+                "A_d A_p/m_p": density * math.pi * radius * radius / mass,
+                "(U*)^(1/3) m/s": axis,
+                "hits": len(limits),
+                "limit m/s": mean(limits),
+                "limit m/s: deviation": deviation(limits),
+                "measured V50 m/s": pack.measured,
+            }
+        )
     study.write("packs", rows)
     return judged(study, rows)
 
@@ -121,43 +146,112 @@ def judged(study, rows):
             ours, measured = mean_of(row, "limit m/s", BISECTION), row["measured V50 m/s"]
             words, verdict = "", ""
             if measured == measured:
-                points.append(Point(f"{row['areal density kg/m2']:.1f} kg/m², m/s", ours, (measured - V50_INTERVAL, measured + V50_INTERVAL)))
+                points.append(
+                    Point(
+                        f"{row['areal density kg/m2']:.1f} kg/m², m/s", ours, (measured - V50_INTERVAL, measured + V50_INTERVAL)
+                    )
+                )
                 words, verdict = f"{measured:.0f} ± {V50_INTERVAL:.0f}", points[-1].verdict
-            lines.append([
-                row["pack"], form, f"{bar:g}", f"{width:.0f}", f"{row['plies']:.0f}", f"{row['areal density kg/m2']:.2f}", ours.text(0), words,
-                f"{100 * (ours.value / measured - 1):+.0f}" if words else "", verdict, f"{row['A_d A_p/m_p']:.4f}", f"{ours.value / row['(U*)^(1/3) m/s']:.3f}",
-            ])
+            lines.append(
+                [
+                    row["pack"],
+                    form,
+                    f"{bar:g}",
+                    f"{width:.0f}",
+                    f"{row['plies']:.0f}",
+                    f"{row['areal density kg/m2']:.2f}",
+                    ours.text(0),
+                    words,
+                    f"{100 * (ours.value / measured - 1):+.0f}" if words else "",
+                    verdict,
+                    f"{row['A_d A_p/m_p']:.4f}",
+                    f"{ours.value / row['(U*)^(1/3) m/s']:.3f}",
+                ]
+            )
         title = f"five packs of Twaron CT612, {form}, {bar:g} yarns a bar, {width:.0f} mm"
         comparisons.append(Comparison(f"V50 of {title}", "measurement", f"± {V50_INTERVAL:.0f} m/s", points, 0, lacks[form]))
         found = slope_points([row for row in own if row["measured V50 m/s"] == row["measured V50 m/s"]])
         comparisons.append(Comparison(f"slope of the V50 of {title}", "measurement", "from ± 19 m/s", found, 0, lacks[form]))
-        slopes += [[form, f"{bar:g}", f"{width:.0f}", point.name, point.ours.text(0), f"{point.allowed[0]:.0f} to {point.allowed[1]:.0f}", point.verdict] for point in found]
+        slopes += [
+            [
+                form,
+                f"{bar:g}",
+                f"{width:.0f}",
+                point.name,
+                point.ours.text(0),
+                f"{point.allowed[0]:.0f} to {point.allowed[1]:.0f}",
+                point.verdict,
+            ]
+            for point in found
+        ]
         for name in dict.fromkeys(row["pack"] for row in own):
             line = [row for row in own if row["pack"] == name]
             scaled = [(row["A_d A_p/m_p"], mean_of(row, "limit m/s", BISECTION), row["(U*)^(1/3) m/s"]) for row in line]
             bars = [(ours.low / u, ours.high / u) for _, ours, u in scaled]
-            series.append(Series(f"{name}, {form}, {bar:g} yarns a bar, {width:.0f} mm", [(x, ours.value / u) for x, ours, u in scaled], "marked", bars))
+            series.append(
+                Series(
+                    f"{name}, {form}, {bar:g} yarns a bar, {width:.0f} mm",
+                    [(x, ours.value / u) for x, ours, u in scaled],
+                    "marked",
+                    bars,
+                )
+            )
     wide = [row for row in rows if row["width mm"] == rows[0]["width mm"]]
-    both = [[row for row in wide if row["form"] == "bonded" and row["yarns a bar"] == bar] for bar in sorted({row["yarns a bar"] for row in wide})]
-    points = [
-        Point(f"{fine['pack']}, {fine['plies']:.0f} plies", Estimate.quotient(mean_of(coarse, "limit m/s", BISECTION), mean_of(fine, "limit m/s", BISECTION)), about(1, 0.1))
-        for fine, coarse in zip(both[0], both[-1]) if fine is not coarse
+    both = [
+        [row for row in wide if row["form"] == "bonded" and row["yarns a bar"] == bar]
+        for bar in sorted({row["yarns a bar"] for row in wide})
     ]
-    comparisons.append(Comparison("ballistic limit of bonded packs with two yarns a bar over that with one", "itself", "± 10 %", points, 2))
+    points = [
+        Point(
+            f"{fine['pack']}, {fine['plies']:.0f} plies",
+            Estimate.quotient(mean_of(coarse, "limit m/s", BISECTION), mean_of(fine, "limit m/s", BISECTION)),
+            about(1, 0.1),
+        )
+        for fine, coarse in zip(both[0], both[-1])
+        if fine is not coarse
+    ]
+    comparisons.append(
+        Comparison("ballistic limit of bonded packs with two yarns a bar over that with one", "itself", "± 10 %", points, 2)
+    )
     measured = [row for row in rows if row["measured V50 m/s"] == row["measured V50 m/s"] and kind(row) == kind(rows[0])]
     points = [(row["A_d A_p/m_p"], row["measured V50 m/s"] / row["(U*)^(1/3) m/s"]) for row in measured]
-    bars = [tuple((row["measured V50 m/s"] + side * V50_INTERVAL) / row["(U*)^(1/3) m/s"] for side in (-1, 1)) for row in measured]
+    bars = [
+        tuple((row["measured V50 m/s"] + side * V50_INTERVAL) / row["(U*)^(1/3) m/s"] for side in (-1, 1)) for row in measured
+    ]
     series.append(Series("Twaron CT612, measured", points, "points", bars))
     plot.draw(
-        study.folder / "packs.svg", "Ballistic limit on Cunniff's axes: fragment of 1.10 g", "areal density x presented area / mass of the fragment",
-        "V50 / (U*)^(1/3)", series, "from zero",
+        study.folder / "packs.svg",
+        "Ballistic limit on Cunniff's axes: fragment of 1.10 g",
+        "areal density x presented area / mass of the fragment",
+        "V50 / (U*)^(1/3)",
+        series,
+        "from zero",
     )
     study.picture("packs.svg", "validation_packs.svg")
-    heading = ["pack", "form", "yarns a bar", "width, mm", "plies", "kg/m²", "model m/s [95 %]", "measured m/s", "off %", "verdict", "A_d A_p/m_p", "model V50/(U*)^(1/3)"]
+    heading = [
+        "pack",
+        "form",
+        "yarns a bar",
+        "width, mm",
+        "plies",
+        "kg/m²",
+        "model m/s [95 %]",
+        "measured m/s",
+        "off %",
+        "verdict",
+        "A_d A_p/m_p",
+        "model V50/(U*)^(1/3)",
+    ]
     text = page.markdown(heading, lines, 2)
     if slopes:
-        text += "\nRise of the V50 of Twaron CT612 with the areal density, m/s per kg/m²:\n\n" + page.markdown(["form", "yarns a bar", "width, mm", "between", "model [95 %]", "measured", "verdict"], slopes, 1)
-    return comparisons, "## Ballistic limit of packs\n\n" + text + "\n(U*)^(1/3) of the fibres of data/measured/fibres.toml:\n\n" + fibres(), True
+        text += "\nRise of the V50 of Twaron CT612 with the areal density, m/s per kg/m²:\n\n" + page.markdown(
+            ["form", "yarns a bar", "width, mm", "between", "model [95 %]", "measured", "verdict"], slopes, 1
+        )
+    return (
+        comparisons,
+        "## Ballistic limit of packs\n\n" + text + "\n(U*)^(1/3) of the fibres of data/measured/fibres.toml:\n\n" + fibres(),
+        True,
+    )
 
 
 def slope_points(rows):
@@ -181,6 +275,11 @@ def fibres():
     """Cunniff's velocity of each fibre, before weaving."""
     file, lines = toml("fibres"), []
     for fibre in file["fibre"]:
-        velocity = cunniff_velocity(1e9 * fibre["strength_gpa"], 1e-2 * fibre["failure_strain_percent"], 1e9 * fibre["modulus_gpa"], 1e3 * fibre["density_g_per_cm3"])
+        velocity = cunniff_velocity(
+            1e9 * fibre["strength_gpa"],
+            1e-2 * fibre["failure_strain_percent"],
+            1e9 * fibre["modulus_gpa"],
+            1e3 * fibre["density_g_per_cm3"],
+        )
         lines.append([fibre["name"], f"{velocity:.0f}", fibre.get("mark", file["mark"])])
     return page.markdown(["fibre", "m/s", "mark"], lines)

@@ -1,8 +1,8 @@
 """The runs behind the paper's figures, and what is read off them.
 
-A point is an ensemble of runs that differ in their seed, or, with uniform yarn, in the last digits of the impact velocity. A run ends when the
-projectile is arrested or has exited; a mirror-symmetric sheet when detached at the latest: torn off evenly at all corners, it wraps the sphere and
-flies with it.
+A point is an ensemble of runs that differ in their seed, or, with uniform yarn, in the last digits of the impact velocity. A run
+ends when the projectile is arrested or has exited; a mirror-symmetric sheet when detached at the latest: torn off evenly at all
+corners, it wraps the sphere and flies with it.
 """
 
 import math
@@ -21,13 +21,14 @@ CORNERS, TWO_SIDES, FOUR_SIDES = "corners", "two sides", "four sides"
 KINDS = {TWO_SIDES: "two_sides", FOUR_SIDES: "four_sides", CORNERS: "four_corners"}
 # The order in which tables and plots show them.
 ATTACHMENTS = [TWO_SIDES, FOUR_SIDES, CORNERS]
-# Every segment draws its own modulus and damage rate; all take the mean, and rounding decides which corner fails first; the same, kept
-# mirror-symmetric by planes; every woven yarn draws once.
+# Every segment draws its own modulus and damage rate; all take the mean, and rounding decides which corner fails first; the same,
+# kept mirror-symmetric by planes; every woven yarn draws once.
 STOCHASTIC, UNIFORM = "stochastic", "uniform"
 SYMMETRIC, WOVEN = "uniform, mirror-symmetric", "stochastic, one draw per yarn"
 SMALL, LARGE = "3 in, sphere", "10 in, cylinder"
-# Impact energies on the 3 in sheet, those of the map of the open question, about the limit at the corners, those of its washers that are not the
-# preset ones, and those of the histories (Figs 15 to 17), J; velocities on the 10 in sheet, m/s; of each the full, the quick and the smoke list.
+# Impact energies on the 3 in sheet, those of the map of the open question, about the limit at the corners, those of its washers
+# that are not the preset ones, and those of the histories (Figs 15 to 17), J; velocities on the 10 in sheet, m/s; of each the
+# full, the quick and the smoke list.
 ENERGIES = {FULL: (2.5, 5.0, 7.5, 10.0, 15.0, 20.0, 40.0, 80.0, 160.0, 320.0), QUICK: (10.0, 20.0, 160.0), SMOKE: (20.0, 160.0)}
 MAP_ENERGIES = {FULL: (5.0, 7.5, 10.0, 12.5, 15.0, 20.0), QUICK: (10.0,), SMOKE: (20.0,)}
 OTHER_ENERGIES, HISTORY_ENERGIES = (10.0, 15.0), (20.0, 160.0)
@@ -36,18 +37,23 @@ VELOCITIES = {FULL: (40.0, 60.0, 80.0, 100.0, 140.0, 200.0), QUICK: (100.0, 200.
 RUNS = {FULL: {SMALL: 10, LARGE: 3}, QUICK: {SMALL: 3, LARGE: 1}, SMOKE: {SMALL: 2, LARGE: 2}}
 # Distance of a washer's centre from both edges and its radius, m: that of the preset, and the other readings of the paper's text.
 WASHERS = {
-    "preset: c 7.62, r 5.715 mm": (7.62e-3, 5.715e-3), "larger: c 12.7, r 9.525 mm": (12.7e-3, 9.525e-3), "smaller: c 7.62, r 2.9 mm": (7.62e-3, 2.9e-3),
-    "quarter disc: c 0, r 5.715 mm": (0.0, 5.715e-3), "quarter disc: c 0, r 9.5 mm": (0.0, 9.5e-3),
-}  # fmt: skip
+    "preset: c 7.62, r 5.715 mm": (7.62e-3, 5.715e-3),
+    "larger: c 12.7, r 9.525 mm": (12.7e-3, 9.525e-3),
+    "smaller: c 7.62, r 2.9 mm": (7.62e-3, 2.9e-3),
+    "quarter disc: c 0, r 5.715 mm": (0.0, 5.715e-3),
+    "quarter disc: c 0, r 9.5 mm": (0.0, 9.5e-3),
+}
 PRESET = next(iter(WASHERS))
-# Most steps of a run on the 10 in sheet in quick form: one run at the corners would take a third of all the time, and that the sheet is torn off is
-# seen before. Nodes along a side of the tiny sheets.
+# Most steps of a run on the 10 in sheet in quick form: one run at the corners would take a third of all the time, and that the
+# sheet is torn off is seen before. Nodes along a side of the tiny sheets.
 LARGE_QUICK_STEPS, SMOKE_NODES = 80_000, 35
 # Time between two samples of a history while the impact is young, and later, s.
 FINE, COARSE, FINE_UNTIL = 2e-6, 10e-6, 200e-6
-# Lines of the undeformed grid from an attachment within which a failure counts as there; radii of the projectile likewise from the centre.
+# Lines of the undeformed grid from an attachment within which a failure counts as there; radii of the projectile likewise from
+# the centre.
 ATTACHMENT_ZONE, CENTRE_ZONE = 5.0, 2.0
-# Time from the first failure until the places of failure are counted, s; failed segments closer than so many spacings are one place.
+# Time from the first failure until the places of failure are counted, s; failed segments closer than so many spacings are one
+# place.
 SPREAD, PLACE = 10e-6, 5.0
 
 
@@ -73,13 +79,19 @@ class Point(NamedTuple):
             scale = (SMOKE_NODES - 1) / (scene["sheet.nodes_x"] - 1)
             changes |= {"sheet.nodes_x": SMOKE_NODES, "sheet.nodes_y": SMOKE_NODES}
         if self.attachment == CORNERS:
-            discs = WASHERS[self.washer] if self.sheet == SMALL else (scene["attachment.disc_inset"], scene["attachment.disc_radius"])
+            discs = (
+                WASHERS[self.washer] if self.sheet == SMALL else (scene["attachment.disc_inset"], scene["attachment.disc_radius"])
+            )
             changes |= dict(zip(("attachment.disc_inset", "attachment.disc_radius"), (scale * part for part in discs)))
         speed = math.sqrt(2.0 * self.impact / scene["projectile.mass"]) if self.sheet == SMALL else self.impact
         if self.yarn in (STOCHASTIC, WOVEN):
             changes |= {"seed": k + 1} | ({"yarn.draw": "yarn"} if self.yarn == WOVEN else {})
         else:
-            changes |= {"yarn.stochastic": False, "symmetry.mirror_x": self.yarn == SYMMETRIC, "symmetry.mirror_y": self.yarn == SYMMETRIC}
+            changes |= {
+                "yarn.stochastic": False,
+                "symmetry.mirror_x": self.yarn == SYMMETRIC,
+                "symmetry.mirror_y": self.yarn == SYMMETRIC,
+            }
             speed *= 1.0 + k * 1e-12
         return scene.replace(changes | {"projectile.velocity": [0.0, 0.0, speed]})
 
@@ -96,7 +108,9 @@ class Point(NamedTuple):
 def points(effort):
     """Every ensemble, once."""
     found = [Point(LARGE, kind, STOCHASTIC, velocity) for kind in ATTACHMENTS for velocity in VELOCITIES[effort]]
-    found += [Point(SMALL, kind, yarn, energy) for yarn in (STOCHASTIC, UNIFORM) for kind in ATTACHMENTS for energy in ENERGIES[effort]]
+    found += [
+        Point(SMALL, kind, yarn, energy) for yarn in (STOCHASTIC, UNIFORM) for kind in ATTACHMENTS for energy in ENERGIES[effort]
+    ]
     # How failure begins in mirror-symmetric clamped sheets.
     found += [Point(SMALL, kind, SYMMETRIC, energy) for kind in (TWO_SIDES, FOUR_SIDES) for energy in HISTORY_ENERGIES]
     for washer in washers(effort):
@@ -119,9 +133,12 @@ def left_out(effort):
     tiny = f"A smoke test: sheets of {SMOKE_NODES} x {SMOKE_NODES} nodes; nothing here says anything about the paper."
     shape = f"Runs on the 10 in sheet end after {LARGE_QUICK_STEPS} steps at the latest." if effort == QUICK else tiny
     return (
-        f"{shape} Left out against the full study: impact energies {lacking(ENERGIES)} J on the 3 in sheet, velocities {lacking(VELOCITIES)} m/s on the 10 in "
-        f"sheet; in the map of the open question energies {lacking(MAP_ENERGIES)} J, one draw per yarn, and all washers but the first {len(washers(effort))}. "
-        f"Runs per point: {RUNS[effort][SMALL]} instead of 10 on the 3 in sheet, {RUNS[effort][LARGE]} instead of 3 on the 10 in sheet."
+        f"{shape} Left out against the full study: impact energies {lacking(ENERGIES)} J on the 3 in sheet, velocities "
+        f"{lacking(VELOCITIES)} m/s on the 10 in "
+        f"sheet; in the map of the open question energies {lacking(MAP_ENERGIES)} J, one draw per yarn, and all washers but the "
+        f"first {len(washers(effort))}. "
+        f"Runs per point: {RUNS[effort][SMALL]} instead of 10 on the 3 in sheet, {RUNS[effort][LARGE]} instead of 3 on the 10 "
+        f"in sheet."
     )
 
 
@@ -143,8 +160,8 @@ class Watched:
         return self.simulation.counters()["failed_segments"]
 
     def middles(self):
-        """Middles of the failed segments in the undeformed sheet, in spacings from its centre; of a mirrored sheet of the part that is modelled. A
-        mirrored line has one segment more, from its last node to an image."""
+        """Middles of the failed segments in the undeformed sheet, in spacings from its centre; of a mirrored sheet of the part
+        that is modelled. A mirrored line has one segment more, from its last node to an image."""
         numbers = numpy.nonzero(self.simulation.damage() <= 0)[0]
         return middles(numbers, self.columns, self.rows, self.scene["sheet.nodes_x"], self.scene["sheet.nodes_y"], self.mirrored)
 
@@ -168,14 +185,20 @@ class Watched:
             return
         self.seen, nodes = self.failed(), self.rows * self.columns
         node = numpy.arange(nodes).reshape(self.rows, self.columns)
-        ends = numpy.concatenate([numpy.stack([a.ravel(), b.ravel()]) for a, b in ((node[:, :-1], node[:, 1:]), (node[:-1], node[1:]))], axis=1)
+        ends = numpy.concatenate(
+            [numpy.stack([a.ravel(), b.ravel()]) for a, b in ((node[:, :-1], node[:, 1:]), (node[:-1], node[1:]))], axis=1
+        )
         ends = ends[:, self.simulation.damage() > 0]
         _, labels = connected_components(coo_array((numpy.ones(ends.shape[1], "i1"), ends), shape=(nodes, nodes)), directed=False)
         largest = numpy.bincount(labels).argmax()
-        self.torn = [self.simulation.time if time is None and labels[corner] != largest else time for time, corner in zip(self.torn, corners)]
+        self.torn = [
+            self.simulation.time if time is None and labels[corner] != largest else time
+            for time, corner in zip(self.torn, corners)
+        ]
 
     def where_failed(self):
-        """Failed segments near an attachment and near the centre, by the middles in the undeformed sheet, and corners with one nearby."""
+        """Failed segments near an attachment and near the centre, by the middles in the undeformed sheet, and corners with one
+        nearby."""
         h, (x, y) = self.scene["sheet.spacing"], self.scene["sheet.spacing"] * self.middles().T
         edge_x, edge_y = (0.5 * h * (self.scene[f"sheet.nodes_{axis}"] - 1) - abs(at) for axis, at in (("x", x), ("y", y)))
         zone, kind = ATTACHMENT_ZONE * h, self.scene["attachment.kind"]
@@ -224,7 +247,11 @@ def flown(job):
     scene, most = job
     begin, watched = clock(), Watched(scene)
     simulation, whole = watched.simulation, not watched.mirrored
-    corners = corners_of(scene) if whole and scene["attachment.kind"] == "four_corners" and scene["projectile.shape"] == "sphere" else None
+    corners = (
+        corners_of(scene)
+        if whole and scene["attachment.kind"] == "four_corners" and scene["projectile.shape"] == "sphere"
+        else None
+    )
     dt, energy, history = simulation.step_limits["dt"], simulation.energy(), []
     start = energy["projectile_kinetic"]
 
@@ -248,12 +275,24 @@ def flown(job):
     first = watched.first and {"time": watched.first[0], "segments": watched.first[1], "places": watched.places}
     columns = dict(zip(("t", "lost", "kinetic", "strain", "dissipated", "loss"), zip(*history)))
     return {
-        "arrested": "arrested" in outcomes, "timeout": not watched.over(), "time": simulation.time, "energy": start,
-        "absorbed": simulation.contact()["work"], "detached": detached and [detached["time"], detached["work"]],
-        "residual_velocity": simulation.projectile()["velocity"][2], "peak_kinetic": max(columns["kinetic"]), "peak_strain": max(columns["strain"]),
-        "failed": watched.failed(), "failed_at": failed_at, "failed_corners": failed_corners, "first_failure": first, "torn": watched.torn,
-        "audit": simulation.energy()["residual"] / start, "cpu": round(clock() - begin, 3), "history": columns,
-    }  # fmt: skip
+        "arrested": "arrested" in outcomes,
+        "timeout": not watched.over(),
+        "time": simulation.time,
+        "energy": start,
+        "absorbed": simulation.contact()["work"],
+        "detached": detached and [detached["time"], detached["work"]],
+        "residual_velocity": simulation.projectile()["velocity"][2],
+        "peak_kinetic": max(columns["kinetic"]),
+        "peak_strain": max(columns["strain"]),
+        "failed": watched.failed(),
+        "failed_at": failed_at,
+        "failed_corners": failed_corners,
+        "first_failure": first,
+        "torn": watched.torn,
+        "audit": simulation.energy()["residual"] / start,
+        "cpu": round(clock() - begin, 3),
+        "history": columns,
+    }
 
 
 class Run:
@@ -310,9 +349,17 @@ class Runs:
 
     def __init__(self, study):
         self.effort, self.points = study.effort, points(study.effort)
-        self.energies, self.map_energies, self.history_energies = ENERGIES[self.effort], MAP_ENERGIES[self.effort], HISTORY_ENERGIES
+        self.energies, self.map_energies, self.history_energies = (
+            ENERGIES[self.effort],
+            MAP_ENERGIES[self.effort],
+            HISTORY_ENERGIES,
+        )
         self.washers, self.scope = washers(self.effort), left_out(self.effort)
-        wanted = [(point, point.scene(self.effort, k), point.steps(self.effort)) for point in self.points for k in range(RUNS[self.effort][point.sheet])]
+        wanted = [
+            (point, point.scene(self.effort, k), point.steps(self.effort))
+            for point in self.points
+            for k in range(RUNS[self.effort][point.sheet])
+        ]
         # The longest first, so that no core idles at the end: nodes, a quarter of them where it is mirrored.
         cost = lambda scene: -scene["sheet.nodes_x"] * scene["sheet.nodes_y"] * (0.25 if scene["symmetry.mirror_x"] else 1.0)
         wanted.sort(key=lambda job: cost(job[1]))

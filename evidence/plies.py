@@ -1,10 +1,12 @@
 """What several plies do: ballistic limit and absorbed energy against their number, and many thin plies against one thick one.
 
-A steel sphere of 0.69 g and 5.556 mm hits a pack of Kevlar KM2 S706, 60 mm square and held at four sides, with the viscosity of real fabrics and a
-bar for two yarns. "Bonded" is one network with the mass and the section of all plies, "separate" a network for each, a gap apart, which push on
-each other. The energy is taken well above the limit, at one velocity for all forms. Hits of an ensemble differ by place and seed.
-Limits: the waves come back from the edges of so small a sheet within 12 us: a bonded pack of ten stands 251, 281 and 301 m/s with a width of 45, 60
-and 101 mm, and with a bar for one yarn 1 to 2 % less; ten separate plies 3 to 4 % less; the plies lie exactly on each other, yarn on yarn.
+A steel sphere of 0.69 g and 5.556 mm hits a pack of Kevlar KM2 S706, 60 mm square and held at four sides, with the viscosity of
+real fabrics and a bar for two yarns. "Bonded" is one network with the mass and the section of all plies, "separate" a network for
+each, a gap apart, which push on each other. The energy is taken well above the limit, at one velocity for all forms. Hits of an
+ensemble differ by place and seed.
+Limits: the waves come back from the edges of so small a sheet within 12 us: a bonded pack of ten stands 251, 281 and 301 m/s with
+a width of 45, 60 and 101 mm, and with a bar for one yarn 1 to 2 % less; ten separate plies 3 to 4 % less; the plies lie exactly
+on each other, yarn on yarn.
 The measured packs are in packs.py.
 """
 
@@ -42,9 +44,12 @@ TITLES = {
     "draws": "Ten plies of sampled strength: one sample for all (bonded), and one for each",
 }
 NOTES = (
-    "Means with 95 % intervals (Student's t) over hits that differ by their place in a cell, and by the seed where strengths are sampled. "
-    "The ballistic limit of each hit is found by bisection to 1 %, which its interval counts; its energy is that of the sphere at this velocity. "
-    "Bonded: one network with the mass and the section of all plies. Separate: a network for each ply, 0.1 mm apart where nothing else is said. "
+    "Means with 95 % intervals (Student's t) over hits that differ by their place in a cell, and by the seed where strengths "
+    "are sampled. "
+    "The ballistic limit of each hit is found by bisection to 1 %, which its interval counts; its energy is that of the sphere "
+    "at this velocity. "
+    "Bonded: one network with the mass and the section of all plies. Separate: a network for each ply, 0.1 mm apart where "
+    "nothing else is said. "
     "Absorbed: work of the sphere on the fabric at the velocity of the column before it. "
     "Depth: the farthest that facing nodes of two plies were through each other, which they may be beside a hole. "
     "Unconverged: contact solves of the fastest of these runs that ended at their largest number of sweeps.\n"
@@ -103,10 +108,29 @@ def rows_of(study, part):
         energy = 0.5 * scene["projectile.mass"] * speed * speed
         for hit in range(study.of(6, 3, 2)):
             jobs.append((scene, guess, hit))
-            rows.append({"form": form, "plies": plies, "gap mm": 1e3 * gap, "areal density kg/m2": density, "run": hit, "impact velocity m/s": speed, "impact J": energy})
+            rows.append(
+                {
+                    "form": form,
+                    "plies": plies,
+                    "gap mm": 1e3 * gap,
+                    "areal density kg/m2": density,
+                    "run": hit,
+                    "impact velocity m/s": speed,
+                    "impact J": energy,
+                }
+            )
     for row, (stands, fast) in zip(rows, study.each(measured, jobs, f"plies: {part}")):
-        row |= {"limit m/s": stands, "absorbed J": fast["absorbed"], "velocity m/s": fast["velocity"], "failed segments": fast["failed"]}
-        row |= {"residual %": 100 * fast["residual"], "unconverged": fast["unconverged"], "ply penetration mm": 1e3 * fast["ply_penetration"]}
+        row |= {
+            "limit m/s": stands,
+            "absorbed J": fast["absorbed"],
+            "velocity m/s": fast["velocity"],
+            "failed segments": fast["failed"],
+        }
+        row |= {
+            "residual %": 100 * fast["residual"],
+            "unconverged": fast["unconverged"],
+            "ply penetration mm": 1e3 * fast["ply_penetration"],
+        }
     study.write(f"plies_{part}", rows)
     return rows
 
@@ -128,18 +152,53 @@ def verdicts(parts):
             if bonded and separate:
                 allowed = THIN_MORE if plies < 5 else None
                 what = thin if allowed else ""
-                found.append((f"{plies:.0f} plies separate over bonded: energy at the limit", what, friction.change(energies(separate), energies(bonded), 2 * BISECTION), allowed))
+                found.append(
+                    (
+                        f"{plies:.0f} plies separate over bonded: energy at the limit",
+                        what,
+                        friction.change(energies(separate), energies(bonded), 2 * BISECTION),
+                        allowed,
+                    )
+                )
                 absorbed = [friction.numbers(rows, "absorbed J") for rows in (separate, bonded)]
-                found.append((f"{plies:.0f} plies separate over bonded: absorbed at {bonded[0]['impact velocity m/s']:.0f} m/s", what, friction.change(*absorbed), allowed))
+                found.append(
+                    (
+                        f"{plies:.0f} plies separate over bonded: absorbed at {bonded[0]['impact velocity m/s']:.0f} m/s",
+                        what,
+                        friction.change(*absorbed),
+                        allowed,
+                    )
+                )
     if "draws" in parts:
         bonded, separate = ([row for row in parts["draws"] if row["form"] == form] for form in ("bonded", "separate"))
-        found.append(("draws of their own over one for all: energy at the limit", "", friction.change(energies(separate), energies(bonded), 2 * BISECTION), None))
+        found.append(
+            (
+                "draws of their own over one for all: energy at the limit",
+                "",
+                friction.change(energies(separate), energies(bonded), 2 * BISECTION),
+                None,
+            )
+        )
     if "turned" in parts:
         alike = [row for row in parts["turned"] if row["form"] == "separate"]
         turned = [row for row in parts["turned"] if row["form"] != "separate"]
         what = "plies turned against one another: absorbed energy +14 to +15 %"
-        found.append(("every other ply turned: energy at the limit", what, friction.change(energies(turned), energies(alike), 2 * BISECTION), TURNED_MORE))
-        found.append(("every other ply turned: absorbed", what, friction.change(friction.numbers(turned, "absorbed J"), friction.numbers(alike, "absorbed J")), TURNED_MORE))
+        found.append(
+            (
+                "every other ply turned: energy at the limit",
+                what,
+                friction.change(energies(turned), energies(alike), 2 * BISECTION),
+                TURNED_MORE,
+            )
+        )
+        found.append(
+            (
+                "every other ply turned: absorbed",
+                what,
+                friction.change(friction.numbers(turned, "absorbed J"), friction.numbers(alike, "absorbed J")),
+                TURNED_MORE,
+            )
+        )
     lines = [[name, value.text(1), what, value.verdict(allowed) if allowed else ""] for name, what, value, allowed in found]
     return page.markdown(["comparison", "change, % [95 %]", "published", "verdict"], lines) if lines else ""
 
@@ -150,21 +209,62 @@ def table(rows):
         for form in dict.fromkeys(row["form"] for row in own):
             hits = [row for row in own if row["form"] == form]
             plies, gap, density = key
-            limits, absorbed = Estimate.mean(friction.numbers(hits, "limit m/s"), BISECTION), Estimate.mean(friction.numbers(hits, "absorbed J"))
+            limits, absorbed = (
+                Estimate.mean(friction.numbers(hits, "limit m/s"), BISECTION),
+                Estimate.mean(friction.numbers(hits, "absorbed J")),
+            )
             deepest, unconverged = max(friction.numbers(hits, "ply penetration mm")), max(friction.numbers(hits, "unconverged"))
-            lines.append([
-                form, f"{plies:.0f}", "" if form == "bonded" else f"{gap:g}", f"{density:.2f}", len(hits), limits.text(1), f"{hits[0]['impact velocity m/s']:.0f}",
-                absorbed.text(2), f"{sum(friction.numbers(hits, 'failed segments')) / len(hits):.0f}", f"{max(map(abs, friction.numbers(hits, 'residual %'))):.2f}",
-                "" if form == "bonded" else f"{deepest:.1e}", f"{unconverged:.0f}",
-            ])  # fmt: skip
+            lines.append(
+                [
+                    form,
+                    f"{plies:.0f}",
+                    "" if form == "bonded" else f"{gap:g}",
+                    f"{density:.2f}",
+                    len(hits),
+                    limits.text(1),
+                    f"{hits[0]['impact velocity m/s']:.0f}",
+                    absorbed.text(2),
+                    f"{sum(friction.numbers(hits, 'failed segments')) / len(hits):.0f}",
+                    f"{max(map(abs, friction.numbers(hits, 'residual %'))):.2f}",
+                    "" if form == "bonded" else f"{deepest:.1e}",
+                    f"{unconverged:.0f}",
+                ]
+            )
     lines.sort(key=lambda line: (float(line[1]), line[2]))
-    heading = ["form", "plies", "gap, mm", "kg/m²", "hits", "limit, m/s", "hit at, m/s", "absorbed, J", "failed segments", "residual, %", "depth, mm", "unconverged"]
+    heading = [
+        "form",
+        "plies",
+        "gap, mm",
+        "kg/m²",
+        "hits",
+        "limit, m/s",
+        "hit at, m/s",
+        "absorbed, J",
+        "failed segments",
+        "residual, %",
+        "depth, mm",
+        "unconverged",
+    ]
     return page.markdown(heading, lines)
 
 
 def draw(rows, path):
     series = []
     for form in ("bonded", "separate"):
-        means = [(plies, Estimate.mean(friction.numbers(own, "limit m/s"), BISECTION)) for (plies,), own in sorted(friction.groups([row for row in rows if row["form"] == form], "plies").items())]
-        series.append(Series(form, [(plies, limit.value) for plies, limit in means], "marked", [(limit.low, limit.high) for _, limit in means]))
-    plot.draw(path, "Ballistic limit over the number of plies: Kevlar KM2 S706, sphere of 0.69 g", "plies", "ballistic limit (m/s)", series, "logarithmic x")
+        means = [
+            (plies, Estimate.mean(friction.numbers(own, "limit m/s"), BISECTION))
+            for (plies,), own in sorted(friction.groups([row for row in rows if row["form"] == form], "plies").items())
+        ]
+        series.append(
+            Series(
+                form, [(plies, limit.value) for plies, limit in means], "marked", [(limit.low, limit.high) for _, limit in means]
+            )
+        )
+    plot.draw(
+        path,
+        "Ballistic limit over the number of plies: Kevlar KM2 S706, sphere of 0.69 g",
+        "plies",
+        "ballistic limit (m/s)",
+        series,
+        "logarithmic x",
+    )

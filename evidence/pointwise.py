@@ -1,9 +1,10 @@
 """How far two runs of one problem stay together point by point, before the first failure.
 
-Three runs of each scene: as it is; with an impact velocity higher by 1e-12; mirrored in the plane x = 0, which is the same problem with its sums
-in another order. The hit is off the centre, so that no symmetry hides a difference. All three are correct: what they differ by, no comparison of
-two programs can do better. A segment has no stiffness below its rest length, so a node between slack segments is held by nothing, and contact
-and the return of tension come at slightly other times: there differences grow. How much of the sheet is slack stands beside them.
+Three runs of each scene: as it is; with an impact velocity higher by 1e-12; mirrored in the plane x = 0, which is the same
+problem with its sums in another order. The hit is off the centre, so that no symmetry hides a difference. All three are correct:
+what they differ by, no comparison of two programs can do better. A segment has no stiffness below its rest length, so a node
+between slack segments is held by nothing, and contact and the return of tension come at slightly other times: there differences
+grow. How much of the sheet is slack stands beside them.
 """
 
 import math
@@ -20,7 +21,13 @@ TOLERANCE = 1e-9
 # Place of the hit, in node spacings from the centre.
 HIT = (0.31, 0.17)
 HELD = (("four sides", "four_sides"), ("two sides", "two_sides"), ("corners", "four_corners"), ("free", "free"))
-DISTANCES = ["V0 by 1e-12: largest so far (h)", "mirrored: largest so far (h)", "root mean square now (h)", "velocity so far, of V0", "work so far, of KE0"]
+DISTANCES = [
+    "V0 by 1e-12: largest so far (h)",
+    "mirrored: largest so far (h)",
+    "root mean square now (h)",
+    "velocity so far, of V0",
+    "work so far, of KE0",
+]
 
 
 def compared(job):
@@ -29,7 +36,9 @@ def compared(job):
     scene = Scene("sheet_3in_sphere", {"attachment.kind": kind, "yarn.stochastic": False})
     h, position = scene["sheet.spacing"], scene["projectile.position"]
     x, y, speed = HIT[0] * h, HIT[1] * h, math.sqrt(2.0 * energy / scene["projectile.mass"])
-    of = lambda x, speed: Simulation(scene.replace({"projectile.position": [x, y, position[2]], "projectile.velocity": [0, 0, speed]}), warns=False)
+    of = lambda x, speed: Simulation(
+        scene.replace({"projectile.position": [x, y, position[2]], "projectile.velocity": [0, 0, speed]}), warns=False
+    )
     runs = [of(x, speed), of(x, speed * (1 + ROUNDING)), of(-x, speed)]
     rows, most, last = [], numpy.zeros(4), None
     for step in range(STRIDE, LONGEST + 1, STRIDE):
@@ -41,7 +50,11 @@ def compared(job):
         images = [runs[1].positions(), runs[2].positions()[:, ::-1] * [-1, 1, 1]]
         apart = [numpy.linalg.norm(own - image, axis=2) / h for image in images]
         change = lambda read, scale: max(abs(read(run) - read(runs[0])) for run in runs[1:]) / scale
-        now = [*(distance.max() for distance in apart), change(lambda run: run.projectile()["velocity"][2], speed), change(lambda run: run.contact()["work"], energy)]
+        now = [
+            *(distance.max() for distance in apart),
+            change(lambda run: run.projectile()["velocity"][2], speed),
+            change(lambda run: run.contact()["work"], energy),
+        ]
         most = numpy.maximum(most, now)
         squares = max(math.sqrt((distance**2).mean()) for distance in apart)
         slack = 100 * float((runs[0].stretch() < 1 - 1e-9).mean())
@@ -55,6 +68,12 @@ def answer(study):
     energies, held = study.of((5.0, 10.0, 40.0), (40.0,), (40.0,)), HELD[: study.of(4, 4, 1)]
     rows = sum(study.each(compared, [(*sheet, energy) for sheet in held for energy in energies]), [])
     study.write("pointwise", rows)
-    columns = [("case", "case", None), ("step", "step", 0), ("time us", "time us", 1), ("slack segments %", "slack segments %", 0), *page.same(DISTANCES, "e1")]
+    columns = [
+        ("case", "case", None),
+        ("step", "step", 0),
+        ("time us", "time us", 1),
+        ("slack segments %", "slack segments %", 0),
+        *page.same(DISTANCES, "e1"),
+    ]
     study.table("accuracy_pointwise", "Point by point before the first failure", page.table(rows, columns))
     return all(row[name] < TOLERANCE for row in rows if row["step"] <= ROWS[0] for name in DISTANCES[:2])

@@ -1,8 +1,9 @@
-"""The quarter model against the whole sheet, point by point until the first segment fails. Beyond, the whole sheet leaves symmetry by rounding: its
-ensembles stand beside the quarter's in impact.py.
+"""The quarter model against the whole sheet, point by point until the first segment fails. Beyond, the whole sheet leaves
+symmetry by rounding: its ensembles stand beside the quarter's in impact.py.
 
-Contact amplifies rounding too, long before the first failure: nodes that leave and meet the projectile at slightly other steps. So a second whole
-sheet stands beside the quarter, whose impact velocity differs by 1e-12: what the two whole sheets differ by, no comparison can do better.
+Contact amplifies rounding too, long before the first failure: nodes that leave and meet the projectile at slightly other steps.
+So a second whole sheet stands beside the quarter, whose impact velocity differs by 1e-12: what the two whole sheets differ by, no
+comparison can do better.
 """
 
 from fabric_kernel import Simulation, page
@@ -21,17 +22,27 @@ def compared(job):
     name, scenes, rows = job[0], job[1:], []
     whole, quarter, other = runs = [Simulation(scene, warns=False) for scene in scenes]
     # Nodes that both model: the quarter's are the first ones.
-    apart = lambda run: float(abs(whole.positions()[: run.positions().shape[0], : run.positions().shape[1]] - run.positions()).max()) / scenes[0]["sheet.spacing"]
+    apart = lambda run: (
+        float(abs(whole.positions()[: run.positions().shape[0], : run.positions().shape[1]] - run.positions()).max())
+        / scenes[0]["sheet.spacing"]
+    )
     slower = lambda run: abs(run.projectile()["velocity"][2] - whole.projectile()["velocity"][2])
     for look in LOOKS:
         for run in runs:
             run.step(look - run.step_count)
         if any(run.counters()["failed_segments"] for run in runs):
             break
-        rows.append({
-            "case": name, "step": look, "time us": 1e6 * whole.time, "position: quarter, whole (h)": apart(quarter),
-            "position: whole, V0 by 1e-12 (h)": apart(other), "velocity: quarter, whole (m/s)": slower(quarter), "velocity: whole, V0 by 1e-12 (m/s)": slower(other),
-        })  # fmt: skip
+        rows.append(
+            {
+                "case": name,
+                "step": look,
+                "time us": 1e6 * whole.time,
+                "position: quarter, whole (h)": apart(quarter),
+                "position: whole, V0 by 1e-12 (h)": apart(other),
+                "velocity: quarter, whole (m/s)": slower(quarter),
+                "velocity: whole, V0 by 1e-12 (m/s)": slower(other),
+            }
+        )
     return rows
 
 

@@ -27,18 +27,25 @@ SHORT = {
     "paper_map": {"washers | uniform": (range(10), lambda row: row[3] in ("detached", "strain and dissipated, detached"))},
     "performance": {"nodes | scalar": ((0, 3, 4, 5), None), "nodes |  | ns": LEFT_OUT, "figure | value": LEFT_OUT},
     "plies": {"form": ((0, 1, 2, 3, 5, 7), None)},
-    "v50": {"design | link | shots | guess": (range(7), lambda row: row[3] in ("sd x 1", "-2 sd, sd x 0.5")), "design | link | shots | V01": (range(6), None)},
+    "v50": {
+        "design | link | shots | guess": (range(7), lambda row: row[3] in ("sd x 1", "-2 sd, sd x 0.5")),
+        "design | link | shots | V01": (range(6), None),
+    },
     "v50_bracket": {"start over V50": LEFT_OUT},
     "validation": {
-        "yarn | viscosity": LEFT_OUT, "plies | viscosity": LEFT_OUT, "form | yarns a bar": LEFT_OUT, "pack": (range(10), lambda row: row[7]),
+        "yarn | viscosity": LEFT_OUT,
+        "plies | viscosity": LEFT_OUT,
+        "form | yarns a bar": LEFT_OUT,
+        "pack": (range(10), lambda row: row[7]),
     },
-}  # fmt: skip
+}
 """Page: the start of a table's heading: columns that are shown, and which rows; without columns the CSV alone has the table."""
 ERRORS = ["error of absorbed energy %", "error of velocity %"]
 NAMED = {
-    "accuracy_impact": dict(zip((4, 5), ERRORS)), "accuracy_grading": dict(zip((3, 4), ERRORS)),
+    "accuracy_impact": dict(zip((4, 5), ERRORS)),
+    "accuracy_grading": dict(zip((3, 4), ERRORS)),
     "accuracy_overshoot_breaking": {5: "first damage over Smith", 6: "first failure over Smith"},
-}  # fmt: skip
+}
 """Headings of columns that are shown without the one beside them."""
 
 
@@ -52,8 +59,8 @@ def few(cell):
 
 
 def shortened(name, text, part=""):
-    """The text of a page with its long tables shortened, and the files beside it: name, text. Tables of one heading are one file, whose first
-    column says under which title each row stood."""
+    """The text of a page with its long tables shortened, and the files beside it: name, text. Tables of one heading are one file,
+    whose first column says under which title each row stood."""
     whole = {}
 
     def table(found):
@@ -82,7 +89,9 @@ def shortened(name, text, part=""):
     files = {}
     for k, (heading, rows) in enumerate(whole.items(), 1):
         out = io.StringIO()
-        csv.writer(out, lineterminator="\n").writerows([["table", *heading], *([cell.replace("<br>", "; ") for cell in row] for row in rows)])
+        csv.writer(out, lineterminator="\n").writerows(
+            [["table", *heading], *([cell.replace("<br>", "; ") for cell in row] for row in rows)]
+        )
         files[f"{name}_{k}.csv"] = out.getvalue()
     listed = [f"[{file}]({file})" for file in files if f"({file})" not in text]
     return text.rstrip() + (f"\n\nWhole tables: {', '.join(listed)}.\n" if listed else "\n"), files

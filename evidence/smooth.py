@@ -1,7 +1,7 @@
 """The smooth phase: error of positions and energy against a run at dt_crit/256, and the order.
 
-A flat 21 x 21 sheet on four held sides is thrown along z; there is no contact. Both integrators solve the same equations, so both are compared
-with the same run of velocity Verlet. The second case ends before the first segment fails, at 24 dt_crit.
+A flat 21 x 21 sheet on four held sides is thrown along z; there is no contact. Both integrators solve the same equations, so both
+are compared with the same run of velocity Verlet. The second case ends before the first segment fails, at 24 dt_crit.
 """
 
 import math
@@ -40,7 +40,13 @@ def thrown(job):
     energy = simulation.energy()
     simulation.step(steps)
     residual = abs(simulation.energy()["residual"] / (energy["fabric_kinetic"] + energy["strain"]))
-    return {"positions": simulation.positions().ravel().tolist(), "residual": residual, "dt": dt / dt_crit, "steps": steps, "node_steps": node_steps(simulation)}
+    return {
+        "positions": simulation.positions().ravel().tolist(),
+        "residual": residual,
+        "dt": dt / dt_crit,
+        "steps": steps,
+        "node_steps": node_steps(simulation),
+    }
 
 
 def answer(study):
@@ -53,28 +59,48 @@ def answer(study):
         for tolerance, fraction in ways[1:]:
             run, before = next(found), rows[-1] if fraction != FRACTIONS[0] else None
             apart = float(numpy.linalg.norm(numpy.reshape(run["positions"], (-1, 3)) - exact, axis=1).max())
-            order = lambda name, now: math.log(before[name] / now) / math.log(before["dt/dt_crit"] / run["dt"]) if before else math.nan
-            rows.append({
-                "case": case, "integrator": integrator_name(tolerance), "dt/dt_crit": run["dt"], "steps": run["steps"], "node-steps": run["node_steps"],
-                "position error m": apart, "order": order("position error m", apart), "energy error": run["residual"], "order of energy": order("energy error", run["residual"]),
-            })  # fmt: skip
+            order = lambda name, now: (
+                math.log(before[name] / now) / math.log(before["dt/dt_crit"] / run["dt"]) if before else math.nan
+            )
+            rows.append(
+                {
+                    "case": case,
+                    "integrator": integrator_name(tolerance),
+                    "dt/dt_crit": run["dt"],
+                    "steps": run["steps"],
+                    "node-steps": run["node_steps"],
+                    "position error m": apart,
+                    "order": order("position error m", apart),
+                    "energy error": run["residual"],
+                    "order of energy": order("energy error", run["residual"]),
+                }
+            )
     study.write("smooth", rows)
     plain = [row for row in rows if row["case"] == "no damage"]
     plot.errors(
-        study.folder / "smooth_position_steps.svg", "Smooth phase, no damage: 0.7 to 1/32 dt_crit", "node-steps (force evaluations)",
-        "largest position error (m)", plot.lines(plain, "integrator", "node-steps", lambda row: row["position error m"]),
+        study.folder / "smooth_position_steps.svg",
+        "Smooth phase, no damage: 0.7 to 1/32 dt_crit",
+        "node-steps (force evaluations)",
+        "largest position error (m)",
+        plot.lines(plain, "integrator", "node-steps", lambda row: row["position error m"]),
     )
     study.picture("smooth_position_steps.svg", "accuracy_smooth_position_steps.svg")
     words, sound = verdict(rows)
-    columns = [*page.same(["integrator"], None), *page.same(["dt/dt_crit"], 3), *page.same(["node-steps", "position error m"], "e2")]
+    columns = [
+        *page.same(["integrator"], None),
+        *page.same(["dt/dt_crit"], 3),
+        *page.same(["node-steps", "position error m"], "e2"),
+    ]
     columns += [("order", "order", 2), ("energy error", "energy error", "e1")]
-    study.table("accuracy_smooth", "Smooth phase", page.table(plain, columns) + f"\nObserved order below {ASYMPTOTIC} dt_crit: {words}.\n")
+    study.table(
+        "accuracy_smooth", "Smooth phase", page.table(plain, columns) + f"\nObserved order below {ASYMPTOTIC} dt_crit: {words}.\n"
+    )
     return sound
 
 
 def verdict(rows):
-    """The range of the orders of either integrator, and whether all are 2. That of the energy is asked for without damage only: with it, the
-    error changes sign as segments pass the critical stretch."""
+    """The range of the orders of either integrator, and whether all are 2. That of the energy is asked for without damage only:
+    with it, the error changes sign as segments pass the critical stretch."""
     parts, sound = [], True
     for name in (integrator_name(None), integrator_name(TOLERANCES[-1])):
         for quantity, key, cases in (("position", "order", 2), ("energy", "order of energy", 1)):

@@ -1,7 +1,7 @@
 """Time step against impact velocity, by the energy that the step creates.
 
-A small sheet of uniform yarn is hit by the 8.4 g sphere and stepped for the same time with every step, unchecked. What the projectile does with it
-is the finding; extreme scenes whose outcome is known are tests, `tests/stability`.
+A small sheet of uniform yarn is hit by the 8.4 g sphere and stepped for the same time with every step, unchecked. What the
+projectile does with it is the finding; extreme scenes whose outcome is known are tests, `tests/stability`.
 """
 
 import math
@@ -12,8 +12,15 @@ NODES, TIME = 41, 150e-6
 FRACTIONS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
 LIMIT = 0.5  # Steps above this part of dt_crit are refused.
-SIGNS = "through: the sphere has left; arrested: stopped,\nno yarn failed; whole: under way, no yarn failed; torn: under way or stopped, yarns failed"
-CLASSES = [(0.01, "#a8d8b9", "sound: below 1 %"), (0.1, "#f6d678", "energy gain of 1 to 10 %"), (math.inf, "#eb8c6e", "unusable: above 10 %")]
+SIGNS = (
+    "through: the sphere has left; arrested: stopped,\nno yarn failed; whole: under way, no yarn failed; torn: under way or "
+    "stopped, yarns failed"
+)
+CLASSES = [
+    (0.01, "#a8d8b9", "sound: below 1 %"),
+    (0.1, "#f6d678", "energy gain of 1 to 10 %"),
+    (math.inf, "#eb8c6e", "unusable: above 10 %"),
+]
 
 
 def run(scene):
@@ -32,19 +39,30 @@ def run(scene):
 
 def answer(study):
     fractions, speeds = (values[:: study.of(1, 2, 6)] for values in (FRACTIONS, SPEEDS))
-    plain = Scene("sheet_3in_sphere", {"sheet.nodes_x": NODES, "sheet.nodes_y": NODES, "yarn.stochastic": False, "step_check": "none"})
+    plain = Scene(
+        "sheet_3in_sphere", {"sheet.nodes_x": NODES, "sheet.nodes_y": NODES, "yarn.stochastic": False, "step_check": "none"}
+    )
     points = [(fraction, speed) for speed in speeds for fraction in fractions]
-    found = study.each(run, [plain.replace({"time_step.fraction": fraction, "projectile.velocity": [0, 0, speed]}) for fraction, speed in points])
+    found = study.each(
+        run, [plain.replace({"time_step.fraction": fraction, "projectile.velocity": [0, 0, speed]}) for fraction, speed in points]
+    )
     cells = [{"dt/dt_crit": fraction, "velocity m/s": speed, **cell} for (fraction, speed), cell in zip(points, found)]
     study.write("map", cells)
     for cell in cells:
-        cell["class"] = next(number for number, (most, _, _) in enumerate(CLASSES) if abs(cell["energy"]) < most or most == math.inf)
+        cell["class"] = next(
+            number for number, (most, _, _) in enumerate(CLASSES) if abs(cell["energy"]) < most or most == math.inf
+        )
     draw(cells, study.folder / "map.svg")
     study.picture("map.svg", "stability_map.svg")
-    rows = [[f"{speed:g}", *(f"{percent(cell['energy'])} {cell['projectile']}" for cell in cells if cell["velocity m/s"] == speed)] for speed in speeds]
+    rows = [
+        [f"{speed:g}", *(f"{percent(cell['energy'])} {cell['projectile']}" for cell in cells if cell["velocity m/s"] == speed)]
+        for speed in speeds
+    ]
     heading = ["velocity, m/s", *(f"{fraction:g} dt_crit" for fraction in fractions)]
     notes = f"Residual of the energy balance in % of the impact energy, and the projectile: {SIGNS}.".replace("\n", " ")
-    study.table("stability", "Time step against impact velocity", f"{in_words(cells)}\n\n{notes}\n\n{page.markdown(heading, rows)}")
+    study.table(
+        "stability", "Time step against impact velocity", f"{in_words(cells)}\n\n{notes}\n\n{page.markdown(heading, rows)}"
+    )
 
 
 def in_words(cells):
@@ -53,8 +71,10 @@ def in_words(cells):
     worst = lambda at: 100 * max((abs(cell["energy"]) for cell in cells if cell["dt/dt_crit"] == at), default=math.nan)
     steps = ", ".join(f"{worst(at):.2f} % at {at}" for at in (0.1, 0.2, 0.3, 0.4, 0.5) if not math.isnan(worst(at)))
     return (
-        f"Of the {count(True, 0, 1, 2)} runs with a step that is accepted {count(True, 0)} are sound and {count(True, 1, 2)} gain more than 1 % ({count(True, 2)} above 10 %); "
-        f"the worst of each step: {steps}. Of the {count(False, 0, 1, 2)} runs beyond it {count(False, 0)} are sound, {count(False, 1)} gain 1 to 10 % and "
+        f"Of the {count(True, 0, 1, 2)} runs with a step that is accepted {count(True, 0)} are sound and {count(True, 1, 2)} "
+        f"gain more than 1 % ({count(True, 2)} above 10 %); "
+        f"the worst of each step: {steps}. Of the {count(False, 0, 1, 2)} runs beyond it {count(False, 0)} are sound, "
+        f"{count(False, 1)} gain 1 to 10 % and "
         f"{count(False, 2)} are unusable."
     )
 
@@ -66,7 +86,15 @@ def percent(part):
         return "fault"
     if size < 0.01:
         return "0.00"
-    return f"{value:+.2f}" if size < 1 else f"{value:+.1f}" if size < 10 else f"{value:+.0f}" if size < 1e5 else "+" * (value > 0) + page.power(value, 0)
+    return (
+        f"{value:+.2f}"
+        if size < 1
+        else f"{value:+.1f}"
+        if size < 10
+        else f"{value:+.0f}"
+        if size < 1e5
+        else "+" * (value > 0) + page.power(value, 0)
+    )
 
 
 def draw(cells, path):
@@ -85,15 +113,22 @@ def draw(cells, path):
     axis.add_patch(patches.Rectangle(*refused, fill=False, hatch="///", edgecolor="white", linewidth=0, alpha=0.6))
     axis.axvline(allowed, color="black", linewidth=2.5)
     axis.grid(False)
-    axis.set(xlim=(0, len(columns)), ylim=(0, len(rows)), xlabel="dt / dt_crit (refused right of the line)", ylabel="impact velocity (m/s)")
+    axis.set(
+        xlim=(0, len(columns)),
+        ylim=(0, len(rows)),
+        xlabel="dt / dt_crit (refused right of the line)",
+        ylabel="impact velocity (m/s)",
+    )
     axis.set_xticks([k + 0.5 for k in range(len(columns))], [f"{fraction:g}" for fraction in columns])
     axis.set_yticks([k + 0.5 for k in range(len(rows))], [f"{speed:g}" for speed in rows])
     axis.tick_params(length=0)
     for spine in axis.spines.values():
         spine.set_visible(False)
     axis.set_title(
-        f"Energy that the time step creates: residual of the balance in % of the impact energy\n41 x 41 nodes, four sides held, 8.4 g sphere, 150 µs. {SIGNS}",
-        fontsize=9, loc="left",
+        f"Energy that the time step creates: residual of the balance in % of the impact energy\n41 x 41 nodes, four sides held, "
+        f"8.4 g sphere, 150 µs. {SIGNS}",
+        fontsize=9,
+        loc="left",
     )
     keys = [patches.Patch(facecolor=colour, label=words) for _, colour, words in CLASSES]
     figure.legend(handles=keys, loc="outside lower center", ncols=3)

@@ -1,9 +1,10 @@
 """Kevlar 49 yarn pulled slowly at six gauge lengths, against the published Weibull scales. Strips of fabric: strips.py.
 
-Method: a row of segments as long as the gauge, each segment with a strength of its own, is held at a uniform stretch and stepped once; bisection finds
-the stretch at which its weakest segment gives way. Shape and scale of many samples follow from deviation and mean of the logarithms:
-m = pi/(sqrt(6) deviation), ln scale = mean + gamma/m. Input: data/fabrics/kevlar_49_yarn.toml, the strength at 50 mm and the shape, two numbers that are a
-line through the six scales of yarn; so this tests the size effect.
+Method: a row of segments as long as the gauge, each segment with a strength of its own, is held at a uniform stretch and stepped
+once; bisection finds the stretch at which its weakest segment gives way. Shape and scale of many samples follow from deviation
+and mean of the logarithms:
+m = pi/(sqrt(6) deviation), ln scale = mean + gamma/m. Input: data/fabrics/kevlar_49_yarn.toml, the strength at 50 mm and the
+shape, two numbers that are a line through the six scales of yarn; so this tests the size effect.
 Limit: 17 yarns an inch is a choice, as no count could be cited; a chain does not depend on it.
 """
 
@@ -56,8 +57,8 @@ def of_yarn(scene):
 
 
 def weibull(logarithms):
-    """Shape, scale and the scale's standard error of Weibull samples with these logarithms; the error is that of the location of a Gumbel
-    distribution by moments, 1.108/m over the root of the number."""
+    """Shape, scale and the scale's standard error of Weibull samples with these logarithms; the error is that of the location of
+    a Gumbel distribution by moments, 1.108/m over the root of the number."""
     shape = math.pi / (math.sqrt(6) * deviation(logarithms))
     scale = math.exp(mean(logarithms) + numpy.euler_gamma / shape)
     return shape, scale, scale * 1.108 / shape / math.sqrt(len(logarithms))
@@ -65,11 +66,20 @@ def weibull(logarithms):
 
 def compared(study):
     yarns, chains = measured("yarn"), 500 if study.effort == FULL else 30
-    jobs = [(1e-3 * yarn["gauge_length_mm"], list(range(first, min(first + BATCH, chains)))) for yarn in yarns for first in range(0, chains, BATCH)]
+    jobs = [
+        (1e-3 * yarn["gauge_length_mm"], list(range(first, min(first + BATCH, chains))))
+        for yarn in yarns
+        for first in range(0, chains, BATCH)
+    ]
     found, rows = iter(study.each(strengths, jobs, "strength")), []
     for yarn in yarns:
         shape, scale, error = weibull(sum((next(found) for _ in range(0, chains, BATCH)), []))
-        row = {"sample": f"{yarn['gauge_length_mm']:.0f} mm", "samples": chains, "scale MPa": 1e-6 * scale, "standard error MPa": 1e-6 * error}
+        row = {
+            "sample": f"{yarn['gauge_length_mm']:.0f} mm",
+            "samples": chains,
+            "scale MPa": 1e-6 * scale,
+            "standard error MPa": 1e-6 * error,
+        }
         rows.append(row | {"shape": shape, "measured MPa": yarn["scale_mpa"], "measured shape": yarn["shape"]})
     study.write("strength", rows)
     sound = study.effort != FULL or all(abs(row["scale MPa"] / row["measured MPa"] - 1) < TOLERANCE for row in rows)
@@ -78,11 +88,22 @@ def compared(study):
         ours = Estimate.of_error(row["scale MPa"], row["standard error MPa"], row["samples"] - 1)
         point = Point(f"{row['sample']}, MPa", ours, about(row["measured MPa"], 0.03))
         points.append(point)
-        lines.append([
-            row["sample"], ours.text(0), f"{row['measured MPa']:.0f}", f"{100 * (row['scale MPa'] / row['measured MPa'] - 1):+.1f}", point.verdict,
-            f"{row['shape']:.1f}", f"{row['measured shape']:.1f}",
-        ])
+        lines.append(
+            [
+                row["sample"],
+                ours.text(0),
+                f"{row['measured MPa']:.0f}",
+                f"{100 * (row['scale MPa'] / row['measured MPa'] - 1):+.1f}",
+                point.verdict,
+                f"{row['shape']:.1f}",
+                f"{row['measured shape']:.1f}",
+            ]
+        )
     heading = ["", "Weibull scale, model MPa [95 %]", "measured MPa", "off %", "verdict", "shape, model", "measured shape"]
     lacks = "two numbers of the input are the line through the six"
     text = "## Strength at six gauge lengths\n\n" + page.markdown(heading, lines)
-    return [Comparison("Weibull scale of Kevlar 49 yarn at six gauge lengths", "measurement", "± 3 %", points, 0, lacks)], text, sound
+    return (
+        [Comparison("Weibull scale of Kevlar 49 yarn at six gauge lengths", "measurement", "± 3 %", points, 0, lacks)],
+        text,
+        sound,
+    )

@@ -1,11 +1,14 @@
 """Strips of Kevlar 49 fabric, pulled in the network that shots use, against the published Weibull scales of four strips.
 
-Method: held nodes have no velocity, so a strip is pulled through states of rest. All nodes move along the pull by 0.02 % of its length, at
-rest and with the largest stretches that their segments have had; then the network moves for 256 steps, and is put to rest again, until
-nothing breaks, its kinetic energy is below 1e-4 of the strain energy and both clamps feel the same load within 1 %. The strength is the
-largest load of the clamps over the section of the yarns. Shape and scale of the samples follow from mean and deviation of the logarithms.
-Input: data/fabrics/kevlar_49_yarn.toml. Count and linear density could not be cited: 17 yarns an inch of 1420 denier are a choice.
-Limits: clamps hold every yarn alike; a bar that breaks sets off waves that no test machine is slower than, so rests say nothing of the rate.
+Method: held nodes have no velocity, so a strip is pulled through states of rest. All nodes move along the pull by 0.02 % of its
+length, at rest and with the largest stretches that their segments have had; then the network moves for 256 steps, and is put to
+rest again, until nothing breaks, its kinetic energy is below 1e-4 of the strain energy and both clamps feel the same load within
+1 %. The strength is the largest load of the clamps over the section of the yarns. Shape and scale of the samples follow from mean
+and deviation of the logarithms.
+Input: data/fabrics/kevlar_49_yarn.toml. Count and linear density could not be cited: 17 yarns an inch of 1420 denier are a
+choice.
+Limits: clamps hold every yarn alike; a bar that breaks sets off waves that no test machine is slower than, so rests say nothing
+of the rate.
 """
 
 import math
@@ -42,7 +45,9 @@ def strip(width, length, direction="warp", pitch=None, **more):
     textile = yarn | {"warp": {"count": COUNT, "crimp": along}, "weft": {"count": 1 / pitch if pitch else COUNT, "crimp": across}}
     scene = Scene("sheet_3in_sphere", fabric=textile)
     nodes = {"sheet.nodes_x": round(length / scene["sheet.spacing"]) + 1, "sheet.nodes_y": round(width * COUNT)}
-    return scene.replace(nodes | {"attachment.kind": "two_sides", "projectile.position": [0, 0, -1], "projectile.velocity": [0, 0, 0]} | more)
+    return scene.replace(
+        nodes | {"attachment.kind": "two_sides", "projectile.position": [0, 0, -1], "projectile.velocity": [0, 0, 0]} | more
+    )
 
 
 class Pull:
@@ -56,7 +61,8 @@ class Pull:
         self.critical = self._critical()
 
     def _critical(self):
-        """The critical stretch of each segment: alpha = exp(-rate (U - U_c)) tells it where the stretch U damages but does not break."""
+        """The critical stretch of each segment: alpha = exp(-rate (U - U_c)) tells it where the stretch U damages but does not
+        break."""
         rate, found = self.scene["yarn.damage_intercept"], numpy.full_like(self.stretches, math.nan)
         for stretch in 1 + numpy.arange(0.001, 0.12, 0.0015):
             alpha = self._alpha(numpy.full_like(found, stretch))
@@ -77,7 +83,8 @@ class Pull:
         return numpy.where(alpha == 0, 2.0, numpy.where(alpha < 1, self.critical - damaged, 1.0))
 
     def to(self, strain, block=BLOCK, moving=MOVING):
-        """Stretches the strip to this strain and lets it come to rest. Returns the mean load of the clamps, N, and whether it rests."""
+        """Stretches the strip to this strain and lets it come to rest. Returns the mean load of the clamps, N, and whether it
+        rests."""
         self.nodes[..., 0] *= (1 + strain) / (1 + self.strain)
         self.strain = strain
         for _ in range(BLOCKS):
@@ -110,7 +117,8 @@ class Pull:
 
 
 def returned(job):
-    """The load of the middle yarn, cut in its middle, over that of a whole one, at each bar from the cut to the end; and the most that a yarn beside it bears."""
+    """The load of the middle yarn, cut in its middle, over that of a whole one, at each bar from the cut to the end; and the most
+    that a yarn beside it bears."""
     width, length, sides = job
     more = {"attachment.kind": sides, "yarn.strength_draw": "none", "yarn.critical_stretch": 1.02, "sheet.crimp": [0, 0]}
     pull = Pull(strip(width, length, **more))
@@ -124,7 +132,8 @@ def returned(job):
 
 
 def rigid(crossings):
-    """The same if all other yarns are rigid: of w'' = w^3, w' = -strain at the cut, for displacements w over the crossings, in spacings."""
+    """The same if all other yarns are rigid: of w'' = w^3, w' = -strain at the cut, for displacements w over the crossings, in
+    spacings."""
     return 1 - 1 / (1 + (math.sqrt(2) * STRAIN) ** 0.5 * crossings / math.sqrt(2)) ** 2
 
 
@@ -146,18 +155,23 @@ def weibull(samples):
 def pulled(job):
     """Strength, MPa, and states of the way that were not at rest."""
     width, length, direction, pitch, gauge, seed = job
-    found, restless = Pull(strip(width, length, direction, pitch, seed=seed, **({"yarn.weibull_gauge_length": gauge} if gauge else {}))).strength()
+    found, restless = Pull(
+        strip(width, length, direction, pitch, seed=seed, **({"yarn.weibull_gauge_length": gauge} if gauge else {}))
+    ).strength()
     return 1e-6 * float(found), int(restless)
 
 
 def ensemble(study, cases, samples):
     """Strengths, MPa, of so many draws of each case, and states that were not at rest."""
     found = study.each(pulled, [(*case, seed) for k, case in enumerate(cases) for seed in range(1000 * k, 1000 * k + samples)])
-    return [[one for one, _ in found[k * samples : (k + 1) * samples]] for k in range(len(cases))], sum(restless for _, restless in found)
+    return [[one for one, _ in found[k * samples : (k + 1) * samples]] for k in range(len(cases))], sum(
+        restless for _, restless in found
+    )
 
 
 def longer(gauge, shape, modulus, found, wanted):
-    """The gauge length at which strips of the strength `found` have the strength `wanted`: their strains at break go with its 1/m-th power."""
+    """The gauge length at which strips of the strength `found` have the strength `wanted`: their strains at break go with its
+    1/m-th power."""
     strain = lambda stress: scipy.optimize.brentq(lambda e: modulus * (1 + e) * ((1 + e) ** 2 - 1) / 2 - stress, 0, 0.2)
     return gauge * (strain(wanted) / strain(found)) ** shape
 
@@ -173,9 +187,24 @@ def answer(study):
     cases = [(*case, None, None) for case in strips] + [(*strips[0], pitch, None) for pitch in pitches]
     alone, restless = ensemble(study, cases, samples)
     first, _ = weibull(alone[0])
-    fitted, low, high = (longer(gauge, shape, modulus, 1e6 * value, 1e6 * measured[0]["scale_mpa"]) for value in (first.value, first.high, first.low))
+    fitted, low, high = (
+        longer(gauge, shape, modulus, 1e6 * value, 1e6 * measured[0]["scale_mpa"])
+        for value in (first.value, first.high, first.low)
+    )
     longest, more = ensemble(study, [(*case, None, float(f"{fitted:.3g}")) for case in strips], samples)
-    heading = ["strip", "measured MPa", "its shape", "model, yarn at 50 mm: MPa [95 %]", "off %", "verdict", "shape", "with the fitted length: MPa [95 %]", "off %", "verdict", "if all yarns shared at each crossing: MPa"]
+    heading = [
+        "strip",
+        "measured MPa",
+        "its shape",
+        "model, yarn at 50 mm: MPa [95 %]",
+        "off %",
+        "verdict",
+        "shape",
+        "with the fitted length: MPa [95 %]",
+        "off %",
+        "verdict",
+        "if all yarns shared at each crossing: MPa",
+    ]
     lines = []
     for k, (row, case) in enumerate(zip(measured, strips)):
         name, allowed = f"{1e3 * case[0]:.0f} mm x {1e3 * case[1]:.0f} mm, {case[2]}", about(row["scale_mpa"], 0.1)
@@ -185,23 +214,66 @@ def answer(study):
         after = Estimate(after.value, after.value * (1 - spread), after.value * (1 + spread))
         off = lambda estimate: f"{100 * (estimate.value / row['scale_mpa'] - 1):+.1f}"
         verdict = after.verdict(allowed) if k else "fitted"
-        lines.append([name, row["scale_mpa"], row["shape"], plain.text(0), off(plain), plain.verdict(allowed), f"{m:.0f}", after.text(0), off(after), verdict, f"{weibull(shared(*case[:2], k))[0].value:.0f}"])
+        lines.append(
+            [
+                name,
+                row["scale_mpa"],
+                row["shape"],
+                plain.text(0),
+                off(plain),
+                plain.verdict(allowed),
+                f"{m:.0f}",
+                after.text(0),
+                off(after),
+                verdict,
+                f"{weibull(shared(*case[:2], k))[0].value:.0f}",
+            ]
+        )
     columns = {"yarn at 50 mm": alone, f"yarn at {fitted:.3g} m": longest}
-    study.write("strips", [{"strip": line[0], "draw": k} | {name: found[n][k] for name, found in columns.items()} for n, line in enumerate(lines) for k in range(samples)])
-    text = f"Allowed are ± 10 %. Each model value is of {samples} samples. {restless + more} states of rest were not reached.\n\n" + page.markdown(heading, lines)
-    text += f"\nThe gauge length for which yarn of the measured strength gives the first strip its strength: {fitted:.2g} m [{low:.2g}, {high:.2g}]; the yarn was measured at {1e3 * gauge:.0f} mm.\n"
+    study.write(
+        "strips",
+        [
+            {"strip": line[0], "draw": k} | {name: found[n][k] for name, found in columns.items()}
+            for n, line in enumerate(lines)
+            for k in range(samples)
+        ],
+    )
+    text = (
+        f"Allowed are ± 10 %. Each model value is of {samples} samples. {restless + more} states of rest were not reached.\n\n"
+        + page.markdown(heading, lines)
+    )
+    text += (
+        f"\nThe gauge length for which yarn of the measured strength gives the first strip its strength: {fitted:.2g} m "
+        f"[{low:.2g}, {high:.2g}]; the yarn was measured at {1e3 * gauge:.0f} mm.\n"
+    )
     rows = [[f"{1e3 * pitch:g} mm", weibull(samples)[0].text(0)] for pitch, samples in zip(pitches, alone[len(strips) :])]
-    text += "\nThe first strip with other distances between crossings along the pull:\n\n" + page.markdown(["distance", "MPa [95 %]"], rows)
-    sheets = [(f"strip of {1e3 * width:.0f} mm, edges free", width, "two_sides") for width in (0.025, 0.05)] + [("the same, edges held", 0.05, "four_sides")]
+    text += "\nThe first strip with other distances between crossings along the pull:\n\n" + page.markdown(
+        ["distance", "MPa [95 %]"], rows
+    )
+    sheets = [(f"strip of {1e3 * width:.0f} mm, edges free", width, "two_sides") for width in (0.025, 0.05)] + [
+        ("the same, edges held", 0.05, "four_sides")
+    ]
     at, rows, series = (1, 2, 5, 10, 20, 40, 60), [], []
     length = 0.2 if full else 0.1
-    for (name, _, _), (load, beside) in zip(sheets, study.each(returned, [(width, length, sides) for _, width, sides in sheets], "a cut yarn")):
+    for (name, _, _), (load, beside) in zip(
+        sheets, study.each(returned, [(width, length, sides) for _, width, sides in sheets], "a cut yarn")
+    ):
         rows.append([name, *(f"{load[k - 1]:.2f}" if k <= len(load) else "" for k in at), f"{beside:.2f}"])
         series.append(Series(name, list(enumerate(load, 1)), "line"))
     rows.append(["all other yarns rigid, closed form", *(f"{rigid(k - 0.5):.2f}" for k in at), "1"])
     series.append(Series("all other yarns rigid, closed form", [(k, rigid(k - 0.5)) for k in range(1, 67)], "dashed"))
-    plot.draw(study.folder / "strips.svg", "Load of a yarn that is cut, at a strain of 1.3 %", "bars from the cut", "over that of a whole yarn", series, "from zero")
-    text += "\nLoad of a yarn that is cut, over that of a whole yarn, so many bars from the cut, at a strain of 1.3 %; no other breaks:\n\n"
+    plot.draw(
+        study.folder / "strips.svg",
+        "Load of a yarn that is cut, at a strain of 1.3 %",
+        "bars from the cut",
+        "over that of a whole yarn",
+        series,
+        "from zero",
+    )
+    text += (
+        "\nLoad of a yarn that is cut, over that of a whole yarn, so many bars from the cut, at a strain of 1.3 %; no other "
+        "breaks:\n\n"
+    )
     text += page.markdown(["", *map(str, at), "most beside the cut"], rows)
     study.table("strips", "Strips of Kevlar 49 fabric in the network", text)
     study.picture("strips.svg", "strips.svg")

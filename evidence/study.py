@@ -1,7 +1,8 @@
 """What the questions share: jobs on all cores or on a cluster, kept as they come, and what an answer leaves.
 
-A job is a function of a module and its argument, which pickles and which JSON can write but for scenes. Its result is kept in runs.jsonl under a
-key that has the library of the kernel, the function's name and the argument, so that an answer that was stopped goes on where it was.
+A job is a function of a module and its argument, which pickles and which JSON can write but for scenes. Its result is kept in
+runs.jsonl under a key that has the library of the kernel, the function's name and the argument, so that an answer that was
+stopped goes on where it was.
 """
 
 import hashlib
@@ -31,7 +32,11 @@ clock = time.thread_time
 def machine():
     """Name of the processor."""
     try:
-        names = [line.split(":")[1].strip() for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
+        names = [
+            line.split(":")[1].strip()
+            for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines()
+            if line.startswith("model name")
+        ]
     except OSError:
         names = []
     return f"{names[0] if names else platform.machine()} ({os.cpu_count()} cores)"
@@ -48,8 +53,8 @@ def scenes_in(job):
 
 
 class Study:
-    """One question under way. effort: FULL, QUICK or SMOKE; docs: the folder of documents that gets tables and pictures, or None; source: the folder
-    in which `fabric` has written numbers, for questions that read them."""
+    """One question under way. effort: FULL, QUICK or SMOKE; docs: the folder of documents that gets tables and pictures, or None;
+    source: the folder in which `fabric` has written numbers, for questions that read them."""
 
     def __init__(self, name, effort=FULL, out=TOP / "target/evidence", docs=None, on=None, source=None):
         self.source = source or TOP / "target/fabric" / name
@@ -81,18 +86,30 @@ class Study:
     def write(self, name, rows):
         """NAME.csv, and NAME.json with what made it."""
         heading = list(rows[0]) if rows else []
-        written(self.folder / f"{name}.csv", csv_of(heading, [["" if row[key] != row[key] else row[key] for key in heading] for row in rows]))
+        written(
+            self.folder / f"{name}.csv",
+            csv_of(heading, [["" if row[key] != row[key] else row[key] for key in heading] for row in rows]),
+        )
         self.note(name, {})
 
     def note(self, name, numbers):
         """NAME.json: numbers, and the command, version, library, machine and scenes that they come from."""
-        origin = {"command": self.command, "version": fabric_kernel.VERSION, "library": ensembles.BUILD, "machine": machine(), "scenes": list(self.scenes)}
+        origin = {
+            "command": self.command,
+            "version": fabric_kernel.VERSION,
+            "library": ensembles.BUILD,
+            "machine": machine(),
+            "scenes": list(self.scenes),
+        }
         (self.folder / f"{name}.json").write_text(json.dumps(numbers | origin, indent=1) + "\n")
 
     def table(self, name, title, text):
         """Prints a table, and writes docs/tables/NAME.md."""
         if "CPU s" in text:
-            text = f"CPU seconds are those of one thread on {machine()}; everything else is the same to the bit on every machine.\n\n{text}"
+            text = (
+                f"CPU seconds are those of one thread on {machine()}; everything else is the same to the bit on every machine.\n"
+                f"\n{text}"
+            )
         print(f"\n{title}\n\n{text}")
         if self.docs:
             short.write(self.docs, name, title, f"{self.command} --docs docs", text)

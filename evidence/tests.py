@@ -13,7 +13,23 @@ import numpy
 import scipy.stats
 from fabric_kernel import Scene, Simulation, page, sheets
 
-from . import claims, comparison, coverage, friction, front, hits, impact, overshoot, packs, paper_runs, short, strength, strips, study, yarn
+from . import (
+    claims,
+    comparison,
+    coverage,
+    friction,
+    front,
+    hits,
+    impact,
+    overshoot,
+    packs,
+    paper_runs,
+    short,
+    strength,
+    strips,
+    study,
+    yarn,
+)
 from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, arrest_limit, student, verdict_of_all, verdict_of_any
 
 
@@ -38,13 +54,17 @@ class Studies(unittest.TestCase):
             asked.write("numbers", [{"a": 1.5, "b": math.nan}])
             self.assertEqual((asked.folder / "numbers.csv").read_text().split(), ["a,b", "1.5,"])
             origin = json.loads((asked.folder / "numbers.json").read_text())
-            self.assertEqual((origin["command"], origin["scenes"]), ("python -m evidence friction --quick", [study.scene_hash(scene)]))
+            self.assertEqual(
+                (origin["command"], origin["scenes"]), ("python -m evidence friction --quick", [study.scene_hash(scene)])
+            )
             self.assertFalse(study.Study("friction", study.SMOKE, pathlib.Path(folder)).kept.exists())
 
 
 class Short(unittest.TestCase):
     def test_a_page_shows_a_part_and_the_file_has_all(self):
-        rows = [[f"v{k}", "0.4", "10", "1e6", "0.1", *"abcdefghijk"] for k in range(3)] + [["theta (refused)", *"bcdefghijklmnop"]]
+        rows = [[f"v{k}", "0.4", "10", "1e6", "0.1", *"abcdefghijk"] for k in range(3)] + [
+            ["theta (refused)", *"bcdefghijklmnop"]
+        ]
         heading = ["setting", *(f"c{k}" for k in range(1, 16))]
         text = f"## First\n\n{page.markdown(heading, rows)}\nWords.\n\n## Second\n\n{page.markdown(heading, rows[:1])}"
         shown, files = short.shortened("accuracy_impact", text)
@@ -54,7 +74,10 @@ class Short(unittest.TestCase):
         lines = files["accuracy_impact_1.csv"].splitlines()
         self.assertEqual([len(lines), lines[4][:28], lines[5][:9]], [6, "First,theta (refused),b,c,d,", "Second,v0"])
         shown, files = short.shortened("validation", "| yarn | viscosity |\n| --- | --- |\n| a | none |\n", "Title")
-        self.assertEqual((shown, files), ("In [validation_1.csv](validation_1.csv).\n", {"validation_1.csv": "table,yarn,viscosity\nTitle,a,none\n"}))
+        self.assertEqual(
+            (shown, files),
+            ("In [validation_1.csv](validation_1.csv).\n", {"validation_1.csv": "table,yarn,viscosity\nTitle,a,none\n"}),
+        )
         self.assertEqual(short.shortened("edges", "| a |\n"), ("| a |\n", {}))
 
 
@@ -70,7 +93,9 @@ class Hits(unittest.TestCase):
         self.assertEqual(len(places), 20)
         self.assertLess(max(abs(x) for place in places for x in place), 0.5 * scene["sheet.spacing"])
         # The first outputs of the reference program for the seed 0.
-        self.assertEqual([hits.splitmix64(k * 0x9E3779B97F4A7C15 % 2**64) for k in (0, 1)], [0xE220A8397B1DCDAF, 0x6E789E6AA1B965F4])
+        self.assertEqual(
+            [hits.splitmix64(k * 0x9E3779B97F4A7C15 % 2**64) for k in (0, 1)], [0xE220A8397B1DCDAF, 0x6E789E6AA1B965F4]
+        )
 
 
 class Limits(unittest.TestCase):
@@ -125,15 +150,27 @@ class Statistics(unittest.TestCase):
     def test_verdicts_follow_the_interval(self):
         found = [interval(*ends).verdict((1.5, 2.5)) for ends in ((1.6, 2.4), (0.9, 1.4), (1.4, 1.6))]
         self.assertEqual(found, [AGREES, DOES_NOT, CANNOT_BE_TOLD])
-        self.assertEqual([verdict_of_all([AGREES, CANNOT_BE_TOLD]), verdict_of_all(found), verdict_of_all([])], [CANNOT_BE_TOLD, DOES_NOT, CANNOT_BE_TOLD])
-        self.assertEqual([verdict_of_any(found), verdict_of_any([DOES_NOT, CANNOT_BE_TOLD]), verdict_of_any([])], [AGREES, CANNOT_BE_TOLD, CANNOT_BE_TOLD])
+        self.assertEqual(
+            [verdict_of_all([AGREES, CANNOT_BE_TOLD]), verdict_of_all(found), verdict_of_all([])],
+            [CANNOT_BE_TOLD, DOES_NOT, CANNOT_BE_TOLD],
+        )
+        self.assertEqual(
+            [verdict_of_any(found), verdict_of_any([DOES_NOT, CANNOT_BE_TOLD]), verdict_of_any([])],
+            [AGREES, CANNOT_BE_TOLD, CANNOT_BE_TOLD],
+        )
 
 
 class Friction(unittest.TestCase):
     def test_a_verdict_is_of_the_published_coefficients(self):
-        rows = [{"case": "pack", "friction": coefficient, "limit m/s": limit} for coefficient, limit in ((0.0, 100.0), (0.1, 102.0), (0.3, 110.0), (0.5, 150.0)) for _ in range(9)]
+        rows = [
+            {"case": "pack", "friction": coefficient, "limit m/s": limit}
+            for coefficient, limit in ((0.0, 100.0), (0.1, 102.0), (0.3, 110.0), (0.5, 150.0))
+            for _ in range(9)
+        ]
         lines = friction.verdicts(rows).splitlines()[2:]
-        self.assertEqual([line.split(" | ")[0] for line in lines], ["| pack: limit with 0.1 over 0", "| pack: limit with 0.3 over 0"])
+        self.assertEqual(
+            [line.split(" | ")[0] for line in lines], ["| pack: limit with 0.1 over 0", "| pack: limit with 0.3 over 0"]
+        )
         self.assertEqual([line.split(" | ")[3].strip(" |") for line in lines], [DOES_NOT, AGREES])
 
     def test_the_worst_balance_and_the_most_unconverged_solves_are_told(self):
@@ -144,17 +181,30 @@ class Friction(unittest.TestCase):
 
 class Front(unittest.TestCase):
     def setting(self, step, cost, absorbed, residual):
-        row = {"family": "Verlet", "dt_over_dt_crit": step, "accepted": step <= 0.5, "default": step == 0.4, "plain": True, "full_network": True}
+        row = {
+            "family": "Verlet",
+            "dt_over_dt_crit": step,
+            "accepted": step <= 0.5,
+            "default": step == 0.4,
+            "plain": True,
+            "full_network": True,
+        }
         row |= {"runs": 8.0, "node_steps": cost, "cpu_seconds": cost}
-        row |= {name: 1.0 for name in front.MEASURES} | {f"{name}_deviation": 0.0 for name in front.MEASURES}
+        row |= dict.fromkeys(front.MEASURES, 1.0) | {f"{name}_deviation": 0.0 for name in front.MEASURES}
         return row | {"absorbed": absorbed, "absorbed_deviation": 0.01, "residual": residual}
 
     def test_the_front_counts_no_error_below_the_resolution(self):
         # Reference 1 and deviation 0.01: means of eight runs resolve 0.01.
-        judged = front.Judged([
-            self.setting(0.05, 8.0, 1.0, 0.0), self.setting(0.1, 4.0, 1.001, 0.01), self.setting(0.2, 2.0, 1.004, 0.1),
-            self.setting(0.4, 1.0, 1.02, 1.0), self.setting(0.3, 1.5, 1.03, 0.5), self.setting(0.7, 0.5, 1.0, 0.0),
-        ])
+        judged = front.Judged(
+            [
+                self.setting(0.05, 8.0, 1.0, 0.0),
+                self.setting(0.1, 4.0, 1.001, 0.01),
+                self.setting(0.2, 2.0, 1.004, 0.1),
+                self.setting(0.4, 1.0, 1.02, 1.0),
+                self.setting(0.3, 1.5, 1.03, 0.5),
+                self.setting(0.7, 0.5, 1.0, 0.0),
+            ]
+        )
         self.assertAlmostEqual(judged.resolution["absorbed"], 0.01)
         on = lambda name: [name in row["fronts"][0] for row in judged.rows]
         self.assertEqual(on("absorbed"), [False, False, True, True, False, False])
@@ -163,7 +213,9 @@ class Front(unittest.TestCase):
         self.assertEqual([front.marks(row, 0) for row in judged.rows[::5]], ["reference", ""])
 
     def test_the_choice_is_the_cheapest_that_meets_the_wish(self):
-        judged = front.Judged([self.setting(0.05, 8.0, 1.0, 0.0), self.setting(0.2, 2.0, 1.004, 0.1), self.setting(0.4, 1.0, 1.015, 1.0)])
+        judged = front.Judged(
+            [self.setting(0.05, 8.0, 1.0, 0.0), self.setting(0.2, 2.0, 1.004, 0.1), self.setting(0.4, 1.0, 1.015, 1.0)]
+        )
         found = {wanted: best and (best[0]["dt_over_dt_crit"], best[1]) for wanted, best in front.choice(judged)}
         # 0.05: one run at 0.4; 0.01: (0.01^2 - 0.005^2) leaves room for the spread of two runs at 0.2.
         self.assertEqual((found[0.05], found[0.01], found[0.001]), ((0.4, 1), (0.2, 2), None))
@@ -171,7 +223,13 @@ class Front(unittest.TestCase):
 
 class Validation(unittest.TestCase):
     def test_slope_of_a_ladder_bends_where_the_measured_one_does(self):
-        row = lambda density, limit, measured: {"areal density kg/m2": density, "limit m/s": limit, "limit m/s: deviation": 0.0, "hits": 3, "measured V50 m/s": measured}
+        row = lambda density, limit, measured: {
+            "areal density kg/m2": density,
+            "limit m/s": limit,
+            "limit m/s: deviation": 0.0,
+            "hits": 3,
+            "measured V50 m/s": measured,
+        }
         rows = [row(7.5, 700.0, 700.0), row(5.0, 600.0, 620.0), row(2.5, 450.0, 438.0), row(4.5, 1.0, 585.0)]
         below, above = packs.slope_points(rows)
         self.assertEqual([round(below.ours.value, 9), round(above.ours.value, 9)], [60.0, 40.0])
@@ -241,7 +299,10 @@ class ClosedForms(unittest.TestCase):
         whole = impact.scene_of(impact.CASES[0], impact.Setting(0.4), 0.0, False)
         for factor in (2, 4):
             coarse = impact.scene_of(impact.CASES[0], impact.Setting(0.4, network=factor), 0.0, False)
-            size, step = (lambda scene: (scene["sheet.nodes_x"] - 1) * scene["sheet.spacing"]), lambda scene: Simulation(scene).step_limits["dt_crit"]
+            size, step = (
+                (lambda scene: (scene["sheet.nodes_x"] - 1) * scene["sheet.spacing"]),
+                lambda scene: Simulation(scene).step_limits["dt_crit"],
+            )
             self.assertAlmostEqual(size(coarse) / size(whole), 1, delta=1e-14)
             self.assertAlmostEqual(step(coarse) / step(whole), factor, delta=1e-13)
 
@@ -252,7 +313,10 @@ class Paper(unittest.TestCase):
         self.assertEqual(at([0, 3, 4, 19], 5, False), [[-1.5, -2.0], [1.5, -2.0], [-1.5, -1.0], [1.5, 2.0]])
         self.assertEqual(at([20, 24, 25, 39], 5, False), [[-2.0, -1.5], [2.0, -1.5], [-2.0, -0.5], [2.0, 1.5]])
         # A quarter has 3 nodes and 3 segments a line, the last across the plane.
-        self.assertEqual(at([0, 2, 3, 8, 9, 11, 17], 3, True), [[-1.5, -2.0], [0.5, -2.0], [-1.5, -1.0], [0.5, 0.0], [-2.0, -1.5], [0.0, -1.5], [0.0, 0.5]])
+        self.assertEqual(
+            at([0, 2, 3, 8, 9, 11, 17], 3, True),
+            [[-1.5, -2.0], [0.5, -2.0], [-1.5, -1.0], [0.5, 0.0], [-2.0, -1.5], [0.0, -1.5], [0.0, 0.5]],
+        )
 
     def test_places_of_failure(self):
         # Off both planes four places, on one of them two, on both one.
@@ -266,7 +330,10 @@ class Paper(unittest.TestCase):
         self.assertEqual(paper_runs.count_groups(numpy.zeros((0, 2))), 0)
 
     def test_onset_of_failure_is_seen_in_whole_and_mirrored_sheets(self):
-        points = [paper_runs.Point(paper_runs.SMALL, paper_runs.FOUR_SIDES, yarn, 160.0) for yarn in (paper_runs.UNIFORM, paper_runs.SYMMETRIC)]
+        points = [
+            paper_runs.Point(paper_runs.SMALL, paper_runs.FOUR_SIDES, yarn, 160.0)
+            for yarn in (paper_runs.UNIFORM, paper_runs.SYMMETRIC)
+        ]
         whole, mirrored = (paper_runs.flown((point.scene(study.SMOKE, 0), 5000))["first_failure"] for point in points)
         # Before the first failure a whole uniform sheet is symmetric but for rounding.
         self.assertAlmostEqual(whole["time"] / mirrored["time"], 1, delta=0.02)
@@ -338,22 +405,38 @@ class Strips(unittest.TestCase):
 
 
 class TwoPlies:
-    """Two plies of 3 x 2 nodes with a box, turned by 90 degrees about z: of the second ply the first segment along x has failed, the last along y is half."""
+    """Two plies of 3 x 2 nodes with a box, turned by 90 degrees about z: of the second ply the first segment along x has failed,
+    the last along y is half."""
 
     time = 5e-6
     nodes = numpy.array([[[x, y, 0] for x in (0, 1, 2)] for y in (0, 1)] * 2, float)
     positions, velocities = lambda self: self.nodes, lambda self: self.nodes * numpy.array([1, 1, 10, 10]).reshape(4, 1, 1)
-    stretch, damage = lambda self: numpy.tile([9, 1, 1.01, 1, 1, 1, 1.03], 2), lambda self: numpy.array([1.0] * 7 + [0, 1, 1, 1, 1, 1, 0.5])
+    stretch, damage = (
+        lambda self: numpy.tile([9, 1, 1.01, 1, 1, 1, 1.03], 2),
+        lambda self: numpy.array([1.0] * 7 + [0, 1, 1, 1, 1, 1, 0.5]),
+    )
     projectile = lambda self: {"position": (0, 0, 9), "orientation": (0.5**0.5, 0, 0, 0.5**0.5)}
 
     class scene(dict):
         held = lambda self: []
 
-    scene = scene({
-        "stack.plies": 2, "sheet.radius": 0.0, "sheet.closed": False, "symmetry.mirror_x": False, "symmetry.mirror_y": False, "yarn.critical_stretch": 1.03,
-        "sheet.nodes_x": 3, "sheet.nodes_y": 2, "sheet.spacing": 1.0, "sheet.spacing_y": 0.0, "projectile.shape": "box", "projectile.radius": 0.0,
-        "projectile.size": (2.0, 2.0, 2.0),
-    })  # fmt: skip
+    scene = scene(
+        {
+            "stack.plies": 2,
+            "sheet.radius": 0.0,
+            "sheet.closed": False,
+            "symmetry.mirror_x": False,
+            "symmetry.mirror_y": False,
+            "yarn.critical_stretch": 1.03,
+            "sheet.nodes_x": 3,
+            "sheet.nodes_y": 2,
+            "sheet.spacing": 1.0,
+            "sheet.spacing_y": 0.0,
+            "projectile.shape": "box",
+            "projectile.radius": 0.0,
+            "projectile.size": (2.0, 2.0, 2.0),
+        }
+    )
 
 
 class Sheets(unittest.TestCase):
@@ -386,7 +469,9 @@ class Sheets(unittest.TestCase):
     def test_vtk_has_damage_stretch_and_velocity(self):
         self.sheet.vtk(self.folder / "sheet.vtp")
         sheets.vtk_series(self.folder / "run.pvd", [(0.5, ["body.vtp", "sheet.vtp"])])
-        self.assertEqual([part.get("file") for part in ElementTree.parse(self.folder / "run.pvd").iter("DataSet")], ["body.vtp", "sheet.vtp"])
+        self.assertEqual(
+            [part.get("file") for part in ElementTree.parse(self.folder / "run.pvd").iter("DataSet")], ["body.vtp", "sheet.vtp"]
+        )
         arrays = {array.get("Name"): array for array in ElementTree.parse(self.folder / "sheet.vtp").iter("DataArray")}
         numbers = lambda name: numpy.frombuffer(base64.b64decode(arrays[name].text)[4:], "<f4")
         self.assertTrue(numpy.allclose(numbers("damage"), 1 - self.sheet.alpha))
@@ -396,5 +481,7 @@ class Sheets(unittest.TestCase):
 
 class Page(unittest.TestCase):
     def test_numbers_are_short(self):
-        self.assertEqual([page.significant(x) for x in (1234.5, 12.345, 1.2345, 0.012345, 0.0)], ["1234", "12.3", "1.23", "0.0123", "0.0000"])
+        self.assertEqual(
+            [page.significant(x) for x in (1234.5, 12.345, 1.2345, 0.012345, 0.0)], ["1234", "12.3", "1.23", "0.0123", "0.0000"]
+        )
         self.assertEqual([page.power(x, 1) for x in (0.00123, 12.3)], ["1.2e-3", "1.2e1"])

@@ -2,7 +2,8 @@
 
 Velocities are drawn evenly from a range about V50, yarns, impact points and attitudes as for `fabric v50`.
 A shot is wrong if "through" has come and the projectile is arrested or rebounds later.
-The change of speed is that between "through" and the end, in parts of the impact velocity; one that moves on after MOST steps ends there.
+The change of speed is that between "through" and the end, in parts of the impact velocity; one that moves on after MOST steps
+ends there.
 Limit: what the numbers of the rule were chosen on, 1,160 other shots at these sheets, is not part of the table.
 """
 
@@ -54,12 +55,20 @@ def row_of(name, velocities, done):
     change = [100 * (one["end"][2] - one["decided"][2]) / impact(scene) for scene, one in done if one in through] or [0.0]
     spent = lambda which, k: sum(one[which][k] for one in shots)
     return {
-        "sheet": name, "velocities": "{:g} to {:g}".format(*velocities), "shots": len(shots), "stopped": len(stopped), "through": len(through),
-        "wrong": sum(one in stopped for one in through), "missed": sum("through" not in one["outcomes"] for one in has("exited")),
+        "sheet": name,
+        "velocities": "{:g} to {:g}".format(*velocities),
+        "shots": len(shots),
+        "stopped": len(stopped),
+        "through": len(through),
+        "wrong": sum(one in stopped for one in through),
+        "missed": sum("through" not in one["outcomes"] for one in has("exited")),
         "not ended": sum(not any(end in one["outcomes"] for end in UNTIL) for one in shots),
-        "least change": round(min(change), 2) + 0.0, "mean change": round(float(numpy.mean(change)), 2) + 0.0, "most change": round(max(change), 2) + 0.0,
-        "steps ratio": spent("end", 0) / spent("decided", 0), "CPU ratio": spent("end", 1) / spent("decided", 1),
-    }  # fmt: skip
+        "least change": round(min(change), 2) + 0.0,
+        "mean change": round(float(numpy.mean(change)), 2) + 0.0,
+        "most change": round(max(change), 2) + 0.0,
+        "steps ratio": spent("end", 0) / spent("decided", 0),
+        "CPU ratio": spent("end", 1) / spent("decided", 1),
+    }
 
 
 def answer(study):
@@ -70,7 +79,10 @@ def answer(study):
         jobs += [(k / count, name, one) for k, one in enumerate(scenes)]
     jobs.sort(key=lambda job: job[0])  # What has been done when it is stopped is of every sheet.
     shots = study.each(shot, [one for _, _, one in jobs])
-    rows = [row_of(name, velocities, [(job[2], one) for job, one in zip(jobs, shots) if job[1] == name]) for name, _, velocities, _, _ in SHEETS]
+    rows = [
+        row_of(name, velocities, [(job[2], one) for job, one in zip(jobs, shots) if job[1] == name])
+        for name, _, velocities, _, _ in SHEETS
+    ]
     return tabled(study, rows, shots, "through", "The outcome through", "Sheets but the first have 51 x 51 nodes.")
 
 
@@ -85,9 +97,11 @@ def tabled(study, rows, shots, name, title, sheets):
     total, wrong = sum(row["shots"] for row in rows), sum(row["wrong"] for row in rows)
     bound = 100 * scipy.stats.binomtest(wrong, known).proportion_ci(0.95, method="exact").high if known else 100.0
     text = (
-        f'"Wrong" of {total} shots: {wrong}. Of {known} in which "through" came and that came to an end, the share that is wrong is below {bound:.2f} % '
-        '(exact, the upper end of a 95 % interval).\n"Missed": exited without "through"; "not ended": neither stopped nor exited after '
-        f"{MOST} steps. {sheets}\nThe change is that of speed between \"through\" and the end, in parts of the impact velocity.\n\n"
+        f'"Wrong" of {total} shots: {wrong}. Of {known} in which "through" came and that came to an end, the share that is '
+        f"wrong is below {bound:.2f} % "
+        '(exact, the upper end of a 95 % interval).\n"Missed": exited without "through"; "not ended": neither stopped nor '
+        "exited after "
+        f'{MOST} steps. {sheets}\nThe change is that of speed between "through" and the end, in parts of the impact velocity.\n\n'
     )
     study.table(name, title, text + page.table(rows, columns, 2))
     return wrong == 0 or study.effort == SMOKE

@@ -1,4 +1,5 @@
-"""The model against closed forms and published measurements, with the data of yarns and fabrics as its only input: all questions of it together.
+"""The model against closed forms and published measurements, with the data of yarns and fabrics as its only input: all questions
+of it together.
 
 The measurements are in data/measured/*.toml and the fabrics in data/fabrics/*.toml.
 """

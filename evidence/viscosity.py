@@ -1,7 +1,7 @@
 """What viscosity does to whole impacts: energy absorbed and taken, failed segments, and the energy that slack sheets gain.
 
-Impacts of drawn yarn run until the body is arrested or has exited; runs differ by the seed. The slack sheet, of uniform yarn, is stepped for a fixed
-time; its runs differ by 1e-12 in the impact velocity.
+Impacts of drawn yarn run until the body is arrested or has exited; runs differ by the seed. The slack sheet, of uniform yarn, is
+stepped for a fixed time; its runs differ by 1e-12 in the impact velocity.
 """
 
 import math
@@ -30,10 +30,20 @@ def cases(effort):
     if effort == SMOKE:
         return found
     found.append(("3 in, two sides, 40 J", sphere("two_sides", 40.0, False), None, few))
-    found.append(("3 in, four sides, 10 J, slack for 1.2 ms", sphere("four_sides", 10.0, False).replace({"yarn.stochastic": False}), SLACK, 2))
+    found.append(
+        (
+            "3 in, four sides, 10 J, slack for 1.2 ms",
+            sphere("four_sides", 10.0, False).replace({"yarn.stochastic": False}),
+            SLACK,
+            2,
+        )
+    )
     if effort == FULL:
         large = Scene("sheet_10in_cylinder")
-        found += [(f"10 in, two sides, {speed} m/s", large.replace({"projectile.velocity": [0, 0, speed]}), None, 4) for speed in (100, 200)]
+        found += [
+            (f"10 in, two sides, {speed} m/s", large.replace({"projectile.velocity": [0, 0, speed]}), None, 4)
+            for speed in (100, 200)
+        ]
     return found
 
 
@@ -53,7 +63,11 @@ def measured(job):
 
 
 def answer(study):
-    wanted = [(name, viscosity, scene.replace(viscous(viscosity)), time, runs) for name, scene, time, runs in cases(study.effort) for viscosity in VISCOSITIES]
+    wanted = [
+        (name, viscosity, scene.replace(viscous(viscosity)), time, runs)
+        for name, scene, time, runs in cases(study.effort)
+        for viscosity in VISCOSITIES
+    ]
     found = iter(study.each(measured, [(scene, time, k) for _, _, scene, time, runs in wanted for k in range(runs)]))
     rows = []
     for name, viscosity, _, _, runs in wanted:
@@ -61,5 +75,15 @@ def answer(study):
         row = {"case": name, "viscosity": viscosity_name(viscosity), "runs": runs} | dict(zip(MEASURES, map(mean, columns)))
         rows.append(row | {"absorbed J: deviation %": 100 * deviation(columns[0]) / row["absorbed J"]})
     study.write("viscosity", rows)
-    columns = [("case", "case", None), ("viscosity", "viscosity", None), ("runs", "runs", 0), ("absorbed J", "absorbed J", 2), ("deviation %", "absorbed J: deviation %", 1)]
-    study.table("accuracy_viscosity", "Viscosity in whole impacts", page.table(rows, columns + page.same(["velocity m/s"], 1) + page.same(["peak N"], 0) + page.same(MEASURES[3:], 2)))
+    columns = [
+        ("case", "case", None),
+        ("viscosity", "viscosity", None),
+        ("runs", "runs", 0),
+        ("absorbed J", "absorbed J", 2),
+        ("deviation %", "absorbed J: deviation %", 1),
+    ]
+    study.table(
+        "accuracy_viscosity",
+        "Viscosity in whole impacts",
+        page.table(rows, columns + page.same(["velocity m/s"], 1) + page.same(["peak N"], 0) + page.same(MEASURES[3:], 2)),
+    )

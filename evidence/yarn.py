@@ -1,15 +1,16 @@
-"""One yarn hit across its middle, against the similarity solution: strain behind the longitudinal front, the speeds of both waves, and the velocity at
-which the yarn breaks at once.
+"""One yarn hit across its middle, against the similarity solution: strain behind the longitudinal front, the speeds of both
+waves, and the velocity at which the yarn breaks at once.
 
-Closed forms: J. C. Smith, F. L. McCrackin, H. F. Schiefer, Textile Research Journal 28 (1958) 288. For a yarn whose force is E A e, with the strain e
-and c = sqrt(E/rho), the impact velocity is V = c sqrt(2 e sqrt(e (1 + e)) - e^2), the longitudinal wave runs at c along the yarn, the kink at
-c (sqrt(e (1 + e)) - e) in the laboratory. The model's force is N = E A U (U^2 - 1)/2, which is larger by 1.5 e: `overshoot.transverse` has its jump
-conditions. The verdict is against the model's own law; how far it is from the other stands beside it.
+Closed forms: J. C. Smith, F. L. McCrackin, H. F. Schiefer, Textile Research Journal 28 (1958) 288. For a yarn whose force is E A
+e, with the strain e and c = sqrt(E/rho), the impact velocity is V = c sqrt(2 e sqrt(e (1 + e)) - e^2), the longitudinal wave runs
+at c along the yarn, the kink at c (sqrt(e (1 + e)) - e) in the laboratory. The model's force is N = E A U (U^2 - 1)/2, which is
+larger by 1.5 e: `overshoot.transverse` has its jump conditions. The verdict is against the model's own law; how far it is from
+the other stands beside it.
 
-Method: a strip of two rows of nodes; each row is one yarn with half the mass of the fabric's nodes, which is that of a yarn by itself, and the weft
-between the rows stays at rest. A lying cylinder whose velocity is prescribed, of the node spacing's radius, strikes it across. From half of the time
-on, until the longitudinal front is near the held ends, the mean strain is taken between 0.2 and 0.4 of the way to the front, where the first contact
-no longer shows; the speeds are slopes of least-squares lines.
+Method: a strip of two rows of nodes; each row is one yarn with half the mass of the fabric's nodes, which is that of a yarn by
+itself, and the weft between the rows stays at rest. A lying cylinder whose velocity is prescribed, of the node spacing's radius,
+strikes it across. From half of the time on, until the longitudinal front is near the held ends, the mean strain is taken between
+0.2 and 0.4 of the way to the front, where the first contact no longer shows; the speeds are slopes of least-squares lines.
 """
 
 import math
@@ -43,7 +44,12 @@ class Strip(NamedTuple):
         scene = Scene("sheet_3in_sphere", fabric={"name": self.name})
         spacing = scene["sheet.spacing"]
         # One of the two yarns that meet at a node.
-        sheet = {"nodes_x": 2 * int(self.half / self.bar) + 1, "nodes_y": 2, "spacing": spacing * self.bar, "node_mass": scene["sheet.node_mass"] * (0.5 * self.bar)}
+        sheet = {
+            "nodes_x": 2 * int(self.half / self.bar) + 1,
+            "nodes_y": 2,
+            "spacing": spacing * self.bar,
+            "node_mass": scene["sheet.node_mass"] * (0.5 * self.bar),
+        }
         body = lying(self.radius * spacing, speed, length=4.0 * (spacing * self.bar))
         return scene.replace({"sheet": sheet, "attachment.kind": "two_sides"} | body | viscous(self.viscosity))
 
@@ -68,7 +74,8 @@ def wave_speed(scene):
 
 
 def waves(scene, speed):
-    """Strain, speed of the longitudinal front along the yarn at rest and of the kink in the laboratory, m/s, of the model's law, and Smith's."""
+    """Strain, speed of the longitudinal front along the yarn at rest and of the kink in the laboratory, m/s, of the model's law,
+    and Smith's."""
     stretch, own = smith(scene, speed)
     c = wave_speed(scene)
     strain = linear_strain(speed / c)
@@ -111,7 +118,8 @@ def slope(x, y):
 
 
 def critical(job):
-    """Least velocity at which the yarn breaks before the front is near its ends, m/s, searched from half of the closed form's on."""
+    """Least velocity at which the yarn breaks before the front is near its ends, m/s, searched from half of the closed form's
+    on."""
     strip = Strip(*job)
     scene = strip.scene(0.0)
     closed = transverse(scene, scene["yarn.critical_stretch"]).speed
@@ -143,10 +151,17 @@ def compared(study):
     for strip, velocity in zip(searches, study.each(critical, searches, "critical velocity")):
         scene = strip.scene(0.0)
         stretch = scene["yarn.critical_stretch"]
-        velocities.append({
-            "yarn": strip.name, "viscosity": viscosity_name(strip.viscosity), "yarns a bar": strip.bar, "cylinder R spacings": strip.radius,
-            "critical m/s": velocity, "exact m/s": transverse(scene, stretch).speed, "linear m/s": wave_speed(scene) * smith_linear(stretch - 1.0),
-        })  # fmt: skip
+        velocities.append(
+            {
+                "yarn": strip.name,
+                "viscosity": viscosity_name(strip.viscosity),
+                "yarns a bar": strip.bar,
+                "cylinder R spacings": strip.radius,
+                "critical m/s": velocity,
+                "exact m/s": transverse(scene, stretch).speed,
+                "linear m/s": wave_speed(scene) * smith_linear(stretch - 1.0),
+            }
+        )
     if velocities:
         study.write("critical", velocities)
         more, its_text = critical_text(velocities)
@@ -165,27 +180,58 @@ def waves_text(study, rows):
     comparisons = []
     for viscosity in dict.fromkeys(row["viscosity"] for row in rows):
         own = [row for row in fabric if row["viscosity"] == viscosity and row["strain %"] == row["strain %"]]
-        for name, what in (("strain %", "strain behind the front"), ("front m/s", "longitudinal wave"), ("kink m/s", "transverse wave")):
-            points = [Point(f"{row['yarn']} at {row['impact m/s']:.0f} m/s", exact(row[name] / row[f"exact {name}"]), about(1, 0.01)) for row in own]
-            comparisons.append(Comparison(f"one yarn hit across, viscosity {viscosity}: {what} over theory", "theory", "± 1 %", points, 4))
+        for name, what in (
+            ("strain %", "strain behind the front"),
+            ("front m/s", "longitudinal wave"),
+            ("kink m/s", "transverse wave"),
+        ):
+            points = [
+                Point(f"{row['yarn']} at {row['impact m/s']:.0f} m/s", exact(row[name] / row[f"exact {name}"]), about(1, 0.01))
+                for row in own
+            ]
+            comparisons.append(
+                Comparison(f"one yarn hit across, viscosity {viscosity}: {what} over theory", "theory", "± 1 %", points, 4)
+            )
     series = []
     for name in dict.fromkeys(row["yarn"] for row in fabric):
         own = [row for row in fabric if row["yarn"] == name]
         plain = [row for row in own if row["viscosity"] == "none"]
         series += [
             Series(f"{name}: the model's law", [(row["impact m/s"], row["exact strain %"]) for row in plain], "line"),
-            Series(f"{name}: Smith, linear in the strain", [(row["impact m/s"], row["linear strain %"]) for row in plain], "dashed"),
-            *(Series(f"{name}: network, viscosity {v}", [(row["impact m/s"], row["strain %"]) for row in own if row["viscosity"] == v], "points")
-              for v in dict.fromkeys(row["viscosity"] for row in own)),
+            Series(
+                f"{name}: Smith, linear in the strain", [(row["impact m/s"], row["linear strain %"]) for row in plain], "dashed"
+            ),
+            *(
+                Series(
+                    f"{name}: network, viscosity {v}",
+                    [(row["impact m/s"], row["strain %"]) for row in own if row["viscosity"] == v],
+                    "points",
+                )
+                for v in dict.fromkeys(row["viscosity"] for row in own)
+            ),
         ]
-    plot.draw(study.folder / "yarn.svg", "One yarn hit across: strain behind the longitudinal front", "impact velocity (m/s)", "strain (%)", series)
+    plot.draw(
+        study.folder / "yarn.svg",
+        "One yarn hit across: strain behind the longitudinal front",
+        "impact velocity (m/s)",
+        "strain (%)",
+        series,
+    )
     study.picture("yarn.svg", "validation_yarn.svg")
     columns = [*page.same(["yarn", "viscosity"], None), ("impact m/s", "impact m/s", 0)]
     for name, digits in quantities.items():
-        columns += [(name, name, digits), ("theory", f"exact {name}", digits), ("off %", error(name), 3), ("linear theory", f"linear {name}", digits)]
+        columns += [
+            (name, name, digits),
+            ("theory", f"exact {name}", digits),
+            ("off %", error(name), 3),
+            ("linear theory", f"linear {name}", digits),
+        ]
     text = page.table(fabric, columns, 2) + "\nAn empty row: the yarn broke.\n"
     if len(fabric) < len(rows):
-        text += "\nError of the strain in % with longer and shorter bars, and the order of convergence between the last two:\n\n" + orders(rows)
+        text += (
+            "\nError of the strain in % with longer and shorter bars, and the order of convergence between the last two:\n\n"
+            + orders(rows)
+        )
     return comparisons, text
 
 
@@ -194,7 +240,11 @@ def orders(rows):
     keys = dict.fromkeys((row["yarn"], row["viscosity"], row["impact m/s"]) for row in rows if row["yarns a bar"] != 1)
     lines = []
     for key in keys:
-        errors = {row["yarns a bar"]: error("strain %")(row) for row in rows if (row["yarn"], row["viscosity"], row["impact m/s"]) == key}
+        errors = {
+            row["yarns a bar"]: error("strain %")(row)
+            for row in rows
+            if (row["yarn"], row["viscosity"], row["impact m/s"]) == key
+        }
         last, finest = errors[bars[-2]], errors[bars[-1]]
         # An error of some 1e-5 is that of the reading.
         order = f"{math.log2(last / finest):.2f}" if last * finest > 0 and abs(last) > 0.01 else ""
@@ -206,15 +256,26 @@ def critical_text(rows):
     """Two comparisons for each viscosity: a cylinder larger than a bar, and one as thin, whose kink is no longer than the bar."""
     comparisons = []
     for viscosity, thin in [(row["viscosity"], thin) for row in rows for thin in (False, True)]:
-        title = f"critical velocity of a yarn, viscosity {viscosity}{', a cylinder as thin as a bar' if thin else ''}, over theory"
+        title = (
+            f"critical velocity of a yarn, viscosity {viscosity}{', a cylinder as thin as a bar' if thin else ''}, over theory"
+        )
         points = [
-            Point(f"{row['yarn']}, R = {row['cylinder R spacings']:.0f} spacings, {row['yarns a bar']:g} yarns a bar", exact(row["critical m/s"] / row["exact m/s"]), about(1, 0.05))
-            for row in rows if row["viscosity"] == viscosity and (row["cylinder R spacings"] <= row["yarns a bar"]) == thin
+            Point(
+                f"{row['yarn']}, R = {row['cylinder R spacings']:.0f} spacings, {row['yarns a bar']:g} yarns a bar",
+                exact(row["critical m/s"] / row["exact m/s"]),
+                about(1, 0.05),
+            )
+            for row in rows
+            if row["viscosity"] == viscosity and (row["cylinder R spacings"] <= row["yarns a bar"]) == thin
         ]
         if not points or any(known.what == title for known in comparisons):
             continue
         lacks = "shorter bars at the kink" if viscosity != "none" else "damping: the noise of the kink breaks the yarn early"
         comparisons.append(Comparison(title, "theory", "± 5 %", points, 3, lacks if thin or viscosity == "none" else ""))
-    columns = [*page.same(["yarn", "viscosity"], None), *page.same(["yarns a bar", "cylinder R spacings"], 1), *page.same(["critical m/s", "exact m/s"], 0)]
+    columns = [
+        *page.same(["yarn", "viscosity"], None),
+        *page.same(["yarns a bar", "cylinder R spacings"], 1),
+        *page.same(["critical m/s", "exact m/s"], 0),
+    ]
     columns += [("over theory", lambda row: row["critical m/s"] / row["exact m/s"], 3), ("linear theory m/s", "linear m/s", 0)]
     return comparisons, page.table(rows, columns, 2)

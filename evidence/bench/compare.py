@@ -2,9 +2,10 @@
 
     python3 evidence/bench/compare.py REVISION [--only CASE] [--instructions SET] [--pairs 11]
 
-Method: git checks the revision out into target/compare, cargo builds it there, and its program is kept for the next time. Both then measure the
-same cases in turn, as programs of their own, each going first in every other pair. What is told is the ratio of their medians within a pair: its
-median over the pairs, and half the range of the middle half of them as noise. Ends with 1 if the bits differ.
+Method: git checks the revision out into target/compare, cargo builds it there, and its program is kept for the next time. Both
+then measure the same cases in turn, as programs of their own, each going first in every other pair. What is told is the ratio of
+their medians within a pair: its median over the pairs, and half the range of the middle half of them as noise. Ends with 1 if the
+bits differ.
 Limits: cases that both revisions have under the same name; a load that changes within a pair, some seconds, is not cancelled.
 """
 
@@ -24,7 +25,9 @@ def build(checkout):
     """The program of a checkout, built into a folder of its own."""
     name = "fabric" if (checkout / "runner").exists() else "fabric-bench"
     target = TOP / "target" if checkout == TOP else FOLDER / "build"
-    subprocess.run(["cargo", "build", "--quiet", "--release", "--package", name, "--target-dir", target], cwd=checkout, check=True)
+    subprocess.run(
+        ["cargo", "build", "--quiet", "--release", "--package", name, "--target-dir", target], cwd=checkout, check=True
+    )
     return target / "release" / name
 
 
@@ -48,9 +51,17 @@ def measured(program, case, instructions):
     out = FOLDER / "pair"
     # Until version 0.1.0 the benchmark was a command of another program.
     words = ["bench"] if program.name == "fabric" else []
-    subprocess.run([program, *words, "--quick", "--only", case, "--instructions", instructions, "--out", out], check=True, capture_output=True)
+    subprocess.run(
+        [program, *words, "--quick", "--only", case, "--instructions", instructions, "--out", out],
+        check=True,
+        capture_output=True,
+    )
     rows = json.loads((out / "bench.json").read_text())["rows"]
-    return {(row["case"], row["size"], row["instruction_set"], row["threads"]): (row["median"], row["digest"]) for row in rows if row["median"]}
+    return {
+        (row["case"], row["size"], row["instruction_set"], row["threads"]): (row["median"], row["digest"])
+        for row in rows
+        if row["median"]
+    }
 
 
 def main():

@@ -59,7 +59,8 @@ class Shield:
         return values[0] if len(values) == 1 else values
 
     def step(self, t, h, body, acceleration=(0.0, 0.0, 0.0)):
-        """From t to t + h with the body as it is at t; the mean force on it, N. A zero acceleration leaves the guess to the FMU."""
+        """From t to t + h with the body as it is at t; the mean force on it, N. A zero acceleration leaves the guess to the
+        FMU."""
         self.set("projectile.position", body.position)
         self.set("projectile.velocity", body.velocity)
         self.set("projectile.acceleration", acceleration)

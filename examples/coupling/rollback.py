@@ -12,8 +12,8 @@ The case is the 3 in sheet, four sides held, sphere, 40 J. The reference is the 
 import math
 import sys
 
-from sphere import MASS, RADIUS, Body
 from driven_shield import FREE, PRESCRIBED, Shield, parameter_set
+from sphere import MASS, RADIUS, Body
 
 SPEED = math.sqrt(2.0 * 40.0 / MASS)  # m/s
 START = [0.0, 0.0, -RADIUS - 1e-5]
@@ -70,7 +70,10 @@ def table(archive, steps=STEPS):
 
 
 def markdown(rows):
-    lines = ["| scheme | H, s | error of the speed at 50 µs, of V0 | interface residual at the end, of KE0 |", "|---|---|---|---|"]
+    lines = [
+        "| scheme | H, s | error of the speed at 50 µs, of V0 | interface residual at the end, of KE0 |",
+        "|---|---|---|---|",
+    ]
     lines += [f"| {name} | {h:.0e} | {error:.1e} | {residual:+.1e} |" for name, h, error, residual in rows]
     return "\n".join(lines)
 

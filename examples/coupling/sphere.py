@@ -16,9 +16,7 @@ class Body:
         The FMU's impulses act at the start of each internal step dt, so the displacement is F/2m h (h + dt).
         """
         # (M14) of docs/model.md.
-        self.position = [
-            x + v * h + 0.5 * f / MASS * h * (h + dt) for x, v, f in zip(self.position, self.velocity, force)
-        ]
+        self.position = [x + v * h + 0.5 * f / MASS * h * (h + dt) for x, v, f in zip(self.position, self.velocity, force)]
         self.velocity = [v + f / MASS * h for v, f in zip(self.velocity, force)]
 
     def kinetic_energy(self):

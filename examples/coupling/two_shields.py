@@ -10,8 +10,8 @@ only compare its own work with the whole loss of the fragment, so the host sums 
 import math
 import sys
 
-from sphere import MASS, RADIUS, Body
 from driven_shield import PRESCRIBED, Shield, parameter_set
+from sphere import MASS, RADIUS, Body
 
 SPEED = 250.0  # m/s
 H = 5e-7  # s
@@ -19,7 +19,11 @@ END = 6e-4  # s
 TILT = math.radians(20.0)
 SHEETS = [
     {"sheet.position": [0.0, 0.0, 0.0]},
-    {"sheet.position": [0.0, 0.0, 0.05], "sheet.orientation": [math.cos(TILT / 2), math.sin(TILT / 2), 0.0, 0.0], "sheet.plies": 2},
+    {
+        "sheet.position": [0.0, 0.0, 0.05],
+        "sheet.orientation": [math.cos(TILT / 2), math.sin(TILT / 2), 0.0, 0.0],
+        "sheet.plies": 2,
+    },
 ]
 
 
@@ -27,9 +31,12 @@ def fly(archive, sheets=SHEETS, speed=SPEED, h=H, end=END):
     """The balances after the flight: a dictionary of numbers, and one of lists with an entry per shield."""
     body = Body([0.0, 0.0, -RADIUS - 1e-4], [0.0, 0.0, speed])
     common = {
-        **parameter_set("sheet_3in_sphere"), "drive": PRESCRIBED, "projectile.mass": 0.0,
-        "projectile.start.position": body.position, "projectile.start.velocity": body.velocity,
-    }  # fmt: skip
+        **parameter_set("sheet_3in_sphere"),
+        "drive": PRESCRIBED,
+        "projectile.mass": 0.0,
+        "projectile.start.position": body.position,
+        "projectile.start.velocity": body.velocity,
+    }
     shields = [Shield(archive, {**common, **sheet}) for sheet in sheets]
     dt, energy, force = shields[0].get("time_step.seconds"), body.kinetic_energy(), [0.0] * 3
     for k in range(round(end / h)):
@@ -39,7 +46,14 @@ def fly(archive, sheets=SHEETS, speed=SPEED, h=H, end=END):
         body.pushed(force, h, dt)
         if all(any(shield.get(f"outcome.{end}") for end in ("arrested", "exited", "passed", "rebounded")) for shield in shields):
             break
-    names = ["outcome.exited", "outcome.first_contact_time", "outcome.exited_time", "contact.work", "contact.impulse", "contact.force_peak"]
+    names = [
+        "outcome.exited",
+        "outcome.first_contact_time",
+        "outcome.exited_time",
+        "contact.work",
+        "contact.impulse",
+        "contact.force_peak",
+    ]
     balances = {name: [shield.get(name) for shield in shields] for name in [*names, "fabric.failed_segments"]}
     balances["velocity"] = body.velocity
     balances["lost"] = energy - body.kinetic_energy()

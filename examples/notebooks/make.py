@@ -31,7 +31,10 @@ def ran(page, programs):
     """The page as a notebook of which so many programs have run; the others have the output of the page."""
     cells, end = [], 0
     for program in PROGRAM.finditer(page):
-        cells += [nbformat.v4.new_markdown_cell(linked(page[end : program.start()])), nbformat.v4.new_code_cell(program[1].rstrip())]
+        cells += [
+            nbformat.v4.new_markdown_cell(linked(page[end : program.start()])),
+            nbformat.v4.new_code_cell(program[1].rstrip()),
+        ]
         end = program.end()
     cells.append(nbformat.v4.new_markdown_cell(linked(page[end:])))
     for number, cell in enumerate(cells):
@@ -39,11 +42,16 @@ def ran(page, programs):
     # Two cells a program: text and code.
     notebook = nbformat.v4.new_notebook(cells=cells[: 2 * programs])
     with tempfile.TemporaryDirectory() as folder:
-        NotebookClient(notebook, timeout=1800, kernel_name="python3", resources={"metadata": {"path": folder}}, record_timing=False).execute()
+        NotebookClient(
+            notebook, timeout=1800, kernel_name="python3", resources={"metadata": {"path": folder}}, record_timing=False
+        ).execute()
     # Progress, and what differs from machine to machine.
     notebook.cells = notebook.cells + cells[2 * programs :]
     on_page = [program[2] for program in PROGRAM.finditer(page)][programs:]
-    notebook.metadata = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}, "language_info": {"name": "python"}}
+    notebook.metadata = {
+        "kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"},
+        "language_info": {"name": "python"},
+    }
     for number, cell in enumerate(notebook.cells):
         if cell.cell_type == "code":
             text = printed(cell) if number < 2 * programs else on_page.pop(0)

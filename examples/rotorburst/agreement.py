@@ -2,8 +2,8 @@
 
     python agreement.py --fmu FabricShield-fmi2.fmu --host rotorburst --ssp Rotorburst.ssp --out results [--short]
 
-`cargo xtask rotorburst` builds what is needed and runs this. The comparison ends at the first failed segment: after that the model is
-chaotic, and one run says nothing about another. The whole event is printed, not judged. Exit code 1: they do not agree.
+`cargo xtask rotorburst` builds what is needed and runs this. The comparison ends at the first failed segment: after that the
+model is chaotic, and one run says nothing about another. The whole event is printed, not judged. Exit code 1: they do not agree.
 """
 
 import argparse
@@ -15,11 +15,10 @@ import sys
 
 import fmpy
 import numpy as np
-from fmpy.ssp.simulation import simulate_ssp
-from fmpy.validation import validate_fmu
-
 import omsimulator
 import rotorburst
+from fmpy.ssp.simulation import simulate_ssp
+from fmpy.validation import validate_fmu
 from fragment import Fragment
 from shield import MOTION, motions
 
@@ -89,7 +88,11 @@ def the_launch_is_in_the_package(programs):
     fragment = Fragment.burst(body, rotorburst.RING, STANDOFF, launch["speed"], launch["angle"])
     start = {f"start.{name}[{k + 1}]": value for name, values in zip(MOTION, motions(fragment)) for k, value in enumerate(values)}
     moving = {f"moments[{k + 1}]": moment for k, moment in enumerate(body.moments)}
-    moving |= {"drag_coefficient": body.drag_coefficient, "frontal_area": body.frontal_area, "tick": rotorburst.INTERNAL_STEPS[40]}
+    moving |= {
+        "drag_coefficient": body.drag_coefficient,
+        "frontal_area": body.frontal_area,
+        "tick": rotorburst.INTERNAL_STEPS[40],
+    }
     struck = {f"sector.{name}": getattr(body, name) for name in rotorburst.SECTOR}
     folder, good = programs.arguments.out / "ssp" / "resources", True
     for archive, prefix, own in [("FragmentTrajectory.fmu", "", moving), ("RotorburstShield.fmu", "projectile.", struck)]:
@@ -153,13 +156,16 @@ def compare(programs, title, launch):
     # Both hosts do the same; only rounding differs, which contact amplifies.
     same = [largest(rows["C host", step], rows["FMPy host", step], COMPARED) / speed for step in (FINE, COARSE)]
     coupling = errors["FMPy host", COARSE][1]
-    # A node that is swept up changes the velocity all at once. Where one run meets a node that the other one meets later, the error is that
-    # of its momentum until then; at 30 degrees that begins at 102 us of 120.
+    # A node that is swept up changes the velocity all at once. Where one run meets a node that the other one meets later, the
+    # error is that of its momentum until then; at 30 degrees that begins at 102 us of 120.
     apart = [rows["FMPy host", COARSE][name] - reference[name] for name in COMPARED]
     typical = float(np.median(np.linalg.norm(apart, axis=0))) / speed
     velocity = np.array([runs["FMPy host", FINE][name] for name in COMPARED])[:, : round(times[-1] / FINE)]
     jump = float(np.linalg.norm(np.diff(velocity, axis=1), axis=0).max()) / speed
-    print(f"  C host to FMPy host at the same step: {same[0]:.1e} and {same[1]:.1e} V0; coupling error at 1e-6 s: {coupling:.1e} V0, median {typical:.1e}")
+    print(
+        f"  C host to FMPy host at the same step: {same[0]:.1e} and {same[1]:.1e} V0; coupling error at 1e-6 s: {coupling:.1e} "
+        f"V0, median {typical:.1e}"
+    )
     print(f"  largest change of velocity in a step of 1e-7 s: {jump:.1e} V0")
     checks = {
         "the hosts' coupling error at 1e-6 s is small at half of the times": typical < 1e-5,
@@ -167,12 +173,16 @@ def compare(programs, title, launch):
         "C host and FMPy host differ by less than it, or by rounding": max(same) < max(coupling, ROUNDING),
     }
     if title == PACKAGED:
-        # A master that runs both at once gives the force one step late. So the velocity is off by what it changes in a step (whatever
-        # the step, where a node is swept up all at once), and the position lags by the step times all that the velocity has changed.
+        # A master that runs both at once gives the force one step late. So the velocity is off by what it changes in a step
+        # (whatever the step, where a node is swept up all at once), and the position lags by the step times all that the velocity
+        # has changed.
         lag = FINE * float(np.linalg.norm(velocity - velocity[:, :1], axis=0).max())
         order = math.log2(errors["SSP", 2.0 * FINE][0] / errors["SSP", FINE][0])
         masters = largest(rows["OMSimulator", FINE], rows["SSP", FINE], COMPARED) / speed
-        print(f"  one step late: position {lag:.1e} m, velocity up to {jump:.1e} V0; order of the SSP's position in the step {order:.2f}")
+        print(
+            f"  one step late: position {lag:.1e} m, velocity up to {jump:.1e} V0; order of the SSP's position in the step "
+            f"{order:.2f}"
+        )
         print(f"  the SSP in OMSimulator's way to the SSP in FMPy: {masters:.1e} V0")
         checks |= {
             "the SSP's position is one step late": errors["SSP", FINE][0] < 1.5 * lag,

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-
 INTERFACE = "Interface, energy: loss of the fragment | contact.work"
 SHIELD = "Shield, energy: contact.work | kinetic + strain + dissipated + viscous + lost in contact and on the case"
 PARTS = ["kinetic", "strain", "dissipated", "viscous", "contact_loss", "casing_loss"]
@@ -30,8 +29,14 @@ class Ledger:
 
         def entry(unit, ours, theirs, difference, scale, scale_name):
             relative = float(difference / scale) if scale > 0.0 else 0.0
-            return {"unit": unit, "ours": float(ours), "theirs": float(theirs), "difference": float(difference),
-                    "relative": relative, "scale": scale_name}  # fmt: skip
+            return {
+                "unit": unit,
+                "ours": float(ours),
+                "theirs": float(theirs),
+                "difference": float(difference),
+                "relative": relative,
+                "scale": scale_name,
+            }
 
         return {
             "Interface, momentum: change of the fragment's | contact.impulse": entry(
@@ -40,14 +45,14 @@ class Ledger:
             "Interface, angular momentum: change of the fragment's | contact.angular_impulse": entry(
                 "N m s", size(turned), size(angular), size(turned - angular), size(angular), "angular impulse"
             ),
-            INTERFACE: entry(
-                "J", lost, work, lost - work, impact_energy, "energy at impact"
-            ),
-            SHIELD: entry(
-                "J", work, held, outputs["energy.residual"], impact_energy, "energy at impact"
-            ),
+            INTERFACE: entry("J", lost, work, lost - work, impact_energy, "energy at impact"),
+            SHIELD: entry("J", work, held, outputs["energy.residual"], impact_energy, "energy at impact"),
             "Shield, momentum: contact.impulse | fabric + supports (difference: momentum.residual)": entry(
-                "N s", size(impulse), size(impulse) - outputs["momentum.residual"], outputs["momentum.residual"], size(impulse),
+                "N s",
+                size(impulse),
+                size(impulse) - outputs["momentum.residual"],
+                outputs["momentum.residual"],
+                size(impulse),
                 "impulse",
             ),
         }
@@ -72,7 +77,8 @@ def answer(results):
     absorbed = detached["absorbed"] if through and detached else results["outputs"]["contact.work"]
     lines = [
         f"{plies_of(results['options']['plies'], results['plies'])}: {verdict}",
-        f"Residual velocity along the flight: {0.0 if stopped else results['velocity'][2]:.1f} m/s of {results['impact_speed']:.1f} m/s.",
+        f"Residual velocity along the flight: {0.0 if stopped else results['velocity'][2]:.1f} m/s of "
+        f"{results['impact_speed']:.1f} m/s.",
         f"Absorbed energy: {absorbed:.1f} J of {results['impact_energy']:.1f} J.",
     ]
     if stopped:
@@ -103,16 +109,21 @@ def result_rows(results):
         ("First contact", f"{1e3 * contact:.4f} ms after launch" if contact >= 0.0 else "none"),
         ("End of the run", f"{results['end']}, {since(results['end_time'])}"),
         ("Residual velocity (z)", f"{results['velocity'][2]:.3f} m/s"),
-        ("Absorbed energy at detachment", f"{detached['absorbed']:.3f} J, {since(detached['time'])}" if detached
-         else "not detached before the end of the run"),
+        (
+            "Absorbed energy at detachment",
+            f"{detached['absorbed']:.3f} J, {since(detached['time'])}" if detached else "not detached before the end of the run",
+        ),
         (f"Absorbed energy at the end ({end})", f"{absorbed:.3f} J = {100.0 * absorbed / energy:.1f} %"),
         ("Peak force (mean over 1 us)", f"{1e-3 * outputs['contact.force_peak']:.2f} kN"),
         ("Failed segments", f"{outputs['fabric.failed_segments']:.0f} of {results['segments']}"),
         ("Largest deflection of what is still held", f"{1e3 * outputs['fabric.max_deflection']:.1f} mm"),
         ("Angular velocity at the end", vector(results["angular_velocity"], "rad/s", 1)),
         ("Impulse on the supports", vector(outputs["support.impulse"], "N s", 4)),
-        ("Energies of the shield", ", ".join(f"{part.replace('_', ' ')} {outputs[f'energy.{part}']:.2f}" for part in PARTS) + " J"),
-    ]  # fmt: skip
+        (
+            "Energies of the shield",
+            ", ".join(f"{part.replace('_', ' ')} {outputs[f'energy.{part}']:.2f}" for part in PARTS) + " J",
+        ),
+    ]
     names = attachment_names(results["options"]["attachment"])
     each = np.reshape(outputs["support.attachment_impulse"], (-1, 3))
     rows += [(f"Impulse on {name}", vector(impulse, "N s", 4)) for name, impulse in zip(names, each)]
@@ -149,9 +160,13 @@ def print_results(results):
     width = max(len(name) for name, _ in rows)
     lines = answer(results)
     lines = [f"\n{lines[0]}. {' '.join(lines[1:])}", *(f"  {name:<{width}}  {value}" for name, value in rows)]
-    lines += ["Books between host and shield", f"  {'one side':>12} {'other side':>12} {'difference':>11} {'relative':>9}  unit   balance"]
+    lines += [
+        "Books between host and shield",
+        f"  {'one side':>12} {'other side':>12} {'difference':>11} {'relative':>9}  unit   balance",
+    ]
     for name, entry in results["balances"].items():
         lines.append(
-            f"  {entry['ours']:12.6g} {entry['theirs']:12.6g} {entry['difference']:11.2e} {entry['relative']:9.1e}  {entry['unit']:<5}  {name}"
+            f"  {entry['ours']:12.6g} {entry['theirs']:12.6g} {entry['difference']:11.2e} {entry['relative']:9.1e}  "
+            f"{entry['unit']:<5}  {name}"
         )
     print("\n".join(lines), flush=True)

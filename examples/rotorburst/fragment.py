@@ -1,7 +1,7 @@
 """The host's model: a rigid fragment in free flight, six degrees of freedom.
 
-Axes: x and y in the plane of a flat sheet, y along the axis of a ring, x up, z along the flight. Units are SI. Quaternions are scalar first and turn body
-vectors into world vectors; the body's z axis is the fragment's axis.
+Axes: x and y in the plane of a flat sheet, y along the axis of a ring, x up, z along the flight. Units are SI. Quaternions are
+scalar first and turn body vectors into world vectors; the body's z axis is the fragment's axis.
 """
 
 import dataclasses
@@ -52,7 +52,8 @@ class Body:
 
 @dataclasses.dataclass(frozen=True)
 class DiscSector:
-    """A sector of a turbine disc: body x outward along its middle, body z along the disc's axis; the shield's shape of that name."""
+    """A sector of a turbine disc: body x outward along its middle, body z along the disc's axis; the shield's shape of that
+    name."""
 
     inner_radius: float  # m, of the bore
     outer_radius: float  # m, of the rim
@@ -109,8 +110,8 @@ class Fragment:
 
     @staticmethod
     def burst(body, ring, distance, speed, angle=0.0):
-        """A sector that left its disc on the axis of a ring, its rim ahead and `distance` before the ring: its spin is that of the disc,
-        and its path leads `angle`, rad, off the plane of rotation, to the middle of the ring."""
+        """A sector that left its disc on the axis of a ring, its rim ahead and `distance` before the ring: its spin is that of
+        the disc, and its path leads `angle`, rad, off the plane of rotation, to the middle of the ring."""
         arm = body.outer_radius - body.support(np.array([1.0, 0.0, 0.0]))
         position = np.array([-arm, -distance * math.tan(angle), ring])
         velocity = speed * np.array([0.0, math.sin(angle), math.cos(angle)])
@@ -121,7 +122,8 @@ class Fragment:
 
     @staticmethod
     def launched(body, distance, speed, spin=0.0, tilt=0.0):
-        """Its front `distance` before the plane z = 0, flying along z; `spin` about its axis, rad/s, all tilted by `tilt`, rad."""
+        """Its front `distance` before the plane z = 0, flying along z; `spin` about its axis, rad/s, all tilted by `tilt`,
+        rad."""
         orientation = product(exponential(np.array([tilt, 0.0, 0.0])), body.start)
         fragment = Fragment(body, np.zeros(3), np.array([0.0, 0.0, speed]), orientation, np.zeros(3))
         fragment.position[2] = -distance - fragment.reach()
@@ -140,7 +142,7 @@ class Fragment:
         """z of the foremost point, or how far the farthest corner from the axis is beyond the ring, m."""
         if not self.ring:
             return self.position[2] + self.reach()
-        x, _, z = (self.position[:, None] + rotation(self.orientation)[:, :2] @ self.body.corners.T)
+        x, _, z = self.position[:, None] + rotation(self.orientation)[:, :2] @ self.body.corners.T
         return float(np.hypot(x, z).max()) - self.ring
 
     def closing(self):
@@ -167,7 +169,14 @@ class Fragment:
 
     def own_force(self):
         """Gravity and quadratic drag, N. Lift and the drag of a tumbling body are left out."""
-        drag = -0.5 * AIR_DENSITY * self.body.drag_coefficient * self.body.frontal_area * np.linalg.norm(self.velocity) * self.velocity
+        drag = (
+            -0.5
+            * AIR_DENSITY
+            * self.body.drag_coefficient
+            * self.body.frontal_area
+            * np.linalg.norm(self.velocity)
+            * self.velocity
+        )
         return self.body.mass * GRAVITY + drag
 
     def step(self, h, own, force=ZERO, torque=ZERO, tick=0.0):

@@ -65,8 +65,12 @@ def run(package, stop, folder):
         return slaves[name], [references[name][connector.name]]
 
     connections = [(place(start), place(end)) for start, end in get_connections(system)]
-    outputs = [(f"{component.name}.{connector.name}", *place(connector))
-               for component in find_components(system) for connector in component.connectors if connector.kind == "output"]  # fmt: skip
+    outputs = [
+        (f"{component.name}.{connector.name}", *place(connector))
+        for component in find_components(system)
+        for connector in component.connectors
+        if connector.kind == "output"
+    ]
 
     def connect():
         for (source, output), (sink, input_) in connections:

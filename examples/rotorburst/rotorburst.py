@@ -2,8 +2,9 @@
 
     python rotorburst.py --fmu ../../target/fmu/FabricShield-fmi2.fmu --out results
 
-Far from the sheet the host flies the fragment alone, in large steps. Close to it both go on in communication steps of 1e-6 s: the FMU
-first, with the fragment's motion at the start of the step; then the host, with the mean force and torque that the FMU measured.
+Far from the sheet the host flies the fragment alone, in large steps. Close to it both go on in communication steps of 1e-6 s: the
+FMU first, with the fragment's motion at the start of the step; then the host, with the mean force and torque that the FMU
+measured.
 Writes history.csv and results.json.
 """
 
@@ -14,16 +15,15 @@ import math
 import pathlib
 import time
 
-import numpy as np
-
 import balances
+import numpy as np
 from fragment import Body, DiscSector, Fragment
 from shield import ATTACHMENTS, DISC_SECTOR, MOTION, Shield, motions, parameter_set
 
 # The sheet and the fragment that strikes it: width of the sheet in inches, its usual attachment, the fragment. A third of a small
-# turbine disc (drag of a cube: S. F. Hoerner, Fluid-Dynamic Drag, 1965) on a sheet of 10 in of Zylon, the same at half the size on one of 3 in,
-# the paper's two sheets with its projectiles, and three separate plies of the 3 in sheet; first of all the ring of 40 in with the sector of
-# 10 in.
+# turbine disc (drag of a cube: S. F. Hoerner, Fluid-Dynamic Drag, 1965) on a sheet of 10 in of Zylon, the same at half the size
+# on one of 3 in, the paper's two sheets with its projectiles, and three separate plies of the 3 in sheet; first of all the ring
+# of 40 in with the sector of 10 in.
 CASES = {
     "ring": (40, "free", DiscSector(0.015, 0.04, 2.0 * math.pi / 3.0, 0.01, 0.118, 1.05)),
     "disc": (10, "four_sides", DiscSector(0.015, 0.04, 2.0 * math.pi / 3.0, 0.01, 0.118, 1.05)),
@@ -35,7 +35,8 @@ CASES = {
 SECTOR = ["inner_radius", "outer_radius", "angle", "thickness"]
 NODES = {40: (1155, 88), 10: (350, 350), 3: (105, 105)}
 PRESETS = {40: "ring_40in", 10: "sheet_10in_cylinder", 3: "sheet_3in_sphere"}
-ZYLON, REAL = "zylon_as_500_35", ["disc", "small"]  # parameter set of a real fabric, and the cases of it; the others have the paper's yarn
+# parameter set of a real fabric, and the cases of it; the others have the paper's yarn
+ZYLON, REAL = "zylon_as_500_35", ["disc", "small"]
 RING = parameter_set("ring_40in")["sheet.radius"]  # m
 ENDS = ["arrested", "exited", "passed", "rebounded"]  # outcomes that end the run
 NEAR = 0.5e-3  # distance from the sheet at which the FMU joins in, m
@@ -94,7 +95,8 @@ def own_step(fragment, h, own, *from_shield):
 
 
 def couple(fragment, shield, ledger, rows, start, step, tick, limit, name):
-    """Flies fragment and shield together until the fragment has stopped or left. Returns what was watched on the way, the outputs and the states."""
+    """Flies fragment and shield together until the fragment has stopped or left. Returns what was watched on the way, the outputs
+    and the states."""
     seen = {"first_contact": -1.0, "end": "time limit"}
     past = 2.0 * fragment.reach()
     mean_force, shown, states = np.zeros(3), 0.0, States(shield)
@@ -168,7 +170,11 @@ def scene_of(arguments, width, body):
 def impact_of(arguments, parameters, fragment):
     """The shield's parameters as a scene of `fabric_kernel`: its preset and fabric, and what differs from these."""
     width, _, body = CASES[arguments.case]
-    changes = {name: parameters[name] for name in ("seed", "sheet.plies", "time_step.seconds", "stack.plies", "stack.gap") if name in parameters}
+    changes = {
+        name: parameters[name]
+        for name in ("seed", "sheet.plies", "time_step.seconds", "stack.plies", "stack.gap")
+        if name in parameters
+    }
     changes |= {"attachment.kind": arguments.attachment, "drive": "prescribed"}
     changes |= {f"projectile.{name}": value.tolist() for name, value in zip(MOTION, motions(fragment))}
     if isinstance(body, DiscSector):
@@ -192,16 +198,32 @@ def parsed():
     parser.add_argument("--fmu", required=True, help="FabricShield-fmi2.fmu")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("results"), help="folder of the results")
     parser.add_argument("--case", choices=CASES, default="ring", help="sheet and fragment (default: %(default)s)")
-    parser.add_argument("--attachment", choices=ATTACHMENTS, help="how the sheet is held (default: four sides; the paper's sheets as there)")
+    parser.add_argument(
+        "--attachment", choices=ATTACHMENTS, help="how the sheet is held (default: four sides; the paper's sheets as there)"
+    )
     parser.add_argument("--plies", type=int, help="plies bonded into one network, sheet.plies (default: 1; of the ring 5)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the yarns' scatter (default: %(default)s)")
     parser.add_argument("--speed", type=float, default=100.0, help="speed at the stand-off, m/s (default: %(default)s)")
     parser.add_argument("--standoff", type=float, default=0.3, help="distance flown before the sheet, m (default: %(default)s)")
-    parser.add_argument("--spin", type=float, default=300.0, help="spin about the axis, rad/s; in the ring that of the disc (default: %(default)s)")
-    parser.add_argument("--tilt", type=float, default=0.0, help="angle of the axis to the flight path, degrees (default: %(default)s)")
-    parser.add_argument("--angle", type=float, default=0.0, help="of the path in the ring to the plane of rotation, degrees (default: %(default)s)")
+    parser.add_argument(
+        "--spin",
+        type=float,
+        default=300.0,
+        help="spin about the axis, rad/s; in the ring that of the disc (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--tilt", type=float, default=0.0, help="angle of the axis to the flight path, degrees (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--angle",
+        type=float,
+        default=0.0,
+        help="of the path in the ring to the plane of rotation, degrees (default: %(default)s)",
+    )
     parser.add_argument("--step", type=float, default=1e-6, help="communication step, s; at most 1e-5 (default: %(default)s)")
-    parser.add_argument("--limit", type=float, default=2e-3, help="end of the coupled run at the latest, s (default: %(default)s)")
+    parser.add_argument(
+        "--limit", type=float, default=2e-3, help="end of the coupled run at the latest, s (default: %(default)s)"
+    )
     parser.add_argument("--capsule", action="store_true", help="also print the FMU's capsule, which `fabric replay` does again")
     arguments = parser.parse_args()
     arguments.attachment = arguments.attachment or CASES[arguments.case][1]

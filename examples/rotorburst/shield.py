@@ -7,7 +7,7 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "coupling"))
 
-import driven_shield  # noqa: E402
+import driven_shield
 
 parameter_set = driven_shield.parameter_set
 DISC_SECTOR = 5
@@ -16,13 +16,34 @@ ATTACHMENTS = {"two_sides": 0, "four_sides": 1, "four_corners": 2, "free": 3}
 MOTION = ["position", "velocity", "orientation", "angular_velocity"]
 # Each outcome stays true once it has happened; it has its time beside it.
 OUTPUTS = [
-    "contact.force_mean", "contact.torque_mean", "contact.force_peak", "contact.impulse", "contact.angular_impulse",
-    "contact.work", "support.impulse", "support.attachment_impulse", "energy.kinetic", "energy.strain",
-    "energy.dissipated", "energy.viscous", "energy.contact_loss", "energy.casing_loss", "energy.residual", "momentum.residual", "fabric.max_deflection",
-    "fabric.max_stretch", "fabric.failed_segments", "contact.unconverged", "ply.failed_segments", "ply.kinetic",
-    "ply.strain", "ply.dissipated", "outcome.first_contact_time", "outcome.detached_time",
+    "contact.force_mean",
+    "contact.torque_mean",
+    "contact.force_peak",
+    "contact.impulse",
+    "contact.angular_impulse",
+    "contact.work",
+    "support.impulse",
+    "support.attachment_impulse",
+    "energy.kinetic",
+    "energy.strain",
+    "energy.dissipated",
+    "energy.viscous",
+    "energy.contact_loss",
+    "energy.casing_loss",
+    "energy.residual",
+    "momentum.residual",
+    "fabric.max_deflection",
+    "fabric.max_stretch",
+    "fabric.failed_segments",
+    "contact.unconverged",
+    "ply.failed_segments",
+    "ply.kinetic",
+    "ply.strain",
+    "ply.dissipated",
+    "outcome.first_contact_time",
+    "outcome.detached_time",
     *(f"outcome.{name}" for name in ("first_contact", "arrested", "detached", "exited", "passed", "rebounded")),
-]  # fmt: skip
+]
 
 
 class Shield(driven_shield.Shield):

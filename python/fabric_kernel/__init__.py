@@ -12,6 +12,21 @@ from .runs import fly, history
 
 __version__ = VERSION
 __all__ = [
-    "PRESETS", "VERSION", "ClusterLost", "Failed", "Refused", "Scene", "Simulation", "ensemble", "fly", "fragment_map", "history", "model_error",
-    "parameters", "replay", "vary", "yarn_of_fibrils", "yarns_of_fibrils",
-]  # fmt: skip
+    "PRESETS",
+    "VERSION",
+    "ClusterLost",
+    "Failed",
+    "Refused",
+    "Scene",
+    "Simulation",
+    "ensemble",
+    "fly",
+    "fragment_map",
+    "history",
+    "model_error",
+    "parameters",
+    "replay",
+    "vary",
+    "yarn_of_fibrils",
+    "yarns_of_fibrils",
+]

@@ -1,4 +1,5 @@
-"""Scenes and simulations of the kernel. All numbers are in SI units; vectors and quaternions (scalar first) in the host's frame."""
+"""Scenes and simulations of the kernel. All numbers are in SI units; vectors and quaternions (scalar first) in the host's
+frame."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -65,7 +66,8 @@ class FibrilYarn(TypedDict):
     """Damage variable just beyond each."""
 
 def yarn_of_fibrils(seed: int, number: int, *, straight: bool = False) -> FibrilYarn:
-    """Yarn `number` of the population `seed`: a bundle of the paper's fibrils, pulled until it breaks; `straight`: of aligned ones."""
+    """Yarn `number` of the population `seed`: a bundle of the paper's fibrils, pulled until it breaks; `straight`: of aligned
+    ones."""
 
 def yarns_of_fibrils(seed: int, count: int) -> NDArray[numpy.float64]:
     """Modulus, Pa, fitted damage rate and its misfit of each of the first yarns of a population: an array (count, 3)."""
@@ -73,9 +75,11 @@ def yarns_of_fibrils(seed: int, count: int) -> NDArray[numpy.float64]:
 class Scene:
     """Everything that defines a simulation. It never changes, can be compared and pickled, and is small.
 
-    A preset, and what differs from it: `Scene("sheet_3in_sphere", seed=7, projectile={"velocity": [0, 0, 80]})`, or with the whole
-    names `Scene("sheet_3in_sphere", {"projectile.velocity": [0, 0, 80]})`. Names and values are those of scene files (data/fabrics/README.md):
-    `Scene(fabric="kevlar_km2_s706", sheet={"width": "102 mm"}, projectile={"diameter": "5.56 mm", "material": "steel"}, aim={"angle": "30 deg"})`.
+    A preset, and what differs from it: `Scene("sheet_3in_sphere", seed=7, projectile={"velocity": [0, 0, 80]})`, or with the
+    whole names `Scene("sheet_3in_sphere", {"projectile.velocity": [0, 0, 80]})`. Names and values are those of scene files
+    (data/fabrics/README.md):
+    `Scene(fabric="kevlar_km2_s706", sheet={"width": "102 mm"}, projectile={"diameter": "5.56 mm", "material": "steel"},
+    aim={"angle": "30 deg"})`.
     Whether the values are of the right type is checked here, whether they can be simulated by `check` and `Simulation`.
 
     Raises Refused with the name.
@@ -99,19 +103,19 @@ class Scene:
         """The same with the projectile against the sheet, so that its centre flies through `point`.
 
         The point (m) is given in the sheet's plane from its middle. The projectile touches the first ply in its way with its
-        foremost point; with a velocity askew the centre reaches the plane beside that. A point more than a mesh beside the sheet is
-        refused.
+        foremost point; with a velocity askew the centre reaches the plane beside that. A point more than a mesh beside the sheet
+        is refused.
         """
 
     def graded(self, error: float) -> Scene:
-        """The same with the graded network that the kernel chooses for this error of the absorbed energy, 0.005 to 0.1; whole if that
-        leaves no node out, or if the sheet is held at its corners."""
+        """The same with the graded network that the kernel chooses for this error of the absorbed energy, 0.005 to 0.1; whole if
+        that leaves no node out, or if the sheet is held at its corners."""
 
     def check(self) -> None:
         """Refuses, in some milliseconds, what `Simulation` would refuse, with the same exception.
 
-        Of more than 8192 drawn segments, or nodes under the projectile, so many are looked at: what another one alone forbids is found
-        by `Simulation`. Raises MemoryError if the machine has less memory than the scene takes.
+        Of more than 8192 drawn segments, or nodes under the projectile, so many are looked at: what another one alone forbids is
+        found by `Simulation`. Raises MemoryError if the machine has less memory than the scene takes.
         """
 
     def values(self) -> dict[str, Any]:
@@ -121,7 +125,8 @@ class Scene:
         """Every number of the scene as 64 bits, in the order of `parameters`."""
 
     def text(self) -> str:
-        """The scene as a TOML file, with its fabrics, its projectile's material and their sources, every parameter and its meaning."""
+        """The scene as a TOML file, with its fabrics, its projectile's material and their sources, every parameter and its
+        meaning."""
 
     @property
     def fabrics(self) -> tuple[str | None, str | None]:
@@ -132,8 +137,8 @@ class Scene:
         """Of the projectile, if its mass follows from it."""
 
     def weave(self) -> dict[str, float]:
-        """Of the fabric of the sheet the "thickness" of the ply and "width" of a yarn in it, m, and the "friction" between yarns, as far as its table
-        gives them, and the larger "spacing" of its yarns, m; what is missing is unknown."""
+        """Of the fabric of the sheet the "thickness" of the ply and "width" of a yarn in it, m, and the "friction" between yarns,
+        as far as its table gives them, and the larger "spacing" of its yarns, m; what is missing is unknown."""
 
     def features(self) -> dict[str, str]:
         """Features of the kernel that the scene needs, with the field that asks for each."""
@@ -160,13 +165,15 @@ class StepLimits(TypedDict):
     step_max: float
 
 class Slip(TypedDict):
-    crossings: tuple[int, int, int]  # Crossings that no support holds: within 5 and within 10 spacings of the projectile, and in the whole sheet
+    # Crossings that no support holds: within 5 and within 10 spacings of the projectile, and in the whole sheet
+    crossings: tuple[int, int, int]
     slipping: tuple[int, int, int]  # Those of them at which pinning takes more than friction and adhesion give
     largest: float  # N: Largest force in the plane that pinning takes at a crossing
 
 # Made by `cargo xtask fmu` of the kernel's outputs; do not edit.
 class Contact(TypedDict):
-    force_peak: float  # N: Largest mean force over consecutive windows of force_window; until the first is full the mean force over the time elapsed
+    # N: Largest mean force over consecutive windows of force_window; until the first is full the mean force over the time elapsed
+    force_peak: float
     impulse: Vector  # N.s: Impulse on the projectile since the start
     angular_impulse: Vector  # N.m.s: Angular impulse on the projectile about its moving centre of mass since the start
     work: float  # J: Work of the projectile on the fabric since the start: the energy absorbed
@@ -179,13 +186,16 @@ class Counters(TypedDict):
     ply_penetration: float  # m: Deepest way of a node through the one that it faces in the next of separate plies so far
     contacts: int  # Nodes with a contact impulse in the last step
     unconverged: int  # Contact solves that were given up
-    contact_residual: float  # m/s: Greatest speed by which a contact has failed its law in a solve that was given up; 0 if all converged
+    # m/s: Greatest speed by which a contact has failed its law in a solve that was given up; 0 if all converged
+    contact_residual: float
     most_sweeps: int  # Most Gauss-Seidel sweeps of one contact solve, passes of Newton's method included
     most_candidates: int  # Most candidate nodes of one step
     candidate_capacity: int  # Places for candidate nodes
     iterations: int  # Iterations of the theta rule; 0 with velocity Verlet
     most_iterations: int  # Most iterations of one step
-    beyond_fine: int  # Steps in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be too far apart to feel it: 0 in a run that is to be trusted
+    # Steps in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be too far apart to
+    # feel it: 0 in a run that is to be trusted
+    beyond_fine: int
 
 class Energy(TypedDict):
     projectile_kinetic: float  # J: Kinetic energy of the projectile; 0 if its mass is unknown
@@ -204,7 +214,8 @@ class Energy(TypedDict):
     residual: float  # J: What the energy balance does not close by
 
 class Fabric(TypedDict):
-    max_deflection: float  # m: Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet)
+    # m: Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet)
+    max_deflection: float
     max_stretch: float  # Largest stretch of a segment that has not failed
 
 class Ply(TypedDict):
@@ -221,8 +232,10 @@ class Projectile(TypedDict):
 
 class Support(TypedDict):
     total: Vector  # N.s: Impulse of the sheet on all its supports since the start
-    attachments: tuple[Vector, Vector, Vector, Vector]  # N.s: The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)
-    force: Quaternion  # N: Mean force on each attachment over the last window of force_window; 0 before, and without a hold or a strength
+    # N.s: The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)
+    attachments: tuple[Vector, Vector, Vector, Vector]
+    # N: Mean force on each attachment over the last window of force_window; 0 before, and without a hold or a strength
+    force: Quaternion
     let_go: Quaternion  # s: Time at which each attachment let go; 0: it has not
     casing: Vector  # N.s: The same for the case of a ring
 
@@ -266,8 +279,8 @@ class Simulation:
     """One impact. What it computes leaves the interpreter free for other threads; one thread at a time may use it.
 
     Raises Refused if the scene cannot be simulated, MemoryError if it takes more memory than there is.
-    Steps warn (RuntimeWarning), once, when the energy balance is open by more than 1 % of the impact energy, unless `warns` is False;
-    they look every 256 steps.
+    Steps warn (RuntimeWarning), once, when the energy balance is open by more than 1 % of the impact energy, unless `warns` is
+    False; they look every 256 steps.
     `capsule` is a file that gets every call which changes the simulation: `replay(FILE)` does them again and compares the bits.
     """
 
@@ -298,7 +311,8 @@ class Simulation:
         """Takes so many steps."""
 
     def run(self, until: str | Sequence[str], steps: int, *, failed: int | None = None) -> int:
-        """Steps until one of the outcomes ("arrested", "detached", "exited", "passed", "through", "rebounded") has come, or so many steps are taken; with
+        """Steps until one of the outcomes ("arrested", "detached", "exited", "passed", "through", "rebounded") has come, or so
+        many steps are taken; with
         `failed` one by one, and only until at least so many segments have failed.
 
         Returns the steps taken. Ctrl-C stops it between two steps.
@@ -317,7 +331,8 @@ class Simulation:
     ) -> None:
         """Moves a prescribed projectile along a path of `path_steps` steps that ends with this pose and these rates.
 
-        The path starts at the step count `first`, the present one if none is given; of it `steps` are taken, all if none are given.
+        The path starts at the step count `first`, the present one if none is given; of it `steps` are taken, all if none are
+        given.
         """
 
     def reset(self) -> None:
@@ -327,8 +342,8 @@ class Simulation:
         """The force, N, and torque, N m, that act on a free projectile from now on."""
 
     def set_motion(self, positions: ArrayLike, velocities: ArrayLike) -> None:
-        """Starts from positions, m, and velocities, m/s, of all nodes, in arrays of the shape that `positions()` gives, however they
-        lie in memory. They are copied; whole numbers and smaller floats are converted, every other type is refused."""
+        """Starts from positions, m, and velocities, m/s, of all nodes, in arrays of the shape that `positions()` gives, however
+        they lie in memory. They are copied; whole numbers and smaller floats are converted, every other type is refused."""
 
     def set_largest_stretch(self, stretches: ArrayLike) -> None:
         """Gives every segment the largest stretch that it has had (at most 1: undamaged), in the order of `stretch()`."""
@@ -353,9 +368,11 @@ class Simulation:
         """What one ply of a stack holds, J."""
 
     def slip(self, thickness: float, friction: float, adhesion: float = 0.0) -> Slip:
-        """At how many crossings yarns would slip, which the network pins (docs/validation.md, "Where crossings slip"). Not of curved sheets.
+        """At how many crossings yarns would slip, which the network pins (docs/validation.md, "Where crossings slip"). Not of
+        curved sheets.
 
-        thickness: of the ply, m, > 0. friction: coefficient between yarns, >= 0. adhesion: the force at a crossing without pressure, N, >= 0.
+        thickness: of the ply, m, > 0. friction: coefficient between yarns, >= 0. adhesion: the force at a crossing without
+        pressure, N, >= 0.
         Raises Refused if one is out of range."""
 
     def momentum_residual(self) -> Vector:

@@ -66,7 +66,8 @@ def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
     nodes = f"{value['sheet.nodes_x']} x {value['sheet.nodes_y']}"
     held = value["attachment.kind"].replace("_", " ")
     return (
-        f"Sheet: {name}{plies}, {areal_density(scene):.4g} kg/m², {size(scene)} mm, held: {held}; {nodes} nodes {bar} mm apart; yarn: {yarn}, viscosity {viscosity}.",
+        f"Sheet: {name}{plies}, {areal_density(scene):.4g} kg/m², {size(scene)} mm, held: {held}; {nodes} nodes {bar} mm apart; "
+        f"yarn: {yarn}, viscosity {viscosity}.",
         f"Projectile: {', '.join(body)}.",
         f"fabric_kernel {VERSION}, scene {scene_hash(scene)} (the start of the SHA-256 of its parameters).",
     )
@@ -81,14 +82,19 @@ def attachments(scene: Scene) -> str:
         length = f"{1e3 * grip:.4g} mm of yarn in the grip" if grip else "a grip without end"
         slips = f"they slip at {hold:.4g} N a bar, {hold / bar:.2f} of the {bar:.4g} N at which it breaks, with {length}"
     fails = f"each fails at {whole:.4g} N" if whole else "none fails as a whole"
-    return "No attachments: the sheet is free." if scene["attachment.kind"] == "free" else f"Assumed of the attachments: {slips}; {fails}."
+    return (
+        "No attachments: the sheet is free."
+        if scene["attachment.kind"] == "free"
+        else f"Assumed of the attachments: {slips}; {fails}."
+    )
 
 
 def cautions(scene: Scene) -> tuple[str, ...]:
     """What a reader of a limit must know first, a sentence or two each; the first two belong to the answer."""
     yarn, window = PAPER if of_the_paper(scene) else VISCOSITY, windowing(scene)
     width = (
-        f"The limit is that of a sheet of this width and support, {size(scene)} mm and {scene['attachment.kind'].replace('_', ' ')}, which decide it "
+        f"The limit is that of a sheet of this width and support, {size(scene)} mm and "
+        f"{scene['attachment.kind'].replace('_', ' ')}, which decide it "
         "(docs/v50.md): fabric v50 --sensitivity measures by how much."
     )
     return (width, attachments(scene), f"{CAVEAT} {yarn}", *filter(None, [window.sentence() if window else ""]))
@@ -106,7 +112,10 @@ SHOT_AT = "shot_at.toml"
 
 def of_a_scene(name: str, about: str, files: str) -> argparse.ArgumentParser:
     """What every command `fabric NAME` is given: a scene, a seed, and a folder for these files."""
-    ends = "Exit status: 0; 4 if slower shots go through while faster ones are stopped, so that there is no single limit; 1 after a failure; 2 for what is refused."
+    ends = (
+        "Exit status: 0; 4 if slower shots go through while faster ones are stopped, so that there is no single limit; 1 after "
+        "a failure; 2 for what is refused."
+    )
     parser = argparse.ArgumentParser(prog=f"fabric {name}", description=about, epilog=ends)
     parser.add_argument("scene", help=f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
@@ -116,8 +125,8 @@ def of_a_scene(name: str, about: str, files: str) -> argparse.ArgumentParser:
 
 @contextlib.contextmanager
 def command(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Iterator[tuple[Scene, str]]:
-    """The work of a command with the scene and the name of its fabric, in a folder that is made that of the scene: what goes wrong ends it with
-    one line."""
+    """The work of a command with the scene and the name of its fabric, in a folder that is made that of the scene: what goes
+    wrong ends it with one line."""
     interrupted = f"what has ended is in {given.out / 'runs.jsonl'}, and the same command goes on from there"
     with ending(parser, interrupted):
         scene, fabric = scene_named(given.scene)

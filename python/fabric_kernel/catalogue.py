@@ -14,9 +14,14 @@ from ._kernel import replay as replayed
 
 def scene(arguments: Sequence[str]) -> None:
     """The command `fabric scene`."""
-    parser = argparse.ArgumentParser(prog="fabric scene", description="A scene file with every parameter, its unit and its meaning; without a name, the presets.")
+    parser = argparse.ArgumentParser(
+        prog="fabric scene",
+        description="A scene file with every parameter, its unit and its meaning; without a name, the presets.",
+    )
     parser.add_argument("scene", nargs="?", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
-    parser.add_argument("--features", action="store_true", help="which features of the kernel the scene needs, and how a build has no others")
+    parser.add_argument(
+        "--features", action="store_true", help="which features of the kernel the scene needs, and how a build has no others"
+    )
     given = parser.parse_args(arguments)
     with scenes.ending(parser):
         if given.features:
@@ -31,7 +36,10 @@ def needed(scene: Scene) -> str:
     """The features that a scene needs, and the lines of a build that leaves all others out."""
     features = scene.features()
     rows = [[name, field] for name, field in features.items()]
-    listed, flags = ", ".join(f'"{name}"' for name in features), ",".join(["bare", *(f"fabric-kernel/{name}" for name in features)])
+    listed, flags = (
+        ", ".join(f'"{name}"' for name in features),
+        ",".join(["bare", *(f"fabric-kernel/{name}" for name in features)]),
+    )
     return (
         f"{page.printed(['feature', 'asked for by'], rows)}\n"
         f'Cargo.toml:  fabric-kernel = {{ version = "{VERSION}", default-features = false, features = [{listed}] }}\n'
@@ -42,7 +50,9 @@ def needed(scene: Scene) -> str:
 
 def fabrics(arguments: Sequence[str]) -> None:
     """The command `fabric fabrics`."""
-    parser = argparse.ArgumentParser(prog="fabric fabrics", description="The named fabrics for the table [fabric] of a scene file.")
+    parser = argparse.ArgumentParser(
+        prog="fabric fabrics", description="The named fabrics for the table [fabric] of a scene file."
+    )
     parser.add_argument("name", nargs="?", help="of one, or the file of one of your own: its numbers with their sources")
     given = parser.parse_args(arguments)
     with scenes.ending(parser):
@@ -55,11 +65,16 @@ def fabrics(arguments: Sequence[str]) -> None:
         shown = lambda number, digits: f"{number:.{digits}f}" if math.isfinite(number) else "-"
         rows = [
             [
-                name, shown(1e3 * one["areal_density"], 1), shown(1e3 * one["spacing"], 4), shown(1e6 * one["area"], 5), shown(one["wave_speed"], 0),
-                shown(one["critical_stretch"], 5), one["title"],
+                name,
+                shown(1e3 * one["areal_density"], 1),
+                shown(1e3 * one["spacing"], 4),
+                shown(1e6 * one["area"], 5),
+                shown(one["wave_speed"], 0),
+                shown(one["critical_stretch"], 5),
+                one["title"],
             ]
             for name, one in found.items()
-        ]  # fmt: skip
+        ]
         print(page.printed(["name", "g/m2", "spacing mm", "area mm2", "wave m/s", "U_c", "title"], rows))
         print("sources: fabric fabrics NAME", flush=True)
 
@@ -67,7 +82,9 @@ def fabrics(arguments: Sequence[str]) -> None:
 def replay(arguments: Sequence[str]) -> None:
     """The command `fabric replay`."""
     ends = "Exit status: 0 same bits; 1 a difference, or a capsule that is cut off; 2 for what is refused."
-    parser = argparse.ArgumentParser(prog="fabric replay", description="Does a capsule again and compares bit by bit.", epilog=ends)
+    parser = argparse.ArgumentParser(
+        prog="fabric replay", description="Does a capsule again and compares bit by bit.", epilog=ends
+    )
     parser.add_argument("file", type=Path, help="as `fabric run --capsule`, Simulation(..., capsule=FILE), C or an FMU wrote it")
     given = parser.parse_args(arguments)
     with scenes.ending(parser):
@@ -77,7 +94,11 @@ def replay(arguments: Sequence[str]) -> None:
         if found["difference"] is not None:
             print(f"{given.file}: {found['difference']}", flush=True)
         else:
-            print(f"{given.file}: same bits: {found['calls']} calls, {found['step']} steps, {found['digests']} digests, the last {found['digest']}", flush=True)
+            print(
+                f"{given.file}: same bits: {found['calls']} calls, {found['step']} steps, {found['digests']} digests, the last "
+                f"{found['digest']}",
+                flush=True,
+            )
         if not found["whole"]:
             print(f"{given.file}: it is cut off, or its program did not end it; what is whole was replayed", flush=True)
     if not found["same"]:

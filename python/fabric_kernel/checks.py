@@ -23,7 +23,7 @@ def numbers(name: str, values: Any, *, zero: bool = False, count: int | None = N
     if found.ndim != 1 or not len(found) or count not in (None, len(found)):
         refuse(name, f"a list of {count or 'one or more'} numbers", f"an array of shape {found.shape}")
     for number, one in enumerate(found.tolist()):
-        if not (0.0 < one or zero and one == 0.0) or one == math.inf:
+        if not (one > 0.0 or (zero and one == 0.0)) or one == math.inf:
             refuse(f"{name}[{number}]", "a finite number, 0 or above" if zero else "a finite number above 0", one)
     return found
 
@@ -42,7 +42,11 @@ def results(name: str, values: Any, count: int) -> numpy.ndarray:
 def whole(name: str, value: Any, least: int) -> int:
     """A whole number that is no smaller than this."""
     if isinstance(value, bool) or not isinstance(value, kinds.Integral) or value < least:
-        refuse(name, f"at least {least}" if isinstance(value, kinds.Real) and value < least else f"a whole number, at least {least}", value)
+        refuse(
+            name,
+            f"at least {least}" if isinstance(value, kinds.Real) and value < least else f"a whole number, at least {least}",
+            value,
+        )
     return int(value)
 
 
@@ -54,8 +58,8 @@ def confident(value: Any) -> float:
 
 
 def rank(confidence: float, tests: int, name: str = "tests") -> int:
-    """k so that one more test of n alike lies above the k-th smallest with a probability of at most 1 - confidence: all n + 1 ranks are equally
-    likely, so k = ceil(confidence (n + 1)), and n is at least confidence/(1 - confidence)."""
+    """k so that one more test of n alike lies above the k-th smallest with a probability of at most 1 - confidence: all n + 1
+    ranks are equally likely, so k = ceil(confidence (n + 1)), and n is at least confidence/(1 - confidence)."""
     confident(confidence)
     least = math.ceil(confidence / (1 - confidence) - 1e-9)
     if whole(name, tests, 0) < least:
@@ -65,4 +69,8 @@ def rank(confidence: float, tests: int, name: str = "tests") -> int:
 
 def twice(name: str, values: Sequence[Any]) -> list[str]:
     """A sentence for each value that is given more than once."""
-    return [f"{name}: {value} is given {count} times and shot once." for value, count in collections.Counter(values).items() if count > 1]
+    return [
+        f"{name}: {value} is given {count} times and shot once."
+        for value, count in collections.Counter(values).items()
+        if count > 1
+    ]

@@ -1,17 +1,18 @@
 """How the velocity of the next shot is chosen, for many tests at once.
 
-A design has a centre and a scale (m/s), which say where and how finely its shots lie, `start(tests)`, and `next(velocities, through)`,
-which gives the next velocity of each test from its shots so far, (tests, shots).
+A design has a centre and a scale (m/s), which say where and how finely its shots lie, `start(tests)`, and `next(velocities,
+through)`, which gives the next velocity of each test from its shots so far, (tests, shots).
 
-Both begin with a guess or, without one, with a bracket: the velocity is doubled while every shot is stopped and halved while every one
-goes through; then both results give the guess. No velocity is below half of the slowest before it.
-Neyer: halve the range until the highest stopped shot and the lowest that went through are nearer than the guess of sigma, then shoot
-where Fisher's information grows most. As long as results do not overlap, mu is taken in the middle of the gap and sigma as the guess,
-which shrinks by 0.8 at each shot.
-ThreePhase: (1) find both results, then an overlap, and strengthen it; (2) shoot where Fisher's information grows most; (3) if asked,
-approach the velocity of one share by the Robbins-Monro-Joseph procedure.
+Both begin with a guess or, without one, with a bracket: the velocity is doubled while every shot is stopped and halved while
+every one goes through; then both results give the guess. No velocity is below half of the slowest before it.
+Neyer: halve the range until the highest stopped shot and the lowest that went through are nearer than the guess of sigma, then
+shoot where Fisher's information grows most. As long as results do not overlap, mu is taken in the middle of the gap and sigma as
+the guess, which shrinks by 0.8 at each shot.
+ThreePhase: (1) find both results, then an overlap, and strengthen it; (2) shoot where Fisher's information grows most; (3) if
+asked, approach the velocity of one share by the Robbins-Monro-Joseph procedure.
 Plan: the velocities are given.
-Limits: the first phase of ThreePhase widens its range by 1.5 guesses of sigma times 1, 3, 6, ...; the paper gives the first steps only.
+Limits: the first phase of ThreePhase widens its range by 1.5 guesses of sigma times 1, 3, 6, ...; the paper gives the first steps
+only.
 Reference: B. T. Neyer, Technometrics 36 (1994) 61; C. F. J. Wu and Y. Tian, J. Statist. Planning and Inference 149 (2014) 1;
 V. R. Joseph, Biometrika 91 (2004) 461.
 """
@@ -56,7 +57,9 @@ class Refined:
         known = numpy.isfinite(mu)
         self.mu[rows], self.sigma[rows] = mu, numpy.where(known, sigma, 0.0)
         mu = numpy.clip(numpy.where(known, mu, 0.5 * (slowest + fastest)), slowest, fastest)
-        return most_informative(velocities, mu, numpy.where(known, numpy.minimum(sigma, fastest - slowest), fastest - slowest), self.link)
+        return most_informative(
+            velocities, mu, numpy.where(known, numpy.minimum(sigma, fastest - slowest), fastest - slowest), self.link
+        )
 
 
 class Guess:
@@ -65,7 +68,8 @@ class Guess:
     first = None
     """First velocity of a bracket, m/s; None with a guess."""
     largest = math.inf
-    """Largest standard deviation of single limits over V50; limited with a bracket, whose factors suppose that no limit is negative."""
+    """Largest standard deviation of single limits over V50; limited with a bracket, whose factors suppose that no limit is
+    negative."""
 
     def __init__(self, low, high, sigma, link="probit"):
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
@@ -77,10 +81,13 @@ class Guess:
 
     @classmethod
     def bracketed(cls, first, sigma=None, link="probit", **options):
-        """The design without a guess of V50: it brackets from this velocity, m/s. sigma: None: DEVIATION of the middle of the bracket."""
+        """The design without a guess of V50: it brackets from this velocity, m/s. sigma: None: DEVIATION of the middle of the
+        bracket."""
         if not (first > 0 and math.isfinite(first)):
             raise ValueError(f"first: must be positive; it is {first:g}")
-        design = cls(0.5 * first, 1.5 * first, DEVIATION * first / LINKS[link].deviation if sigma is None else sigma, link, **options)
+        design = cls(
+            0.5 * first, 1.5 * first, DEVIATION * first / LINKS[link].deviation if sigma is None else sigma, link, **options
+        )
         design.first, design.known, design.largest = float(first), sigma is not None, LARGEST
         return design
 
@@ -102,7 +109,8 @@ class Guess:
         return numpy.maximum(self.choose(velocities, through), 0.5 * velocities.min(axis=-1))
 
     def widened(self, velocities, through, up, down):
-        """The next velocity of each test, NaN where both results have come. up, down: as far as the design goes with its guess."""
+        """The next velocity of each test, NaN where both results have come. up, down: as far as the design goes with its
+        guess."""
         hits, shots = through.sum(axis=-1), velocities.shape[1]
         if self.first is not None:
             up, down = FACTOR * velocities.max(axis=-1), velocities.min(axis=-1) / FACTOR

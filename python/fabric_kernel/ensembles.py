@@ -1,7 +1,7 @@
 """Ensembles: many runs, on the cores of this machine or on a Dask cluster, kept as they come.
 
-A run is a function of its scene alone, to the bit, so the table does not depend on the order of the runs, on the number or the kind
-of workers, or on how often the ensemble was killed and resumed.
+A run is a function of its scene alone, to the bit, so the table does not depend on the order of the runs, on the number or the
+kind of workers, or on how often the ensemble was killed and resumed.
 """
 
 import collections
@@ -64,16 +64,16 @@ def ensemble(
 
     A row has the `key` of its run, the parameters in which the scenes differ, and what `fly` returns.
 
-    - `keep`: a file that receives each result as it comes, one JSON object a line. What is in it already is not run again, so a call
-      that was killed goes on where it was. A result belongs to a scene, `until`, `steps` and one build of this package.
+    - `keep`: a file that receives each result as it comes, one JSON object a line. What is in it already is not run again, so a
+      call that was killed goes on where it was. A result belongs to a scene, `until`, `steps` and one build of this package.
     - `on`: where it runs. None: a process for each core; a number: so many processes; the address of a Dask scheduler, or a
       `distributed.Client` or cluster (for SLURM `dask_jobqueue.SLURMCluster`).
     - `batch`: runs that a worker gets at a time. A task should take a second or so on a large cluster.
     - `progress`: whether to show a progress bar; None: on a terminal; elsewhere a line on stderr each half minute.
 
-    Warns (RuntimeWarning) if some of the results are not to be trusted as they are (`fly`), or if runs of different scenes are equal,
-    as where a scene draws nothing from its seed. Raises Refused, with the name of the field, if a scene cannot be simulated;
-    ClusterLost if the workers are gone.
+    Warns (RuntimeWarning) if some of the results are not to be trusted as they are (`fly`), or if runs of different scenes are
+    equal, as where a scene draws nothing from its seed. Raises Refused, with the name of the field, if a scene cannot be
+    simulated; ClusterLost if the workers are gone.
     """
     if isinstance(scenes, Scene):
         raise TypeError("scenes: must be a list of scenes; of one scene it is [scene]")
@@ -100,8 +100,8 @@ def each(
 ) -> dict[str, Any]:
     """Does any work as `ensemble` flies scenes: what `work`, a function of a module, gives for each job, by the key of the job.
 
-    A result is what JSON makes of it, in a line of at most LONGEST_LINE bytes. What `keep` has under a key is not done again, so a key
-    names everything that its result depends on (BUILD, too). `name`: of the progress bar; for the rest see `ensemble`.
+    A result is what JSON makes of it, in a line of at most LONGEST_LINE bytes. What `keep` has under a key is not done again, so
+    a key names everything that its result depends on (BUILD, too). `name`: of the progress bar; for the rest see `ensemble`.
     """
     rows: dict[str, Any] = {}
     if keep is not None:
@@ -148,7 +148,10 @@ def _fly(scene: Scene, until: Sequence[str], steps: int) -> dict[str, Any]:
 
 
 def _other_build(worker: str, its: str, own: str) -> str:
-    return f"{worker} has another build of fabric_kernel: its library is {its[:16]}, that of the caller {own[:16]} (starts of SHA-256)"
+    return (
+        f"{worker} has another build of fabric_kernel: its library is {its[:16]}, that of the caller {own[:16]} (starts of "
+        f"SHA-256)"
+    )
 
 
 def _build() -> str:
@@ -186,15 +189,16 @@ def _locally(work: Any, tasks: list[list[Any]], workers: int) -> Iterator[list[t
 
 
 def _begin() -> None:
-    """A worker's start. Ctrl-C is for the caller; a worker that it reaches too ends without a word, and so does one whose parent is gone."""
+    """A worker's start. Ctrl-C is for the caller; a worker that it reaches too ends without a word, and so does one whose parent
+    is gone."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
     threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
 
 
 def _on_cluster(work: Any, tasks: list[list[Any]], on: Any) -> Iterator[list[tuple[str, str]]]:
-    """On a Dask cluster, which gives the tasks of a worker that dies to the others. A worker with another build is refused: those that
-    are there by their address before the first task, later ones by their first task."""
+    """On a Dask cluster, which gives the tasks of a worker that dies to the others. A worker with another build is refused: those
+    that are there by their address before the first task, later ones by their first task."""
     import distributed
 
     mine = not isinstance(on, distributed.Client)
@@ -249,8 +253,8 @@ def kept(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def append(path: Path, results: list[tuple[str, str]]) -> None:
-    """Adds results to a file, each in one line, at once. Raises OSError with the path, as where the disk is full: what the file had
-    before is not lost."""
+    """Adds results to a file, each in one line, at once. Raises OSError with the path, as where the disk is full: what the file
+    had before is not lost."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with naming(path), path.open("a") as file:
         file.write("".join(f'{{"key": "{key}", "row": {line}}}\n' for key, line in results))
@@ -265,8 +269,10 @@ def _repeats(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     if not alike:
         return []
     return [
-        f"{alike} of {len(rows)} runs have the result of another run, to the bit: what their scenes differ by changes nothing. Of the seed "
-        "that is so where the yarn is not drawn (yarn.stochastic and yarn.strength_draw); draw something else, such as the impact point "
+        f"{alike} of {len(rows)} runs have the result of another run, to the bit: what their scenes differ by changes nothing. "
+        f"Of the seed "
+        "that is so where the yarn is not drawn (yarn.stochastic and yarn.strength_draw); draw something else, such as the "
+        "impact point "
         "(`vary`)."
     ]
 
@@ -278,7 +284,9 @@ def _table(keys: list[str], scenes: Sequence[Scene], rows: Mapping[str, dict[str
     values = [_flat(scene.values()) for scene in scenes]
     names = {name: None for one in values for name in one}
     differ = [name for name in names if len({json.dumps(one.get(name)) for one in values}) > 1]
-    return with_attrs(pandas.DataFrame([{"key": key} | {name: one.get(name) for name in differ} | rows[key] for key, one in zip(keys, values)]))
+    return with_attrs(
+        pandas.DataFrame([{"key": key} | {name: one.get(name) for name in differ} | rows[key] for key, one in zip(keys, values)])
+    )
 
 
 def _flat(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -310,7 +318,8 @@ def vary(
     """Scenes that differ from `base` by what is drawn for each; always by the seed of the yarn.
 
     Each of what follows is a number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats:
-    `(40, 60)` is 40 or 60, and no range; `scipy.stats.uniform(40, 60)` is the range from 40 to 100, as its second argument is the width.
+    `(40, 60)` is 40 or 60, and no range; `scipy.stats.uniform(40, 60)` is the range from 40 to 100, as its second argument is the
+    width.
 
     - `speed`: of the projectile, m/s, above 0, in the direction it has in `base`;
     - `point`: where its centre meets the plane of the sheet, m from the middle, along x and along y;
@@ -318,15 +327,17 @@ def vary(
     - `tilt`: angle, rad, by which the body is turned besides, about an axis across its velocity, all of which are equally likely;
     - `parameters`: any others, by their names.
 
-    The draws of scene k depend on `seed` and k alone, so a longer list begins with the shorter one. With a point, an attitude or a
-    tilt the projectile is placed against the sheet (`Scene.aimed`).
+    The draws of scene k depend on `seed` and k alone, so a longer list begins with the shorter one. With a point, an attitude or
+    a tilt the projectile is placed against the sheet (`Scene.aimed`).
     """
     checks.whole("count", count, 0)
     checks.whole("seed", seed, 0)
     for name, given, other in (("speed", speed, "velocity"), ("attitude", attitude, "orientation"), ("point", point, "position")):
         if given is not None and f"projectile.{other}" in (parameters or {}):
             checks.refuse(name, f"left out beside projectile.{other} among the parameters, of which it is a part", given)
-    return [_drawn(base, numpy.random.default_rng([seed, k]), speed, point, attitude, tilt, parameters or {}) for k in range(count)]
+    return [
+        _drawn(base, numpy.random.default_rng([seed, k]), speed, point, attitude, tilt, parameters or {}) for k in range(count)
+    ]
 
 
 def within_mesh(scene: Scene, point: Sequence[float]) -> tuple[Distribution, Distribution]:
@@ -344,8 +355,12 @@ def _draw(name: str, distribution: Distribution, random: numpy.random.Generator,
     elif not isinstance(distribution, (str, bytes)) and hasattr(distribution, "__len__"):
         drawn = distribution[int(random.integers(len(distribution)))] if len(distribution) else None
     number = isinstance(drawn, numbers.Real)
-    if drawn is None or number and not math.isfinite(drawn) or not number and not words:
-        checks.refuse(name, "a finite number, a sequence of such, or a frozen distribution whose draws are finite", f"{distribution!r}, which gave {drawn!r}")
+    if drawn is None or (number and not math.isfinite(drawn)) or (not number and not words):
+        checks.refuse(
+            name,
+            "a finite number, a sequence of such, or a frozen distribution whose draws are finite",
+            f"{distribution!r}, which gave {drawn!r}",
+        )
     return drawn
 
 

@@ -1,7 +1,7 @@
 """`fabric fmu SCENE`: FMUs that start with a scene, from those of a release. No compiler is needed.
 
-Each library in the archive has a reserved block of data (fmu/src/starts.rs). The scene's numbers go there; names, start values, token
-and page follow.
+Each library in the archive has a reserved block of data (fmu/src/starts.rs). The scene's numbers go there; names, start values,
+token and page follow.
 """
 
 import argparse
@@ -27,9 +27,12 @@ from .files import written
 
 MODEL = "FabricShield"
 MARK, EMPTY = b"FabricSceneBlock", b"no scene"
-STARTS = {f"projectile.{name}": f"projectile.start.{name}" for name in ("position", "velocity", "orientation", "angular_velocity")}
+STARTS = {
+    f"projectile.{name}": f"projectile.start.{name}" for name in ("position", "velocity", "orientation", "angular_velocity")
+}
 KEYWORDS = (
-    "auto break case char const continue default do double else enum extern float for goto if int long register return short signed "
+    "auto break case char const continue default do double else enum extern float for goto if int long register return short "
+    "signed "
     "sizeof static struct switch typedef union unsigned void volatile while"
 ).split()
 WORD = 2**64 - 1
@@ -46,7 +49,11 @@ class Archive:
         except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
             raise ValueError(f"{path}: no FMU: {error}") from None
         self.text = self.entries.get("modelDescription.xml", b"").decode(errors="replace")
-        head = re.search(r'<fmiModelDescription fmiVersion="([23])\.0" modelName="(\w+)".* version="([^"]*)".*"\{FabricShield-([0-9a-f]{13})\}">', self.text)
+        head = re.search(
+            r'<fmiModelDescription fmiVersion="([23])\.0" modelName="(\w+)".* '
+            r'version="([^"]*)".*"\{FabricShield-([0-9a-f]{13})\}">',
+            self.text,
+        )
         self.binaries = [name for name in self.entries if name.startswith("binaries/")]
         if head is None or "documentation/index.html" not in self.entries or not self.binaries:
             raise ValueError(f"{path}: no FMU of fabric")
@@ -106,7 +113,9 @@ def described(text: str, words: dict[str, list[int]]) -> tuple[str, dict[str, li
             limits = attributes.get("min") or least.get(attributes.get("declaredType", ""), "-inf"), attributes.get("max", "inf")
             values = [shown(start[2], word) for word in words.pop(name)]
             for value in values:
-                if start[2] != "Boolean" and not (math.isfinite(float(value)) and float(limits[0]) <= float(value) <= float(limits[1])):
+                if start[2] != "Boolean" and not (
+                    math.isfinite(float(value)) and float(limits[0]) <= float(value) <= float(limits[1])
+                ):
                     raise ValueError(f"{name}: {value} cannot be a start value of an FMU")
             texts.setdefault(name.partition("[")[0], []).extend(values)
             line = f"{start[1]}{' '.join(values)}{start[3]}"
@@ -122,10 +131,14 @@ def picture(scene: Scene, simulation: Simulation) -> str:
     rows, columns, plies = nodes.shape[0], nodes.shape[1], scene["stack.plies"]
     some = lambda count: [*range(0, count, max(1, count // 60)), count - 1]
     across, along = some(columns) + [0] * scene["sheet.closed"], some(rows // plies)
-    lines = [nodes[ply * rows // plies + row, across] for ply in {0, plies - 1} for row in (0, rows // plies // 2, rows // plies - 1)]
+    lines = [
+        nodes[ply * rows // plies + row, across] for ply in {0, plies - 1} for row in (0, rows // plies // 2, rows // plies - 1)
+    ]
     lines += [nodes[along, column] for column in (0, columns // 2, columns - 1)]
     body = simulation.projectile()
-    turned = [numpy.array(body["position"]) + sheets.turned(numpy.array(body["orientation"]), line) for line in sheets.outline(scene)]
+    turned = [
+        numpy.array(body["position"]) + sheets.turned(numpy.array(body["orientation"]), line) for line in sheets.outline(scene)
+    ]
     low, high = (edge(numpy.concatenate([*lines, *turned]), axis=0) for edge in (numpy.min, numpy.max))
     scale = 340.0 / max(high - low)
     views = []
@@ -133,14 +146,17 @@ def picture(scene: Scene, simulation: Simulation) -> str:
         at = lambda point: f"{scale * (point[right] - low[right]) + 0.0:.1f} {scale * (high[up] - point[up]) + 0.0:.1f}"
         path = lambda parts: "".join("M" + "L".join(map(at, part)) for part in parts)
         views.append(
-            f'<g transform="translate({20 + 190 * right} 24)" fill="none"><text y="-8" fill="#4b5563">{title}</text><path d="{path(lines)}" stroke="#1f5a94"/>'
+            f'<g transform="translate({20 + 190 * right} 24)" fill="none"><text y="-8" fill="#4b5563">{title}</text><path '
+            f'd="{path(lines)}" stroke="#1f5a94"/>'
             f'<path d="{path(turned)}" stroke="#b45309"/></g>\n'
         )
     height = 34 + math.ceil(scale * max((high - low)[:2]))
     about = html.escape(" ".join(scenes.described(scene, scene.fabrics[0] or "")))
     return (
-        f'<figure id="scene">\n<svg viewBox="0 0 760 {height}" width="760" font-family="system-ui, sans-serif" font-size="13" role="img" '
-        f'aria-label="The scene of the start values">\n{"".join(views)}</svg>\n<figcaption>The start values. {about}</figcaption>\n</figure>\n'
+        f'<figure id="scene">\n<svg viewBox="0 0 760 {height}" width="760" font-family="system-ui, sans-serif" font-size="13" '
+        f'role="img" '
+        f'aria-label="The scene of the start values">\n{"".join(views)}</svg>\n<figcaption>The start values. '
+        f"{about}</figcaption>\n</figure>\n"
     )
 
 
@@ -196,33 +212,70 @@ def packed(entries: dict[str, bytes]) -> bytes:
 
 
 def system(name: str, fmu: bytes) -> bytes:
-    """A package of SSP 1.0 with an FMU of FMI 2.0, its inputs and outputs as connectors, and its parameters as a parameter set."""
+    """A package of SSP 1.0 with an FMU of FMI 2.0, its inputs and outputs as connectors, and its parameters as a parameter
+    set."""
     with zipfile.ZipFile(io.BytesIO(fmu)) as archive:
         text = archive.read("modelDescription.xml").decode()
     found = re.findall(r'<ScalarVariable name="([^"]+)".* causality="(\w+)".*\n *<(\w+)(?:.* start="([^"]*)")?', text)
-    space = lambda *names: "".join(f' xmlns:{short}="http://ssp-standard.org/SSP1/SystemStructure{long}"' for short, long in names)
-    ports = "".join(f'<ssd:Connector name="{port}" kind="{kind}"><ssc:{of}/></ssd:Connector>\n' for port, kind, of, _ in found if kind != "parameter")
-    values = "".join(f'<ssv:Parameter name="{port}"><ssv:{of} value="{value}"/></ssv:Parameter>\n' for port, kind, of, value in found if kind == "parameter")
+    space = lambda *names: "".join(
+        f' xmlns:{short}="http://ssp-standard.org/SSP1/SystemStructure{long}"' for short, long in names
+    )
+    ports = "".join(
+        f'<ssd:Connector name="{port}" kind="{kind}"><ssc:{of}/></ssd:Connector>\n'
+        for port, kind, of, _ in found
+        if kind != "parameter"
+    )
+    values = "".join(
+        f'<ssv:Parameter name="{port}"><ssv:{of} value="{value}"/></ssv:Parameter>\n'
+        for port, kind, of, value in found
+        if kind == "parameter"
+    )
     start = '<?xml version="1.0" encoding="UTF-8"?>\n'
     ssd = (
-        f'{start}<ssd:SystemStructureDescription version="1.0" name="{name}"{space(("ssd", "Description"), ("ssc", "Common"))}>\n<ssd:System name="{name}">\n'
-        f'<ssd:Elements>\n<ssd:Component name="shield" type="application/x-fmu-sharedlibrary" source="resources/{name}.fmu">\n<ssd:Connectors>\n{ports}'
-        f'</ssd:Connectors>\n<ssd:ParameterBindings>\n<ssd:ParameterBinding source="resources/{name}.ssv"/>\n</ssd:ParameterBindings>\n</ssd:Component>\n'
+        f'{start}<ssd:SystemStructureDescription version="1.0" '
+        f'name="{name}"{space(("ssd", "Description"), ("ssc", "Common"))}>\n<ssd:System name="{name}">\n'
+        f'<ssd:Elements>\n<ssd:Component name="shield" type="application/x-fmu-sharedlibrary" source="resources/{name}.fmu">\n'
+        f"<ssd:Connectors>\n{ports}"
+        f'</ssd:Connectors>\n<ssd:ParameterBindings>\n<ssd:ParameterBinding source="resources/{name}.ssv"/>\n'
+        f"</ssd:ParameterBindings>\n</ssd:Component>\n"
         "</ssd:Elements>\n</ssd:System>\n</ssd:SystemStructureDescription>\n"
     )
-    ssv = f'{start}<ssv:ParameterSet version="1.0" name="{name}"{space(("ssv", "ParameterValues"))}>\n<ssv:Parameters>\n{values}</ssv:Parameters>\n</ssv:ParameterSet>\n'
+    ssv = (
+        f'{start}<ssv:ParameterSet version="1.0" name="{name}"{space(("ssv", "ParameterValues"))}>\n<ssv:Parameters>\n'
+        f"{values}</ssv:Parameters>\n</ssv:ParameterSet>\n"
+    )
     return packed({"SystemStructure.ssd": ssd.encode(), f"resources/{name}.ssv": ssv.encode(), f"resources/{name}.fmu": fmu})
 
 
 def options() -> argparse.ArgumentParser:
     ends = "Exit status: 0; 2 for what is refused, and then nothing is written."
-    parser = argparse.ArgumentParser(prog="fabric fmu", description="FMUs that start with a scene, from those of a release.", epilog=ends)
+    parser = argparse.ArgumentParser(
+        prog="fabric fmu", description="FMUs that start with a scene, from those of a release.", epilog=ends
+    )
     parser.add_argument("scene", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--version", type=int, choices=(2, 3), help="of FMI; default: each that there is")
-    parser.add_argument("--from", dest="source", type=Path, default=Path(), metavar="ARCHIVE", help=f"an FMU of a release, or the folder of {MODEL}-fmi2.fmu and -fmi3.fmu; default: this folder")
-    parser.add_argument("--ssp", action="store_true", help="also NAME.ssp, a package of SSP 1.0 with the FMU of FMI 2.0 and the scene as a parameter set")
+    parser.add_argument(
+        "--from",
+        dest="source",
+        type=Path,
+        default=Path(),
+        metavar="ARCHIVE",
+        help=f"an FMU of a release, or the folder of {MODEL}-fmi2.fmu and -fmi3.fmu; default: this folder",
+    )
+    parser.add_argument(
+        "--ssp",
+        action="store_true",
+        help="also NAME.ssp, a package of SSP 1.0 with the FMU of FMI 2.0 and the scene as a parameter set",
+    )
     parser.add_argument("--name", help="of the model; default: that of the scene's file, as DiscSector for disc_sector.toml")
-    parser.add_argument("-o", dest="out", type=Path, default=Path(), metavar="FOLDER", help="folder for NAME-fmi2.fmu and NAME-fmi3.fmu; default: this one")
+    parser.add_argument(
+        "-o",
+        dest="out",
+        type=Path,
+        default=Path(),
+        metavar="FOLDER",
+        help="folder for NAME-fmi2.fmu and NAME-fmi3.fmu; default: this one",
+    )
     return parser
 
 
@@ -243,7 +296,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             made = [filled(path, scene, name) for path in archives]
         except Refused as refused:
             raise ValueError(f"{given.scene}: {refused}") from refused
-        for version, data in made:
+        for version, _ in made:
             if given.version not in (None, version):
                 raise ValueError(f"{given.source}: an FMU of FMI {version}.0; --version is {given.version}")
         files = {f"{name}-fmi{version}.fmu": data for version, data in made}

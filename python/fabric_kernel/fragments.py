@@ -1,8 +1,8 @@
 """Fragment tables: how likely a fragment goes through a shield, by velocity, attitude and impact point, and what it keeps.
 
-Each cell is a number of shots that differ by what a real shot does not control either: the draws of the yarn, and where within one
-mesh of the network about the point the centre flies. A shot is one sample of a chaotic model; a cell states the interval that its
-shots allow.
+Each cell is a number of shots that differ by what a real shot does not control either: the draws of the yarn, and where within
+one mesh of the network about the point the centre flies. A shot is one sample of a chaotic model; a cell states the interval that
+its shots allow.
 """
 
 import argparse
@@ -39,7 +39,8 @@ def bracket(
     keep: str | os.PathLike[str] | None = None,
     on: Any = None,
 ) -> list[float]:
-    """Velocities for `fragment_map`, m/s, from 0.8 of the lowest to 1.25 of the highest limit of one shot at each attitude and point:
+    """Velocities for `fragment_map`, m/s, from 0.8 of the lowest to 1.25 of the highest limit of one shot at each attitude and
+    point:
     slow shots are stopped and fast ones go through.
 
     The search begins with the velocity of the scene. Raises ValueError if no limit is found."""
@@ -61,8 +62,10 @@ def bracket(
 def named(attitudes: Mapping[str, str | Sequence[float]]) -> None:
     """Raises ValueError for attitudes without a name, or with one that says something else."""
     for name, attitude in attitudes.items() or [("", None)]:
-        if not isinstance(name, str) or not name.strip() or name == "random" and not isinstance(attitude, str):
-            checks.refuse("attitudes", 'one or more, by a name each; "random" is the name of every orientation', f"{name!r}: {attitude!r}")
+        if not isinstance(name, str) or not name.strip() or (name == "random" and not isinstance(attitude, str)):
+            checks.refuse(
+                "attitudes", 'one or more, by a name each; "random" is the name of every orientation', f"{name!r}: {attitude!r}"
+            )
 
 
 def with_units(table: "pandas.DataFrame") -> "pandas.DataFrame":
@@ -90,11 +93,13 @@ def fragment_map(
     - `shots`: of each cell; other `options` are those of `ensemble` (`keep`, `on`, ...), but a shot ends when it is decided, at
       `runs.DECIDED`, if `until` does not say otherwise.
 
-    Columns: `velocity`, `attitude`, `point_x`, `point_y`; `shots`, of which `through`, `stopped`, `missed` (passed without contact) and
+    Columns: `velocity`, `attitude`, `point_x`, `point_y`; `shots`, of which `through`, `stopped`, `missed` (passed without
+    contact) and
     `unknown` (none of these came, or the computation failed); `perforation`, the share that went through of those known, with its
-    interval from `low` to `high` (exact, Clopper and Pearson, of those not missed; a shot of unknown end may have ended either way);
-    `residual_speed` (m/s) and `residual_kinetic` (J), the means of those that went through, and `absorbed` and `viscous` (J; what the
-    viscosity of the yarn took of it), of all known, each with its standard deviation, `..._sd`.
+    interval from `low` to `high` (exact, Clopper and Pearson, of those not missed; a shot of unknown end may have ended either
+    way);
+    `residual_speed` (m/s) and `residual_kinetic` (J), the means of those that went through, and `absorbed` and `viscous` (J; what
+    the viscosity of the yarn took of it), of all known, each with its standard deviation, `..._sd`.
 
     Raises Refused, with the name of the argument, for a point beside the sheet or an impossible attitude.
     """
@@ -114,7 +119,9 @@ def fragment_map(
     scenes = []
     for number, (velocity, attitude, point) in enumerate(cells):
         cell_seed = seed * 1_000_003 + number
-        scenes += vary(shield, shots, seed=cell_seed, speed=velocity, point=within_mesh(shield, point), attitude=attitudes[attitude])
+        scenes += vary(
+            shield, shots, seed=cell_seed, speed=velocity, point=within_mesh(shield, point), attitude=attitudes[attitude]
+        )
     results = ensemble(scenes, **{"until": DECIDED} | options)
     rows = []
     for number, (velocity, attitude, (x, y)) in enumerate(cells):
@@ -149,18 +156,30 @@ def lines_of(table: "pandas.DataFrame"):
         yield (attitude, (x, y)), cells["velocity"].repeat(cells["through"] + cells["stopped"]).to_numpy(), results
 
 
-def below(table: "pandas.DataFrame", attitudes: Mapping[str, str | Sequence[float]], shot: Callable[..., "pandas.DataFrame"]) -> "pandas.DataFrame":
-    """A map of the ladder below the limit of each attitude and impact point of a map (`window.py`). shot: `fragment_map` with all but velocities,
-    attitudes and points, one shot a rung."""
+def below(
+    table: "pandas.DataFrame", attitudes: Mapping[str, str | Sequence[float]], shot: Callable[..., "pandas.DataFrame"]
+) -> "pandas.DataFrame":
+    """A map of the ladder below the limit of each attitude and impact point of a map (`window.py`). shot: `fragment_map` with all
+    but velocities, attitudes and points, one shot a rung."""
     import pandas
 
     rungs = [(of, window.ladder(velocities, results, 0.95)) for of, velocities, results in lines_of(table) if len(results)]
-    return pandas.concat([table.iloc[:0], *(shot(velocities=list(v), attitudes={name: attitudes[name]}, points=[point]) for (name, point), v in rungs if len(v))])
+    return pandas.concat(
+        [
+            table.iloc[:0],
+            *(
+                shot(velocities=list(v), attitudes={name: attitudes[name]}, points=[point])
+                for (name, point), v in rungs
+                if len(v)
+            ),
+        ]
+    )
 
 
 def answer(table: "pandas.DataFrame", slower: "pandas.DataFrame | None" = None) -> list[str]:
-    """A sentence for each attitude and impact point of a map: up to which velocity none goes through, and from which on all; before it
-    another one if the shots, or those of a ladder below them (`below`), contradict a share that grows with the velocity."""
+    """A sentence for each attitude and impact point of a map: up to which velocity none goes through, and from which on all;
+    before it another one if the shots, or those of a ladder below them (`below`), contradict a share that grows with the
+    velocity."""
     found, ladders = [], {of: shots for of, *shots in lines_of(slower)} if slower is not None else {}
     for of, velocities, results in lines_of(table):
         attitude, (x, y) = of
@@ -170,12 +189,28 @@ def answer(table: "pandas.DataFrame", slower: "pandas.DataFrame | None" = None) 
             continue
         rungs, passed = ladders.get(of, ((), ()))
         hole = window.window(velocities, results, rungs, passed)
-        slow, fast = velocities[velocities < velocities[results].min(initial=math.inf)], velocities[velocities > velocities[~results].max(initial=0.0)]
-        at = lambda velocity, what: f"{int((results == what)[velocities == velocity].sum())} of {int((velocities == velocity).sum())}"
-        low = f"none of {len(slow)} shots goes through up to {slow.max():g} m/s" if len(slow) else f"{at(velocities.min(), True)} go through at {velocities.min():g} m/s already"
-        high = f"all {len(fast)} do from {fast.min():g} m/s on" if len(fast) else f"{at(velocities.max(), False)} are stopped at {velocities.max():g} m/s still"
+        slow, fast = (
+            velocities[velocities < velocities[results].min(initial=math.inf)],
+            velocities[velocities > velocities[~results].max(initial=0.0)],
+        )
+        at = lambda velocity, what: (
+            f"{int((results == what)[velocities == velocity].sum())} of {int((velocities == velocity).sum())}"
+        )
+        low = (
+            f"none of {len(slow)} shots goes through up to {slow.max():g} m/s"
+            if len(slow)
+            else f"{at(velocities.min(), True)} go through at {velocities.min():g} m/s already"
+        )
+        high = (
+            f"all {len(fast)} do from {fast.min():g} m/s on"
+            if len(fast)
+            else f"{at(velocities.max(), False)} are stopped at {velocities.max():g} m/s still"
+        )
         looked = window.looked_at(rungs, passed, 0.95) if len(rungs) else ()
-        found += [f"{where} {line}" for line in ([hole.sentence()] if hole else []) + [f"{low}, {high}."] + [line for line in looked if line and not hole]]
+        found += [
+            f"{where} {line}"
+            for line in ([hole.sentence()] if hole else []) + [f"{low}, {high}."] + [line for line in looked if line and not hole]
+        ]
     return found
 
 
@@ -206,18 +241,34 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric fragments`."""
     what = "How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point."
     parser = of_a_scene("fragments", what, "report.html, table.csv, below.csv, map.svg, runs.jsonl")
-    parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: five about the limits, which are bracketed first")
     parser.add_argument(
-        "--attitudes", type=_attitude, nargs="+", default=[], metavar="NAME=W,X,Y,Z",
+        "--velocities",
+        type=positive,
+        nargs="+",
+        metavar="V",
+        help="m/s; default: five about the limits, which are bracketed first",
+    )
+    parser.add_argument(
+        "--attitudes",
+        type=_attitude,
+        nargs="+",
+        default=[],
+        metavar="NAME=W,X,Y,Z",
         help='unit quaternions with a name each, or "random"; default: that of the scene',
-    )  # fmt: skip
+    )
     parser.add_argument("--points", type=_point, nargs="+", default=[(0.0, 0.0)], metavar="X,Y", help="m from the middle")
     parser.add_argument("--shots", type=int, default=20, help="of each cell")
-    parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
     parser.add_argument(
-        "--table", action="store_true",
-        help="also write table.h, a table for a real-time host in C; its error is found by as many shots half way between the velocities",
-    )  # fmt: skip
+        "--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited"
+    )
+    parser.add_argument(
+        "--table",
+        action="store_true",
+        help=(
+            "also write table.h, a table for a real-time host in C; its error is found by as many shots half way between the "
+            "velocities"
+        ),
+    )
     parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
     given = parser.parse_args(arguments)
     with command(parser, given) as (scene, fabric):
@@ -235,19 +286,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
             raise ValueError("--table: needs two velocities or more")
         if not velocities:
             velocities = bracket(scene, attitudes, given.points, seed=given.seed, keep=given.out / "bracket.jsonl", on=on)
-            print(f"Velocities about the limits that were bracketed: {', '.join(f'{velocity:g}' for velocity in velocities)} m/s.", flush=True)
+            print(
+                f"Velocities about the limits that were bracketed: {', '.join(f'{velocity:g}' for velocity in velocities)} m/s.",
+                flush=True,
+            )
         judged = [
-            one for attitude in attitudes.values() for point in given.points
+            one
+            for attitude in attitudes.values()
+            for point in given.points
             for one in vary(scene, given.shots if attitude == "random" else 1, seed=given.seed, attitude=attitude, point=point)
-        ]  # fmt: skip
+        ]
         of = {"attitudes": attitudes, "points": given.points, "shots": given.shots}
         width, held, *others = cautions(scene)
         about = (model_error(judged).sentence(), *others, *said_once, *described(scene, fabric), *noted(scene, max(velocities)))
         print("\n".join([about[0], width, held, *about[1:]]), flush=True)
         shot = functools.partial(
-            fragment_map, scene, keep=given.out / "runs.jsonl", on=on,
-            until=UNTIL if given.to_the_end else DECIDED,
-        )  # fmt: skip
+            fragment_map, scene, keep=given.out / "runs.jsonl", on=on, until=UNTIL if given.to_the_end else DECIDED
+        )
         table = shot(velocities=velocities, seed=given.seed, **of)
         print(with_units(table).loc[:, :"high"].to_string(index=False))
         slower = below(table, attitudes, functools.partial(shot, shots=1, seed=given.seed + 2))
@@ -262,12 +317,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
         report.fold("What was shot, and each cell")
         for line in about[1:]:
             report.text(line)
-        report.table(tuple(with_units(table).columns), [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in table.itertuples(index=False)])
+        report.table(
+            tuple(with_units(table).columns),
+            [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in table.itertuples(index=False)],
+        )
         written(given.out / "report.html", report.html())
         if given.table:
-            said = lookup.error(table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1, **of), scene["projectile.mass"])
+            said = lookup.error(
+                table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1, **of), scene["projectile.mass"]
+            )
             print(said)
             written(given.out / "table.h", lookup.c_header(table, "\n".join([*lines, *about, said])))
-    print(f"written to {given.out}: report.html, table.csv, below.csv, map.svg, runs.jsonl" + (", table.h" if given.table else ""))
+    print(
+        f"written to {given.out}: report.html, table.csv, below.csv, map.svg, runs.jsonl" + (", table.h" if given.table else "")
+    )
     if window.NO_LIMIT in lines[0]:
         parser.exit(window.STATUS)

@@ -1,18 +1,21 @@
 """The likelihood of shots that were stopped or went through, for many tests at once.
 
-Method: a shot at velocity v goes through with probability F((v - mu)/sigma). F is the normal distribution (probit) or the logistic one
-(logit), mu is V50, and the velocity at which a share p goes through is mu + F^-1(p) sigma. A higher velocity never helps the fabric:
+Method: a shot at velocity v goes through with probability F((v - mu)/sigma). F is the normal distribution (probit) or the
+logistic one (logit), mu is V50, and the velocity at which a share p goes through is mu + F^-1(p) sigma. A higher velocity never
+helps the fabric:
 sigma >= 0, where 0 is a step and infinite means that velocity does not matter. The logarithm of the likelihood is concave in
 (-mu/sigma, 1/sigma), so that Newton's method with halved steps finds its maximum.
 Where results do not overlap (every shot that was stopped was slower than every one that went through) the maximum is a step.
 Firth's penalty, half the logarithm of the determinant of Fisher's information, makes it finite.
-Limits: no prior knowledge but that single limits are positive, no velocity that is known with an error, one distribution without two kinds of failure.
+Limits: no prior knowledge but that single limits are positive, no velocity that is known with an error, one distribution without
+two kinds of failure.
 Shapes: velocities and results are (tests, shots); what is returned has one value for each test.
 Reference: M. J. Silvapulle, J. R. Statist. Soc. B 43 (1981) 310, for when the maximum exists; D. Firth, Biometrika 80 (1993) 27;
 G. Heinze and M. Schemper, Statistics in Medicine 21 (2002) 2409.
 """
 
-from typing import Callable, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy
 import scipy.special
@@ -71,8 +74,8 @@ LOGIT = Link(
     sample=lambda random, shape: random.logistic(size=shape),
 )
 LARGEST = 1 / 3
-"""Largest standard deviation of single limits over V50 that is thought possible in a test whose design multiplies and halves velocities, as no
-limit is negative. Elsewhere any is possible: `largest` is infinite."""
+"""Largest standard deviation of single limits over V50 that is thought possible in a test whose design multiplies and halves
+velocities, as no limit is negative. Elsewhere any is possible: `largest` is infinite."""
 
 LINKS = {link.name: link for link in (PROBIT, LOGIT)}
 
@@ -106,8 +109,8 @@ def rises(velocities, through):
 
 
 def maximum(velocities, through, link, near=None):
-    """The maximum of the likelihood with sigma >= 0. near: mu and sigma from where to search (NaN or 0 where unknown), for the choice of
-    the next shot, which needs few digits."""
+    """The maximum of the likelihood with sigma >= 0. near: mu and sigma from where to search (NaN or 0 where unknown), for the
+    choice of the next shot, which needs few digits."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
     count, hits = velocities.shape[-1], through.sum(axis=-1)
     stopped, passed = ends(velocities, through)
@@ -124,23 +127,27 @@ def maximum(velocities, through, link, near=None):
         level[tied] = bernoulli(there, all_there, there / all_there)
     rows = rising & ~step
     if rows.any():
-        mu[rows], sigma[rows], level[rows] = newton(velocities[rows], through[rows], link, 0.0, near and (near[0][rows], near[1][rows]))
+        mu[rows], sigma[rows], level[rows] = newton(
+            velocities[rows], through[rows], link, 0.0, near and (near[0][rows], near[1][rows])
+        )
     return Maximum(mu, sigma, level)
 
 
 def firth(velocities, through, link, largest=numpy.inf):
-    """The maximum of the penalised likelihood, if there is one among the fabrics that are thought possible: finite also where results do
-    not overlap."""
+    """The maximum of the penalised likelihood, if there is one among the fabrics that are thought possible: finite also where
+    results do not overlap."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
     rows = rises(velocities, through)
     mu = numpy.full(rows.shape, numpy.nan)
     sigma, level = mu.copy(), mu.copy()
     if rows.any():
         mu[rows], sigma[rows], level[rows] = newton(velocities[rows], through[rows], link, 1.0)
-    # Of few shots, or beside some that lie far away, there may be two maxima, one with a sigma as large as all of them. The level is that of
-    # the higher, and the estimate that with the smaller sigma; both of possible fabrics, if there are.
+    # Of few shots, or beside some that lie far away, there may be two maxima, one with a sigma as large as all of them. The level
+    # is that of the higher, and the estimate that with the smaller sigma; both of possible fabrics, if there are.
     middle, width = numpy.median(velocities, axis=-1), core(velocities)
-    impossible = link.deviation * sigma > largest * numpy.maximum(mu, 0.0) if largest < numpy.inf else numpy.zeros(rows.shape, bool)
+    impossible = (
+        link.deviation * sigma > largest * numpy.maximum(mu, 0.0) if largest < numpy.inf else numpy.zeros(rows.shape, bool)
+    )
     far = numpy.flatnonzero(rows & (impossible | (sigma > width) | (numpy.ptp(velocities, axis=-1) > 4.0 * width)))
     if len(far):
         v = velocities[far]
@@ -164,8 +171,8 @@ def information(z, x, link):
 
 def newton(velocities, through, link, penalty, near=None, largest=numpy.inf):
     """mu, sigma and log likelihood (with the penalty, if it is 1) by Newton's method in z = a + b x with halved steps, from
-    `near`, the mu and sigma of each, if that is given; with the penalty then among the fabrics that are thought possible, or with a sigma of at
-    most the core of the shots."""
+    `near`, the mu and sigma of each, if that is given; with the penalty then among the fabrics that are thought possible, or with
+    a sigma of at most the core of the shots."""
     centre, spread = velocities.mean(axis=-1), velocities.std(axis=-1)
     all_x = (velocities - centre[:, None]) / spread[:, None]
     sign = numpy.where(through, 1.0, -1.0)
@@ -232,7 +239,8 @@ def newton(velocities, through, link, penalty, near=None, largest=numpy.inf):
 
 
 def core(velocities):
-    """The range of the shots, or twice that of the half of them about the median if that is less: those of a bracket may lie far away."""
+    """The range of the shots, or twice that of the half of them about the median if that is less: those of a bracket may lie far
+    away."""
     middle = numpy.median(velocities, axis=-1, keepdims=True)
     width, half = numpy.ptp(velocities, axis=-1), numpy.median(numpy.abs(velocities - middle), axis=-1)
     return numpy.where(half > 0.0, numpy.minimum(4.0 * half, width), width)
@@ -242,9 +250,11 @@ GOLDEN = 0.5 * (5**0.5 - 1)
 
 
 def held(velocities, through, link, at, quantile, penalty, largest=numpy.inf):
-    """The highest log likelihood (with Firth's penalty, if it is 1) when the velocity `at` has the quantile F^-1(p), and its sigma.
+    """The highest log likelihood (with Firth's penalty, if it is 1) when the velocity `at` has the quantile F^-1(p), and its
+    sigma.
 
-    By golden section in the logarithm of 1/sigma, in which it has one maximum. at: one for each test. largest: sigma is no larger.
+    By golden section in the logarithm of 1/sigma, in which it has one maximum. at: one for each test. largest: sigma is no
+    larger.
     Without the penalty a step has sigma 0."""
     velocities, through, at = numpy.broadcast_arrays(velocities, through, numpy.asarray(at, float)[:, None])
     at, quantile = at[:, 0], numpy.broadcast_to(quantile, at.shape[:1])[:, None]
@@ -301,14 +311,15 @@ def held(velocities, through, link, at, quantile, penalty, largest=numpy.inf):
 
 
 def ratio(best, velocities, through, link, at, quantile, penalty):
-    """Twice the logarithm of the likelihood ratio of the best fit, of that level, to the best with `at` as the velocity of this quantile;
-    and the sigma of the latter. NaN where there is no fit."""
+    """Twice the logarithm of the likelihood ratio of the best fit, of that level, to the best with `at` as the velocity of this
+    quantile; and the sigma of the latter. NaN where there is no fit."""
     level, sigma = held(velocities, through, link, at, quantile, penalty)
     return numpy.maximum(0.0, 2 * (best - level)), sigma
 
 
 def possible(velocities, through, link, largest):
-    """The level of Firth's maximum among the fabrics whose standard deviation is at most this part of V50. NaN where there is no fit."""
+    """The level of Firth's maximum among the fabrics whose standard deviation is at most this part of V50. NaN where there is no
+    fit."""
     found = firth(velocities, through, link, largest)
     level = found.level.copy()
     if largest == numpy.inf:
@@ -317,12 +328,15 @@ def possible(velocities, through, link, largest):
     if beyond.any():
         # Then it may lie where the two are in this proportion: the velocity 0 has this quantile.
         bound = held(velocities[beyond], through[beyond], link, numpy.zeros(beyond.sum()), -link.deviation / largest, 1.0)[0]
-        level[beyond] = numpy.where(link.deviation * found.sigma[beyond] > largest * found.mu[beyond], bound, numpy.fmax(level[beyond], bound))
+        level[beyond] = numpy.where(
+            link.deviation * found.sigma[beyond] > largest * found.mu[beyond], bound, numpy.fmax(level[beyond], bound)
+        )
     return level
 
 
 def possible_ratio(best, velocities, through, link, at, quantile, largest):
-    """`ratio` with Firth's penalty among the same fabrics; `best` from `possible`. Infinite where no such fabric has this velocity."""
+    """`ratio` with Firth's penalty among the same fabrics; `best` from `possible`. Infinite where no such fabric has this
+    velocity."""
     if largest == numpy.inf:
         return ratio(best, velocities, through, link, at, quantile, 1.0)
     at = numpy.asarray(at, float)

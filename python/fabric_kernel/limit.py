@@ -1,20 +1,23 @@
 """The ballistic limit with its interval: V01, V50 and V99 from shots that were stopped or went through.
 
-Estimate: maximum likelihood, or Firth's penalised likelihood where results do not overlap. No estimate where all results are alike or
-where the faster shots did not go through more often, nor of a share whose estimate is negative or outside of its interval.
-Interval: a velocity belongs to it if the ratio of Firth's penalised likelihoods, at the best fit and with this velocity held, is not
-rarer than the confidence allows. How rare it is comes from simulated tests of the same design with as many shots against a fabric that
-has this velocity (and the sigma that fits it best), not from chi squared, which promises too much for few shots and for shots that are
-chosen from the results. Intervals may have no end on one side or on both; below FEWEST shots only that of V50 is told.
-Velocities that are all greater by s have the interval that is greater by s, but for a bracket, whose design supposes that no limit is
-negative, so that their standard deviation is at most a third of V50: a note says where this gives an end. docs/tables/v50.md has the coverage.
+Estimate: maximum likelihood, or Firth's penalised likelihood where results do not overlap. No estimate where all results are
+alike or where the faster shots did not go through more often, nor of a share whose estimate is negative or outside of its
+interval.
+Interval: a velocity belongs to it if the ratio of Firth's penalised likelihoods, at the best fit and with this velocity held, is
+not rarer than the confidence allows. How rare it is comes from simulated tests of the same design with as many shots against a
+fabric that has this velocity (and the sigma that fits it best), not from chi squared, which promises too much for few shots and
+for shots that are chosen from the results. Intervals may have no end on one side or on both; below FEWEST shots only that of V50
+is told.
+Velocities that are all greater by s have the interval that is greater by s, but for a bracket, whose design supposes that no
+limit is negative, so that their standard deviation is at most a third of V50: a note says where this gives an end.
+docs/tables/v50.md has the coverage.
 Profile: the plain profile-likelihood interval of the textbooks, for comparison.
 Alike: if all results are alike there is still a bound without any model: if m shots faster than t were all stopped, a fabric that
 lets a share p through at t does that with a probability below (1 - p)^m.
 Limits: the distribution is taken as known; its wrong choice moves V01 and V99, hardly V50. Simulated quantiles are interpolated
 between tests at whole steps of the design's scale, each from `tests` simulated tests.
-Reference: B. T. Neyer, in: Proc. 16th Int. Pyrotechnics Seminar (1991), for the likelihood ratio; D. Firth, Biometrika 80 (1993) 27;
-J. P. Lambert and G. H. Jonas, BRL Report 1852 (1976); MIL-STD-662F (1997).
+Reference: B. T. Neyer, in: Proc. 16th Int. Pyrotechnics Seminar (1991), for the likelihood ratio; D. Firth, Biometrika 80 (1993)
+27; J. P. Lambert and G. H. Jonas, BRL Report 1852 (1976); MIL-STD-662F (1997).
 """
 
 import math
@@ -31,7 +34,8 @@ from .likelihood import LARGEST, LINKS, ends, firth, maximum, possible, possible
 
 SHARES = (0.01, 0.5, 0.99)
 FEWEST = 10
-"""Shots from which on other shares than 50 % are told: with 6 shots 95 % intervals of V01 hold it in 71 to 100 % of simulated tests, with 10 in 91 % or more (docs/tables/v50.md)."""
+"""Shots from which on other shares than 50 % are told: with 6 shots 95 % intervals of V01 hold it in 71 to 100 % of simulated
+tests, with 10 in 91 % or more (docs/tables/v50.md)."""
 BAD = 0.05
 """Error of a fit of residual velocities, over its limit, above which the fit is bad."""
 
@@ -65,7 +69,8 @@ class Fit(NamedTuple):
     shares: tuple[float, ...]
     velocities: tuple[float, ...]  # at which these shares go through, m/s; NaN where not known
     intervals: tuple[Interval, ...]
-    assumed: tuple[bool, ...]  # whether an end of this interval is given by the assumption about the standard deviation, or by nothing
+    # whether an end of this interval is given by the assumption about the standard deviation, or by nothing
+    assumed: tuple[bool, ...]
     profile: tuple[Interval, ...]  # plain profile-likelihood intervals
     notes: tuple[str, ...]  # what the reader must know
 
@@ -73,8 +78,9 @@ class Fit(NamedTuple):
 class Calibration:
     """Quantiles of the likelihood ratio in simulated tests of one design.
 
-    They depend on where mu and sigma of the fabric lie beside a centre and a scale, those of the design if no others are given. Simulated at whole steps (a step in mu is
-    the larger of sigma and scale, a step in sigma is a factor 2) and when first needed; linear in between."""
+    They depend on where mu and sigma of the fabric lie beside a centre and a scale, those of the design if no others are given.
+    Simulated at whole steps (a step in mu is the larger of sigma and scale, a step in sigma is a factor 2) and when first needed;
+    linear in between."""
 
     STEPS = 6
 
@@ -106,7 +112,8 @@ class Calibration:
         return self.known[column, row]
 
     def allowed(self, at, sigma, shares):
-        """The ratio that is allowed to a fabric with this sigma which lets a share through at the velocity `at`; shares: their numbers."""
+        """The ratio that is allowed to a fabric with this sigma which lets a share through at the velocity `at`; shares: their
+        numbers."""
         quantiles = numpy.array(self.quantiles)[shares]
         mu = at - quantiles * sigma
         rows = numpy.clip(numpy.log2(sigma / self.scale), -self.STEPS, self.STEPS)
@@ -137,8 +144,9 @@ def alike(velocities, through, share, confidence):
 
 
 RARE, FALSE_ALARM = 0.002, 0.01
-"""`falling` names what is drawn no more often than RARE. The share that it draws from follows the chances of the shots, so it doubts shots
-whose share grows with the velocity, or stays, somewhat more often than that, but at most in FALSE_ALARM (tests/python/test_limit.py)."""
+"""`falling` names what is drawn no more often than RARE. The share that it draws from follows the chances of the shots, so it
+doubts shots whose share grows with the velocity, or stays, somewhat more often than that, but at most in FALSE_ALARM
+(tests/python/test_limit.py)."""
 
 
 def checked(velocities: ArrayLike, through: ArrayLike) -> tuple[numpy.ndarray, numpy.ndarray]:
@@ -148,10 +156,11 @@ def checked(velocities: ArrayLike, through: ArrayLike) -> tuple[numpy.ndarray, n
 
 
 def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int = 999) -> str:
-    """A sentence if the shots contradict a share that grows with the velocity; else nothing. Raises ValueError that names the argument.
+    """A sentence if the shots contradict a share that grows with the velocity; else nothing. Raises ValueError that names the
+    argument.
 
-    Counted are the pairs in which the slower shot went through and the faster was stopped; there are too many if at most RARE of as
-    many draws from the growing share that fits the shots best (isotonic regression) have so many."""
+    Counted are the pairs in which the slower shot went through and the faster was stopped; there are too many if at most RARE of
+    as many draws from the growing share that fits the shots best (isotonic regression) have so many."""
     checks.whole("draws", draws, 1)
     v, results = checked(velocities, through)
     results = results.astype(float)
@@ -164,7 +173,8 @@ def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int
     if rarity > RARE:
         return ""
     return (
-        f"The share that goes through does not grow with the velocity: shots that contradict it so are drawn in {100 * rarity:.2g} % where it does. "
+        f"The share that goes through does not grow with the velocity: shots that contradict it so are drawn in "
+        f"{100 * rarity:.2g} % where it does. "
         "A limit and its interval mean little here: look at the shots, and shoot at lower velocities, too."
     )
 
@@ -175,7 +185,8 @@ def name(share):
 
 
 def outer_ends(excess, starts, directions, step, reach):
-    """Where `excess` (of an array of velocities, one for each end) is at most 0 for the last time away from the starts: inwards from
+    """Where `excess` (of an array of velocities, one for each end) is at most 0 for the last time away from the starts: inwards
+    from
     `reach` in steps of a third, then by false position (Illinois). What is still at most 0 at `reach` has no end."""
     outside, inside = starts + directions * reach, starts.copy()
     f_outside, f_inside = excess(outside), numpy.full(len(starts), -1e-9)
@@ -228,9 +239,9 @@ def fit(
 ) -> Fit:
     """The fit of one test with its intervals.
 
-    velocities, m/s, and through: in the order of the shots. design: the one that chose them; without it the velocities count as given
-    beforehand. tests, seed: of the simulations behind the intervals; tests 0: chi squared instead, in milliseconds. calibration: one
-    that was made before for this design, number of shots, link, confidence and shares.
+    velocities, m/s, and through: in the order of the shots. design: the one that chose them; without it the velocities count as
+    given beforehand. tests, seed: of the simulations behind the intervals; tests 0: chi squared instead, in milliseconds.
+    calibration: one that was made before for this design, number of shots, link, confidence and shares.
     Raises ValueError that names the argument."""
     velocities, through = checked(velocities, through)
     asked(link, confidence, tests)
@@ -241,7 +252,22 @@ def fit(
 
     def without_fit(bounds, note):
         nan, missing = math.nan, (math.nan,) * len(shares)
-        return Fit(link, confidence, count, hits, "none", nan, nan, nan, tuple(shares), missing, bounds, (True,) * len(shares), bounds, (note,))
+        return Fit(
+            link,
+            confidence,
+            count,
+            hits,
+            "none",
+            nan,
+            nan,
+            nan,
+            tuple(shares),
+            missing,
+            bounds,
+            (True,) * len(shares),
+            bounds,
+            (note,),
+        )
 
     if hits in (0, count):
         bounds = tuple(alike(velocities, through, share, confidence) for share in shares)
@@ -261,7 +287,8 @@ def fit(
     if not overlap:
         stopped, passed = (float(end[0]) for end in ends(v, y))
         notes.append(
-            f"Results do not overlap (highest stopped {stopped:.6g} m/s, lowest through {passed:.6g} m/s): Firth's estimate; the sigma of "
+            f"Results do not overlap (highest stopped {stopped:.6g} m/s, lowest through {passed:.6g} m/s): Firth's estimate; "
+            f"the sigma of "
             "the likelihood alone is 0."
         )
     chi = scipy.special.chdtri(1, 1 - confidence)
@@ -301,7 +328,9 @@ def fit(
         sigma0 = float(possible_ratio(level, v, y, law, numpy.array([mu0]), 0.0, largest)[1][0])
     if calibration and abs(math.log2(sigma0 / calibration.scale)) > calibration.STEPS - 1:
         scale = calibration.scale
-        notes.append(f"The design's scale, {scale:.3g} m/s, is far from the sigma that was found: the intervals are extrapolated.")
+        notes.append(
+            f"The design's scale, {scale:.3g} m/s, is far from the sigma that was found: the intervals are extrapolated."
+        )
     found = intervals(mu0, sigma0, calibrated)
     limited = numpy.zeros(len(found), bool)
     if largest < math.inf:
@@ -310,27 +339,40 @@ def fit(
         if limited.any():
             sides = {-1.0: "lower", 1.0: "upper"}
             which = ", ".join(f"{sides[directions[k]]} end of {name(shares[numbers[k]])}" for k in numpy.flatnonzero(limited))
-            notes.append(f"Given not by the shots but by the assumption that the standard deviation is at most a third of V50: {which}. More shots are needed.")
+            notes.append(
+                f"Given not by the shots but by the assumption that the standard deviation is at most a third of V50: {which}. "
+                f"More shots are needed."
+            )
     told = [share == 0.5 or count >= FEWEST for share in shares]
 
     def bounded(ends):
         # No velocity is negative: such an end says nothing.
         pairs = zip(told, ends.reshape(-1, 2).tolist())
-        return tuple(Interval(low if kept and low > 0 else -math.inf, high if kept and high > 0 else math.inf) for kept, (low, high) in pairs)
+        return tuple(
+            Interval(low if kept and low > 0 else -math.inf, high if kept and high > 0 else math.inf)
+            for kept, (low, high) in pairs
+        )
 
     calibrated_intervals = bounded(found)
-    assumed = tuple(bool(one) or not all(map(math.isfinite, pair)) for one, pair in zip(limited.reshape(-1, 2).any(axis=1), calibrated_intervals))
+    assumed = tuple(
+        bool(one) or not all(map(math.isfinite, pair))
+        for one, pair in zip(limited.reshape(-1, 2).any(axis=1), calibrated_intervals)
+    )
     profile = bounded(intervals(float(best.mu[0]), float(best.sigma[0]), plain))
     if not all(told):
         which = ", ".join(name(share) for share, kept in zip(shares, told) if not kept)
-        notes.append(f"{which}: not told below {FEWEST} shots, of which there are {count}: such intervals hold the truth less often than they say.")
+        notes.append(
+            f"{which}: not told below {FEWEST} shots, of which there are {count}: such intervals hold the truth less often than "
+            f"they say."
+        )
     if any(math.isinf(end) for kept, pair in zip(told, calibrated_intervals) if kept for end in pair):
         notes.append("Some ends are not bounded by these shots; more shots, or slower and faster ones, bound them.")
     estimates = zip(told, mu + quantiles * sigma, calibrated_intervals)
     values = tuple(float(x) if kept and max(low, 0.0) <= x <= high else math.nan for kept, x, (low, high) in estimates)
     if law.deviation * sigma > LARGEST * mu:
         notes.append(
-            f"The standard deviation that was found, {law.deviation * sigma:.3g} m/s, is more than a third of V50: a normal law does not describe such "
+            f"The standard deviation that was found, {law.deviation * sigma:.3g} m/s, is more than a third of V50: a normal law "
+            f"does not describe such "
             "shots, as of a mixture of attitudes; use the share stopped at your velocity (docs/tutorial.md)."
         )
     which = ", ".join(name(share) for kept, share, value in zip(told, shares, values) if kept and math.isnan(value))
@@ -338,18 +380,37 @@ def fit(
         notes.append(f"Estimates that are negative or outside of their intervals are left out: {which}.")
     method = "maximum likelihood" if overlap else "Firth"
     return Fit(
-        link, confidence, count, hits, method, mu, sigma, law.deviation * sigma, tuple(shares), values, calibrated_intervals, assumed,
-        profile, tuple(notes),
-    )  # fmt: skip
+        link,
+        confidence,
+        count,
+        hits,
+        method,
+        mu,
+        sigma,
+        law.deviation * sigma,
+        tuple(shares),
+        values,
+        calibrated_intervals,
+        assumed,
+        profile,
+        tuple(notes),
+    )
 
 
 def withheld(fit: Fit) -> Fit:
     """A fit without its numbers, as of shots that have no single limit."""
     missing, open_ends = (math.nan,) * len(fit.shares), (Interval(-math.inf, math.inf),) * len(fit.shares)
     return fit._replace(
-        method="none", mu=math.nan, sigma=math.nan, deviation=math.nan, velocities=missing, intervals=open_ends, profile=open_ends,
-        assumed=(True,) * len(fit.shares), notes=(),
-    )  # fmt: skip
+        method="none",
+        mu=math.nan,
+        sigma=math.nan,
+        deviation=math.nan,
+        velocities=missing,
+        intervals=open_ends,
+        profile=open_ends,
+        assumed=(True,) * len(fit.shares),
+        notes=(),
+    )
 
 
 class Average(NamedTuple):
@@ -361,8 +422,8 @@ class Average(NamedTuple):
 
 
 def standard_average(velocities: ArrayLike, through: ArrayLike) -> Average:
-    """MIL-STD-662F: the mean of as many of the fastest stopped shots as of the slowest that went through, 5, 3 or 2 of each, within
-    38, 27 or 18 m/s (125, 90, 60 ft/s): the largest such group. It has no interval and takes no account of sigma.
+    """MIL-STD-662F: the mean of as many of the fastest stopped shots as of the slowest that went through, 5, 3 or 2 of each,
+    within 38, 27 or 18 m/s (125, 90, 60 ft/s): the largest such group. It has no interval and takes no account of sigma.
     The spreads were not compared with the text of the standard."""
     velocities, through = checked(velocities, through)
     stopped, passed = numpy.sort(velocities[~through])[::-1], numpy.sort(velocities[through])
@@ -398,11 +459,12 @@ def residual_fit(
 ) -> Residual:
     """The fit of Lambert and Jonas to residual velocities, stopped shots censored at 0 (Tobit), by maximum likelihood.
 
-    velocities, residuals: m/s; through: whether each shot went through, whose residual velocities alone count. a from 0 to 1 and p from
-    1 to 10. power: p is this and not fitted; 2 is the curve of Recht and Ipson. Without it p is 2 too if fewer than five shots went through
-    at different velocities; nothing is fitted for fewer than three. start: where the search begins, for speed; else in eight places.
-    `note` says what the reader must know: also that p lies at its bound, or that the error is above 5 % of the limit, where the curve does
-    not describe the shots."""
+    velocities, residuals: m/s; through: whether each shot went through, whose residual velocities alone count. a from 0 to 1 and
+    p from 1 to 10. power: p is this and not fitted; 2 is the curve of Recht and Ipson. Without it p is 2 too if fewer than five
+    shots went through at different velocities; nothing is fitted for fewer than three. start: where the search begins, for speed;
+    else in eight places.
+    `note` says what the reader must know: also that p lies at its bound, or that the error is above 5 % of the limit, where the
+    curve does not describe the shots."""
     velocities, through = checked(velocities, through)
     if numpy.shape(residuals) == velocities.shape:
         residuals = [r if passed else 0.0 for r, passed in zip(residuals, through)]
@@ -426,7 +488,9 @@ def residual_fit(
 
     slow, fast = float(v[through].min()), float(v.max())
     starts = [
-        (limit, 0.9, p, 0.05) for limit in (0.7 * slow, 0.95 * slow, slow, min(fast, 1.02 * slow)) for p in ((2.0, 4.0) if free else (held,))
+        (limit, 0.9, p, 0.05)
+        for limit in (0.7 * slow, 0.95 * slow, slow, min(fast, 1.02 * slow))
+        for p in ((2.0, 4.0) if free else (held,))
     ]
     if start is not None:
         starts = [(start.limit / scale, start.a, start.p, max(start.error / scale, 2 * least))]
@@ -443,5 +507,7 @@ def residual_fit(
     if free and not 1.001 < p < 9.99:
         notes.append(f"The fit of the residual velocities is bad: p is {p:.3g}, at its bound.")
     if error > BAD * limit:
-        notes.append(f"The fit of the residual velocities is bad: its error, {error:.2g} m/s, is above {100 * BAD:g} % of its limit.")
+        notes.append(
+            f"The fit of the residual velocities is bad: its error, {error:.2g} m/s, is above {100 * BAD:g} % of its limit."
+        )
     return Residual(float(limit), float(a), float(p), float(error), " ".join(notes))

@@ -1,14 +1,15 @@
 """How far the model may be off: from published tests that it was compared with, comparisons.toml, to a factor for a new one.
 
-Method: e = ln(computed/measured) of each case. The e of one series of tests are not independent, so a series counts once: m_k is the
-mean of e² in it, over all cases and networks, and s² the mean of the m_k of the K series. A new comparison lies within exp(± t s), with
-Student's t of K degrees of freedom. The spread is about no error, and no computed number is corrected.
-Where the e of a series are one number and have mean 0 this holds the new one with exactly the confidence; where they differ within a
-series, or have another mean, more often (tests/python/test_model_error.py).
-Limits: one series of limits was found, so that t is 12.7 for 95 %. The e contain the errors of the tests and of the computed limits.
-What counts as compared is a choice: a flat sheet with an areal density within that of the series, its support and shape, a fragment from half to
-1.1 times its mass, its widths, hit no nearer to an edge than half of the least, moduli and failure strains within a third, and flight and axis
-within 5 degrees of the normal. Of many shots each must be so; nothing is said of the rest.
+Method: e = ln(computed/measured) of each case. The e of one series of tests are not independent, so a series counts once: m_k is
+the mean of e² in it, over all cases and networks, and s² the mean of the m_k of the K series. A new comparison lies within exp(±
+t s), with Student's t of K degrees of freedom. The spread is about no error, and no computed number is corrected.
+Where the e of a series are one number and have mean 0 this holds the new one with exactly the confidence; where they differ
+within a series, or have another mean, more often (tests/python/test_model_error.py).
+Limits: one series of limits was found, so that t is 12.7 for 95 %. The e contain the errors of the tests and of the computed
+limits.
+What counts as compared is a choice: a flat sheet with an areal density within that of the series, its support and shape, a
+fragment from half to 1.1 times its mass, its widths, hit no nearer to an edge than half of the least, moduli and failure strains
+within a third, and flight and axis within 5 degrees of the normal. Of many shots each must be so; nothing is said of the rest.
 """
 
 import math
@@ -77,7 +78,12 @@ class Series(NamedTuple):
         for (least, most), here, text, unit in (
             (self.about["width_mm"], [1e3 * side for side in sides(scene)], "{} to {}", "mm wide"),
             (about_as(self.about["modulus_gpa"]), [1e-9 * scene["yarn.modulus_mean"]], "a yarn of {} to {}", "GPa"),
-            (about_as(self.about["failure_strain_percent"]), [100 * (scene["yarn.critical_stretch"] - 1)], "a yarn that fails at {} to {}", "%"),
+            (
+                about_as(self.about["failure_strain_percent"]),
+                [100 * (scene["yarn.critical_stretch"] - 1)],
+                "a yarn that fails at {} to {}",
+                "%",
+            ),
         ):
             if not all(0.99 * least <= one <= 1.01 * most for one in here):
                 own = " x ".join(f"{one:.3g}" for one in dict.fromkeys(here))
@@ -85,10 +91,15 @@ class Series(NamedTuple):
         if scene["sheet.radius"]:
             found.append(("a flat sheet", "a curved one"))
         elif 1e3 * from_edge(scene) < 0.49 * self.about["width_mm"][0] and not found:
-            found.append((f"{0.5 * self.about['width_mm'][0]:g} mm or more from an edge", f"{1e3 * from_edge(scene):.3g} mm from an edge"))
+            found.append(
+                (f"{0.5 * self.about['width_mm'][0]:g} mm or more from an edge", f"{1e3 * from_edge(scene):.3g} mm from an edge")
+            )
         if scene["projectile.shape"] != self.about["shape"]:
             return [*found, tuple("a " + shape.replace("_", " ") for shape in (self.about["shape"], scene["projectile.shape"]))]
-        for name, angle in (("an angle of impact", ahead(scene, "sheet.orientation")), ("an attitude", ahead(scene, "projectile.orientation"))):
+        for name, angle in (
+            ("an angle of impact", ahead(scene, "sheet.orientation")),
+            ("an attitude", ahead(scene, "projectile.orientation")),
+        ):
             if angle > STRAIGHT:
                 found.append((f"{name} of at most {STRAIGHT:g} degrees", f"{name} of {angle:.0f} degrees"))
         return found
@@ -105,7 +116,8 @@ def compared(kind: str = "limit") -> list[Series]:
 
 
 def factor(series: Sequence[Sequence[float]], confidence: float = 0.95) -> float:
-    """The factor within which a new comparison lies, from ln(computed/measured) of the cases of each series; infinite without any."""
+    """The factor within which a new comparison lies, from ln(computed/measured) of the cases of each series; infinite without
+    any."""
     import scipy.special  # Which workers need not load.
 
     if not series:
@@ -117,8 +129,8 @@ def factor(series: Sequence[Sequence[float]], confidence: float = 0.95) -> float
 
 
 def left_out(series: Sequence[Series], confidence: float = 0.95) -> list[tuple[str, str, float, float, bool]]:
-    """For each case its series, its name, the error that is largest (computed over measured), the factor that all other cases give,
-    and whether the error lies within it."""
+    """For each case its series, its name, the error that is largest (computed over measured), the factor that all other cases
+    give, and whether the error lies within it."""
     rows = []
     for one in series:
         for case in one.cases:
@@ -129,7 +141,8 @@ def left_out(series: Sequence[Series], confidence: float = 0.95) -> list[tuple[s
 
 
 class ModelError(NamedTuple):
-    """factor: within which a measured limit lies of the computed one, with the confidence; NaN where nothing like it was compared."""
+    """factor: within which a measured limit lies of the computed one, with the confidence; NaN where nothing like it was
+    compared."""
 
     factor: float
     confidence: float
@@ -158,14 +171,18 @@ def merged(lacks: Sequence[Sequence[tuple[str, str]]]) -> str:
 
 def straight(scene: Scene) -> bool:
     """Whether flight and body are as those of the reference of one ply: straight on, of about its width and masses."""
-    angles = [ahead(scene, "sheet.orientation"), *([] if scene["projectile.shape"] == "sphere" else [ahead(scene, "projectile.orientation")])]
+    angles = [
+        ahead(scene, "sheet.orientation"),
+        *([] if scene["projectile.shape"] == "sphere" else [ahead(scene, "projectile.orientation")]),
+    ]
     widths = [case["width_mm"] for case in reference()["case"]]
     near = all(0.99 * min(widths) <= 1e3 * side <= 1.01 * max(widths) for side in sides(scene))
     return near and max(angles) <= STRAIGHT and not scene["sheet.radius"]
 
 
 def model_error(scene: Scene | Sequence[Scene], confidence: float = 0.95) -> ModelError:
-    """How far the ballistic limit of a scene may be off, from the published limits that the model was compared with. scene: or several, as of
+    """How far the ballistic limit of a scene may be off, from the published limits that the model was compared with. scene: or
+    several, as of
     `vary` and of the shots of a test: whatever is drawn or listed, every one of them must be as what was compared.
     Raises ValueError that names the argument."""
     checks.confident(confidence)
@@ -177,11 +194,20 @@ def model_error(scene: Scene | Sequence[Scene], confidence: float = 0.95) -> Mod
     if not near:
         missing = "; or: ".join(dict.fromkeys(merged(lacks) for _, lacks in every))
         known = beside_reference(scenes[0]) if all(map(straight, scenes)) else ""
-        return ModelError(math.nan, confidence, f"compared only with: {missing}{f'; {known}' if known else ': so the error is unknown.'}")
+        return ModelError(
+            math.nan, confidence, f"compared only with: {missing}{f'; {known}' if known else ': so the error is unknown.'}"
+        )
     found = factor([one.errors() for one in near], confidence)
     errors = [100 * math.expm1(e) for one in near for e in one.errors()]
-    series = f"{len(near)} independent series of tests" if len(near) > 1 else f"one series of tests, which counts once ({near[0].name})"
-    words = f"within a factor of {found:.2g} in {100 * confidence:g} %, from {series}, where limits were off by {min(errors):+.0f} to {max(errors):+.0f} %."
+    series = (
+        f"{len(near)} independent series of tests"
+        if len(near) > 1
+        else f"one series of tests, which counts once ({near[0].name})"
+    )
+    words = (
+        f"within a factor of {found:.2g} in {100 * confidence:g} %, from {series}, where limits were off by {min(errors):+.0f} "
+        f"to {max(errors):+.0f} %."
+    )
     return ModelError(found, confidence, words)
 
 
@@ -194,7 +220,10 @@ def main() -> None:
             computed = ", ".join(f"{value:g}" for value in one.computed)
             rows.append((name, case, f"{one.measured:g}", computed, f"{worst:.2f}", f"{others:.2f}", "yes" if within else "no"))
         units, sources = ({one.about[key] for one in series} for key in ("unit", "source"))
-        print(f"{kind}, {'; '.join(units)}: a new one lies within a factor of {factor([one.errors() for one in series]):.2f} in 95 %")
+        print(
+            f"{kind}, {'; '.join(units)}: a new one lies within a factor of {factor([one.errors() for one in series]):.2f} in "
+            f"95 %"
+        )
         print(printed(rows[0], rows[1:]), *sources, "", sep="\n")
 
 

@@ -19,12 +19,18 @@ MOST_PICTURES = 48
 
 
 def movie(
-    scene: Scene, path: str | os.PathLike[str] = "movie.gif", *, until: Sequence[str] = UNTIL, steps: int = 100_000, every: int = 64, seconds: float = 6.0
+    scene: Scene,
+    path: str | os.PathLike[str] = "movie.gif",
+    *,
+    until: Sequence[str] = UNTIL,
+    steps: int = 100_000,
+    every: int = 64,
+    seconds: float = 6.0,
 ) -> None:
     """Runs a scene to one of the outcomes, for at most so many steps, and writes a GIF that lasts so many seconds.
 
-    A sheet is kept every `every` steps; where they are too many every second one is given up. Raises Refused for a scene that cannot
-    be simulated, ValueError for a projectile that is not drawn, Failed if the computation cannot go on."""
+    A sheet is kept every `every` steps; where they are too many every second one is given up. Raises Refused for a scene that
+    cannot be simulated, ValueError for a projectile that is not drawn, Failed if the computation cannot go on."""
     if every < 1:
         raise ValueError(f"every: must be at least 1; it is {every}")
     simulation = Simulation(scene)
@@ -39,7 +45,9 @@ def movie(
 
 def colours():
     """The colours that all pictures of a movie share: cloth and body in more and less light, and greys."""
-    cloth = [light * numpy.array(sheets.STRAIN(k / 27)[:3]) for k in range(28) for light in (0.7, 0.8, 0.87, 0.93, 0.98, 1.02, 1.08)]
+    cloth = [
+        light * numpy.array(sheets.STRAIN(k / 27)[:3]) for k in range(28) for light in (0.7, 0.8, 0.87, 0.93, 0.98, 1.02, 1.08)
+    ]
     body = [light * sheets.STEEL for light in numpy.linspace(0.5, 1.3, 10)]
     return numpy.clip([*cloth, *body, *([k / 15] * 3 for k in range(16))], 0, 1)
 
@@ -68,4 +76,6 @@ def written(frames, path, seconds=6.0):
     images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     pause = max(40, round(1e3 * seconds / len(images) / 10) * 10)
     path.parent.mkdir(parents=True, exist_ok=True)
-    images[0].save(path, save_all=True, append_images=images[1:], duration=[pause] * (len(images) - 1) + [1500], loop=0, optimize=True)
+    images[0].save(
+        path, save_all=True, append_images=images[1:], duration=[pause] * (len(images) - 1) + [1500], loop=0, optimize=True
+    )

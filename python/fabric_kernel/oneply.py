@@ -1,11 +1,14 @@
-"""One ply: whether a projectile may push the yarns aside, which the network cannot show, and its limit beside that of resolved yarns.
+"""One ply: whether a projectile may push the yarns aside, which the network cannot show, and its limit beside that of resolved
+yarns.
 
-A window is a hole through which the projectile passes without breaking a yarn. Criterion: a body of radius R between yarns with spacing h and thickness
-t, half of the ply's, touches them where its surface is inclined by asin((h/2)/(R + t/2)); friction between yarns and on the body together hold them
-there if mu + mu_s is at least (h/2)/(R + t/2). It is a hypothesis that the resolved yarns of `python -m evidence oneply` were compared with:
+A window is a hole through which the projectile passes without breaking a yarn. Criterion: a body of radius R between yarns with
+spacing h and thickness t, half of the ply's, touches them where its surface is inclined by asin((h/2)/(R + t/2)); friction
+between yarns and on the body together hold them there if mu + mu_s is at least (h/2)/(R + t/2). It is a hypothesis that the
+resolved yarns of `python -m evidence oneply` were compared with:
 docs/validation.md, "One ply", has the points on either side. It is not sharp: some of them parted up to MARGIN times that sum.
-Limits: tested with spheres that hit a window of one ply of Kevlar KM2 S706, at the widths of comparisons.toml. It takes no account of width, place and
-velocity: below the needed friction yarns may break first, on small sheets and at a crossing. A flat face counts with the radius of the whole face.
+Limits: tested with spheres that hit a window of one ply of Kevlar KM2 S706, at the widths of comparisons.toml. It takes no
+account of width, place and velocity: below the needed friction yarns may break first, on small sheets and at a crossing. A flat
+face counts with the radius of the whole face.
 Friction of no fabric could be read in a source.
 """
 
@@ -20,13 +23,16 @@ from .textile import of_the_paper, spacings
 FRICTION = (0.1, 0.3)
 """Between yarns, where the fabric of the scene has none: said of aramid fabrics, from memory, without a source."""
 THICKNESS = 1.068
-"""Thickness of the ply over the root of the area of a yarn, where the fabric has none: that of the resolved yarns, an assumption."""
+"""Thickness of the ply over the root of the area of a yarn, where the fabric has none: that of the resolved yarns, an
+assumption."""
 MARGIN = 1.2
-"""Above so many times the needed friction none of the resolved yarns parted; between 1 and this some did, at 102 mm and above the limit."""
+"""Above so many times the needed friction none of the resolved yarns parted; between 1 and this some did, at 102 mm and above the
+limit."""
 
 
 class Windowing(NamedTuple):
-    """needed: sum of the coefficients between yarns and on the body that the criterion asks for; there: that sum, lowest and highest."""
+    """needed: sum of the coefficients between yarns and on the body that the criterion asks for; there: that sum, lowest and
+    highest."""
 
     needed: float
     there: tuple[float, float]
@@ -38,11 +44,15 @@ class Windowing(NamedTuple):
         side = "the yarns should stay together under the projectile"
         if low < MARGIN * self.needed:
             likely = "is likely to" if high < self.needed else "may"
-            side = f"the projectile {likely} push the yarns aside and pass without breaking one, at a velocity far below this limit"
+            side = (
+                f"the projectile {likely} push the yarns aside and pass without breaking one, at a velocity far below this limit"
+            )
         widths = " and ".join(f"{width:g}" for width in reference()["criterion_width_mm"])
         return (
-            f"One ply: {side}: the coefficients of friction between yarns and on the projectile are together {found}, and the criterion asks for "
-            f"{self.needed:.2g}; of resolved yarns, computed at {widths} mm only, none parted from {MARGIN:g} times that on (docs/validation.md, One ply)."
+            f"One ply: {side}: the coefficients of friction between yarns and on the projectile are together {found}, and the "
+            f"criterion asks for "
+            f"{self.needed:.2g}; of resolved yarns, computed at {widths} mm only, none parted from {MARGIN:g} times that on "
+            f"(docs/validation.md, One ply)."
         )
 
 
@@ -69,13 +79,15 @@ def windowing(scene: Scene) -> Windowing | None:
 
 
 def beside_reference(scene: Scene) -> str:
-    """What is known of the error of one ply without a test: the network's limit over that of resolved yarns; nothing of several plies, of the paper's
-    yarn, of another support than four sides, and of other bodies than spheres and cylinders."""
+    """What is known of the error of one ply without a test: the network's limit over that of resolved yarns; nothing of several
+    plies, of the paper's yarn, of another support than four sides, and of other bodies than spheres and cylinders."""
     if windowing(scene) is None or of_the_paper(scene) or scene["attachment.kind"] != "four_sides":
         return ""
     found = reference()
     ratios = [case["network"] / case["resolved"] for case in found["case"]]
     return (
-        f"no test of one ply could be read; beside yarns that slip, with friction {found['friction'][0]:g} to {found['friction'][1]:g}, the limit is off by "
-        f"{100 * (min(ratios) - 1):+.0f} to {100 * (max(ratios) - 1):+.0f} % ({len(ratios)} cases, computed and not measured), where no window opens."
+        f"no test of one ply could be read; beside yarns that slip, with friction {found['friction'][0]:g} to "
+        f"{found['friction'][1]:g}, the limit is off by "
+        f"{100 * (min(ratios) - 1):+.0f} to {100 * (max(ratios) - 1):+.0f} % ({len(ratios)} cases, computed and not measured), "
+        f"where no window opens."
     )

@@ -18,7 +18,8 @@ table { border-collapse: collapse; font-size: 0.87rem; margin: 0.8rem 0; }
 th, td { text-align: right; padding: 0.25rem 0.6rem; border-bottom: 1px solid #e3e7eb; vertical-align: top; }
 th { background: #f3f5f8; font-weight: 600; } td:first-child, th:first-child, td.text, th.text { text-align: left; }
 td:not(.text) { white-space: nowrap; }
-.answer { border-left: 4px solid #0072b2; background: #f3f7fb; padding: 0.3rem 1rem; } .answer p:first-child { font-size: 1.35rem; font-weight: 600; }
+.answer { border-left: 4px solid #0072b2; background: #f3f7fb; padding: 0.3rem 1rem; }
+.answer p:first-child { font-size: 1.35rem; font-weight: 600; }
 summary { cursor: pointer; font-weight: 600; }
 td.lines { min-width: 21rem; }
 td.agrees { background: #e2f4ea; } td.doesnot { background: #fde5dc; } td.cannotbetold { background: #fdf4d3; }
@@ -36,7 +37,10 @@ def printed(heading, rows):
     """The same with columns in line, for the terminal."""
     rows = [[str(cell) for cell in row] for row in [heading, *rows]]
     widths = [max(len(row[k]) for row in rows) for k in range(len(heading))]
-    lines = ["  ".join(cell.ljust(width) if k == 0 else cell.rjust(width) for k, (cell, width) in enumerate(zip(row, widths))) for row in rows]
+    lines = [
+        "  ".join(cell.ljust(width) if k == 0 else cell.rjust(width) for k, (cell, width) in enumerate(zip(row, widths)))
+        for row in rows
+    ]
     return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]]) + "\n"
 
 
@@ -58,7 +62,9 @@ def shown(value, digits):
 def table(rows, columns, text=1):
     """columns: (heading, key or function of a row, digits)."""
     of = lambda row, key: key(row) if callable(key) else row[key]
-    return markdown([heading for heading, *_ in columns], [[shown(of(row, key), digits) for _, key, digits in columns] for row in rows], text)
+    return markdown(
+        [heading for heading, *_ in columns], [[shown(of(row, key), digits) for _, key, digits in columns] for row in rows], text
+    )
 
 
 def same(names, digits):
@@ -137,7 +143,10 @@ class Page:
         self.parts.append('<div class="scroll"><table>' + "".join(f"<tr>{line}</tr>\n" for line in lines) + "</table></div>")
 
     def html(self):
-        head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>{escaped(self.title)}</title><style>{STYLE}</style>'
+        head = (
+            f'<meta charset="utf-8"><meta name="viewport" content="width=device-width, '
+            f'initial-scale=1"><title>{escaped(self.title)}</title><style>{STYLE}</style>'
+        )
         body = "\n".join([*self.parts, self.folded])
         return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'
 

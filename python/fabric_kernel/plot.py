@@ -30,7 +30,19 @@ if TYPE_CHECKING:
     from .v50 import Test
 
 # Colours that differ for colour-blind eyes too (Okabe and Ito), and more for crowded plots.
-COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#464646", "#823ca0", "#785028", "#96aa3c", "#000000"]
+COLOURS = [
+    "#0072b2",
+    "#d55e00",
+    "#009e73",
+    "#cc79a7",
+    "#e69f00",
+    "#56b4e9",
+    "#464646",
+    "#823ca0",
+    "#785028",
+    "#96aa3c",
+    "#000000",
+]
 STYLES = {
     "line": {},
     "marked": {"marker": "o", "markersize": 5},
@@ -39,9 +51,20 @@ STYLES = {
     "dots": {"marker": ".", "linestyle": "none", "markersize": 2, "alpha": 0.5},
 }
 STYLE = {
-    "svg.hashsalt": "fabric", "svg.fonttype": "none", "font.sans-serif": ["DejaVu Sans"], "font.size": 10, "axes.titlesize": 12, "axes.grid": True, "axes.axisbelow": True,
-    "grid.color": "#e3e3e3", "grid.linewidth": 0.8, "axes.edgecolor": "#888888", "legend.frameon": False, "lines.linewidth": 1.7,
-    "axes.spines.top": False, "axes.spines.right": False,
+    "svg.hashsalt": "fabric",
+    "svg.fonttype": "none",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 10,
+    "axes.titlesize": 12,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.8,
+    "axes.edgecolor": "#888888",
+    "legend.frameon": False,
+    "lines.linewidth": 1.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
 }
 styled = matplotlib.rc_context(STYLE)
 """Decorates what draws in this style."""
@@ -83,7 +106,8 @@ def saved(figure, path, **options):
 @styled
 def draw(path, title, x, y, series, axes="linear", marks=(), levels=()):
     """Writes one plot. axes: "linear"; "from zero" (y from 0); "logarithmic x" (a tick at every point of the first series, y from
-    0); "logarithmic" (points that are not positive are left out). marks: (x, name) of events; levels: (name, y) of dashed lines."""
+    0); "logarithmic" (points that are not positive are left out). marks: (x, name) of events; levels: (name, y) of dashed
+    lines."""
     figure, axis = new()
     for number, line in enumerate(series):
         points = [point for point in line.points if axes != "logarithmic" or (point[0] > 0 and point[1] > 0)]
@@ -130,38 +154,59 @@ def errors(path, title, x, y, lines, levels=()):
 
 @styled
 def history(
-    rows: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, *, title: str = "", marks: Sequence[tuple[float, str]] = ()
+    rows: "pandas.DataFrame",
+    path: str | os.PathLike[str] | None = None,
+    *,
+    title: str = "",
+    marks: Sequence[tuple[float, str]] = (),
 ) -> Figure:
-    """Rows of `fabric_kernel.history`: velocity of the projectile, force on it, largest deflection of held cloth, and where the absorbed energy is,
-    over time. marks: time (s) and name of events."""
+    """Rows of `fabric_kernel.history`: velocity of the projectile, force on it, largest deflection of held cloth, and where the
+    absorbed energy is, over time. marks: time (s) and name of events."""
     figure, panels = new(8.5, 11.0, rows=4, sharex=True)
     energies = {
-        "work": "absorbed", "fabric_kinetic": "fabric kinetic", "strain": "strain", "dissipated": "dissipated by rupture", "viscous": "taken by viscosity",
-        "friction": "friction", "ply_loss": "lost where plies meet", "casing_loss": "lost on the case", "attachment": "dissipated in clamps",
-        "contact_loss": "contact loss", "residual": "residual",
-    }  # fmt: skip
+        "work": "absorbed",
+        "fabric_kinetic": "fabric kinetic",
+        "strain": "strain",
+        "dissipated": "dissipated by rupture",
+        "viscous": "taken by viscosity",
+        "friction": "friction",
+        "ply_loss": "lost where plies meet",
+        "casing_loss": "lost on the case",
+        "attachment": "dissipated in clamps",
+        "contact_loss": "contact loss",
+        "residual": "residual",
+    }
     for panel, columns, label in (
         (panels[0], {f"velocity_{axis}": f"along {axis}" for axis in "zxy"}, "velocity (m/s)"),
         (panels[1], {f"force_{axis}": f"along {axis}" for axis in "zxy"}, "mean force between samples (N)"),
         (panels[2], {"max_deflection": "largest"}, "deflection (m)"),
         (panels[3], energies, "energy (J)"),
     ):
-        for at, name in marks:
+        for at, _ in marks:
             panel.axvline(1e6 * at, color="#969696", linewidth=1, linestyle="--")
         for number, (name, words) in enumerate(columns.items()):
             panel.plot(1e6 * rows["time"], rows[name], color=COLOURS[number], label=words)
         panel.set_ylabel(label)
         panel.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0))
     for at, name in marks:
-        panels[0].text(1e6 * at, 0.99, f"{name} ", transform=panels[0].get_xaxis_transform(), ha="right", va="top", fontsize=8, color="#5a5a5a")
+        panels[0].text(
+            1e6 * at,
+            0.99,
+            f"{name} ",
+            transform=panels[0].get_xaxis_transform(),
+            ha="right",
+            va="top",
+            fontsize=8,
+            color="#5a5a5a",
+        )
     panels[0].set_title(title)
     panels[3].set_xlabel("time (µs)")
     return saved(figure, path)
 
 
 def sheet(simulation: Any, path: str | os.PathLike[str] | None = None, *, title: str = "") -> Figure:
-    """A simulation's sheet as it is now, coloured by strain, with its projectile; of a stack the first ply. Raises ValueError for a
-    projectile that is not drawn."""
+    """A simulation's sheet as it is now, coloured by strain, with its projectile; of a stack the first ply. Raises ValueError for
+    a projectile that is not drawn."""
     from . import sheets
 
     now = sheets.Sheet(simulation)
@@ -169,7 +214,8 @@ def sheet(simulation: Any, path: str | os.PathLike[str] | None = None, *, title:
 
 
 def profile(simulation: Any, path: str | os.PathLike[str] | None = None, *, title: str = "") -> Figure:
-    """The back face of a simulation as it is now, of a stack that of its last ply: deflection along both yarns under the projectile."""
+    """The back face of a simulation as it is now, of a stack that of its last ply: deflection along both yarns under the
+    projectile."""
     from . import sheets
 
     now = sheets.Sheet(simulation, simulation.scene["stack.plies"] - 1)
@@ -182,17 +228,30 @@ def tornado(found: "Sensitivity", path: str | os.PathLike[str] | None = None) ->
     rows = [one for one in found.changes if math.isfinite(one.percent)][::-1]
     figure, axis = new(9.0, 1.6 + 0.38 * len(rows))
     places = range(len(rows))
-    axis.barh(places, [one.percent for one in rows], color=[COLOURS[0] if one.percent > 0 else COLOURS[1] for one in rows], height=0.62)
+    axis.barh(
+        places, [one.percent for one in rows], color=[COLOURS[0] if one.percent > 0 else COLOURS[1] for one in rows], height=0.62
+    )
     ends = [[max(0.0, sign * (getattr(one, end) - one.percent)) for one in rows] for end, sign in (("low", -1), ("high", 1))]
     reach = 1.3 * max((abs(one.percent) for one in rows), default=1.0) + 2.0
     # An end that is not known runs out of the picture.
-    axis.errorbar([one.percent for one in rows], places, xerr=numpy.minimum(ends, 4 * reach), fmt="none", color=COLOURS[6], capsize=3, linewidth=1)
+    axis.errorbar(
+        [one.percent for one in rows],
+        places,
+        xerr=numpy.minimum(ends, 4 * reach),
+        fmt="none",
+        color=COLOURS[6],
+        capsize=3,
+        linewidth=1,
+    )
     for end, sign, mark in (("low", -1, "<"), ("high", 1, ">")):
         beyond = [place for place, one in zip(places, rows) if sign * getattr(one, end) > reach]
         axis.plot([sign * 0.985 * reach] * len(beyond), beyond, mark, color=COLOURS[6])
     axis.set_yticks(places, [one.variant for one in rows])
     axis.axvline(0.0, color="#888888", linewidth=1)
-    axis.set(xlim=(-reach, reach), xlabel=f"change of the limit (%), from {found.limit:.1f} m/s; bars: intervals, arrows: beyond the picture")
+    axis.set(
+        xlim=(-reach, reach),
+        xlabel=f"change of the limit (%), from {found.limit:.1f} m/s; bars: intervals, arrows: beyond the picture",
+    )
     axis.grid(visible=False, axis="y")
     return saved(figure, path)
 
@@ -255,8 +314,8 @@ def limit(test: "Test", path: str | os.PathLike[str] | None = None) -> Figure:
 
 
 def map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()) -> Figure:
-    """A table of `fragment_map`: for each impact point the probability of perforation with its interval, and the kinetic energy that is
-    left, over velocity and attitude. `about`: lines that say what was shot at."""
+    """A table of `fragment_map`: for each impact point the probability of perforation with its interval, and the kinetic energy
+    that is left, over velocity and attitude. `about`: lines that say what was shot at."""
     points = list(dict.fromkeys(zip(table["point_x"], table["point_y"])))
     attitudes, velocities = list(dict.fromkeys(table["attitude"])), sorted(set(table["velocity"]))
     size = (max(1.6 + 1.15 * len(velocities) * len(points), 5.0), 2.2 + 1.3 * len(attitudes) + (1.2 if about else 0.0))

@@ -23,9 +23,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     words = list(sys.argv[1:] if arguments is None else arguments)
     names = "\n".join(f"  {name:10} {about}" for name, (_, about) in COMMANDS.items())
     parser = argparse.ArgumentParser(
-        prog="fabric", usage="fabric COMMAND ...", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description=f"Impact of rigid fragments on ballistic fabric.\n\ncommands:\n{names}", epilog="fabric COMMAND --help says what a command takes.",
-    )  # fmt: skip
+        prog="fabric",
+        usage="fabric COMMAND ...",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description=f"Impact of rigid fragments on ballistic fabric.\n\ncommands:\n{names}",
+        epilog="fabric COMMAND --help says what a command takes.",
+    )
     parser.add_argument("--version", action="version", version=f"fabric {VERSION}")
     parser.add_argument("command", nargs="?", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
     command = parser.parse_args(words[:1]).command

@@ -1,11 +1,13 @@
-"""`fabric residual scene.toml`: the residual velocity over the impact velocity, with the curves of Recht and Ipson and of Lambert and Jonas.
+"""`fabric residual scene.toml`: the residual velocity over the impact velocity, with the curves of Recht and Ipson and of Lambert
+and Jonas.
 
-Method: the limit is bracketed by a factor of two and halved to a tenth; the other shots go from 0.97 to `fastest` limits, denser near it.
-v_r = a (v^p - v_l^p)^(1/p), with p = 2 (Recht and Ipson, where a stands for the mass that goes along) and with p free (Lambert and Jonas), by
-maximum likelihood, stopped shots censored at 0.
-Intervals: bootstrap of the shots. As many shots are drawn from those made, with repetition, and fitted again; the deviations from the best
-fit are enlarged by sqrt(n/(n - k)) t/z for the k numbers fitted to n shots. No limit lies above the velocity from which on every shot went
-through, if the best fit does not. A bootstrap with a normal error about the curve would hold the
+Method: the limit is bracketed by a factor of two and halved to a tenth; the other shots go from 0.97 to `fastest` limits, denser
+near it.
+v_r = a (v^p - v_l^p)^(1/p), with p = 2 (Recht and Ipson, where a stands for the mass that goes along) and with p free (Lambert
+and Jonas), by maximum likelihood, stopped shots censored at 0.
+Intervals: bootstrap of the shots. As many shots are drawn from those made, with repetition, and fitted again; the deviations from
+the best fit are enlarged by sqrt(n/(n - k)) t/z for the k numbers fitted to n shots. No limit lies above the velocity from which
+on every shot went through, if the best fit does not. A bootstrap with a normal error about the curve would hold the
 limit in 22 to 45 % only, as single limits scatter and the curve is steep there.
 Limits: few shots lie near the limit, so its interval is too narrow: of 40 invented sets 32 hold it where 95 % is asked for
 (tests/python/test_residual.py).
@@ -53,7 +55,9 @@ class Fitted(NamedTuple):
     def rows(self) -> list[tuple[str, ...]]:
         """Name, unit-bearing quantity, value, interval."""
         rows = []
-        for k, (quantity, value, digits) in enumerate((("limit v_l, m/s", self.best.limit, 1), ("a", self.best.a, 3), ("p", self.best.p, 2))):
+        for k, (quantity, value, digits) in enumerate(
+            (("limit v_l, m/s", self.best.limit, 1), ("a", self.best.a, 3), ("p", self.best.p, 2))
+        ):
             low, high = self.ends(self.refits[:, k])
             interval = "held" if low == high else f"[{low:.{digits}f}, {high:.{digits}f}]"
             rows.append((self.name, quantity, f"{value:.{digits}f}", interval))
@@ -103,7 +107,8 @@ class Curve(NamedTuple):
 
 
 def asked(confidence: float, resamples: int) -> None:
-    """Raises ValueError for a confidence whose ends (1 ± confidence)/2 lie beyond the outermost of so many resamples: n >= (1 + c)/(1 - c)."""
+    """Raises ValueError for a confidence whose ends (1 ± confidence)/2 lie beyond the outermost of so many resamples: n >= (1 +
+    c)/(1 - c)."""
     most = (resamples - 1) / (resamples + 1)
     if checks.confident(confidence) > most:
         checks.refuse("confidence", f"at most {most:.3f} with {resamples} resamples", confidence)
@@ -126,7 +131,9 @@ def fits(shots: Sequence[Shot], confidence: float = 0.95, seed: int = 1, resampl
         refits = []
         while len(refits) < resamples:
             chosen = random.integers(0, n, n)
-            again = limit.residual_fit(v[chosen], through[chosen], r[chosen], power or (best.p if best.note.startswith("p is 2") else None), best)
+            again = limit.residual_fit(
+                v[chosen], through[chosen], r[chosen], power or (best.p if best.note.startswith("p is 2") else None), best
+            )
             if math.isfinite(again.limit):
                 refits.append(middle + wider * (numpy.array([again.limit, again.a, again.p]) - middle))
         refits = numpy.clip(refits, [0.0, 0.0, 1.0], [max(on, best.limit), 1.0, 10.0])
@@ -149,9 +156,10 @@ def residual_curve(
 ) -> Curve:
     """Shoots the projectile of a scene at its sheet over a range of velocities, and fits both curves.
 
-    velocities: of the shots, m/s; None: `shots` of them, the first of which bracket the limit, beginning with the velocity of the scene, and
-    the others go up to `fastest` limits. about: what was shot at, for the report; say: receives a line after each shot; the other `options`
-    are those of `Shooter` (`point`, `attitude`, `keep`, `steps`). A shot of unknown end is left out, which the notes say.
+    velocities: of the shots, m/s; None: `shots` of them, the first of which bracket the limit, beginning with the velocity of the
+    scene, and the others go up to `fastest` limits. about: what was shot at, for the report; say: receives a line after each
+    shot; the other `options` are those of `Shooter` (`point`, `attitude`, `keep`, `steps`). A shot of unknown end is left out,
+    which the notes say.
     Raises ValueError with the name of the argument, Refused with the field of the scene."""
     asked(confidence, RESAMPLES)
     checks.numbers("fastest", [fastest])
@@ -192,7 +200,9 @@ def residual_curve(
     made.sort()
     hole, doubt, note, own = None, "", "", tuple(made)
     if own:
-        hole, doubt, note = window.shot_below(shot, [one.velocity for one in own], [not one.stopped for one in own], confidence, seed)
+        hole, doubt, note = window.shot_below(
+            shot, [one.velocity for one in own], [not one.stopped for one in own], confidence, seed
+        )
         made.sort()
     found = () if hole else fits(own, confidence, seed)
     if hole:
@@ -200,7 +210,10 @@ def residual_curve(
     percent, lines = f"{100 * confidence:g} %", []
     for fit in found:
         low, high = fit.ends(fit.refits[:, 0])
-        lines.append(f"{fit.name}: limit {fit.best.limit:.1f} m/s, {percent} interval [{low:.1f}, {high:.1f}], of the model with its draws.")
+        lines.append(
+            f"{fit.name}: limit {fit.best.limit:.1f} m/s, {percent} interval [{low:.1f}, {high:.1f}], of the model with its "
+            f"draws."
+        )
     if not found and not hole:
         lines.append("Fewer than three shots went through at different velocities: no fit of the residual velocities.")
     bad = [f"{fit.name}: {fit.best.note}" for fit in found if fit.best.note]
@@ -214,7 +227,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric residual`."""
     about = "The residual over the impact velocity of the projectile of a scene, with fitted curves."
     parser = of_a_scene("residual", about, "report.html, residual.svg, residual.csv, runs.jsonl")
-    parser.add_argument("--velocities", type=positive, nargs="+", metavar="V", help="m/s; default: the limit is bracketed, then from it up to --fastest limits")
+    parser.add_argument(
+        "--velocities",
+        type=positive,
+        nargs="+",
+        metavar="V",
+        help="m/s; default: the limit is bracketed, then from it up to --fastest limits",
+    )
     parser.add_argument("--shots", type=int, default=24, help="default: %(default)s")
     parser.add_argument("--fastest", type=positive, default=2.5, help="largest velocity, in limits; default: %(default)s")
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
@@ -222,10 +241,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     with command(parser, given) as (scene, fabric):
         curve = residual_curve(
-            scene, given.velocities, shots=given.shots, fastest=given.fastest, seed=given.seed, confidence=given.confidence,
-            title=f"Residual velocity of {given.scene}", about=described(scene, fabric), say=functools.partial(print, flush=True),
-            attitude=given.attitude, keep=given.out / "runs.jsonl",
-        )  # fmt: skip
+            scene,
+            given.velocities,
+            shots=given.shots,
+            fastest=given.fastest,
+            seed=given.seed,
+            confidence=given.confidence,
+            title=f"Residual velocity of {given.scene}",
+            about=described(scene, fabric),
+            say=functools.partial(print, flush=True),
+            attitude=given.attitude,
+            keep=given.out / "runs.jsonl",
+        )
         print()
         print(curve.text())
         curve.write(given.out)

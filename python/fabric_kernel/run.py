@@ -25,11 +25,39 @@ TIMEOUT = 3
 OUTCOMES = ("arrested", "detached", "exited", "passed", "rebounded", "through", "none")
 SUFFIX = {"s": "_s", "m": "_m", "m/s": "_m_per_s", "rad/s": "_rad_per_s", "N": "_n", "J": "_j"}
 COLUMNS = (
-    "step", "time", "position_x", "position_y", "position_z", "velocity_x", "velocity_y", "velocity_z",
-    "angular_velocity_x", "angular_velocity_y", "angular_velocity_z", "force_x", "force_y", "force_z",
-    "work", "contact_loss", "projectile_kinetic", "fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss",
-    "support_work", "casing_loss", "attachment", "residual", "momentum_residual_n_s", "failed_segments", "contacts", "max_deflection", "max_stretch",
-)  # fmt: skip
+    "step",
+    "time",
+    "position_x",
+    "position_y",
+    "position_z",
+    "velocity_x",
+    "velocity_y",
+    "velocity_z",
+    "angular_velocity_x",
+    "angular_velocity_y",
+    "angular_velocity_z",
+    "force_x",
+    "force_y",
+    "force_z",
+    "work",
+    "contact_loss",
+    "projectile_kinetic",
+    "fabric_kinetic",
+    "strain",
+    "dissipated",
+    "viscous",
+    "friction",
+    "ply_loss",
+    "support_work",
+    "casing_loss",
+    "attachment",
+    "residual",
+    "momentum_residual_n_s",
+    "failed_segments",
+    "contacts",
+    "max_deflection",
+    "max_stretch",
+)
 """Columns of history.csv, without their units."""
 NAMES = {"work": "contact_work", "residual": "energy_residual"}
 SIDES = ("side -x", "side +x", "side -y", "side +y")
@@ -77,8 +105,11 @@ class Frames:
         return ["movie.gif"] * self.movie + ["vtk/run.pvd"] * self.vtk
 
 
-def flown(scene: Scene, until: Sequence[str], steps: int, every: int, *, frames: Frames, say: Any, capsule: Path | None) -> tuple[Simulation, list[dict], str]:
-    """The simulation at its end, a row of its history for every `every` steps, and the text of the failure that ended it, if one did."""
+def flown(
+    scene: Scene, until: Sequence[str], steps: int, every: int, *, frames: Frames, say: Any, capsule: Path | None
+) -> tuple[Simulation, list[dict], str]:
+    """The simulation at its end, a row of its history for every `every` steps, and the text of the failure that ended it, if one
+    did."""
     simulation, rows, failure = Simulation(scene, capsule=capsule), [], ""
 
     def look() -> None:
@@ -99,6 +130,7 @@ def flown(scene: Scene, until: Sequence[str], steps: int, every: int, *, frames:
 
 def history_csv(rows: list[dict]) -> str:
     """The text of history.csv: SI units, host's axes."""
+
     def named(column: str) -> str:
         unit = next((unit for unit, begins in runs.UNITS.items() if any(column.startswith(begin) for begin in begins)), "")
         return NAMES.get(column, column) + SUFFIX.get(unit, "")
@@ -120,7 +152,11 @@ def plies_of(simulation: Simulation, names: tuple[str | None, str | None]) -> li
     h_x, h_y = spacings(scene)
     for ply in range(count):
         last = ply >= count - back
-        mass, modulus = (scene["back.node_mass"], scene["back.modulus_mean"]) if last else (scene["sheet.node_mass"], scene["yarn.modulus_mean"])
+        mass, modulus = (
+            (scene["back.node_mass"], scene["back.modulus_mean"])
+            if last
+            else (scene["sheet.node_mass"], scene["yarn.modulus_mean"])
+        )
         strain = scene["back.critical_stretch" if last else "yarn.critical_stretch"] - 1.0
         density = mass * scene["sheet.plies"] / (h_x * h_y)
         fabric = f"{density:.3f} kg/m2, {1e-9 * modulus:.1f} GPa, fails from {100 * strain:.2f} %"
@@ -130,17 +166,31 @@ def plies_of(simulation: Simulation, names: tuple[str | None, str | None]) -> li
     return rows
 
 
-def summary_of(name: str, simulation: Simulation, rows: list[dict], until: Sequence[str], plies: list[dict], remarks: list[str]) -> dict[str, Any]:
+def summary_of(
+    name: str, simulation: Simulation, rows: list[dict], until: Sequence[str], plies: list[dict], remarks: list[str]
+) -> dict[str, Any]:
     """summary.json: SI units, host's axes. The same on every machine, bit by bit."""
     come, scene = simulation.outcomes(), simulation.scene
     ended = " and ".join(outcome for outcome in come if outcome in until) or "TIMEOUT"
     summary = {
-        "scene": name, "ended_by": ended, "steps": simulation.step_count, "time": simulation.time, "impact_energy": rows[0]["projectile_kinetic"],
-        "step_limits": simulation.step_limits, "outcomes": come, "projectile": simulation.projectile(), "contact": simulation.contact(),
-        "support": simulation.support(), "energy": simulation.energy(), "fabric": simulation.fabric(), "counters": simulation.counters(),
-        "max_deflection": max(row["max_deflection"] for row in rows), "momentum_residual": math.hypot(*simulation.momentum_residual()), "plies": plies,
+        "scene": name,
+        "ended_by": ended,
+        "steps": simulation.step_count,
+        "time": simulation.time,
+        "impact_energy": rows[0]["projectile_kinetic"],
+        "step_limits": simulation.step_limits,
+        "outcomes": come,
+        "projectile": simulation.projectile(),
+        "contact": simulation.contact(),
+        "support": simulation.support(),
+        "energy": simulation.energy(),
+        "fabric": simulation.fabric(),
+        "counters": simulation.counters(),
+        "max_deflection": max(row["max_deflection"] for row in rows),
+        "momentum_residual": math.hypot(*simulation.momentum_residual()),
+        "plies": plies,
         "digest": simulation.digest,
-    }  # fmt: skip
+    }
     return summary | {"warnings": [*remarks, *warnings(scene, simulation, summary)]}
 
 
@@ -175,14 +225,20 @@ def lines_of(scene: Scene, summary: dict[str, Any]) -> list[tuple[str, str]]:
     ]
     if scene["projectile.shape"] != "sphere":
         rows.append(("angular velocity left", f"{vector(summary['projectile']['angular_velocity'], 2)} rad/s"))
-    rows += [(f"absorbed when {name}", f"{joules(latch['work'])} at {1e6 * latch['time']:.1f} us") for name, latch in summary["outcomes"].items()]
+    rows += [
+        (f"absorbed when {name}", f"{joules(latch['work'])} at {1e6 * latch['time']:.1f} us")
+        for name, latch in summary["outcomes"].items()
+    ]
     rows += [
         ("absorbed, of the impact energy", f"{joules(contact['work'])} of {joules(summary['impact_energy'])}"),
-        ("  kinetic energy of the fabric", joules(energy["fabric_kinetic"])), ("  strain energy", joules(energy["strain"])),
-        ("  dissipated by rupture", joules(energy["dissipated"])), ("  dissipated by viscosity", joules(energy["viscous"])),
-        ("  dissipated by friction", joules(energy["friction"])), ("  lost in contact", joules(energy["contact_loss"])),
+        ("  kinetic energy of the fabric", joules(energy["fabric_kinetic"])),
+        ("  strain energy", joules(energy["strain"])),
+        ("  dissipated by rupture", joules(energy["dissipated"])),
+        ("  dissipated by viscosity", joules(energy["viscous"])),
+        ("  dissipated by friction", joules(energy["friction"])),
+        ("  lost in contact", joules(energy["contact_loss"])),
         ("  work on held nodes", joules(energy["support_work"])),
-    ]  # fmt: skip
+    ]
     rows += [("  lost where plies meet", joules(energy["ply_loss"]))] * stack
     rows += [("  lost on the case", joules(energy["casing_loss"]))] * bool(scene["casing.radius"])
     rows += [("  dissipated in clamps", joules(energy["attachment"]))] * bool(scene["attachment.hold"])
@@ -193,22 +249,41 @@ def lines_of(scene: Scene, summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("impulse on the supports", f"{vector([1e3 * part for part in support['total']])} mN s"),
     ]
     names = CORNERS if scene["attachment.kind"] == "four_corners" else SIDES
-    rows += [(f"  {name}", f"{vector([1e3 * part for part in one])} mN s") for name, one in zip(names, support["attachments"]) if any(one)]
+    rows += [
+        (f"  {name}", f"{vector([1e3 * part for part in one])} mN s")
+        for name, one in zip(names, support["attachments"])
+        if any(one)
+    ]
     part = energy["residual"] / summary["impact_energy"] if summary["impact_energy"] else 0.0
     return [
-        *rows, ("energy residual", f"{energy['residual']:.3e} J = {100 * part:.4f} % of the impact energy"),
-        ("momentum residual", f"{summary['momentum_residual']:.3e} N s"), ("digest", summary["digest"]),
-    ]  # fmt: skip
+        *rows,
+        ("energy residual", f"{energy['residual']:.3e} J = {100 * part:.4f} % of the impact energy"),
+        ("momentum residual", f"{summary['momentum_residual']:.3e} N s"),
+        ("digest", summary["digest"]),
+    ]
 
 
 def table_of_plies(plies: list[dict]) -> tuple[list[str], list[list[Any]]]:
     """Heading and rows of what each ply is and holds, from the front."""
-    heading = ["ply, from the side that is hit", "fabric", "turned by 90°", "failed segments", "kinetic, J", "strain, J", "dissipated, J"]
+    heading = [
+        "ply, from the side that is hit",
+        "fabric",
+        "turned by 90°",
+        "failed segments",
+        "kinetic, J",
+        "strain, J",
+        "dissipated, J",
+    ]
     energies = lambda ply: [f"{ply[key]:.4f}" for key in ("kinetic", "strain", "dissipated")]
-    return heading, [[k + 1, ply["fabric"], "yes" if ply["turned"] else "no", ply["failed_segments"], *energies(ply)] for k, ply in enumerate(plies)]
+    return heading, [
+        [k + 1, ply["fabric"], "yes" if ply["turned"] else "no", ply["failed_segments"], *energies(ply)]
+        for k, ply in enumerate(plies)
+    ]
 
 
-def report(out: Path, summary: dict[str, Any], simulation: Simulation, rows: list[dict], lines: list[tuple[str, str]], extra: list[str]) -> None:
+def report(
+    out: Path, summary: dict[str, Any], simulation: Simulation, rows: list[dict], lines: list[tuple[str, str]], extra: list[str]
+) -> None:
     """The pictures, and report.html with all of them."""
     name, ended = summary["scene"], summary["ended_by"]
     marks = [(latch["time"], outcome) for outcome, latch in summary["outcomes"].items()]
@@ -225,20 +300,31 @@ def report(out: Path, summary: dict[str, Any], simulation: Simulation, rows: lis
     sheets.damage_map(sheet, out / "damage.png", f"{name}: damage on the undeformed grid (node numbers)")
     sheets.profile(plies[-1], out / "profile.svg", f"{name}: back face at {1e6 * sheet.time:.1f} µs")
     html = page.Page(f"{name}: {ended} at {1e6 * summary['time']:.1f} µs")
-    html.answer([
-        f"{ended.capitalize()}: {math.hypot(*summary['projectile']['velocity']):.4g} m/s left, {summary['contact']['work']:.4g} J of {summary['impact_energy']:.4g} J "
-        f"absorbed; held cloth deflected by at most {1e3 * summary['max_deflection']:.3g} mm.",
-        *summary["warnings"], f"One run of the model with its draws. {scenes.CAVEAT}",
-    ])  # fmt: skip
+    html.answer(
+        [
+            f"{ended.capitalize()}: {math.hypot(*summary['projectile']['velocity']):.4g} m/s left, "
+            f"{summary['contact']['work']:.4g} J of {summary['impact_energy']:.4g} J "
+            f"absorbed; held cloth deflected by at most {1e3 * summary['max_deflection']:.3g} mm.",
+            *summary["warnings"],
+            f"One run of the model with its draws. {scenes.CAVEAT}",
+        ]
+    )
     for file, caption in [
-        *pictures, ("damage.png", "Damage on the undeformed grid, seen along the line of flight; held nodes in grey."),
+        *pictures,
+        ("damage.png", "Damage on the undeformed grid, seen along the line of flight; held nodes in grey."),
         ("profile.svg", "Deflection of the back face at the end, along both yarns under the projectile."),
-        ("history.svg", "Velocity of the projectile, mean force on it between samples, largest deflection, and where the absorbed energy is."),
+        (
+            "history.svg",
+            "Velocity of the projectile, mean force on it between samples, largest deflection, and where the absorbed energy is.",
+        ),
     ]:
         html.figure(out / file, caption)
     html.fold("All numbers")
     if not any(outcome in runs.STOPPED for outcome in summary["outcomes"]):
-        html.text("Energies are those of the end of the run: where the projectile went through, they hold what torn cloth did after it, too.")
+        html.text(
+            "Energies are those of the end of the run: where the projectile went through, they hold what torn cloth did after "
+            "it, too."
+        )
     for sentence in scenes.described(simulation.scene):
         html.text(sentence)
     html.table(["", ""], lines, (1,))
@@ -249,16 +335,35 @@ def report(out: Path, summary: dict[str, Any], simulation: Simulation, rows: lis
 
 
 def options() -> argparse.ArgumentParser:
-    ends = f"Exit status: 0 after an outcome, or after the steps with --until none; {TIMEOUT} if the steps ended the run; 1 after a failure; 2 for what is refused."
-    parser = argparse.ArgumentParser(prog="fabric run", description="One impact: a table, its history, pictures and a report.", epilog=ends)
+    ends = (
+        f"Exit status: 0 after an outcome, or after the steps with --until none; {TIMEOUT} if the steps ended the run; 1 after "
+        f"a failure; 2 for what is refused."
+    )
+    parser = argparse.ArgumentParser(
+        prog="fabric run", description="One impact: a table, its history, pictures and a report.", epilog=ends
+    )
     parser.add_argument("scene", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--out", type=Path, help="folder for report.html and all else; default: fabric-run/SCENE")
-    parser.add_argument("--until", type=outcomes, default=list(runs.UNTIL), metavar="OUTCOME,...", help=f"outcomes that end the run: {', '.join(OUTCOMES)}; default: {','.join(runs.UNTIL)}")
+    parser.add_argument(
+        "--until",
+        type=outcomes,
+        default=list(runs.UNTIL),
+        metavar="OUTCOME,...",
+        help=f"outcomes that end the run: {', '.join(OUTCOMES)}; default: {','.join(runs.UNTIL)}",
+    )
     parser.add_argument("--steps", type=at_least_one, default=runs.STEPS, help="most steps; default: %(default)s")
-    parser.add_argument("--sample", type=at_least_one, default=64, metavar="STEPS", help="steps between two rows of the history; default: %(default)s")
+    parser.add_argument(
+        "--sample",
+        type=at_least_one,
+        default=64,
+        metavar="STEPS",
+        help="steps between two rows of the history; default: %(default)s",
+    )
     parser.add_argument("--movie", action="store_true", help="also movie.gif")
     parser.add_argument("--vtk", action="store_true", help="also a series for ParaView, vtk/run.pvd")
-    parser.add_argument("--no-report", action="store_true", help="no pictures and no report: the table, history.csv and summary.json")
+    parser.add_argument(
+        "--no-report", action="store_true", help="no pictures and no report: the table, history.csv and summary.json"
+    )
     parser.add_argument("--capsule", type=Path, metavar="FILE", help="also a capsule, which `fabric replay` does again")
     parser.add_argument("--json", action="store_true", help="print summary.json in place of the table")
     return parser
@@ -304,9 +409,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         frames = Frames(out, given.movie, given.vtk)
         with tqdm.tqdm(bar_format="{desc}", disable=not sys.stderr.isatty(), leave=False, delay=1.0) as bar:
             say = lambda row: bar.set_description_str(
-                f"{name}: {1e6 * row['time']:.0f} us, {math.hypot(row['velocity_x'], row['velocity_y'], row['velocity_z']):.1f} m/s, {row['work']:.2f} J absorbed"
+                f"{name}: {1e6 * row['time']:.0f} us, {math.hypot(row['velocity_x'], row['velocity_y'], row['velocity_z']):.1f} "
+                f"m/s, {row['work']:.2f} J absorbed"
             )
-            simulation, rows, failure = flown(scene, given.until, given.steps, given.sample, frames=frames, say=say, capsule=given.capsule)
+            simulation, rows, failure = flown(
+                scene, given.until, given.steps, given.sample, frames=frames, say=say, capsule=given.capsule
+            )
         written(out / "history.csv", history_csv(rows))
         if failure:
             parser.exit(1, f"error: {failure}\n")

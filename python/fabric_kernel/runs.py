@@ -17,7 +17,8 @@ STOPPED = ("arrested", "rebounded")
 """Outcomes that end a run, if nothing else is asked for: those of `fabric run`. With "detached" besides, a run ends when the
 contact is with torn cloth only, which is quicker, but that cloth may still slow the projectile."""
 DECIDED = (*UNTIL, "through")
-"""Outcomes that end a run once it is decided whether the fabric stops the projectile: that of `fabric v50` and `fabric fragments`. After
+"""Outcomes that end a run once it is decided whether the fabric stops the projectile: that of `fabric v50` and `fabric
+fragments`. After
 "through" the speed may still change a little (docs/v50.md, "Method")."""
 STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""
@@ -34,10 +35,26 @@ UNITS = {
     "rad/s": ("angular_velocity_",),
     "N": ("force_",),
     "J": (
-        "work", "external_work", "initial_kinetic", "residual_kinetic", "absorbed", "support_work", "projectile_kinetic", "fabric_kinetic", "strain", "dissipated",
-        "viscous", "friction", "ply_loss", "casing_loss", "attachment", "contact_loss", "energy_residual", "residual",
+        "work",
+        "external_work",
+        "initial_kinetic",
+        "residual_kinetic",
+        "absorbed",
+        "support_work",
+        "projectile_kinetic",
+        "fabric_kinetic",
+        "strain",
+        "dissipated",
+        "viscous",
+        "friction",
+        "ply_loss",
+        "casing_loss",
+        "attachment",
+        "contact_loss",
+        "energy_residual",
+        "residual",
     ),
-}  # fmt: skip
+}
 """SI units of the columns of tables, by the beginnings of their names."""
 
 
@@ -53,32 +70,39 @@ def with_attrs(table: "pandas.DataFrame") -> "pandas.DataFrame":
 
 
 def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> dict[str, Any]:
-    """Runs a scene, or the preset or the file of a name, to one of the outcomes `until`, or for so many steps, and returns what came of it as one row of a table.
+    """Runs a scene, or the preset or the file of a name, to one of the outcomes `until`, or for so many steps, and returns what
+    came of it as one row of a table.
 
-    - `outcome`: the outcomes that ended the run, "failed" if the computation could not go on; if the steps ended it, "detached" where
-      the projectile carries torn cloth, else "timeout";
+    - `outcome`: the outcomes that ended the run, "failed" if the computation could not go on; if the steps ended it, "detached"
+      where the projectile carries torn cloth, else "timeout";
     - `failure`: the code of that failure, else None;
-    - `stopped`: whether the fabric stopped the projectile: True if it was arrested or has rebounded, False if it exited, went through or carries torn cloth, None if
-      no outcome came: then it is not known; None also if it passed beside the sheet without contact;
+    - `stopped`: whether the fabric stopped the projectile: True if it was arrested or has rebounded, False if it exited, went
+      through or carries torn cloth, None if no outcome came: then it is not known; None also if it passed beside the sheet
+      without contact;
     - `detached`: time at which the contact was with torn cloth only, s, else None;
     - `steps`, `time`: steps taken, and the time at the end, s;
-    - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s: after "arrested" that of the rebound; `angular_velocity_x`, `_y`, `_z`, rad/s;
+    - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s: after "arrested" that of the rebound;
+      `angular_velocity_x`, `_y`, `_z`, rad/s;
     - `initial_kinetic`, `residual_kinetic`: kinetic energy of the projectile at the start and at the end, J;
-    - `absorbed`: work of the projectile on the fabric, J; `support_work`: what of it went into held nodes; `force_peak`: largest mean force over a force window, N;
-    - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `casing_loss`, `attachment`, `contact_loss`, `energy_residual`: the energy
-      balance at the end, J;
-    - `max_deflection`: largest deflection of held cloth in the run, m, seen every SAMPLE steps and at the end (`plot.profile` draws the back face);
+    - `absorbed`: work of the projectile on the fabric, J; `support_work`: what of it went into held nodes; `force_peak`: largest
+      mean force over a force window, N;
+    - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `casing_loss`, `attachment`, `contact_loss`,
+      `energy_residual`: the energy balance at the end, J;
+    - `max_deflection`: largest deflection of held cloth in the run, m, seen every SAMPLE steps and at the end (`plot.profile`
+      draws the back face);
     - `failed_segments`: segments that have failed; `failed_near_held`: how many of them lie within three spacings of a held node;
     - `unconverged`: contact solves that did not converge; `ply_penetration`: deepest that plies were through each other, m;
       `beyond_fine`: steps in which the projectile met the sheet beyond the fine part of a graded network;
     - `digest`: hash of the state at the end.
 
-    "through" among the outcomes sets `track_through`. The numbers are of the model with its draws; of the model against tests `model_error(scene)` says how far a limit may be off.
-    Of a projectile that went through, energies and `ply_penetration` hold what torn cloth did after it, too; `until=DECIDED` ends there, sooner.
+    "through" among the outcomes sets `track_through`. The numbers are of the model with its draws; of the model against tests
+    `model_error(scene)` says how far a limit may be off.
+    Of a projectile that went through, energies and `ply_penetration` hold what torn cloth did after it, too; `until=DECIDED` ends
+    there, sooner.
     After a failure everything but the outcome, steps, these counters and the digest is None.
 
-    Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are, and while it flies when the energy
-    balance opens. Raises Refused, with the name of the field, if the scene cannot be simulated.
+    Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are, and while it flies when the
+    energy balance opens. Raises Refused, with the name of the field, if the scene cannot be simulated.
     """
     scene = Scene.read(scene) if isinstance(scene, str) else scene
     row = flown(scene, until, steps, warns=True)
@@ -112,13 +136,27 @@ def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False
         row["stopped"] = any(name in come for name in STOPPED) if ended and "passed" not in ended else None
     failed, counters = row["failure"] is not None, simulation.counters()
     body, energy, contact = ({}, {}, {}) if failed else (simulation.projectile(), simulation.energy(), simulation.contact())
-    row |= {"detached": simulation.outcomes().get("detached", {}).get("time"), "steps": counters["steps"], "time": simulation.time}
+    row |= {
+        "detached": simulation.outcomes().get("detached", {}).get("time"),
+        "steps": counters["steps"],
+        "time": simulation.time,
+    }
     row |= {f"velocity_{axis}": part for axis, part in zip("xyz", body.get("velocity", [None] * 3))}
     row["speed"] = None if failed else math.hypot(*body["velocity"])
     row |= {f"angular_velocity_{axis}": part for axis, part in zip("xyz", body.get("angular_velocity", [None] * 3))}
     row |= {"initial_kinetic": initial, "residual_kinetic": energy.get("projectile_kinetic"), "absorbed": contact.get("work")}
     row |= {"support_work": energy.get("support_work"), "force_peak": contact.get("force_peak")}
-    parts = ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "attachment", "contact_loss")
+    parts = (
+        "fabric_kinetic",
+        "strain",
+        "dissipated",
+        "viscous",
+        "friction",
+        "ply_loss",
+        "casing_loss",
+        "attachment",
+        "contact_loss",
+    )
     row |= {name: energy.get(name) for name in parts} | {"energy_residual": energy.get("residual")}
     row["max_deflection"] = None if failed else deepest
     row["failed_near_held"] = None if failed else near_held(simulation) if counters["failed_segments"] else 0
@@ -133,7 +171,10 @@ def near_held(simulation: Simulation) -> int:
     plies, (rows, columns, _) = scene["stack.plies"], velocities.shape
     shape = (plies, rows // plies, columns)
     near = scipy.ndimage.maximum_filter((velocities == 0.0).all(-1).reshape(shape), (1, 7, 7))
-    failed, across = simulation.damage().reshape(plies, -1) == 0.0, columns - 1 + (scene["symmetry.mirror_x"] or scene["sheet.closed"])
+    failed, across = (
+        simulation.damage().reshape(plies, -1) == 0.0,
+        columns - 1 + (scene["symmetry.mirror_x"] or scene["sheet.closed"]),
+    )
     # Without the segments to images and across the joint of a ring.
     along_x = failed[:, : across * shape[1]].reshape(plies, shape[1], across)[..., : columns - 1]
     along_y = failed[:, across * shape[1] :].reshape(plies, -1, columns)[:, : shape[1] - 1]
@@ -147,23 +188,28 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     many = sum(share > MOST_UNCONVERGED for share in shares)
     if many:
         found.append(
-            f"In {many} of {len(rows)} runs more than {100 * MOST_UNCONVERGED:g} % of the steps have a contact solve that did not converge "
-            f"(`unconverged` over `steps`; at most {100 * max(shares):.2g} %). Its impulses are inexact, and so are velocities and energies. "
-            "Repeat such runs with half the time step (time_step.fraction) and with a smaller contact.friction: both usually make the share "
+            f"In {many} of {len(rows)} runs more than {100 * MOST_UNCONVERGED:g} % of the steps have a contact solve that did "
+            f"not converge "
+            f"(`unconverged` over `steps`; at most {100 * max(shares):.2g} %). Its impulses are inexact, and so are velocities "
+            f"and energies. "
+            "Repeat such runs with half the time step (time_step.fraction) and with a smaller contact.friction: both usually "
+            "make the share "
             "smaller, and a number that they change by more than runs differ anyway is not a result."
         )
     gains = [abs(row["energy_residual"] or 0.0) / row["initial_kinetic"] for row in rows if row["initial_kinetic"]]
     gained = sum(gain > MOST_GAINED for gain in gains)
     if gained:
         found.append(
-            f"In {gained} of {len(rows)} runs the energy balance is open by more than {100 * MOST_GAINED:g} % of the impact energy "
+            f"In {gained} of {len(rows)} runs the energy balance is open by more than {100 * MOST_GAINED:g} % of the impact "
+            f"energy "
             f"(`energy_residual`; at most {100 * max(gains):.4g} %): yarn that goes slack and taut adds energy. Write "
-            "slack_balance = true at the top of the scene file (docs/model.md, \"Slack and taut\")."
+            'slack_balance = true at the top of the scene file (docs/model.md, "Slack and taut").'
         )
     beside = sum(row["beyond_fine"] > 0 for row in rows)
     if beside:
         found.append(
-            f"In {beside} of {len(rows)} runs the projectile met the sheet beyond the fine part of the graded network (`beyond_fine`), "
+            f"In {beside} of {len(rows)} runs the projectile met the sheet beyond the fine part of the graded network "
+            f"(`beyond_fine`), "
             "where nodes may be too far apart to feel it: move sheet.grading.centre or enlarge sheet.grading.half_width."
         )
     return found
@@ -172,7 +218,8 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 def history(
     simulation: Simulation | Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS, every: int = 64
 ) -> "pandas.DataFrame":
-    """Runs a simulation, or a scene from its start, to one of the outcomes, for at most so many steps, and returns a row for every
+    """Runs a simulation, or a scene from its start, to one of the outcomes, for at most so many steps, and returns a row for
+    every
     `every` steps.
 
     A row has step and time (s), position, velocity and angular velocity of the projectile, the mean force on it since the row

@@ -1,13 +1,16 @@
 """How the ballistic limit of a scene changes with what was chosen or is not known: `fabric v50 SCENE --sensitivity`.
 
-Method: a few shots each have their own yarns and impact point, and their own limit. For each variant of the scene the limit of the same
-shots is found: strides from the limit of the scene itself, each twice as long as the one before, until it lies between two velocities, then
-bisection to WIDTH; then a third of the ladder of `window.py` below 0.9 of it, which the shots share: what goes through there has no limit;
-a shot without a known end is shot again half of WIDTH faster. The change is the mean of the logarithms of variant over scene, with Student's interval over the shots, in which the
-width of the bisection counts as an error that is evenly distributed.
-Cost: in node-steps that of the limits of the scene itself times the nodes and the time step of each variant. The command spends at most ten
-times the test: where the scene's own network would cost more, the changes are those of a network of bars of two yarns, an eighth of the cost.
-Limits: one change at a time; three shots give wide intervals; where the model is chaotic, bisection finds one of several crossings.
+Method: a few shots each have their own yarns and impact point, and their own limit. For each variant of the scene the limit of
+the same shots is found: strides from the limit of the scene itself, each twice as long as the one before, until it lies between
+two velocities, then bisection to WIDTH; then a third of the ladder of `window.py` below 0.9 of it, which the shots share: what
+goes through there has no limit; a shot without a known end is shot again half of WIDTH faster. The change is the mean of the
+logarithms of variant over scene, with Student's interval over the shots, in which the width of the bisection counts as an error
+that is evenly distributed.
+Cost: in node-steps that of the limits of the scene itself times the nodes and the time step of each variant. The command spends
+at most ten times the test: where the scene's own network would cost more, the changes are those of a network of bars of two
+yarns, an eighth of the cost.
+Limits: one change at a time; three shots give wide intervals; where the model is chaotic, bisection finds one of several
+crossings.
 """
 
 import math
@@ -49,28 +52,57 @@ def variants(scene: Scene) -> dict[str, Scene]:
     if not value["sheet.grading.largest"]:
         for part in (math.sqrt(0.5), math.sqrt(2.0)):
             changes = scaled(part)
-            add("width of the sheet", " x ".join(f"{1e3 * (count - 1) * h:.4g}" for count, h in zip(changes.values(), spacings(scene))) + " mm", changes)
+            add(
+                "width of the sheet",
+                " x ".join(f"{1e3 * (count - 1) * h:.4g}" for count, h in zip(changes.values(), spacings(scene))) + " mm",
+                changes,
+            )
         parts = ("sheet", "back") if value["back.plies"] else ("sheet",)
-        grown = [f"{part}.{name}" for part in parts for name in ("spacing", "spacing_y", "yarn_area", "yarn_area_y") if value.get(f"{part}.{name}")]
+        grown = [
+            f"{part}.{name}"
+            for part in parts
+            for name in ("spacing", "spacing_y", "yarn_area", "yarn_area_y")
+            if value.get(f"{part}.{name}")
+        ]
         grown += ["attachment.hold"] if value["attachment.hold"] else []
-        coarse = scaled(0.5) | {name: 2.0 * value[name] for name in grown} | {f"{part}.node_mass": 4.0 * value[f"{part}.node_mass"] for part in parts}
+        coarse = (
+            scaled(0.5)
+            | {name: 2.0 * value[name] for name in grown}
+            | {f"{part}.node_mass": 4.0 * value[f"{part}.node_mass"] for part in parts}
+        )
         add(*COARSE.split(": "), coarse)
     if value["time_step.seconds"]:
         add("time step", "half", {"time_step.seconds": 0.5 * value["time_step.seconds"]})
     else:
-        add("time step", f"{0.5 * value['time_step.fraction']:g} of the critical", {"time_step.fraction": 0.5 * value["time_step.fraction"]})
+        add(
+            "time step",
+            f"{0.5 * value['time_step.fraction']:g} of the critical",
+            {"time_step.fraction": 0.5 * value["time_step.fraction"]},
+        )
     viscosity = {f"yarn.viscosity_{kind}": value[f"yarn.viscosity_{kind}"] for kind in ("linear", "quadratic", "bending")}
     if any(viscosity.values()):
         add("viscosity of the yarn", "half", {name: 0.5 * number for name, number in viscosity.items()})
     else:
         add("viscosity of the yarn", "that of real fabrics", dict(zip(viscosity, (0.06, 1.5, 0.06))))
     add("crimp", "1 % more", {"sheet.crimp": [part + 0.01 for part in value["sheet.crimp"]]})
-    add("failure strain", "10 % more", {
-        name: 1.0 + 1.1 * (value[name] - 1.0)
-        for name in ("yarn.critical_stretch", "weft.critical_stretch", *(["back.critical_stretch"] if value["back.plies"] else []))
-        if value[name]
-    })  # fmt: skip
-    add("friction on the projectile", f"{value['contact.friction'] + 0.2:g}", {"contact.friction": value["contact.friction"] + 0.2})
+    add(
+        "failure strain",
+        "10 % more",
+        {
+            name: 1.0 + 1.1 * (value[name] - 1.0)
+            for name in (
+                "yarn.critical_stretch",
+                "weft.critical_stretch",
+                *(["back.critical_stretch"] if value["back.plies"] else []),
+            )
+            if value[name]
+        },
+    )
+    add(
+        "friction on the projectile",
+        f"{value['contact.friction'] + 0.2:g}",
+        {"contact.friction": value["contact.friction"] + 0.2},
+    )
     other = "two_sides" if value["attachment.kind"] == "four_sides" else "four_sides"
     add("support", other.replace("_", " "), {"attachment.kind": other})
     for part in HOLDS if value["attachment.kind"] != "free" else ():
@@ -83,8 +115,8 @@ def variants(scene: Scene) -> dict[str, Scene]:
 
 
 def turn(scene: Scene) -> tuple[int, str, tuple[float, ...]]:
-    """By how many degrees and about which axis the body is turned, and its orientation then: by 90 about x or y, but by 45 about x, an edge ahead,
-    where these map it onto itself, as a cube."""
+    """By how many degrees and about which axis the body is turned, and its orientation then: by 90 about x or y, but by 45 about
+    x, an edge ahead, where these map it onto itself, as a cube."""
     from .sheets import outline, turned
 
     w, x, y, z = scene["projectile.orientation"]
@@ -95,7 +127,10 @@ def turn(scene: Scene) -> tuple[int, str, tuple[float, ...]]:
     looks = lambda orientation: turned(numpy.array(orientation), own)
     for degrees, axis in ((90, "x"), (90, "y"), (45, "x")):
         c, s = math.cos(math.radians(0.5 * degrees)), math.sin(math.radians(0.5 * degrees))
-        about_x, about_y = (c * w - s * x, c * x + s * w, c * y - s * z, c * z + s * y), (c * w - s * y, c * x + s * z, c * y + s * w, c * z - s * x)
+        about_x, about_y = (
+            (c * w - s * x, c * x + s * w, c * y - s * z, c * z + s * y),
+            (c * w - s * y, c * x + s * z, c * y + s * w, c * z - s * x),
+        )
         orientation = about_x if axis == "x" else about_y
         apart = cdist(looks(orientation), looks((w, x, y, z))).min(axis=1).max()
         if apart > 1e-6 * numpy.abs(own).max():
@@ -124,8 +159,9 @@ def crossing(guess: float, through: Callable[[float], bool]) -> float:
 
 
 def limit_of(job: list) -> tuple[float | None, int, float | None]:
-    """The limit of one shot of a scene, m/s, the node-steps of its search, and the lowest velocity below the limit at which it goes through, as in a
-    window, None if it never does. The limit is None if there is none, a window lies below, or a shot's end is not known. job: scene, number of the shot, seed, guess, attitude, steps, point."""
+    """The limit of one shot of a scene, m/s, the node-steps of its search, and the lowest velocity below the limit at which it
+    goes through, as in a window, None if it never does. The limit is None if there is none, a window lies below, or a shot's end
+    is not known. job: scene, number of the shot, seed, guess, attitude, steps, point."""
     scene, shot, seed, guess, attitude, steps, point = job
     shooter, cost = Shooter(scene, seed=seed, attitude=attitude, steps=steps, point=point), 0
 
@@ -157,7 +193,8 @@ class Change(NamedTuple):
     low: float  # interval, percent
     high: float
     shots: int  # whose limit was found with and without the change
-    window: float = math.nan  # lowest velocity at which a shot goes through below its limit, m/s: then there is no change of one limit
+    # lowest velocity at which a shot goes through below its limit, m/s: then there is no change of one limit
+    window: float = math.nan
 
     def interval(self, digits):
         return f"[{self.low:+.{digits}f}, {self.high:+.{digits}f}]" if math.isfinite(self.low) else "(no bound)"
@@ -172,7 +209,13 @@ class Sensitivity(NamedTuple):
         return ("change", f"limit, %, from {self.limit:.1f} m/s", f"{100 * CONFIDENCE:g} % interval, %", "shots")
 
     def rows(self):
-        digits = lambda one: f"{one.percent:+.1f}" if math.isfinite(one.percent) else f"window at {one.window:.4g} m/s" if math.isfinite(one.window) else "none"
+        digits = lambda one: (
+            f"{one.percent:+.1f}"
+            if math.isfinite(one.percent)
+            else f"window at {one.window:.4g} m/s"
+            if math.isfinite(one.window)
+            else "none"
+        )
         return [(one.variant, digits(one), one.interval(1), str(one.shots)) for one in self.changes]
 
     def sentence(self):
@@ -191,10 +234,12 @@ class Sensitivity(NamedTuple):
 def sensitivity(
     shoot: Shooter, guess: float, *, shots: int = SHOTS, keep: Path | None = None, on: object = None, progress: bool | None = None
 ) -> Sensitivity:
-    """How the limit that a Shooter has tested (`v50`) changes with each of `variants`. guess: that limit, m/s; keep, on, progress: as for
+    """How the limit that a Shooter has tested (`v50`) changes with each of `variants`. guess: that limit, m/s; keep, on,
+    progress: as for
     `ensemble`. The coarse network, and then fewer shots, are taken if more than TIMES the node-steps of the test are expected.
 
-    Raises ValueError without shots, Refused if the scene cannot be simulated; a variant that cannot is left out, which the notes say."""
+    Raises ValueError without shots, Refused if the scene cannot be simulated; a variant that cannot is left out, which the notes
+    say."""
     if not shoot.made:
         raise ValueError("shoot: has no shots yet: test it with v50 first")
     scene, seed, attitude = shoot.scene, shoot.seed, shoot.attitude
@@ -214,7 +259,9 @@ def sensitivity(
                 del changed[name]
         return changed
 
-    finer = lambda of: max(scene["time_step.fraction"] / of["time_step.fraction"], scene["time_step.seconds"] / (of["time_step.seconds"] or 1.0))
+    finer = lambda of: max(
+        scene["time_step.fraction"] / of["time_step.fraction"], scene["time_step.seconds"] / (of["time_step.seconds"] or 1.0)
+    )
 
     def found(asked):
         """The limits by (name, shot) of each (name, scene, shot, guess), as far as they have one."""
@@ -227,34 +274,46 @@ def sensitivity(
         return {(name, shot): limit for (name, _, shot, _), (limit, *_) in zip(asked, results) if limit}
 
     def row(name, limits, own):
-        logarithms = [math.log(limits[name, shot] / own["", shot]) for shot in range(shots) if (name, shot) in limits and ("", shot) in own]
+        logarithms = [
+            math.log(limits[name, shot] / own["", shot]) for shot in range(shots) if (name, shot) in limits and ("", shot) in own
+        ]
         values = interval([] if name in windows else logarithms)
         rows.append(Change(name.split(": ")[0], name, *values, len(logarithms), windows.get(name, math.nan)))
 
     changed, base = sound(scene), scene
     own = found([("", scene, shot, float(guess)) for shot in range(shots)])
     mean = float(numpy.mean(list(own.values()))) if own else math.nan
-    # The limits of variants lie farther from the guess: 1.6 times as costly a node-step for the 3 in preset and one ply of Kevlar.
+    # The limits of variants lie farther from the guess: 1.6 times as costly a node-step for the 3 in preset and one ply of
+    # Kevlar.
     expected = lambda: 1.7 * spent[-1] * sum(nodes(other) / nodes(base) * finer(other) for other in changed.values())
     if sum(spent) + expected() > TIMES * test and COARSE in changed:
         base = changed[COARSE]
         coarse = found([(COARSE, base, shot, own.get(("", shot), float(guess))) for shot in range(shots)])
         row(COARSE, coarse, own)
         changed, own = sound(base), {("", shot): limit for (_, shot), limit in coarse.items()}
-        notes.append("All other changes are found in the network of bars of two yarns: with that of the scene they would take longer.")
+        notes.append(
+            "All other changes are found in the network of bars of two yarns: with that of the scene they would take longer."
+        )
     asked = shots
     while asked > 1 and sum(spent) + expected() * asked / shots > TIMES * test:
         asked -= 1
-    limits_of = found([(name, changed[name], shot, limit) for name in changed for (_, shot), limit in own.items() if shot < asked])
+    limits_of = found(
+        [(name, changed[name], shot, limit) for name in changed for (_, shot), limit in own.items() if shot < asked]
+    )
     for name in changed:
         row(name, limits_of, own)
     if scene["projectile.shape"] != "sphere":
-        notes.append("Spacing: bars of two yarns may be on the unsafe side for a body with edges or corners, which break single yarns (docs/v50.md).")
+        notes.append(
+            "Spacing: bars of two yarns may be on the unsafe side for a body with edges or corners, which break single yarns "
+            "(docs/v50.md)."
+        )
     rows.sort(key=lambda one: -abs(one.percent) if math.isfinite(one.percent) else math.inf)
     notes += [
-        f"They are changes from {mean:.1f} m/s, the mean limit of {len(own)} single shots, each found by bisection in its own yarns and point; "
+        f"They are changes from {mean:.1f} m/s, the mean limit of {len(own)} single shots, each found by bisection in its own "
+        f"yarns and point; "
         f"the {guess:.1f} m/s of the test are fitted to many shots with one each.",
-        f"Changes are of the limits of those of {asked} shots that have one with and without the change (the last column), each found to "
+        f"Changes are of the limits of those of {asked} shots that have one with and without the change (the last column), each "
+        f"found to "
         f"{100 * (WIDTH - 1):.0f} %, one change at a time.",
         f"The changes took {sum(spent) / test:.1f} times the node-steps of the test.",
     ]

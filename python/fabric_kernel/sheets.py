@@ -27,8 +27,8 @@ MOST_MESHES = 130
 
 
 class Sheet:
-    """A sheet as it is now, of a stack one ply. positions: m, one row a node, and velocities likewise; segments: the two nodes of each;
-    stretch, and alpha, 0 only where it has failed, of each."""
+    """A sheet as it is now, of a stack one ply. positions: m, one row a node, and velocities likewise; segments: the two nodes of
+    each; stretch, and alpha, 0 only where it has failed, of each."""
 
     def __init__(self, simulation, ply=0):
         scene, body, positions = simulation.scene, simulation.projectile(), simulation.positions()
@@ -45,7 +45,9 @@ class Sheet:
         node = numpy.arange(nx * ny).reshape(ny, nx)
         pairs = [(node[:, :-1], node[:, 1:]), (node[:-1], node[1:])]
         self.segments = numpy.concatenate([numpy.stack([a.ravel(), b.ravel()], 1) for a, b in pairs])
-        self.stretch, self.alpha = (self.drawn(values.reshape(plies, -1)[ply], along_x, along_y) for values in (simulation.stretch(), simulation.damage()))
+        self.stretch, self.alpha = (
+            self.drawn(values.reshape(plies, -1)[ply], along_x, along_y) for values in (simulation.stretch(), simulation.damage())
+        )
         self.outline = [self.centre + turned(numpy.array(body["orientation"]), line) for line in outline(scene)]
 
     def drawn(self, values, along_x, along_y):
@@ -67,8 +69,8 @@ class Sheet:
         return numpy.hypot(self.positions[:, 0], self.positions[:, 2]) - self.radius if self.radius else self.positions[:, 2]
 
     def profiles(self):
-        """The two yarns through the node nearest to the projectile: direction, place along the sheet at rest and deflection of each node, m; NaN
-        between the two nodes of a failed segment."""
+        """The two yarns through the node nearest to the projectile: direction, place along the sheet at rest and deflection of
+        each node, m; NaN between the two nodes of a failed segment."""
         nx, ny = self.nodes
         j, i = divmod(int(numpy.linalg.norm(self.positions - self.centre, axis=1).argmin()), nx)
         node, across = numpy.arange(nx * ny).reshape(ny, nx), (nx - 1) * ny
@@ -77,20 +79,28 @@ class Sheet:
             ("y", node[:, i], self.alpha[across:].reshape(ny - 1, nx)[:, i], self.half_size[1]),
         ):
             torn = numpy.flatnonzero(alpha == 0) + 1
-            yield name, *(numpy.insert(one, torn, numpy.nan) for one in (numpy.linspace(-half, half, len(nodes)), self.heights()[nodes]))
+            yield (
+                name,
+                *(numpy.insert(one, torn, numpy.nan) for one in (numpy.linspace(-half, half, len(nodes)), self.heights()[nodes])),
+            )
 
     def lines(self, points, chosen):
         return points[self.segments[chosen]]
 
     def draw_oblique(self, axis, meshes=0.88, near=True):
-        """The sheet as a lit surface, coloured by strain, with the torn yarns at its holes, and the projectile, dashed where it is
-        hidden; z is up. meshes: how bright the lines between meshes are; near: of a curved sheet what is near the projectile."""
+        """The sheet as a lit surface, coloured by strain, with the torn yarns at its holes, and the projectile, dashed where it
+        is hidden; z is up. meshes: how bright the lines between meshes are; near: of a curved sheet what is near the
+        projectile."""
         faces, colours, depths = [], [], []
         for corners, colour in [*self.cloth(), self.body()]:
             normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
             normals /= numpy.maximum(numpy.linalg.norm(normals, axis=1), 1e-30)[:, None]
             # Cloth has two sides, the body one.
-            towards = numpy.abs(normals @ LIGHT) if len(corners[0]) == 4 else numpy.maximum(normals @ LIGHT * outward(corners, normals, self.centre), 0)
+            towards = (
+                numpy.abs(normals @ LIGHT)
+                if len(corners[0]) == 4
+                else numpy.maximum(normals @ LIGHT * outward(corners, normals, self.centre), 0)
+            )
             light = 0.62 + 0.5 * towards
             screen = oblique(corners)
             faces.extend(screen[..., :2])
@@ -100,11 +110,17 @@ class Sheet:
             depths.append(screen[..., 2].mean(1) + (0 if len(corners[0]) == 4 else 1.5 * mesh))
         order = numpy.argsort(-numpy.concatenate(depths), kind="stable")
         colours = numpy.concatenate(colours)[order]
-        axis.add_collection(PolyCollection([faces[k] for k in order], facecolors=colours, edgecolors=meshes * colours, linewidths=0.3, rasterized=True))
+        axis.add_collection(
+            PolyCollection(
+                [faces[k] for k in order], facecolors=colours, edgecolors=meshes * colours, linewidths=0.3, rasterized=True
+            )
+        )
         # Yarns at the edge of a hole, and loose ones, which no whole mesh has drawn.
         loose = (self.alpha > 0) & ~self.covered()
         lines = oblique(self.positions)[:, :2][self.segments[loose]]
-        axis.add_collection(LineCollection(lines, colors=0.6 * STRAIN(self.strain(loose))[:, :3], linewidths=0.7, rasterized=True))
+        axis.add_collection(
+            LineCollection(lines, colors=0.6 * STRAIN(self.strain(loose))[:, :3], linewidths=0.7, rasterized=True)
+        )
         silhouette = oblique(self.body()[0].reshape(-1, 3))[:, :2]
         silhouette = silhouette[ConvexHull(silhouette).vertices]
         axis.fill(*silhouette.T, fill=False, edgecolor="#1c2f40", linewidth=0.8, linestyle=(0, (3, 3)), alpha=0.7)
@@ -122,7 +138,11 @@ class Sheet:
         low, high = screen.min(0), screen.max(0)
         if near:
             reach = 1e3 * max(numpy.linalg.norm(line - self.centre, axis=1).max() for line in self.outline)
-            middle = screen[numpy.linalg.norm(self.places() - self.radius / numpy.hypot(*self.centre[[0, 2]]) * self.centre * [1, 0, 1], axis=1).argmin()]
+            middle = screen[
+                numpy.linalg.norm(
+                    self.places() - self.radius / numpy.hypot(*self.centre[[0, 2]]) * self.centre * [1, 0, 1], axis=1
+                ).argmin()
+            ]
             low, high = numpy.maximum(low, middle - 6 * reach), numpy.minimum(high, middle + [6 * reach, 4 * reach])
         # A body that has left is shown as far as the sheet is high.
         high[1] = max(high[1], min(oblique(numpy.concatenate(self.outline))[:, 1].max(), high[1] + 0.4 * (high[1] - low[1])))
@@ -158,7 +178,10 @@ class Sheet:
     def whole(self):
         """Whether all four segments of each mesh are alive."""
         nx, ny = self.nodes
-        across, along = (self.alpha[: (nx - 1) * ny] > 0).reshape(ny, nx - 1), (self.alpha[(nx - 1) * ny :] > 0).reshape(ny - 1, nx)
+        across, along = (
+            (self.alpha[: (nx - 1) * ny] > 0).reshape(ny, nx - 1),
+            (self.alpha[(nx - 1) * ny :] > 0).reshape(ny - 1, nx),
+        )
         return across[:-1] & across[1:] & along[:, :-1] & along[:, 1:]
 
     def covered(self):
@@ -168,7 +191,8 @@ class Sheet:
         return numpy.concatenate([across.ravel(), along.ravel()])
 
     def cloth(self):
-        """Corners of the whole meshes, m, with their colours: those that are drawn one by one, and those that are drawn together."""
+        """Corners of the whole meshes, m, with their colours: those that are drawn one by one, and those that are drawn
+        together."""
         (nx, ny), whole = self.nodes, self.whole()
         node = self.positions.reshape(ny, nx, 3)
         strain = numpy.zeros(nx * ny)
@@ -192,13 +216,15 @@ class Sheet:
                 yield numpy.stack([node[end] for end in ends], 1), STRAIN(numpy.mean([strain[end] for end in ends], 0))[:, :3]
 
     def body(self):
-        """Faces of the projectile, the hull of its lines, or of points all over a sphere; m, with their colours. It is drawn a little
-        smaller than it is: between the nodes that touch it the cloth is drawn straight, and would lie within it."""
+        """Faces of the projectile, the hull of its lines, or of points all over a sphere; m, with their colours. It is drawn a
+        little smaller than it is: between the nodes that touch it the cloth is drawn straight, and would lie within it."""
         points = numpy.concatenate(self.outline)
         if self.sphere > 0:
             k = numpy.arange(900) + 0.5
             z, turn = 1 - 2 * k / 900, numpy.pi * (1 + 5**0.5) * k
-            points = self.centre + self.sphere * numpy.stack([numpy.sqrt(1 - z * z) * numpy.cos(turn), numpy.sqrt(1 - z * z) * numpy.sin(turn), z], 1)
+            points = self.centre + self.sphere * numpy.stack(
+                [numpy.sqrt(1 - z * z) * numpy.cos(turn), numpy.sqrt(1 - z * z) * numpy.sin(turn), z], 1
+            )
         faces = self.centre + 0.98 * (points[ConvexHull(points).simplices] - self.centre)
         return faces, numpy.broadcast_to(STEEL, (len(faces), 3))
 
@@ -250,7 +276,9 @@ def outline(scene):
         x, y, z = 0.5 * numpy.array(scene["projectile.size"])
         face, half = numpy.array([[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0]]), z
     elif shape == "disc_sector":
-        inner, outer, angle, thickness = (scene[f"projectile.sector.{name}"] for name in ("inner_radius", "outer_radius", "angle", "thickness"))
+        inner, outer, angle, thickness = (
+            scene[f"projectile.sector.{name}"] for name in ("inner_radius", "outer_radius", "angle", "thickness")
+        )
         middle = 4.0 * numpy.sin(0.5 * angle) / (3.0 * angle) * (outer**3 - inner**3) / (outer**2 - inner**2)
         arc = numpy.linspace(-0.5 * angle, 0.5 * angle, 25)
         bow = numpy.stack([numpy.cos(arc), numpy.sin(arc), 0.0 * arc], 1)
@@ -292,10 +320,12 @@ def oblique(points):
     """On the screen, mm: to the right, upward, and away from the eye."""
     x, y, z = numpy.moveaxis(1e3 * points, -1, 0)
     right, away = numpy.cos(TURN) * x + numpy.sin(TURN) * y, numpy.cos(TURN) * y - numpy.sin(TURN) * x
-    return numpy.stack([right, numpy.sin(ABOVE) * away + numpy.cos(ABOVE) * z, numpy.cos(ABOVE) * away - numpy.sin(ABOVE) * z], -1)
+    return numpy.stack(
+        [right, numpy.sin(ABOVE) * away + numpy.cos(ABOVE) * z, numpy.cos(ABOVE) * away - numpy.sin(ABOVE) * z], -1
+    )
 
 
-def poly_data(path, points, connectivity, offsets, cell_data, point_data={}):
+def poly_data(path, points, connectivity, offsets, cell_data, point_data=None):
     """Reference: VTK file formats, XML, inline binary data (a count of bytes and the little-endian data, in base64)."""
 
     def array(name, values, components=1):
@@ -305,26 +335,35 @@ def poly_data(path, points, connectivity, offsets, cell_data, point_data={}):
         return f'<DataArray type="{kind[0]}" Name="{name}" NumberOfComponents="{components}" format="binary">{text}</DataArray>\n'
 
     cells = "".join(array(name, values) for name, values in cell_data.items())
-    nodes = "".join(array(name, values, 3) for name, values in point_data.items())
+    nodes = "".join(array(name, values, 3) for name, values in (point_data or {}).items())
     path.write_text(
-        '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt32">\n<PolyData>'
-        f'<Piece NumberOfPoints="{len(points)}" NumberOfLines="{len(offsets)}">\n<PointData>{nodes}</PointData>\n<CellData>{cells}</CellData>\n'
-        f'<Points>{array("Points", points, 3)}</Points>\n<Lines>{array("connectivity", connectivity)}{array("offsets", offsets)}</Lines>\n'
+        '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt32">\n'
+        "<PolyData>"
+        f'<Piece NumberOfPoints="{len(points)}" NumberOfLines="{len(offsets)}">\n<PointData>{nodes}</PointData>\n'
+        f"<CellData>{cells}</CellData>\n"
+        f"<Points>{array('Points', points, 3)}</Points>\n"
+        f"<Lines>{array('connectivity', connectivity)}{array('offsets', offsets)}</Lines>\n"
         "</Piece></PolyData></VTKFile>\n"
     )
 
 
 def vtk_series(path, frames):
     """run.pvd: the time of each frame, and its files, those of the projectile and of every ply."""
-    lines = [f'<DataSet timestep="{time}" part="{part}" file="{name}"/>' for time, names in frames for part, name in enumerate(names)]
+    lines = [
+        f'<DataSet timestep="{time}" part="{part}" file="{name}"/>' for time, names in frames for part, name in enumerate(names)
+    ]
     text = "\n".join(lines)
-    path.write_text(f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0"><Collection>\n{text}\n</Collection></VTKFile>\n')
+    path.write_text(
+        f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0"><Collection>\n{text}\n</Collection></VTKFile>\n'
+    )
 
 
 def bar(figure, axis, sheet, label="strain (%), up to where the yarn begins to fail"):
     """What the colours of the oblique view mean."""
     percent = Normalize(0, 100 * sheet.critical_strain)
-    figure.colorbar(ScalarMappable(percent, STRAIN), ax=axis, shrink=0.6, aspect=24, pad=0.02, label=label).outline.set_visible(False)
+    figure.colorbar(ScalarMappable(percent, STRAIN), ax=axis, shrink=0.6, aspect=24, pad=0.02, label=label).outline.set_visible(
+        False
+    )
 
 
 @plot.styled
@@ -359,11 +398,18 @@ def picture_of_curve(sheet, path, title):
     whole.set_title("the whole sheet", fontsize=10)
     lines, alpha = sheet.section()
     section.add_collection(LineCollection(lines[alpha > 0], colors=YARN, linewidths=1.2))
-    section.add_collection(LineCollection(1e3 * sheet.places()[:, [0, 2]].reshape(*sheet.nodes[::-1], 2)[:1], colors="#bbbbbb", linewidths=0.8))
+    section.add_collection(
+        LineCollection(1e3 * sheet.places()[:, [0, 2]].reshape(*sheet.nodes[::-1], 2)[:1], colors="#bbbbbb", linewidths=0.8)
+    )
     for line in sheet.outline:
         section.plot(1e3 * line[:, 0], 1e3 * line[:, 2], color="black", linewidth=0.9)
-    reach, (x, _, z) = 1e3 * max(numpy.linalg.norm(line - sheet.centre, axis=1).max() for line in sheet.outline), 1e3 * sheet.centre
-    section.set(xlim=(x - 4 * reach, x + 4 * reach), ylim=(z - 3 * reach, z + 2 * reach), aspect="equal", xlabel="x (mm)", ylabel="z (mm)")
+    reach, (x, _, z) = (
+        1e3 * max(numpy.linalg.norm(line - sheet.centre, axis=1).max() for line in sheet.outline),
+        1e3 * sheet.centre,
+    )
+    section.set(
+        xlim=(x - 4 * reach, x + 4 * reach), ylim=(z - 3 * reach, z + 2 * reach), aspect="equal", xlabel="x (mm)", ylabel="z (mm)"
+    )
     section.set_title("section: the middle row of nodes, grey at rest", fontsize=10)
     angles = numpy.degrees(sheet.angles())
     along = 1e3 * numpy.linspace(-sheet.half_size[1], sheet.half_size[1], sheet.nodes[1])
@@ -373,7 +419,12 @@ def picture_of_curve(sheet, path, title):
     for name, alpha in [("damaged", 0.95), ("failed", 0.0)]:
         unrolled.plot([], [], color=DAMAGE(alpha), linewidth=2.5, label=name)
     middle, wide = numpy.degrees(numpy.arctan2(x, z)), numpy.degrees(4e-3 * reach / sheet.radius)
-    unrolled.set(xlim=(middle - wide, middle + wide), ylim=(along[0], along[-1]), xlabel="angle about the axis (degrees)", ylabel="y, along the axis (mm)")
+    unrolled.set(
+        xlim=(middle - wide, middle + wide),
+        ylim=(along[0], along[-1]),
+        xlabel="angle about the axis (degrees)",
+        ylabel="y, along the axis (mm)",
+    )
     unrolled.set_title(f"unrolled: {sheet.failed()} failed segments", fontsize=10)
     unrolled.legend(loc="upper right", fontsize=8)
     section.grid(False)
@@ -411,7 +462,13 @@ def picture_of_stack(sheets, path, title):
     half = 1e3 * sheets[0].half_size[0]
     ends = [1e3 * sheet.deflection() for sheet in sheets] + [1e3 * line[:, 2].max() for line in sheets[0].outline]
     low = min(0.0, *(1e3 * line[:, 2].min() for line in sheets[0].outline))
-    left.set(xlim=(-half, half), ylim=(low - 1, max(ends) + 1), aspect="equal", xlabel="x (mm)", ylabel="z, along the line of flight (mm)")
+    left.set(
+        xlim=(-half, half),
+        ylim=(low - 1, max(ends) + 1),
+        aspect="equal",
+        xlabel="x (mm)",
+        ylabel="z, along the line of flight (mm)",
+    )
     left.set(title="section: the middle yarn of each ply")
     right.barh(range(1, len(sheets) + 1), [sheet.failed() for sheet in sheets], color=YARN, height=0.8)
     right.set(xlabel="failed segments", ylabel="ply, from the side that is hit", title="failed segments of each ply")

@@ -2,8 +2,8 @@
 
 Cunniff's axes: V50/(U*)^(1/3) over A_d A_p/m_p, with areal density A_d, presented area A_p and mass m_p of the projectile, and
 U* = (strength x failure strain)/(2 density) x sqrt(modulus/density) of the fibre.
-Limits: of a fabric with a weft of its own the yarn along x counts; strength is that of the model's law at its critical stretch. The
-published curve is not drawn, as its coefficients could not be read in a source.
+Limits: of a fabric with a weft of its own the yarn along x counts; strength is that of the model's law at its critical stretch.
+The published curve is not drawn, as its coefficients could not be read in a source.
 Reference: P. M. Cunniff, 18th International Symposium on Ballistics (1999).
 """
 
@@ -60,7 +60,9 @@ def presented_area(scene: Scene) -> float | None:
         return None
     along = numpy.abs(in_axes(scene["projectile.orientation"], velocity) / speed)
     if shape == "cylinder":
-        return float(math.pi * radius * radius * along[2] + 2.0 * radius * scene["projectile.length"] * math.hypot(along[0], along[1]))
+        return float(
+            math.pi * radius * radius * along[2] + 2.0 * radius * scene["projectile.length"] * math.hypot(along[0], along[1])
+        )
     x, y, z = scene["projectile.size"]
     return float(y * z * along[0] + x * z * along[1] + x * y * along[2])
 
@@ -87,7 +89,8 @@ class Axes(NamedTuple):
         """One sentence for a report; v50 in m/s, NaN if there is none."""
         scaled = f", V50/(U*)^(1/3) {v50 / self.velocity:.3f}" if math.isfinite(v50) else ""
         return (
-            f"On Cunniff's axes (1999): (U*)^(1/3) {self.velocity:.0f} m/s, from the yarn of the scene; A_d A_p/m_p {self.ratio:.4f}{scaled}. "
+            f"On Cunniff's axes (1999): (U*)^(1/3) {self.velocity:.0f} m/s, from the yarn of the scene; A_d A_p/m_p "
+            f"{self.ratio:.4f}{scaled}. "
             "The published curve is not given beside it: no source with its coefficients could be read."
         )
 
@@ -99,7 +102,8 @@ def strength(scene: Scene) -> float:
 
 
 def axes(scene: Scene) -> Axes | None:
-    """The numbers of Cunniff's axes; None for a shape without a presented area, and for the paper's yarn, which is no real fibre."""
+    """The numbers of Cunniff's axes; None for a shape without a presented area, and for the paper's yarn, which is no real
+    fibre."""
     area, (along_x, along_y), (crimp_x, crimp_y) = presented_area(scene), spacings(scene), scene["sheet.crimp"]
     if area is None or of_the_paper(scene):
         return None

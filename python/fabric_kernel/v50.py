@@ -1,8 +1,8 @@
 """The ballistic limit of a scene: shots chosen one after the other, the fit, its intervals and a report.
 
 `v50` works with any function that shoots; `Shooter` makes one from a scene; `fabric v50 scene.toml` is both as a command.
-How velocities are chosen stands in `designs.py`, what is made of the results in `limit.py`, how often its intervals hold the truth in
-docs/tables/v50.md.
+How velocities are chosen stands in `designs.py`, what is made of the results in `limit.py`, how often its intervals hold the
+truth in docs/tables/v50.md.
 """
 
 import functools
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from .sensitivity import Sensitivity
 
 Shoot = Callable[[float, int], tuple[bool, float]]
-"""Shoots with a velocity (m/s) and the number of the shot, from 0: whether the fabric stopped it, and the residual velocity (m/s). The
-number alone decides what is drawn for the shot."""
+"""Shoots with a velocity (m/s) and the number of the shot, from 0: whether the fabric stopped it, and the residual velocity
+(m/s). The number alone decides what is drawn for the shot."""
 UNKNOWN = 3
 """So many unknown shots in turn end a test."""
 
@@ -83,7 +83,10 @@ class Test(NamedTuple):
 
     def every_shot(self) -> tuple[tuple[str, ...], list[tuple[int | str, ...]]]:
         """Heading and rows."""
-        rows = [(k, f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}") for k, s in enumerate((*self.shots, *self.below), 1)]
+        rows = [
+            (k, f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}")
+            for k, s in enumerate((*self.shots, *self.below), 1)
+        ]
         return ("shot", "m/s", "result", "residual m/s"), rows
 
     def rows(self) -> list[tuple[str, str, str, str]]:
@@ -101,7 +104,9 @@ class Test(NamedTuple):
         lines = [*self.about, self.seeds, f"Design: {self.design}.", f"{fit.shots} shots, {fit.through} went through."]
         if fit.method != "none":
             method = "maximum likelihood" if fit.method == "maximum likelihood" else "Firth's penalised likelihood"
-            lines.append(f"Fit: {fit.link}, {method}: V50 {fit.mu:.2f} m/s, standard deviation of single limits {fit.deviation:.2f} m/s.")
+            lines.append(
+                f"Fit: {fit.link}, {method}: V50 {fit.mu:.2f} m/s, standard deviation of single limits {fit.deviation:.2f} m/s."
+            )
         if math.isfinite(average.value):
             words = f"{average.value:.1f} m/s from {average.shots} shots within {average.spread:.1f} m/s"
             lines.append(f"Average after MIL-STD-662F, for comparison: {words}.")
@@ -109,7 +114,8 @@ class Test(NamedTuple):
             lines.append("Average after MIL-STD-662F, for comparison: none; no group of shots lies near enough.")
         if math.isfinite(residual.limit):
             lines.append(
-                f"Residual velocity after Lambert and Jonas: a (v^p - v_l^p)^(1/p) with v_l {residual.limit:.1f} m/s, a {residual.a:.3f}, "
+                f"Residual velocity after Lambert and Jonas: a (v^p - v_l^p)^(1/p) with v_l {residual.limit:.1f} m/s, a "
+                f"{residual.a:.3f}, "
                 f"p {residual.p:.2f}, error {residual.error:.1f} m/s; stopped shots are censored at 0."
             )
         return lines + [note for note in (*self.cautions[2:], residual.note, *fit.notes, *self.notes) if note]
@@ -122,8 +128,8 @@ class Test(NamedTuple):
         return "\n".join([*lines, printed(*self.every_shot())])
 
     def write(self, folder: str | os.PathLike[str]) -> None:
-        """report.html (everything inside), plot.svg, shots.csv and test.json, each whole or as it was before. Raises OSError with the
-        name of the file, as where the disk is full."""
+        """report.html (everything inside), plot.svg, shots.csv and test.json, each whole or as it was before. Raises OSError with
+        the name of the file, as where the disk is full."""
         folder = Path(folder)
         from . import plot
 
@@ -135,7 +141,10 @@ class Test(NamedTuple):
             heading = ("variant", "change_percent", "low_percent", "high_percent", "shots")
             written(folder / "sensitivity.csv", csv_of(heading, [one[1:6] for one in self.sensitivity.changes]))
         written(folder / "test.json", json.dumps(self.plain(), indent=1) + "\n")
-        written(folder / "report.html", self.page((folder / "plot.svg").read_bytes(), (folder / "sensitivity.svg").read_bytes() if self.sensitivity else b""))
+        written(
+            folder / "report.html",
+            self.page((folder / "plot.svg").read_bytes(), (folder / "sensitivity.svg").read_bytes() if self.sensitivity else b""),
+        )
 
     def plain(self) -> dict[str, Any]:
         """Everything as numbers and words; an open end or a missing estimate is None."""
@@ -165,7 +174,8 @@ class Test(NamedTuple):
         for line in self.sentences():
             page.text(line)
         page.text(
-            "The interval is calibrated by simulated tests of the same design. The plain profile likelihood is that of the textbooks; with few "
+            "The interval is calibrated by simulated tests of the same design. The plain profile likelihood is that of the "
+            "textbooks; with few "
             "shots it holds the truth less often than it says."
         )
         page.table(*self.every_shot())
@@ -183,12 +193,19 @@ def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) ->
         through = numpy.array([[not shot.stopped for shot in made]], bool).reshape(1, -1)
         alike = made and through.all() == through.any() and not isinstance(design, designs.Plan)
         if alike and len(made) == designs.ALIKE:
-            ended = f"{len(made)} shots with one result, from {velocities.min():.4g} to {velocities.max():.4g} m/s, ended the test without a V50."
+            ended = (
+                f"{len(made)} shots with one result, from {velocities.min():.4g} to {velocities.max():.4g} m/s, ended the test "
+                f"without a V50."
+            )
             return made, [*left_out, ended]
         # An unknown shot is shot again with the next draw.
-        velocity = float(design.next(velocities, through)[0]) if not in_turn else velocity
+        if not in_turn:
+            velocity = float(design.next(velocities, through)[0])
         if not velocity > 0.0:
-            ended = f"The design asked for {velocity:.4g} m/s as shot {len(made) + 1}, which cannot be shot: the test ended before it."
+            ended = (
+                f"The design asked for {velocity:.4g} m/s as shot {len(made) + 1}, which cannot be shot: the test ended "
+                f"before it."
+            )
             return made, [*left_out, ended]
         try:
             stopped, residual = shoot(velocity, len(made) + len(left_out))
@@ -204,7 +221,11 @@ def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) ->
         in_turn = 0
         made.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(residual)))
         before = ", kept from before" if getattr(shoot, "was_kept", False) else ""
-        say(f"shot {len(made)} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + before)
+        say(
+            f"shot {len(made)} of {shots}: {velocity:.2f} m/s, "
+            + ("stopped" if stopped else f"through with {residual:.2f} m/s")
+            + before
+        )
     return made, left_out
 
 
@@ -225,14 +246,16 @@ def v50(
 ) -> Test:
     """Shoots, fits and returns the test.
 
-    - `shoot`: a shot that is Unknown is left out, which the report says, and shot again with the next draw; the third in turn ends the
-      test: with the bound of the shots so far if all are alike, else by raising it;
-    - `design`: chooses the velocities; one that is not positive ends the test, which says so. Neyer's and the three-phase design end it
-      after twelve shots with one result, with the bound that they give;
+    - `shoot`: a shot that is Unknown is left out, which the report says, and shot again with the next draw; the third in turn
+      ends the test: with the bound of the shots so far if all are alike, else by raising it;
+    - `design`: chooses the velocities; one that is not positive ends the test, which says so. Neyer's and the three-phase design
+      end it after twelve shots with one result, with the bound that they give;
     - `link`: "probit" or "logit", the law of single limits;
-    - `below`: whether slower shots are made before the limit is told (`window.py`): where these or others contradict one limit there is none;
+    - `below`: whether slower shots are made before the limit is told (`window.py`): where these or others contradict one limit
+      there is none;
     - `tests`, `seed`: simulated tests behind each interval, and the seed of the simulations; 0 tests: chi squared instead;
-    - `seeds`: words about the draws of the shots, for the report; `about`: what was shot at, likewise; `say`: receives a line after each shot.
+    - `seeds`: words about the draws of the shots, for the report; `about`: what was shot at, likewise; `say`: receives a line
+      after each shot.
 
     Raises ValueError with the name of the argument; what `shoot` raises is passed on.
     """
@@ -280,23 +303,38 @@ def v50(
         about = about or described(shoot.scene)
         against, first = model_error([scene for scene, _ in shoot.flown], confidence).sentence(*interval), cautions(shoot.scene)
     return Test(
-        title, chosen, words, tuple(made), found, average, residual, tuple(notes), tuple(about), against, first, doubt=doubt, below=tuple(slower), window=hole,
-    )  # fmt: skip
+        title,
+        chosen,
+        words,
+        tuple(made),
+        found,
+        average,
+        residual,
+        tuple(notes),
+        tuple(about),
+        against,
+        first,
+        doubt=doubt,
+        below=tuple(slower),
+        window=hole,
+    )
 
 
 class Shooter:
-    """Shoots the projectile of a scene at its sheet. What a real shot does not control is drawn anew for each: the yarns, if the scene
-    draws them, and where within one mesh about `point` (m from the middle) the centre flies; with `point` None it flies as the scene says.
+    """Shoots the projectile of a scene at its sheet. What a real shot does not control is drawn anew for each: the yarns, if the
+    scene draws them, and where within one mesh about `point` (m from the middle) the centre flies; with `point` None it flies as
+    the scene says.
 
     - `attitude`, `tilt`: as for `vary`;
     - `keep`: a file that receives each shot as it comes; what is in it is not shot again;
     - `steps`: most of a shot; default: ten times those of `fly`, as a shot near the limit goes through slowly;
     - `to_the_end`: whether a shot goes on after "through", until it has exited.
 
-    A shot ends when it is arrested, has rebounded or exited, when held yarn does not stop it any more ("through"), or when its contact is with torn
-    cloth only. In the last two cases it went through, but its speed may still change a little (docs/v50.md, "Method").
-    A shot that neither stops nor goes through within the steps, misses the sheet, or is too fast for the time step after others that
-    were not, raises Unknown, a RuntimeError.
+    A shot ends when it is arrested, has rebounded or exited, when held yarn does not stop it any more ("through"), or when its
+    contact is with torn cloth only. In the last two cases it went through, but its speed may still change a little (docs/v50.md,
+    "Method").
+    A shot that neither stops nor goes through within the steps, misses the sheet, or is too fast for the time step after others
+    that were not, raises Unknown, a RuntimeError.
     """
 
     UNTIL = ("arrested", "detached", "exited", "passed", "rebounded", "through")
@@ -326,7 +364,9 @@ class Shooter:
         self.fastest = 0.0
 
     def __call__(self, velocity: float, shot: int) -> tuple[bool, float]:
-        one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[shot]
+        one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[
+            shot
+        ]
         key = run_key(one, self.until, self.steps)
         self.fastest = max(self.fastest, velocity)
         self.was_kept = key in self.rows
@@ -369,16 +409,22 @@ class Shooter:
         notes = []
         if decided:
             notes.append(
-                f"{decided} of {len(through)} shots that went through ended when held yarn did not stop them any more: their residual "
+                f"{decided} of {len(through)} shots that went through ended when held yarn did not stop them any more: their "
+                f"residual "
                 "velocities may still change a little (docs/v50.md); with --to-the-end they go on."
             )
         if torn:
             notes.append(
-                f"{torn} of {len(through)} shots that went through ended when their contact was with torn cloth only: that cloth may still "
-                "slow the projectile, so their residual velocities, and the curve fitted to them, are upper estimates (docs/v50.md)."
+                f"{torn} of {len(through)} shots that went through ended when their contact was with torn cloth only: that "
+                f"cloth may still "
+                "slow the projectile, so their residual velocities, and the curve fitted to them, are upper estimates "
+                "(docs/v50.md)."
             )
         if absorbed > 0.0:
-            notes.append(f"The viscosity of the yarn took {100 * sum(row['viscous'] for row in rows) / absorbed:.0f} % of the absorbed energy.")
+            notes.append(
+                f"The viscosity of the yarn took {100 * sum(row['viscous'] for row in rows) / absorbed:.0f} % of the absorbed "
+                f"energy."
+            )
         return doubts(rows) + noted(self.scene, self.fastest) + notes
 
 
@@ -387,7 +433,11 @@ def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.
     if name == "plan":
         return designs.Plan(given.plan)
     kind: Any = designs.Neyer if name == "neyer" else designs.ThreePhase
-    last = {"aim": given.aim, "last": given.last if given.last is not None else shots // 3, "shots": shots} if name == "three-phase" else {}
+    last = (
+        {"aim": given.aim, "last": given.last if given.last is not None else shots // 3, "shots": shots}
+        if name == "three-phase"
+        else {}
+    )
     sigma = None if given.deviation is None else given.deviation / LINKS[given.link].deviation
     if (given.low is None) != (given.high is None):
         raise ValueError("--low, --high: one goes with the other")
@@ -399,8 +449,11 @@ def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.
     return kind(given.low, given.high, sigma or designs.DEVIATION * middle / LINKS[given.link].deviation, given.link, **last)
 
 
-def at(shoot: Shooter, velocity: float, shots: int, confidence: float, say: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Whether shots at one velocity, m/s, are stopped: how many of how many went through, and the exact (Clopper-Pearson) interval of the share."""
+def at(
+    shoot: Shooter, velocity: float, shots: int, confidence: float, say: Callable[[str], None] | None = None
+) -> dict[str, Any]:
+    """Whether shots at one velocity, m/s, are stopped: how many of how many went through, and the exact (Clopper-Pearson)
+    interval of the share."""
     checks.numbers("velocity", [velocity])
     checks.whole("shots", shots, 1), checks.confident(confidence)
     through = []
@@ -408,19 +461,42 @@ def at(shoot: Shooter, velocity: float, shots: int, confidence: float, say: Call
         stopped, residual = shoot(velocity, shot)
         through.append(not stopped)
         if say:
-            say(f"shot {shot + 1}: " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + f"; {sum(through)} of {shot + 1} went through")
+            say(
+                f"shot {shot + 1}: "
+                + ("stopped" if stopped else f"through with {residual:.2f} m/s")
+                + f"; {sum(through)} of {shot + 1} went through"
+            )
     low, high = scipy.stats.binomtest(sum(through), shots).proportion_ci(confidence, method="exact")
-    return {"velocity": velocity, "shots": shots, "through": sum(through), "share": sum(through) / shots, "low": low, "high": high, "confidence": confidence}
+    return {
+        "velocity": velocity,
+        "shots": shots,
+        "through": sum(through),
+        "share": sum(through) / shots,
+        "low": low,
+        "high": high,
+        "confidence": confidence,
+    }
 
 
 def print_at(given: Any, scene: Scene) -> None:
     """The answer of --at: a line, and at.json."""
-    shoot = Shooter(scene, seed=given.seed, point=None if given.as_aimed else (0.0, 0.0), attitude=given.attitude, keep=given.out / "runs.jsonl", steps=given.steps)
-    found = at(shoot, given.at, 20 if given.shots is None else given.shots, given.confidence, functools.partial(print, flush=True))
+    shoot = Shooter(
+        scene,
+        seed=given.seed,
+        point=None if given.as_aimed else (0.0, 0.0),
+        attitude=given.attitude,
+        keep=given.out / "runs.jsonl",
+        steps=given.steps,
+    )
+    found = at(
+        shoot, given.at, 20 if given.shots is None else given.shots, given.confidence, functools.partial(print, flush=True)
+    )
     written(given.out / "at.json", json.dumps(found, indent=1) + "\n")
     print(
-        f"\nAt {found['velocity']:g} m/s {found['through']} of {found['shots']} shots went through: {100 * found['share']:.0f} %, "
-        f"{100 * found['confidence']:g} % interval [{100 * found['low']:.1f}, {100 * found['high']:.1f}] %, of the model with its draws."
+        f"\nAt {found['velocity']:g} m/s {found['through']} of {found['shots']} shots went through: "
+        f"{100 * found['share']:.0f} %, "
+        f"{100 * found['confidence']:g} % interval [{100 * found['low']:.1f}, {100 * found['high']:.1f}] %, of the model with "
+        f"its draws."
     )
     print(*[model_error([scene]).sentence(), *cautions(scene), *shoot.notes(), shoot.drawn()], sep="\n")
 
@@ -430,21 +506,40 @@ def main(arguments: Sequence[str] | None = None) -> None:
     about = "The ballistic limit of the projectile and the sheet of a scene, with its interval."
     parser = of_a_scene("v50", about, "report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
-    parser.add_argument("--at", type=positive, metavar="V", help="no limit: the share of 20 (or --shots) shots at this velocity, m/s, that goes through")
+    parser.add_argument(
+        "--at",
+        type=positive,
+        metavar="V",
+        help="no limit: the share of 20 (or --shots) shots at this velocity, m/s, that goes through",
+    )
     parser.add_argument("--shots", type=int, help="default: 20, or all of the plan")
-    parser.add_argument("--low", type=positive, help="guess: V50 is probably above this, m/s; default: no guess, the shots bracket it")
+    parser.add_argument(
+        "--low", type=positive, help="guess: V50 is probably above this, m/s; default: no guess, the shots bracket it"
+    )
     parser.add_argument("--high", type=positive, help="guess: V50 is probably below this, m/s")
-    parser.add_argument("--deviation", type=positive, help="guess of the standard deviation of single limits, m/s; default: 5 %% of the middle of guess or bracket")
+    parser.add_argument(
+        "--deviation",
+        type=positive,
+        help="guess of the standard deviation of single limits, m/s; default: 5 %% of the middle of guess or bracket",
+    )
     parser.add_argument("--plan", type=positive, nargs="+", default=[], metavar="V", help="velocities, m/s, for --design plan")
-    parser.add_argument("--aim", type=float, help="share whose velocity the last shots of the three-phase design approach, e.g. 0.01")
+    parser.add_argument(
+        "--aim", type=float, help="share whose velocity the last shots of the three-phase design approach, e.g. 0.01"
+    )
     parser.add_argument("--last", type=int, help="how many shots that are; default: a third")
     parser.add_argument("--link", choices=tuple(LINKS), default="probit", help="law of single limits; default: %(default)s")
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
-    parser.add_argument("--tests", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s")
+    parser.add_argument(
+        "--tests", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s"
+    )
     parser.add_argument("--steps", type=int, help="most steps of a shot; default: ten times those of an ensemble")
-    parser.add_argument("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
+    parser.add_argument(
+        "--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited"
+    )
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
-    parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
+    parser.add_argument(
+        "--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh"
+    )
     changed = "width, spacing, time step, viscosity, crimp, strength, friction, support, hold of the attachments, attitude"
     parser.add_argument("--sensitivity", action="store_true", help=f"also how the limit changes with {changed}")
     given = parser.parse_args(arguments)
@@ -462,13 +557,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
         shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20
         design = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
         shoot = Shooter(
-            scene, seed=given.seed, point=None if given.as_aimed else (0.0, 0.0), attitude=given.attitude, keep=given.out / "runs.jsonl",
-            steps=given.steps, to_the_end=given.to_the_end,
-        )  # fmt: skip
+            scene,
+            seed=given.seed,
+            point=None if given.as_aimed else (0.0, 0.0),
+            attitude=given.attitude,
+            keep=given.out / "runs.jsonl",
+            steps=given.steps,
+            to_the_end=given.to_the_end,
+        )
         test = v50(
-            shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=functools.partial(print, flush=True),
-            title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=shoot.drawn(),
-        )  # fmt: skip
+            shoot,
+            design,
+            shots,
+            link=given.link,
+            confidence=given.confidence,
+            tests=given.tests,
+            say=functools.partial(print, flush=True),
+            title=f"Ballistic limit of {given.scene}",
+            about=described(scene, fabric),
+            seeds=shoot.drawn(),
+        )
         if given.sensitivity and math.isfinite(test.fit.mu):
             from .sensitivity import sensitivity
 
@@ -478,7 +586,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(test.text())
         test.write(given.out)
     print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json, runs.jsonl")
-    if test.window or test.sensitivity and any(math.isfinite(one.window) for one in test.sensitivity.changes):
+    if test.window or (test.sensitivity and any(math.isfinite(one.window) for one in test.sensitivity.changes)):
         parser.exit(window.STATUS)
 
 

@@ -1,13 +1,14 @@
 """Windows below a ballistic limit: velocities at which shots go through although faster ones are stopped.
 
-Ladder: after a test one shot in the middle of each of n equal parts from FROM times the V01 estimate up to it, with n = 3 ceil(ln(1 - c)/ln(1/2)).
-A window in which every shot goes through is missed only if it is narrower than a part; one a third as wide as the ladder, in which half of
-the shots go through, holds n/3 of them and is missed with a probability of at most 1 - c.
-Window: the shots contradict a share that grows if so many of the ladder went through, or one of all shots, as a law of the shots of the test, or
-of all faster ones (Firth's fit to FEWEST or more, with WIDER times its scatter, as few shots tell it badly) lets through in less than RARE of
-tests; or if all of those were stopped; or if the pairs of all shots contradict it (`limit.falling`).
-Limits: one shot a rung, so a rare perforation is missed; nothing is asked of velocities above the limit. tests/python/test_window.py measures how
-often shots without a window are said to have one.
+Ladder: after a test one shot in the middle of each of n equal parts from FROM times the V01 estimate up to it, with n = 3
+ceil(ln(1 - c)/ln(1/2)).
+A window in which every shot goes through is missed only if it is narrower than a part; one a third as wide as the ladder, in
+which half of the shots go through, holds n/3 of them and is missed with a probability of at most 1 - c.
+Window: the shots contradict a share that grows if so many of the ladder went through, or one of all shots, as a law of the shots
+of the test, or of all faster ones (Firth's fit to FEWEST or more, with WIDER times its scatter, as few shots tell it badly) lets
+through in less than RARE of tests; or if all of those were stopped; or if the pairs of all shots contradict it (`limit.falling`).
+Limits: one shot a rung, so a rare perforation is missed; nothing is asked of velocities above the limit.
+tests/python/test_window.py measures how often shots without a window are said to have one.
 """
 
 import math
@@ -41,15 +42,22 @@ class Window(NamedTuple):
 
     def sentence(self) -> str:
         below = f"every slower shot, up to {self.stopped:.4g} m/s, was stopped" if self.stopped else "no slower shot was stopped"
-        cause = f" Yarns broke at the clamps first: {100 * self.near_held:.0f} % of the failed segments lie within three spacings of a held node." if self.near_held >= CLAMPS else ""
+        cause = (
+            f" Yarns broke at the clamps first: {100 * self.near_held:.0f} % of the failed segments lie within three spacings "
+            f"of a held node."
+            if self.near_held >= CLAMPS
+            else ""
+        )
         return (
-            f"{NO_LIMIT}: the share that goes through does not grow with the velocity. The slowest shot that went through had {self.lowest:.4g} m/s, "
+            f"{NO_LIMIT}: the share that goes through does not grow with the velocity. The slowest shot that went through had "
+            f"{self.lowest:.4g} m/s, "
             f"{below}, and {self.faster} faster shots were stopped, up to {self.fastest:.4g} m/s.{cause}"
         )
 
 
 def ladder(velocities: ArrayLike, through: ArrayLike, confidence: float) -> numpy.ndarray:
-    """Velocities to shoot below a limit, m/s; none where no shot was stopped: then there is nothing that a slower one could contradict."""
+    """Velocities to shoot below a limit, m/s; none where no shot was stopped: then there is nothing that a slower one could
+    contradict."""
     v, y = limit.checked(velocities, through)
     if y.all():
         return numpy.empty(0)
@@ -66,19 +74,30 @@ def looked_at(rungs: Sequence[float], passed: Sequence[bool], confidence: float)
     """What a ladder found, and what it would have missed: a doubt, which is empty if every shot was stopped, and a note."""
     width = (rungs[-1] - rungs[0]) / max(len(rungs) - 1, 1)
     note = (
-        f"Below it {len(rungs)} shots from {rungs[0]:.4g} to {rungs[-1]:.4g} m/s, one each {width:.3g} m/s, {'were stopped' if not any(passed) else f'of which {sum(passed)} went through'}: "
-        f"a window in which every shot goes through is missed only if it is narrower than that; one of {len(rungs) * width / 3:.3g} m/s, in which half do, with a "
+        f"Below it {len(rungs)} shots from {rungs[0]:.4g} to {rungs[-1]:.4g} m/s, one each {width:.3g} m/s, "
+        f"{'were stopped' if not any(passed) else f'of which {sum(passed)} went through'}: "
+        f"a window in which every shot goes through is missed only if it is narrower than that; one of "
+        f"{len(rungs) * width / 3:.3g} m/s, in which half do, with a "
         f"probability of at most {100 * (1 - confidence):.3g} %."
     )
     slowest = min((velocity for velocity, through in zip(rungs, passed) if through), default=math.nan)
-    doubt = f"{sum(passed)} of {len(rungs)} shots below the estimate of V01 went through, the slowest with {slowest:.4g} m/s: the limit scatters more than this fit says."
+    doubt = (
+        f"{sum(passed)} of {len(rungs)} shots below the estimate of V01 went through, the slowest with {slowest:.4g} m/s: the "
+        f"limit scatters more than this fit says."
+    )
     return doubt if any(passed) else "", note
 
 
-def shot_below(shoot: Callable[[float], bool | None], velocities: ArrayLike, through: ArrayLike, confidence: float, seed: int = 1):
-    """Shoots the ladder below some shots: its velocities and whether they went through, the window, a doubt and a note. shoot: with a velocity, m/s,
-    returns whether it went through, None if that is not known."""
-    made = [(float(velocity), went) for velocity in ladder(velocities, through, confidence) if (went := shoot(float(velocity))) is not None]
+def shot_below(
+    shoot: Callable[[float], bool | None], velocities: ArrayLike, through: ArrayLike, confidence: float, seed: int = 1
+):
+    """Shoots the ladder below some shots: its velocities and whether they went through, the window, a doubt and a note. shoot:
+    with a velocity, m/s, returns whether it went through, None if that is not known."""
+    made = [
+        (float(velocity), went)
+        for velocity in ladder(velocities, through, confidence)
+        if (went := shoot(float(velocity))) is not None
+    ]
     rungs, passed = [velocity for velocity, _ in made], [went for _, went in made]
     found = window(velocities, through, rungs, passed, seed)
     doubt, note = looked_at(rungs, passed, confidence) if made else ("", "No shot was made below.")
@@ -86,17 +105,27 @@ def shot_below(shoot: Callable[[float], bool | None], velocities: ArrayLike, thr
 
 
 def near_held(shots: Sequence[tuple[Scene, Mapping[str, Any]]], found: Window) -> float:
-    """Share of the failed segments that lie within three spacings of a held node, of what went through below a stopped shot or was stopped above one
-    that went through; shots: scenes and rows of `fly`."""
-    rows = [row for scene, row in shots if row.get("failed_near_held") is not None and (
-        math.hypot(*scene["projectile.velocity"]) >= found.lowest if row["stopped"] else math.hypot(*scene["projectile.velocity"]) <= found.fastest
-    )]  # fmt: skip
+    """Share of the failed segments that lie within three spacings of a held node, of what went through below a stopped shot or
+    was stopped above one that went through; shots: scenes and rows of `fly`."""
+    rows = [
+        row
+        for scene, row in shots
+        if row.get("failed_near_held") is not None
+        and (
+            math.hypot(*scene["projectile.velocity"]) >= found.lowest
+            if row["stopped"]
+            else math.hypot(*scene["projectile.velocity"]) <= found.fastest
+        )
+    ]
     failed = sum(row["failed_segments"] for row in rows)
     return sum(row["failed_near_held"] for row in rows) / failed if failed else math.nan
 
 
-def window(velocities: ArrayLike, through: ArrayLike, rungs: ArrayLike = (), passed: ArrayLike = (), seed: int = 1) -> Window | None:
-    """The window of the shots of a test, m/s, and of the ladder below it; None if they do not contradict a share that grows with the velocity."""
+def window(
+    velocities: ArrayLike, through: ArrayLike, rungs: ArrayLike = (), passed: ArrayLike = (), seed: int = 1
+) -> Window | None:
+    """The window of the shots of a test, m/s, and of the ladder below it; None if they do not contradict a share that grows with
+    the velocity."""
     own, results = limit.checked(velocities, through)
     v, y = limit.checked([*own, *rungs], [*results, *passed])
     if not (y.any() and v[y].min() < v[~y].max(initial=0.0)):
@@ -105,11 +134,18 @@ def window(velocities: ArrayLike, through: ArrayLike, rungs: ArrayLike = (), pas
     if not (slow or too_many(own, results, v[len(own) :], int(y[len(own) :].sum())) or limit.falling(v, y, seed)):
         return None
     lowest, fastest = float(v[y].min()), float(v[~y].max())
-    return Window(lowest, float(v[~y & (v < lowest)].max(initial=0.0)), fastest, int((y & (v < fastest)).sum()), int((~y & (v > lowest)).sum()))
+    return Window(
+        lowest,
+        float(v[~y & (v < lowest)].max(initial=0.0)),
+        fastest,
+        int((y & (v < fastest)).sum()),
+        int((~y & (v > lowest)).sum()),
+    )
 
 
 def too_many(v: numpy.ndarray, y: numpy.ndarray, slower: numpy.ndarray, through: int) -> bool:
-    """Whether so many of the slower shots are too many for a law of these: so many or more, where so few are expected (Poisson)."""
+    """Whether so many of the slower shots are too many for a law of these: so many or more, where so few are expected
+    (Poisson)."""
     if not through or len(v) < FEWEST:
         return False
     if not y.any():

@@ -1,4 +1,5 @@
-"""The component for WebAssembly in an archive of FMI 3.0, run by wasmtime behind the names of FMPy's class for the native library."""
+"""The component for WebAssembly in an archive of FMI 3.0, run by wasmtime behind the names of FMPy's class for the native
+library."""
 
 from functools import partialmethod
 
@@ -79,8 +80,14 @@ class Slave:
         return tuple(getattr(end, name) for name in names)
 
     def updateDiscreteStates(self):
-        names = ("new-discrete-states-needed", "terminate-simulation", "nominals-of-continuous-states-changed",
-                 "values-of-continuous-states-changed", "next-event-time-defined", "next-event-time")  # fmt: skip
+        names = (
+            "new-discrete-states-needed",
+            "terminate-simulation",
+            "nominals-of-continuous-states-changed",
+            "values-of-continuous-states-changed",
+            "next-event-time-defined",
+            "next-event-time",
+        )
         end = self.call("update-discrete-states")
         return tuple(getattr(end, name) for name in names)
 

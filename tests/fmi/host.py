@@ -15,8 +15,8 @@ import weakref
 from xml.etree import ElementTree
 
 import fmpy
-from fmpy import fmi2, fmi3
 from component import FILE, Slave
+from fmpy import fmi2, fmi3
 from fmpy.fmi1 import FMICallException
 
 OK, WARNING, DISCARD, ERROR = range(4)
@@ -35,23 +35,18 @@ from driven_shield import parameter_set  # noqa: E402
 # The 3 in sheet and the sphere, 1 mm before it.
 SPHERE = parameter_set("sheet_3in_sphere")
 # A small sheet under the sphere, which starts a hundredth of a millimetre before it.
-SMALL = {
-    **SPHERE,
-    "sheet.nodes_x": 41,
-    "sheet.nodes_y": 41,
-    "projectile.start.position[3]": -RADIUS - 1e-5,
-}
+SMALL = {**SPHERE, "sheet.nodes_x": 41, "sheet.nodes_y": 41, "projectile.start.position[3]": -RADIUS - 1e-5}
 
 # What the two versions must agree on bit by bit.
 OUTPUTS = [
-    variable.get("name") for variable in ElementTree.parse(TOP / "modelDescription" / "fmi3.xml").iter() if variable.get("causality") == "output"
+    variable.get("name")
+    for variable in ElementTree.parse(TOP / "modelDescription" / "fmi3.xml").iter()
+    if variable.get("causality") == "output"
 ]
 
 # FMPy's own logger keeps one receiver for all instances. The FMU always passes "%s" and one text, so this receives it; on Linux
 # a variadic argument travels like any other.
-LOGGER = ctypes.CFUNCTYPE(
-    None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_char_p
-)
+LOGGER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_char_p)
 
 _opened = {}
 _filled = {}
@@ -99,8 +94,20 @@ def freed(fmu, version, _logger):
 class Host:
     """One instance, freed with this object. With `values` it is initialised at once and must accept them."""
 
-    def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, early=None, logging_on=True,
-                 archive=None, component=False, log=None):
+    def __init__(
+        self,
+        version,
+        values=None,
+        start=0.0,
+        stop=None,
+        token=None,
+        events=False,
+        early=None,
+        logging_on=True,
+        archive=None,
+        component=False,
+        log=None,
+    ):
         log = self.log = [] if log is None else log
         say = lambda _environment, status, category, message: log.append((status, category.decode(), message.decode()))
         self.version = version
@@ -116,7 +123,9 @@ class Host:
         if version == 2:
             self.fmu = fmi2.FMU2Slave(**arguments)
             callbacks = fmi2.fmi2CallbackFunctions()
-            self.logger = LOGGER(lambda environment, _name, status, category, _format, message: say(environment, status, category, message))
+            self.logger = LOGGER(
+                lambda environment, _name, status, category, _format, message: say(environment, status, category, message)
+            )
             callbacks.logger = ctypes.cast(self.logger, fmi2.fmi2CallbackLoggerTYPE)
             callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
             callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
@@ -128,9 +137,8 @@ class Host:
         else:
             self.fmu = fmi3.FMU3Slave(**arguments)
             self.fmu.instantiate(
-                logMessage=say, loggingOn=logging_on, eventModeUsed=events,
-                earlyReturnAllowed=events if early is None else early,
-            )  # fmt: skip
+                logMessage=say, loggingOn=logging_on, eventModeUsed=events, earlyReturnAllowed=events if early is None else early
+            )
         weakref.finalize(self, freed, self.fmu, version, getattr(self, "logger", None))
         if values is not None:
             status = self.initialise(values, start, stop)
@@ -234,9 +242,13 @@ class Host:
             return self.fmu.dll.fmi2DoStep(ctypes.c_void_p(self.fmu.component), ctypes.c_double(t), ctypes.c_double(h), 1)
         flags = [ctypes.byref(ctypes.c_bool()) for _ in range(3)]
         return self.fmu.dll.fmi3DoStep(
-            ctypes.c_void_p(self.fmu.component), ctypes.c_double(t), ctypes.c_double(h), ctypes.c_bool(True), *flags,
+            ctypes.c_void_p(self.fmu.component),
+            ctypes.c_double(t),
+            ctypes.c_double(h),
+            ctypes.c_bool(True),
+            *flags,
             ctypes.byref(ctypes.c_double()),
-        )  # fmt: skip
+        )
 
     def run(self, first, end, h):
         """Steps number first to end - 1 of size h, from time first h on."""

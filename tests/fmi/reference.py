@@ -1,7 +1,7 @@
 """Reference results of the default run, in the manner of the FMI cross-check. Both FMUs give them to the last bit.
 
-    python tests/fmi/reference.py            # writes examples/reference; `cargo xtask fmu` must have packed the FMUs
-    python tests/fmi/reference.py --check    # runs both FMUs to the end and compares
+python tests/fmi/reference.py            # writes examples/reference; `cargo xtask fmu` must have packed the FMUs
+python tests/fmi/reference.py --check    # runs both FMUs to the end and compares
 """
 
 import csv
@@ -14,9 +14,14 @@ FOLDER = pathlib.Path(__file__).parents[2] / "examples" / "reference"
 STEP, INTERVAL, STOP = 1e-6, 1e-5, 1e-3  # s
 PER_ROW = round(INTERVAL / STEP)
 INPUTS = [
-    "projectile.position", "projectile.velocity", "projectile.orientation", "projectile.angular_velocity",
-    "projectile.acceleration", "external.force", "external.torque",
-]  # fmt: skip
+    "projectile.position",
+    "projectile.velocity",
+    "projectile.orientation",
+    "projectile.angular_velocity",
+    "projectile.acceleration",
+    "external.force",
+    "external.torque",
+]
 
 
 def columns(names):

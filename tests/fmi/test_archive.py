@@ -20,7 +20,7 @@ class Archive(unittest.TestCase):
         print("\nfigure 25: FMPy's validator: 0 errors", flush=True)
 
     def test_entries(self):
-        for version, archive in ARCHIVES.items():
+        for archive in ARCHIVES.values():
             with zipfile.ZipFile(archive) as packed:
                 entries = packed.infolist()
             names = [entry.filename for entry in entries]
@@ -31,9 +31,7 @@ class Archive(unittest.TestCase):
             self.assertTrue(any(name.endswith("/FabricShield.so") for name in names))
 
     def test_the_terminals_follow_the_schema_and_name_variables(self):
-        schema = etree.XMLSchema(
-            etree.parse(str(pathlib.Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"))
-        )
+        schema = etree.XMLSchema(etree.parse(str(pathlib.Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd")))
         with zipfile.ZipFile(ARCHIVES[3]) as packed:
             tree = etree.fromstring(packed.read("terminalsAndIcons/terminalsAndIcons.xml"))
         schema.assertValid(tree)
@@ -48,10 +46,17 @@ class Archive(unittest.TestCase):
         wanted = set(re.findall(r"\b(fmi[23]\w+)TYPE\b", text))
         # FMI 2.0 for model exchange is not exported.
         wanted -= {
-            "fmi2EnterEventMode", "fmi2NewDiscreteStates", "fmi2EnterContinuousTimeMode", "fmi2CompletedIntegratorStep",
-            "fmi2SetTime", "fmi2SetContinuousStates", "fmi2GetDerivatives", "fmi2GetEventIndicators",
-            "fmi2GetContinuousStates", "fmi2GetNominalsOfContinuousStates",
-        }  # fmt: skip
+            "fmi2EnterEventMode",
+            "fmi2NewDiscreteStates",
+            "fmi2EnterContinuousTimeMode",
+            "fmi2CompletedIntegratorStep",
+            "fmi2SetTime",
+            "fmi2SetContinuousStates",
+            "fmi2GetDerivatives",
+            "fmi2GetEventIndicators",
+            "fmi2GetContinuousStates",
+            "fmi2GetNominalsOfContinuousStates",
+        }
         listed = subprocess.run(["nm", "-D", "--defined-only", library(2)], check=True, capture_output=True, text=True)
         self.assertEqual({line.split()[-1] for line in listed.stdout.splitlines()}, wanted)
 

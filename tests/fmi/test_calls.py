@@ -1,4 +1,5 @@
-"""Each function of both versions in each state, and bad arguments: the tables in calls/calls2.c and calls/calls3.c; the host's floating-point environment.
+"""Each function of both versions in each state, and bad arguments: the tables in calls/calls2.c and calls/calls3.c; the host's
+floating-point environment.
 
 The programs are built against the official headers (those that FMPy brings) and linked with the library itself.
 """

@@ -30,7 +30,9 @@ class Capsule(unittest.TestCase):
             self.assertEqual(host.restore(state), OK)
             host.run(10, 14, 1e-6)
             # As a crash leaves it, and ended.
-            self.assertRegex(replayed(host).stdout, r"same bits: 49 calls, \d+ steps, 1 digests, .*\n.*its program did not end it")
+            self.assertRegex(
+                replayed(host).stdout, r"same bits: 49 calls, \d+ steps, 1 digests, .*\n.*its program did not end it"
+            )
             host.fmu.terminate()
             found = replayed(host)
             self.assertEqual((found.returncode, found.stderr.count("error")), (0, 0), found.stderr)

@@ -1,4 +1,5 @@
-"""The component for WebAssembly: it does what the native library does, call by call and bit by bit, and states go from one to the other."""
+"""The component for WebAssembly: it does what the native library does, call by call and bit by bit, and states go from one to the
+other."""
 
 import hashlib
 import pathlib
@@ -75,17 +76,38 @@ CALLS = {
     "set a flag": lambda host: host.try_set("stop_on_event", True),
     "set an input": lambda host: host.try_set("external.force", [0.0, 1.0, 0.0]),
     "too few numbers": lambda host: host.fmu.setFloat64([host.variables["external.force"].valueReference], [1.0]),
-}  # fmt: skip
-REFERENCES = {"float32": [1.0], "int8": [1], "int16": [1], "uint8": bytes([1]), "uint16": [1], "uint32": [1], "uint64": [1],
-              "string": ["x"], "binary": [b"x"], "clock": [True]}  # fmt: skip
+}
+REFERENCES = {
+    "float32": [1.0],
+    "int8": [1],
+    "int16": [1],
+    "uint8": bytes([1]),
+    "uint16": [1],
+    "uint32": [1],
+    "uint64": [1],
+    "string": ["x"],
+    "binary": [b"x"],
+    "clock": [True],
+}
 ABSENT = {
-    "enter-configuration-mode": [], "exit-configuration-mode": [], "evaluate-discrete-states": [],
-    "get-number-of-variable-dependencies": [333], "get-variable-dependencies": [333],
-    "get-directional-derivative": [[333], [150], [1.0]], "get-adjoint-derivative": [[333], [150], [1.0]],
-    "get-interval-decimal": [[1]], "get-interval-fraction": [[1]], "get-shift-decimal": [[1]], "get-shift-fraction": [[1]],
-    "set-interval-decimal": [[1], [1.0]], "set-interval-fraction": [[1], []], "set-shift-decimal": [[1], [1.0]],
-    "set-shift-fraction": [[1], []], "set-input-derivatives": [[], [1.0]], "get-output-derivatives": [[]],
-}  # fmt: skip
+    "enter-configuration-mode": [],
+    "exit-configuration-mode": [],
+    "evaluate-discrete-states": [],
+    "get-number-of-variable-dependencies": [333],
+    "get-variable-dependencies": [333],
+    "get-directional-derivative": [[333], [150], [1.0]],
+    "get-adjoint-derivative": [[333], [150], [1.0]],
+    "get-interval-decimal": [[1]],
+    "get-interval-fraction": [[1]],
+    "get-shift-decimal": [[1]],
+    "get-shift-fraction": [[1]],
+    "set-interval-decimal": [[1], [1.0]],
+    "set-interval-fraction": [[1], []],
+    "set-shift-decimal": [[1], [1.0]],
+    "set-shift-fraction": [[1], []],
+    "set-input-derivatives": [[], [1.0]],
+    "get-output-derivatives": [[]],
+}
 
 
 @unittest.skipUnless(OWN in NAMES, "the archive has no component: cargo xtask fmu --targets all names what is missing")

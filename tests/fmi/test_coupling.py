@@ -4,13 +4,13 @@ import math
 import pathlib
 import unittest
 
-from host import ARCHIVES, PRESCRIBED, OK, RADIUS, SPHERE, Host
+from host import ARCHIVES, OK, PRESCRIBED, RADIUS, SPHERE, Host
 
 TOP = pathlib.Path(__file__).parents[2]
 import rollback  # noqa: E402
 import two_shields  # noqa: E402
-from sphere import MASS, Body  # noqa: E402
 from driven_shield import Shield  # noqa: E402
+from sphere import MASS, Body  # noqa: E402
 
 ARCHIVE = ARCHIVES[2]
 
@@ -60,9 +60,16 @@ class TwoShields(unittest.TestCase):
         body = Body([place[0], place[1] + RADIUS + 1e-4, place[2]], [0.0, -two_shields.SPEED, 0.0])
         shield = Shield(
             ARCHIVE,
-            {**SPHERE, "drive": PRESCRIBED, "projectile.mass": 0.0, "projectile.start.position": body.position,
-             "projectile.start.velocity": body.velocity, "sheet.position": place, "sheet.orientation": [half, half, 0.0, 0.0]},
-        )  # fmt: skip
+            {
+                **SPHERE,
+                "drive": PRESCRIBED,
+                "projectile.mass": 0.0,
+                "projectile.start.position": body.position,
+                "projectile.start.velocity": body.velocity,
+                "sheet.position": place,
+                "sheet.orientation": [half, half, 0.0, 0.0],
+            },
+        )
         force, dt = [0.0] * 3, shield.get("time_step.seconds")
         for k in range(40):
             force = shield.step(k * two_shields.H, two_shields.H, body, [f / MASS for f in force])
@@ -86,7 +93,10 @@ class Interface(unittest.TestCase):
                 break
         self.assertTrue(host.get("outcome.exited"))
         lost = 40.0 - 0.5 * MASS * sum(v * v for v in host.get("state.velocity"))
-        print(f"\n  energy.residual at most {worst:.1e} J, loss {lost:.4f} J, contact work {host.get('contact.work'):.4f} J", end=" ")
+        print(
+            f"\n  energy.residual at most {worst:.1e} J, loss {lost:.4f} J, contact work {host.get('contact.work'):.4f} J",
+            end=" ",
+        )
         self.assertLess(worst, 0.01 * 40.0)
         self.assertLess(abs(lost - host.get("contact.work")), 1e-9 * 40.0)
 

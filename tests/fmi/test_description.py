@@ -1,4 +1,5 @@
-"""Both model descriptions: a second checker, and what neither it nor FMPy's validator (test_archive.py) with the official schemas sees."""
+"""Both model descriptions: a second checker, and what neither it nor FMPy's validator (test_archive.py) with the official schemas
+sees."""
 
 import logging
 import unittest
@@ -82,7 +83,7 @@ class Description(unittest.TestCase):
         self.assertGreater(len(choices), 8)
         for name in choices:
             self.assertEqual(two[name][0].tag, "Integer")
-            items = [t for t in tree(3).find("TypeDefinitions") if t.get("name") == three[name].get("declaredType")][0]
+            items = next(t for t in tree(3).find("TypeDefinitions") if t.get("name") == three[name].get("declaredType"))
             self.assertEqual((two[name][0].get("min"), two[name][0].get("max")), ("0", str(len(items) - 1)))
             for item in items:
                 self.assertIn(f"{item.get('value')} {item.get('name')} (", two[name].get("description"))

@@ -66,7 +66,8 @@ class Events(unittest.TestCase):
         self.assertEqual(host.get("outcome.exited_time"), event)
 
     def test_discrete_variables_change_in_event_mode_only(self):
-        """Read after every call: what the description calls discrete changes on entering event mode, which the step has asked for."""
+        """Read after every call: what the description calls discrete changes on entering event mode, which the step has asked
+        for."""
         declared = [v.name for v in Host(3).variables.values() if v.variability == "discrete"]
         self.assertEqual(sorted(declared), sorted(DISCRETE))
         for early in (False, True):
@@ -105,7 +106,7 @@ class Events(unittest.TestCase):
 
     def test_step_mode_never_returns_early(self):
         for values, outcome, steps in CASES:
-            _, event, outputs = self.expected(values, outcome, steps)
+            _, _event, outputs = self.expected(values, outcome, steps)
             host = Host(3, values)
             for k in range(steps):
                 self.assertEqual(host.step(k * H, H), OK)
@@ -130,7 +131,8 @@ class Events(unittest.TestCase):
         self.assertTrue(host.last[1])
 
     def test_stop_on_event_shows_the_outcome_in_the_step_that_ends(self):
-        """Masters with event mode (FMPy, fmusim) write a row when a step asks to end, and call nothing more: it must have the outcome."""
+        """Masters with event mode (FMPy, fmusim) write a row when a step asks to end, and call nothing more: it must have the
+        outcome."""
         for values, _, steps in CASES:
             for early in (False, True):
                 host, t = Host(3, {**values, "stop_on_event": True}, events=True, early=early), 0.0
@@ -155,14 +157,24 @@ class Events(unittest.TestCase):
     def test_stop_on_event_in_fmpy(self):
         outputs = [*ENDING, *(f"{name}_time" for name in ENDING)]
         for version in (2, 3):
-            values = {name: value for name, value in Host(version).whole(SMALL).items()}
+            values = dict(Host(version).whole(SMALL).items())
             for early in [False, True] if version == 3 else [False]:
                 rows = fmpy.simulate_fmu(
-                    str(ARCHIVES[version]), fmi_type="CoSimulation", start_values={**values, "stop_on_event": True}, output=outputs,
-                    stop_time=2e-4, output_interval=H, use_event_mode=version == 3, early_return_allowed=early,
-                )  # fmt: skip
+                    str(ARCHIVES[version]),
+                    fmi_type="CoSimulation",
+                    start_values={**values, "stop_on_event": True},
+                    output=outputs,
+                    stop_time=2e-4,
+                    output_interval=H,
+                    use_event_mode=version == 3,
+                    early_return_allowed=early,
+                )
                 before, last = ({name: float(row[f"{name}_time"]) for name in ENDING if row[name]} for row in rows[-2:])
-                print(f"\nFMI {version}, early return {early}: last row of FMPy at {float(rows[-1]['time'])!r} s {last}", end=" ", flush=True)
+                print(
+                    f"\nFMI {version}, early return {early}: last row of FMPy at {float(rows[-1]['time'])!r} s {last}",
+                    end=" ",
+                    flush=True,
+                )
                 self.assertEqual((before, len(last)), ({}, 1))
                 self.assertLess(abs(max(last.values()) - rows[-1]["time"]), H)
 

@@ -15,8 +15,8 @@ import fabric_kernel as fk
 import fmpy
 from component import FILE
 from fabric_kernel import fmu
-from fmpy.validation import validate_fmu
 from fmpy.ssp.ssd import read_ssd
+from fmpy.validation import validate_fmu
 from host import ARCHIVES, EXAMPLES, TARGET, WARNING, Host, filled, opened
 from lxml import etree
 from test_platforms import HERE, Loader
@@ -51,12 +51,20 @@ def of_package(scene, steps):
     contact, body, support, energy = simulation.contact(), simulation.projectile(), simulation.support(), simulation.energy()
     counters = simulation.counters()
     outputs = {
-        "contact.work": contact["work"], "contact.force_peak": contact["force_peak"], "state.velocity": body["velocity"],
-        "state.angular_velocity": body["angular_velocity"], "support.impulse": support["total"], "support.attachment_impulse": support["attachments"],
-        "energy.kinetic": energy["fabric_kinetic"], "energy.strain": energy["strain"], "energy.dissipated": energy["dissipated"],
-        "energy.contact_loss": energy["contact_loss"], "energy.residual": energy["residual"],
-        "fabric.failed_segments": counters["failed_segments"], "fabric.worst_penetration": counters["worst_penetration"],
-    }  # fmt: skip
+        "contact.work": contact["work"],
+        "contact.force_peak": contact["force_peak"],
+        "state.velocity": body["velocity"],
+        "state.angular_velocity": body["angular_velocity"],
+        "support.impulse": support["total"],
+        "support.attachment_impulse": support["attachments"],
+        "energy.kinetic": energy["fabric_kinetic"],
+        "energy.strain": energy["strain"],
+        "energy.dissipated": energy["dissipated"],
+        "energy.contact_loss": energy["contact_loss"],
+        "energy.residual": energy["residual"],
+        "fabric.failed_segments": counters["failed_segments"],
+        "fabric.worst_penetration": counters["worst_penetration"],
+    }
     return simulation.time, {name: flat(value) for name, value in outputs.items()}
 
 
@@ -123,7 +131,12 @@ class Filled(unittest.TestCase):
         with zipfile.ZipFile(filled(2, SCENES["TiltedDiscSector"][0], "TiltedDiscSector")) as files:
             page = files.read("documentation/index.html").decode()
             self.assertFalse([name for name in files.namelist() if name.startswith("documentation/parameters")])
-        for text in ("<h1>TiltedDiscSector</h1>", '"TiltedDiscSector-fmi2.fmu"', repr(body["sector"]["thickness"]), "Projectile: disc sector"):
+        for text in (
+            "<h1>TiltedDiscSector</h1>",
+            '"TiltedDiscSector-fmi2.fmu"',
+            repr(body["sector"]["thickness"]),
+            "Projectile: disc sector",
+        ):
             self.assertIn(text, page)
         self.assertNotIn("FabricShield", page)
         etree.fromstring(re.search(r'<figure id="scene">.*?</figure>', page, re.DOTALL)[0])
@@ -131,7 +144,11 @@ class Filled(unittest.TestCase):
     def test_archives_of_two_folders_are_equal_and_a_filled_one_is_filled_again(self):
         (self.folder / "mine.toml").write_text(CRIMPED)
         here = os.getcwd()
-        for folder, source in ((self.folder / "a", TARGET / "fmu"), (self.folder / "b" / "c", TARGET / "fmu"), (self.folder / "d", None)):
+        for folder, source in (
+            (self.folder / "a", TARGET / "fmu"),
+            (self.folder / "b" / "c", TARGET / "fmu"),
+            (self.folder / "d", None),
+        ):
             folder.mkdir(parents=True)
             os.chdir(folder)
             try:
@@ -147,14 +164,20 @@ class Filled(unittest.TestCase):
     def test_a_damaged_scene_and_one_of_another_version_are_refused_at_instantiation(self):
         for version in (2, 3):
             archive = filled(version, SCENES["Crimped"][0], "Crimped")
-            for place, reason in ((24, "another version"), (32, "damaged"), (40, "damaged"), (48, "damaged"), (48 + 1000, "damaged")):
+            for place, reason in (
+                (24, "another version"),
+                (32, "damaged"),
+                (40, "damaged"),
+                (48, "damaged"),
+                (48 + 1000, "damaged"),
+            ):
 
                 def flipped(name, data):
                     at = data.find(fmu.MARK)
                     return data if at < 0 else data[: at + place] + bytes([data[at + place] ^ 1]) + data[at + place + 1 :]
 
                 log = []
-                with self.assertRaises(Exception):
+                with self.assertRaises(Exception):  # noqa: B017  (what FMPy raises)
                     Host(version, {}, archive=changed(archive, flipped, self.folder / f"{version}-{place}.fmu"), log=log)
                 self.assertTrue(any(reason in text for _, _, text in log), (place, log))
 
@@ -180,9 +203,15 @@ class Filled(unittest.TestCase):
         bad.write_text(CRIMPED + "seed = 3000000000\n")
         heavy = self.folder / "heavy.toml"
         heavy.write_text(CRIMPED.replace("mass = 8.4e-4", "mass = 0.0"))
-        other = changed(ARCHIVES[2], lambda name, data: data.replace(f' version="{fk.VERSION}"'.encode(), b' version="0.0.9"'), self.folder / "other.fmu")
+        other = changed(
+            ARCHIVES[2],
+            lambda name, data: data.replace(f' version="{fk.VERSION}"'.encode(), b' version="0.0.9"'),
+            self.folder / "other.fmu",
+        )
         layout = struct.pack("<II", len(fk.Scene().words()), 1)
-        older = changed(ARCHIVES[2], lambda name, data: data.replace(fmu.MARK + layout, fmu.MARK + bytes(8)), self.folder / "older.fmu")
+        older = changed(
+            ARCHIVES[2], lambda name, data: data.replace(fmu.MARK + layout, fmu.MARK + bytes(8)), self.folder / "older.fmu"
+        )
         none = changed(ARCHIVES[2], lambda name, data: data.replace(fmu.MARK, bytes(16)), self.folder / "none.fmu")
         foreign = self.folder / "foreign.fmu"
         with zipfile.ZipFile(foreign, "w") as archive:
@@ -190,12 +219,21 @@ class Filled(unittest.TestCase):
         file = self.folder / "file"
         file.write_text("")
         for words, reason in [
-            ([self.folder / "missing.toml", *source], "missing.toml"), ([heavy, *source], "projectile.mass"), ([bad, *source], "seed: 3000000000"),
-            ([scene, "--from", other], "version 0.0.9"), ([scene, "--from", older], "another version"), ([scene, "--from", none], "takes no scene"),
-            ([scene, "--from", foreign], "no FMU of fabric"), ([scene, "--from", scene], "no FMU"), ([scene, "--from", self.folder], "FabricShield-fmi2.fmu"),
-            ([scene, *source, "--version", 3], "FMI 2.0"), ([scene, *source, "--name", "my shield"], "my shield"), ([scene, *source, "--name", "while"], "word of C"),
-            ([scene, *source, "--name", "FabricShield"], "not FabricShield"), ([scene, *source, "-o", file / "below"], "below"),
-        ]:  # fmt: skip
+            ([self.folder / "missing.toml", *source], "missing.toml"),
+            ([heavy, *source], "projectile.mass"),
+            ([bad, *source], "seed: 3000000000"),
+            ([scene, "--from", other], "version 0.0.9"),
+            ([scene, "--from", older], "another version"),
+            ([scene, "--from", none], "takes no scene"),
+            ([scene, "--from", foreign], "no FMU of fabric"),
+            ([scene, "--from", scene], "no FMU"),
+            ([scene, "--from", self.folder], "FabricShield-fmi2.fmu"),
+            ([scene, *source, "--version", 3], "FMI 2.0"),
+            ([scene, *source, "--name", "my shield"], "my shield"),
+            ([scene, *source, "--name", "while"], "word of C"),
+            ([scene, *source, "--name", "FabricShield"], "not FabricShield"),
+            ([scene, *source, "-o", file / "below"], "below"),
+        ]:
             status, said = ran(*words, *([] if "-o" in words else ["-o", out]))
             self.assertEqual(status, 2, words)
             self.assertIn(reason, said)

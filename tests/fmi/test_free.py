@@ -3,7 +3,7 @@
 import math
 import unittest
 
-from host import ERROR, Host, OK, OUTPUTS, SMALL, hosts
+from host import ERROR, OK, OUTPUTS, SMALL, Host, hosts
 
 END = 4e-5  # s; the sheet is torn by then
 DT = 2e-8  # s; the internal step
@@ -34,7 +34,9 @@ class Free(unittest.TestCase):
         self.assertTrue(host.said("stop time"))
 
     def test_every_step_and_way_of_counting_time_gives_the_same_bits(self):
-        """As masters do it: products, sums, whole nanoseconds, differences of times, and a start far from zero. Step means differ by nature."""
+        """As masters do it: products, sums, whole nanoseconds, differences of times, and a start far from zero. Step means differ
+        by nature."""
+
         def products(k, h, start):
             return start + k * h, h
 

@@ -1,9 +1,9 @@
-"""What other tools do that FMPy's low-level classes do not: signals that start at zero, ports that stay unconnected, all start values
-written back, steps shorter than an internal step, warnings as failures, enumerations passed over."""
+"""What other tools do that FMPy's low-level classes do not: signals that start at zero, ports that stay unconnected, all start
+values written back, steps shorter than an internal step, warnings as failures, enumerations passed over."""
 
 import unittest
 
-from host import Host, OK, PRESCRIBED, RADIUS, SMALL, hosts
+from host import OK, PRESCRIBED, RADIUS, SMALL, Host, hosts
 
 H = 1e-6
 MOTION = [f"projectile.{name}" for name in ("position", "velocity", "orientation", "angular_velocity")]
@@ -23,7 +23,8 @@ class Steps(unittest.TestCase):
             self.assertEqual({name for name, start in texts.items() if start is None}, set())
             read = {"Real": float, "Float64": float, "Boolean": lambda text: text == "true"}
             values = {
-                name: [read.get(writes.variables[name].type, int)(word) for word in start.split()] for name, start in texts.items()
+                name: [read.get(writes.variables[name].type, int)(word) for word in start.split()]
+                for name, start in texts.items()
             }
             small = {"sheet.nodes_x": 41, "sheet.nodes_y": 41}
             self.assertEqual(plain.initialise(small), OK)
@@ -32,7 +33,8 @@ class Steps(unittest.TestCase):
             self.assertGreater(plain.get("contact.work"), 0.1)
 
     def test_signals_at_zero_in_the_first_step(self):
-        """A master that starts all signals at zero, then drives: no step is refused, and the run is that of a host which drives at once."""
+        """A master that starts all signals at zero, then drives: no step is refused, and the run is that of a host which drives
+        at once."""
         ends = []
         for late in (False, True):
             host, x = Host(2, DRIVEN), [0.0, 0.0, -RADIUS - 1e-5]
@@ -92,7 +94,11 @@ class Steps(unittest.TestCase):
         """A mean is over the internal steps, not over the host's idea of a step."""
         for drive in (0, PRESCRIBED):
             means = []
-            for step in (lambda k: (k * H, H), lambda k: (k * H, (k + 1) * H - k * H), lambda k: (k * 1e-6 * (1 + 1e-13), 1.0000001e-6)):
+            for step in (
+                lambda k: (k * H, H),
+                lambda k: (k * H, (k + 1) * H - k * H),
+                lambda k: (k * 1e-6 * (1 + 1e-13), 1.0000001e-6),
+            ):
                 host = Host(3, {**DRIVEN, "drive": drive})
                 for k in range(10):
                     self.step(host, *step(k))

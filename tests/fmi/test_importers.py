@@ -11,7 +11,14 @@ import fmpy
 from host import ARCHIVES, opened
 from test_calls import build
 
-OUTPUTS = ["contact.work", "energy.kinetic", "energy.strain", "energy.contact_loss", "fabric.max_deflection", "contact.force_peak"]
+OUTPUTS = [
+    "contact.work",
+    "energy.kinetic",
+    "energy.strain",
+    "energy.contact_loss",
+    "fabric.max_deflection",
+    "contact.force_peak",
+]
 GRID = {"sheet.nodes_x": 41, "sheet.nodes_y": 41}
 END = 6e-5  # s; the cylinder has torn the small sheet by then
 STEPS = [(1e-7, 600), (1e-6, 60), (1e-5, 6)]
@@ -45,9 +52,14 @@ class Importers(unittest.TestCase):
         for h, steps in STEPS:
             for version in (2, 3):
                 rows = fmpy.simulate_fmu(
-                    str(ARCHIVES[version]), fmi_type="CoSimulation", start_values=GRID, output=OUTPUTS, stop_time=END,
-                    step_size=h, output_interval=h,
-                )  # fmt: skip
+                    str(ARCHIVES[version]),
+                    fmi_type="CoSimulation",
+                    start_values=GRID,
+                    output=OUTPUTS,
+                    stop_time=END,
+                    step_size=h,
+                    output_interval=h,
+                )
                 self.assertAlmostEqual(rows[-1]["time"], END, delta=1e-12)
                 found["FMPy", version, h] = [float(rows[-1][name]) for name in OUTPUTS]
                 code = [sys.executable, __file__, str(version), repr(h), str(steps)]

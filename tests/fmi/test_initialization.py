@@ -6,7 +6,7 @@ import math
 import unittest
 
 from fmpy.fmi1 import FMICallException
-from host import ERROR, FOUR_CORNERS, FOUR_SIDES, Host, OK, PRESCRIBED, SPHERE, WARNING, hosts, size_of
+from host import ERROR, FOUR_CORNERS, FOUR_SIDES, OK, PRESCRIBED, SPHERE, WARNING, Host, hosts, size_of
 from test_description import stated, tree
 
 H = 1e-6
@@ -17,30 +17,85 @@ RING = 0.0762 / 105 / (2.0 * math.sin(math.pi / 21))
 TURNED = [math.cos(0.2), math.sin(0.2), 0.0, 0.0]
 # Scenes in which every known is read; the bodies lie 1 mm and more before a sheet of 21 x 21 nodes.
 SCENES = [
-    {**TINY, "time_step.seconds": 0.0, "yarn.rate_modulus": 0.01, "yarn.rate_stretch": 0.01, "yarn.rate_reference": 1.0, "yarn.rate_limit": 1e4},
-    {**TAUT, **TINY, "weft.modulus_mean": 1.4e11, "weft.modulus_sd": 1e9, "weft.damage_slope": 7.91e-9, "weft.damage_intercept": -878.46,
-     "weft.damage_sd": 8.0, "weft.critical_stretch": 1.04, "yarn.strength_draw": 1},
-    {**SPHERE, **TINY, "stack.plies": 3, "stack.gap": 2e-4, "back.plies": 1, "ply.first": 1,
-     "contact.friction": 0.2, "projectile.start.angular_velocity[2]": 5.0, "sheet.crimp": [1e-3, 2e-3], "attachment.hold": 100.0},
-    {**TINY, "projectile.shape": 5, "projectile.start.position[3]": -0.1, "projectile.start.orientation": [0.5, 0.5, -0.5, 0.5],
-     "sheet.orientation": TURNED, "sheet.position": [1e-3, 2e-3, 3e-3], "attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 1e-3,
-     "attachment.disc_radius": 8e-4, "slack_balance": True},
-    {**SPHERE, **TINY, "projectile.shape": 4, "projectile.faces.count": 4, "projectile.moments": [1e-6, 1e-6, 1e-6], "drive": PRESCRIBED,
-     "projectile.faces.planes": [0.0] * 64, "projectile.start.position[3]": -0.1, "attachment.kind": FOUR_SIDES,
-     "sheet.grading.largest": 4, "sheet.grading.run": 1, "sheet.grading.half_width": [2e-3, 2e-3]},
+    {
+        **TINY,
+        "time_step.seconds": 0.0,
+        "yarn.rate_modulus": 0.01,
+        "yarn.rate_stretch": 0.01,
+        "yarn.rate_reference": 1.0,
+        "yarn.rate_limit": 1e4,
+    },
+    {
+        **TAUT,
+        **TINY,
+        "weft.modulus_mean": 1.4e11,
+        "weft.modulus_sd": 1e9,
+        "weft.damage_slope": 7.91e-9,
+        "weft.damage_intercept": -878.46,
+        "weft.damage_sd": 8.0,
+        "weft.critical_stretch": 1.04,
+        "yarn.strength_draw": 1,
+    },
+    {
+        **SPHERE,
+        **TINY,
+        "stack.plies": 3,
+        "stack.gap": 2e-4,
+        "back.plies": 1,
+        "ply.first": 1,
+        "contact.friction": 0.2,
+        "projectile.start.angular_velocity[2]": 5.0,
+        "sheet.crimp": [1e-3, 2e-3],
+        "attachment.hold": 100.0,
+    },
+    {
+        **TINY,
+        "projectile.shape": 5,
+        "projectile.start.position[3]": -0.1,
+        "projectile.start.orientation": [0.5, 0.5, -0.5, 0.5],
+        "sheet.orientation": TURNED,
+        "sheet.position": [1e-3, 2e-3, 3e-3],
+        "attachment.kind": FOUR_CORNERS,
+        "attachment.disc_inset": 1e-3,
+        "attachment.disc_radius": 8e-4,
+        "slack_balance": True,
+    },
+    {
+        **SPHERE,
+        **TINY,
+        "projectile.shape": 4,
+        "projectile.faces.count": 4,
+        "projectile.moments": [1e-6, 1e-6, 1e-6],
+        "drive": PRESCRIBED,
+        "projectile.faces.planes": [0.0] * 64,
+        "projectile.start.position[3]": -0.1,
+        "attachment.kind": FOUR_SIDES,
+        "sheet.grading.largest": 4,
+        "sheet.grading.run": 1,
+        "sheet.grading.half_width": [2e-3, 2e-3],
+    },
     {**SPHERE, **TINY, "integrator.kind": 1, "rotation_rule.kind": 1, "symmetry.mirror_x": True, "yarn.stochastic": False},
     {**SPHERE, **TINY, "sheet.radius": 0.05},
     {**SPHERE, **TINY, "sheet.radius": RING, "sheet.closed": True, "projectile.start.position[3]": -0.02},
-    {**SPHERE, **TINY, "sheet.radius": RING, "sheet.closed": True, "casing.radius": 0.9 * RING, "casing.window_angle": [0.3, 1.0],
-     "casing.window_place": [1e-3, 2e-3], "projectile.start.position[3]": -0.02},
-]  # fmt: skip
+    {
+        **SPHERE,
+        **TINY,
+        "sheet.radius": RING,
+        "sheet.closed": True,
+        "casing.radius": 0.9 * RING,
+        "casing.window_angle": [0.3, 1.0],
+        "casing.window_place": [1e-3, 2e-3],
+        "projectile.start.position[3]": -0.02,
+    },
+]
 corner = 1.0 / math.sqrt(3.0)
 for face, signs in enumerate([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]):
     SCENES[4]["projectile.faces.planes"][4 * face : 4 * face + 4] = [sign * corner for sign in signs] + [5e-3]
 
 
 def expected_strain(nodes):
-    """Energy of a square sheet of uniform yarn that is held stretched by 1e-3 both ways: Green-Lagrange strain, natural length."""
+    """Energy of a square sheet of uniform yarn that is held stretched by 1e-3 both ways: Green-Lagrange strain, natural
+    length."""
     host = Host(3)
     spacing, area, modulus = (host.get(name) for name in ("sheet.spacing", "sheet.yarn_area", "yarn.modulus_mean"))
     return 2 * nodes * (nodes - 1) * 0.5 * modulus * area * spacing / 1.001 * (0.5 * (1.001**2 - 1.0)) ** 2
@@ -51,8 +106,15 @@ class Values(unittest.TestCase):
         for host in hosts():
             self.assertEqual(host.begin({**TAUT, "yarn.stochastic": False}), OK)
             energy = host.get("energy.strain")
-            print(f"\nFMI {host.version}: energy.strain {energy:.4f} J, fabric.max_stretch {host.get('fabric.max_stretch'):.4f}", end="")
-            print(f", ply.strain[1] {host.get('ply.strain')[0]:.4f} J, step.fraction {host.get('step.fraction'):.3f}", end=" ", flush=True)
+            print(
+                f"\nFMI {host.version}: energy.strain {energy:.4f} J, fabric.max_stretch {host.get('fabric.max_stretch'):.4f}",
+                end="",
+            )
+            print(
+                f", ply.strain[1] {host.get('ply.strain')[0]:.4f} J, step.fraction {host.get('step.fraction'):.3f}",
+                end=" ",
+                flush=True,
+            )
             self.assertAlmostEqual(energy / expected_strain(105), 1.0, 9)
             self.assertAlmostEqual(host.get("fabric.max_stretch"), 1.001, 12)
             self.assertEqual(host.get("ply.strain"), [energy] + [0.0] * 7)
@@ -129,13 +191,17 @@ def changed(before, now):
         return [abs(x) for other, numbers in values.items() if other.partition("[")[0] == name.partition("[")[0] for x in numbers]
 
     names = [name for name in now if now[name] != before[name]]
-    return {name for name in names
-            if max(abs(x - y) for x, y in zip(now[name], before[name])) > 1e-12 * max(vector(before, name) + vector(now, name))}  # fmt: skip
+    return {
+        name
+        for name in names
+        if max(abs(x - y) for x, y in zip(now[name], before[name])) > 1e-12 * max(vector(before, name) + vector(now, name))
+    }
 
 
 class Dependencies(unittest.TestCase):
     def found(self, host, knowns):
-        """Sets one known after the other to other values and back: outputs that change, with what changes them; values taken of each known."""
+        """Sets one known after the other to other values and back: outputs that change, with what changes them; values taken of
+        each known."""
         read, found, taken = reader(host), {}, dict.fromkeys(knowns, 0)
         before = read()
         for known in knowns:
@@ -155,11 +221,26 @@ class Dependencies(unittest.TestCase):
 
     def compare(self, allowed, found):
         """What changes an output is stated, and what is stated changes it."""
-        wrong = {name: sorted(known - allowed[name]) for name, known in found.items() if allowed[name] is not None and known - allowed[name]}
-        idle = {name: sorted(known - found.get(name, set())) for name, known in allowed.items() if known and known - found.get(name, set())}
+        wrong = {
+            name: sorted(known - allowed[name])
+            for name, known in found.items()
+            if allowed[name] is not None and known - allowed[name]
+        }
+        idle = {
+            name: sorted(known - found.get(name, set()))
+            for name, known in allowed.items()
+            if known and known - found.get(name, set())
+        }
         self.assertEqual((wrong, idle), ({}, {}))
         # Where all are stated there are some; of arrays at the first element.
-        self.assertEqual([name for name, known in allowed.items() if known is None and name.partition("[")[0] + "[1]" not in found and name not in found], [])
+        self.assertEqual(
+            [
+                name
+                for name, known in allowed.items()
+                if known is None and name.partition("[")[0] + "[1]" not in found and name not in found
+            ],
+            [],
+        )
 
     def test_initial_values_depend_on_what_is_stated(self):
         for version in (2, 3):
@@ -175,7 +256,12 @@ class Dependencies(unittest.TestCase):
             self.assertEqual([known for known, count in taken.items() if count == 0], [])
             self.compare(allowed, found)
             print(f"\nFMI {version}: {sum(taken.values())} values of {len(taken)} knowns; ", end="")
-            print(f"{sum(known is None for known in allowed.values())} outputs depend on all, {sum(map(bool, allowed.values()))} on those named", end=" ", flush=True)
+            print(
+                f"{sum(known is None for known in allowed.values())} outputs depend on all, {sum(map(bool, allowed.values()))} "
+                f"on those named",
+                end=" ",
+                flush=True,
+            )
 
     def test_the_initial_values_do_not_depend_on_the_start_time(self):
         for version in (2, 3):
@@ -200,7 +286,13 @@ class Dependencies(unittest.TestCase):
         for version in (2, 3):
             allowed, found = stated(tree(version), version, "Outputs"), {}
             for drive in (0, PRESCRIBED):
-                scene = {**SCENES[2], "stack.plies": 11, "sheet.crimp": [0.0, 0.0], "projectile.start.velocity[3]": 900.0, "drive": drive}
+                scene = {
+                    **SCENES[2],
+                    "stack.plies": 11,
+                    "sheet.crimp": [0.0, 0.0],
+                    "projectile.start.velocity[3]": 900.0,
+                    "drive": drive,
+                }
                 host = Host(version, scene).run(0, 20, H)
                 knowns = [v.name for v in host.variables.values() if v.causality == "input" or v.variability == "tunable"]
                 some, taken = self.found(host, knowns)

@@ -1,4 +1,5 @@
-"""The cases of tests/inputs/cases that an FMU's parameters and inputs can express: each refused with its exact words, or accepted.
+"""The cases of tests/inputs/cases that an FMU's parameters and inputs can express: each refused with its exact words, or
+accepted.
 
 An FMU holds its host to the min and max of the model description also where the scene does not read a parameter. A case beyond
 them that the kernel would not refuse, or not so soon, must be refused as out of range.

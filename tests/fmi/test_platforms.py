@@ -1,7 +1,7 @@
 """The binaries of all platforms in one archive: the same run gives the same bits, and a state saved on one goes on on another.
 
-A platform is left out, with the reason, where its binary is not in the archive (`cargo xtask fmu --targets all` builds what it has
-tools for) or where the tools to compile for it and to run it are missing.
+A platform is left out, with the reason, where its binary is not in the archive (`cargo xtask fmu --targets all` builds what it
+has tools for) or where the tools to compile for it and to run it are missing.
 """
 
 import os
@@ -21,13 +21,22 @@ LOADER = pathlib.Path(__file__).with_name("loader.c")
 
 # Folder in FMI 2.0 and 3.0, name of the library, C compiler, what runs a program; the Debian packages that have them.
 PLATFORMS = {
-    "linux64": ("x86_64-linux", "FabricShield.so", ["x86_64-linux-gnu-gcc"], ["qemu-x86_64-static"], "gcc-x86-64-linux-gnu qemu-user-static"),
+    "linux64": (
+        "x86_64-linux",
+        "FabricShield.so",
+        ["x86_64-linux-gnu-gcc"],
+        ["qemu-x86_64-static"],
+        "gcc-x86-64-linux-gnu qemu-user-static",
+    ),
     "win64": ("x86_64-windows", "FabricShield.dll", ["x86_64-w64-mingw32-gcc"], [WINE], "gcc-mingw-w64-x86-64 wine64"),
     "aarch64-linux": (
-        "aarch64-linux", "FabricShield.so", ["aarch64-linux-gnu-gcc"], ["qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu"],
+        "aarch64-linux",
+        "FabricShield.so",
+        ["aarch64-linux-gnu-gcc"],
+        ["qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu"],
         "gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user-static",
     ),
-}  # fmt: skip
+}
 
 HERE = "linux64" if machine.machine() == "x86_64" else f"{machine.machine()}-linux"
 

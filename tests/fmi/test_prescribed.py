@@ -3,18 +3,14 @@
 import math
 import unittest
 
-from host import DISCARD, PRESCRIBED, OK, RADIUS, SMALL, SPHERE, Host
+from host import DISCARD, OK, PRESCRIBED, RADIUS, SMALL, SPHERE, Host
 
 MASS = 8.4e-3
 
 
 def case(speed):
     """The 3 in sheet, four sides held, the sphere a hundredth of a millimetre before it."""
-    return {
-        **SPHERE,
-        "projectile.start.position[3]": -RADIUS - 1e-5,
-        "projectile.start.velocity[3]": speed,
-    }
+    return {**SPHERE, "projectile.start.position[3]": -RADIUS - 1e-5, "projectile.start.velocity[3]": speed}
 
 
 def free(values, h, end, until=lambda host: False):
@@ -53,13 +49,13 @@ class Prescribed(unittest.TestCase):
         """Largest errors of velocity over V0 and of work over KE0 by step size, at common times."""
         speed = math.sqrt(2.0 * joule / MASS)
         values = {**case(speed), "time_step.seconds": dt}
-        reference, host = free(values, 1e-7, end, until)
+        reference, _ = free(values, 1e-7, end, until)
         last = max(reference) // 100 * 100
         print(f"\n  {joule} J, dt {dt:.0e} s, to {last * 1e-7:.1e} s, V {reference[last][0]:.3f} m/s", end="")
         result = {}
         for exact in (False, True):
             for per in (1, 10, 100):
-                rows, host = driven(values, per * 1e-7, last * 1e-7, exact=exact)
+                rows, _host = driven(values, per * 1e-7, last * 1e-7, exact=exact)
                 common = range(100, last + 1, 100)
                 velocity = max(abs(rows[k // per][0] - reference[k][0]) for k in common) / speed
                 work = max(abs(rows[k // per][1] - reference[k][1]) for k in common) / joule
@@ -89,7 +85,7 @@ class Prescribed(unittest.TestCase):
         speed, end = math.sqrt(2.0 * 40.0 / MASS), 2.5e-4
         absorbed = []
         for k in range(8):
-            rows, host = free(case(speed * (1.0 + k * 1e-12)), 1e-5, end)
+            _rows, host = free(case(speed * (1.0 + k * 1e-12)), 1e-5, end)
             absorbed.append(host.get("contact.work"))
             status = host.get("status")
         mean = sum(absorbed) / 8
@@ -97,7 +93,10 @@ class Prescribed(unittest.TestCase):
         deviation = math.sqrt(sum((a - mean) ** 2 for a in absorbed) / 7)
         _, host = driven(case(speed), 1e-7, end, exact=True)
         work, residual = host.get("contact.work"), host.get("interface.residual")
-        print(f"\n  40 J, absorbed: 8 runs {mean:.4f} J, range {spread:.4f} J, standard deviation {deviation:.4f} J, status {status}")
+        print(
+            f"\n  40 J, absorbed: 8 runs {mean:.4f} J, range {spread:.4f} J, standard deviation {deviation:.4f} J, status "
+            f"{status}"
+        )
         print(f"  prescribed at H = 1e-7 s: {work:.4f} J, interface residual {residual:.2e} J")
         self.assertLess(abs(work - mean), 2.0 * deviation)
         self.assertLess(abs(residual), 1e-6 * 40.0)
@@ -159,7 +158,9 @@ class Prescribed(unittest.TestCase):
         self.assertEqual([text for status, _, text in host.log if status != OK], [])
         host.set(projectile__position=[0.0, 1e-3, -RADIUS - 1e-5])
         self.assertEqual(host.step(1e-6, 1e-6), DISCARD)
-        self.assertTrue(host.said("m from where the fabric has the body, (0, 1e-4, -6.26e-3) m; the limit is sheet.spacing, 7.25"), host.log)
+        self.assertTrue(
+            host.said("m from where the fabric has the body, (0, 1e-4, -6.26e-3) m; the limit is sheet.spacing, 7.25"), host.log
+        )
 
     def test_a_quaternion_of_nearly_unit_length_is_taken_without_a_warning(self):
         """A host that integrates one gives such in every step: it is normalised, and said once, to a host that wants events."""
@@ -169,7 +170,9 @@ class Prescribed(unittest.TestCase):
             for k in range(3):
                 turned = [1.0 + 1e-6, 0.0, 0.0, 0.0]
                 velocity = [0.0, 0.0, 100.0]
-                host.set(projectile__position=host.get("state.position"), projectile__velocity=velocity, projectile__orientation=turned)
+                host.set(
+                    projectile__position=host.get("state.position"), projectile__velocity=velocity, projectile__orientation=turned
+                )
                 self.assertEqual(host.status_of_step(k * 1e-6, 1e-6), OK)
             said = [text for status, _, text in host.log[before:] if "normalised" in text]
             self.assertEqual(len(said), 1 if logging else 0, host.log)

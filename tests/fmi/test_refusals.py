@@ -3,13 +3,17 @@
 import resource
 import unittest
 
-from host import DISCARD, ERROR, FOUR_CORNERS, Host, OK, PRESCRIBED, RADIUS, SMALL, hosts
+from host import DISCARD, ERROR, FOUR_CORNERS, OK, PRESCRIBED, RADIUS, SMALL, Host, hosts
 
 NAN = float("nan")
 
-# Parameters that must be refused, and what the log says beside the words that `test_inputs` compares. Each is put on top of SMALL.
+# Parameters that must be refused, and what the log says beside the words that `test_inputs` compares. Each is put on top of
+# SMALL.
 REFUSED = [
-    ({"time_step.seconds": 2.7e-8, "yarn.stochastic": False}, "time_step.seconds: time step too large; the largest allowed is 2.644"),
+    (
+        {"time_step.seconds": 2.7e-8, "yarn.stochastic": False},
+        "time_step.seconds: time step too large; the largest allowed is 2.644",
+    ),
     ({"sheet.nodes_y": -5}, "sheet.nodes_y"),
     ({"yarn.damage_intercept": -1108.0}, "yarn.damage_intercept"),  # a damage rate of 1
     ({"projectile.shape": 3, "projectile.size": [1e-2, 1e-3, 1e-2]}, "projectile.size"),

@@ -5,19 +5,27 @@ import unittest
 import zipfile
 
 import fmpy
-from host import ARCHIVES, ERROR, EXAMPLES, Host, OK, OUTPUTS, SMALL, hosts, parameter_set
+from host import ARCHIVES, ERROR, EXAMPLES, OK, OUTPUTS, SMALL, Host, hosts, parameter_set
 
 
 class Scenes(unittest.TestCase):
     def test_the_archive_has_the_parameter_sets_of_the_examples(self):
         files = sorted((EXAMPLES / "parameters").glob("*.ssv"))
-        self.assertEqual([file.stem for file in files], ["ring_40in", "sheet_3in_sphere", "three_plies", "turbine_disc_sector", "zylon_as_500_35"])
+        self.assertEqual(
+            [file.stem for file in files],
+            ["ring_40in", "sheet_3in_sphere", "three_plies", "turbine_disc_sector", "zylon_as_500_35"],
+        )
         with zipfile.ZipFile(ARCHIVES[2]) as archive:
             for file in files:
                 self.assertEqual(archive.read(f"documentation/parameters/{file.name}"), file.read_bytes())
 
     def test_each_parameter_set_is_a_sound_scene(self):
-        for name, shape, mass in [("sheet_3in_sphere", 0, 8.4e-3), ("three_plies", 0, 8.4e-3), ("turbine_disc_sector", 4, 0.118), ("ring_40in", 5, 0.118)]:
+        for name, shape, mass in [
+            ("sheet_3in_sphere", 0, 8.4e-3),
+            ("three_plies", 0, 8.4e-3),
+            ("turbine_disc_sector", 4, 0.118),
+            ("ring_40in", 5, 0.118),
+        ]:
             for host in hosts(parameter_set(name)):
                 self.assertEqual(host.get("projectile.shape"), shape)
                 self.assertAlmostEqual(host.get("projectile.mass"), mass, 3)
@@ -27,7 +35,10 @@ class Scenes(unittest.TestCase):
         of_plies = [name for name in OUTPUTS if name.startswith("ply.")]
         told = {}
         for version in (2, 3):
-            host = Host(version, {**parameter_set("three_plies"), "sheet.nodes_x": 41, "sheet.nodes_y": 41, "projectile.start.velocity[3]": 300.0})
+            host = Host(
+                version,
+                {**parameter_set("three_plies"), "sheet.nodes_x": 41, "sheet.nodes_y": 41, "projectile.start.velocity[3]": 300.0},
+            )
             host.run(0, 40, 1e-6)
             rows = {name: host.get(name) for name in of_plies}
             for name, values in rows.items():
@@ -41,7 +52,10 @@ class Scenes(unittest.TestCase):
             # From another ply on, at once; and nothing beyond the last.
             for first in (1, 3, 999):
                 self.assertEqual(host.try_set("ply.first", first), OK)
-                self.assertEqual({name: host.get(name) for name in of_plies}, {name: (values[first:] + [0.0] * 8)[:8] for name, values in rows.items()})
+                self.assertEqual(
+                    {name: host.get(name) for name in of_plies},
+                    {name: (values[first:] + [0.0] * 8)[:8] for name, values in rows.items()},
+                )
             for first in (-1, 1000):
                 self.assertEqual(host.try_set("ply.first", first), ERROR)
             told[version] = rows
@@ -56,10 +70,18 @@ class Scenes(unittest.TestCase):
         for x, beside in [(0.0, False), (4e-3, True)]:
             counts = []
             for version in (2, 3):
-                host = Host(version, {
-                    **SMALL, "sheet.nodes_x": 61, "sheet.nodes_y": 61, "sheet.grading.largest": 8, "sheet.grading.run": 1,
-                    "sheet.grading.half_width": [7e-3, 7e-3], "projectile.start.position[1]": x,
-                })  # fmt: skip
+                host = Host(
+                    version,
+                    {
+                        **SMALL,
+                        "sheet.nodes_x": 61,
+                        "sheet.nodes_y": 61,
+                        "sheet.grading.largest": 8,
+                        "sheet.grading.run": 1,
+                        "sheet.grading.half_width": [7e-3, 7e-3],
+                        "projectile.start.position[1]": x,
+                    },
+                )
                 host.run(0, 40, 1e-6)
                 counts.append(host.get("contact.beyond_fine"))
                 told = [text for _, _, text in host.log if text.startswith("contact.beyond_fine: the projectile met the sheet")]
@@ -70,14 +92,16 @@ class Scenes(unittest.TestCase):
     def test_an_open_energy_balance_is_told_once_and_when_it_opens(self):
         mass, speed = 4e-5, 60.0
         for version in (2, 3):
-            host = Host(version, {
-                **SMALL, "sheet.crimp": [0.006, 0.006], "projectile.mass": mass, "projectile.start.velocity[3]": speed,
-            })  # fmt: skip
+            host = Host(
+                version, {**SMALL, "sheet.crimp": [0.006, 0.006], "projectile.mass": mass, "projectile.start.velocity[3]": speed}
+            )
             opened = False
             for k in range(40):
                 host.run(k, k + 1, 2e-5)
                 opened |= abs(host.get("energy.residual")) > 0.01 * 0.5 * mass * speed**2
-                told = [line[:2] for line in host.log if line[2].startswith("energy.residual: more than 1 % of the impact energy")]
+                told = [
+                    line[:2] for line in host.log if line[2].startswith("energy.residual: more than 1 % of the impact energy")
+                ]
                 self.assertEqual(told, [(1, "logStatusWarning")] * opened, (k, host.log))
             self.assertTrue(opened)
 
@@ -94,5 +118,10 @@ class Scenes(unittest.TestCase):
         shown = [eval(text) for text in re.findall(r"<code>(?:start_values=)?(\{&?.*?\})</code>", page)]
         self.assertEqual(len(shown), 2)
         for version, values in zip((2, 3), shown):
-            rows = fmpy.simulate_fmu(str(ARCHIVES[version]), stop_time=1e-6, start_values=values, output=["contact.work", "state.velocity[3]"[: None if version == 2 else -3]])
+            rows = fmpy.simulate_fmu(
+                str(ARCHIVES[version]),
+                stop_time=1e-6,
+                start_values=values,
+                output=["contact.work", "state.velocity[3]"[: None if version == 2 else -3]],
+            )
             self.assertAlmostEqual(float(rows[-1][-1] if version == 2 else rows[-1][-1][2]), 80.0, 6)

@@ -24,10 +24,14 @@ class Indicators(unittest.TestCase):
             self.assertLess(abs(finer.get("energy.residual")), 0.5 * abs(host.get("energy.residual")))
             # A slab over the whole sheet: only rounding is left of many solves, which is no lack of convergence.
             slab = {
-                **sound, "attachment.kind": FOUR_SIDES, "projectile.shape": 3, "projectile.mass": 0.05,
-                "projectile.size": [0.04, 0.04, 0.004], "projectile.start.position[3]": -0.002,
+                **sound,
+                "attachment.kind": FOUR_SIDES,
+                "projectile.shape": 3,
+                "projectile.mass": 0.05,
+                "projectile.size": [0.04, 0.04, 0.004],
+                "projectile.start.position[3]": -0.002,
                 "projectile.start.velocity[3]": 50.0,
-            }  # fmt: skip
+            }
             host = Host(version, slab).run(0, 1, 1e-4)
             self.assertEqual(host.get("contact.unconverged"), 0)
             # A sphere that wedges between supports: a solve ends at the cap, and the host sees it.

@@ -7,13 +7,10 @@ import tempfile
 import unittest
 
 from fmpy.fmi1 import FMICallException
-from host import Host, OK, SMALL, hosts, opened
+from host import OK, SMALL, Host, hosts, opened
 from test_calls import build
 
-CYLINDER = {
-    "sheet.nodes_x": 41, "sheet.nodes_y": 41, "attachment.kind": 1,
-    "projectile.start.position[3]": -0.01906,
-}  # fmt: skip
+CYLINDER = {"sheet.nodes_x": 41, "sheet.nodes_y": 41, "attachment.kind": 1, "projectile.start.position[3]": -0.01906}
 
 
 class State(unittest.TestCase):
@@ -63,7 +60,9 @@ class State(unittest.TestCase):
             header = 4 * 8  # magic, version, token, length
             for place in [*range(header), *range(header, len(data), len(data) // 200)]:
                 flipped = data[:place] + bytes([data[place] ^ (1 << place % 8)]) + data[place + 1 :]
-                refused(flipped, "another version" if 8 <= place < 24 else "needed are" if 24 <= place < 32 else "altered, or none")
+                refused(
+                    flipped, "another version" if 8 <= place < 24 else "needed are" if 24 <= place < 32 else "altered, or none"
+                )
             self.assertEqual(host.image(), data)
             self.assertEqual(host.restore(host.state_of(data)), OK)
 

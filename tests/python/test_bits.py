@@ -1,4 +1,5 @@
-"""The same bits as Rust: digests of scenes that tests/golden pins, through every way of making, stepping and copying a simulation."""
+"""The same bits as Rust: digests of scenes that tests/golden pins, through every way of making, stepping and copying a
+simulation."""
 
 import os
 import pathlib
@@ -6,16 +7,12 @@ import pickle
 import re
 import threading
 
-import numpy
-
-from commands import InFolder
 import fabric_kernel as fk
+import numpy
+from commands import InFolder
 
 PINS = dict(
-    re.findall(
-        r"const (\w+): u64 = 0x([0-9a-f_]+);",
-        (pathlib.Path(__file__).parents[2] / "tests/golden/pins.rs").read_text(),
-    )
+    re.findall(r"const (\w+): u64 = 0x([0-9a-f_]+);", (pathlib.Path(__file__).parents[2] / "tests/golden/pins.rs").read_text())
 )
 SMALL = {"sheet": {"nodes_x": 41, "nodes_y": 41}, "yarn": {"stochastic": False}}
 PLIES = {
@@ -84,9 +81,13 @@ class Bits(InFolder):
         body |= {"velocity": [15.0, -10.0, 350.0], "orientation": [0.96, 0.28, 0.0, 0.0]}
         body |= {"angular_velocity": [800.0, 0.0, -1500.0]}
         scene = fk.Scene(
-            sheet={"nodes_x": 45, "nodes_y": 38}, seed=0xFEED, drive="prescribed", projectile=body,
-            attachment={"kind": "four_sides"}, unread={"attachment.disc_inset": 2e-3, "attachment.disc_radius": 2e-3},
-        )  # fmt: skip
+            sheet={"nodes_x": 45, "nodes_y": 38},
+            seed=0xFEED,
+            drive="prescribed",
+            projectile=body,
+            attachment={"kind": "four_sides"},
+            unread={"attachment.disc_inset": 2e-3, "attachment.disc_radius": 2e-3},
+        )
         simulation = fk.Simulation(scene)
         for z, speed, orientation, steps in [
             (-1.9e-3, 250.0, [0.96, 0.28, 0.0, 0.0], 700),

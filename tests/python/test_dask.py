@@ -10,13 +10,12 @@ import subprocess
 import sys
 import unittest
 
-from commands import InFolder, wait_for
 import fabric_kernel as fk
+from commands import InFolder, wait_for
 from fabric_kernel import _kernel
 from fabric_kernel.ensembles import kept
 from test_ensembles import FORTY as SCENES
 from test_ensembles import forty, lines
-
 
 # A worker of one thread.
 ONE = ["--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "60"]
@@ -34,7 +33,12 @@ class Dask(InFolder):
 
     def start(self, *arguments, path=""):
         with (self.folder / "log").open("a") as log:
-            process = subprocess.Popen([sys.executable, "-m", "distributed.cli.dask_" + arguments[0], *arguments[1:]], stdout=log, stderr=log, env=os.environ | {"PYTHONPATH": path})  # fmt: skip
+            process = subprocess.Popen(
+                [sys.executable, "-m", "distributed.cli.dask_" + arguments[0], *arguments[1:]],
+                stdout=log,
+                stderr=log,
+                env=os.environ | {"PYTHONPATH": path},
+            )
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         return process
@@ -76,11 +80,15 @@ class Dask(InFolder):
     def with_another_build(self):
         """A worker whose library differs by a byte."""
         package = pathlib.Path(fk.__file__).parent
-        shutil.copytree(package, self.folder / "other/fabric_kernel", ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
-        library = next((self.folder / "other/fabric_kernel").glob("_kernel*"+pathlib.Path(_kernel.__file__).suffix))
+        shutil.copytree(
+            package, self.folder / "other/fabric_kernel", ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True
+        )
+        library = next((self.folder / "other/fabric_kernel").glob("_kernel*" + pathlib.Path(_kernel.__file__).suffix))
         library.write_bytes(library.read_bytes() + b"x")
         build = hashlib.sha256(library.read_bytes()).hexdigest()
-        return self.start("worker", self.address, *ONE, "--local-directory", str(self.folder), path=str(self.folder / "other")), build
+        return self.start(
+            "worker", self.address, *ONE, "--local-directory", str(self.folder), path=str(self.folder / "other")
+        ), build
 
     def workers_of(self, count):
         """A client that knows so many workers."""
@@ -97,7 +105,9 @@ class Dask(InFolder):
             worker.wait()
         _, build = self.with_another_build()
         client = self.workers_of(1)
-        with self.assertRaisesRegex(RuntimeError, f"the worker tcp://.* has another build of fabric_kernel: its library is {build[:16]}"):
+        with self.assertRaisesRegex(
+            RuntimeError, f"the worker tcp://.* has another build of fabric_kernel: its library is {build[:16]}"
+        ):
             fk.ensemble(SCENES, on=client, keep=self.keep)
         self.assertEqual(lines(self.keep), 0)
 
@@ -111,7 +121,7 @@ class Dask(InFolder):
         self.assertIn(f"has another build of fabric_kernel: its library is {build[:16]}", said)
         self.assertIn(f"the worker on {platform.node()}", said)
         # What was kept came from the others.
-        rows = {key: row for key, row in kept(self.keep)}
+        rows = dict(kept(self.keep))
         table = forty().set_index("key")
         self.assertGreater(len(rows), 0)
         for key, row in rows.items():
@@ -128,9 +138,10 @@ class NoScheduler(unittest.TestCase):
     def test_no_scheduler_at_the_address(self):
         import dask
 
-        with dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
-            with self.assertRaisesRegex(fk.ClusterLost, "there is no scheduler at tcp://127.0.0.1:1 after 0 of 40 runs"):
-                fk.ensemble(SCENES, on="tcp://127.0.0.1:1")
+        nobody = "there is no scheduler at tcp://127.0.0.1:1 after 0 of 40 runs"
+        impatient = dask.config.set({"distributed.comm.timeouts.connect": "1s"})
+        with impatient, self.assertRaisesRegex(fk.ClusterLost, nobody):
+            fk.ensemble(SCENES, on="tcp://127.0.0.1:1")
 
 
 CALL = """

@@ -34,7 +34,11 @@ class Documents(unittest.TestCase):
         for code, said in blocks:
             with self.subTest(code), tempfile.TemporaryDirectory() as folder:
                 name, *options = code.split()
-                program = ["-m", "fabric_kernel.program", options[0], TOP / options[1], "--out", folder] if name == "fabric" else ["-c", code]
+                program = (
+                    ["-m", "fabric_kernel.program", options[0], TOP / options[1], "--out", folder]
+                    if name == "fabric"
+                    else ["-c", code]
+                )
                 done = subprocess.run([sys.executable, *program], cwd=folder, capture_output=True, text=True)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertIn(said.strip(), done.stdout)

@@ -13,12 +13,11 @@ import sys
 import unittest.mock
 import warnings
 
+import fabric_kernel as fk
 import numpy
 import pandas
 import scipy.stats
-
 from commands import InFolder, wait_for
-import fabric_kernel as fk
 from fabric_kernel import plot
 from fabric_kernel.ensembles import MOST_KEPT, each, kept
 from fabric_kernel.fragments import answer, main
@@ -77,7 +76,9 @@ class Ensembles(InFolder):
         for index in (0, 7):
             row = json.loads(json.dumps(fk.fly(SCENES[index])))
             own = self.table.iloc[index]
-            self.assertEqual({name: own[name] for name in ("digest", "speed", "absorbed", "outcome")}.items() - row.items(), set())
+            self.assertEqual(
+                {name: own[name] for name in ("digest", "speed", "absorbed", "outcome")}.items() - row.items(), set()
+            )
             self.assertEqual(own["seed"], SCENES[index]["seed"])
             self.assertEqual(own["projectile.velocity[2]"], SCENES[index]["projectile.velocity"][2])
         self.assertEqual(self.table["key"].nunique(), len(SCENES))
@@ -145,7 +146,9 @@ class Ensembles(InFolder):
         """The ensemble of the forty in another process, and the file that it writes."""
         keep = self.folder / "runs.jsonl"
         (self.folder / "script.py").write_text(script)
-        return subprocess.Popen([sys.executable, self.folder / "script.py", keep], stderr=subprocess.PIPE, text=True, **options), keep
+        return subprocess.Popen(
+            [sys.executable, self.folder / "script.py", keep], stderr=subprocess.PIPE, text=True, **options
+        ), keep
 
     def test_a_full_disk_is_told_and_loses_nothing(self):
         keep = self.folder / "runs.jsonl"
@@ -207,7 +210,9 @@ class Ensembles(InFolder):
         self.assertTrue(math.isnan(table["speed"][1]))
 
     def test_energy_that_slack_yarn_adds_is_told_while_a_run_goes_on(self):
-        gains = fk.Scene(sheet={"nodes_x": 31, "nodes_y": 31}, time_step={"fraction": 0.5}).replace({"projectile.velocity": (0.0, 0.0, 40.0)})
+        gains = fk.Scene(sheet={"nodes_x": 31, "nodes_y": 31}, time_step={"fraction": 0.5}).replace(
+            {"projectile.velocity": (0.0, 0.0, 40.0)}
+        )
         ends = []
         for warns, stride in ((True, 8000), (True, 7), (False, 8000)):
             simulation = fk.Simulation(gains, warns=warns)
@@ -218,7 +223,9 @@ class Ensembles(InFolder):
                     simulation.run("exited", min(stride, 8000 - simulation.step_count))
                 seen += [(simulation.step_count, str(one.message)) for one in told]
             self.assertEqual(len(seen), int(warns), seen)
-            self.assertTrue(all("the energy balance is open by 1." in text and "segments are slack" in text for _, text in seen), seen)
+            self.assertTrue(
+                all("the energy balance is open by 1." in text and "segments are slack" in text for _, text in seen), seen
+            )
             self.assertGreater(simulation.energy()["residual"], 0.01 * initial)
             ends.append((simulation.digest, seen and seen[0][1]))
         self.assertEqual(ends[0], ends[1])
@@ -233,8 +240,11 @@ class Ensembles(InFolder):
     def test_results_that_are_not_to_be_trusted_are_told_once(self):
         # With so much friction some solves of plies that lie on each other do not converge.
         rubs = fk.Scene(
-            fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 31, "nodes_y": 31}, stack={"plies": 5}, contact={"friction": 10.0}
-        )  # fmt: skip
+            fabric={"name": "kevlar_km2_s706"},
+            sheet={"nodes_x": 31, "nodes_y": 31},
+            stack={"plies": 5},
+            contact={"friction": 10.0},
+        )
         rubs = rubs.replace({"projectile.velocity": (0.0, 0.0, 400.0)}).aimed()
         # The fine part ends beside the projectile.
         grading = {"largest": 8, "run": 1, "half_width": [7e-3, 7e-3]}
@@ -248,7 +258,9 @@ class Ensembles(InFolder):
         self.assertEqual(list(share > 0.01), [True, False, False, False], table[["unconverged", "steps"]])
         self.assertEqual(list(table["beyond_fine"] > 0), [False, True, False, False])
         self.assertEqual(list(table["ply_penetration"] > 0.0), [True, False, False, False])
-        self.assertTrue(texts[0].startswith("In 1 of 4 runs more than 1 % of the steps have a contact solve that did not converge"), texts)
+        self.assertTrue(
+            texts[0].startswith("In 1 of 4 runs more than 1 % of the steps have a contact solve that did not converge"), texts
+        )
         self.assertIn(f"at most {100 * share.max():.2g} %", texts[0])
         self.assertTrue(texts[1].startswith("In 1 of 4 runs the projectile met the sheet beyond the fine part"), texts)
         # One run says it too, and its simulation has the counter.
@@ -262,7 +274,16 @@ class Ensembles(InFolder):
         self.assertEqual(fk.fly("sheet_3in_sphere", steps=50), fk.fly(fk.Scene(), steps=50))
         self.assertRaisesRegex(FileNotFoundError, 'no_preset: No such file, and no preset: .*"ring_40in"', fk.fly, "no_preset")
         (self.folder / "scene.toml").write_text(BASE.text())
-        call = [sys.executable, "-c", "from fabric_kernel.fragments import main; main()", "scene.toml", "--velocities", "90", "--shots", "1"]
+        call = [
+            sys.executable,
+            "-c",
+            "from fabric_kernel.fragments import main; main()",
+            "scene.toml",
+            "--velocities",
+            "90",
+            "--shots",
+            "1",
+        ]
         with subprocess.Popen(call, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
             program.stdout.close()
             said = program.stderr.read()
@@ -290,17 +311,23 @@ class Ensembles(InFolder):
         cylinder = BASE.replace(projectile={"shape": "cylinder", "length": 0.02})
         tilted = fk.vary(cylinder, 9, seed=1, tilt=0.3, parameters={"projectile.mass": [0.01, 0.02]})
         for scene in tilted:
-            w, x, y, z = scene["projectile.orientation"]
+            _w, x, y, _z = scene["projectile.orientation"]
             # The body's axis, turned by 0.3 away from the velocity.
             self.assertAlmostEqual(1.0 - 2.0 * (x * x + y * y), math.cos(0.3), places=12)
             self.assertIn(scene["projectile.mass"], (0.01, 0.02))
         for given, name in (
-            ({"speed": []}, "speed"), ({"speed": "50"}, "speed"), ({"speed": scipy.stats.norm(50.0, math.inf)}, "speed"), ({"tilt": math.nan}, "tilt"),
-            ({"point": ([], 0.0)}, "point"), ({"parameters": {"projectile.mass": []}}, "projectile.mass"), ({"count": -1}, "count"), ({"seed": -1}, "seed"),
+            ({"speed": []}, "speed"),
+            ({"speed": "50"}, "speed"),
+            ({"speed": scipy.stats.norm(50.0, math.inf)}, "speed"),
+            ({"tilt": math.nan}, "tilt"),
+            ({"point": ([], 0.0)}, "point"),
+            ({"parameters": {"projectile.mass": []}}, "projectile.mass"),
+            ({"count": -1}, "count"),
+            ({"seed": -1}, "seed"),
             ({"parameters": {"projectile.mass": scipy.stats.norm(1.0, math.inf)}}, "projectile.mass"),
             ({"speed": 50.0, "parameters": {"projectile.velocity": (0.0, 0.0, 40.0)}}, "speed"),
             ({"attitude": "random", "parameters": {"projectile.orientation": (1.0, 0.0, 0.0, 0.0)}}, "attitude"),
-        ):  # fmt: skip
+        ):
             with self.assertRaisesRegex(ValueError, f"^{name}: must be"):
                 fk.vary(BASE, **{"count": 2, "seed": 1} | given)
         # Axes of bodies in any attitude are spread evenly: their heights are uniform in [-1, 1].
@@ -358,10 +385,13 @@ class Fragments(InFolder):
             (["--velocities", "50", "--attitudes", "side=1,2"], "must have 4 numbers"),
             (["--velocities", "50", "--points", "15,15"], "point: (15, 15) m lies beside the sheet"),
             (["--attitudes", "a=1,0,0,0", "a=0,1,0,0"], "--attitudes: must be a name given once each; it is a a"),
-            (["--attitudes", "=1,0,0,0"], "attitudes: must be one or more, by a name each"), (["--attitudes", "random=1,0,0,0"], '"random" is the name of'),
+            (["--attitudes", "=1,0,0,0"], "attitudes: must be one or more, by a name each"),
+            (["--attitudes", "random=1,0,0,0"], '"random" is the name of'),
         ):
             self.assertIn(told, self.ran(main, "sheet_3in_sphere", *words)[1].splitlines()[-1])
-        said, _, _ = self.ran(main, "sheet_3in_sphere", "--velocities", "200", "200", "--points", "0,0", "0,0", "--shots", "1", "--on", "1")
+        said, _, _ = self.ran(
+            main, "sheet_3in_sphere", "--velocities", "200", "200", "--points", "0,0", "0,0", "--shots", "1", "--on", "1"
+        )
         self.assertEqual(len((self.folder / "out/table.csv").read_text().splitlines()), 2)
         for twice in ("velocities: 200.0 is given 2 times and shot once.", "points: (0.0, 0.0) is given 2 times and shot once."):
             self.assertIn(twice, said)
@@ -392,16 +422,24 @@ class Fragments(InFolder):
         numpy.testing.assert_allclose(fast["low"], 0.025 ** (1.0 / 3.0), rtol=1e-9)
         self.assertTrue((fast["residual_speed"] < 300.0).all() and (fast["residual_speed_sd"] > 0.0).all())
 
-        self.assertEqual([line.partition(" mm: ")[2] for line in answer(table)], 2 * ["none of 3 shots goes through up to 2 m/s, all 3 do from 300 m/s on."])
+        self.assertEqual(
+            [line.partition(" mm: ")[2] for line in answer(table)],
+            2 * ["none of 3 shots goes through up to 2 m/s, all 3 do from 300 m/s on."],
+        )
         upside_down = table.assign(through=8 * table["stopped"], stopped=8 * table["through"])
         self.assertEqual(["does not grow with the velocity" in line for line in answer(upside_down)], [True, False, True, False])
 
     def test_what_a_map_refuses_and_says(self):
         sound = {"velocities": [200.0], "attitudes": {"flat": (1.0, 0.0, 0.0, 0.0)}, "shots": 1}
         for given, name in (
-            ({"velocities": []}, "velocities"), ({"velocities": [math.nan]}, "velocities"), ({"attitudes": {}}, "attitudes"), ({"shots": 0}, "shots"),
-            ({"attitudes": {" ": "random"}}, "attitudes"), ({"attitudes": {"random": (1.0, 0.0, 0.0, 0.0)}}, "attitudes"), ({"confidence": 2.0}, "confidence"),
-        ):  # fmt: skip
+            ({"velocities": []}, "velocities"),
+            ({"velocities": [math.nan]}, "velocities"),
+            ({"attitudes": {}}, "attitudes"),
+            ({"shots": 0}, "shots"),
+            ({"attitudes": {" ": "random"}}, "attitudes"),
+            ({"attitudes": {"random": (1.0, 0.0, 0.0, 0.0)}}, "attitudes"),
+            ({"confidence": 2.0}, "confidence"),
+        ):
             with self.assertRaisesRegex(ValueError, f"^{name}.*: must be"):
                 fk.fragment_map(BASE, **sound | given)
         with self.assertWarnsRegex(RuntimeWarning, "velocities: 200.0 is given 2 times"):

@@ -13,9 +13,8 @@ import tempfile
 import time
 import unittest
 
-import numpy
-
 import fabric_kernel as fk
+import numpy
 
 FILE = pathlib.Path(__file__).parents[2] / "tests/inputs/cases"
 # Larger sheets would take the memory.
@@ -116,7 +115,7 @@ class Inputs(unittest.TestCase):
         self.assertEqual(names, set(TABLE))
 
     def test_a_value_of_the_wrong_type_names_its_field(self):
-        for name, row in TABLE.items():
+        for name in TABLE:
             for bad in ["cotton", object(), None, {"a": 1}, [[[1.0]]], [1.0] * 5000, b"1", 2**70, math.nan, 1 + 2j]:
                 own = fk.Scene()[name]
                 if isinstance(own, (float, tuple)) and isinstance(bad, float):
@@ -184,7 +183,8 @@ class Inputs(unittest.TestCase):
             fk.Scene.read("no.toml")
 
     def test_arrays_are_read_by_their_indices_or_refused(self):
-        """Every order, stride and type for every call that takes an array: the same bits as the plain array, or a refusal by name."""
+        """Every order, stride and type for every call that takes an array: the same bits as the plain array, or a refusal by
+        name."""
         scene = fk.Scene(sheet={"nodes_x": 7, "nodes_y": 5}, projectile={"position": [0, 0, -1]}, attachment={"kind": "free"})
         prescribed = scene.replace(drive="prescribed")
         rest = fk.Simulation(scene).positions()
@@ -226,10 +226,20 @@ class Inputs(unittest.TestCase):
             plain, untouched = outcome(given, call, array), fk.Simulation(given).digest
             self.assertIsInstance(plain, str, name)
             double = numpy.repeat(array, 2, axis=0)
-            for k, same in enumerate([
-                numpy.asfortranarray(array), array[::-1].copy()[::-1], double[::2], double[1::2], array.astype(">f8"),
-                array.tolist(), array.view(Memory), numpy.ma.MaskedArray(array).data, readonly(array), offset(array),
-            ]):
+            for k, same in enumerate(
+                [
+                    numpy.asfortranarray(array),
+                    array[::-1].copy()[::-1],
+                    double[::2],
+                    double[1::2],
+                    array.astype(">f8"),
+                    array.tolist(),
+                    array.view(Memory),
+                    numpy.ma.MaskedArray(array).data,
+                    readonly(array),
+                    offset(array),
+                ]
+            ):
                 self.assertEqual(outcome(given, call, same), plain, (name, k))
             for kind in ("f2", "f4", "i1", "i4", "i8", "u2", ">i4"):
                 smaller = numpy.asarray(array).astype(kind)
@@ -282,7 +292,9 @@ class Inputs(unittest.TestCase):
         scene = fk.Scene(projectile={"shape": "cylinder", "length": 0.02}).replace(projectile={"shape": "sphere"})
         self.assertEqual(scene["projectile.length"], 0.02)
         for other in (
-            eval(repr(scene), {"Scene": fk.Scene}), fk.Scene.parse(scene.text()), pickle.loads(pickle.dumps(scene)),
+            eval(repr(scene), {"Scene": fk.Scene}),
+            fk.Scene.parse(scene.text()),
+            pickle.loads(pickle.dumps(scene)),
             fk.Scene("sheet_3in_sphere", scene.values()),
         ):
             self.assertEqual(other, scene)
@@ -316,7 +328,10 @@ class Inputs(unittest.TestCase):
     def test_tables_have_units(self):
         history = fk.history(fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41}), steps=64)
         units = history.attrs["units"]
-        self.assertEqual([units[name] for name in ("time", "velocity_z", "angular_velocity_x", "force_z", "work", "max_deflection")], ["s", "m/s", "rad/s", "N", "J", "m"])
+        self.assertEqual(
+            [units[name] for name in ("time", "velocity_z", "angular_velocity_x", "force_z", "work", "max_deflection")],
+            ["s", "m/s", "rad/s", "N", "J", "m"],
+        )
         self.assertEqual(set(history.columns) - set(units), {"step", "failed_segments", "contacts", "max_stretch"})
 
     def test_messages_repeat_little_of_their_input(self):
@@ -352,19 +367,29 @@ class Inputs(unittest.TestCase):
 
     def test_a_scene_in_words_is_that_of_its_file_and_keeps_its_fabrics(self):
         words = {
-            "fabric": "kevlar_km2_s706", "back_fabric": {"name": "zylon_as_500_35", "count": "30 /in"}, "stack": {"plies": 3}, "back": {"plies": 1},
-            "sheet": {"width": "60 mm"}, "projectile": {"diameter": "5.556 mm", "material": "steel"},
+            "fabric": "kevlar_km2_s706",
+            "back_fabric": {"name": "zylon_as_500_35", "count": "30 /in"},
+            "stack": {"plies": 3},
+            "back": {"plies": 1},
+            "sheet": {"width": "60 mm"},
+            "projectile": {"diameter": "5.556 mm", "material": "steel"},
             "aim": {"point": ["1 mm", 0], "angle": "30 deg", "speed": "150 m/s"},
         }
         scene = fk.Scene("sheet_3in_sphere", words)
-        text = """preset = "sheet_3in_sphere"\nfabric = "kevlar_km2_s706"\nback_fabric = { name = "zylon_as_500_35", count = "30 /in" }
+        text = """preset = "sheet_3in_sphere"\nfabric = "kevlar_km2_s706"
+            back_fabric = { name = "zylon_as_500_35", count = "30 /in" }
             stack.plies = 3\nback.plies = 1\nsheet.width = 0.06\nprojectile = { radius = 2.778e-3, density = 7850 }
             aim = { point = [1e-3, 0], angle = "30 deg", speed = 150 }"""
         self.assertEqual(fk.Scene.parse(text), scene)
         # A number that the fabric gives, as the preset has it.
         other = scene.replace({"yarn.modulus_mean": fk.Scene()["yarn.modulus_mean"]})
         for made in (scene, other):
-            for again in (eval(repr(made), {"Scene": fk.Scene}), fk.Scene.parse(made.text()), pickle.loads(pickle.dumps(made)), fk.Simulation(made).scene):
+            for again in (
+                eval(repr(made), {"Scene": fk.Scene}),
+                fk.Scene.parse(made.text()),
+                pickle.loads(pickle.dumps(made)),
+                fk.Simulation(made).scene,
+            ):
                 self.assertEqual(again, made)
                 self.assertEqual(again.fabrics, ("kevlar_km2_s706", "zylon_as_500_35"))
         alone = scene.replace(back={"plies": 0})
@@ -375,7 +400,9 @@ class Inputs(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "mistake.toml"
             path.write_text('preset = "sheet_3in_sphere"\nprojectile.weight = 1\n')
-            with self.assertRaisesRegex(fk.Refused, "mistake.toml: unknown key `projectile.weight`; is it `projectile.mass`?") as refused:
+            with self.assertRaisesRegex(
+                fk.Refused, "mistake.toml: unknown key `projectile.weight`; is it `projectile.mass`?"
+            ) as refused:
                 fk.Scene.read(path)
         self.assertEqual(refused.exception.field, "projectile.weight")
 

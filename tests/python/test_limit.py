@@ -7,7 +7,6 @@ import unittest
 import numpy
 import scipy.optimize
 import scipy.stats
-
 from commands import InFolder
 from fabric_kernel import checks, designs, limit
 from fabric_kernel.likelihood import LARGEST, LINKS, LOGIT, PROBIT, firth, held, maximum, possible, possible_ratio, ratio
@@ -51,11 +50,19 @@ class Falling(unittest.TestCase):
 
 class Likelihood(unittest.TestCase):
     def test_a_published_fit(self):
-        # Beetles and carbon disulphide: C. I. Bliss, Ann. Appl. Biol. 22 (1935) 134; fits: A. J. Dobson, An Introduction to Generalized
-        # Linear Models, 2nd edition (2002), section 7.3: intercept and slope -60.72, 34.27 (logit) and -34.94, 19.73 (probit).
+        # Beetles and carbon disulphide: C. I. Bliss, Ann. Appl. Biol. 22 (1935) 134; fits: A. J. Dobson, An Introduction to
+        # Generalized Linear Models, 2nd edition (2002), section 7.3: intercept and slope -60.72, 34.27 (logit) and -34.94, 19.73
+        # (probit).
         beetles = groups(
-            (1.6907, 6, 59), (1.7242, 13, 60), (1.7552, 18, 62), (1.7842, 28, 56), (1.8113, 52, 63), (1.8369, 53, 59), (1.8610, 61, 62), (1.8839, 60, 60)
-        )  # fmt: skip
+            (1.6907, 6, 59),
+            (1.7242, 13, 60),
+            (1.7552, 18, 62),
+            (1.7842, 28, 56),
+            (1.8113, 52, 63),
+            (1.8369, 53, 59),
+            (1.8610, 61, 62),
+            (1.8839, 60, 60),
+        )
         for link, intercept, slope in ((LOGIT, -60.72, 34.27), (PROBIT, -34.94, 19.73)):
             found = maximum(*beetles, link)
             self.assertAlmostEqual(1 / found.sigma[0], slope, delta=0.005)
@@ -68,7 +75,11 @@ class Likelihood(unittest.TestCase):
             for link in (LOGIT, PROBIT):
                 shares = []
                 for hits, shots in (low, high):
-                    cost = lambda z: -float(hits * link.log_share(z) + (shots - hits) * link.log_share(-z) + 0.5 * numpy.log(link.information(z)))
+                    cost = lambda z: (
+                        -float(
+                            hits * link.log_share(z) + (shots - hits) * link.log_share(-z) + 0.5 * numpy.log(link.information(z))
+                        )
+                    )
                     z = scipy.optimize.minimize_scalar(cost, bounds=(-9, 9), method="bounded", options={"xatol": 1e-10}).x
                     if link is LOGIT:
                         self.assertAlmostEqual(float(link.share(z)), (hits + 0.5) / (shots + 1), 6)
@@ -128,8 +139,8 @@ class Likelihood(unittest.TestCase):
                 self.assertAlmostEqual(one.sigma[0], other.sigma[0], 6)
 
     def test_shots_far_away_change_nothing(self):
-        # Shots at ten, five, three and two times V50 that went through, as at the start of a bracket, tell nothing about a fabric with a
-        # standard deviation of 3 %. From the middle of all shots the search ended at a sigma of several hundred m/s.
+        # Shots at ten, five, three and two times V50 that went through, as at the start of a bracket, tell nothing about a fabric
+        # with a standard deviation of 3 %. From the middle of all shots the search ended at a sigma of several hundred m/s.
         far = numpy.array([1000.0, 500.0, 300.0, 200.0])
         for seed in range(6):
             v, y = random_test(seed, shots=20, sigma=3.0)
@@ -140,7 +151,10 @@ class Likelihood(unittest.TestCase):
                     self.assertAlmostEqual(alone.mu[0], all_of_them.mu[0], 5)
                     self.assertAlmostEqual(alone.sigma[0], all_of_them.sigma[0], 5)
                     at, q = numpy.array([98.0, 101.0]), 0.3
-                    one, other = (held(numpy.tile(x, (2, 1)), numpy.tile(z, (2, 1)), link, at, q, penalty, 10.0)[0] for x, z in ((v, y), more))
+                    one, other = (
+                        held(numpy.tile(x, (2, 1)), numpy.tile(z, (2, 1)), link, at, q, penalty, 10.0)[0]
+                        for x, z in ((v, y), more)
+                    )
                     self.assertTrue(numpy.allclose(one, other, atol=1e-4), (one, other))
 
     def test_the_held_maximum_reaches_the_free_one(self):
@@ -168,7 +182,10 @@ class Intervals(unittest.TestCase):
                 ends = [numpy.array(limit.fit(v + shift, y, tests=40).intervals[1]) - shift for shift in (0.0, 50.0, 2000.0)]
                 # No end is told below 0.
                 ends = [numpy.where(ends[1] == -math.inf, -math.inf, end) for end in ends]
-                self.assertTrue(numpy.allclose(ends[0], ends[1], atol=1e-3) and numpy.allclose(ends[1], ends[2], atol=1e-3), (shots, seed, ends))
+                self.assertTrue(
+                    numpy.allclose(ends[0], ends[1], atol=1e-3) and numpy.allclose(ends[1], ends[2], atol=1e-3),
+                    (shots, seed, ends),
+                )
 
     def test_an_interval_needs_enough_simulations(self):
         v, y = random_test(8)
@@ -245,7 +262,9 @@ class Alike(unittest.TestCase):
             (1, True, [(-math.inf, 100.0), none, none], "The one shot"),
         ):
             found = limit.fit(100.0 + numpy.arange(shots), [through] * shots)
-            self.assertEqual(([tuple(x) for x in found.intervals], found.method, found.through), (bounds, "none", shots * through))
+            self.assertEqual(
+                ([tuple(x) for x in found.intervals], found.method, found.through), (bounds, "none", shots * through)
+            )
             self.assertIn(told, found.notes[0])
 
     def test_wrong_way_round(self):
@@ -295,16 +314,29 @@ class Alike(unittest.TestCase):
                 self.assertGreater(found.sigma, 0.0)
 
     def test_bad_arguments_are_named(self):
-        for arguments, name in ((([], []), "velocities"), (([1.0, math.nan], [True, False]), "velocities"), (([1.0, 2.0], [True]), "through")):
+        for arguments, name in (
+            (([], []), "velocities"),
+            (([1.0, math.nan], [True, False]), "velocities"),
+            (([1.0, 2.0], [True]), "through"),
+        ):
             with self.assertRaisesRegex(ValueError, name):
                 limit.fit(*arguments)
         with self.assertRaisesRegex(ValueError, "link"):
             limit.fit([1.0, 2.0], [False, True], "cauchy")
         with self.assertRaisesRegex(ValueError, "confidence"):
             limit.fit([1.0, 2.0], [False, True], confidence=1.5)
-        v, y, r = [50.0, 52.0, 54.0, 56.0, 58.0, 60.0], [0, 1, 0, True, numpy.int64(1), numpy.True_], [0.0, 9.0, math.nan, 20.0, 25.0, 30.0]
+        v, y, r = (
+            [50.0, 52.0, 54.0, 56.0, 58.0, 60.0],
+            [0, 1, 0, True, numpy.int64(1), numpy.True_],
+            [0.0, 9.0, math.nan, 20.0, 25.0, 30.0],
+        )
         self.assertEqual(limit.fit(v, y, tests=0).through, 4)
-        calls = (lambda v, y: limit.fit(v, y, tests=0), limit.falling, limit.standard_average, lambda v, y: limit.residual_fit(v, y, r))
+        calls = (
+            lambda v, y: limit.fit(v, y, tests=0),
+            limit.falling,
+            limit.standard_average,
+            lambda v, y: limit.residual_fit(v, y, r),
+        )
         for call in calls:
             call(v, y)
             for one in (math.nan, None, "0", "P", 2, 0.5, -1):
@@ -317,9 +349,12 @@ class Alike(unittest.TestCase):
                 with self.assertRaisesRegex(ValueError, "^(velocities|through): must be a list of "):
                     call(velocities, results)
         for arguments, name in (
-            ({"residuals": [*r[:5], -1.0]}, r"residuals\[5\]"), ({"residuals": r[:5]}, "residuals"), ({"residuals": [math.nan] * 6}, r"residuals\[1\]"),
-            ({"power": -1.0}, "power"), ({"power": math.nan}, "power"),
-        ):  # fmt: skip
+            ({"residuals": [*r[:5], -1.0]}, r"residuals\[5\]"),
+            ({"residuals": r[:5]}, "residuals"),
+            ({"residuals": [math.nan] * 6}, r"residuals\[1\]"),
+            ({"power": -1.0}, "power"),
+            ({"power": math.nan}, "power"),
+        ):
             with self.assertRaisesRegex(ValueError, f"^{name}: must be"):
                 limit.residual_fit(v, y, **{"residuals": r} | arguments)
         for shares in ((), (0.5, 1.0), (math.nan,), 0.5):
@@ -374,7 +409,9 @@ class Designs(unittest.TestCase):
         design.start(1)
         velocities = []
         for k in range(len(results) + 1):
-            velocities.append(float(design.next(numpy.array([velocities]).reshape(1, -1), numpy.array([results[:k]], bool).reshape(1, -1))[0]))
+            velocities.append(
+                float(design.next(numpy.array([velocities]).reshape(1, -1), numpy.array([results[:k]], bool).reshape(1, -1))[0])
+            )
         return velocities
 
     def test_neyer_by_hand(self):
@@ -401,9 +438,14 @@ class Designs(unittest.TestCase):
     def test_no_velocity_is_below_half_of_the_slowest(self):
         random = numpy.random.default_rng(12)
         for design in (
-            designs.Neyer(60, 140, 5), designs.Neyer(1, 199, 60), designs.ThreePhase(60, 140, 5), designs.ThreePhase(1, 199, 60),
-            designs.ThreePhase(60, 140, 30, aim=0.01, last=15, shots=30), designs.Neyer.bracketed(100.0), designs.ThreePhase.bracketed(100.0),
-        ):  # fmt: skip
+            designs.Neyer(60, 140, 5),
+            designs.Neyer(1, 199, 60),
+            designs.ThreePhase(60, 140, 5),
+            designs.ThreePhase(1, 199, 60),
+            designs.ThreePhase(60, 140, 30, aim=0.01, last=15, shots=30),
+            designs.Neyer.bracketed(100.0),
+            designs.ThreePhase.bracketed(100.0),
+        ):
             # Results that are mostly "through", whatever the velocity.
             through = random.random((300, 30)) < random.choice([0.6, 0.9, 1.0], (300, 1))
             design.start(300)
@@ -438,8 +480,8 @@ class Designs(unittest.TestCase):
         self.assertEqual(self.walk(design, [0, 0, 0, 0]), [90.0, 110.0, 126.0, 138.0, 156.0])
         self.assertEqual(self.walk(design, [1, 1, 1]), [90.0, 110.0, 74.0, 62.0])
         self.assertEqual(self.walk(design, [1, 0, 0])[2:], [68.0, 132.0])
-        # The gap of 20 is halved down to 5 < 1.5 * 4; then 0.3 * 4 beside it, first where the rarer result lies, then on the other side,
-        # then two thirds of the guess, for which the gap is wide again.
+        # The gap of 20 is halved down to 5 < 1.5 * 4; then 0.3 * 4 beside it, first where the rarer result lies, then on the
+        # other side, then two thirds of the guess, for which the gap is wide again.
         path = self.walk(design, [0, 1, 0, 1, 0, 1])
         self.assertTrue(numpy.allclose(path[2:], [100.0, 105.0, 100 - 1.2, 105 + 1.2, 102.5]))
         beside = self.walk(design, [0, 1, 0, 0])
@@ -492,9 +534,12 @@ class Report(InFolder):
 
     def test_every_degenerate_test_has_a_report(self):
         for shoot, shots in (
-            (lambda v, k: (True, 0.0), 1), (lambda v, k: (True, 0.0), 8), (lambda v, k: (False, v), 2), (lambda v, k: (v > 101, v), 3),
+            (lambda v, k: (True, 0.0), 1),
+            (lambda v, k: (True, 0.0), 8),
+            (lambda v, k: (False, v), 2),
+            (lambda v, k: (v > 101, v), 3),
             (lambda v, k: (v < 101, 0.5 * v), 5),
-        ):  # fmt: skip
+        ):
             test = v50(shoot, designs.Neyer(80, 120, 5), shots, tests=20)
             self.assertTrue(test.fit.notes)
             test.write(self.folder)
@@ -529,7 +574,9 @@ class Report(InFolder):
         self.assertIn("without a V50, as all known results are alike", test.notes[-1])
         stopped = lambda velocity: velocity < 150.0
         test = v50(shoot, designs.Neyer.bracketed(100.0), 20, tests=20)
-        self.assertEqual((len(test.shots), [note for note in test.notes if "Left out" in note][1]), (20, "Left out: shot 7: timeout."))
+        self.assertEqual(
+            (len(test.shots), [note for note in test.notes if "Left out" in note][1]), (20, "Left out: shot 7: timeout.")
+        )
         # Where nothing is known yet it is an error.
         with self.assertRaises(Unknown):
             v50(shoot, designs.Neyer.bracketed(600.0), 20, tests=20)

@@ -7,14 +7,13 @@ from unittest import mock
 
 import numpy
 import scipy.stats
-
 from fabric_kernel import Scene, vary
 from fabric_kernel.designs import Plan
 from fabric_kernel.ensembles import within_mesh
 from fabric_kernel.model_error import compared, factor, left_out, model_error
 from fabric_kernel.residual import residual_curve
-from fabric_kernel.v50 import Shooter, v50
 from fabric_kernel.textile import areal_density, axes, cunniff_velocity, presented_area
+from fabric_kernel.v50 import Shooter, v50
 
 TOP = pathlib.Path(__file__).parents[2]
 SETS = 2000
@@ -64,7 +63,9 @@ class ModelError(unittest.TestCase):
             self.assertEqual([f" {value} [" in row for value, row in zip(case.computed, rows, strict=True)], [True] * 4)
             self.assertTrue(all(f"| {case.measured} ± " in row for row in rows))
         for case in strips[0].cases[:4]:
-            self.assertTrue(any(f"| {case.name} | {case.measured} |" in line and f"| {case.computed[0]} [" in line for line in tables[1]))
+            self.assertTrue(
+                any(f"| {case.name} | {case.measured} |" in line and f"| {case.computed[0]} [" in line for line in tables[1])
+            )
         self.assertIn(f"100/s, MPa: {strips[0].cases[4].computed[0]} [", "".join(tables[0]))
 
     def test_each_case_left_out_lies_within_what_the_others_give(self):
@@ -73,8 +74,20 @@ class ModelError(unittest.TestCase):
         self.assertTrue(all(within for *_, within in rows))
 
     def pack(self, plies, mass=1.1e-3):
-        body = {"shape": "cylinder", "radius": 2.73e-3, "length": 6e-3, "mass": mass, "position": [0, 0, -3e-3], "velocity": [0, 0, 500]}
-        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"plies": plies, "nodes_x": 121, "nodes_y": 121}, projectile=body)
+        body = {
+            "shape": "cylinder",
+            "radius": 2.73e-3,
+            "length": 6e-3,
+            "mass": mass,
+            "position": [0, 0, -3e-3],
+            "velocity": [0, 0, 500],
+        }
+        return Scene(
+            "sheet_3in_sphere",
+            fabric={"name": "kevlar_km2_s706"},
+            sheet={"plies": plies, "nodes_x": 121, "nodes_y": 121},
+            projectile=body,
+        )
 
     def test_what_was_not_compared_gets_no_band(self):
         within = model_error(self.pack(20))
@@ -92,7 +105,10 @@ class ModelError(unittest.TestCase):
             (self.pack(20).replace({"yarn.critical_stretch": 1.1}), "fails at 2.62 to 4.67 %; here: 10 %"),
             (self.pack(20).replace({"projectile.shape": "sphere"}), "a cylinder; here: a sphere"),
             (self.pack(20).aimed(velocity=[300, 0, 300]), "here: an angle of impact of 45 degrees"),
-            (self.pack(20).aimed(orientation=[0.6, 0.8, 0, 0]), "an attitude of at most 5 degrees; here: an attitude of 74 degrees"),
+            (
+                self.pack(20).aimed(orientation=[0.6, 0.8, 0, 0]),
+                "an attitude of at most 5 degrees; here: an attitude of 74 degrees",
+            ),
         ):
             error = model_error(scene)
             self.assertTrue(math.isnan(error.factor))
@@ -104,10 +120,13 @@ class ModelError(unittest.TestCase):
     def test_whatever_is_drawn_or_listed_is_compared(self):
         pack = self.pack(20).aimed()
         for drawn, told in (
-            ({"attitude": "random"}, "here: an attitude of "), ({"tilt": 0.3}, "here: an attitude of 17 degrees: so"),
-            ({"tilt": [0.0, 0.3]}, "an attitude of 17 degrees"), ({"point": (0.02, 0.0)}, "40 mm or more from an edge; here: 24.8 mm"),
-            ({"parameters": {"projectile.mass": [1.1e-3, 2e-3]}}, "here: 2 g"), ({"attitude": [0.6, 0.8, 0, 0]}, "an attitude of 74 degrees"),
-        ):  # fmt: skip
+            ({"attitude": "random"}, "here: an attitude of "),
+            ({"tilt": 0.3}, "here: an attitude of 17 degrees: so"),
+            ({"tilt": [0.0, 0.3]}, "an attitude of 17 degrees"),
+            ({"point": (0.02, 0.0)}, "40 mm or more from an edge; here: 24.8 mm"),
+            ({"parameters": {"projectile.mass": [1.1e-3, 2e-3]}}, "here: 2 g"),
+            ({"attitude": [0.6, 0.8, 0, 0]}, "an attitude of 74 degrees"),
+        ):
             error = model_error(vary(pack, 8, seed=1, **drawn))
             self.assertTrue(math.isnan(error.factor), drawn)
             self.assertIn(told, error.words)
@@ -119,9 +138,11 @@ class ModelError(unittest.TestCase):
         for scene, confidence, name in (([], 0.95, "scene"), (pack, 1.0, "confidence")):
             with self.assertRaisesRegex(ValueError, f"^{name}: must be"):
                 model_error(scene, confidence)
-        with mock.patch("fabric_kernel.v50.flown", return_value={"stopped": True, "speed": 0.0, "absorbed": 0.0, "steps": 1, "initial_kinetic": 1.0} | dict.fromkeys(
-            ("unconverged", "energy_residual", "beyond_fine"), 0
-        )):  # fmt: skip
+        with mock.patch(
+            "fabric_kernel.v50.flown",
+            return_value={"stopped": True, "speed": 0.0, "absorbed": 0.0, "steps": 1, "initial_kinetic": 1.0}
+            | dict.fromkeys(("unconverged", "energy_residual", "beyond_fine"), 0),
+        ):
             for attitude, told in ((None, "within a factor of"), ("random", "here: an attitude of")):
                 shoot = Shooter(pack, attitude=attitude)
                 self.assertIn(told, v50(shoot, Plan([500.0] * 3), 3, tests=0).against)
@@ -134,6 +155,8 @@ class ModelError(unittest.TestCase):
         side = scene.replace({"projectile.orientation": [math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0]})
         self.assertAlmostEqual(presented_area(side), 2 * 2.73e-3 * 6e-3, places=10)
         found = axes(scene)
-        self.assertAlmostEqual(found.velocity, cunniff_velocity(0.5 * 84.62e9 * 1.0355 * (1.0355**2 - 1), 0.0355, 84.62e9, 1440.0), places=3)
+        self.assertAlmostEqual(
+            found.velocity, cunniff_velocity(0.5 * 84.62e9 * 1.0355 * (1.0355**2 - 1), 0.0355, 84.62e9, 1440.0), places=3
+        )
         self.assertAlmostEqual(found.ratio, areal_density(scene) * math.pi * 2.73e-3**2 / 1.1e-3, places=9)
         self.assertIsNone(axes(Scene("sheet_3in_sphere")))

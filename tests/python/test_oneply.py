@@ -17,7 +17,13 @@ TOP = pathlib.Path(__file__).parents[2]
 class OnePly(unittest.TestCase):
     def ply(self, radius=2.778e-3, friction=0.0, weave=None, **more):
         body = {"radius": radius, "mass": 6.9e-4, "position": [0, 0, -radius], "velocity": [0, 0, 100]}
-        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"} | (weave or {}), projectile=body, contact={"friction": friction}, **more)
+        return Scene(
+            "sheet_3in_sphere",
+            fabric={"name": "kevlar_km2_s706"} | (weave or {}),
+            projectile=body,
+            contact={"friction": friction},
+            **more,
+        )
 
     def points(self):
         """(mu, mu_s, radius over that of the sphere, width, whether a window opened) of every hit on a window in the table."""
@@ -25,7 +31,12 @@ class OnePly(unittest.TestCase):
         for line in (TOP / "docs/tables/oneply.md").read_text().splitlines():
             cells = [cell.strip() for cell in line.split("|")]
             # Single hits: how many yarns broke, and the residual.
-            if len(cells) == 9 and re.fullmatch(r"\d+.*", cells[6]) and "." not in cells[6] and re.fullmatch(r"\d+\.\d\d", cells[7]):
+            if (
+                len(cells) == 9
+                and re.fullmatch(r"\d+.*", cells[6])
+                and "." not in cells[6]
+                and re.fullmatch(r"\d+\.\d\d", cells[7])
+            ):
                 found.add((*map(float, cells[1:4]), "102", "window" in cells[6]))
             if len(cells) < 8 or cells[2] != "window" or cells[4] != "3":
                 continue
@@ -57,25 +68,42 @@ class OnePly(unittest.TestCase):
         self.assertGreaterEqual(len(file["case"]), 8)
         for case in file["case"]:
             start = f"| {case['width_mm']} | {case['place']} |"
-            for name, value in ((f"network, flat, mu_s = {case['friction']}", case["network"]), (f"mu = mu_s = {case['friction']}", case["resolved"])):
-                self.assertTrue(any(line.startswith(f"{start} {name} |") and f"| {value} |" in line for line in lines), (case, name))
+            for name, value in (
+                (f"network, flat, mu_s = {case['friction']}", case["network"]),
+                (f"mu = mu_s = {case['friction']}", case["resolved"]),
+            ):
+                self.assertTrue(
+                    any(line.startswith(f"{start} {name} |") and f"| {value} |" in line for line in lines), (case, name)
+                )
 
     def test_needed_and_there_by_hand(self):
         found = windowing(self.ply(friction=0.1, weave={"friction": 0.1, "thickness": "0.2 mm"}))
         self.assertAlmostEqual(found.needed, 0.5 * 0.0254 / 34 / (2.778e-3 + 0.05e-3), places=12)
         self.assertAlmostEqual(found.there[0], 0.2)
-        self.assertIn("should stay together under the projectile: the coefficients of friction between yarns and on the projectile are together 0.2, and the criterion asks for 0.13", found.sentence())
+        self.assertIn(
+            "should stay together under the projectile: the coefficients of friction between yarns and on the projectile are "
+            "together 0.2, and the criterion asks for 0.13",
+            found.sentence(),
+        )
         self.assertIn("is likely to push the yarns aside", windowing(self.ply(weave={"friction": 0.1})).sentence())
         unknown = windowing(self.ply())
         self.assertEqual(unknown.there, (0.1, 0.3))
         self.assertIn("may push the yarns aside and pass", unknown.sentence())
-        self.assertIn("at a velocity far below this limit: the coefficients of friction between yarns and on the projectile are together 0.1 to 0.3, and the criterion asks for 0.13", unknown.sentence())
+        self.assertIn(
+            "at a velocity far below this limit: the coefficients of friction between yarns and on the projectile are together "
+            "0.1 to 0.3, and the criterion asks for 0.13",
+            unknown.sentence(),
+        )
         coarse = windowing(self.ply(sheet={"yarns_per_bar": 3}))
         self.assertAlmostEqual(coarse.needed, unknown.needed, places=12)
         self.assertIsNone(windowing(self.ply(stack={"plies": 2, "gap": 1e-4})))
 
     def test_what_is_out_of_range_is_named(self):
-        for key, value, told in (("friction", -0.1, " = -0.1: must be 0 to 2"), ("thickness", 0.1, " = 0.1: must be"), ("colour", 1.0, "`; there are")):
+        for key, value, told in (
+            ("friction", -0.1, " = -0.1: must be 0 to 2"),
+            ("thickness", 0.1, " = 0.1: must be"),
+            ("colour", 1.0, "`; there are"),
+        ):
             with self.assertRaisesRegex(ValueError, f"fabric.{key}{told}"):
                 self.ply(weave={key: value})
 
@@ -83,7 +111,12 @@ class OnePly(unittest.TestCase):
         spacing = {"spacing": 0.0254 / 34}
         known = {"thickness": 2e-4, "width": 5e-4, "friction": 0.2}
         scene = self.ply(weave=known)
-        for same in (scene, scene.replace({"contact.friction": 0.1}), pickle.loads(pickle.dumps(scene)), Scene.parse(scene.text())):
+        for same in (
+            scene,
+            scene.replace({"contact.friction": 0.1}),
+            pickle.loads(pickle.dumps(scene)),
+            Scene.parse(scene.text()),
+        ):
             self.assertEqual(same.weave(), known | spacing)
         self.assertEqual((self.ply().weave(), Scene().weave()), (spacing, {}))
 
@@ -102,4 +135,6 @@ class OnePly(unittest.TestCase):
     def test_a_report_says_it(self):
         self.assertTrue(any("push the yarns aside" in line for line in cautions(self.ply())))
         self.assertFalse(any("push the yarns aside" in line for line in cautions(self.ply(friction=0.2))))
-        self.assertRegex(model_error(self.ply()).sentence(100.0, 110.0), r"no test of one ply could be read.*the limit is off by [-+]\d+ to")
+        self.assertRegex(
+            model_error(self.ply()).sentence(100.0, 110.0), r"no test of one ply could be read.*the limit is off by [-+]\d+ to"
+        )

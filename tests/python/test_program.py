@@ -1,4 +1,5 @@
-"""The program `fabric`: how a run ends and what it leaves, mistakes on the command line and in scene files, a reader that has gone."""
+"""The program `fabric`: how a run ends and what it leaves, mistakes on the command line and in scene files, a reader that has
+gone."""
 
 import contextlib
 import csv
@@ -37,7 +38,7 @@ class Run(InFolder):
             (["--until", "detached", "--steps", "300"], FAST, 3, "TIMEOUT"),
             ([], "contact_capacity = 1", 1, None),
             ([], "projectile.mass = 0.0", 2, None),
-        ]:  # fmt: skip
+        ]:
             with self.subTest(words=words, parameters=parameters):
                 (self.folder / "shot.toml").write_text(SMALL + parameters)
                 out = self.folder / f"out{status}{ended}"
@@ -53,12 +54,25 @@ class Run(InFolder):
         done = ran("run", "shot.toml", *words, cwd=self.folder)
         self.assertEqual(done.returncode, 0, done.stderr)
         out = self.folder / "fabric-run" / "shot"
-        pictures = {"report.html", "sheet.png", "plies.png", "damage.png", "profile.svg", "history.svg", "movie.gif", "history.csv", "summary.json", "vtk"}
+        pictures = {
+            "report.html",
+            "sheet.png",
+            "plies.png",
+            "damage.png",
+            "profile.svg",
+            "history.svg",
+            "movie.gif",
+            "history.csv",
+            "summary.json",
+            "vtk",
+        }
         self.assertEqual({path.name for path in out.iterdir()}, pictures)
         summary = json.loads(done.stdout)
         self.assertEqual(summary, json.loads((out / "summary.json").read_text()))
         row = fk.fly(fk.Scene.read(self.folder / "shot.toml"))
-        self.assertEqual((summary["digest"], summary["steps"], summary["contact"]["work"]), (row["digest"], row["steps"], row["absorbed"]))
+        self.assertEqual(
+            (summary["digest"], summary["steps"], summary["contact"]["work"]), (row["digest"], row["steps"], row["absorbed"])
+        )
         self.assertEqual(sum(ply["failed_segments"] for ply in summary["plies"]), row["failed_segments"])
         with (out / "history.csv").open() as file:
             last = list(csv.DictReader(file))[-1]
@@ -74,7 +88,9 @@ class Run(InFolder):
         before = signal.signal(signal.SIGALRM, signal.default_int_handler)
         self.addCleanup(signal.signal, signal.SIGALRM, before)
         signal.setitimer(signal.ITIMER_REAL, 0.5)
-        _, errors, code = self.ran(lambda words: program.main(["run", *words]), str(self.folder / "shot.toml"), "--steps", "1000000000")
+        _, errors, code = self.ran(
+            lambda words: program.main(["run", *words]), str(self.folder / "shot.toml"), "--steps", "1000000000"
+        )
         self.assertEqual((code, errors), (130, "interrupted: nothing is written\n"))
         self.assertFalse((self.folder / "out").exists())
 
@@ -100,7 +116,7 @@ class Mistakes(InFolder):
         for number, mistake in enumerate(mistakes):
             with self.subTest(mistake["file"]):
                 code, said = self.answer(mistake["file"], number)
-                self.assertTrue(code == 2 and said.startswith(f"error: {self.folder / 'mistake'}") or "warning: " in said, said)
+                self.assertTrue((code == 2 and said.startswith(f"error: {self.folder / 'mistake'}")) or "warning: " in said, said)
                 self.assertNotIn("textile.", said)
                 for part in mistake["gets"]:
                     self.assertIn(part, said)
@@ -118,14 +134,38 @@ class Mistakes(InFolder):
         (self.folder / "shot.toml").write_text(SMALL)
         (self.folder / "locked").write_text("a file")
         for words in [
-            ["fly"], ["run"], ["run", "no_preset"], ["run", "none.toml"], ["run", "."], ["run", "shot.toml", "--steps", "0"], ["run", "shot.toml", "--steps", "many"],
-            ["run", "shot.toml", "--sample", "-1"], ["run", "shot.toml", "--until", "stopped"], ["run", "shot.toml", "--until", ""], ["run", "shot.toml", "another.toml"],
-            ["run", "shot.toml", "--out", "locked/out"], ["run", "shot.toml", "--capsule", "no/folder/capsule"], ["run", "shot.toml", "--colour"],
-            ["v50", "shot.toml", "--confidence", "1.5"], ["v50", "shot.toml", "--shots", "0"], ["v50", "shot.toml", "--low", "fast", "--high", "90"],
-            ["v50", "shot.toml", "--low", "50"], ["v50", "shot.toml", "--plan", "90"], ["residual", "shot.toml", "--shots", "2"], ["replay", "shot.toml"],
-            ["replay", "none"], ["fabrics", "denim"], ["scene", "none.toml"], ["fragments", "shot.toml", "--attitudes", "a=1,0,0,0", "a=0,1,0,0"],
-        ]:  # fmt: skip
-            with self.subTest(words), contextlib.chdir(self.folder), contextlib.redirect_stderr(io.StringIO()) as errors, contextlib.redirect_stdout(io.StringIO()):
+            ["fly"],
+            ["run"],
+            ["run", "no_preset"],
+            ["run", "none.toml"],
+            ["run", "."],
+            ["run", "shot.toml", "--steps", "0"],
+            ["run", "shot.toml", "--steps", "many"],
+            ["run", "shot.toml", "--sample", "-1"],
+            ["run", "shot.toml", "--until", "stopped"],
+            ["run", "shot.toml", "--until", ""],
+            ["run", "shot.toml", "another.toml"],
+            ["run", "shot.toml", "--out", "locked/out"],
+            ["run", "shot.toml", "--capsule", "no/folder/capsule"],
+            ["run", "shot.toml", "--colour"],
+            ["v50", "shot.toml", "--confidence", "1.5"],
+            ["v50", "shot.toml", "--shots", "0"],
+            ["v50", "shot.toml", "--low", "fast", "--high", "90"],
+            ["v50", "shot.toml", "--low", "50"],
+            ["v50", "shot.toml", "--plan", "90"],
+            ["residual", "shot.toml", "--shots", "2"],
+            ["replay", "shot.toml"],
+            ["replay", "none"],
+            ["fabrics", "denim"],
+            ["scene", "none.toml"],
+            ["fragments", "shot.toml", "--attitudes", "a=1,0,0,0", "a=0,1,0,0"],
+        ]:
+            with (
+                self.subTest(words),
+                contextlib.chdir(self.folder),
+                contextlib.redirect_stderr(io.StringIO()) as errors,
+                contextlib.redirect_stdout(io.StringIO()),
+            ):
                 with self.assertRaises(SystemExit) as left:
                     program.main(words)
                 lines = [line for line in errors.getvalue().splitlines() if not line.startswith(("usage: ", " "))]

@@ -5,7 +5,6 @@ import unittest
 import unittest.mock
 
 import numpy
-
 from commands import InFolder
 from fabric_kernel import Scene, limit
 from fabric_kernel.residual import fits, main, residual_curve
@@ -14,7 +13,9 @@ from fabric_kernel.v50 import Shooter, Shot
 
 def shots(random, scatter, error, count=24):
     """Of a fabric whose single limits are 100 m/s with this scatter, and with an error of the residual velocity, m/s."""
-    v = numpy.concatenate([[200.0, 50.0, 75.0, 87.0, 93.7, 97.0], 100.0 * (0.97 + 1.53 * numpy.linspace(0.0, 1.0, count - 6) ** 1.7)])
+    v = numpy.concatenate(
+        [[200.0, 50.0, 75.0, 87.0, 93.7, 97.0], 100.0 * (0.97 + 1.53 * numpy.linspace(0.0, 1.0, count - 6) ** 1.7)]
+    )
     own = random.normal(100.0, scatter, count)
     r = 0.95 * numpy.sqrt(numpy.maximum(v * v - own * own, 0.0)) + error * random.standard_normal(count)
     return [Shot(float(one), not (one > its and out > 0.0), max(float(out), 0.0)) for one, its, out in zip(v, own, r)]
@@ -41,7 +42,10 @@ class Fits(unittest.TestCase):
     def test_the_limit_is_not_above_shots_that_all_went_through(self):
         # Few shots near the limit, at 300 and 400 m/s all through: at 99 % the interval went up to 428 m/s.
         v = [100.0, 200.0, 250.0, 280.0, 300.0, 320.0, 340.0, 360.0, 380.0, 400.0]
-        made = [Shot(one, one < 290.0, 0.0 if one < 290.0 else max(0.9 * math.sqrt(one**2 - 290.0**2) + (-1) ** k * 30.0, 1.0)) for k, one in enumerate(v)]
+        made = [
+            Shot(one, one < 290.0, 0.0 if one < 290.0 else max(0.9 * math.sqrt(one**2 - 290.0**2) + (-1) ** k * 30.0, 1.0))
+            for k, one in enumerate(v)
+        ]
         for fit in fits(made, 0.99):
             self.assertLessEqual(fit.ends(fit.refits[:, 0])[1], 300.0)
         with self.assertRaisesRegex(ValueError, "confidence: must be at most 0.990 with 200 resamples; it is 0.9999"):
@@ -63,8 +67,16 @@ class Command(InFolder):
     def test_from_a_scene_to_its_report(self):
         scene = Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 41, "nodes_y": 41})
         said, errors, _ = self.ran(main, scene, "--shots", "14")
-        page, rows, picture = ((self.folder / "out" / name).read_text() for name in ("report.html", "residual.csv", "residual.svg"))
-        for words in ("Recht and Ipson: limit", "Lambert and Jonas: limit", "Of the model against tests", "a sheet of this width", "Assumed of the attachments"):
+        page, rows, picture = (
+            (self.folder / "out" / name).read_text() for name in ("report.html", "residual.csv", "residual.svg")
+        )
+        for words in (
+            "Recht and Ipson: limit",
+            "Lambert and Jonas: limit",
+            "Of the model against tests",
+            "a sheet of this width",
+            "Assumed of the attachments",
+        ):
             self.assertIn(words, said, errors)
             self.assertIn(words, page)
         heading, *rows = rows.splitlines()
@@ -81,5 +93,8 @@ class Command(InFolder):
         self.assertIn("does not grow with the velocity", curve.answer[0])
 
     def test_a_bad_argument_is_told_in_one_line(self):
-        for words, told in ((["--shots", "3"], "shots: must be at least 10"), (["--velocities", "-1"], "must be a number above 0")):
+        for words, told in (
+            (["--shots", "3"], "shots: must be at least 10"),
+            (["--velocities", "-1"], "must be a number above 0"),
+        ):
             self.assertIn(told, self.ran(main, "sheet_3in_sphere", *words)[1].splitlines()[-1])

@@ -8,8 +8,6 @@ import re
 import matplotlib
 import numpy
 import scipy.stats
-from PIL import Image
-
 from commands import InFolder
 from fabric_kernel import PRESETS, Scene, Simulation, history, plot
 from fabric_kernel.movie import movie
@@ -17,24 +15,29 @@ from fabric_kernel.sensitivity import WIDTH, crossing, interval, variants
 from fabric_kernel.sheets import outline
 from fabric_kernel.textile import areal_density, presented_area, sides
 from fabric_kernel.v50 import main
+from PIL import Image
 
 
 class Sensitivity(InFolder):
     def scene(self, **sheet):
         body = {"radius": 2.778e-3, "mass": 6.9e-4, "position": [0.0, 0.0, -2.778e-3]}
-        return Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 41, "nodes_y": 41} | sheet, projectile=body)
+        return Scene(
+            "sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 41, "nodes_y": 41} | sheet, projectile=body
+        )
 
     def test_a_crossing_is_found_from_both_sides_and_far_away(self):
         for limit in (20.0, 95.0, 100.0, 105.0, 700.0):
-            self.assertLess(abs(math.log(crossing(100.0, lambda velocity: velocity > limit) / limit)), 0.5 * math.log(WIDTH) + 1e-9)
+            self.assertLess(
+                abs(math.log(crossing(100.0, lambda velocity: velocity > limit) / limit)), 0.5 * math.log(WIDTH) + 1e-9
+            )
         self.assertTrue(math.isnan(crossing(100.0, lambda velocity: False)))
 
     def test_the_interval_is_that_of_student_and_not_below_the_bisection(self):
-        mean, low, high = interval([0.1, 0.2, 0.3])
+        mean, _, high = interval([0.1, 0.2, 0.3])
         half = scipy.stats.t.ppf(0.975, 2) * 0.1 / math.sqrt(3)
         self.assertAlmostEqual(mean, 100 * math.expm1(0.2))
         self.assertAlmostEqual(high, 100 * math.expm1(0.2 + half))
-        _, low, high = interval([0.0, 0.0, 0.0])
+        _, _low, high = interval([0.0, 0.0, 0.0])
         self.assertAlmostEqual(high, 100 * math.expm1(scipy.stats.t.ppf(0.975, 2) * math.log(WIDTH) / math.sqrt(18)))
         self.assertEqual(interval([0.1])[1:], (-math.inf, math.inf))
 
@@ -54,7 +57,11 @@ class Sensitivity(InFolder):
         turned = variants(flat)["attitude: turned by 90 degrees about x"]
         turned.check()
         self.assertAlmostEqual(turned["projectile.position"][2], -2.778e-3)
-        for size, how in (((0.01, 0.02, 0.03), "90 degrees about x"), ((0.01, 0.02, 0.02), "90 degrees about y"), ((0.01, 0.01, 0.01), "45 degrees about x")):
+        for size, how in (
+            ((0.01, 0.02, 0.03), "90 degrees about x"),
+            ((0.01, 0.02, 0.02), "90 degrees about y"),
+            ((0.01, 0.01, 0.01), "45 degrees about x"),
+        ):
             box = scene.replace(projectile={"shape": "box", "size": size}).aimed()
             other = variants(box)[f"attitude: turned by {how}"]
             other.check()
@@ -67,7 +74,9 @@ class Sensitivity(InFolder):
         for hold, part in zip(holds, (0.7, 0.4, 0.15), strict=True):
             self.assertAlmostEqual(hold / strength, part)
         weak = scene.replace({"attachment.hold": 20.0})
-        self.assertEqual(next(other for name, other in variants(weak).items() if name.startswith("spacing"))["attachment.hold"], 40.0)
+        self.assertEqual(
+            next(other for name, other in variants(weak).items() if name.startswith("spacing"))["attachment.hold"], 40.0
+        )
         self.assertFalse([name for name in variants(scene.replace({"attachment.kind": "free"})) if name.startswith("hold")])
         dry = scene.replace({f"yarn.viscosity_{kind}": 0.0 for kind in ("linear", "quadratic", "bending")})
         self.assertIn("viscosity of the yarn: that of real fabrics", variants(dry))
@@ -96,7 +105,12 @@ class Sensitivity(InFolder):
                     largest = max(change, key=lambda name: abs(change[name][0]))
                     self.assertRegex(text, f"Of 12 changes the largest is that of the {largest.split(': ')[0]}, [+-]")
                     # The head of a report says nothing of another fabric.
-                    self.assertNotIn("Kevlar", text.split("shots, ")[0].split("Sheet:")[0] if text is said else text.split("<details>")[0].split("</div>")[0])
+                    self.assertNotIn(
+                        "Kevlar",
+                        text.split("shots, ")[0].split("Sheet:")[0]
+                        if text is said
+                        else text.split("<details>")[0].split("</div>")[0],
+                    )
                     self.assertTrue(shots == 20 or ("found in the network of bars of two yarns" in text) == (shots == 10))
                 self.assertEqual(page.count("data:image/svg+xml"), 2)
 
@@ -115,7 +129,11 @@ class Pictures(InFolder):
         for preset in PRESETS:
             small = {"sheet": {"nodes_x": 61, "nodes_y": 61}}
             if preset == "ring_40in":
-                small = {"sheet": {"radius": 0.1, "nodes_y": 41}, "casing": {"radius": 0.1}, "projectile": {"position": [0, 0, 0.06]}}
+                small = {
+                    "sheet": {"radius": 0.1, "nodes_y": 41},
+                    "casing": {"radius": 0.1},
+                    "projectile": {"position": [0, 0, 0.06]},
+                }
             plot.sheet(Simulation(Scene(preset, small)), self.folder / "preset.png")
         self.assertEqual(before, dict(matplotlib.rcParams))
 
@@ -126,7 +144,12 @@ class Pictures(InFolder):
             self.assertEqual(pictures.n_frames, 6)
 
     def test_the_lines_of_every_body_enclose_it(self):
-        for preset, farthest in (("sheet_3in_sphere", 6.35e-3), ("sheet_10in_cylinder", None), ("turbine_disc_sector", None), ("ring_40in", None)):
+        for preset, farthest in (
+            ("sheet_3in_sphere", 6.35e-3),
+            ("sheet_10in_cylinder", None),
+            ("turbine_disc_sector", None),
+            ("ring_40in", None),
+        ):
             points = numpy.concatenate(outline(Scene(preset)))
             reach = float(numpy.linalg.norm(points, axis=1).max())
             self.assertTrue(1e-3 < reach < 0.1)

@@ -1,4 +1,5 @@
-"""Ensembles and ballistic limits on SLURM: a controller and two nodes on this machine, of which a job is cancelled and a node set down.
+"""Ensembles and ballistic limits on SLURM: a controller and two nodes on this machine, of which a job is cancelled and a node set
+down.
 
 Left out where SLURM (Debian: slurm-wlm) or dask-jobqueue is not installed.
 """
@@ -15,14 +16,16 @@ import tempfile
 import threading
 import unittest
 
-from commands import wait_for
 import fabric_kernel as fk
+from commands import wait_for
 from fabric_kernel.designs import Neyer
 from fabric_kernel.v50 import Shooter, v50
 
 SCENES = fk.vary(fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41}), 60, seed=1, speed=80.0)
 PROGRAMS = ("munged", "slurmctld", "slurmd", "scontrol", "scancel", "squeue", "sbatch")
-MISSING = [name for name in PROGRAMS if not shutil.which(name)] + ([] if importlib.util.find_spec("dask_jobqueue") else ["dask-jobqueue"])
+MISSING = [name for name in PROGRAMS if not shutil.which(name)] + (
+    [] if importlib.util.find_spec("dask_jobqueue") else ["dask-jobqueue"]
+)
 CONFIGURATION = """ClusterName=here
 SlurmctldHost={host}
 SlurmUser={user}
@@ -78,10 +81,17 @@ class Slurm(unittest.TestCase):
         key.write_bytes(os.urandom(1024))
         key.chmod(0o400)
         user = said("id", "--user", "--name").strip()
-        conf.write_text(CONFIGURATION.format(host=socket.gethostname().split(".")[0], user=user, folder=cls.folder, ports=free_ports(3)))
+        conf.write_text(
+            CONFIGURATION.format(host=socket.gethostname().split(".")[0], user=user, folder=cls.folder, ports=free_ports(3))
+        )
         os.environ["SLURM_CONF"] = str(conf)
         places = [f"--{name}={cls.folder}/munge/{name}" for name in ("socket", "pid-file", "log-file", "seed-file")]
-        daemons = [["munged", "--foreground", "--force", f"--key-file={key}", *places], ["slurmctld", "-D"], ["slurmd", "-D", "-N", "n1"], ["slurmd", "-D", "-N", "n2"]]
+        daemons = [
+            ["munged", "--foreground", "--force", f"--key-file={key}", *places],
+            ["slurmctld", "-D"],
+            ["slurmd", "-D", "-N", "n1"],
+            ["slurmd", "-D", "-N", "n2"],
+        ]
         for daemon in daemons:
             process = subprocess.Popen(daemon, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             cls.addClassCleanup(process.wait)
@@ -96,9 +106,16 @@ class Slurm(unittest.TestCase):
 
         folder = str(self.folder)
         return SLURMCluster(
-            cores=1, processes=1, memory="1GB", walltime="00:10:00", interface="lo", local_directory=folder, log_directory=folder,
-            python=sys.executable, scheduler_options={"dashboard_address": None},
-        )  # fmt: skip
+            cores=1,
+            processes=1,
+            memory="1GB",
+            walltime="00:10:00",
+            interface="lo",
+            local_directory=folder,
+            log_directory=folder,
+            python=sys.executable,
+            scheduler_options={"dashboard_address": None},
+        )
 
     def test_a_cancelled_job_and_a_lost_node_lose_nothing(self):
         keep, alone = self.folder / "runs.jsonl", fk.ensemble(SCENES, on=1, progress=False)

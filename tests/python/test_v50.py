@@ -22,7 +22,10 @@ class OfAScene(InFolder):
         stopped, residual = shoot(70.0, 2)
         row = fly(vary(self.scene(), 3, seed=3, speed=70.0)[2], until=Shooter.UNTIL, steps=1_000_000)
         self.assertEqual((stopped, residual), (row["stopped"], row["speed"]))
-        self.assertEqual(shoot.notes()[-1], f"The viscosity of the yarn took {100 * row['viscous'] / row['absorbed']:.0f} % of the absorbed energy.")
+        self.assertEqual(
+            shoot.notes()[-1],
+            f"The viscosity of the yarn took {100 * row['viscous'] / row['absorbed']:.0f} % of the absorbed energy.",
+        )
         self.assertEqual([note for note in shoot.notes() if "converge" in note], [])
         # Within a mesh about the middle: another point, the same for each call.
         about = Shooter(self.scene(), seed=3)
@@ -46,7 +49,12 @@ class OfAScene(InFolder):
         self.assertRegex(shoot.notes()[0], r"^In 1 of 2 runs more than 1 % of the steps .* at most 25 %\)")
 
     def test_the_report_names_sharp_edges_of_fast_shots(self):
-        flat = Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}, fabric={"name": "kevlar_km2_s706"}, projectile={"shape": "cylinder", "length": 0.005})
+        flat = Scene(
+            "sheet_3in_sphere",
+            sheet={"nodes_x": 31, "nodes_y": 31},
+            fabric={"name": "kevlar_km2_s706"},
+            projectile={"shape": "cylinder", "length": 0.005},
+        )
         for scene, velocity, named in [(flat, 400.0, True), (flat, 100.0, False), (self.scene(), 400.0, False)]:
             shoot = Shooter(scene)
             shoot(velocity, 0)
@@ -113,7 +121,11 @@ class OfAScene(InFolder):
     def test_the_report_says_what_is_drawn(self):
         uniform = {"yarn.stochastic": False}
         weibull = {"yarn.strength_draw": "weibull"}
-        for changes, told in (({}, "yarns drawn for each"), (uniform, "the same yarns in each"), (uniform | weibull, "yarns drawn for each")):
+        for changes, told in (
+            ({}, "yarns drawn for each"),
+            (uniform, "the same yarns in each"),
+            (uniform | weibull, "yarns drawn for each"),
+        ):
             scene = self.scene().replace(changes)
             self.assertIn(f"seed 4, {told}", Shooter(scene, seed=4).drawn())
         self.assertIn("as the scene says", Shooter(self.scene(), point=None).drawn())
@@ -133,7 +145,20 @@ class OfAScene(InFolder):
         self.assertEqual(json.loads((self.folder / "out" / "at.json").read_text())["through"], 3)
 
     def test_a_report_that_cannot_be_written_is_an_error_and_not_half_there(self):
-        words = [sys.executable, "-m", "fabric_kernel.v50", "sheet_3in_sphere", "--design", "plan", "--plan", "200", "--tests", "0", "--out", self.folder]
+        words = [
+            sys.executable,
+            "-m",
+            "fabric_kernel.v50",
+            "sheet_3in_sphere",
+            "--design",
+            "plan",
+            "--plan",
+            "200",
+            "--tests",
+            "0",
+            "--out",
+            self.folder,
+        ]
         subprocess.run(words, check=True, capture_output=True)
         before = {path.name: path.read_bytes() for path in self.folder.iterdir()}
         (self.folder / "test.json").unlink()
@@ -148,12 +173,15 @@ class OfAScene(InFolder):
     def test_a_bad_argument_is_told_in_one_line(self):
         at_rest = self.scene().replace({"projectile.velocity": (0.0, 0.0, 0.0)})
         for scene, words, told in (
-            (self.scene(), ["--low", "60", "--high", "20"], "low"), (self.scene(), ["--design", "plan"], "velocities"),
-            (self.scene(), ["--shots", "0"], "shots"), (self.scene(), ["--low", "60"], "--low, --high: one goes with the other"),
+            (self.scene(), ["--low", "60", "--high", "20"], "low"),
+            (self.scene(), ["--design", "plan"], "velocities"),
+            (self.scene(), ["--shots", "0"], "shots"),
+            (self.scene(), ["--low", "60"], "--low, --high: one goes with the other"),
             (self.scene(), ["--aim", "0.01"], "--aim goes with --design three-phase"),
-            (self.scene(), ["--design", "three-phase", "--last", "3"], "--aim"), (at_rest, [], "error: projectile.velocity: must not be "),
+            (self.scene(), ["--design", "three-phase", "--last", "3"], "--aim"),
+            (at_rest, [], "error: projectile.velocity: must not be "),
             ("no.toml", [], "no.toml: No such file"),
-        ):  # fmt: skip
+        ):
             _, errors, code = self.ran(main, scene, *words, out=told)
             self.assertEqual((code, len(errors.splitlines())), (2, 1), errors)
             self.assertIn(told, errors)
@@ -171,13 +199,26 @@ class OfAScene(InFolder):
     def test_a_page_begins_with_the_answer(self):
         for scene, own, others in (
             (self.scene(), "that of the source paper", "On Cunniff's axes"),
-            (Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 31, "nodes_y": 31}), "On Cunniff's axes", "that of the source paper"),
+            (
+                Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 31, "nodes_y": 31}),
+                "On Cunniff's axes",
+                "that of the source paper",
+            ),
         ):
             test = v50(Shooter(scene), Plan([200.0]), 1, tests=0)
             page = test.page(b"<svg/>")
-            places = [page.index(words) for words in (
-                "V50 not bounded by these shots", "Of the model against tests", "a sheet of this width", "hold every yarn without limit (hold 0 N", "<details>", "Projectile:", own,
-            )]
+            places = [
+                page.index(words)
+                for words in (
+                    "V50 not bounded by these shots",
+                    "Of the model against tests",
+                    "a sheet of this width",
+                    "hold every yarn without limit (hold 0 N",
+                    "<details>",
+                    "Projectile:",
+                    own,
+                )
+            ]
             self.assertEqual(places, sorted(places))
             self.assertNotIn(others, page)
             self.assertIn("not drawn: fragment, fabric, support, attitude, angle of impact", page)
@@ -187,7 +228,11 @@ class OfAScene(InFolder):
         slips = scene.replace(attachment={"hold": "0.4 of the yarn", "grip": "10 mm", "strength": "500 N"})
         for one, words in (
             (scene, "without limit (hold 0 N; a bar breaks at 146.6 N); none fails as a whole."),
-            (slips, "slip at 58.63 N a bar, 0.40 of the 146.6 N at which it breaks, with 10 mm of yarn in the grip; each fails at 500 N."),
+            (
+                slips,
+                "slip at 58.63 N a bar, 0.40 of the 146.6 N at which it breaks, with 10 mm of yarn in the grip; each fails at "
+                "500 N.",
+            ),
             (scene.replace({"attachment.kind": "free"}), "No attachments"),
         ):
             self.assertIn(words, attachments(one))

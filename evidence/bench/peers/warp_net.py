@@ -4,9 +4,8 @@ Three kernels a step: every segment computes its force and damage, every node ga
 sphere, the sphere moves. Arguments and output: see plain.c.
 """
 
-import warp as wp
-
 import protocol
+import warp as wp
 
 wp.config.quiet = True
 wp.config.enable_backward = False
@@ -14,9 +13,17 @@ wp.init()
 
 
 @wp.func
-def force(xa: wp.vec3d, xb: wp.vec3d, e: int, inverse: wp.float64, law: wp.array(dtype=wp.float64),
-          k: wp.array(dtype=wp.float64), whole: wp.array(dtype=wp.float64), rate: wp.array(dtype=wp.float64),
-          worst: wp.array(dtype=wp.float64)):
+def force(
+    xa: wp.vec3d,
+    xb: wp.vec3d,
+    e: int,
+    inverse: wp.float64,
+    law: wp.array(dtype=wp.float64),
+    k: wp.array(dtype=wp.float64),
+    whole: wp.array(dtype=wp.float64),
+    rate: wp.array(dtype=wp.float64),
+    worst: wp.array(dtype=wp.float64),
+):
     """Change of velocity that segment e gives its first node."""
     d = xb - xa
     q = wp.dot(d, d) * inverse - wp.float64(1.0)
@@ -32,9 +39,17 @@ def force(xa: wp.vec3d, xb: wp.vec3d, e: int, inverse: wp.float64, law: wp.array
 
 
 @wp.kernel(enable_backward=False)
-def segments(n: int, inverse: wp.float64, law: wp.array(dtype=wp.float64), x: wp.array(dtype=wp.vec3d),
-             k: wp.array(dtype=wp.float64), whole: wp.array(dtype=wp.float64), rate: wp.array(dtype=wp.float64),
-             worst: wp.array(dtype=wp.float64), pull: wp.array(dtype=wp.vec3d)):
+def segments(
+    n: int,
+    inverse: wp.float64,
+    law: wp.array(dtype=wp.float64),
+    x: wp.array(dtype=wp.vec3d),
+    k: wp.array(dtype=wp.float64),
+    whole: wp.array(dtype=wp.float64),
+    rate: wp.array(dtype=wp.float64),
+    worst: wp.array(dtype=wp.float64),
+    pull: wp.array(dtype=wp.vec3d),
+):
     """The segments that start at a node: to the right (2 node) and up (2 node + 1)."""
     node = wp.tid()
     here = x[node]
@@ -45,9 +60,19 @@ def segments(n: int, inverse: wp.float64, law: wp.array(dtype=wp.float64), x: wp
 
 
 @wp.kernel(enable_backward=False)
-def nodes(n: int, dt: wp.float64, h: wp.float64, radius: wp.float64, node_mass: wp.float64, body_mass: wp.float64,
-          pull: wp.array(dtype=wp.vec3d), x: wp.array(dtype=wp.vec3d), v: wp.array(dtype=wp.vec3d),
-          body: wp.array(dtype=wp.float64), push: wp.array(dtype=wp.float64)):
+def nodes(
+    n: int,
+    dt: wp.float64,
+    h: wp.float64,
+    radius: wp.float64,
+    node_mass: wp.float64,
+    body_mass: wp.float64,
+    pull: wp.array(dtype=wp.vec3d),
+    x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
+    body: wp.array(dtype=wp.float64),
+    push: wp.array(dtype=wp.float64),
+):
     """Kick, impulse of the sphere (body: place and speed along z), drift; the four sides are held."""
     node = wp.tid()
     i = node % n

@@ -33,6 +33,22 @@ pub fn types() -> Result<(String, String), String> {
     Ok((TYPES.into(), [before, ENDS[0], &classes(), ENDS[1], behind].concat()))
 }
 
+/// Longest line in Python, as in pyproject.toml.
+const LINE: usize = 130;
+
+/// Comment of a class's attribute over as many lines as it takes.
+fn wrapped(about: &str) -> String {
+    let (mut text, mut length) = (String::new(), 3);
+    for word in about.split(' ') {
+        let comes = 1 + word.len();
+        let separator = if length + comes <= LINE { " " } else { "\n    # " };
+        length = if length + comes <= LINE { length + comes } else { 5 + comes };
+        text += separator;
+        text += word;
+    }
+    text.trim_start().into()
+}
+
 fn classes() -> String {
     let (mut text, mut last) = (String::new(), "");
     let mut rows: Vec<_> = OUTPUTS.iter().filter(|output| !matches!(output.get, Get::Whole(_))).collect();
@@ -52,7 +68,12 @@ fn classes() -> String {
             _ => "float",
         };
         let unit = if output.quantity.unit == "1" { String::new() } else { format!("{}: ", output.quantity.unit) };
-        text += &format!("    {field}: {kind}  # {unit}{}\n", output.about);
+        let (declared, about) = (format!("    {field}: {kind}"), format!("# {unit}{}", output.about));
+        if declared.len() + about.len() + 2 <= LINE {
+            text += &format!("{declared}  {about}\n");
+        } else {
+            text += &format!("    {}\n{declared}\n", wrapped(&about));
+        }
     }
     text.replace("\nclass", "\n\nclass") + "\n"
 }
