@@ -13,6 +13,7 @@ use fabric_capi::calls::*;
 use fabric_capi::types::*;
 use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
 use fabric_kernel::{CacheLine, Code, Error, Failure, Layout, Motion, OutcomeSet, Path, Scene, Sim};
+use std::fmt::Debug;
 use std::ptr::null_mut;
 
 const TURN: i32 = Code::BandOutOfTurn.number();
@@ -431,26 +432,33 @@ impl Player<'_> {
         }
     }
 
-    /// A structure of results.
-    fn get(&mut self, slot: &Slot) {
+    /// A structure of results: the model's, to the bit.
+    fn get(&mut self, slot: &mut Slot) {
         let kind = self.bytes.below(10);
         self.bytes.pass_over(1);
+        let (stopped, handle, last) = (slot.stopped(kind >= 8), slot.handle, slot.last);
+        let twin = &mut slot.twin;
         // SAFETY: a live handle.
-        let status = unsafe {
+        unsafe {
+            let sim = || ToLookAt::given(handle);
             match kind {
-                0 => got(slot.to_look_at(), fk_get_step_limits),
-                1 => got(slot.to_look_at(), fk_get_grid),
-                2 => got(slot.to_look_at(), fk_get_projectile),
-                3 => got(slot.to_look_at(), fk_get_contact),
-                4 => got(slot.to_look_at(), fk_get_support),
-                5 => got(slot.to_look_at(), fk_get_energy),
-                6 => got(slot.to_change(), fk_get_fabric),
-                7 => got(slot.to_look_at(), fk_get_outcome),
-                8 => got(slot.to_look_at(), fk_get_counters),
-                _ => got(slot.to_look_at(), fk_get_fault),
+                0 => same(stopped, got(sim(), fk_get_step_limits), || sound(twin.step_limits())),
+                1 => {
+                    same(stopped, got(sim(), fk_get_grid).map(|grid| grid.plies), || sound(twin.layout().plies as u64))
+                }
+                2 => same(stopped, got(sim(), fk_get_projectile), || twin.projectile()),
+                3 => same(stopped, got(sim(), fk_get_contact), || twin.contact()),
+                4 => same(stopped, got(sim(), fk_get_support), || twin.support()),
+                5 => same(stopped, got(sim(), fk_get_energy), || twin.energy()),
+                6 => same(stopped, got(ToChange::given(handle), fk_get_fabric), || twin.fabric()),
+                7 => {
+                    let mask = got(sim(), fk_get_outcome).map(|outcome| outcome.mask);
+                    same(stopped, mask, || sound(twin.outcomes().mask.bits()));
+                }
+                8 => same(stopped, got(sim(), fk_get_counters), || sound(twin.counters())),
+                _ => same(stopped, got(sim(), fk_get_fault).map(|fault| fault.status), || sound(last)),
             }
-        };
-        assert_eq!(status, slot.stopped(kind >= 8).unwrap_or(FK_OK));
+        }
     }
 
     /// An array of results.
@@ -459,34 +467,65 @@ impl Player<'_> {
         let kind = self.bytes.below(4);
         self.bytes.pass_over(1);
         let mut values = vec![7.0; if kind < 2 { nodes } else { segments }];
-        let expected = slot.stopped(false).unwrap_or(FK_OK);
+        let mut ours = values.clone();
+        let stopped = slot.stopped(false);
         let call = [fk_copy_positions, fk_copy_velocities, fk_copy_damage, fk_copy_stretch][kind];
+        let model = [Sim::copy_positions, Sim::copy_velocities, Sim::copy_damage, Sim::copy_stretch][kind];
         // SAFETY: a live handle and an array of this function.
-        assert_eq!(unsafe { call(slot.to_look_at(), to(&mut values), values.len() as u64) }, expected);
-        assert!(expected == FK_OK || values.iter().all(|value| *value == 7.0), "written by a refused call");
+        let status = unsafe { call(slot.to_look_at(), to(&mut values), values.len() as u64) };
+        assert_eq!(status, stopped.unwrap_or_else(|| number(model(&slot.twin, &mut ours))));
+        assert_eq!(values, ours);
     }
 
-    /// Single numbers.
+    /// Single numbers, and structures that take some.
     fn get_numbers(&mut self, slot: &Slot) {
         self.bytes.pass_over(1);
-        let expected = slot.stopped(false).unwrap_or(FK_OK);
+        let (stopped, twin) = (slot.stopped(false), &slot.twin);
+        let expected = stopped.unwrap_or(FK_OK);
         let (mut count, mut seconds, mut residual) = (0, 0.0, [0.0; 3]);
-        let mut slip = empty::<fk_slip>();
-        let curved = slot.twin.scene().sheet.radius != 0.0;
-        let counted = if curved && expected == FK_OK { Code::DoesNotGoWith.number() } else { expected };
+        let (mut slip, mut ply) = (empty::<fk_slip>(), empty::<fk_ply>());
+        let plies = twin.layout().plies as u32;
         // SAFETY: a live handle, and numbers.
         unsafe {
             let sim = || slot.to_look_at();
-            assert_eq!(fk_get_slip(sim(), 2e-4, 0.1, 0.0, into(&mut slip), bytes_of::<fk_slip>()), counted);
-            assert!((0..3).all(|k| slip.slipping[k] <= slip.crossings[k]));
-            assert_eq!(fk_get_time(sim(), into(&mut count), into(&mut seconds)), expected);
-            assert_eq!(fk_state_size(sim(), into(&mut count)), expected);
+            let status = fk_get_slip(sim(), 2e-4, 0.1, 0.0, into(&mut slip), bytes_of::<fk_slip>());
+            same(stopped, found(status, slip), || twin.slip(2e-4, 0.1, 0.0));
+            for number in [0, plies - 1, plies] {
+                let status = fk_get_ply(sim(), number, into(&mut ply), bytes_of::<fk_ply>());
+                same(stopped, found(status, ply), || twin.ply(number));
+            }
+            let status = fk_get_time(sim(), into(&mut count), into(&mut seconds));
+            same(stopped, found(status, (count, seconds)), || sound((twin.step_count(), twin.time())));
+            let status = fk_state_size(sim(), into(&mut count));
+            same(stopped, found(status, count), || sound(twin.snapshot_bytes() as u64));
             assert_eq!(fk_digest(sim(), into(&mut count)), expected);
-            assert_eq!(fk_get_momentum_residual(sim(), to(&mut residual)), expected);
+            let status = fk_get_momentum_residual(sim(), to(&mut residual));
+            same(stopped, found(status, residual), || twin.momentum_residual());
             let of = if slot.bands.is_some() { FK_OK } else { TURN };
             assert_eq!(fk_bands_progress(sim(), into(&mut count), nowhere(), nowhere()), of);
         }
     }
+}
+
+/// What a call in C found, or its status.
+fn found<T>(status: i32, value: T) -> Result<T, i32> {
+    if status == FK_OK { Ok(value) } else { Err(status) }
+}
+
+/// What the model always has.
+fn sound<T>(value: T) -> Result<T, Error> {
+    Ok(value)
+}
+
+/// Asserts that a call in C found what the model has; if something stops the call, that it says what.
+#[track_caller]
+fn same<T: PartialEq + Debug, E: Into<Error>>(
+    stopped: Option<i32>,
+    in_c: Result<T, i32>,
+    model: impl FnOnce() -> Result<T, E>,
+) {
+    let model = || model().map_err(|error| error.into().code.number());
+    assert_eq!(in_c, stopped.map_or_else(model, Err));
 }
 
 /// Numbers in memory of exactly their length.

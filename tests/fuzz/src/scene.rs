@@ -120,20 +120,19 @@ fn set_textile(bytes: &mut Bytes, scene: &fk_scene) {
         let number = &mut *numbers[bytes.below(15)];
         *number = bytes.odd(*number);
     }
-    let mut in_c = *scene;
-    let size = bytes_of::<fk_textile>();
-    // SAFETY: structures of this function.
-    let set = unsafe { fk_scene_set_textile(into(&mut in_c), at(&textile), size, nowhere(), 0) };
-    let known = scene.words[0] == bytes_of::<fk_scene>();
-    let rust = fk_scene::scene(&scene.words).ok().filter(|_| known);
-    match rust {
-        Some(mut rust) => {
-            let expected = rust.set_textile(&textile).map_or_else(|error| error.code.number(), |()| FK_OK);
-            assert_eq!(set, expected);
-            let wanted = if set == FK_OK { fk_scene::of(rust).words } else { scene.words };
-            assert_eq!(in_c.words, wanted);
-        }
-        None => assert!(set != FK_OK && in_c.words == scene.words),
+    let (size, known) = (bytes_of::<fk_textile>(), scene.words[0] == bytes_of::<fk_scene>());
+    for back in [false, true] {
+        let mut in_c = *scene;
+        let set = if back { fk_scene_set_back_textile } else { fk_scene_set_textile };
+        // SAFETY: structures of this function.
+        let set = unsafe { set(into(&mut in_c), at(&textile), size, nowhere(), 0) };
+        let Some(mut rust) = fk_scene::scene(&scene.words).ok().filter(|_| known) else {
+            assert!(set != FK_OK && in_c.words == scene.words);
+            continue;
+        };
+        let model = if back { rust.set_back_textile(&textile) } else { rust.set_textile(&textile) };
+        assert_eq!(set, model.map_or_else(|error| error.code.number(), |()| FK_OK));
+        assert_eq!(in_c.words, if set == FK_OK { fk_scene::of(rust).words } else { scene.words });
     }
 }
 
@@ -260,11 +259,15 @@ pub fn empty<T: Copy>() -> T {
 /// A read-out's function: handle, structure, its size.
 pub type Get<H, T> = unsafe extern "C" fn(H, Output<T>, u64) -> i32;
 
-/// What a read-out returns.
+/// What a read-out finds, or its status.
 ///
 /// # Safety
 /// A handle from fk_init.
-pub(crate) unsafe fn got<H, T: Copy>(handle: H, call: Get<H, T>) -> i32 {
+pub(crate) unsafe fn got<H, T: Copy>(handle: H, call: Get<H, T>) -> Result<T, i32> {
+    let mut value = empty();
     // SAFETY: the caller's promise, and a structure of this function.
-    unsafe { call(handle, into(&mut empty()), bytes_of::<T>()) }
+    match unsafe { call(handle, into(&mut value), bytes_of::<T>()) } {
+        FK_OK => Ok(value),
+        status => Err(status),
+    }
 }
