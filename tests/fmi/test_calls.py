@@ -1,4 +1,4 @@
-"""Each function of both versions in each state, and bad arguments: the tables in calls/calls2.c and calls/calls3.c; the host's
+"""Each function of both versions in each state, as calls/states.inc has it, and bad arguments; the host's
 floating-point environment.
 
 The programs are built against the official headers (those that FMPy brings) and linked with the library itself.

@@ -78,7 +78,7 @@ class Refusals(unittest.TestCase):
                 self.assertEqual(host.get("interface.residual"), 0.0)
 
     def test_calls_in_the_wrong_state_are_named(self):
-        """The statuses are in calls/calls2.c and calls3.c."""
+        """calls/states.inc has the statuses."""
         for host in hosts():
             self.assertEqual(host.step(0.0, 1e-6), ERROR)
             self.assertTrue(host.said("DoStep: not allowed"))

@@ -1,9 +1,9 @@
-//! Calls of FMI 2.0 and 3.0 in any order with odd numbers, against a model of the standard's state machine.
+//! Calls of FMI 2.0 and 3.0 in any order with odd numbers, against the standard's state machine.
 //!
-//! The tables are those of `tests/fmi/calls`: for each call the states in which it is allowed. A call that is not, or that has a
-//! bad number, returns Error (a step with bad inputs: Discard) and changes nothing: the bytes of the serialised state before
-//! and after are equal. A state that is restored gives the bytes it was saved with. Wrong pointers, lengths and types are tried there; the
-//! bytes that were theirs are passed over, so that the corpora mean what they meant.
+//! `tests/fmi/calls/states.inc` has the answer to each call in each state. A call that is refused, or that has a bad number,
+//! returns Error (a step with bad inputs: Discard) and changes nothing: the bytes of the serialised state before and after
+//! are equal. A state that is restored gives the bytes it was saved with. Wrong pointers, lengths and types are tried in
+//! `tests/fmi/calls`; the bytes that were theirs are passed over, so that the corpora mean what they meant.
 
 use crate::bytes::Bytes;
 use crate::image::forge;
@@ -31,19 +31,18 @@ const OK: Status = Status::Ok;
 const DISCARD: Status = Status::Discard;
 const ERROR: Status = Status::Error;
 
-/// States, one bit each, as the standard names them; the last is what it calls "error", or Terminated by a failure.
-const INSTANTIATED: u8 = 1;
-const INITIALIZATION: u8 = 2;
-const EVENT: u8 = 4;
-const STEP: u8 = 8;
-const TERMINATED: u8 = 16;
-const FAILED: u8 = 32;
-const ANY: u8 = 63;
+/// States: columns of the table of answers.
+const INSTANTIATED: usize = 0;
+const INITIALIZATION: usize = 1;
+const EVENT: usize = 2;
+const STEP: usize = 3;
+const TERMINATED: usize = 5;
+const FAILED: usize = 6;
 
 /// What the model knows of an instance; saved and restored with its states.
 #[derive(Clone, Copy)]
 struct Known {
-    state: u8,
+    state: usize,
     start: f64,
     stop: f64,
     time: f64,
@@ -126,8 +125,12 @@ extern "C" fn logger(environment: *mut c_void, status: c_int, category: *const c
 }
 
 impl Player<'_> {
-    fn allowed(&self, states: u8) -> bool {
-        self.known.state & states != 0
+    /// Whether the table of answers allows a function in the present state.
+    fn allowed(&self, function: &str) -> bool {
+        let starts = ["BOTH", self.of("FMI2", "FMI3")].map(|version| format!("{version}({function}, \""));
+        let mut rows = include_str!("../../fmi/calls/states.inc").lines();
+        let answers = rows.find_map(|row| starts.iter().find_map(|start| row.strip_prefix(start.as_str())));
+        answers.expect("a row of the table").as_bytes()[2 * self.known.state] == b'+'
     }
 
     /// The instance, as the host names it.
@@ -141,9 +144,9 @@ impl Player<'_> {
         if self.three { three } else { two }
     }
 
-    /// The status of a call that is Ok in these states with sound arguments, else Error.
-    fn ok_in(&self, states: u8, sound: bool) -> Status {
-        if self.allowed(states) && sound { OK } else { ERROR }
+    /// The status of a call: Ok where it is allowed and has sound arguments, else Error.
+    fn expected(&self, function: &str, sound: bool) -> Status {
+        if sound && self.allowed(function) { OK } else { ERROR }
     }
 
     // ---- Life --------------------------------------------------------------------------------------------------------
@@ -207,7 +210,7 @@ impl Player<'_> {
 
     fn setup(&mut self, start: f64, stop: Option<f64>) -> Status {
         let sound = start.is_finite() && stop.is_none_or(|stop| stop.is_finite() && stop >= start);
-        let expected = self.ok_in(INSTANTIATED, sound);
+        let expected = self.expected(self.of("SetupExperiment", "EnterInitializationMode"), sound);
         // SAFETY: a live instance.
         let status = unsafe {
             let (given, end) = (stop.is_some(), stop.unwrap_or(0.0));
@@ -233,7 +236,7 @@ impl Player<'_> {
         }
         // SAFETY: a live instance.
         let status = unsafe { fmi2EnterInitializationMode(self.c()) };
-        assert_eq!(status, self.ok_in(INSTANTIATED, true));
+        assert_eq!(status, self.expected("EnterInitializationMode", true));
         if status == OK {
             self.known.state = INITIALIZATION;
         }
@@ -243,7 +246,7 @@ impl Player<'_> {
     fn exit(&mut self) -> Status {
         // SAFETY: a live instance.
         let status = unsafe { self.of::<Plain>(fmi2ExitInitializationMode, fmi3ExitInitializationMode)(self.c()) };
-        if !self.allowed(INITIALIZATION) {
+        if !self.allowed("ExitInitializationMode") {
             assert_eq!(status, ERROR);
         }
         // With parameters that the kernel refuses the host may try again.
@@ -279,7 +282,7 @@ impl Player<'_> {
                 true
             }
             24 => {
-                let expected = self.ok_in(STEP | EVENT, true);
+                let expected = self.expected("Terminate", true);
                 // SAFETY: a live instance.
                 assert_eq!(unsafe { self.of::<Plain>(fmi2Terminate, fmi3Terminate)(self.c()) }, expected);
                 if expected == OK {
@@ -349,7 +352,7 @@ impl Player<'_> {
                 fmi2DoStep(self.c(), t, h, 1)
             }
         };
-        if !(sound && self.allowed(STEP)) {
+        if !(sound && self.allowed("DoStep")) {
             assert_eq!(status, ERROR, "a step that is not possible");
             return false;
         }
@@ -394,7 +397,7 @@ impl Player<'_> {
 
     /// Moves the body's given pose to where the simulation has it, as a host does that moves it.
     fn steer(&mut self) -> bool {
-        if !self.allowed(STEP) {
+        if self.known.state != STEP {
             return false;
         }
         for name in ["position", "velocity"] {
@@ -452,15 +455,16 @@ impl Player<'_> {
             _ => {}
         }
         self.bytes.pass_over(1);
-        let states = match variable.role {
-            Role::Fixed => INSTANTIATED | INITIALIZATION,
-            Role::Input | Role::Tunable => INSTANTIATED | INITIALIZATION | EVENT | STEP,
-            Role::Continuous | Role::Discrete => 0,
+        let function = match variable.role {
+            Role::Fixed => Some("SetParameter"),
+            Role::Input | Role::Tunable => Some("SetInput"),
+            Role::Continuous | Role::Discrete => None,
         };
         let truth = variable.kind == Kind::Boolean;
         let sound = values.iter().take(n).all(|x| truth || Parameters::acceptable(variable, *x));
         let status = self.set(variable, &values[..n]);
-        assert_eq!(status, self.ok_in(states, sound), "{}", variable.name);
+        let expected = function.map_or(ERROR, |function| self.expected(function, sound));
+        assert_eq!(status, expected, "{}", variable.name);
         status == OK
     }
 
@@ -489,12 +493,11 @@ impl Player<'_> {
         let variable = &VARIABLES[self.bytes.below(VARIABLES.len())];
         self.bytes.pass_over(2);
         let status = self.get(variable, &mut vec![0.0; variable.size()]);
-        let readable = if self.three { ANY } else { ANY & !INSTANTIATED };
         let output = variable.role.is_output();
-        let failed = output && self.known.state == FAILED && variable.id != Id::Status;
-        let expected = self.ok_in(readable, !failed);
+        let function = if output && variable.id != Id::Status { "GetOutput" } else { "GetInput" };
+        let expected = self.expected(function, true);
         // The parameters may be no scene yet.
-        let open = output && expected == OK && self.allowed(INSTANTIATED | INITIALIZATION);
+        let open = output && expected == OK && self.known.state <= INITIALIZATION;
         assert!(status == expected || open && status == ERROR, "{}: {status:?}", variable.name);
         false
     }
@@ -507,7 +510,7 @@ impl Player<'_> {
         // SAFETY: a live instance, and arrays and numbers of this function.
         unsafe {
             let status = fmi2GetFMUstate(self.c(), into(&mut state));
-            assert_eq!(status, if self.known.state == FAILED { ERROR } else { OK });
+            assert_eq!(status, self.expected("GetFMUState", true));
             if status == ERROR {
                 return None;
             }
@@ -528,7 +531,7 @@ impl Player<'_> {
         if !over && self.held.len() >= MOST_STATES {
             return false;
         }
-        let expected = self.ok_in(ANY & !FAILED, true);
+        let expected = self.expected("GetFMUState", true);
         let bytes = self.image();
         // SAFETY: a live instance, and a pointer.
         let status = unsafe { self.of::<OfState>(fmi2GetFMUstate, fmi3GetFMUState)(self.c(), into(&mut state)) };
@@ -644,10 +647,10 @@ impl Player<'_> {
             return;
         }
         let kind = self.bytes.below(3);
-        let (allowed, next): (_, Option<u8>) = match kind {
-            0 => (self.ok_in(STEP, self.events), Some(EVENT)),
-            1 => (self.ok_in(EVENT, true), Some(STEP)),
-            _ => (self.ok_in(EVENT, true), None),
+        let (expected, next) = match kind {
+            0 => (self.expected("EnterEventMode", self.events), Some(EVENT)),
+            1 => (self.expected("EnterStepMode", true), Some(STEP)),
+            _ => (self.expected("UpdateDiscreteStates", true), None),
         };
         let (mut flags, mut time) = ([7; 5], 7.5);
         let [a, b, d, e, f] = &mut flags;
@@ -659,7 +662,7 @@ impl Player<'_> {
                 _ => fmi3UpdateDiscreteStates(self.c(), into(a), into(b), into(d), into(e), into(f), into(&mut time)),
             }
         };
-        assert_eq!(status, allowed);
+        assert_eq!(status, expected);
         match next.filter(|_| status == OK) {
             Some(next) => self.known.state = next,
             None => assert!(kind < 2 || (status == OK) == flags.iter().all(|&flag| flag <= 1)),
