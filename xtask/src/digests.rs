@@ -1,7 +1,6 @@
 //! `cargo xtask digests`: the same scenes (tests/digests/scenes.h) by the same library on every target, compared in bits with
 //! tests/golden/digests.
 
-use crate::bochs;
 use crate::platforms;
 use crate::targets::{self, BOARD as BOARD_TRIPLE, HARD, Tool, WASM};
 use crate::tools::{self, Outcome, finish, first_found, make_folder, output, read, target, top, wait_within};
@@ -47,8 +46,6 @@ enum Runner {
     Machine,
     /// The same if its processor has a feature, by the name that Linux gives it.
     MachineWith(&'static str),
-    /// The same, else Bochs, where the program is linked as bare as it gets.
-    MachineOrBochs(&'static str),
     /// This machine where it can, else the target's runner.
     MachineOrOther,
     /// The target's runner.
@@ -74,7 +71,7 @@ const TARGETS: [Target; 12] = [
     Target { name: "x86-64-scalar", library: Library::Choosing, options: &["-DINSTRUCTIONS=0"], sources: HOSTED, runner: Runner::Machine },
     Target { name: "x86-64-sse2", library: Library::Choosing, options: &["-DINSTRUCTIONS=1"], sources: HOSTED, runner: Runner::Machine },
     Target { name: "x86-64-avx2", library: Library::Choosing, options: &["-DINSTRUCTIONS=2"], sources: HOSTED, runner: Runner::MachineWith("avx2") },
-    Target { name: "x86-64-avx512", library: Library::Choosing, options: &["-DINSTRUCTIONS=3"], sources: HOSTED, runner: Runner::MachineOrBochs("avx512f") },
+    Target { name: "x86-64-avx512", library: Library::Choosing, options: &["-DINSTRUCTIONS=3"], sources: HOSTED, runner: Runner::MachineWith("avx512f") },
     Target { name: "x86-64-freestanding", library: Library::Shipped, options: FREESTANDING, sources: &["tests/digests/freestanding.c", "tests/digests/memory.c"], runner: Runner::Machine },
     Target { name: "i686", library: Library::Of("i686-unknown-linux-gnu", ""), options: ROUNDING_UP, sources: HOSTED, runner: Runner::MachineOrOther },
     Target { name: "aarch64", library: Library::Of("aarch64-unknown-linux-gnu", ""), options: ROUNDING_UP, sources: HOSTED, runner: Runner::Other },
@@ -208,11 +205,6 @@ fn ready(target: &Target) -> Result<(), String> {
     {
         return Err(format!("the processor of this machine has no {feature}"));
     }
-    if let Runner::MachineOrBochs(feature) = target.runner
-        && !has(feature)
-    {
-        bochs::ready().map_err(|why| format!("the processor of this machine has no {feature}, and {why}"))?;
-    }
     target.compiler()?.found()?;
     let Library::Of(triple, _) = target.library else { return Ok(()) };
     if target.runner == Runner::Other || !machine {
@@ -230,11 +222,6 @@ fn has(feature: &str) -> bool {
     list.lines()
         .find(|line| line.starts_with("flags"))
         .is_some_and(|line| line.split_whitespace().any(|word| word == feature))
-}
-
-/// Whether a runner is Bochs on this machine.
-fn is_bochs(runner: &Runner) -> bool {
-    matches!(runner, Runner::MachineOrBochs(feature) if !has(feature))
 }
 
 /// The linker for WebAssembly: LLVM's, or the one that rustup's compilers have.
@@ -310,12 +297,8 @@ fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
         .args(["-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-Itests/digests"])
         .args(target.options)
         .arg("tests/digests/digests.c")
+        .args(target.sources)
         .current_dir(top());
-    if is_bochs(&target.runner) {
-        compiler.args(FREESTANDING).arg(bochs::LAYOUT).args(bochs::SOURCES);
-    } else {
-        compiler.args(target.sources);
-    }
     if matches!(target.library, Library::Of(WASM, _)) {
         let (object, program) = (folder.join("digests.o"), folder.join("digests.wasm"));
         finish(compiler.arg("-c").arg("-o").arg(&object))?;
@@ -358,10 +341,6 @@ pub fn module_ready() -> Result<(), String> {
 
 /// Runs a program: what it printed, what ran it, and for how long.
 fn execute(target: &Target, program: &Path) -> Result<(String, String, f64), String> {
-    let start = Instant::now();
-    if is_bochs(&target.runner) {
-        return Ok((bochs::run(program)?, format!("bochs, processor {}", bochs::MODEL), start.elapsed().as_secs_f64()));
-    }
     let other = match (target.runner, target.library) {
         // A kernel may be built without 32 bits.
         (Runner::MachineOrOther, _) if Command::new(program).stdout(Stdio::null()).status().is_ok() => None,

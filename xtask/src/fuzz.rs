@@ -1,6 +1,6 @@
 //! `cargo xtask fuzz`: every fuzz target for some seconds under AddressSanitizer.
 
-use crate::tools::{Outcome, cargo_tool, emptied, make_folder, target, top, wait};
+use crate::tools::{Outcome, cargo_tool, emptied, finish, listed, make_folder, target, top, wait};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -12,7 +12,7 @@ pub struct Options {
     /// Only this target: scene, image, capsule, calls or fmi.
     #[arg(long, value_name = "NAME")]
     target: Option<String>,
-    /// Afterwards put a small corpus that reaches the same code into tests/fuzz/corpus.
+    /// Afterwards put a small corpus that reaches the same code into an archive of tests/fuzz/corpus.
     #[arg(long)]
     minimise: bool,
 }
@@ -82,7 +82,7 @@ fn campaign(name: &str, seconds: u64) -> Result<Run, String> {
     let _ = std::fs::remove_file(&tally);
     println!("  {name}: {seconds} s ...");
     let mut command = fuzz("run", name)?;
-    command.arg(&corpus).arg(top().join("tests/fuzz/corpus").join(name)).env("FABRIC_FUZZ_TALLY", &tally);
+    command.arg(&corpus).arg(committed(name)?).env("FABRIC_FUZZ_TALLY", &tally);
     command.args(["--", LONGEST]).args(QUICK).args(["-verbosity=0", "-timeout=60"]);
     command.args([format!("-max_total_time={seconds}"), format!("-artifact_prefix={}/", crashes.display())]);
     let status = command.status().map_err(|error| format!("cannot start {command:?}: {error}"))?;
@@ -107,20 +107,26 @@ fn percent(part: u64, whole: u64) -> u64 {
 
 /// Replaces a committed corpus by the smallest inputs that reach the same edges.
 fn minimise(name: &str) -> Outcome {
-    let (found, small) = (folder("corpus", name)?, folder("small", name)?);
-    let committed = top().join("tests/fuzz/corpus").join(name);
-    emptied(small.clone())?;
+    let (found, small) = (folder("corpus", name)?, emptied(folder("small", name)?)?);
     let mut command = fuzz("run", name)?;
-    command.args([&small, &found, &committed]);
+    command.args([&small, &found, &committed(name)?]);
     command.args(["--", LONGEST, "-set_cover_merge=1", "-use_counters=0"]);
     wait(command.stderr(Stdio::null()))?;
-    emptied(committed.clone())?;
-    let files = std::fs::read_dir(&small).map_err(|error| format!("{}: {error}", small.display()))?;
-    let (mut count, mut bytes) = (0, 0);
-    for file in files.flatten() {
-        bytes += std::fs::copy(file.path(), committed.join(file.file_name())).map_err(|error| error.to_string())?;
-        count += 1;
-    }
-    println!("  {name}: {count} files, {bytes} bytes in tests/fuzz/corpus/{name}");
+    let archive = archive(name);
+    let inputs = listed(&small)?;
+    let words = ["--mtime=@0", "--owner=0", "--group=0", "--numeric-owner", "--mode=644", "-I", "gzip -9n"];
+    finish(Command::new("tar").args(words).arg("-cf").arg(&archive).arg("-C").arg(&small).arg("--").args(&inputs))?;
+    println!("  {name}: {} inputs in {}", inputs.len(), archive.display());
     Ok(())
+}
+
+fn archive(name: &str) -> PathBuf {
+    top().join("tests/fuzz/corpus").join(format!("{name}.tar.gz"))
+}
+
+/// The committed corpus of a target, unpacked.
+fn committed(name: &str) -> Result<PathBuf, String> {
+    let folder = emptied(folder("committed", name)?)?;
+    finish(Command::new("tar").arg("-xzf").arg(archive(name)).arg("-C").arg(&folder))?;
+    Ok(folder)
 }

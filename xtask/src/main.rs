@@ -1,7 +1,6 @@
 //! The project's commands. They order other programs, build and pack; nothing here steps a simulation.
 
 mod abi;
-mod bochs;
 mod chosts;
 mod component;
 mod demo;

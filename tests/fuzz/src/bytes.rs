@@ -33,11 +33,6 @@ impl<'a> Bytes<'a> {
         self.0.arbitrary().unwrap_or(0)
     }
 
-    /// Some bytes, unused.
-    pub fn pass_over(&mut self, bytes: usize) {
-        (0..bytes).for_each(|_| _ = self.byte());
-    }
-
     /// A number below `end`, which is at most 256, from one byte.
     pub fn below(&mut self, end: usize) -> usize {
         self.byte() as usize % end

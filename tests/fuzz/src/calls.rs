@@ -3,7 +3,7 @@
 //! The model of a simulation is one in Rust that takes the same steps, and a little bookkeeping: whether bands have it, what
 //! failure is latched, what fk_get_fault should say. It predicts the status of every call; after every call the state must be
 //! the model's, bit for bit, so that a refused call that changed anything is found at once. Pointers, sizes and handles that are
-//! wrong are tried in tests/c/host.c; the bytes that were theirs are passed over, so that the corpora mean what they meant.
+//! wrong are tried in tests/c/host.c.
 
 use crate::bytes::Bytes;
 use crate::memory::{Block, at, from, into, nowhere, to};
@@ -159,7 +159,6 @@ impl Player<'_> {
     /// fk_init of a scene that may be refused.
     fn init(&mut self, place: usize) {
         let scene = small::scene(&mut self.bytes);
-        self.bytes.pass_over(1);
         let (given, made) = (fk_scene::of(scene), twin(&scene));
         let (mut size, mut handle, mut fault) = (0, null_mut(), empty::<fk_fault>());
         // SAFETY: structures and numbers of this function; the block is as long as it is said to be.
@@ -183,9 +182,6 @@ impl Player<'_> {
     /// One call on a simulation. false: the host lets go of it.
     fn call(&mut self, slot: &mut Slot) -> bool {
         slot.before = slot.twin.digest();
-        if self.bytes.below(32) >= 29 {
-            self.bytes.pass_over(1);
-        }
         match self.bytes.below(24) {
             0..5 => self.advance(slot),
             5 => self.advance_until(slot),
@@ -272,7 +268,6 @@ impl Player<'_> {
         let steps = if bytes.once_in(4) { bytes.odd_count(path.steps) } else { path.steps };
         // A long path is sound, and takes as long as asked for.
         let steps = if steps > 64 && steps <= path.steps { 8 } else { steps };
-        bytes.pass_over(1);
         let expected = slot.stopped(false).unwrap_or_else(|| number(slot.twin.follow(&path, steps)));
         // SAFETY: a live handle and a structure of this function.
         let status = unsafe { fk_follow(slot.to_change(), at(&path), bytes_of::<Path>(), steps) };
@@ -286,7 +281,6 @@ impl Player<'_> {
         for _ in 0..bytes.below(3) {
             load[bytes.below(6)] = bytes.odd(10.0);
         }
-        bytes.pass_over(1);
         let (force, torque) = ([load[0], load[1], load[2]], [load[3], load[4], load[5]]);
         let expected = slot.stopped(false).unwrap_or_else(|| number(slot.twin.set_external_load(force, torque)));
         // SAFETY: a live handle, and arrays of three.
@@ -308,7 +302,6 @@ impl Player<'_> {
                 _ => positions[k] += 1e-4 * bytes.factor(),
             }
         }
-        bytes.pass_over(1);
         let expected = slot.before_start(|twin| twin.set_motion(&positions, &velocities));
         let (x, v) = (exactly(&positions), exactly(&velocities));
         // SAFETY: a live handle, and arrays of this function of the length said.
@@ -327,7 +320,6 @@ impl Player<'_> {
         for _ in 0..bytes.below(4) {
             stretches[bytes.below(n.min(256))] = bytes.odd(1.03);
         }
-        bytes.pass_over(1);
         let expected = slot.before_start(|twin| twin.set_largest_stretch(&stretches));
         let given = exactly(&stretches);
         // SAFETY: a live handle and an array of this function.
@@ -337,7 +329,6 @@ impl Player<'_> {
     }
 
     fn save(&mut self, slot: &mut Slot) {
-        self.bytes.pass_over(2);
         let kept = Block::new(slot.twin.snapshot_bytes());
         let expected = slot.stopped(false).unwrap_or(FK_OK);
         // SAFETY: a live handle and a block of this length.
@@ -368,7 +359,6 @@ impl Player<'_> {
             }
             _ => {}
         }
-        bytes.pass_over(1);
         let expected = slot.stopped(true).unwrap_or_else(|| number(slot.twin.load(&image)));
         // SAFETY: a live handle and an array of this length.
         let status = unsafe { fk_state_load(slot.to_change(), from(&image), image.len() as u64) };
@@ -385,7 +375,6 @@ impl Player<'_> {
         unsafe {
             let sized = slot.stopped(false).unwrap_or(number(lines.map(|_| ())));
             assert_eq!(fk_bands_size(slot.to_look_at(), of, into(&mut size)), sized);
-            bytes.pass_over(1);
             let scratch = Block::new(size as usize);
             // What the cut needs is looked at before a latched failure, after which there is no size.
             let in_use = slot.bands.is_some().then_some(TURN);
@@ -435,7 +424,6 @@ impl Player<'_> {
     /// A structure of results: the model's, to the bit.
     fn get(&mut self, slot: &mut Slot) {
         let kind = self.bytes.below(10);
-        self.bytes.pass_over(1);
         let (stopped, handle, last) = (slot.stopped(kind >= 8), slot.handle, slot.last);
         let twin = &mut slot.twin;
         // SAFETY: a live handle.
@@ -465,7 +453,6 @@ impl Player<'_> {
     fn copy(&mut self, slot: &Slot) {
         let (nodes, segments) = (3 * slot.twin.layout().nodes(), slot.twin.layout().segments());
         let kind = self.bytes.below(4);
-        self.bytes.pass_over(1);
         let mut values = vec![7.0; if kind < 2 { nodes } else { segments }];
         let mut ours = values.clone();
         let stopped = slot.stopped(false);
@@ -479,7 +466,6 @@ impl Player<'_> {
 
     /// Single numbers, and structures that take some.
     fn get_numbers(&mut self, slot: &Slot) {
-        self.bytes.pass_over(1);
         let (stopped, twin) = (slot.stopped(false), &slot.twin);
         let expected = stopped.unwrap_or(FK_OK);
         let (mut count, mut seconds, mut residual) = (0, 0.0, [0.0; 3]);

@@ -15,7 +15,7 @@ pub mod scene;
 pub mod small;
 pub mod tally;
 
-/// A fuzz target: its name, which is that of its folder under `corpus`, and its function.
+/// A fuzz target: its name, which is that of its archive in `corpus`, and its function.
 pub type Target = (&'static str, fn(&[u8]) -> bool);
 
 /// Every target.

@@ -128,10 +128,9 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
             if held && scene.sheet.crimp == [0.0; 2] {
                 scene.sheet.pre_strain = [0.0005, bytes.choose(&[0.0, 0.0009])];
             }
-            // Of no bytes of its own, so that the corpora mean what they meant.
             let strip = scene.attachment.kind == AttachmentKind::TwoSides
                 && (!scene.yarn.stochastic || scene.yarn.draw == Draw::Yarn);
-            if strip && scene.sheet.crimp[0] == 0.0 {
+            if bytes.once_in(2) && strip && scene.sheet.crimp[0] == 0.0 {
                 scene.sheet.pre_strain = [0.0005, 0.0];
             }
             scene.weft = Weft { modulus_mean: 90e9, damage_intercept: 100.0, ..scene.weft };
@@ -147,14 +146,12 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         let plies = bytes.choose(&[1, 1, 2, 5]);
         let gap = h * bytes.choose(&[0.0, 0.3, 1.5]);
         scene.stack = Stack { plies, gap, turned: scene.sheet.spacing_y == 0.0 && plies == 5 };
-        // Of no bytes of its own either.
-        if plies == 5 && gap > h {
+        if plies == 5 && bytes.once_in(2) {
             scene.back = Back { plies: 2, node_mass: 0.3 * scene.sheet.node_mass, weibull_shape: 5.0, ..scene.back };
         }
     }
     let explicit = scene.integrator.kind == IntegratorKind::Verlet;
-    // Of no bytes of its own either.
-    if explicit && !scene.is_graded() && scene.seed % 5 == 1 {
+    if explicit && bytes.once_in(5) {
         (scene.attachment.hold, scene.attachment.grip, scene.attachment.strength) = (40.0, 0.5 * h, 300.0);
     }
     match bytes.below(4) {
@@ -170,31 +167,33 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
             (yarn.rate_reference, yarn.rate_limit) = (30.0, 170.0);
             (scene.slack_balance, scene.contact.friction) = (false, bytes.choose(&[0.0, 0.3]));
         }
-        // Of no bytes of its own either.
-        _ if scene.stack.plies == 1 && scene.seed.is_multiple_of(3) => {
+        _ if scene.stack.plies == 1 && bytes.once_in(3) => {
             scene.sheet.grading = Grading { largest: 2, run: 1, centre: [0.0; 2], half_width: [0.3 * h; 2] };
         }
         _ => {}
     }
-    // Of no bytes of its own either.
-    if scene.seed % 2 == 1 {
-        curve(&mut scene);
-    }
+    curve(&mut scene, bytes.below(8));
     scene
 }
 
-/// Makes an arc or a ring of a sheet that may be one, hit from outside.
-fn curve(scene: &mut Scene) {
+/// An arc, or a ring with or without a case, of a sheet that may be one, hit from outside: in half of the choices below 8.
+fn curve(scene: &mut Scene, choice: usize) {
     let (h, kind) = (scene.sheet.spacing, scene.attachment.kind);
     let pulls_in = scene.sheet.pre_strain != [0.0; 2] || kind == AttachmentKind::FourCorners;
     let takes = scene.yarn.rate_modulus != 0.0 || scene.yarn.viscosity_bending != 0.0;
     let other = scene.sheet.grading.largest > 1 || scene.symmetry != Symmetry::default();
-    if pulls_in || takes || other || scene.integrator.kind != IntegratorKind::Verlet || scene.sheet.nodes_x < 3 {
+    if choice.is_multiple_of(2)
+        || pulls_in
+        || takes
+        || other
+        || scene.integrator.kind != IntegratorKind::Verlet
+        || scene.sheet.nodes_x < 3
+    {
         return;
     }
-    scene.sheet.closed = kind != AttachmentKind::TwoSides && scene.seed % 4 == 1;
+    scene.sheet.closed = kind != AttachmentKind::TwoSides && choice % 4 == 1;
     scene.sheet.radius = if scene.sheet.closed { scene.closed_radius() } else { 20.0 * h };
-    if scene.sheet.closed && scene.seed % 8 == 1 {
+    if scene.sheet.closed && choice == 1 {
         let (window_angle, window_place) = ([0.3, 1.0], [0.0, h]);
         scene.casing = Casing { radius: 0.9 * scene.sheet.radius, window_angle, window_place };
     }

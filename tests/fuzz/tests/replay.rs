@@ -1,10 +1,12 @@
-//! Every committed input once more, without libFuzzer: the corpora, and what once broke something (`regressions`).
+//! Every committed input once more, without libFuzzer: the corpora, an archive a target, and what once broke something
+//! (`regressions`).
 
 use fabric_fuzz::TARGETS;
 use fabric_fuzz::bytes::Bytes;
 use fabric_fuzz::small;
 use fabric_kernel::FEATURES;
 use std::path::Path;
+use std::process::Command;
 
 /// Runs every file of a folder through a target; counts them, and those that stepped a simulation.
 fn replay(folder: &Path, run: fn(&[u8]) -> bool) -> (usize, usize) {
@@ -23,7 +25,13 @@ fn replay(folder: &Path, run: fn(&[u8]) -> bool) -> (usize, usize) {
 fn corpora_and_regressions() {
     let top = Path::new(env!("CARGO_MANIFEST_DIR"));
     for (name, run) in TARGETS {
-        let (all, deep) = replay(&top.join("corpus").join(name), *run);
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("corpus").join(name);
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        let archive = top.join("corpus").join(format!("{name}.tar.gz"));
+        let unpacked = Command::new("tar").arg("-xzf").arg(archive).arg("-C").arg(&folder).status();
+        assert!(unpacked.is_ok_and(|status| status.success()));
+        let (all, deep) = replay(&folder, *run);
         println!("{name}: {all} inputs, {deep} of them stepped a simulation");
         assert!(all >= 20 && 4 * deep >= all, "{name}: {deep} of {all} inputs stepped a simulation");
         let regressions = top.join("regressions").join(name);
