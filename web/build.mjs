@@ -28,7 +28,7 @@ const data = {
   structures,
   wholes: pairs(layout, /^WHOLE\(fk_scene, ([\w.]+)/gm).flat(),
   constants: Object.fromEntries(pairs(read(top, "include/fabric_kernel.h"), /^#define (FK_\w+) (-?\d+)$/gm).map(([name, value]) => [name, Number(value)])),
-  pinned: Object.fromEntries(pairs(read(top, "tests/golden/digests"), /^(\w+) ([0-9a-f]{16})$/gm)),
+  pinned: Object.fromEntries(pairs(read(top, "tests/golden/pins"), /^scene (\w+) ([0-9a-f]{16})$/gm)),
   fabrics: {},
   fragments: {},
   native: {},

@@ -790,6 +790,7 @@ mod tests {
         let mut memory = std::vec![fabric_kernel::CacheLine::ZERO; Layout::of(&scene).unwrap().lines()];
         let mut sim = fabric_kernel::Sim::new(&scene, &mut memory).unwrap();
         sim.advance(3000).unwrap();
-        assert_eq!(std::format!("small {:016x}\n", sim.digest()), include_str!("../../tests/c/digests"));
+        let pin = std::format!("host small {:016x}", sim.digest());
+        assert!(include_str!("../../tests/golden/pins").lines().any(|line| line == pin), "{pin}");
     }
 }

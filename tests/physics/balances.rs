@@ -1,8 +1,12 @@
-//! Momentum and energy balances, from read-outs and plain formulas rather than from the kernel's own ledger.
+//! Balances of momentum and energy: exact in each step, of second order through an impact, to a percent through failure; kept by slack
+//! segments with `slack_balance`, and how far open without it. From read-outs and plain formulas where these give them.
+//!
+//! FABRIC_SHOTS=4000 FABRIC_STEPS=12000 cargo test --release -p fabric-tests --test physics -- --ignored --nocapture worst_balance
 
 use crate::fabrics::hit;
 use crate::grading::graded;
 use crate::plies::{another, stacked, with_back};
+use crate::rings::ring;
 use fabric_kernel::{
     AttachmentKind, Drive, Energy, Grading, Integrator, Scene, Shape, Sim, StrengthDraw, Symmetry, TimeStep,
 };
@@ -11,8 +15,15 @@ use fabric_tests::reference::{
     turn_back,
 };
 use fabric_tests::{
-    as_proposed, close, damage, drawn, positions, rated, rough, sim_of, small_sheet, speed, velocities, viscous,
+    as_proposed, close, damage, drawn, number, positions, rated, rough, set_off, sim_of, small_sheet, speed,
+    sphere_on_3in, velocities, viscous, without_projectile,
 };
+use rayon::prelude::*;
+
+/// With the energy of slack segments balanced.
+fn balanced(scene: Scene) -> Scene {
+    Scene { slack_balance: true, ..scene }
+}
 
 /// Momentum of projectile and free nodes, N s.
 pub(crate) fn linear_momentum(sim: &Sim<'_>) -> V3 {
@@ -159,7 +170,6 @@ type Torn = (&'static str, Scene, u64, u64, Part, f64);
 fn torn() -> Vec<Torn> {
     let (plain, rubs, rate) = (impact(120.0, 0.0), impact(120.0, 0.4), rated(impact(120.0, 0.0), 1700.0));
     let with_fraction = |scene: Scene, fraction| Scene { time_step: TimeStep::fraction(fraction), ..scene };
-    let balanced = |scene: Scene| Scene { slack_balance: true, ..scene };
     let mut rate_drawn = drawn(rate);
     rate_drawn.yarn.strength_draw = StrengthDraw::Weibull;
     let mut crimped = with_fraction(rate, 0.2);
@@ -230,5 +240,214 @@ fn the_balances_of_a_perforation_close() {
             close(energy.projectile_kinetic + energy.contact_work, first, 1e-12);
         }
         assert_eq!((counters.unconverged, counters.beyond_fine), (0, 0), "{name}");
+    }
+}
+
+/// Residual over the kinetic energy at impact after `time` s.
+fn residual(scene: &Scene, time: f64) -> f64 {
+    let mut sim = sim_of(scene);
+    let first = sim.energy().unwrap().projectile_kinetic;
+    sim.advance((time / sim.step_limits().dt) as u64).unwrap();
+    assert!(sim.counters().failed_segments > 0);
+    let momentum = scene.projectile.mass * scene.projectile.velocity[2];
+    assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * momentum);
+    sim.energy().unwrap().residual.abs() / first
+}
+
+/// 40 J, four sides, uniform yarn, 220 us, twice as long as the sphere takes to get through: at most 1 % of what it brought, with what
+/// slack segments give back a tenth of that.
+#[test]
+fn the_balance_of_a_shot_of_40_joules_closes() {
+    let scene = sphere_on_3in(AttachmentKind::FourSides, 40.0, false);
+    let [plain, balanced] = [scene, balanced(scene)].map(|scene| residual(&scene, 220e-6));
+    println!("figure 16: 40 J, four sides, default step, 220 us: {:.2} % of KE0", 100.0 * plain);
+    assert!(plain < 0.01 && balanced < 0.1 * plain, "{plain} {balanced}");
+}
+
+// ---- Slack segments --------------------------------------------------------------------------------------------------
+
+/// The free node of a 3 x 3 sheet, thrown along x between two crimped yarns: what its energy is off by, 10 steps behind each of some
+/// hundred bounces, when both are slack.
+fn bounces(scene: Scene, fraction: f64) -> f64 {
+    let mut scene = without_projectile(scene);
+    (scene.sheet.crimp, scene.time_step) = ([0.02, 0.5], TimeStep::fraction(fraction));
+    let mut sim = sim_of(&scene);
+    set_off(&mut sim, |k, x| if k == 4 { [x, [40.0, 3.0, 2.0]] } else { [x, [0.0; 3]] });
+    let (first, h) = (sim.energy().unwrap().fabric_kinetic, scene.sheet.spacing);
+    let (mut off, mut free) = (0.0_f64, 0);
+    for _ in 0..20_000 {
+        sim.step().unwrap();
+        let is_free = length(sub(positions(&sim)[4], [0.0; 3])) < 0.018 * h;
+        free = if is_free { free + 1 } else { 0 };
+        if free == 10 {
+            off = off.max((sim.energy().unwrap().residual / first).abs());
+        }
+    }
+    off
+}
+
+#[test]
+fn a_bounce_keeps_its_energy_to_rounding() {
+    for fraction in [0.2, 0.4, 0.5] {
+        let (plain, kept) = (bounces(small_sheet(3, 0.0), fraction), bounces(balanced(small_sheet(3, 0.0)), fraction));
+        assert!(kept < 1e-10 && plain > 1e-4, "{fraction}: {kept:e} {plain:e}");
+    }
+}
+
+/// A free sheet that rattles, with every node thrown, or a ring, or plies of one: from the first step on energy to a thousandth whatever the step,
+/// momentum to rounding, and angular momentum of single plies, too.
+#[test]
+fn a_rattling_sheet_keeps_energy_and_both_momenta() {
+    let (sheet, ring) = (without_projectile(small_sheet(21, 0.0)), ring(48, 9));
+    let plies = stacked(ring, 2, 0.3 * ring.sheet.spacing);
+    let flat = [(0.0, 0.4), (0.01, 0.4), (0.0, 0.5), (0.01, 0.2)].map(|(crimp, fraction)| (sheet, crimp, fraction));
+    for (scene, crimp, fraction) in flat.into_iter().chain([(ring, 0.0, 0.4), (ring, 0.01, 0.5), (plies, 0.01, 0.4)]) {
+        let mut scene = balanced(scene);
+        (scene.attachment.kind, scene.sheet.crimp) = (AttachmentKind::Free, [crimp; 2]);
+        scene.time_step = TimeStep::fraction(fraction);
+        let mut sim = sim_of(&scene);
+        let nodes = sim.layout().nodes() as f64;
+        let speed = |k: usize, axis: usize| 20.0 * number((3 * k + axis) as u64);
+        set_off(&mut sim, |k, x| [x, [speed(k, 0), speed(k, 1), speed(k, 2)]]);
+        let momenta = |sim: &mut Sim<'_>| {
+            let before = positions(sim);
+            sim.step().unwrap();
+            let at = positions(sim);
+            let turn = |(x, b): (&V3, &V3)| cross(*x, sub(*x, *b));
+            at.iter().zip(&before).map(turn).fold([0.0; 3], |sum, l| [sum[0] + l[0], sum[1] + l[1], sum[2] + l[2]])
+        };
+        let (start, first) = (momenta(&mut sim), sim.energy().unwrap());
+        let (mut off, kinetic) = (0.0_f64, first.fabric_kinetic);
+        for _ in 0..100 {
+            sim.advance(200).unwrap();
+            off = off.max(((sim.energy().unwrap().residual - first.residual) / kinetic).abs());
+        }
+        assert!(sim.counters().failed_segments == 0 && off < 1e-3, "{crimp} {fraction}: {off:e}");
+        assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * nodes * scene.sheet.node_mass * 20.0);
+        let scale = nodes * scene.half_size()[0] * 20.0 * sim.step_limits().dt;
+        // Plies push along the normals of their columns, which need not pass through both nodes.
+        assert!(scene.stack.plies > 1 || length(sub(momenta(&mut sim), start)) < 1e-12 * scale);
+    }
+}
+
+/// Impacts of 10 J, slack for 1.2 ms: as stated in docs/model.md. Some ten seconds.
+#[test]
+#[ignore = "some ten seconds; cargo xtask verify runs it"]
+fn a_slack_sheet_keeps_its_energy() {
+    let scene = sphere_on_3in(AttachmentKind::FourSides, 10.0, false);
+    let mut crimped = sphere_on_3in(AttachmentKind::FourSides, 3.0, false);
+    crimped.sheet.crimp = [0.01; 2];
+    for (name, scene, stated) in [
+        ("10 J", balanced(scene), 0.005),
+        ("10 J, viscous", balanced(as_proposed(scene)), 0.005),
+        ("3 J, crimped by 1 %, no failure", balanced(crimped), 1e-4),
+    ] {
+        let mut sim = sim_of(&scene);
+        let first = sim.energy().unwrap().projectile_kinetic;
+        sim.advance((1.2e-3 / sim.step_limits().dt) as u64).unwrap();
+        let off = sim.energy().unwrap().residual / first;
+        println!("figure 16: slack for 1.2 ms with slack_balance, {name}: {:+.4} % of KE0", 100.0 * off);
+        assert!(off.abs() < stated, "{name}: {off:e}");
+    }
+}
+
+/// A taut sheet that swings.
+#[test]
+fn bits_are_the_same_where_nothing_has_been_slack() {
+    let run = |slack_balance: bool| {
+        let scene = Scene { slack_balance, ..without_projectile(small_sheet(21, 0.0)) };
+        let mut sim = sim_of(&scene);
+        let fixed = fixed_nodes(&scene);
+        set_off(&mut sim, |k, [a, b, _]| {
+            let speed = if fixed[k] { 0.0 } else { 30.0 * (a - b) / scene.half_size()[0] };
+            [[1.01 * a, 1.01 * b, 0.0], [0.0, 0.0, speed]]
+        });
+        sim.advance(500).unwrap();
+        (positions(&sim), velocities(&sim))
+    };
+    assert!(run(false) == run(true));
+}
+
+/// The k-th shot.
+fn shot(k: u64) -> Scene {
+    let mut draws = 1000 * k;
+    let mut draw = |least: f64, greatest: f64| {
+        draws += 1;
+        least + (greatest - least) * number(draws)
+    };
+    let mut scene = small_sheet(0, 0.0);
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (draw(21.0, 46.0) as u32, draw(21.0, 46.0) as u32);
+    let half = 0.5 * f64::from(scene.sheet.nodes_x.min(scene.sheet.nodes_y) - 1) * scene.sheet.spacing;
+    let kinds =
+        [AttachmentKind::TwoSides, AttachmentKind::FourSides, AttachmentKind::FourCorners, AttachmentKind::Free];
+    scene.attachment.kind = kinds[draw(0.0, 4.0) as usize];
+    (scene.attachment.disc_inset, scene.attachment.disc_radius) = (2e-3, 2e-3);
+    let crimp = draw(-0.02, 0.01).max(0.0);
+    scene.sheet.crimp = [crimp; 2];
+    scene.contact.friction = draw(-0.4, 0.4).max(0.0);
+    let body = &mut scene.projectile;
+    body.shape = [Shape::Sphere, Shape::Cylinder, Shape::Box][draw(0.0, 3.0) as usize];
+    body.radius = draw(0.2, 0.5) * half;
+    (body.length, body.size) = (2.5 * body.radius, [2.0, 1.6, 2.4].map(|edge| edge * body.radius));
+    body.mass = 1e-3 * draw(-4.0, 2.5).exp();
+    body.position = [draw(-0.2, 0.2) * half, draw(-0.2, 0.2) * half, -1.9 * body.radius];
+    body.velocity = [draw(-20.0, 20.0), draw(-20.0, 20.0), draw(2.0, 5.0).exp()];
+    let tilt = draw(-0.4, 0.4);
+    body.orientation = [(0.5 * tilt).cos(), (0.5 * tilt).sin(), 0.0, 0.0];
+    scene
+}
+
+/// By how much the balance is open at most before the first failure and after it, in parts of the impact energy. None for a scene that is
+/// refused.
+fn open(scene: &Scene, steps: u64) -> Option<[f64; 2]> {
+    let mut memory = vec![fabric_kernel::CacheLine::ZERO; fabric_kernel::Layout::of(scene).ok()?.lines()];
+    let mut sim = fabric_kernel::Sim::new(scene, &mut memory).ok()?;
+    let (first, mut most) = (sim.energy().ok()?.projectile_kinetic, [0.0_f64; 2]);
+    while sim.step_count() < steps {
+        sim.advance(100).ok()?;
+        let after = usize::from(sim.counters().failed_segments > 0);
+        most[after] = most[after].max((sim.energy().ok()?.residual / first).abs());
+    }
+    Some(most)
+}
+
+#[test]
+#[ignore = "a minute or more; cargo xtask verify runs it"]
+fn worst_balance_of_random_shots() {
+    let asked = |name, usual| std::env::var(name).map_or(usual, |number| number.parse().expect(name));
+    let (shots, steps) = (asked("FABRIC_SHOTS", 60), asked("FABRIC_STEPS", 30_000));
+    for (slack_balance, fraction, stated) in
+        [(true, 0.4, Some([1e-3, 1e-2])), (true, 0.5, Some([1e-3, 1e-2])), (false, 0.4, None)]
+    {
+        let of = |k: u64| {
+            let scene = Scene { slack_balance, time_step: TimeStep::fraction(fraction), ..shot(k) };
+            Some((open(&scene, steps)?, k))
+        };
+        let found: Vec<_> = (0..shots).into_par_iter().filter_map(of).collect();
+        println!(
+            "figure 16c: {} random shots of {steps} steps, {fraction} dt_crit, slack_balance {slack_balance}",
+            found.len()
+        );
+        let mut most = [0.0; 2];
+        for (after, when) in ["before", "after"].into_iter().enumerate() {
+            let mut worst: Vec<_> = found.iter().map(|(most, k)| (most[after], *k)).collect();
+            worst.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let above = |limit: f64| worst.iter().filter(|(open, _)| *open > limit).count();
+            println!(
+                "figure 16c: {when} the first failure open by more than 0.1 % of the impact energy: {}, 1 %: {}, 10 %: {}; the worst {:.4} %",
+                above(1e-3),
+                above(1e-2),
+                above(0.1),
+                100.0 * worst[0].0
+            );
+            for (open, number) in worst.iter().take(5) {
+                let body = shot(*number).projectile;
+                println!("{:9.4} %: shot {number}, {:?} at {:.0} m/s", 100.0 * open, body.shape, body.velocity[2]);
+            }
+            most[after] = worst[0].0;
+        }
+        assert!(
+            found.len() > shots as usize / 2 && stated.is_none_or(|stated| most[0] < stated[0] && most[1] < stated[1])
+        );
     }
 }

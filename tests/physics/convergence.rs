@@ -92,9 +92,9 @@ fn backward_euler_converges_with_first_order() {
     assert!((0.9..1.1).contains(&finest), "order {finest} of {errors:?}");
 }
 
-/// The ledger closes with second order.
+/// The energy balance closes with second order.
 #[test]
-fn the_ledger_closes_with_second_order() {
+fn the_balance_closes_with_second_order() {
     for (what, integrator) in [("velocity Verlet", VERLET), ("theta = 1/2", THETA)] {
         let residuals = [2, 4, 8].map(|division| run(integrator, 150.0, 80, division).residual);
         let order = (residuals[1] / residuals[2]).log2();
@@ -108,10 +108,10 @@ fn the_ledger_closes_with_second_order() {
 }
 
 /// v0 = 1300 m/s, 2.1 us: through about 216 failures, where positions are chaotic, the dissipated energy is 1.83 J and the
-/// ledger closes ever better with smaller steps: dissipation is a state function of alpha. (The count scatters between steps:
+/// balance closes ever better with smaller steps: dissipation is a state function of alpha. (The count scatters between steps:
 /// the theta rule has 184 failures at dt_crit/8 and 204 at dt_crit/64.)
 #[test]
-fn failures_and_dissipation_agree_and_the_ledger_closes_through_them() {
+fn failures_and_dissipation_agree_and_the_balance_closes_through_them() {
     for (integrator, division, closure) in
         [(VERLET, 8, 5e-4), (VERLET, 16, 1e-4), (VERLET, 128, 1e-5), (THETA, 16, 1e-3), (THETA, 64, 1e-4)]
     {

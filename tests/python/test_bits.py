@@ -11,9 +11,7 @@ import fabric_kernel as fk
 import numpy
 from commands import InFolder
 
-PINS = dict(
-    re.findall(r"const (\w+): u64 = 0x([0-9a-f_]+);", (pathlib.Path(__file__).parents[2] / "tests/golden/pins.rs").read_text())
-)
+PINS = dict(re.findall(r"^golden (\w+) (\w+)$", (pathlib.Path(__file__).parents[1] / "golden/pins").read_text(), re.MULTILINE))
 SMALL = {"sheet": {"nodes_x": 41, "nodes_y": 41}, "yarn": {"stochastic": False}}
 PLIES = {
     "sheet": {"nodes_x": 31, "nodes_y": 29, "yarn_area_y": 0.8e-7},
@@ -30,7 +28,7 @@ SECTOR = {
 
 class Bits(InFolder):
     def assert_pin(self, simulation, name):
-        self.assertEqual(simulation.digest, PINS[name].replace("_", ""))
+        self.assertEqual(simulation.digest, PINS[name])
 
     def after(self, scene, steps):
         simulation = fk.Simulation(scene)
@@ -38,10 +36,10 @@ class Bits(InFolder):
         return simulation
 
     def test_sphere(self):
-        self.assert_pin(self.after(fk.Scene(), 4500), "SHEET_3IN_SPHERE")
+        self.assert_pin(self.after(fk.Scene(), 4500), "sheet_3in_sphere")
 
     def test_sector(self):
-        self.assert_pin(self.after(fk.Scene("turbine_disc_sector", SECTOR), 2000), "DISC_SECTOR")
+        self.assert_pin(self.after(fk.Scene("turbine_disc_sector", SECTOR), 2000), "disc_sector")
 
     def test_a_capsule_is_done_again(self):
         scene = fk.Scene("sheet_3in_sphere", SMALL, projectile={"velocity": [0, 0, 120]})
@@ -74,7 +72,7 @@ class Bits(InFolder):
     def test_plies_from_a_file_and_another_process(self):
         scene = fk.Scene(**PLIES)
         self.assertEqual(fk.Scene.parse(scene.text()), scene)
-        self.assert_pin(self.after(pickle.loads(pickle.dumps(scene)), 1200), "SPHERE_THROUGH_TURNED_PLIES")
+        self.assert_pin(self.after(pickle.loads(pickle.dumps(scene)), 1200), "sphere_through_turned_plies")
 
     def test_prescribed_on_two_paths(self):
         body = {"shape": "cylinder", "radius": 4e-3, "length": 9e-3, "mass": 0.0, "position": [1e-3, -5e-4, -6.2e-3]}
@@ -95,7 +93,7 @@ class Bits(InFolder):
         ]:
             rates = [200.0, 100.0, -500.0]
             simulation.follow([1.2e-3, -6e-4, z], [5.0, 0.0, speed], orientation, rates, path_steps=steps)
-        self.assert_pin(simulation, "PRESCRIBED_CYLINDER_ON_TWO_PATHS")
+        self.assert_pin(simulation, "prescribed_cylinder_on_two_paths")
 
     def test_saved_and_restored(self):
         first, second = (self.after(fk.Scene(**SMALL), steps) for steps in (1000, 20))
@@ -103,7 +101,7 @@ class Bits(InFolder):
         second.restore(image)
         self.assertEqual(second.step_count, 1000)
         second.step(2000)
-        self.assert_pin(second, "UNIFORM_SPHERE_THROUGH_FAILURE")
+        self.assert_pin(second, "uniform_sphere_through_failure")
         with self.assertRaises(fk.Refused) as refused:
             fk.Simulation(fk.Scene()).restore(image)
         self.assertEqual(refused.exception.code, "ImageOfAnotherScene")
@@ -116,12 +114,12 @@ class Bits(InFolder):
         for thread in threads:
             thread.join()
         for simulation in simulations:
-            self.assert_pin(simulation, "UNIFORM_SPHERE_THROUGH_FAILURE")
+            self.assert_pin(simulation, "uniform_sphere_through_failure")
 
     def test_histories_and_read_outs_change_nothing(self):
         simulation = fk.Simulation(fk.Scene(**SMALL))
         rows = fk.history(simulation, until=[], steps=3000, every=100)
-        self.assert_pin(simulation, "UNIFORM_SPHERE_THROUGH_FAILURE")
+        self.assert_pin(simulation, "uniform_sphere_through_failure")
         self.assertEqual(list(rows["step"]), list(range(0, 3001, 100)))
         # Newton's second law over the whole history.
         momentum = 8.4e-3 * (rows["velocity_z"].iloc[-1] - rows["velocity_z"].iloc[0])

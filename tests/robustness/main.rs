@@ -6,7 +6,6 @@ mod allocation;
 mod bands;
 mod capacity;
 mod codes;
-mod extremes;
 mod failures;
 mod inputs;
 mod invariance;

@@ -37,6 +37,35 @@ fn velocities_from_subnormal_to_30_km_s() {
     ]);
 }
 
+/// Above 1301 m/s the yarns break at first contact: the sphere sweeps up nodes, each of which takes m V^2/2 as motion and as much
+/// as loss. About half of what is absorbed is loss, and the sum grows with V^2.
+#[test]
+fn very_fast_projectiles_sweep_up_nodes() {
+    let expected = "exits, closed, absorbed what it swept up, half of it as loss";
+    let of = |[velocity, residual, absorbed, loss]: [f64; 4]| {
+        row(format!("V = {velocity} m/s"), expected, small_sheet(41, velocity), 50_000, move |end| {
+            let [work, lost] = [end.contact.work, end.contact.loss];
+            let exact = near(end.body.velocity[2], residual, 1e-5) && near(lost, loss, 5e-3);
+            let swept = near(work, absorbed, 1e-3) && (0.45..0.55).contains(&(lost / work));
+            swept
+                && (velocity > 1e4 || exact)
+                && end.latched(Outcome::Exited)
+                && end.energy.residual.abs() < 0.01 * work
+        })
+    };
+    let mut small = small_sheet(9, 0.0);
+    let fastest = small.sheet.spacing / small.step_limits().unwrap().dt;
+    small.projectile.velocity[2] = 0.999 * fastest;
+    let mut rows: Vec<Row> =
+        [[2000.0, 1998.05, 32.73, 15.6], [5000.0, 4995.36, 194.8, 98.1], [20_000.0, f64::NAN, 3041.0, f64::NAN]]
+            .map(of)
+            .into();
+    rows.push(
+        row("the largest velocity that is accepted", "runs", small, 2000, |end| end.contact.work > 0.0).for_its_steps(),
+    );
+    all(rows);
+}
+
 /// A body on a sheet of 41 x 41 at this velocity.
 fn on_sheet(shape: Shape, size: [f64; 3], velocity: f64) -> Scene {
     changed(small_sheet(41, velocity), |scene| {

@@ -2,7 +2,9 @@
 
 use crate::{ROUNDING, Row, all, changed, near, row, stretch};
 use fabric_kernel::{AttachmentKind, Grading, Outcome, OutcomeSet, Scene, StepCheck, TimeStep};
-use fabric_tests::{between_supports, positions, reference::length, reference::rest_positions, small_sheet, speed};
+use fabric_tests::{
+    between_supports, drawn, positions, reference::length, reference::rest_positions, small_sheet, speed,
+};
 
 /// A sheet of N x N under 40 J of the preset sphere.
 fn hit(nodes: u32) -> Scene {
@@ -130,6 +132,8 @@ fn the_slowest_impact_and_the_softest_yarn() {
     all(vec![slow("V = 1e-6 m/s", small_sheet(3, 1e-6)), slow("stiffness x 1e-6", soft)]);
 }
 
+const KINDS: [AttachmentKind; 3] = [AttachmentKind::TwoSides, AttachmentKind::FourSides, AttachmentKind::Free];
+
 fn strip(nodes: [u32; 2]) -> Scene {
     changed(small_sheet(2, 100.0), |scene| [scene.sheet.nodes_x, scene.sheet.nodes_y] = nodes)
 }
@@ -151,6 +155,18 @@ fn sheets_of_every_size_and_grading() {
         vec![row("2 x 2, none fixed", "sound, no slower than after an elastic impact", loose, 5000, move |end| {
             end.sound() && (elastic..100.0).contains(&end.body.velocity[2]) && end.outside(ROUNDING)
         })];
+    for (nodes, kind) in
+        [[2, 2], [2, 3], [3, 2], [2, 17], [17, 2]].into_iter().flat_map(|nodes| KINDS.map(|kind| (nodes, kind)))
+    {
+        for stochastic in [false, true] {
+            let scene = changed(strip(nodes), |scene| {
+                scene.projectile.velocity[2] = 150.0;
+                (scene.attachment.kind, scene.yarn.stochastic) = (kind, stochastic);
+            });
+            let name = format!("{nodes:?} nodes, {kind:?}, drawn: {stochastic}");
+            rows.push(row(name, "momentum to 1e-12", scene, 2000, |end| end.off[1] < 1e-12).for_its_steps());
+        }
+    }
     for nodes in [[4000, 8], [8, 4000]] {
         let name = format!("{nodes:?} nodes, 100 m/s");
         rows.push(row(name, "sound, none inside, yarns fail", strip(nodes), 2000, |end| {
@@ -213,4 +229,17 @@ fn millions_of_steps_in_which_nothing_happens() {
             body && none && positions(end.sim) == rest_positions(end.sim.scene())
         }),
     ]);
+}
+
+/// Ahead of a wave a sheet is at rest or moves by numbers of the processor's normal range, however small.
+#[test]
+fn nothing_is_subnormal_ahead_of_a_wave() {
+    let expected = "the smallest deflection from 1e-93 to 1e-20 spacings, more than 1000 nodes at rest and 300 moving";
+    all(vec![row("60 steps on 101 x 101 nodes", expected, drawn(small_sheet(101, 100.0)), 60, |end| {
+        let spacing = end.sim.scene().sheet.spacing;
+        let deflections = positions(end.sim).into_iter().map(|x| x[2].abs() / spacing);
+        let (moving, at_rest): (Vec<f64>, Vec<f64>) = deflections.partition(|z| *z > 0.0);
+        let smallest = moving.iter().copied().fold(f64::INFINITY, f64::min);
+        (1e-93..1e-20).contains(&smallest) && at_rest.len() > 1000 && moving.len() > 300
+    })]);
 }

@@ -10,7 +10,7 @@ declare module "built:data" {
   export const fabrics: Record<string, Record<string, number[]>>;
   /** Faces, mass and moments of the fragment simulator of each calibre, likewise. */
   export const fragments: Record<string, Record<string, number[]>>;
-  /** Digests that every target must give (tests/golden/digests). */
+  /** Digests that every target must give (tests/golden/pins). */
   export const pinned: Record<string, string>;
   /** What `fabric run` gave for each named scene. */
   export const native: Record<string, { digest: string; endedBy: string; steps: number }>;

@@ -19,13 +19,12 @@ const COMPILERS: [([&str; 2], &str, usize); 2] =
     [(["gcc", "g++"], "KINDS=shared static", 8), (["clang", "clang++"], "KINDS=shared", 4)];
 
 /// Installs the library and runs C99, C11, C++17 and C++20 hosts against it, built by a makefile with pkg-config. Each must
-/// print the digests of tests/golden, which are those of the kernel called from Rust, and of tests/c/digests, which a test of `fabric-capi`
-/// compares with it.
+/// print the digests of tests/golden/pins, which are those of the kernel called from Rust.
 pub fn run() -> Outcome {
     needs(&["g++", "make", "pkg-config"])?;
     installed()?;
     crate::targets::undefined_in_kernel(&prefix().join("lib/libfabric_kernel.so"))?;
-    let wanted = [pins()?, lines(&read(top().join("tests/c/digests"))?)].concat();
+    let wanted = [pins("scene")?, pins("host")?].concat();
     for ([c, cpp], kinds, expected) in COMPILERS {
         if !found(&[c], "C and C++ hosts by clang") {
             continue;

@@ -1,5 +1,5 @@
 //! `cargo xtask digests`: the same scenes (tests/digests/scenes.h) by the same library on every target, compared in bits with
-//! tests/golden/digests.
+//! tests/golden/pins.
 
 use crate::platforms;
 use crate::targets::{self, BOARD as BOARD_TRIPLE, HARD, Tool, WASM};
@@ -126,7 +126,7 @@ pub fn run(options: &Options) -> Outcome {
         let names: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
         return Err(format!("there is no target {unknown}; there are {}", names.join(", ")));
     }
-    let pins = pins()?;
+    let pins = pins("scene")?;
     let targets: Vec<&Target> = TARGETS.iter().filter(wanted).collect();
     let libraries = build(&targets)?;
     let mut results = Vec::new();
@@ -381,15 +381,16 @@ fn output_within(command: &mut Command, longest: Duration) -> Result<String, Str
     }
 }
 
-/// Names and digests of tests/golden/digests.
-pub(crate) fn pins() -> Result<Vec<(String, String)>, String> {
-    Ok(lines(&read(top().join("tests/golden/digests"))?))
+/// Names and values of one kind in tests/golden/pins.
+pub(crate) fn pins(kind: &str) -> Result<Vec<(String, String)>, String> {
+    let pins = lines(&read(top().join("tests/golden/pins"))?);
+    Ok(pins.iter().filter(|(of, _)| of == kind).flat_map(|(_, pin)| lines(pin)).collect())
 }
 
-/// Names and digests of the lines of a text.
+/// Names and values of the lines of a text.
 pub(crate) fn lines(text: &str) -> Vec<(String, String)> {
-    let pair = |line: &str| line.split_once(' ').map(|(name, digest)| (name.to_string(), digest.trim().to_string()));
-    text.lines().filter(|line| !line.starts_with('#')).filter_map(pair).collect()
+    let pair = |line: &str| line.split_once(' ').map(|(name, value)| (name.to_string(), value.trim().to_string()));
+    text.lines().filter_map(pair).collect()
 }
 
 /// Prints the table; an error if any digest differs.
@@ -423,6 +424,6 @@ fn report(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
     if different.is_empty() {
         Ok(())
     } else {
-        Err(format!("digests are not those of tests/golden/digests\n{}", different.concat()))
+        Err(format!("digests are not those of tests/golden/pins\n{}", different.concat()))
     }
 }

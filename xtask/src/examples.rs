@@ -1,13 +1,12 @@
 //! The C and C++ examples, built outside the project as a user would, and what the C++ header costs over C.
 
 use crate::chosts::prefix;
-use crate::tools::{
-    Outcome, cargo_tool, cmake, emptied, found, needs, output, read, run as command, target, top, wait,
-};
+use crate::digests::pins;
+use crate::tools::{Outcome, cargo_tool, cmake, emptied, found, needs, output, read, run as command, target, wait};
 use std::path::Path;
 
 /// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and the static one,
-/// and compares the last line that each prints with examples/expected.txt.
+/// and compares the last line that each prints with tests/golden/pins.
 pub fn run() -> Outcome {
     needs(&["cmake", "g++"])?;
     crate::chosts::installed()?;
@@ -20,11 +19,8 @@ pub fn run() -> Outcome {
     if said.contains("warning") {
         return Err(format!("the examples do not build cleanly:\n{said}"));
     }
-    let path = top().join("examples/expected.txt");
-    let expected = read(&path)?;
-    for line in expected.lines() {
-        let (name, wanted) = line.split_once(' ').ok_or(format!("{}: {line}", path.display()))?;
-        for program in [name.to_owned(), format!("{name}_static")] {
+    for (name, wanted) in pins("example")? {
+        for program in [name.clone(), format!("{name}_static")] {
             // One run of the long example is enough.
             if program == "monte_carlo_static" {
                 continue;
@@ -32,7 +28,7 @@ pub fn run() -> Outcome {
             let printed = output(build.join(&program), &[])?;
             let last = printed.lines().last().unwrap_or_default();
             if last != wanted {
-                return Err(format!("{program} ends with \"{last}\" instead of \"{wanted}\" (examples/expected.txt)"));
+                return Err(format!("{program} ends with \"{last}\" instead of \"{wanted}\" (tests/golden/pins)"));
             }
         }
         println!("  {name}: {wanted}");
@@ -55,15 +51,13 @@ fn capsule(build: &Path) -> Outcome {
     }
 }
 
-/// The example with threads: for any number of them the digest that tests/c/digests holds for the same scene.
+/// The example with threads: for any number of them the pinned digest of the same scene.
 fn threads(build: &Path) -> Outcome {
-    let path = top().join("tests/c/digests");
-    let digests = read(&path)?;
-    let wanted = digests.lines().find_map(|line| line.strip_prefix("small ")).unwrap_or_default();
+    let (_, wanted) = pins("host")?.pop().unwrap_or_default();
     for threads in ["1", "2", "3", "5"] {
         let printed = output(build.join("threads"), &[threads])?;
         if printed.trim() != wanted {
-            return Err(format!("threads {threads} prints {printed} instead of {wanted} ({})", path.display()));
+            return Err(format!("threads {threads} prints {printed} instead of {wanted}"));
         }
     }
     println!("  threads, 1, 2, 3 and 5 of them: {wanted}");

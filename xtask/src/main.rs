@@ -51,7 +51,7 @@ enum Command {
     Release(release::Options),
     /// Write include/fabric_kernel.h and tests/c/abi/scene.inc.
     Header,
-    /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/digests.
+    /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/pins.
     Digests(digests::Options),
     /// Write target/web/index.html: the kernel live in a web page.
     Web(web::Options),
