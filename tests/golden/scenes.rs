@@ -12,7 +12,7 @@ pub type Row = (&'static str, fn() -> Scene, u64, bool);
 /// The pinned digest of a scene.
 ///
 /// # Panics
-/// There is none.
+/// The file has no pin of this name.
 pub fn pin(name: &str) -> u64 {
     let start = format!("golden {name} ");
     let digest = include_str!("pins").lines().find_map(|line| line.strip_prefix(&start));
