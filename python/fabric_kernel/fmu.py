@@ -109,6 +109,8 @@ def described(text: str, words: dict[str, list[int]]) -> tuple[str, dict[str, li
         if variable := re.match(r' *<\w+ name="([^"]+)" valueReference="', line):
             name = variable[1]
         if name in words and (start := re.match(r'( *<(\w+) (?:.* )?start=")[^"]*(".*)', line, re.DOTALL)):
+            if name != next(iter(words)):  # The library takes the words in the order of its variables.
+                raise ValueError(f"{name}: the FMU has its parameters in another order: it is of another version")
             attributes = dict(re.findall(r' (\w+)="([^"]*)"', line))
             limits = attributes.get("min") or least.get(attributes.get("declaredType", ""), "-inf"), attributes.get("max", "inf")
             values = [shown(start[2], word) for word in words.pop(name)]

@@ -213,6 +213,12 @@ class Filled(unittest.TestCase):
             ARCHIVES[2], lambda name, data: data.replace(fmu.MARK + layout, fmu.MARK + bytes(8)), self.folder / "older.fmu"
         )
         none = changed(ARCHIVES[2], lambda name, data: data.replace(fmu.MARK, bytes(16)), self.folder / "none.fmu")
+        swap = lambda data: re.sub(
+            rb'"sheet.nodes_([xy])" v', lambda found: b'"sheet.nodes_%s" v' % {b"x": b"y", b"y": b"x"}[found[1]], data
+        )
+        order = changed(
+            ARCHIVES[2], lambda name, data: swap(data) if name == "modelDescription.xml" else data, self.folder / "order.fmu"
+        )
         foreign = self.folder / "foreign.fmu"
         with zipfile.ZipFile(foreign, "w") as archive:
             archive.writestr("modelDescription.xml", "<fmiModelDescription/>")
@@ -225,6 +231,7 @@ class Filled(unittest.TestCase):
             ([scene, "--from", other], "version 0.0.9"),
             ([scene, "--from", older], "another version"),
             ([scene, "--from", none], "takes no scene"),
+            ([scene, "--from", order], "another order"),
             ([scene, "--from", foreign], "no FMU of fabric"),
             ([scene, "--from", scene], "no FMU"),
             ([scene, "--from", self.folder], "FabricShield-fmi2.fmu"),
