@@ -30,7 +30,7 @@ QUESTIONS = {
     "rings": ("wraps: flat cloth, pre-tension, turns, angle of impact, spacing", "5 min", "20 s"),
     "grading": ("graded networks against the whole fabric", "20 min", "20 s"),
     "through": ("how often the outcome through is wrong near the ballistic limit", "25 min", "2 min"),
-    "oblique": ("the same in oblique hits of bodies that spin and rub", "15 min", "2 min"),
+    "oblique": ("the same in oblique hits of spinning bodies, with friction", "15 min", "2 min"),
     "coupling": ("schemes for a projectile that its host moves", "10 min", "20 s"),
     "validation": ("the six questions below together, with the table of their verdicts", "15 min", "20 s"),
     "yarn": ("one yarn hit across: strain, waves, critical velocity", "2 min", "5 s"),

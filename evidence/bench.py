@@ -217,4 +217,4 @@ def draw(rows, widest, path):
     add(f"whole run, {widest}", "dashed", "run", widest)
     for case in dict.fromkeys(row.case for row in rows if row.case.startswith("peers: ")):
         add(case.removeprefix("peers: ") + ", whole run", "marked", case, "compiled")
-    plot.errors(path, "Time per node and step", "nodes along a side", "ns per node-step, one core", series)
+    plot.errors(path, "Time per node and step, one core", "nodes along a side", "time per node-step (ns)", series)

@@ -7,7 +7,7 @@ import math
 from typing import NamedTuple
 
 from .paper_runs import ATTACHMENTS, CORNERS, FOUR_SIDES, STOCHASTIC, SYMMETRIC, TWO_SIDES, UNIFORM, WOVEN, number
-from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, verdict_of_all, verdict_of_any
+from .statistics import AGREES, DOES_NOT, UNDECIDED, Estimate, verdict_of_all, verdict_of_any
 
 CLOSE = 1.5  # "Close", "similar": at most this factor apart. The paper's other factors are 2 and 3.
 THREEFOLD, TWO_TO_FOUR, TWOFOLD = (2.0, 4.0), (2.0, 4.0), (1.5, 2.5)  # "about three times", "two to four times", "about twofold"
@@ -47,7 +47,7 @@ class Claim:
     def why(self):
         """The sentence behind the verdict, made from the checks."""
         parts, count = [], len(self.checks)
-        for verdict, word in ((AGREES, "inside"), (DOES_NOT, "outside"), (CANNOT_BE_TOLD, "across the edge")):
+        for verdict, word in ((AGREES, "inside"), (DOES_NOT, "outside"), (UNDECIDED, "across the edge")):
             names = [check.name for check in self.checks if check.verdict() == verdict]
             if names and len(names) == count:
                 parts.append(f"all {count} {word}" if count > 1 else word)
@@ -434,12 +434,12 @@ def of_map(runs):
     ]
     checks = [Check(cell.name(), cell.ratio, TWOFOLD) for cell in every]
     verdicts = [check.verdict() for check in checks]
-    inside, outside, across = (verdicts.count(verdict) for verdict in (AGREES, DOES_NOT, CANNOT_BE_TOLD))
+    inside, outside, across = (verdicts.count(verdict) for verdict in (AGREES, DOES_NOT, UNDECIDED))
     claims = [
         Claim(
             "P3",
-            "Uniform yarn over-predicts about twofold near the limit, corners (absorbed energy; preset washers, whole sheet, "
-            "one draw per "
+            "Uniform yarn over-predicts about twofold near the limit, corners (absorbed energy; preset washers, whole "
+            "sheet, one sample per "
             "segment, when detached)",
             allows,
             plain(UNIFORM, "detached"),

@@ -181,13 +181,8 @@ def answer(study):
 
 def draw(study, rows):
     names = [scheme.name for scheme in SCHEMES]
-    velocity = "velocity", "error of the velocity at 50 us", "error (m/s)", "V(50 us) error m/s"
-    interface = (
-        "interface",
-        "energy lost between host and fabric",
-        "interface energy error (% of KE0)",
-        "interface energy error % of KE0",
-    )
+    velocity = "velocity", "velocity at 50 µs", "error (m/s)", "V(50 us) error m/s"
+    interface = "interface", "interface energy", "interface energy error (% of KE0)", "interface energy error % of KE0"
     for part, (measure, what, label, key), chosen in (
         ("", velocity, names[:6]),
         ("_more", velocity, names[:2] + names[8:]),
@@ -195,5 +190,5 @@ def draw(study, rows):
     ):
         series = plot.lines([row for row in rows if row["scheme"] in chosen], "scheme", "H s", lambda row: abs(row[key]))
         file = f"coupling{part}_{measure}.svg"
-        plot.errors(study.folder / file, f"Host-driven sphere, 40 J: {what}", "communication step H (s)", label, series)
+        plot.errors(study.folder / file, f"Sphere moved by a host, 40 J: {what}", "communication step H (s)", label, series)
         study.picture(file, f"accuracy_{file}")

@@ -166,7 +166,7 @@ def answer(study):
             '"Plain": the profile likelihood with chi squared.\n'
             '"Three-phase to V01": the second half of its shots approaches V01.\n'
             '"Plan": velocities evenly spaced over three guessed deviations on both sides.\n\n'
-            f"Below {FEWEST} shots no V01 and V99 are told: their rows are what such intervals would hold.\n\n"
+            f"Below {FEWEST} shots no V01 and V99 are reported: their rows are what such intervals would hold.\n\n"
             f"{summary(everything, tests)}\n{markdown(*main_table, 2)}\n"
             "## Width\n\n"
             "Median width of the 95 % interval in standard deviations of the fabric, with the right guess; open: an end is not "

@@ -76,7 +76,7 @@ def answer(study):
                 "velocity m/s": found["velocity"],
                 "impact J": 0.5 * scene["projectile.mass"] * velocity * velocity,
                 "absorbed J": found["absorbed"],
-                "rubbed J": found["rubbed"],
+                "friction J": found["rubbed"],
                 "residual %": 100 * found["residual"],
                 "unconverged": found["unconverged"],
             }
@@ -179,7 +179,7 @@ def impact_table(rows):
                 f"{friction:g}",
                 Estimate.mean(absorbed).text(2),
                 "" if friction == 0 else change(absorbed, without).text(1),
-                f"{sum(numbers(own, 'rubbed J')) / len(own):.2f}",
+                f"{sum(numbers(own, 'friction J')) / len(own):.2f}",
                 Estimate.mean(numbers(own, "velocity m/s")).text(1),
                 f"{max(map(abs, numbers(own, 'residual %'))):.2f}",
                 f"{max(numbers(own, 'unconverged')):.0f}",

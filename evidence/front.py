@@ -102,8 +102,8 @@ def verdict(judged):
 
 def choice(judged):
     """For each wanted error of the ensemble mean of the absorbed energy the cheapest (error, row, runs, expected error), or None.
-    The error of a mean of n runs is taken as sqrt(error^2 + floor^2/n), with an error that cannot be told from 0 counted as one
-    standard error of the difference."""
+    The error of a mean of n runs is taken as sqrt(error^2 + floor^2/n), with an error that cannot be distinguished from 0 counted
+    as one standard error of the difference."""
     found, spread = [], judged.floor["absorbed"]
     for wanted in WANTED:
         best = None

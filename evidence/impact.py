@@ -19,7 +19,6 @@ import math
 from typing import NamedTuple
 
 from fabric_kernel import Failed, Scene, Simulation, page, plot
-from fabric_kernel.plot import Series
 
 from . import front
 from .statistics import deviation, mean
@@ -35,7 +34,6 @@ QUARTER = "quarter"
 
 class Case(NamedTuple):
     name: str
-    file: str
     kind: str
     stochastic: bool
 
@@ -45,7 +43,7 @@ class Case(NamedTuple):
 
 
 CASES = [
-    Case(f"{held}, {yarn}", f"{held.split()[0]}_{yarn}", kind, yarn == "stochastic")
+    Case(f"{held}, {yarn}", kind, yarn == "stochastic")
     for held, kind in (("four sides", "four_sides"), ("two sides", "two_sides"), ("corners", "four_corners"))
     for yarn in ("uniform", "stochastic")
 ]
@@ -174,19 +172,17 @@ def answer(study):
     found = study.each(
         impact, [(scene_of(wanted[n][0], wanted[n][1], k * ROUNDING, smoke), wanted[n][0].end, k) for n, k in jobs]
     )
-    rows, text = [], FRONT
+    rows, text, judged_cases = [], FRONT, {}
     for n, (case, setting, _) in enumerate(wanted):
         own = [run for (m, _), run in sorted(zip(jobs, found), key=lambda pair: pair[0]) if m == n]
         rows.append(summed_up(case, setting, own))
     study.write("impact", rows)
     for case in cases:
-        judged = front.Judged([row for row in rows if row["case"] == case.name])
+        judged = judged_cases[case.name] = front.Judged([row for row in rows if row["case"] == case.name])
         text += f"## 40 J, {case.name}\n\n{impact_table(judged)}\n{front.verdict(judged)}\n\n{choice_table(judged)}\n"
-        for measure in ("absorbed", "velocity", "residual"):
-            draw(study.folder / f"{case.file}_{measure}_steps.svg", case.name, judged, measure)
     study.table("accuracy_impact", "Whole impacts", text)
-    for name in ("four_uniform_absorbed", "four_uniform_velocity", "four_uniform_residual", "corners_uniform_absorbed"):
-        study.picture(f"{name}_steps.svg", f"accuracy_{name}_steps.svg")
+    draw(judged_cases, study.folder / "front.svg")
+    study.picture("front.svg", "front.svg")
 
 
 def summed_up(case, setting, runs):
@@ -194,7 +190,6 @@ def summed_up(case, setting, runs):
     good = [run["values"] for run in runs if not run["trouble"]]
     row = {
         "case": case.name,
-        "file": case.file,
         "family": setting.family(),
         "dt_over_dt_crit": setting.step,
         "accepted": setting.step <= LARGEST,
@@ -297,18 +292,46 @@ def choice_table(judged):
     return page.markdown(heading, rows, 2)
 
 
-def draw(path, case, judged, measure):
-    error = lambda row: 100 * row["error"][measure]
-    label = "energy residual (% of KE0)" if measure == "residual" else "error of the mean (%)"
-    levels = [
-        ("chaos floor, one run", 100 * judged.floor[measure]),
-        ("resolution of the means", 100 * judged.resolution[measure]),
-    ]
-    shown = [row for row in judged.rows if not row["reference"]]
-    best = sorted((row["node_steps"], error(row)) for row in shown if measure in row["fronts"][0])
-    series = [Series("Pareto front", best, "line")] + plot.lines(shown, "family", "node_steps", error)
-    series.append(Series("default", [(row["node_steps"], error(row)) for row in judged.rows if row["default"]]))
-    title = f"40 J, {case}: error of the {front.WORDS[measure]}"
-    plot.errors(
-        path, title, "node-steps of one run (force evaluations)", label, series, levels[:1] if measure == "residual" else levels
-    )
+KINDS = {
+    "Verlet": "velocity Verlet",
+    "Verlet, slack balance": "the same with slack_balance",
+    "Verlet, quarter": "a quarter of the sheet",
+    "Verlet, 2 h": "bars of two yarns",
+    "Verlet, 4 h": "bars of four yarns",
+}
+
+
+def draw(cases, path):
+    """Error of the absorbed energy over time, a panel for each case. A family of settings is a line, the default a star."""
+    rows = (len(cases) + 1) // 2
+    figure, panels = plot.new(5.6, 0.6 + 1.8 * rows, min(len(cases), 2), rows, sharex=True, sharey=True, squeeze=False)
+    for axis, (name, judged) in zip(panels.flat, cases.items()):
+        counted = lambda row: (row["cpu_seconds"], 100 * max(row["error"]["absorbed"], row["resolution"]["absorbed"]))
+        shown = [row for row in judged.rows if front.competes(row)]
+        for number, (family, words) in enumerate([*KINDS.items(), ("theta", "theta rule")]):
+            points = sorted(
+                counted(row)
+                for row in shown
+                if row["family"] == family or (family == "theta" and row["family"].startswith(family))
+            )
+            style = plot.STYLES["points" if family == "theta" else "marked"] | {"markersize": 3.5, "linewidth": 1.0}
+            if points:
+                axis.plot(*zip(*points), color=plot.COLOURS[number], label=words, **style)
+        axis.plot(
+            *zip(*(counted(row) for row in judged.rows if row["default"])),
+            "*",
+            color="black",
+            markersize=11,
+            label="default",
+            zorder=3,
+        )
+        axis.axhline(
+            100 * judged.resolution["absorbed"], color="#969696", linewidth=1, linestyle="--", label="resolution of the means"
+        )
+        axis.set(xscale="log", yscale="log")
+        axis.set_title(name, fontsize=10)
+    for axis in panels[-1]:
+        axis.set_xlabel("processor time of a run (s)")
+    figure.supylabel("error of the mean absorbed energy (%)", fontsize=10)
+    plot.below(figure, panels.flat[0])
+    plot.save(figure, path)

@@ -53,7 +53,7 @@ def answer(study):
     study.write("number", rows)
     plot.errors(
         study.folder / "runs_absorbed_steps.svg",
-        "40 J: statistical error of the mean absorbed energy",
+        "Statistical error of the mean absorbed energy, 40 J",
         "node-steps of all runs together",
         "standard error of the mean (%)",
         series,

@@ -301,7 +301,7 @@ def drawn(study):
     import numpy
 
     width, spacing = 0.012 if study.effort != FULL else 0.051, sheet({"name": KEVLAR}, 0.051, 1.0)["sheet.spacing"]
-    figure, plots = plot.new(10, 5.4, 2)
+    figure, plots = plot.new(7, 4.2, 2)
     shots = (
         ("friction 0.05 between yarns, none on the sphere", rubbing(0.05, 0.0), "window", 75e-6),
         ("friction 0.2 and 0.2", rubbing(0.2, 0.2), "crossing", 125e-6),

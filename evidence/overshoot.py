@@ -203,9 +203,9 @@ def answer(study):
         )
         shown = strip.refinement in {NONE: (1, 4), VISCOUS: (4,)}.get(strip.viscosity, ())
         if strip.radius == thin and speed == PICTURE and shown:
-            profiles[f"network, segments in a spacing: {strip.refinement}, viscosity: {viscosity_name(strip.viscosity)}"] = found[
-                "profile"
-            ]
+            profiles[
+                f"{strip.refinement} segment{'s' * (strip.refinement > 1)} per spacing{', viscous' * (strip.viscosity != NONE)}"
+            ] = found["profile"]
     study.write("overshoot_strain", rows)
     draw(study, thin, profiles)
     if study.effort == FULL:
@@ -237,9 +237,9 @@ def draw(study, thin, profiles):
     series.append(Series("Smith", [(0, strain), (TRAVEL * length, strain), (TRAVEL * length, 0), (length, 0)], "dashed"))
     plot.draw(
         study.folder / "overshoot_strain.svg",
-        f"Strip struck at 400 m/s by a cylinder of {1e3 * thin:.2f} mm, when the front is near the held end",
-        "distance from the middle, of the yarn at rest (mm)",
-        "U - 1 (%)",
+        f"Strip hit at 400 m/s by a cylinder of {1e3 * thin:.2f} mm",
+        "distance from the middle at rest (mm)",
+        "strain U − 1 (%)",
         series,
         "from zero",
     )

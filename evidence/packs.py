@@ -190,7 +190,7 @@ def judged(study, rows):
             bars = [(ours.low / u, ours.high / u) for _, ours, u in scaled]
             series.append(
                 Series(
-                    f"{name}, {form}, {bar:g} yarns a bar, {width:.0f} mm",
+                    f"{name.split()[0]}, {form}, {bar:g} yarn{'s' * (bar != 1)} per bar, {width:.0f} mm",
                     [(x, ours.value / u) for x, ours, u in scaled],
                     "marked",
                     bars,
@@ -218,11 +218,11 @@ def judged(study, rows):
     bars = [
         tuple((row["measured V50 m/s"] + side * V50_INTERVAL) / row["(U*)^(1/3) m/s"] for side in (-1, 1)) for row in measured
     ]
-    series.append(Series("Twaron CT612, measured", points, "points", bars))
+    series.append(Series("Twaron, measured", points, "points", bars))
     plot.draw(
         study.folder / "packs.svg",
-        "Ballistic limit on Cunniff's axes: fragment of 1.10 g",
-        "areal density x presented area / mass of the fragment",
+        "Ballistic limit on Cunniff's axes: Kevlar KM2 S706, Twaron CT612, fragment of 1.10 g",
+        "areal density × presented area / mass",
         "V50 / (U*)^(1/3)",
         series,
         "from zero",

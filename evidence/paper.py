@@ -36,25 +36,24 @@ from .study import SMOKE, clock
 SEED, JUST = 1, 1e-9
 
 RULE = (
-    'Rule of the verdicts: a claim is read as a range that a quantity must lie in (column "read as"; the rows on where, in '
-    "which order "
-    'and at how many places sheets fail were worded after first results). "Agrees" if the whole 95 % interval lies inside the '
-    "range, "
-    '"does not" if none of it does, otherwise "cannot be told". A claim about several energies or attachments agrees if all do, '
-    "and "
-    "does not if one does not. The intervals are not corrected for their number: of twenty true claims about one quantity each, "
-    "one may "
+    'Rule of the verdicts: a claim is read as a range that a quantity must lie in (column "read as"; the rows on '
+    "where, in which order "
+    'and at how many places sheets fail were worded after first results). "Agrees" if the whole 95 % interval lies '
+    "inside the range, "
+    '"does not" if none of it does, otherwise "undecided". A claim about several energies or attachments agrees if all do, and '
+    "does not if one does not. The intervals are not corrected for their number: of twenty true claims about one "
+    "quantity each, one may "
     "come out wrong."
 )
 QUESTION = (
-    "The paper says that uniform yarn over-predicts about twofold near the ballistic limit of the sheet held at its corners. It "
-    "does not "
-    "say where the washers of the 3 in sheet sit, how large they are, whether its uniform sheet stayed symmetric, which energy "
-    "is read "
-    "and when, or whether a segment or a whole yarn gets a draw. The energy is what the projectile has lost (absorbed), or what "
-    "rupture "
-    "has dissipated (the work done by the yarn), or that with the strain energy. Below, the ratio uniform over stochastic under "
-    "every "
+    "The paper says that uniform yarn over-predicts about twofold near the ballistic limit of the sheet held at "
+    "its corners. It does not "
+    "say where the washers of the 3 in sheet sit, how large they are, whether its uniform sheet stayed symmetric, "
+    "which energy is read "
+    "and when, or whether a segment or a whole yarn gets a sample. The energy is what the projectile has lost "
+    "(absorbed), or what rupture "
+    "has dissipated (the work done by the yarn), or that with the strain energy. Below, the ratio uniform over "
+    "stochastic under every "
     "combination of these readings, with its 95 % interval; in brackets how many of the uniform and of the stochastic runs were "
     "arrested. Where runs are arrested their absorbed energy is capped at the impact energy, so the ratio alone understates a "
     "difference; the ballistic limits are compared as well. A sheet that has not torn off by the end of its run is read at the "
@@ -230,7 +229,7 @@ def report(study, runs, micro, found):
         ("map_dissipated", SYMMETRIC, "dissipated, detached"),
     ):
         caption, levels = (
-            "95 % intervals; points are shifted sideways a little to tell them apart.",
+            "95 % intervals; points are shifted sideways a little so that they do not overlap.",
             [("no difference", 1.0), ("twofold", 2.0)],
         )
         title, lines = f"{uniform} over stochastic yarn, read: {reading}", ratios(runs, uniform, reading)

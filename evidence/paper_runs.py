@@ -24,7 +24,7 @@ ATTACHMENTS = [TWO_SIDES, FOUR_SIDES, CORNERS]
 # Every segment draws its own modulus and damage rate; all take the mean, and rounding decides which corner fails first; the same,
 # kept mirror-symmetric by planes; every woven yarn draws once.
 STOCHASTIC, UNIFORM = "stochastic", "uniform"
-SYMMETRIC, WOVEN = "uniform, mirror-symmetric", "stochastic, one draw per yarn"
+SYMMETRIC, WOVEN = "uniform, mirror-symmetric", "stochastic, one sample per yarn"
 SMALL, LARGE = "3 in, sphere", "10 in, cylinder"
 # Impact energies on the 3 in sheet, those of the map of the open question, about the limit at the corners, those of its washers
 # that are not the preset ones, and those of the histories (Figs 15 to 17), J; velocities on the 10 in sheet, m/s; of each the
@@ -114,7 +114,7 @@ def points(effort):
     # How failure begins in mirror-symmetric clamped sheets.
     found += [Point(SMALL, kind, SYMMETRIC, energy) for kind in (TWO_SIDES, FOUR_SIDES) for energy in HISTORY_ENERGIES]
     for washer in washers(effort):
-        # All energies for the preset washers, which alone are tried with one draw per yarn too.
+        # All energies for the preset washers, which alone are tried with one sample per yarn too.
         energies = [energy for energy in MAP_ENERGIES[effort] if washer == PRESET or effort != FULL or energy in OTHER_ENERGIES]
         yarns = [STOCHASTIC, UNIFORM, SYMMETRIC] + [WOVEN] * (effort != QUICK and washer == PRESET)
         found += [Point(SMALL, CORNERS, yarn, energy, washer) for yarn in yarns for energy in energies]
@@ -135,10 +135,10 @@ def left_out(effort):
     return (
         f"{shape} Left out against the full study: impact energies {lacking(ENERGIES)} J on the 3 in sheet, velocities "
         f"{lacking(VELOCITIES)} m/s on the 10 in "
-        f"sheet; in the map of the open question energies {lacking(MAP_ENERGIES)} J, one draw per yarn, and all washers but the "
-        f"first {len(washers(effort))}. "
-        f"Runs per point: {RUNS[effort][SMALL]} instead of 10 on the 3 in sheet, {RUNS[effort][LARGE]} instead of 3 on the 10 "
-        f"in sheet."
+        f"sheet; in the map of the open question energies {lacking(MAP_ENERGIES)} J, one sample per yarn, and all "
+        f"washers but the first {len(washers(effort))}. "
+        f"Runs per point: {RUNS[effort][SMALL]} instead of 10 on the 3 in sheet, {RUNS[effort][LARGE]} instead of 3 on "
+        "the 10 in sheet."
     )
 
 

@@ -173,7 +173,7 @@ def verdicts(parts):
         bonded, separate = ([row for row in parts["draws"] if row["form"] == form] for form in ("bonded", "separate"))
         found.append(
             (
-                "draws of their own over one for all: energy at the limit",
+                "own samples over one for all: energy at the limit",
                 "",
                 friction.change(energies(separate), energies(bonded), 2 * BISECTION),
                 None,
@@ -261,10 +261,5 @@ def draw(rows, path):
             )
         )
     plot.draw(
-        path,
-        "Ballistic limit over the number of plies: Kevlar KM2 S706, sphere of 0.69 g",
-        "plies",
-        "ballistic limit (m/s)",
-        series,
-        "logarithmic x",
+        path, "Ballistic limit of Kevlar KM2 S706, sphere of 0.69 g", "plies", "ballistic limit (m/s)", series, "logarithmic x"
     )

@@ -176,7 +176,12 @@ def answer(study):
     ends = [(100 * strain, mean([r[0] for r in own]), min(r[0] for r in own), max(r[0] for r in own)) for strain, own in taut]
     series = [plot.Series("", [(x, y) for x, y, *_ in ends], bars=[(low, high) for *_, low, high in ends])]
     plot.draw(
-        study.folder / "rings.svg", "A ring hit at 110 m/s", "hoop pre-strain (%)", "absorbed energy (J)", series, "from zero"
+        study.folder / "rings.svg",
+        "Energy that a ring absorbs, hit at 110 m/s",
+        "hoop pre-strain (%)",
+        "absorbed energy (J)",
+        series,
+        "from zero",
     )
     study.picture("rings.svg", "rings.svg")
     study.table("rings", "Rings", "\n".join(parts))

@@ -27,6 +27,7 @@ SHORT = {
     "paper_map": {"washers | uniform": (range(10), lambda row: row[3] in ("detached", "strain and dissipated, detached"))},
     "performance": {"nodes | scalar": ((0, 3, 4, 5), None), "nodes |  | ns": LEFT_OUT, "figure | value": LEFT_OUT},
     "plies": {"form": ((0, 1, 2, 3, 5, 7), None)},
+    "stability": {"velocity, m/s": LEFT_OUT},
     "v50": {
         "design | link | shots | guess": (range(7), lambda row: row[3] in ("sd x 1", "-2 sd, sd x 0.5")),
         "design | link | shots | V01": (range(6), None),

@@ -79,7 +79,7 @@ def answer(study):
     plain = [row for row in rows if row["case"] == "no damage"]
     plot.errors(
         study.folder / "smooth_position_steps.svg",
-        "Smooth phase, no damage: 0.7 to 1/32 dt_crit",
+        "Smooth motion, steps of 0.7 to 1/32 dt_crit",
         "node-steps (force evaluations)",
         "largest position error (m)",
         plot.lines(plain, "integrator", "node-steps", lambda row: row["position error m"]),

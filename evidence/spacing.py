@@ -87,7 +87,8 @@ def converged(study, rows):
                     name = f"{plies:.0f} plies, damage rate {damage_rate:.0f} {length}, {row['yarns a bar']:g} yarns a bar"
                     found.setdefault((what, viscosity), []).append(Point(name, ratio, about(1, 0.1)))
         if length == "constant":
-            name = f"{plies:.0f} plies, damage rate {damage_rate:.0f}, viscosity {viscosity}"
+            damping = "no viscosity" if viscosity == "none" else "viscous"
+            name = f"{plies:.0f} pl{'y' if plies == 1 else 'ies'}, damage rate {damage_rate:.0f}, {damping}"
             series.append(
                 Series(name, [(row["yarns a bar"], row["absorbed J"] / (base or own[-1])["absorbed J"]) for row in own])
             )
@@ -106,8 +107,8 @@ def converged(study, rows):
     plot.draw(
         study.folder / "spacing.svg",
         "Absorbed energy at about twice the ballistic limit",
-        "yarns a bar",
-        "over that with one yarn a bar",
+        "yarns per bar",
+        "energy / energy with one yarn per bar",
         sorted(series, key=lambda line: -len(line.points)),
         "logarithmic x",
     )

@@ -15,7 +15,7 @@ import numpy
 import scipy.optimize
 import scipy.stats
 
-AGREES, DOES_NOT, CANNOT_BE_TOLD = "agrees", "does not", "cannot be told"
+AGREES, DOES_NOT, UNDECIDED = "agrees", "does not", "undecided"
 
 
 def mean(values):
@@ -116,24 +116,24 @@ class Estimate(NamedTuple):
         """The rule: compares the interval with the range that a claim allows."""
         low, high = allowed
         if math.isnan(self.value):
-            return CANNOT_BE_TOLD
+            return UNDECIDED
         if low <= self.low and self.high <= high:
             return AGREES
-        return DOES_NOT if self.high < low or high < self.low else CANNOT_BE_TOLD
+        return DOES_NOT if self.high < low or high < self.low else UNDECIDED
 
 
 def verdict_of_all(verdicts):
     """A claim about every one of several points: one counterexample refutes it."""
     if DOES_NOT in verdicts:
         return DOES_NOT
-    return AGREES if verdicts and CANNOT_BE_TOLD not in verdicts else CANNOT_BE_TOLD
+    return AGREES if verdicts and UNDECIDED not in verdicts else UNDECIDED
 
 
 def verdict_of_any(verdicts):
     """A claim that some point exists at which it holds."""
     if AGREES in verdicts:
         return AGREES
-    return DOES_NOT if verdicts and CANNOT_BE_TOLD not in verdicts else CANNOT_BE_TOLD
+    return DOES_NOT if verdicts and UNDECIDED not in verdicts else UNDECIDED
 
 
 def arrest_limit(counts):

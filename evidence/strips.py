@@ -264,9 +264,9 @@ def answer(study):
     series.append(Series("all other yarns rigid, closed form", [(k, rigid(k - 0.5)) for k in range(1, 67)], "dashed"))
     plot.draw(
         study.folder / "strips.svg",
-        "Load of a yarn that is cut, at a strain of 1.3 %",
-        "bars from the cut",
-        "over that of a whole yarn",
+        "Load of a cut yarn at a strain of 1.3 %",
+        "distance from the cut (bars)",
+        "load / load of a whole yarn",
         series,
         "from zero",
     )

@@ -195,15 +195,14 @@ def waves_text(study, rows):
     series = []
     for name in dict.fromkeys(row["yarn"] for row in fabric):
         own = [row for row in fabric if row["yarn"] == name]
+        name = name.split("_")[0].capitalize()
         plain = [row for row in own if row["viscosity"] == "none"]
         series += [
-            Series(f"{name}: the model's law", [(row["impact m/s"], row["exact strain %"]) for row in plain], "line"),
-            Series(
-                f"{name}: Smith, linear in the strain", [(row["impact m/s"], row["linear strain %"]) for row in plain], "dashed"
-            ),
+            Series(f"{name}: law of the model", [(row["impact m/s"], row["exact strain %"]) for row in plain], "line"),
+            Series(f"{name}: Smith, linear", [(row["impact m/s"], row["linear strain %"]) for row in plain], "dashed"),
             *(
                 Series(
-                    f"{name}: network, viscosity {v}",
+                    f"{name}: network{', viscous' * (v != 'none')}",
                     [(row["impact m/s"], row["strain %"]) for row in own if row["viscosity"] == v],
                     "points",
                 )
@@ -212,7 +211,7 @@ def waves_text(study, rows):
         ]
     plot.draw(
         study.folder / "yarn.svg",
-        "One yarn hit across: strain behind the longitudinal front",
+        "One yarn hit across: strain after the longitudinal front",
         "impact velocity (m/s)",
         "strain (%)",
         series,

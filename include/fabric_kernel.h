@@ -145,7 +145,7 @@
 // one.
 #define FK_HOLDS_NOTHING -35
 
-// Pre-tension that pulls at an edge which is not held, or at segments that are drawn one by one: the sheet would move
+// Pre-tension that pulls at an edge which is not held, or at segments that are sampled one by one: the sheet would move
 // by itself.
 #define FK_NOT_IN_EQUILIBRIUM -36
 
@@ -192,7 +192,7 @@
 // yarn.strength_draw: every segment has yarn.critical_stretch.
 #define FK_STRENGTH_DRAW_NONE 0
 
-// yarn.strength_draw: every segment has its own: U_c - 1 is drawn from a Weibull distribution.
+// yarn.strength_draw: every segment has its own: U_c - 1 has a Weibull distribution.
 #define FK_STRENGTH_DRAW_WEIBULL 1
 
 // projectile.shape: sphere; feels no torque without friction.
@@ -301,7 +301,7 @@ typedef struct fk_scene_sheet {
     // pulls only once it is taken up. 0 to 1. Default 0 each.
     double crimp[2];
     // Strain at which the sheet is held along x (two or four sides) and along y (four sides), below critical_stretch -
-    // 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus drawn for
+    // 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus sampled for
     // every segment. >= 0. Default 0 each.
     double pre_strain[2];
     // Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of
@@ -323,7 +323,7 @@ typedef struct fk_scene_sheet {
 
 // Separate plies one behind the other: a part of fk_scene.
 typedef struct fk_scene_stack {
-    // Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity
+    // Separate plies, each a network with samples of its own, held like the first, in contact with each other. Velocity
     // Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network. 1 to 1000. Default
     // 1.
     uint64_t plies;
@@ -350,7 +350,7 @@ typedef struct fk_scene_back {
     double crimp[2];
     // Mean Young's modulus E of a segment (M3). In Pa, > 0. Default 1.4021e11.
     double modulus_mean;
-    // Standard deviation of the modulus. Modulus and damage rate are drawn if this or back.damage_sd is not 0. In Pa,
+    // Standard deviation of the modulus. Modulus and damage rate are sampled if this or back.damage_sd is not 0. In Pa,
     // >= 0. Default 2.04e9.
     double modulus_sd;
     // Slope of the damage rate over the modulus (M6). In 1/Pa. Default 7.91e-9.
@@ -361,10 +361,10 @@ typedef struct fk_scene_back {
     double damage_sd;
     // Critical stretch U_c at which damage begins (M5). > 1 and <= 2. Default 1.03.
     double critical_stretch;
-    // Weibull shape m of the critical strain U_c - 1, at least 1; 0: it is not drawn. 0 to 1000. Default 0.
+    // Weibull shape m of the critical strain U_c - 1, at least 1; 0: it is not sampled. 0 to 1000. Default 0.
     double weibull_shape;
     // Gauge length L at which back.critical_stretch - 1 is the Weibull scale; 0: L is the length of a segment. Counts
-    // for drawn strength only. In m, >= 0. Default 0.
+    // for sampled strength only. In m, >= 0. Default 0.
     double weibull_gauge_length;
 } fk_scene_back;
 
@@ -409,21 +409,21 @@ typedef struct fk_scene_yarn {
     double damage_b;
     // Remaining part alpha of the stiffness (M5) at or below which a segment fails. >= 0 and < 1. Default 0.01.
     double alpha_fail;
-    // Modulus and damage rate are drawn; if not, every segment takes the means. 0 or 1. Default 1.
+    // Modulus and damage rate are sampled; if not, every segment takes the means. 0 or 1. Default 1.
     uint64_t stochastic;
-    // What gets a draw of its own. Read for stochastic yarn only. One of FK_DRAW_SEGMENT and FK_DRAW_YARN. Default
+    // What gets a sample of its own. Read for stochastic yarn only. One of FK_DRAW_SEGMENT and FK_DRAW_YARN. Default
     // FK_DRAW_SEGMENT.
     uint64_t draw;
-    // Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not
+    // Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are sampled; not
     // with mirror planes. One of FK_STRENGTH_DRAW_NONE and FK_STRENGTH_DRAW_WEIBULL. Default FK_STRENGTH_DRAW_NONE.
     uint64_t strength_draw;
-    // Weibull shape m of the critical strain U_c - 1. Read for drawn strength only. 1 to 1000. Default 14.7.
+    // Weibull shape m of the critical strain U_c - 1. Read for sampled strength only. 1 to 1000. Default 14.7.
     double weibull_shape;
     // Gauge length L at which yarn.critical_stretch - 1 is the Weibull scale: that of a segment of length h is larger
-    // by (L/h)^(1/m). 0: L is h. Read for drawn strength only. In m, >= 0. Default 0.
+    // by (L/h)^(1/m). 0: L is h. Read for sampled strength only. In m, >= 0. Default 0.
     double weibull_gauge_length;
     // Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0.
-    // Read for drawn strength only, that of the back fabric included. 0 to 1. Default 0.
+    // Read for sampled strength only, that of the back fabric included. 0 to 1. Default 0.
     double weibull_correlation;
     // Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity
     // Verlet only. 0 to 1. Default 0.
@@ -589,15 +589,15 @@ typedef struct fk_scene {
     uint64_t drive;
     // How the nodes are stepped.
     fk_scene_integrator integrator;
-    // Seed of the draws. Default 1.
+    // Seed of the random samples. Default 1.
     uint64_t seed;
     // The time step, constant for the life of a simulation.
     fk_scene_time_step time_step;
     // Whether the time step is checked against its limit. One of FK_STEP_CHECK_REFUSE and FK_STEP_CHECK_NONE. Default
     // FK_STEP_CHECK_REFUSE.
     uint64_t step_check;
-    // Segments give back the energy that the step makes where they become slack or taut. Velocity Verlet only; not with
-    // a dependence on the rate of strain. 0 or 1. Default 0.
+    // The energy error of segments that become slack or taut is corrected. Velocity Verlet only; not with a dependence
+    // on the rate of strain. 0 or 1. Default 0.
     uint64_t slack_balance;
     // How the projectile turns between impulses.
     fk_scene_rotation_rule rotation_rule;
@@ -613,7 +613,7 @@ typedef struct fk_scene {
     // friction); more are a failure. 0 = every node. Default 0.
     uint64_t contact_capacity;
     // Watch whether held yarn can still stop a free projectile: the outcome through, long before exited. Needs
-    // track_detachment to tell held yarn from loose. 0 or 1. Default 0.
+    // track_detachment to distinguish held yarn from loose yarn. 0 or 1. Default 0.
     uint64_t track_through;
 } fk_scene;
 
@@ -769,7 +769,7 @@ typedef struct fk_path {
 typedef struct fk_step_limits {
     // The step in use, constant for the life of a simulation.
     double dt;
-    // 2/omega_max of the taut sheet at the critical stretch, with the stiffest segment drawn.
+    // 2/omega_max of the taut sheet at the critical stretch, with the stiffest sampled segment.
     double dt_crit;
     // Largest accepted step: 0.5 dt_crit.
     double step_max;
@@ -838,7 +838,7 @@ typedef struct fk_energy {
     double residual;
     // Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
     double viscous;
-    // Energy rubbed away between yarn and projectile, J.
+    // Energy dissipated by friction between yarn and projectile, J.
     double friction;
     // Kinetic energy lost where separate plies meet, J.
     double ply_loss;

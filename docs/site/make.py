@@ -44,6 +44,9 @@ SET = """document$.subscribe(() => renderMathInElement(document.body, {
 STYLE = (
     ".md-grid { max-width: 76rem; } .md-typeset table:not([class]) th { min-width: 0; } .md-typeset img { max-height: 28rem; }\n"
 )
+# On a telephone tables are dense, and names in them are whole.
+STYLE += "@media (max-width: 44rem) { .md-typeset table:not([class]) :is(th, td) { padding: .4em .5em; } }\n"
+STYLE += "@media (max-width: 44rem) { .md-typeset table code { word-break: normal; } }\n"
 
 
 def put(path, text):

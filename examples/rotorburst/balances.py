@@ -161,7 +161,7 @@ def print_results(results):
     lines = answer(results)
     lines = [f"\n{lines[0]}. {' '.join(lines[1:])}", *(f"  {name:<{width}}  {value}" for name, value in rows)]
     lines += [
-        "Books between host and shield",
+        "Balances between host and shield",
         f"  {'one side':>12} {'other side':>12} {'difference':>11} {'relative':>9}  unit   balance",
     ]
     for name, entry in results["balances"].items():

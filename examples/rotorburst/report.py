@@ -57,10 +57,10 @@ PLOTS = [
     ),
 ]
 MEANING = (
-    "After the first failed segment the model is chaotic: a change of the speed in the 13th digit changes the pattern of "
-    "failure. One run is one draw; "
-    "residual velocity, absorbed energy and failed segments are to be compared as ensembles, over seeds or over slightly "
-    "changed speeds. The same run on "
+    "After the first failed segment the model is chaotic: a change of the speed in the 13th digit changes the "
+    "pattern of failure. One run is one sample; "
+    "residual velocity, absorbed energy and failed segments are to be compared as ensembles, over seeds or over "
+    "slightly changed speeds. The same run on "
     "another machine gives the same FMU bits for the same inputs.",
     "Not modelled: friction between yarns, bending, slip of yarns at crossings and clamps, interchange of crimp, deformation of "
     "the fragment. Options that "

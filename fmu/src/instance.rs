@@ -621,12 +621,12 @@ const OPEN_BALANCE: &str = "energy.residual: more than 1 % of the impact energy.
                             slack_balance = true";
 
 /// Said once, as a warning.
-const COARSE_COUPLING: &str = "interface.residual: host and fabric differ by more than 1 % of the impact energy: take communication steps \
+const COARSE_COUPLING: &str = "interface.residual: host and fabric differ by more than 1 % of the impact energy. Take communication steps \
                                of at most 1/20 of m v/F, of mass, velocity and greatest mean force (unless the host does work on the body)";
 
 /// Said once, as a warning.
 const BEYOND_FINE: &str = "contact.beyond_fine: the projectile met the sheet beyond the fine part of the graded network, where nodes may be \
-                           too far apart to feel it: move sheet.grading.centre or enlarge sheet.grading.half_width";
+                           too far apart to meet it. Move sheet.grading.centre or enlarge sheet.grading.half_width";
 
 type Sums = ([f64; 3], [f64; 3], f64, u64);
 

@@ -204,7 +204,7 @@ class Energy(TypedDict):
     dissipated: float  # J: Energy dissipated by rupture
     contact_loss: float  # J: The same as contact.loss
     viscous: float  # J: Energy that viscosity of the yarn and its dependence on the rate of strain have taken
-    friction: float  # J: Energy rubbed away between yarn and projectile
+    friction: float  # J: Energy dissipated by friction between yarn and projectile
     ply_loss: float  # J: Kinetic energy lost where separate plies meet
     contact_work: float  # J: The same as contact.work
     support_work: float  # J: Work of the projectile on held nodes: the part of contact.work that the fabric did not get
@@ -279,8 +279,8 @@ class Simulation:
     """One impact. What it computes leaves the interpreter free for other threads; one thread at a time may use it.
 
     Raises Refused if the scene cannot be simulated, MemoryError if it takes more memory than there is.
-    Steps warn (RuntimeWarning), once, when the energy balance is open by more than 1 % of the impact energy, unless `warns` is
-    False; they look every 256 steps.
+    Steps warn (RuntimeWarning), once, when the energy residual exceeds 1 % of the impact energy, unless `warns` is False;
+    they look every 256 steps.
     `capsule` is a file that gets every call which changes the simulation: `replay(FILE)` does them again and compares the bits.
     """
 

@@ -269,10 +269,10 @@ def _repeats(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     if not alike:
         return []
     return [
-        f"{alike} of {len(rows)} runs have the result of another run, to the bit: what their scenes differ by changes nothing. "
-        f"Of the seed "
-        "that is so where the yarn is not drawn (yarn.stochastic and yarn.strength_draw); draw something else, such as the "
-        "impact point "
+        f"{alike} of {len(rows)} runs have the result of another run, to the bit: what their scenes differ by changes "
+        "nothing. The seed "
+        "changes nothing where yarn is not sampled (yarn.stochastic and yarn.strength_draw); vary something else, such "
+        "as the impact point "
         "(`vary`)."
     ]
 
@@ -358,7 +358,7 @@ def _draw(name: str, distribution: Distribution, random: numpy.random.Generator,
     if drawn is None or (number and not math.isfinite(drawn)) or (not number and not words):
         checks.refuse(
             name,
-            "a finite number, a sequence of such, or a frozen distribution whose draws are finite",
+            "a finite number, a sequence of such, or a frozen distribution whose samples are finite",
             f"{distribution!r}, which gave {drawn!r}",
         )
     return drawn

@@ -173,8 +173,8 @@ def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int
     if rarity > RARE:
         return ""
     return (
-        f"The share that goes through does not grow with the velocity: shots that contradict it so are drawn in "
-        f"{100 * rarity:.2g} % where it does. "
+        "The share that goes through does not grow with the velocity: a share that grows gives such shots in "
+        f"{100 * rarity:.2g} % of tests. "
         "A limit and its interval mean little here: look at the shots, and shoot at lower velocities, too."
     )
 
@@ -362,8 +362,8 @@ def fit(
     if not all(told):
         which = ", ".join(name(share) for share, kept in zip(shares, told) if not kept)
         notes.append(
-            f"{which}: not told below {FEWEST} shots, of which there are {count}: such intervals hold the truth less often than "
-            f"they say."
+            f"{which}: not reported below {FEWEST} shots, of which there are {count}: such intervals hold the truth less "
+            "often than they say."
         )
     if any(math.isinf(end) for kept, pair in zip(told, calibrated_intervals) if kept for end in pair):
         notes.append("Some ends are not bounded by these shots; more shots, or slower and faster ones, bound them.")
@@ -371,9 +371,9 @@ def fit(
     values = tuple(float(x) if kept and max(low, 0.0) <= x <= high else math.nan for kept, x, (low, high) in estimates)
     if law.deviation * sigma > LARGEST * mu:
         notes.append(
-            f"The standard deviation that was found, {law.deviation * sigma:.3g} m/s, is more than a third of V50: a normal law "
-            f"does not describe such "
-            "shots, as of a mixture of attitudes; use the share stopped at your velocity (docs/tutorial.md)."
+            f"The standard deviation that was found, {law.deviation * sigma:.3g} m/s, is more than a third of V50. A normal "
+            "law does not describe such "
+            "shots, as those of mixed attitudes. Use the share stopped at your velocity (docs/tutorial.md)."
         )
     which = ", ".join(name(share) for kept, share, value in zip(told, shares, values) if kept and math.isnan(value))
     if which:

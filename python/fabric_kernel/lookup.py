@@ -48,9 +48,9 @@ def error(table: "pandas.DataFrame", direct: "pandas.DataFrame", mass: float) ->
     energy = 100.0 * (found["left"] - direct["left"]).abs() / (0.5 * mass * direct["velocity"] ** 2)
     outside = ((found["perforation"] < direct["low"]) | (found["perforation"] > direct["high"])).sum()
     return (
-        f"Half way between its velocities the table differs from {int(direct['shots'].sum())} direct runs in the share through "
-        f"by {share.mean():.2f} on average and "
-        f"{share.max():.2f} at most, in the energy left by {energy.mean():.1f} and {energy.max():.1f} % of the impact energy; "
+        f"Half way between its velocities the table differs from {int(direct['shots'].sum())} direct runs. The share "
+        f"through is off by {share.mean():.2f} on average, "
+        f"{share.max():.2f} at most; the energy left by {energy.mean():.1f} and {energy.max():.1f} % of the impact energy. "
         f"{outside} of {len(direct)} shares lie outside of the intervals of the direct runs."
     )
 

@@ -1,5 +1,4 @@
-"""One ply: whether a projectile may push the yarns aside, which the network cannot show, and its limit beside that of resolved
-yarns.
+"""One ply: whether a projectile may part the yarns, which the network cannot show, and its limit beside that of resolved yarns.
 
 A window is a hole through which the projectile passes without breaking a yarn. Criterion: a body of radius R between yarns with
 spacing h and thickness t, half of the ply's, touches them where its surface is inclined by asin((h/2)/(R + t/2)); friction
@@ -9,7 +8,7 @@ docs/validation.md, "One ply", has the points on either side. It is not sharp: s
 Limits: tested with spheres that hit a window of one ply of Kevlar KM2 S706, at the widths of comparisons.toml. It takes no
 account of width, place and velocity: below the needed friction yarns may break first, on small sheets and at a crossing. A flat
 face counts with the radius of the whole face.
-Friction of no fabric could be read in a source.
+No source with the friction of a fabric is available.
 """
 
 import math
@@ -44,15 +43,13 @@ class Windowing(NamedTuple):
         side = "the yarns should stay together under the projectile"
         if low < MARGIN * self.needed:
             likely = "is likely to" if high < self.needed else "may"
-            side = (
-                f"the projectile {likely} push the yarns aside and pass without breaking one, at a velocity far below this limit"
-            )
+            side = f"the projectile {likely} part the yarns and pass without breaking one, at a velocity far below this limit"
         widths = " and ".join(f"{width:g}" for width in reference()["criterion_width_mm"])
         return (
-            f"One ply: {side}: the coefficients of friction between yarns and on the projectile are together {found}, and the "
-            f"criterion asks for "
-            f"{self.needed:.2g}; of resolved yarns, computed at {widths} mm only, none parted from {MARGIN:g} times that on "
-            f"(docs/validation.md, One ply)."
+            f"One ply: {side}: the coefficients of friction between yarns and on the projectile are together {found}, and "
+            "the criterion asks for "
+            f"{self.needed:.2g}. Of resolved yarns, computed at {widths} mm only, none parted from {MARGIN:g} times that on "
+            "(docs/validation.md, One ply)."
         )
 
 
@@ -86,8 +83,8 @@ def beside_reference(scene: Scene) -> str:
     found = reference()
     ratios = [case["network"] / case["resolved"] for case in found["case"]]
     return (
-        f"no test of one ply could be read; beside yarns that slip, with friction {found['friction'][0]:g} to "
+        f"no test of one ply is available; compared with yarns that slip, with friction {found['friction'][0]:g} to "
         f"{found['friction'][1]:g}, the limit is off by "
-        f"{100 * (min(ratios) - 1):+.0f} to {100 * (max(ratios) - 1):+.0f} % ({len(ratios)} cases, computed and not measured), "
-        f"where no window opens."
+        f"{100 * (min(ratios) - 1):+.0f} to {100 * (max(ratios) - 1):+.0f} % ({len(ratios)} cases, computed and not "
+        "measured), where no window opens."
     )

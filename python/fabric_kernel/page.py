@@ -22,7 +22,7 @@ td:not(.text) { white-space: nowrap; }
 .answer p:first-child { font-size: 1.35rem; font-weight: 600; }
 summary { cursor: pointer; font-weight: 600; }
 td.lines { min-width: 21rem; }
-td.agrees { background: #e2f4ea; } td.doesnot { background: #fde5dc; } td.cannotbetold { background: #fdf4d3; }
+td.agrees { background: #e2f4ea; } td.doesnot { background: #fde5dc; } td.undecided { background: #fdf4d3; }
 """
 
 
@@ -134,7 +134,7 @@ class Page:
             line = ""
             for k, cell in enumerate(row):
                 kind = words(k)
-                if cell in ("agrees", "does not", "cannot be told"):
+                if cell in ("agrees", "does not", "undecided"):
                     kind = f' class="text {cell.replace(" ", "")}"'
                 elif "\n" in str(cell):
                     kind = ' class="text lines"'

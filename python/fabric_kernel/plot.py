@@ -81,7 +81,8 @@ class Series(NamedTuple):
     bars: list = None
 
 
-def new(width=9.8, height=5.6, columns=1, rows=1, **more):
+def new(width=5.6, height=3.7, columns=1, rows=1, **more):
+    """A figure with its panels; inches. In the default width letters can be read on a telephone."""
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, figure.subplots(rows, columns, **more)
 
@@ -130,11 +131,19 @@ def draw(path, title, x, y, series, axes="linear", marks=(), levels=()):
     for at, name in marks:
         axis.axvline(at, color="#969696", linewidth=1, linestyle="--")
         axis.text(at, 0.99, name + " ", transform=axis.get_xaxis_transform(), ha="right", va="top", fontsize=8, color="#5a5a5a")
-    axis.set(title=title, xlabel=x, ylabel=y)
+    axis.set(xlabel=x, ylabel=y)
+    figure.suptitle("\n".join(textwrap.wrap(title, 56)), fontsize=11)
     if len(series) + len(levels) > 1:
-        # Beside the plot, where it hides nothing.
-        axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0))
+        below(figure, axis)
     save(figure, path)
+
+
+def below(figure, axis):
+    """The legend of a panel below the plot, in as many columns as there is room for; the figure grows by its height."""
+    handles, labels = axis.get_legend_handles_labels()
+    columns = max(1, min(3, int(72 * figure.get_figwidth() / (36 + 4.8 * max(len(label) for label in labels)))))
+    figure.set_figheight(figure.get_figheight() + 0.19 * math.ceil(len(labels) / columns))
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=9)
 
 
 def lines(rows, name, x, y):
@@ -168,7 +177,7 @@ def history(
         "fabric_kinetic": "fabric kinetic",
         "strain": "strain",
         "dissipated": "dissipated by rupture",
-        "viscous": "taken by viscosity",
+        "viscous": "dissipated by viscosity",
         "friction": "friction",
         "ply_loss": "lost where plies meet",
         "casing_loss": "lost on the case",
@@ -226,7 +235,7 @@ def profile(simulation: Any, path: str | os.PathLike[str] | None = None, *, titl
 def tornado(found: "Sensitivity", path: str | os.PathLike[str] | None = None) -> Figure:
     """The change of a limit by each variant, with its interval; the largest above."""
     rows = [one for one in found.changes if math.isfinite(one.percent)][::-1]
-    figure, axis = new(9.0, 1.6 + 0.38 * len(rows))
+    figure, axis = new(height=1.2 + 0.4 * len(rows))
     places = range(len(rows))
     axis.barh(
         places, [one.percent for one in rows], color=[COLOURS[0] if one.percent > 0 else COLOURS[1] for one in rows], height=0.62
@@ -246,12 +255,9 @@ def tornado(found: "Sensitivity", path: str | os.PathLike[str] | None = None) ->
     for end, sign, mark in (("low", -1, "<"), ("high", 1, ">")):
         beyond = [place for place, one in zip(places, rows) if sign * getattr(one, end) > reach]
         axis.plot([sign * 0.985 * reach] * len(beyond), beyond, mark, color=COLOURS[6])
-    axis.set_yticks(places, [one.variant for one in rows])
+    axis.set_yticks(places, ["\n".join(textwrap.wrap(one.variant, 32)) for one in rows], fontsize=9)
     axis.axvline(0.0, color="#888888", linewidth=1)
-    axis.set(
-        xlim=(-reach, reach),
-        xlabel=f"change of the limit (%), from {found.limit:.1f} m/s; bars: intervals, arrows: beyond the picture",
-    )
+    axis.set(xlim=(-reach, reach), xlabel=f"change of the limit of {found.limit:.1f} m/s (%)")
     axis.grid(visible=False, axis="y")
     return saved(figure, path)
 
@@ -259,7 +265,7 @@ def tornado(found: "Sensitivity", path: str | os.PathLike[str] | None = None) ->
 @styled
 def residual(curve: "Curve", path: str | os.PathLike[str] | None = None) -> Figure:
     """Residual over impact velocity, with the curves that were fitted and the bands of their intervals."""
-    figure, axis = new(8.5, 5.6)
+    figure, axis = new()
     v, out, through = (numpy.array([shot[k] for shot in curve.shots]) for k in (0, 2, 1))
     through = ~through.astype(bool)
     grid = numpy.linspace(0.95 * v.min(), 1.02 * v.max(), 600)
@@ -286,7 +292,7 @@ def limit(test: "Test", path: str | os.PathLike[str] | None = None) -> Figure:
     margin = 0.15 * float(numpy.ptp(drawn)) or 0.1 * abs(float(drawn[0])) or 1.0
     left, right = max(0.0, float(drawn.min()) - margin), float(drawn.max()) + margin
     outside = f" ({len(velocities) - len(drawn)} shots lie outside)" if len(drawn) < len(velocities) else ""
-    figure, (upper, lower) = new(8.5, 8.0, rows=2, sharex=True)
+    figure, (upper, lower) = new(height=6.6, rows=2, sharex=True)
     if fit.method != "none":
         quantiles = law.quantile(numpy.array(fit.shares))
         far = 10 * (right - left)
@@ -307,7 +313,7 @@ def limit(test: "Test", path: str | os.PathLike[str] | None = None) -> Figure:
         lower.plot(grid, test.residual.curve(grid), color="#009e73", label="Lambert and Jonas")
     upper.set(xlim=(left, right), ylabel="share that goes through", title=test.title)
     lower.set_ylim(top=1.15 * max(float(residuals[(velocities >= left) & (velocities <= right)].max(initial=0.0)), 1.0))
-    lower.set(xlabel=f"impact velocity, m/s{outside}", ylabel="residual velocity, m/s")
+    lower.set(xlabel=f"impact velocity (m/s){outside}", ylabel="residual velocity (m/s)")
     for panel in (upper, lower):
         panel.legend(loc="best", fontsize=8)
     return saved(figure, path)
@@ -318,7 +324,7 @@ def map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, a
     that is left, over velocity and attitude. `about`: lines that say what was shot at."""
     points = list(dict.fromkeys(zip(table["point_x"], table["point_y"])))
     attitudes, velocities = list(dict.fromkeys(table["attitude"])), sorted(set(table["velocity"]))
-    size = (max(1.6 + 1.15 * len(velocities) * len(points), 5.0), 2.2 + 1.3 * len(attitudes) + (1.2 if about else 0.0))
+    size = (max(1.6 + 0.78 * len(velocities) * len(points), 5.6), 1.6 + 1.0 * len(attitudes) + (1.3 if about else 0.0))
     figure, panels = new(*size, columns=len(points), rows=2, squeeze=False)
     most = table["residual_kinetic"].max()
     for column, (x, y) in enumerate(points):
@@ -330,19 +336,19 @@ def map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, a
             for (i, attitude), (j, velocity) in itertools.product(enumerate(attitudes), enumerate(velocities)):
                 cell = cells[attitude, velocity]
                 if name == "perforation":
-                    text = f"{cell.through}/{cell.shots}\n{cell.low:.2f} to {cell.high:.2f}"
+                    text = f"{cell.through}/{cell.shots}\n{100 * cell.low:.0f} to {100 * cell.high:.0f} %"
                 else:
                     text = f"{cell.residual_kinetic:.3g} J" if cell.through else "none"
                 dark = (numbers[i][j] or 0.0) > 0.6 * top
                 panel.text(j, i, text, ha="center", va="center", fontsize=8, color="white" if dark else "black")
             panel.set_xticks(range(len(velocities)), [f"{v:g}" for v in velocities])
             panel.set_yticks(range(len(attitudes)), attitudes)
-            panel.set_xlabel("velocity, m/s")
+            panel.set_xlabel("velocity (m/s)")
             panel.set_title(f"at ({1e3 * x:g}, {1e3 * y:g}) mm", fontsize=9)
-            label = "share through" if name == "perforation" else "mean energy left, J"
+            label = "share through (1)" if name == "perforation" else "mean energy left (J)"
             if column == len(points) - 1:
                 figure.colorbar(image, ax=panel, label=label)
     if about:
-        width = int(13.0 * size[0])
+        width = int(14.0 * size[0])
         figure.suptitle("\n".join(part for line in about for part in textwrap.wrap(line, width)), fontsize=7)
     return saved(figure, path)

@@ -211,8 +211,7 @@ def residual_curve(
     for fit in found:
         low, high = fit.ends(fit.refits[:, 0])
         lines.append(
-            f"{fit.name}: limit {fit.best.limit:.1f} m/s, {percent} interval [{low:.1f}, {high:.1f}], of the model with its "
-            f"draws."
+            f"{fit.name}: limit {fit.best.limit:.1f} m/s, {percent} interval [{low:.1f}, {high:.1f}], of the model alone."
         )
     if not found and not hole:
         lines.append("Fewer than three shots went through at different velocities: no fit of the residual velocities.")

@@ -306,7 +306,7 @@ def report(
             f"{summary['contact']['work']:.4g} J of {summary['impact_energy']:.4g} J "
             f"absorbed; held cloth deflected by at most {1e3 * summary['max_deflection']:.3g} mm.",
             *summary["warnings"],
-            f"One run of the model with its draws. {scenes.CAVEAT}",
+            f"One run of the model, with one sample of what is random. {scenes.CAVEAT}",
         ]
     )
     for file, caption in [

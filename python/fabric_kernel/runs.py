@@ -95,8 +95,8 @@ def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS)
       `beyond_fine`: steps in which the projectile met the sheet beyond the fine part of a graded network;
     - `digest`: hash of the state at the end.
 
-    "through" among the outcomes sets `track_through`. The numbers are of the model with its draws; of the model against tests
-    `model_error(scene)` says how far a limit may be off.
+    "through" among the outcomes sets `track_through`. The numbers are of the model with its random samples; of the model against
+    tests `model_error(scene)` says how far a limit may be off.
     Of a projectile that went through, energies and `ply_penetration` hold what torn cloth did after it, too; `until=DECIDED` ends
     there, sooner.
     After a failure everything but the outcome, steps, these counters and the digest is None.
@@ -188,20 +188,19 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     many = sum(share > MOST_UNCONVERGED for share in shares)
     if many:
         found.append(
-            f"In {many} of {len(rows)} runs more than {100 * MOST_UNCONVERGED:g} % of the steps have a contact solve that did "
-            f"not converge "
-            f"(`unconverged` over `steps`; at most {100 * max(shares):.2g} %). Its impulses are inexact, and so are velocities "
-            f"and energies. "
-            "Repeat such runs with half the time step (time_step.fraction) and with a smaller contact.friction: both usually "
-            "make the share "
-            "smaller, and a number that they change by more than runs differ anyway is not a result."
+            f"In {many} of {len(rows)} runs more than {100 * MOST_UNCONVERGED:g} % of the steps have a contact solve that "
+            "did not converge "
+            f"(`unconverged` over `steps`; at most {100 * max(shares):.2g} %). Its impulses are inexact, and so are "
+            "velocities and energies. "
+            "Repeat such runs with half the time step (time_step.fraction) and with a smaller contact.friction: both "
+            "usually reduce the share. "
+            "A number that they change by more than the scatter of the runs is not a result."
         )
     gains = [abs(row["energy_residual"] or 0.0) / row["initial_kinetic"] for row in rows if row["initial_kinetic"]]
     gained = sum(gain > MOST_GAINED for gain in gains)
     if gained:
         found.append(
-            f"In {gained} of {len(rows)} runs the energy balance is open by more than {100 * MOST_GAINED:g} % of the impact "
-            f"energy "
+            f"In {gained} of {len(rows)} runs the energy residual exceeds {100 * MOST_GAINED:g} % of the impact energy "
             f"(`energy_residual`; at most {100 * max(gains):.4g} %): yarn that goes slack and taut adds energy. Write "
             'slack_balance = true at the top of the scene file (docs/model.md, "Slack and taut").'
         )
@@ -209,8 +208,8 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     if beside:
         found.append(
             f"In {beside} of {len(rows)} runs the projectile met the sheet beyond the fine part of the graded network "
-            f"(`beyond_fine`), "
-            "where nodes may be too far apart to feel it: move sheet.grading.centre or enlarge sheet.grading.half_width."
+            "(`beyond_fine`), "
+            "where nodes may be too far apart to meet it. Move sheet.grading.centre or enlarge sheet.grading.half_width."
         )
     return found
 

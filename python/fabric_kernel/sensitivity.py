@@ -309,11 +309,11 @@ def sensitivity(
         )
     rows.sort(key=lambda one: -abs(one.percent) if math.isfinite(one.percent) else math.inf)
     notes += [
-        f"They are changes from {mean:.1f} m/s, the mean limit of {len(own)} single shots, each found by bisection in its own "
-        f"yarns and point; "
-        f"the {guess:.1f} m/s of the test are fitted to many shots with one each.",
-        f"Changes are of the limits of those of {asked} shots that have one with and without the change (the last column), each "
-        f"found to "
+        f"They are changes from {mean:.1f} m/s, the mean limit of {len(own)} single shots, each found by bisection in "
+        "its own yarns and point. "
+        f"The {guess:.1f} m/s of the test are fitted to many shots with one velocity each.",
+        f"Changes are of the limits of those of {asked} shots that have one with and without the change (the last "
+        "column), each found to "
         f"{100 * (WIDTH - 1):.0f} %, one change at a time.",
         f"The changes took {sum(spent) / test:.1f} times the node-steps of the test.",
     ]

@@ -91,7 +91,7 @@ class Axes(NamedTuple):
         return (
             f"On Cunniff's axes (1999): (U*)^(1/3) {self.velocity:.0f} m/s, from the yarn of the scene; A_d A_p/m_p "
             f"{self.ratio:.4f}{scaled}. "
-            "The published curve is not given beside it: no source with its coefficients could be read."
+            "The published curve is not given beside it: no source with its coefficients is available."
         )
 
 

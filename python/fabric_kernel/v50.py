@@ -74,7 +74,7 @@ class Test(NamedTuple):
             if share == 0.5 and not self.window:
                 bounded = f"{interval} m/s" if any(math.isfinite(end) for end in interval) else "not bounded by these shots"
                 number = f"{value:.1f} m/s, {100 * fit.confidence:g} % interval {bounded}" if math.isfinite(value) else bounded
-                lines.append(f"V50 {number}, of the model with its draws.")
+                lines.append(f"V50 {number}, of the model alone.")
         width = self.sensitivity.sentence() if self.sensitivity else ""
         return [*lines, *filter(None, [self.against]), *([width] if width else self.cautions[:1]), *self.cautions[1:2]]
 
@@ -393,11 +393,11 @@ class Shooter:
         yarns = value["yarn.stochastic"] or value["yarn.strength_draw"] != "none"
         if value["back.plies"]:
             yarns = yarns or any(value[f"back.{name}"] for name in ("modulus_sd", "damage_sd", "weibull_shape"))
-        yarn = "yarns drawn for each" if yarns else "the same yarns in each, as the scene draws none"
-        where = "as the scene says" if self.mesh is None else "through a point drawn within one mesh about the middle"
+        yarn = "yarns sampled for each" if yarns else "the same yarns in each, as the scene samples none"
+        where = "as the scene says" if self.mesh is None else "through a random point within one mesh of the middle"
         attitude = ", every orientation equally likely" if self.attitude == "random" else ""
         fixed = ["fragment", "fabric", "support"] + ([] if attitude else ["attitude"]) + ["angle of impact"]
-        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}; not drawn: {', '.join(fixed)}."
+        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}; not varied: {', '.join(fixed)}."
 
     def notes(self) -> list[str]:
         """What the reader of the shots made so far must know."""
@@ -409,21 +409,19 @@ class Shooter:
         notes = []
         if decided:
             notes.append(
-                f"{decided} of {len(through)} shots that went through ended when held yarn did not stop them any more: their "
-                f"residual "
-                "velocities may still change a little (docs/v50.md); with --to-the-end they go on."
+                f"{decided} of {len(through)} shots that went through ended when held yarn could not stop them. Their residual "
+                "velocities may still change a little (docs/v50.md); with --to-the-end they continue."
             )
         if torn:
             notes.append(
-                f"{torn} of {len(through)} shots that went through ended when their contact was with torn cloth only: that "
-                f"cloth may still "
-                "slow the projectile, so their residual velocities, and the curve fitted to them, are upper estimates "
-                "(docs/v50.md)."
+                f"{torn} of {len(through)} shots that went through ended when their contact was with torn cloth only. That "
+                "cloth may still "
+                "slow the projectile, so their residual velocities and the fitted curve are upper estimates (docs/v50.md)."
             )
         if absorbed > 0.0:
             notes.append(
-                f"The viscosity of the yarn took {100 * sum(row['viscous'] for row in rows) / absorbed:.0f} % of the absorbed "
-                f"energy."
+                f"The viscosity of the yarn dissipated {100 * sum(row['viscous'] for row in rows) / absorbed:.0f} % of the "
+                "absorbed energy."
             )
         return doubts(rows) + noted(self.scene, self.fastest) + notes
 
@@ -495,8 +493,7 @@ def print_at(given: Any, scene: Scene) -> None:
     print(
         f"\nAt {found['velocity']:g} m/s {found['through']} of {found['shots']} shots went through: "
         f"{100 * found['share']:.0f} %, "
-        f"{100 * found['confidence']:g} % interval [{100 * found['low']:.1f}, {100 * found['high']:.1f}] %, of the model with "
-        f"its draws."
+        f"{100 * found['confidence']:g} % interval [{100 * found['low']:.1f}, {100 * found['high']:.1f}] %, of the model alone."
     )
     print(*[model_error([scene]).sentence(), *cautions(scene), *shoot.notes(), shoot.drawn()], sep="\n")
 
@@ -538,7 +535,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     parser.add_argument(
-        "--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh"
+        "--as-aimed", action="store_true", help="fly as the scene says, not through a random point within one mesh"
     )
     changed = "width, spacing, time step, viscosity, crimp, strength, friction, support, hold of the attachments, attitude"
     parser.add_argument("--sensitivity", action="store_true", help=f"also how the limit changes with {changed}")

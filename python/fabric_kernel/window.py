@@ -75,9 +75,9 @@ def looked_at(rungs: Sequence[float], passed: Sequence[bool], confidence: float)
     width = (rungs[-1] - rungs[0]) / max(len(rungs) - 1, 1)
     note = (
         f"Below it {len(rungs)} shots from {rungs[0]:.4g} to {rungs[-1]:.4g} m/s, one each {width:.3g} m/s, "
-        f"{'were stopped' if not any(passed) else f'of which {sum(passed)} went through'}: "
-        f"a window in which every shot goes through is missed only if it is narrower than that; one of "
-        f"{len(rungs) * width / 3:.3g} m/s, in which half do, with a "
+        f"{'were stopped' if not any(passed) else f'of which {sum(passed)} went through'}. "
+        "A window in which every shot goes through is missed only if it is narrower than that. One of "
+        f"{len(rungs) * width / 3:.3g} m/s, in which half do, is missed with a "
         f"probability of at most {100 * (1 - confidence):.3g} %."
     )
     slowest = min((velocity for velocity, through in zip(rungs, passed) if through), default=math.nan)

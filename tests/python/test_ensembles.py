@@ -223,14 +223,12 @@ class Ensembles(InFolder):
                     simulation.run("exited", min(stride, 8000 - simulation.step_count))
                 seen += [(simulation.step_count, str(one.message)) for one in told]
             self.assertEqual(len(seen), int(warns), seen)
-            self.assertTrue(
-                all("the energy balance is open by 1." in text and "segments are slack" in text for _, text in seen), seen
-            )
+            self.assertTrue(all("the energy residual is 1." in text and "segments are slack" in text for _, text in seen), seen)
             self.assertGreater(simulation.energy()["residual"], 0.01 * initial)
             ends.append((simulation.digest, seen and seen[0][1]))
         self.assertEqual(ends[0], ends[1])
         self.assertEqual(ends[0][0], ends[2][0])
-        with self.assertWarnsRegex(RuntimeWarning, "^at .* us the energy balance is open by"):
+        with self.assertWarnsRegex(RuntimeWarning, "^at .* us the energy residual is"):
             fk.fly(gains, steps=8000)
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")

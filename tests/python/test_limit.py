@@ -205,7 +205,7 @@ class Intervals(unittest.TestCase):
             found = limit.fit(v, y, tests=40)
             self.assertEqual([math.isfinite(value) for value in found.velocities], told)
             self.assertEqual([tuple(interval) == (-math.inf, math.inf) for interval in found.intervals][::2], [not told[0]] * 2)
-            self.assertEqual("V01, V99: not told below 10 shots, of which there are 9" in " ".join(found.notes), shots == 9)
+            self.assertEqual("V01, V99: not reported below 10 shots, of which there are 9" in " ".join(found.notes), shots == 9)
 
     def test_intervals_hold_the_estimate_and_end_where_the_ratio_is_chi_squared(self):
         v, y = random_test(7, shots=60)

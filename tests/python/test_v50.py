@@ -24,7 +24,7 @@ class OfAScene(InFolder):
         self.assertEqual((stopped, residual), (row["stopped"], row["speed"]))
         self.assertEqual(
             shoot.notes()[-1],
-            f"The viscosity of the yarn took {100 * row['viscous'] / row['absorbed']:.0f} % of the absorbed energy.",
+            f"The viscosity of the yarn dissipated {100 * row['viscous'] / row['absorbed']:.0f} % of the absorbed energy.",
         )
         self.assertEqual([note for note in shoot.notes() if "converge" in note], [])
         # Within a mesh about the middle: another point, the same for each call.
@@ -38,7 +38,7 @@ class OfAScene(InFolder):
         (row,), (whole,) = decided.made.values(), ended.made.values()
         self.assertEqual((row["outcome"], "through" in whole["outcome"]), ("through", False))
         self.assertLess(row["steps"], whole["steps"])
-        self.assertIn("1 of 1 shots that went through ended when held yarn did not stop them any more", " ".join(decided.notes()))
+        self.assertIn("1 of 1 shots that went through ended when held yarn could not stop them", " ".join(decided.notes()))
 
     def test_the_report_says_what_is_not_to_be_trusted(self):
         shoot = Shooter(self.scene(), seed=3)
@@ -122,15 +122,15 @@ class OfAScene(InFolder):
         uniform = {"yarn.stochastic": False}
         weibull = {"yarn.strength_draw": "weibull"}
         for changes, told in (
-            ({}, "yarns drawn for each"),
+            ({}, "yarns sampled for each"),
             (uniform, "the same yarns in each"),
-            (uniform | weibull, "yarns drawn for each"),
+            (uniform | weibull, "yarns sampled for each"),
         ):
             scene = self.scene().replace(changes)
             self.assertIn(f"seed 4, {told}", Shooter(scene, seed=4).drawn())
         self.assertIn("as the scene says", Shooter(self.scene(), point=None).drawn())
         said, test = self.said(self.scene().replace(uniform), "--design", "plan", "--plan", "200")
-        self.assertIn("the same yarns in each, as the scene draws none", said)
+        self.assertIn("the same yarns in each, as the scene samples none", said)
         self.assertNotIn("yarns drawn", said + test["seeds"])
 
     def test_the_share_at_a_velocity_has_its_exact_interval(self):
@@ -221,7 +221,7 @@ class OfAScene(InFolder):
             ]
             self.assertEqual(places, sorted(places))
             self.assertNotIn(others, page)
-            self.assertIn("not drawn: fragment, fabric, support, attitude, angle of impact", page)
+            self.assertIn("not varied: fragment, fabric, support, attitude, angle of impact", page)
 
     def test_a_report_says_what_was_assumed_of_the_attachments(self):
         scene = Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 31, "nodes_y": 31})

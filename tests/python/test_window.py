@@ -62,7 +62,7 @@ class Invented(unittest.TestCase):
             self.assertEqual(len(rungs), count)
             self.assertLessEqual(0.5 ** (count // 3), 1.0 - confidence + 1e-12)
             self.assertTrue(0.25 * 480 < rungs[0] < 0.35 * 480 and 0.9 * 480 < rungs[-1] < 480.0, rungs)
-        self.assertIn("missed only if it is narrower than that; one of", window.looked_at(rungs, [False] * 30, 0.95)[1])
+        self.assertIn("missed only if it is narrower than that. One of", window.looked_at(rungs, [False] * 30, 0.95)[1])
         # Nothing is asked where no shot was stopped; where all were, the slowest counts.
         self.assertEqual(len(window.ladder(v, [True] * 20, 0.95)), 0)
         self.assertLess(window.ladder(v, [False] * 20, 0.95)[-1], 480.0)

@@ -188,7 +188,7 @@ fn options_that_do_not_go_together_are_both_named() {
 #[test]
 fn a_refusal_names_the_field_that_its_limit_follows_from() {
     let rate: &Changes = &[("yarn.rate_modulus", 0.1), ("yarn.rate_reference", 30.0), ("yarn.rate_limit", 1.0)];
-    let equilibrium = "sheet.pre_strain: pre-tension without equilibrium: an edge that is not held, or segments drawn one by one: see attachment.kind";
+    let equilibrium = "sheet.pre_strain: pre-tension without equilibrium: an edge that is not held, or segments sampled one by one: see attachment.kind";
     for (changes, text) in [
         (&[("back.plies", 2.0)] as &Changes, "back.plies: out of range; it is 2: see stack.plies"),
         (&[("sheet.spacing_y", 0.1)], "sheet.spacing_y: out of range; it is 1e-1: see sheet.spacing"),

@@ -1,5 +1,5 @@
 """`python3 tests/structure/pages.py`: each page keeps its budget of words, and its sentences are short, plain and in the words of
-the field.
+the field. What programs print is in those words, too.
 
 Words are those of `wc -w`: the whole file. Sentences are checked outside of code and tables. `--all` prints the words of each
 page.
@@ -42,6 +42,12 @@ BUDGET = {
 TABLES, ALL_TABLES = "docs/tables/", 35_000
 """Tables are written by programs: all of them together have one budget (evidence/short.py shortens them)."""
 LINKS = {"README.md": 15}
+PROGRAMS = [
+    f"{folder}/*.{kind}"
+    for folder in ("kernel", "crates", "capi", "fmu", "python", "evidence", "examples", "xtask")
+    for kind in ("py", "rs")
+]
+"""Whose messages are read."""
 WORDS, NUMBERS = 30, 2
 """At most these in a sentence. A range, a number with its interval and a size such as 105 x 105 are one number each."""
 ONE = r"[-−+]?\d[\d.,]*(?:e-?\d+)?(?!\w)"
@@ -87,8 +93,19 @@ def found(page, text):
             yield f"{page}:{line}: a private word, {private[0]!r}: {start} ..."
 
 
+def messages(text):
+    """(line, text) of string literals of several words, without what is filled in."""
+    text = re.sub(r'"{3}[\s\S]*?"{3}|^\s*(//|#).*$|\'"\'', lambda part: "\n" * part[0].count("\n"), text, flags=re.MULTILINE)
+    for found in re.finditer(r'"((?:[^"\\\n]|\\[\s\S])*)"', text):
+        if " " in found[1].strip() and " = " not in found[1]:
+            yield text.count("\n", 0, found.start()) + 1, re.sub(r"\{[^}]*\}", "", found[1])
+
+
 def main():
     assert len(list(found("planted", f"It stands 3 m/s above 4 and 5,{' and so' * 14}."))) == 3, "what is wrong is not found"
+    assert [line for line, said in messages('"""It told."""\n# told\nraise E(f"{told}: it told")') if PRIVATE.search(said)] == [
+        3
+    ], "a message is not found"
     listed = subprocess.run(["git", "ls-files", "*.md"], cwd=TOP, capture_output=True, text=True, check=True).stdout.split()
     texts = {page: (TOP / page).read_text() for page in listed if (TOP / page).is_file()}
     words = {page: len(text.split()) for page, text in texts.items()}
@@ -105,6 +122,14 @@ def main():
         wrong += found(page, text)
         if "--all" in sys.argv:
             print(f"{page:32} {words[page]:6} words of {limit}")
+    for file in subprocess.run(
+        ["git", "ls-files", *PROGRAMS], cwd=TOP, capture_output=True, text=True, check=True
+    ).stdout.split():
+        for line, said in messages((TOP / file).read_text()):
+            wrong += [
+                f"{file}:{line}: a private word, {private[0]!r}: {' '.join(said.split()[:6])} ..."
+                for private in PRIVATE.finditer(said)
+            ]
     print("\n".join(wrong) or f"{len(words)} pages keep their budgets: {sum(words.values()) - tables} words, of tables {tables}")
     sys.exit(bool(wrong))
 

@@ -118,7 +118,7 @@ const VERIFY: &[Step] = &[
     }),
     Step(Always, "error against run time", error_time),
     Step(Always, "map of stability, and its table", || {
-        as_committed("stability", &["tables/stability.md", "images/stability_map.svg"])
+        as_committed("stability", &["tables/stability_1.csv", "images/stability_map.svg"])
     }),
     Step(Always, "validation, and its table", || as_committed("validation", &["tables/validation.md"])),
     Step(Always, "FMU reference results", || {
@@ -172,7 +172,7 @@ pub fn run(options: &Options) -> Outcome {
         side_by_side(options, first)?;
         let others: Vec<_> = FIRST.iter().chain(SECOND).filter(|step| step.0 == All).map(|step| step.1).collect();
         if !options.all {
-            println!("`cargo xtask test --all` has besides: {}", others.join(", "));
+            println!("`cargo xtask test --all` also has: {}", others.join(", "));
         }
         return Ok(());
     }

@@ -233,7 +233,7 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     all_of(wrong)?;
     let numbers = given.iter().any(|(key, _)| key.starts_with("back.") && key != "back.plies");
     if back.is_some() && scene.back.plies == 0 {
-        return bad("back_fabric", "back_fabric: no ply is of this fabric: give back.plies".into());
+        return bad("back_fabric", "back_fabric: no ply is of this fabric: set back.plies".into());
     }
     if scene.back.plies > 0 && fabric.is_some() && back.is_none() && !numbers {
         return bad(

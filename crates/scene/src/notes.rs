@@ -15,9 +15,9 @@ pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
         return None;
     }
     Some(format!(
-        "the projectile has flat faces, whose edges are sharp, as the model has no radius for them: at {speed:.0} m/s, {part:.2} of the velocity \
-         at which a yarn that is hit across breaks at once, bars at an edge may break within microseconds, in packs of many plies, too, \
-         and at which velocity they do depends on the node spacing and the place of the hit (docs/validation.md, \"Spacing\")"
+        "the projectile has flat faces, whose edges are sharp, as the model has no radius for them. At {speed:.0} m/s, {part:.2} of the velocity \
+         at which a yarn that is hit across breaks at once, bars at an edge may break within microseconds, in packs of many plies, too. \
+         From which velocity on depends on the node spacing and the place of the hit (docs/validation.md, \"Spacing\")"
     ))
 }
 
@@ -60,7 +60,7 @@ const OPEN: f64 = 0.01;
 pub const SLACK_ADDS: &str = "yarn that goes slack and taut adds energy. Take \
                               slack_balance = true (docs/model.md, \"Slack and taut\")";
 
-/// What is said where the energy balance is open by more than 1 % of the impact energy: none of a body without energy. `impact_energy`
+/// What is said where the energy residual exceeds 1 % of the impact energy: none of a body without energy. `impact_energy`
 /// and `residual`, J.
 ///
 /// # Errors
@@ -72,7 +72,7 @@ pub fn open_balance(sim: &Sim<'_>, impact_energy: f64, residual: f64) -> Result<
     let (at, open) = (1e6 * sim.time(), 100.0 * residual / impact_energy);
     if residual < 0.0 && sim.scene().casing.radius != 0.0 {
         return Ok(Some(format!(
-            "at {at:.1} us the energy balance is open by {open:.1} % of the impact energy: what nodes lose on the case is counted to second \
+            "at {at:.1} us the energy residual is {open:.1} % of the impact energy: what nodes lose on the case is counted to second \
              order in the time step. Take half of time_step.fraction (docs/model.md, \"Curved sheets and rings\")"
         )));
     }
@@ -80,7 +80,7 @@ pub fn open_balance(sim: &Sim<'_>, impact_energy: f64, residual: f64) -> Result<
     sim.copy_stretch(&mut stretches)?;
     let slack = stretches.iter().filter(|&&stretch| stretch < 1.0 - 1e-9).count() as f64 / stretches.len() as f64;
     Ok(Some(format!(
-        "at {at:.1} us the energy balance is open by {open:.1} % of the impact energy. {:.0} % of the segments are slack: {SLACK_ADDS}",
+        "at {at:.1} us the energy residual is {open:.1} % of the impact energy. {:.0} % of the segments are slack: {SLACK_ADDS}",
         100.0 * slack
     )))
 }
@@ -113,7 +113,7 @@ mod tests {
         let mut scene = crate::parse("preset = \"sheet_10in_cylinder\"\n[fabric]\nname = \"kevlar_km2_s706\"").unwrap();
         assert!((breaking_velocity(&scene) - 852.0).abs() < 0.1, "{}", breaking_velocity(&scene));
         assert_eq!(sharp_edges(&scene, 212.0), None);
-        assert!(sharp_edges(&scene, 366.0).unwrap().contains("at 366 m/s, 0.43 of the velocity"));
+        assert!(sharp_edges(&scene, 366.0).unwrap().contains("At 366 m/s, 0.43 of the velocity"));
         scene.projectile.shape = Shape::Sphere;
         assert_eq!(sharp_edges(&scene, 366.0), None);
     }

@@ -86,7 +86,7 @@ pub enum Code {
     NotInBands = -34,
     /// The corner discs lie between the nodes and hold none; the fault's `limit` holds the smallest radius, m, that reaches one.
     HoldsNothing = -35,
-    /// Pre-tension that pulls at an edge which is not held, or at segments that are drawn one by one: the sheet would move by itself.
+    /// Pre-tension that pulls at an edge which is not held, or at segments that are sampled one by one: the sheet would move by itself.
     NotInEquilibrium = -36,
     /// An option that does not go with another one, each of which is good by itself. The fault's text names both.
     DoesNotGoWith = -37,
@@ -165,7 +165,7 @@ const TEXTS: [(Code, &CStr); 43] = [
     (Code::HoldsNothing, c"an attachment that holds no node"),
     (
         Code::NotInEquilibrium,
-        c"pre-tension without equilibrium: an edge that is not held, or segments drawn one by one",
+        c"pre-tension without equilibrium: an edge that is not held, or segments sampled one by one",
     ),
     (Code::DoesNotGoWith, c"does not go with another field"),
     (Code::PliesOverlap, c"a node lies below the one that it faces in the ply before"),

@@ -118,7 +118,7 @@ pub const FEATURES: [Record; 27] = [
         asked_by: &[("stack.plies", |s| s.stack.plies > 1)],
         not_with: &[Grading, Theta, Mirrors],
         words: 2,
-        about: "Separate plies that push on each other, of two fabrics if need be",
+        about: "Separate plies in contact, of two fabrics if need be",
     },
     Record {
         feature: Slack,
@@ -128,7 +128,7 @@ pub const FEATURES: [Record; 27] = [
         // The work of a stress that relaxes is not known within a step.
         not_with: &[Rate, Theta],
         words: 0,
-        about: "Segments that give back the energy which the step makes where they become slack or taut",
+        about: "Correction of the energy error of segments that become slack or taut",
     },
     Record {
         feature: Drawn,
@@ -141,7 +141,7 @@ pub const FEATURES: [Record; 27] = [
         // Mirror planes need yarn that is alike everywhere and a body that contact alone moves.
         not_with: &[Mirrors],
         words: 0,
-        about: "A modulus and a damage rate drawn for every segment or yarn",
+        about: "A modulus and a damage rate sampled for every segment or yarn",
     },
     Record {
         feature: Strength,
@@ -153,7 +153,7 @@ pub const FEATURES: [Record; 27] = [
         ],
         not_with: &[Mirrors],
         words: 0,
-        about: "A critical stretch drawn for every segment",
+        about: "A critical stretch sampled for every segment",
     },
     Record {
         feature: Prescribed,

@@ -88,7 +88,7 @@ pub struct Back {
     pub crimp: [f64; 2],
     /// Mean Young's modulus, Pa, > 0.
     pub modulus_mean: f64,
-    /// Standard deviation of the modulus, Pa, >= 0. Modulus and damage rate are drawn if this or `damage_sd` is not 0.
+    /// Standard deviation of the modulus, Pa, >= 0. Modulus and damage rate are sampled if this or `damage_sd` is not 0.
     pub modulus_sd: f64,
     /// Slope of the damage rate over the modulus, 1/Pa.
     pub damage_slope: f64,
@@ -170,9 +170,9 @@ pub struct Yarn {
     pub alpha_fail: f64,
     /// true: modulus and damage rate are drawn; false: all segments take the mean.
     pub stochastic: bool,
-    /// What gets a draw of its own (stochastic yarn only).
+    /// What gets a sample of its own (stochastic yarn only).
     pub draw: Draw,
-    /// Whether every segment has a critical stretch of its own; whether or not modulus and damage rate are drawn.
+    /// Whether every segment has a critical stretch of its own; whether or not modulus and damage rate are sampled.
     pub strength_draw: StrengthDraw,
     /// Weibull shape m of the critical strain U_c - 1, in [1, 1000] (drawn strength only).
     pub weibull_shape: f64,
@@ -238,7 +238,7 @@ impl Weft {
     };
 }
 
-/// What gets a draw of its own.
+/// What gets a sample of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Draw {
@@ -521,7 +521,7 @@ pub struct Scene {
     /// "detached", and a body that carries torn cloth is never said to have exited.
     pub track_detachment: bool,
     /// Watch whether held yarn can still stop a free body: the outcome "through", long before "exited". It needs `track_detachment`
-    /// to tell held yarn from loose; without it all yarn counts as held. See docs/model.md, "Outcomes".
+    /// to distinguish held yarn from loose yarn; without it all yarn counts as held. See docs/model.md, "Outcomes".
     pub track_through: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
@@ -552,7 +552,7 @@ pub const DAMAGE_RATE_MIN: f64 = 3.0;
 pub struct StepLimits {
     /// The step in use, constant for the life of a simulation.
     pub dt: f64,
-    /// 2/omega_max of the taut sheet at the critical stretch, with the stiffest segment drawn.
+    /// 2/omega_max of the taut sheet at the critical stretch, with the stiffest sampled segment.
     pub dt_crit: f64,
     /// Largest accepted step: 0.5 dt_crit.
     pub step_max: f64,

@@ -96,7 +96,7 @@ impl Scene {
         }
     }
 
-    /// Seed of the draws of a ply: a single sheet with this seed has its yarns. That of ply 0 is the scene's own.
+    /// Seed of the random samples of a ply: a single sheet with this seed has its yarns. That of ply 0 is the scene's own.
     pub fn ply_seed(&self, ply: u32) -> u64 {
         // Two rounds, so that neighbouring seeds and plies have nothing in common.
         if ply == 0 { self.seed } else { random::splitmix64(random::splitmix64(self.seed) ^ u64::from(ply)) }

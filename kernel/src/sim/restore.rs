@@ -340,7 +340,7 @@ mod tests {
             );
             if sound {
                 assert!(saved(&sim) == forged, "what was taken comes out again: {at} {word:x}");
-                assert_eq!(sim.digest() == first, forged == image, "digests tell states apart: {at} {word:x}");
+                assert_eq!(sim.digest() == first, forged == image, "digests distinguish states: {at} {word:x}");
             }
         };
         // The step count, and row by row whether it has been slack, and the nodes in order: three displacements, three velocities, and for

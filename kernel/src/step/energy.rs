@@ -41,7 +41,7 @@ pub struct Energy {
     pub residual: f64,
     /// Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
     pub viscous: f64,
-    /// Energy rubbed away between yarn and projectile, J.
+    /// Energy dissipated by friction between yarn and projectile, J.
     pub friction: f64,
     /// Kinetic energy lost where separate plies meet, J.
     pub ply_loss: f64,

@@ -32,7 +32,7 @@ pub struct Peer {
 pub const PEERS: [Peer; 4] = [
     Peer {
         name: "plain C",
-        differs: "the same law, damage, draws and contact (one Gauss-Seidel sweep); no root and no division per segment; no supports, no outcomes, no ledger",
+        differs: "the same law, damage, samples and contact (one Gauss-Seidel sweep); no root and no division per segment; no supports, no outcomes, no ledger",
         largest: 2000,
         command: plain_c,
         last_argument: "careful",
@@ -46,7 +46,7 @@ pub const PEERS: [Peer; 4] = [
     },
     Peer {
         name: "NVIDIA Warp",
-        differs: "own kernels on its CPU device, the same law, damage, draws and contact; no supports, no outcomes, no ledger",
+        differs: "own kernels on its CPU device, the same law, damage, samples and contact; no supports, no outcomes, no ledger",
         largest: 1000,
         command: || python_peer("warp_net.py"),
         last_argument: "",

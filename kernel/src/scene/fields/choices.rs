@@ -24,7 +24,7 @@ pub const ATTACHMENT: Choice = Choice {
 pub(super) const ATTACHMENTS: [AttachmentKind; 4] =
     [AttachmentKind::TwoSides, AttachmentKind::FourSides, AttachmentKind::FourCorners, AttachmentKind::Free];
 
-/// What gets a draw of its own.
+/// What gets a sample of its own.
 pub const DRAW: Choice = Choice {
     name: "Draw",
     items: &[("segment", "every segment"), ("yarn", "every woven yarn: a whole row or column of segments")],
@@ -36,7 +36,7 @@ pub const STRENGTH_DRAW: Choice = Choice {
     name: "StrengthDraw",
     items: &[
         ("none", "every segment has yarn.critical_stretch"),
-        ("weibull", "every segment has its own: U_c - 1 is drawn from a Weibull distribution"),
+        ("weibull", "every segment has its own: U_c - 1 has a Weibull distribution"),
     ],
 };
 pub(super) const STRENGTH_DRAWS: [StrengthDraw; 2] = [StrengthDraw::None, StrengthDraw::Weibull];

@@ -60,7 +60,7 @@ pub const FIELDS: &[Field] = &[
         "Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1. A segment pulls only once it is taken up")
         .image(Image::Later(0x7_0002)),
     shaped("sheet.pre_strain", Place::Reals(|s| &mut s.sheet.pre_strain, &[2]), &RATIO, Range::NotNegative, 624,
-        "Strain at which the sheet is held along x (two or four sides) and along y (four sides), below critical_stretch - 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus drawn for every segment")
+        "Strain at which the sheet is held along x (two or four sides) and along y (four sides), below critical_stretch - 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus sampled for every segment")
         .image(Image::Later(0x7_0003)),
     real("sheet.radius", |s| one(&mut s.sheet.radius), &LENGTH, Range::NotNegative, 750,
         "Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of sheet.spacing (M23); 0 = flat. Separate plies lie at R + k stack.gap. Velocity Verlet only; not with yarn.viscosity_bending, a dependence on the rate of strain, a graded network, mirror planes or four corners")
@@ -85,7 +85,7 @@ pub const FIELDS: &[Field] = &[
         .read(graded).image(Image::LaterWhereRead),
     // ---- Separate plies
     count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
-        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network")
+        "Separate plies, each a network with samples of its own, held like the first, in contact with each other. Velocity Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network")
         .read(|s| if_so(s.stack.plies != 1)).image(Image::Later(0x69_0000)),
     real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
         "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other, as plies of a ring with pre-strain along x must. Read for more than one ply only")
@@ -104,7 +104,7 @@ pub const FIELDS: &[Field] = &[
         "Crimp of the yarns along x and along y") },
     of_back("back.modulus_mean", |s| one(&mut s.back.modulus_mean), &MODULUS, Range::Positive, 729, "Mean Young's modulus E of a segment (M3)"),
     of_back("back.modulus_sd", |s| one(&mut s.back.modulus_sd), &MODULUS, Range::NotNegative, 730,
-        "Standard deviation of the modulus. Modulus and damage rate are drawn if this or back.damage_sd is not 0"),
+        "Standard deviation of the modulus. Modulus and damage rate are sampled if this or back.damage_sd is not 0"),
     of_back("back.damage_slope", |s| one(&mut s.back.damage_slope), &DAMAGE_SLOPE, Range::Any, 731, "Slope of the damage rate over the modulus (M6)"),
     of_back("back.damage_intercept", |s| one(&mut s.back.damage_intercept), &RATIO, Range::Any, 732,
         "Damage rate at zero modulus (M6); the mean rate must be at least 3"),
@@ -113,9 +113,9 @@ pub const FIELDS: &[Field] = &[
     of_back("back.critical_stretch", |s| one(&mut s.back.critical_stretch), &RATIO, Range::Above(1.0, CRITICAL_STRETCH_MAX), 734,
         "Critical stretch U_c at which damage begins (M5)"),
     of_back("back.weibull_shape", |s| one(&mut s.back.weibull_shape), &RATIO, Range::Within(0.0, WEIBULL_SHAPES[1]), 735,
-        "Weibull shape m of the critical strain U_c - 1, at least 1; 0: it is not drawn"),
+        "Weibull shape m of the critical strain U_c - 1, at least 1; 0: it is not sampled"),
     of_back("back.weibull_gauge_length", |s| one(&mut s.back.weibull_gauge_length), &LENGTH, Range::NotNegative, 736,
-        "Gauge length L at which back.critical_stretch - 1 is the Weibull scale; 0: L is the length of a segment. Counts for drawn strength only"),
+        "Gauge length L at which back.critical_stretch - 1 is the Weibull scale; 0: L is the length of a segment. Counts for sampled strength only"),
     // ---- Attachment
     choice("attachment.kind", &ATTACHMENT, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, &ATTACHMENTS, k), 240,
         "Which nodes are held"),
@@ -149,21 +149,21 @@ pub const FIELDS: &[Field] = &[
     real("yarn.damage_b", |s| one(&mut s.yarn.damage_b), &RATIO, Range::Below(-INFINITE, 1.0), 259, "Offset B of the damage law (M5)"),
     real("yarn.alpha_fail", |s| one(&mut s.yarn.alpha_fail), &RATIO, Range::Below(0.0, 1.0), 256,
         "Remaining part alpha of the stiffness (M5) at or below which a segment fails"),
-    flag("yarn.stochastic", |s| &mut s.yarn.stochastic, 257, "Modulus and damage rate are drawn; if not, every segment takes the means"),
+    flag("yarn.stochastic", |s| &mut s.yarn.stochastic, 257, "Modulus and damage rate are sampled; if not, every segment takes the means"),
     choice("yarn.draw", &DRAW, |s| s.yarn.draw as u32, |s, k| pick(&mut s.yarn.draw, &DRAWS, k), 274,
-        "What gets a draw of its own. Read for stochastic yarn only")
+        "What gets a sample of its own. Read for stochastic yarn only")
         .read(|s| if_so(s.yarn.stochastic)).image(Image::Later(0x1_0000)),
     choice("yarn.strength_draw", &STRENGTH_DRAW, |s| s.yarn.strength_draw as u32,
         |s, k| pick(&mut s.yarn.strength_draw, &STRENGTH_DRAWS, k), 660,
-        "Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not with mirror planes")
+        "Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are sampled; not with mirror planes")
         .image(Image::Later(0x66_0000)),
     real("yarn.weibull_shape", |s| one(&mut s.yarn.weibull_shape), &RATIO, Range::Within(WEIBULL_SHAPES[0], WEIBULL_SHAPES[1]), 661,
-        "Weibull shape m of the critical strain U_c - 1. Read for drawn strength only").read(drawn_strength).image(Image::LaterWhereRead),
+        "Weibull shape m of the critical strain U_c - 1. Read for sampled strength only").read(drawn_strength).image(Image::LaterWhereRead),
     real("yarn.weibull_gauge_length", |s| one(&mut s.yarn.weibull_gauge_length), &LENGTH, Range::NotNegative, 662,
-        "Gauge length L at which yarn.critical_stretch - 1 is the Weibull scale: that of a segment of length h is larger by (L/h)^(1/m). 0: L is h. Read for drawn strength only")
+        "Gauge length L at which yarn.critical_stretch - 1 is the Weibull scale: that of a segment of length h is larger by (L/h)^(1/m). 0: L is h. Read for sampled strength only")
         .read(drawn_strength).image(Image::LaterWhereRead),
     real("yarn.weibull_correlation", |s| one(&mut s.yarn.weibull_correlation), &RATIO, Range::Within(0.0, 1.0), 663,
-        "Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0. Read for drawn strength only, that of the back fabric included")
+        "Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0. Read for sampled strength only, that of the back fabric included")
         .read(|s| drawn_strength(s).max(if_so(s.back.plies > 0 && s.back.weibull_shape != 0.0))).image(Image::LaterWhereRead),
     real("yarn.viscosity_linear", |s| one(&mut s.yarn.viscosity_linear), &RATIO, Range::Within(0.0, 1.0), 640,
         "Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity Verlet only")
@@ -266,7 +266,7 @@ pub const FIELDS: &[Field] = &[
         "Theta rule: the iteration ends when no node moves by more than this, in node spacings").read(theta_rule).image(Image::LaterWhereRead),
     count("integrator.max_iterations", |s| &mut s.integrator.max_iterations, Range::Within(1.0, u32::MAX as f64), 285,
         "Theta rule: iterations after which a step fails").read(theta_rule).image(Image::LaterWhereRead),
-    row("seed", Place::Seed(|s| &mut s.seed), Range::Any, 260, "Seed of the draws"),
+    row("seed", Place::Seed(|s| &mut s.seed), Range::Any, 260, "Seed of the random samples"),
     // ---- Time step
     real("time_step.fraction", |s| one(&mut s.time_step.fraction), &RATIO, Range::Positive, 286,
         "Time step as a fraction of dt_crit (M11), at most 0.5. Read if time_step.seconds is 0")
@@ -276,7 +276,7 @@ pub const FIELDS: &[Field] = &[
     choice("step_check", &STEP_CHECK, |s| s.step_check as u32, |s, k| pick(&mut s.step_check, &STEP_CHECKS, k), 287,
         "Whether the time step is checked against its limit").image(Image::Never),
     flag("slack_balance", |s| &mut s.slack_balance, 289,
-        "Segments give back the energy that the step makes where they become slack or taut. Velocity Verlet only; not with a dependence on the rate of strain")
+        "The energy error of segments that become slack or taut is corrected. Velocity Verlet only; not with a dependence on the rate of strain")
         .image(Image::Later(0x6_0000)),
     choice("rotation_rule.kind", &ROTATION, |s| s.rotation_rule.kind as u32, |s, k| pick(&mut s.rotation_rule.kind, &ROTATIONS, k), 290,
         "The implicit midpoint rule, or the paper's theta rule").image(Image::Later(0x3_FFFF)),
@@ -293,7 +293,7 @@ pub const FIELDS: &[Field] = &[
         "Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with friction); more are a failure. 0 = every node")
         .image(Image::Never),
     flag("track_through", |s| &mut s.track_through, 298,
-        "Watch whether held yarn can still stop a free projectile: the outcome through, long before exited. Needs track_detachment to tell held yarn from loose")
+        "Watch whether held yarn can still stop a free projectile: the outcome through, long before exited. Needs track_detachment to distinguish held yarn from loose yarn")
         .image(Image::Later(0x6b_0000)),
 ];
 
