@@ -171,33 +171,30 @@ mod tests {
     #[test]
     fn every_way_to_write_a_unit_gives_the_number_in_si_units() {
         let of = |text: &str, si: &str| number(&Value::from(text), si).unwrap_or_else(|| panic!("{text}"));
-        for (text, si, expected) in [
-            ("16 g", "kg", 16e-3),
-            ("5.56mm", "m", 5.56e-3),
-            ("-3 mm", "m", -3e-3),
-            ("1e3 um", "m", 1e-3),
-            ("0.22 in", "m", 0.22 * 0.0254),
-            ("30 deg", "rad", PI / 6.0),
-            ("30°", "rad", PI / 6.0),
-            ("34 /cm", "1/m", 3400.0),
-            ("34 1/cm", "1/m", 3400.0),
-            ("7.85 g/cm³", "kg/m3", 7850.0),
-            ("1.5 %", "1", 0.015),
-            ("20 µs", "s", 20e-6),
-            ("17 grain", "kg", 17.0 * 64.79891e-6),
-            ("17 grains", "kg", 17.0 * 64.79891e-6),
-            ("2 inches", "m", 2.0 * 0.0254),
-            ("500 fps", "m/s", 500.0 * 0.3048),
-            ("12 ends/cm", "1/m", 1200.0),
-            ("120 picks / 10 cm", "1/m", 1200.0),
-            ("34 yarns/inch", "1/m", 34.0 / 0.0254),
-            ("34 ypi", "1/m", 34.0 / 0.0254),
-            ("93 tex", "kg/m", 93e-6),
-            ("180 g/m²", "kg/m2", 0.18),
-            ("8 oz/yd²", "kg/m2", 8.0 * 28.349523125e-3 / (0.9144 * 0.9144)),
-            ("inf mm", "m", f64::INFINITY),
-        ] {
+        const GRAIN: f64 = 64.79891e-6;
+        #[rustfmt::skip]
+        let ways = [
+            ("16 g", "kg", 16e-3), ("3 mg", "kg", 3e-6), ("17 grain", "kg", 17.0 * GRAIN), ("17 grains", "kg", 17.0 * GRAIN),
+            ("17 gr", "kg", 17.0 * GRAIN), ("5.56mm", "m", 5.56e-3), ("-3 mm", "m", -3e-3), ("2 cm", "m", 0.02),
+            ("1e3 um", "m", 1e-3), ("0.22 in", "m", 0.22 * 0.0254), ("2 inches", "m", 2.0 * 0.0254), ("1 inch", "m", 0.0254),
+            ("inf mm", "m", f64::INFINITY), ("1.2 km/s", "m/s", 1200.0), ("500 ft/s", "m/s", 500.0 * 0.3048),
+            ("500 fps", "m/s", 500.0 * 0.3048), ("30 deg", "rad", PI / 6.0), ("30°", "rad", PI / 6.0),
+            ("180 deg/s", "rad/s", PI), ("30 rpm", "rad/s", 30.0 * PI / 30.0), ("2 ms", "s", 2e-3), ("20 µs", "s", 20e-6),
+            ("7 ns", "s", 7e-9), ("2 kN", "N", 2e3), ("3 MPa", "Pa", 3e6), ("85 GPa", "Pa", 85e9), ("4 1/GPa", "1/Pa", 4e-9),
+            ("7.85 g/cm³", "kg/m3", 7850.0), ("600 denier", "kg/m", 600.0 * 1e-3 / 9000.0), ("600 den", "kg/m", 600.0 * 1e-3 / 9000.0),
+            ("930 dtex", "kg/m", 930.0 * 1e-3 / 1e4), ("93 tex", "kg/m", 93e-6), ("34 /cm", "1/m", 3400.0), ("34 1/cm", "1/m", 3400.0),
+            ("12 ends/cm", "1/m", 1200.0), ("120 picks / 10 cm", "1/m", 1200.0), ("34 yarns/inch", "1/m", 34.0 / 0.0254),
+            ("34 ypi", "1/m", 34.0 / 0.0254), ("34 1/in", "1/m", 34.0 / 0.0254), ("180 g/m²", "kg/m2", 0.18),
+            ("8 oz/yd²", "kg/m2", 8.0 * 28.349523125e-3 / (0.9144 * 0.9144)), ("1.5 %", "1", 0.015), ("3 mm²", "m2", 3e-6),
+            ("5 g.mm2", "kg.m2", 5e-9),
+        ];
+        for (text, si, expected) in ways {
             assert_eq!(of(text, si).to_bits(), expected.to_bits(), "{text}");
+        }
+        for (unit, ..) in UNITS {
+            let tried =
+                |(text, ..): &(&str, &str, f64)| with_unit(&Value::from(*text)).is_some_and(|(_, of)| of == unit);
+            assert!(ways.iter().any(tried), "{unit}");
         }
         for (text, si) in [("16", "kg"), ("16 mm", "kg"), ("mm", "m"), ("", "m"), ("5,56 mm", "m"), ("sixteen g", "kg")]
         {
