@@ -23,7 +23,7 @@ QUESTIONS = {
     "smooth": ("error and order of both integrators in a smooth motion", "5 s", "5 s"),
     "pointwise": ("how far runs that differ by rounding stay together before the first failure", "20 s", "5 s"),
     "quarter": ("a quarter with mirror planes against the whole sheet", "5 s", "5 s"),
-    "impact": ("error of whole impacts over their cost: steps, integrators, networks", "2 h", "30 s"),
+    "impact": ("error of whole impacts over their cost: steps, integrators, networks", "5 min", "30 s"),
     "number": ("how many runs a mean needs", "1 h", "10 s"),
     "overshoot": ("strain behind a sudden front, and the velocity that breaks a strip, with viscosity", "2 min", "20 s"),
     "viscosity": ("what viscosity does to whole impacts", "5 min", "30 s"),
