@@ -8,11 +8,10 @@ from fabric_kernel import page
 from .statistics import Estimate, verdict_of_all
 
 RULE = (
-    'A row\'s quantity is computed with its 95 % interval and compared with the range that is allowed. "Agrees" if '
-    "the whole interval of "
-    'every point lies inside, "does not" if all of one point\'s lies outside, otherwise "undecided". What is '
-    "deterministic has no "
-    "interval. The column of points names the worst one, the farthest from the middle of its range in widths of the range.\n\n"
+    "A row's quantity is computed with its 95 % interval and compared with the range that is allowed. "
+    'It "agrees" if the whole interval of every point lies inside. It "does not" if all of one point\'s lies outside. '
+    'Otherwise it is "undecided". What is deterministic has no interval. '
+    "The column of points names the worst one, the farthest from the middle of its range in widths of the range.\n\n"
 )
 HEADING = ["comparison", "with", "allowed", "points; the worst", "verdict", "what the model lacks"]
 

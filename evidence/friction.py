@@ -102,8 +102,8 @@ NOTES = (
     "slack_balance is on. The ballistic limit of each run is found by bisection to 1 %, which its interval counts. "
     "Residual: the largest of these runs, of the impact energy. "
     "Unconverged: contact solves of one of these runs, at most, that ended at their largest number of sweeps. "
-    "Published is the effect of friction between yarns, about +10 % on the ballistic limit (data/measured/effects.toml); "
-    "here friction acts on the projectile, not between yarns, so a verdict says only whether the sizes are alike.\n"
+    "Published is the effect of friction between yarns, about +10 % on the ballistic limit (data/measured/effects.toml). "
+    "Here friction acts on the projectile, not between yarns, so a verdict says only whether the sizes are alike.\n"
 )
 # "About +10 %", as far as the round number tells.
 PUBLISHED = (5.0, 15.0)

@@ -36,22 +36,18 @@ from .study import SMOKE, clock
 SEED, JUST = 1, 1e-9
 
 RULE = (
-    'Rule of the verdicts: a claim is read as a range that a quantity must lie in (column "read as"; the rows on '
-    "where, in which order "
-    'and at how many places sheets fail were worded after first results). "Agrees" if the whole 95 % interval lies '
-    "inside the range, "
-    '"does not" if none of it does, otherwise "undecided". A claim about several energies or attachments agrees if all do, and '
-    "does not if one does not. The intervals are not corrected for their number: of twenty true claims about one "
-    "quantity each, one may "
-    "come out wrong."
+    'Rule of the verdicts: a claim is read as a range that a quantity must lie in (column "read as"). '
+    "The rows on where, in which order and at how many places sheets fail were worded after first results. "
+    'A claim "agrees" if the whole 95 % interval lies inside the range. It "does not" if none of it does; otherwise it is '
+    '"undecided". A claim about several energies or attachments agrees if all do, and does not if one does not. '
+    "The intervals are not corrected for their number: of twenty true claims about one quantity each, one may come out wrong."
 )
 QUESTION = (
     "The paper says that uniform yarn over-predicts about twofold near the ballistic limit of the sheet held at "
     "its corners. It does not "
-    "say where the washers of the 3 in sheet sit, how large they are, whether its uniform sheet stayed symmetric, "
-    "which energy is read "
-    "and when, or whether a segment or a whole yarn gets a sample. The energy is what the projectile has lost "
-    "(absorbed), or what rupture "
+    "say where the washers of the 3 in sheet sit, how large they are, and whether its uniform sheet stayed symmetric. "
+    "Nor does it say which energy is read and when, or whether a segment or a whole yarn gets a sample. "
+    "The energy is what the projectile has lost (absorbed), or what rupture "
     "has dissipated (the work done by the yarn), or that with the strain energy. Below, the ratio uniform over "
     "stochastic under every "
     "combination of these readings, with its 95 % interval; in brackets how many of the uniform and of the stochastic runs were "
@@ -64,10 +60,8 @@ QUESTION = (
 )
 LIMITS = (
     "Runs arrested, of all runs at an impact energy; a run that its step limit ended does not count as arrested. The limit is "
-    "the energy "
-    "at which half of the runs are arrested (Spearman-Kärber, with the spacing of the energies in its 95 % interval); it needs "
-    "an energy "
-    "at which all are arrested and one at which none is."
+    "the energy at which half of the runs are arrested (Spearman-Kärber, with the spacing of the energies in its 95 % interval). "
+    "It needs an energy at which all are arrested and one at which none is."
 )
 
 
@@ -175,9 +169,9 @@ def report(study, runs, micro, found):
     html.text(
         f"{len(runs.all)} runs, {sum(run.cpu for run in runs.all):.0f} s of processor time. The energy balance closes to "
         f"{100 * float(numpy.median(audits)):.2f} % "
-        f"of the impact energy in the median and {100 * audits[-1]:.1f} % in the worst run, which is a torn sheet that flutters "
-        f"for long: loose fabric gains "
-        "energy at the default step, the projectile does not notice."
+        f"of the impact energy in the median and {100 * audits[-1]:.1f} % in the worst run. "
+        "That is a torn sheet that flutters for long. "
+        "Loose fabric gains energy at the default step; the projectile does not notice."
     )
     html.section("Claims and answers")
     html.text(RULE)

@@ -135,7 +135,7 @@ def left_out(effort):
     return (
         f"{shape} Left out against the full study: impact energies {lacking(ENERGIES)} J on the 3 in sheet, velocities "
         f"{lacking(VELOCITIES)} m/s on the 10 in "
-        f"sheet; in the map of the open question energies {lacking(MAP_ENERGIES)} J, one sample per yarn, and all "
+        f"sheet. In the map of the open question: energies {lacking(MAP_ENERGIES)} J, one sample per yarn, and all "
         f"washers but the first {len(washers(effort))}. "
         f"Runs per point: {RUNS[effort][SMALL]} instead of 10 on the 3 in sheet, {RUNS[effort][LARGE]} instead of 3 on "
         "the 10 in sheet."

@@ -300,9 +300,9 @@ typedef struct fk_scene_sheet {
     // Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1. A segment
     // pulls only once it is taken up. 0 to 1. Default 0 each.
     double crimp[2];
-    // Strain at which the sheet is held along x (two or four sides) and along y (four sides), below critical_stretch -
-    // 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus sampled for
-    // every segment. >= 0. Default 0 each.
+    // Strain of the held sheet along x (two or four sides) and along y (four sides), below critical_stretch - 1 and
+    // without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus sampled for every
+    // segment. >= 0. Default 0 each.
     double pre_strain[2];
     // Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of
     // sheet.spacing (M23); 0 = flat. Separate plies lie at R + k stack.gap. Velocity Verlet only; not with

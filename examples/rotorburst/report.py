@@ -19,8 +19,7 @@ ZYLON = "Zylon AS, 500 denier, 35 yarns an inch, by its data sheet (data/fabrics
 PAPER = "the yarn of Powell and Zohdi (2009)"
 CAVEAT = (
     "Not yet the numbers of a real fabric: the yarn area of the source paper is about 3.7 times too large for its mass, so the "
-    "yarn is as much too "
-    "stiff and strong: calibrate the area before using absolute numbers."
+    "yarn is as much too stiff and strong. Calibrate the area before using absolute numbers."
 )
 PICTURES = (
     "the whole sheet from the side the fragment leaves by, coloured by strain until it fails. The fragment is dashed where the "
@@ -229,12 +228,11 @@ def main():
     ]
     html.table(["balance", "unit", "one side", "other side", "difference", "relative", "to"], rows, (6,))
     html.fold("How to run it again")
+    options = "".join(f" --{name} {value}" for name, value in results["options"].items())
+    html.text("cargo xtask demo; or, with the environment and the FMU that it has made:")
     html.text(
-        "cargo xtask demo, or with the environment and the FMU that it has made: target/venv/bin/python "
-        "examples/rotorburst/rotorburst.py --fmu "
-        f"target/fmu/FabricShield-fmi2.fmu --out "
-        f"results{''.join(f' --{name} {value}' for name, value in results['options'].items())} and then "
-        "target/venv/bin/python examples/rotorburst/report.py results"
+        "target/venv/bin/python examples/rotorburst/rotorburst.py --fmu target/fmu/FabricShield-fmi2.fmu "
+        f"--out results{options} and then target/venv/bin/python examples/rotorburst/report.py results"
     )
     html.write(folder / "report.html")
 

@@ -18,7 +18,7 @@ PRESETS: list[str]
 """Names of the presets."""
 
 class Refused(ValueError):
-    """What was asked for cannot be; nothing has changed."""
+    """The request cannot be met; nothing has changed."""
 
     field: str
     """The parameter or argument, e.g. "projectile.mass"; empty if no single one is to blame."""

@@ -10,8 +10,8 @@ create_exception!(
     fabric_kernel,
     Refused,
     PyValueError,
-    "What was asked for cannot be; nothing has changed. `field` names the parameter or argument, `code` the reason, `other` the \
-     parameter that it does not go with or that the limit follows from; `value` and `limit` are the number found and the limit it crosses, in SI units."
+    "The request cannot be met; nothing has changed. `field` names the parameter or argument, `code` the reason. The \
+     parameter that excludes it, or from which the limit follows, is `other`. Number and limit in SI units: `value`, `limit`."
 );
 create_exception!(
     fabric_kernel,

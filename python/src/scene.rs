@@ -273,7 +273,7 @@ fn made_of(text: &str, file: &str) -> PyResult<Scene> {
     let mut remarks = Vec::from_iter(derived::unplaced(&file, &scene));
     if fabric_scene::takes_automatic_grading(&mut file) && !scene.is_graded() {
         remarks.push(format!(
-            "sheet.grading = \"automatic\" left the network whole: for an error of {} % no row of this sheet can be left out, or it is held \
+            "sheet.grading = \"automatic\" left the network whole. For an error of {} % no row of this sheet can be left out, or it is held \
              at its corners (docs/model.md, \"Graded networks\")",
             100.0 * fabric_scene::AUTOMATIC_GRADING
         ));

@@ -47,8 +47,8 @@ pub fn unlikely_body(scene: &Scene) -> Option<String> {
     (body.mass > 0.0 && !(least..=DENSITIES[1]).contains(&density)).then(|| {
         let [mass, reach, density] = [1e3 * body.mass, 1e3 * reach, 1e-3 * density];
         format!(
-            "a projectile of {mass:.3} g that reaches {reach:.3} mm from its centre is too {word} for its size: it has {density:.3} g/cm3, and \
-             solid bodies have 0.5 to 25; a number without a unit is in m or kg, so write \"5 mm\" or \"16 g\""
+            "a projectile of {mass:.3} g that reaches {reach:.3} mm from its centre is too {word} for its size. It has {density:.3} g/cm3, and \
+             solid bodies have 0.5 to 25. A number without a unit is in m or kg, so write \"5 mm\" or \"16 g\""
         )
     })
 }

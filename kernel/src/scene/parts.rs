@@ -27,7 +27,7 @@ pub struct Sheet {
     /// Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1, in [0, 1]. A segment
     /// pulls only once this length is taken up.
     pub crimp: [f64; 2],
-    /// Strain at which the sheet is held along x and along y: node spacing over the natural length of a segment, less 1, >= 0
+    /// Strain of the held sheet along x and along y: node spacing over the natural length of a segment, less 1, >= 0
     /// and below that of U_c. Along x two held sides are needed, along y four.
     pub pre_strain: [f64; 2],
     /// Number of layers bonded into one network (mass and area are multiplied), 1 ..= 1000. `Stack` has plies that move apart.

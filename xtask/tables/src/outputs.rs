@@ -8,7 +8,7 @@ pub fn table() -> String {
     let mut out = String::from(
         "# The outputs of a simulation\n\n\
          Written by `cargo xtask fmu` from `kernel/src/sim/outputs.rs`.\n\
-         A name is that of a structure of Rust and C (`fk_energy` and so on, `projectile` is `fk_motion`) or a method of Python, and of its field; \
+         A name is that of a structure of Rust and C (`fk_energy` and so on, `projectile` is `fk_motion`) or a method of Python, and of its field.\n\
          `momentum` and `step` are calls of their own.\n\n\
          | name | shape | unit | name in FMI | FMI reference | meaning |\n|---|---|---|---|---|---|\n",
     );
