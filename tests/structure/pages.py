@@ -45,8 +45,8 @@ TABLES, ALL_TABLES = "docs/tables/", 35_000
 LINKS = {"README.md": 15}
 PROGRAMS = [
     f"{folder}/*.{kind}"
-    for folder in ("kernel", "crates", "capi", "fmu", "python", "evidence", "examples", "xtask")
-    for kind in ("py", "rs")
+    for folder in ("kernel", "crates", "capi", "fmu", "python", "evidence", "examples", "xtask", "web")
+    for kind in ("py", "rs", "ts")
 ]
 """Whose messages are read."""
 WORDS, NUMBERS = 30, 2
@@ -96,7 +96,7 @@ def found(page, text):
 
 def messages(file, text):
     """(line, text) of string literals of several words, as the language joins them, with x for what is filled in."""
-    if file.endswith(".rs"):
+    if not file.endswith(".py"):
         text = re.sub(r"^\s*//.*$|'\"'", "", text, flags=re.MULTILINE)
         parts = list(re.finditer(r'"((?:[^"\\\n]|\\[\s\S])*)"', text))
         joined = [re.sub(r"\\\n\s*", "", part[1]).replace("\\n", "\n") for part in parts]
