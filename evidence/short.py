@@ -12,6 +12,8 @@ from fabric_kernel import page
 
 TOP = pathlib.Path(__file__).parents[1]
 LEFT_OUT = ((), None)
+SHOTS = ("6", "10", "15", "20", "60")
+"""Lengths of tests that are shown."""
 LINES = 1
 """Lines of a cell that are shown."""
 SHORT = {
@@ -29,8 +31,8 @@ SHORT = {
     "plies": {"form": ((0, 1, 2, 3, 5, 7), None)},
     "stability": {"velocity, m/s": LEFT_OUT},
     "v50": {
-        "design | link | shots | guess": (range(7), lambda row: row[3] in ("sd x 1", "-2 sd, sd x 0.5")),
-        "design | link | shots | V01": (range(6), None),
+        "design | link | shots | guess": (range(7), lambda row: row[2] in SHOTS and row[3] in ("sd x 1", "-2 sd, sd x 0.5")),
+        "design | link | shots | V01": (range(6), lambda row: row[2] in SHOTS),
     },
     "v50_bracket": {"start over V50": LEFT_OUT},
     "validation": {

@@ -34,7 +34,7 @@ from .likelihood import LARGEST, LINKS, ends, firth, maximum, possible, possible
 
 SHARES = (0.01, 0.5, 0.99)
 FEWEST = 10
-"""Shots from which on other shares than 50 % are told: with 6 shots 95 % intervals of V01 hold it in 71 to 100 % of simulated
+"""Shots from which on other shares than 50 % are reported: with 6 shots 95 % intervals of V01 hold it in 71 to 100 % of simulated
 tests, with 10 in 91 % or more (docs/tables/v50.md)."""
 BAD = 0.05
 """Error of a fit of residual velocities, over its limit, above which the fit is bad."""
