@@ -179,7 +179,7 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
 /// too. `displacement`: at the start of the step along x and z.
 #[inline(never)]
 pub(crate) fn press(system: &mut System<'_>, displacement: [f64; 2], [i, j]: [usize; 2], given: &Vector) {
-    let kept = system.arrays.pushes.get(j * system.layout.chunks + i / CHUNK);
+    let kept = system.arrays.rows.pushes.get(j * system.layout.chunks + i / CHUNK);
     let by_case = kept.map_or(0.0, |pushes| pushes[i % CHUNK]);
     if by_case > 0.0 {
         let (rest, [x, z]) = (system.rest(i, j), displacement);
@@ -194,7 +194,7 @@ pub(crate) fn press(system: &mut System<'_>, displacement: [f64; 2], [i, j]: [us
 #[inline(always)]
 fn move_node(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2], push: &Vector) -> Option<Vector> {
     let lane = i % CHUNK;
-    let chunk = planes::row_mut(system.arrays.hot, system.layout.chunks, j).get_mut(i / CHUNK)?;
+    let chunk = planes::row_mut(system.arrays.rows.hot, system.layout.chunks, j).get_mut(i / CHUNK)?;
     let v = Vector::from(planes::velocity(chunk, lane)) + push;
     let mut u = planes::displacement(chunk, lane);
     if !system.layout.has(Feature::Theta) {
@@ -236,7 +236,7 @@ fn close(system: &mut System<'_>, mut totals: Totals, before: &Body) {
 
 /// Notes that a row holds a node with this displacement.
 fn widen(system: &mut System<'_>, j: usize, [x, y, _]: [f64; 3]) {
-    if let Some([low, high, left, right]) = system.arrays.ranges.get_mut(j) {
+    if let Some([low, high, left, right]) = system.arrays.rows.ranges.get_mut(j) {
         widen_range([low, high], y);
         if *left != NOT_KEPT {
             widen_range([left, right], x);

@@ -10,7 +10,7 @@
 
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
-use crate::memory::arrays::Arrays;
+use crate::memory::arrays::{Arrays, RowArrays};
 use crate::memory::layout::COLUMN_REALS;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
@@ -278,7 +278,7 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
     let [mut at, next] = system.layout.stacked(i, row);
     let normal = system.layout.has(Feature::Curved).then(|| system.normal(i));
     let own = |v: [f64; 3]| normal.map_or(v, |normal| ring::own_axes(v, normal));
-    let System { directions, arrays: Arrays { hot, column, .. }, .. } = system;
+    let System { directions, arrays: Arrays { rows: RowArrays { hot, .. }, column, .. }, .. } = system;
     let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
     let (mut offset, mut speed_below, mut presses) = (0.0, -f64::INFINITY, false);
     for (ply, place) in column.iter_mut().enumerate() {

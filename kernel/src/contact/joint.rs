@@ -183,7 +183,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
         let [at, next] = self.system.layout.stacked(i, row);
         for ply in 0..self.system.layout.plies {
-            let velocity = self.system.arrays.hot.get(at + ply * next).map(|chunk| planes::velocity(chunk, i % CHUNK));
+            let velocity =
+                self.system.arrays.rows.hot.get(at + ply * next).map(|chunk| planes::velocity(chunk, i % CHUNK));
             let [_, _, speed] = self.system.own_axes(i, velocity.unwrap_or([0.0; 3]));
             (low, high) = (math::min(speed, low), math::max(speed, high));
         }

@@ -12,7 +12,7 @@ use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::ground::ranges::{NOT_KEPT, end_of_range, range_of, spread};
-use crate::memory::arrays::Arrays;
+use crate::memory::arrays::{Arrays, RowArrays};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, Symmetry};
@@ -278,8 +278,8 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
     let (free_body, curved) = (system.scene.is_free(), layout.has(Feature::Curved));
-    let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, slid, columns, lines, .. } =
-        &mut system.arrays;
+    let Arrays { rows, candidates, tangential, candidate_nodes, columns, lines, .. } = &mut system.arrays;
+    let RowArrays { hot, ranges, runs, slid, .. } = rows;
     let net = Net { columns, lines };
     let near = search.neighbourhood(h);
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut()).take(layout.candidates);
@@ -359,7 +359,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
 #[inline(never)]
 pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
-    let Arrays { hot, candidates, candidate_nodes, tangential, .. } = &mut system.arrays;
+    let Arrays { rows: RowArrays { hot, .. }, candidates, candidate_nodes, tangential, .. } = &mut system.arrays;
     // They come row by row: one division for each row is enough.
     let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
     let slots = candidates.get_mut(..count).unwrap_or(&mut []);

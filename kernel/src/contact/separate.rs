@@ -12,7 +12,7 @@ use crate::contact::touch::{self, Link};
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, SPEED_X, SPEED_Z, X, Z};
-use crate::memory::arrays::Arrays;
+use crate::memory::arrays::{Arrays, RowArrays};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::columns::{COLUMN_PLANES, FLAT, NORMAL_X, NORMAL_Z};
@@ -105,7 +105,7 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
     let mut from = 0;
     loop {
         let hoop: &[_] = if CURVED { system.arrays.columns } else { &[] };
-        let hot = system.arrays.hot.get(at..).unwrap_or(&[]);
+        let hot = system.arrays.rows.hot.get(at..).unwrap_or(&[]);
         let pressed = Pressed::<CURVED> { hot, next, hoop, gap: system.model.gap, chunks: [from, chunks] };
         let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };
         from = chunk + 1;
@@ -113,8 +113,8 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
             .any(|i| pushed(system, i, row, count).next().is_some());
         let columns = Columns::<CURVED> {
             hoop: hoop.get(chunk).unwrap_or(&FLAT),
-            hot: system.arrays.hot.get_mut(at + chunk..).unwrap_or(&mut []),
-            before: system.arrays.before.get(at + chunk..).unwrap_or(&[]),
+            hot: system.arrays.rows.hot.get_mut(at + chunk..).unwrap_or(&mut []),
+            before: system.arrays.rows.before.get(at + chunk..).unwrap_or(&[]),
             column: system.arrays.column.as_flattened_mut().as_chunks_mut().0.as_chunks_mut().0,
             next,
             front: system.scene.front_plies() as usize,
@@ -132,7 +132,8 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
                 for ply in 0..plies {
                     let moving =
                         |chunk: &Chunk<HOT_PLANES>| chunk[SPEED_X..=SPEED_Z].as_flattened() != [0.0; 3 * CHUNK];
-                    if !is_awake(system, ply, row) && system.arrays.hot.get(at + chunk + ply * next).is_some_and(moving)
+                    if !is_awake(system, ply, row)
+                        && system.arrays.rows.hot.get(at + chunk + ply * next).is_some_and(moving)
                     {
                         system.wake(ply * system.layout.y.modelled() + row);
                     }
@@ -363,7 +364,7 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) 
     let mut lost = -by_case;
     for ply in 0..layout.plies {
         let j = ply * rows + row;
-        let Arrays { hot, column, before, .. } = &mut system.arrays;
+        let Arrays { rows: RowArrays { hot, before, .. }, column, .. } = &mut system.arrays;
         let (Some(Node { before: v, speed, mass, .. }), Some(chunk), Some(before)) = (
             column.get(ply).map(Node::read),
             planes::row_mut(hot, chunks, j).get_mut(i / CHUNK),
@@ -428,7 +429,7 @@ fn rest_on_casing(system: &mut System<'_>, i: usize, row: usize) -> f64 {
     };
     let ([x, y, z], ([u, v, w], _)) = (system.rest(i, row), system.node(i, row));
     let room = case.room([x + u, y + v, z + w], [sine, cosine], first.speed - first.before);
-    let Arrays { column, before, .. } = &mut system.arrays;
+    let Arrays { rows: RowArrays { before, .. }, column, .. } = &mut system.arrays;
     let at = |ply: usize| {
         let chunk = before.get((ply * layout.y.modelled() + row) * layout.chunks + i / CHUNK);
         chunk.map_or(0.0, |before| before[i % CHUNK])

@@ -15,6 +15,7 @@ use crate::scene::parts::Scene;
 use crate::sheet::columns::COLUMN_PLANES;
 use crate::sheet::places::Places;
 use crate::sheet::symmetry::Line;
+use core::ops::Range;
 
 impl Layout {
     /// Sizes for a scene, which is checked first.
@@ -88,122 +89,168 @@ pub(crate) fn short(field: &'static str, have: usize, need: usize) -> Error {
     Error::new(Code::ShortBuffer, field, have, need)
 }
 
-/// The caller's memory, cut into arrays.
-pub(crate) struct Arrays<'a> {
-    /// Rows of [ux uy uz vx vy vz kh kv].
-    pub hot: &'a mut [Chunk<HOT_PLANES>],
-    /// Rows of the largest q beyond critical, horizontal and vertical; `planes.rs` says what they hold before.
-    pub history: &'a mut [Chunk<HISTORY_PLANES>],
-    /// Rows of [kh kv lambda_h lambda_v] of stochastic yarn.
-    pub yarn: &'a mut [Chunk<YARN_PLANES>],
-    /// Rows of the critical stretches of drawn strength, horizontal and vertical.
-    pub strength: &'a mut [Chunk<STRENGTH_PLANES>],
-    /// Rows of what slack segments owe: `planes.rs` names the planes.
-    pub owed: &'a mut [Chunk<OWED_PLANES>],
-    /// The theta rule's rows (`theta.rs` names their planes).
-    pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
-    /// Rows of what viscosity keeps of the last pass: `planes.rs` names the planes.
-    pub past: &'a mut [Chunk<PAST_PLANES>],
-    /// Energy that viscosity and rate have taken of each row in the present pass, or in each step of a block, in units of m (h/dt)^2.
-    pub taken: &'a mut [f64],
-    /// Constants of the columns (`columns.rs`), chunk by chunk: one line of a graded network, one of each ply of a curved sheet.
-    pub columns: &'a mut [Chunk<COLUMN_PLANES>],
-    /// Constants of the rows of a graded network.
-    pub lines: &'a mut [Chunk<COLUMN_PLANES>],
-    /// Of a ring on a case, of each row in the present pass: sums of its pushes along x and z and of the energy that it takes, by columns of
-    /// a chunk, in units of m h/dt and m (h/dt)^2.
-    pub pushed: &'a mut [[[f64; CHUNK]; 3]],
-    /// And its push on every node, spacings a pass.
-    pub pushes: &'a mut [[f64; CHUNK]],
-    /// Largest impulse of the clamp on each node in a step, spacings/step times its mass; constant.
-    pub holds: &'a mut [[f64; CHUNK]],
-    /// Distance that each held node has slid, spacings.
-    pub slid: &'a mut [[f64; CHUNK]],
-    /// Energy that the clamps of each row dissipate in the present pass, or in each step of a block, in units of m (h/dt)^2.
-    pub clamped: &'a mut [f64],
-    /// Of a stack (`contact/joint.rs`), as all up to `links`: velocities across the sheet before the sweep.
-    pub before: &'a mut [[f64; CHUNK]],
-    /// A column of facing nodes.
-    pub column: &'a mut [[f64; COLUMN_REALS]],
-    /// What the plies do to each candidate.
-    pub touches: &'a mut [[f64; TOUCH_REALS]],
-    /// How far each candidate's impulse along the surface goes in a sweep: a part of the way that it last wanted to go, and that way, N s; with friction.
-    pub paces: &'a mut [[f64; PACE_REALS]],
-    /// Impulses of each candidate as functions of its node's velocity, and those before a step of Newton's method; with friction in a stack.
-    pub springs: &'a mut [[f64; SPRING_REALS]],
-    /// Awake rows [first, end) of each ply.
-    pub awake: &'a mut [[u32; 2]],
-    /// The last candidate found so far in each column.
-    pub last: &'a mut [u32],
-    /// Of each candidate: the next one in its column; twice its ply, and 1 more if it leads the column.
-    pub links: &'a mut [[u32; 2]],
-    /// What a step or a block of steps ([`Noted`]) and a look at what hangs together (a label for every node) use in turn.
-    pub shared: &'a mut [CacheLine],
-    pub kept: &'a mut [[f64; 3]],
-    /// Least and greatest displacement of each row, along y and then along x, as `ranges.rs` keeps them; along x only where contact
-    /// asks for it.
-    pub ranges: &'a mut [[u32; 4]],
-    /// Of each row the bits of the directions in which a segment has been slack.
-    pub been_slack: &'a mut [u32],
-    pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
-    /// The candidates' tangential parts, where there is friction.
-    pub tangential: &'a mut [[f64; TANGENTIAL_REALS]],
-    /// The theta rule's phi/dt of the candidates.
-    pub gaps_over_dt: &'a mut [f64],
-    pub runs: &'a mut [[u32; 4]],
-    /// Nodes with an impulse since the last outcome test.
-    pub flags: &'a mut [u32],
-    pub candidate_nodes: &'a mut [u32],
+/// Table of the arrays: name, item, condition on which it is kept, how many, with meaning and unit. `rows` have [steps, rows, items a row]. `$then`
+/// takes the table: [`Arrays`] with its counting, cutting and rows [first, end) follow from it, and the rows of bands.
+macro_rules! arrays {
+    ($then:ident) => {
+        $then! { layout;
+            rows {
+                /// Displacement, spacings, velocity, spacings a pass, and stiffness of the two segments that begin at each node.
+                hot: [Chunk<HOT_PLANES>], true, [1, layout.stored_rows(), layout.chunks];
+                /// Largest q beyond critical of each segment; `planes.rs` says what it is before.
+                history: [Chunk<HISTORY_PLANES>], true, [1, layout.nodes_y, layout.chunks];
+                /// Undamaged stiffness and damage rate of each segment.
+                yarn: [Chunk<YARN_PLANES>], layout.has_constants(), [1, layout.nodes_y, layout.chunks];
+                /// Critical stretch of each segment.
+                strength: [Chunk<STRENGTH_PLANES>], layout.has(Feature::Strength), [1, layout.nodes_y, layout.chunks];
+                /// Energy error and last stress of each segment that may be slack.
+                owed: [Chunk<OWED_PLANES>], layout.has(Feature::Slack), [1, layout.nodes_y, layout.chunks];
+                /// Guess and accelerations of the theta rule, spacings and steps.
+                iterate: [Chunk<ITERATE_PLANES>], layout.has(Feature::Theta), [1, layout.stored_rows(), layout.chunks];
+                /// Twice the strain and viscous stress of each segment in the last pass, moments of each node.
+                past: [Chunk<PAST_PLANES>], layout.has(Feature::Viscosity), [1, layout.stored_rows(), layout.chunks];
+                /// Impulse of the case on each row, components x and z, and energy dissipated by it, per lane; m h/dt, m (h/dt)^2.
+                pushed: [[[f64; CHUNK]; 3]], layout.has(Feature::Casing), [1, layout.nodes_y, 1];
+                /// Impulse of the case on each node, spacings a pass times its mass.
+                pushes: [[f64; CHUNK]], layout.has(Feature::Casing), [1, layout.nodes_y, layout.chunks];
+                /// Largest impulse of the clamp on each node in a step, spacings/step times its mass; constant.
+                holds: [[f64; CHUNK]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
+                /// Distance that each held node has slid, spacings.
+                slid: [[f64; CHUNK]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
+                /// Velocity of each node normal to the sheet before the sweep, spacings/step.
+                before: [[f64; CHUNK]], layout.is_stack(), [1, layout.nodes_y, layout.chunks];
+                /// Energy that viscosity and rate dissipate in each row in a pass, m (h/dt)^2.
+                taken: [f64], layout.takes_energy(), [layout.block_steps as usize, layout.nodes_y, 1];
+                /// Energy that the clamps of each row dissipate in a pass, m (h/dt)^2.
+                clamped: [f64], layout.has(Feature::Clamps), [layout.block_steps as usize, layout.nodes_y, 1];
+                /// Fixed nodes of each row: two runs of columns [first, end).
+                runs: [[u32; 4]], true, [1, layout.nodes_y, 1];
+                /// Least and greatest displacement of each row, along y and then along x, as `ranges.rs` keeps them; along x
+                /// only where contact asks for it.
+                ranges: [[u32; 4]], true, [1, layout.nodes_y, 1];
+                /// Bits of the directions in which a segment of each row has been slack.
+                been_slack: [u32], layout.has(Feature::Slack), [1, layout.nodes_y, 1];
+            }
+            others {
+                /// Constants of the columns (`columns.rs`): one line of a graded network, one of each ply of a curved sheet.
+                columns: [Chunk<COLUMN_PLANES>], layout.has_columns(), [1, layout.lines_of_columns(), layout.chunks];
+                /// Constants of the rows of a graded network (`columns.rs`).
+                lines: [Chunk<COLUMN_PLANES>], layout.has(Feature::Grading), [1, 1, layout.nodes_y.div_ceil(CHUNK)];
+                /// Displacements of the fixed nodes of a row during its sweep, and velocities where clamps slip; spacings and steps.
+                kept: [[f64; 3]], true, [1, 1, layout.kept_nodes()];
+                /// Contact candidates (`contact/candidate.rs`).
+                candidates: [[f64; CANDIDATE_REALS]], true, [1, 1, layout.contacts()?];
+                /// Column of facing nodes (`contact/joint.rs`).
+                column: [[f64; COLUMN_REALS]], layout.is_stack(), [1, 1, layout.plies];
+                /// Effect of the plies on each candidate.
+                touches: [[f64; TOUCH_REALS]], layout.is_stack(), [1, 1, layout.contacts()?];
+                /// Impulse of each candidate as a function of its node's velocity, and before a step of Newton's method.
+                springs: [[f64; SPRING_REALS]], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
+                /// Under-relaxation of each candidate's friction impulse: factor in (0, 1], last increment before it, N s.
+                paces: [[f64; PACE_REALS]], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
+                /// Tangential parts of the candidates.
+                tangential: [[f64; TANGENTIAL_REALS]], layout.has(Feature::Friction), [1, 1, layout.contacts()?];
+                /// Gaps of the candidates over dt in the theta rule, m/s.
+                gaps_over_dt: [f64], layout.has(Feature::Theta), [1, 1, layout.contacts()?];
+                /// Number of each candidate's node.
+                candidate_nodes: [u32], true, [1, 1, layout.contacts()?];
+                /// Nodes with an impulse since the last outcome test, a bit each.
+                flags: [u32], layout.has(Feature::Detachment), [1, 1, layout.nodes().div_ceil(32)];
+                /// Awake rows [first, end) of each ply.
+                awake: [[u32; 2]], layout.is_stack(), [1, 1, layout.plies];
+                /// Last candidate found so far in each column.
+                last: [u32], layout.is_stack(), [1, layout.nodes_x, layout.y.modelled()];
+                /// Next candidate in each candidate's column; twice its ply, and 1 more if it leads the column.
+                links: [[u32; 2]], layout.is_stack(), [1, 1, layout.contacts()?];
+            }
+        }
+    };
+}
+pub(crate) use arrays;
+
+macro_rules! define {
+    ($layout:ident;
+     rows { $($(#[$meaning:meta])* $row:ident: [$item:ty], $kept:expr, [$steps:expr, $rows:expr, $width:expr];)* }
+     others { $($(#[$about:meta])* $other:ident: [$kind:ty], $needed:expr, $length:expr;)* }) => {
+        /// Arrays that have items for each row, of all rows or of rows [first, end).
+        pub(crate) struct RowArrays<'a> {
+            $($(#[$meaning])* pub $row: &'a mut [$item],)*
+        }
+
+        /// The caller's memory, cut into arrays. One that the scene does not need has length 0.
+        pub(crate) struct Arrays<'a> {
+            pub rows: RowArrays<'a>,
+            $($(#[$about])* pub $other: &'a mut [$kind],)*
+            /// What a step or a block of steps ([`Noted`]) and the search for connected components (a label for every node) use in turn.
+            pub shared: &'a mut [CacheLine],
+        }
+
+        /// Pointers to the arrays that have items for each row.
+        #[derive(Clone, Copy)]
+        pub(crate) struct RowPointers {
+            $(pub $row: *mut [$item],)*
+        }
+
+        impl<'a> Arrays<'a> {
+            /// No memory.
+            pub(crate) const fn nothing() -> Arrays<'a> {
+                let rows = RowArrays { $($row: &mut [],)* };
+                Arrays { rows, $($other: &mut [],)* shared: &mut [] }
+            }
+
+            /// Cuts the arrays off the memory.
+            #[inline(never)]
+            fn cut(&mut self, memory: &mut Memory<'a>, $layout: &Layout) -> Option<()> {
+                $(self.rows.$row = memory.take($kept, [$steps, $rows, $width])?;)*
+                $(self.$other = memory.take($needed, $length)?;)*
+                Some(())
+            }
+        }
+
+        impl RowArrays<'_> {
+            /// Rows [first, end) in a step of a block, the first one otherwise, and the rows above them. None: an array is shorter than the
+            /// layout says.
+            #[inline(always)]
+            pub(crate) fn split(&mut self, $layout: &Layout, rows: [usize; 2], step: usize) -> Option<[RowArrays<'_>; 2]> {
+                $(let $row = if $kept { part(self.$row, $layout.part([$steps, $width], rows, step))? } else { Default::default() };)*
+                Some([RowArrays { $($row: $row.0,)* }, RowArrays { $($row: $row.1,)* }])
+            }
+
+            /// Pointers to the arrays.
+            pub(crate) fn pointers(&mut self) -> RowPointers {
+                RowPointers { $($row: self.$row,)* }
+            }
+        }
+    };
+}
+arrays! { define }
+
+/// Items of a range, and those after it.
+#[inline(always)]
+fn part<T>(array: &mut [T], range: Range<usize>) -> Option<(&mut [T], &mut [T])> {
+    let (before, after) = array.split_at_mut_checked(range.end)?;
+    Some((before.get_mut(range.start..)?, after))
+}
+
+impl Layout {
+    /// Items of rows [first, end) in a step of a block, the first one otherwise.
+    #[inline(always)]
+    pub(crate) fn part(&self, [steps, width]: [usize; 2], [first, end]: [usize; 2], step: usize) -> Range<usize> {
+        let before = if step < steps { step * self.nodes_y } else { 0 };
+        (before + first) * width..(before + end) * width
+    }
 }
 
 impl<'a> Arrays<'a> {
-    /// No memory.
-    pub(crate) const fn nothing() -> Arrays<'a> {
-        Arrays {
-            hot: &mut [],
-            history: &mut [],
-            yarn: &mut [],
-            strength: &mut [],
-            owed: &mut [],
-            iterate: &mut [],
-            past: &mut [],
-            taken: &mut [],
-            columns: &mut [],
-            lines: &mut [],
-            pushed: &mut [],
-            pushes: &mut [],
-            holds: &mut [],
-            slid: &mut [],
-            clamped: &mut [],
-            before: &mut [],
-            column: &mut [],
-            touches: &mut [],
-            springs: &mut [],
-            paces: &mut [],
-            awake: &mut [],
-            last: &mut [],
-            links: &mut [],
-            shared: &mut [],
-            kept: &mut [],
-            ranges: &mut [],
-            been_slack: &mut [],
-            candidates: &mut [],
-            tangential: &mut [],
-            gaps_over_dt: &mut [],
-            runs: &mut [],
-            flags: &mut [],
-            candidate_nodes: &mut [],
-        }
-    }
-
     /// Cuts memory that has been found to be enough.
     #[inline(never)]
     pub(crate) fn carve(&mut self, memory: &'a mut [CacheLine], layout: &Layout) -> Result<(), Error> {
         let short = short("memory", memory.len(), layout.lines());
+        let memory = memory.get_mut(..layout.lines()).ok_or(short)?;
         let Some((reals, rest)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
         let Some((shared, words)) = rest.split_at_mut_checked(layout.shared_lines()) else { return Err(short) };
-        let (mut reals, mut words) = (Carver::of(CacheLine::reals(reals)), Carver::of(CacheLine::words(words)));
-        self.cut(&mut reals, &mut words, layout).ok_or(short)?;
+        let (reals, words) = (Carver::of(CacheLine::reals(reals)), Carver::of(CacheLine::words(words)));
+        self.cut(&mut Memory { reals, words }, layout).ok_or(short)?;
         self.shared = shared;
         Ok(())
     }
@@ -211,58 +258,69 @@ impl<'a> Arrays<'a> {
     /// Numbers and words that they have.
     #[inline(never)]
     fn count(layout: &Layout) -> Option<[usize; 2]> {
-        let (mut reals, mut words) = (Carver::counting(), Carver::counting());
-        Arrays::nothing().cut(&mut reals, &mut words, layout)?;
-        Some([reals.taken, words.taken])
+        let mut memory = Memory { reals: Carver::counting(), words: Carver::counting() };
+        Arrays::nothing().cut(&mut memory, layout)?;
+        Some([memory.reals.taken, memory.words.taken])
     }
+}
 
-    /// The list: of each array whether the scene needs it, and the factors of its length.
+/// Memory that is cut, or only counted.
+struct Memory<'a> {
+    reals: Carver<'a, f64>,
+    words: Carver<'a, u32>,
+}
+
+impl<'a> Memory<'a> {
+    /// As many items as the product of these factors, none if they are not kept; nothing while counting. Items of whole cache lines lie before
+    /// others, so that all of them begin at one. None: there are not so many.
     #[inline(never)]
-    fn cut(&mut self, reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<()> {
-        use Feature::{Casing, Clamps, Curved, Detachment, Friction, Grading, Slack, Strength, Theta, Viscosity};
-        let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
-        let has = |feature| layout.has(feature);
-        // The case behind a node is a candidate, too.
-        let candidates = if has(Casing) { candidates.checked_mul(2)? } else { candidates };
-        let steps = layout.block_steps as usize;
-        let lines = if has(Curved) { layout.plies } else { 1 };
-        let mut real = |needed, factors| reals.take(needed, factors);
-        *self = Arrays {
-            hot: chunked(real(true, [layout.stored_rows(), row, CHUNK * HOT_PLANES])?),
-            history: chunked(real(true, [rows, row, CHUNK * HISTORY_PLANES])?),
-            yarn: chunked(real(layout.has_constants(), [rows, row, CHUNK * YARN_PLANES])?),
-            strength: chunked(real(has(Strength), [rows, row, CHUNK * STRENGTH_PLANES])?),
-            owed: chunked(real(has(Slack), [rows, row, CHUNK * OWED_PLANES])?),
-            iterate: chunked(real(has(Theta), [layout.stored_rows(), row, CHUNK * ITERATE_PLANES])?),
-            past: chunked(real(has(Viscosity), [layout.stored_rows(), row, CHUNK * PAST_PLANES])?),
-            columns: chunked(real(has(Grading) || has(Curved), [lines, row, CHUNK * COLUMN_PLANES])?),
-            lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * COLUMN_PLANES])?),
-            shared: &mut [],
-            kept: real(true, [1, layout.kept_nodes(), 3])?.as_chunks_mut().0,
-            taken: real(layout.takes_energy(), [1, steps, rows])?,
-            candidates: real(true, [1, candidates, CANDIDATE_REALS])?.as_chunks_mut().0,
-            pushed: real(has(Casing), [rows, 3, CHUNK])?.as_chunks_mut().0.as_chunks_mut().0,
-            pushes: real(has(Casing), [rows, row, CHUNK])?.as_chunks_mut().0,
-            holds: real(has(Clamps), [rows, row, CHUNK])?.as_chunks_mut().0,
-            slid: real(has(Clamps), [rows, row, CHUNK])?.as_chunks_mut().0,
-            clamped: real(has(Clamps), [1, steps, rows])?,
-            before: real(layout.is_stack(), [rows, row, CHUNK])?.as_chunks_mut().0,
-            column: real(layout.is_stack(), [1, layout.plies, COLUMN_REALS])?.as_chunks_mut().0,
-            touches: real(layout.is_stack(), [1, candidates, TOUCH_REALS])?.as_chunks_mut().0,
-            springs: real(layout.is_stack() && has(Friction), [1, candidates, SPRING_REALS])?.as_chunks_mut().0,
-            paces: real(layout.is_stack() && has(Friction), [1, candidates, PACE_REALS])?.as_chunks_mut().0,
-            tangential: real(has(Friction), [1, candidates, TANGENTIAL_REALS])?.as_chunks_mut().0,
-            gaps_over_dt: real(has(Theta), [1, 1, candidates])?,
-            runs: words.take(true, [1, rows, 4])?.as_chunks_mut().0,
-            ranges: words.take(true, [1, rows, 4])?.as_chunks_mut().0,
-            been_slack: words.take(has(Slack), [1, 1, rows])?,
-            flags: words.take(has(Detachment), [1, 1, layout.nodes().div_ceil(32)])?,
-            candidate_nodes: words.take(true, [1, 1, candidates])?,
-            awake: words.take(layout.is_stack(), [1, layout.plies, 2])?.as_chunks_mut().0,
-            last: words.take(layout.is_stack(), [1, nx, layout.y.modelled()])?,
-            links: words.take(layout.is_stack(), [1, candidates, 2])?.as_chunks_mut().0,
-        };
-        Some(())
+    fn take<I: Item>(&mut self, kept: bool, factors: [usize; 3]) -> Option<&'a mut [I]> {
+        let count = if kept { factors.into_iter().try_fold(I::NUMBERS, usize::checked_mul)? } else { 0 };
+        I::carver(self).take(count, I::NUMBERS.is_multiple_of(CacheLine::REALS)).map(I::of)
+    }
+}
+
+/// Item of an array: a number, or an array of items.
+trait Item: Sized {
+    type Number: 'static;
+    /// Numbers of an item.
+    const NUMBERS: usize;
+    /// Numbers as items.
+    fn of(numbers: &mut [Self::Number]) -> &mut [Self];
+    /// Numbers of this kind.
+    fn carver<'m, 'a>(memory: &'m mut Memory<'a>) -> &'m mut Carver<'a, Self::Number>;
+}
+
+impl Item for f64 {
+    type Number = f64;
+    const NUMBERS: usize = 1;
+    fn of(numbers: &mut [f64]) -> &mut [f64] {
+        numbers
+    }
+    fn carver<'m, 'a>(memory: &'m mut Memory<'a>) -> &'m mut Carver<'a, f64> {
+        &mut memory.reals
+    }
+}
+
+impl Item for u32 {
+    type Number = u32;
+    const NUMBERS: usize = 1;
+    fn of(numbers: &mut [u32]) -> &mut [u32] {
+        numbers
+    }
+    fn carver<'m, 'a>(memory: &'m mut Memory<'a>) -> &'m mut Carver<'a, u32> {
+        &mut memory.words
+    }
+}
+
+impl<I: Item, const N: usize> Item for [I; N] {
+    type Number = I::Number;
+    const NUMBERS: usize = N * I::NUMBERS;
+    fn of(numbers: &mut [I::Number]) -> &mut [[I; N]] {
+        I::of(numbers).as_chunks_mut().0
+    }
+    fn carver<'m, 'a>(memory: &'m mut Memory<'a>) -> &'m mut Carver<'a, I::Number> {
+        I::carver(memory)
     }
 }
 
@@ -287,10 +345,9 @@ pub(crate) struct Noted<'r> {
 impl<'r> Noted<'r> {
     /// In the lines that [`Arrays`] share for it.
     pub fn of(shared: &'r mut [CacheLine], layout: &Layout) -> Noted<'r> {
-        let carries = layout.carried_rows() * layout.chunks * CHUNK * CARRY_PLANES;
-        let (carries, pulls) = CacheLine::reals(shared).split_at_mut_checked(carries).unwrap_or_default();
-        let pulls = if layout.supports { pulls } else { &mut [] };
-        Noted { carries: chunked(carries), pulls: pulls.as_chunks_mut().0.as_chunks_mut().0 }
+        let [carries, pulls] = layout.noted();
+        let (carries, rest) = CacheLine::reals(shared).split_at_mut_checked(carries).unwrap_or_default();
+        Noted { carries: Item::of(carries), pulls: Item::of(rest.get_mut(..pulls).unwrap_or_default()) }
     }
 }
 
@@ -301,7 +358,7 @@ fn swap<T>(items: &mut [T], a: usize, b: usize) {
     }
 }
 
-/// Cuts pieces off the front of a slice, or only counts them.
+/// Cuts pieces off a slice, or only counts them.
 struct Carver<'a, T> {
     rest: &'a mut [T],
     counts: bool,
@@ -317,18 +374,17 @@ impl<'a, T> Carver<'a, T> {
         Carver { rest: &mut [], counts: true, taken: 0 }
     }
 
-    /// As many items as the product of these factors, none if they are not needed; nothing while counting. None: there are not so many.
-    fn take(&mut self, needed: bool, factors: [usize; 3]) -> Option<&'a mut [T]> {
-        let count = if needed { factors[0].checked_mul(factors[1])?.checked_mul(factors[2])? } else { 0 };
+    /// So many numbers off the front, or off the end; none while counting. None: there are not so many.
+    fn take(&mut self, count: usize, off_front: bool) -> Option<&'a mut [T]> {
         self.taken = self.taken.checked_add(count)?;
-        let cut = if self.counts { 0 } else { count };
-        let (piece, rest) = core::mem::take(&mut self.rest).split_at_mut_checked(cut)?;
+        if self.counts {
+            return Some(&mut []);
+        }
+        let rest = core::mem::take(&mut self.rest);
+        let cut = if off_front { count } else { rest.len().checked_sub(count)? };
+        let (front, end) = rest.split_at_mut_checked(cut)?;
+        let (piece, rest) = if off_front { (front, end) } else { (end, front) };
         self.rest = rest;
         Some(piece)
     }
-}
-
-/// Numbers as chunks of P planes.
-fn chunked<const P: usize>(reals: &mut [f64]) -> &mut [Chunk<P>] {
-    reals.as_chunks_mut().0.as_chunks_mut().0
 }

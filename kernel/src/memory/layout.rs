@@ -140,10 +140,30 @@ impl Layout {
     /// How many of these hold what a step notes (`arrays.rs`), or the labels of the nodes when outcomes are tested: less than the hot rows, which have
     /// been counted.
     pub(crate) fn shared_lines(&self) -> usize {
-        let pulls = if self.supports { 6 * self.nodes_y } else { 0 };
-        let noted = self.carried_rows() * CHUNK * CARRY_PLANES * self.chunks + self.block_steps as usize * pulls;
         let labels = if self.has(Feature::Detachment) { self.nodes() } else { 0 };
+        let noted: usize = self.noted().iter().sum();
         noted.div_ceil(CacheLine::REALS).max(labels.div_ceil(CacheLine::WORDS))
+    }
+
+    /// Numbers of carried forces and of pulls that a step or a block of steps notes.
+    pub(super) fn noted(&self) -> [usize; 2] {
+        let pulls = if self.supports { 6 * self.nodes_y * self.block_steps as usize } else { 0 };
+        [self.carried_rows() * self.chunks * CHUNK * CARRY_PLANES, pulls]
+    }
+
+    /// Whether columns have constants of their own: those of a graded network or of a curved sheet.
+    pub(super) fn has_columns(&self) -> bool {
+        self.has(Feature::Grading) || self.has(Feature::Curved)
+    }
+
+    /// Lines of constants of columns: one, or one of each ply of a curved sheet.
+    pub(super) fn lines_of_columns(&self) -> usize {
+        if self.has(Feature::Curved) { self.plies } else { 1 }
+    }
+
+    /// Candidates that there is memory for. The case below a node is one, too.
+    pub(super) fn contacts(&self) -> Option<usize> {
+        self.candidates.checked_mul(if self.has(Feature::Casing) { 2 } else { 1 })
     }
 
     /// Places for what is kept of a row's fixed nodes during its sweep: displacements, and with slipping clamps velocities.

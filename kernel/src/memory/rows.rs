@@ -3,11 +3,9 @@
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
-use crate::ground::planes::{
-    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, SPEED_X, STRENGTH_PLANES, YARN_PLANES,
-};
+use crate::ground::planes::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, SPEED_X};
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
-use crate::memory::arrays::{Arrays, Noted};
+use crate::memory::arrays::{Arrays, Noted, RowArrays};
 use crate::memory::layout::Layout;
 use crate::memory::taken::TakenOfRow;
 use crate::memory::terms::Terms;
@@ -22,6 +20,7 @@ use crate::sheet::segments::Report;
 use crate::sheet::slack::SlackBalance;
 use crate::sheet::sweep::{Pass, Row};
 use crate::sheet::symmetry::Line;
+use core::mem::take;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
 pub(crate) struct Rows<'r> {
@@ -29,47 +28,20 @@ pub(crate) struct Rows<'r> {
     pub first: usize,
     /// Their ply.
     pub ply: usize,
-    pub hot: &'r mut [Chunk<HOT_PLANES>],
+    /// Arrays of these rows, but for `past`.
+    pub own: RowArrays<'r>,
     /// The row above the last, not swept yet; empty above the top row.
     pub above: &'r [Chunk<HOT_PLANES>],
-    pub history: &'r mut [Chunk<HISTORY_PLANES>],
-    /// Constants from the first row on; empty for uniform yarn.
-    pub yarn: &'r [Chunk<YARN_PLANES>],
-    /// Critical stretches from the first row on; empty where all have the same.
-    pub strength: &'r [Chunk<STRENGTH_PLANES>],
-    /// What slack segments owe from the first row on, and of each row in which directions they have been slack; empty where nobody asks.
-    pub owed: &'r mut [Chunk<OWED_PLANES>],
-    pub been_slack: &'r [u32],
     /// What viscosity keeps.
     pub viscous: ViscousRows<'r>,
-    /// Energy that viscosity and rate take, one entry a row; empty without both.
-    pub taken: &'r mut [f64],
-    /// Of a stack velocities across the sheet before the sweep.
-    pub before: &'r mut [[f64; CHUNK]],
-    /// Of a ring on a case what it pushes each row by, and its push on every node (`arrays.rs`).
-    pub pushed: &'r mut [[[f64; CHUNK]; 3]],
-    pub pushes: &'r mut [[f64; CHUNK]],
-    /// What clamps keep; empty where they do not slip.
-    pub clamps: Clamps<'r>,
-    /// Least and greatest displacement along y and x, one entry a row.
-    pub ranges: &'r mut [[u32; 4]],
-    /// Fixed nodes, one entry a row.
-    pub runs: &'r [[u32; 4]],
     /// Bars and widths of a graded network.
     pub net: Net<'r>,
     /// Vertical forces from the row below the first.
     pub carry: &'r mut [Chunk<CARRY_PLANES>],
+    /// Displacements of the fixed nodes of a row.
     pub kept: &'r mut [[f64; 3]],
     /// What the sheet pulls at the two runs of fixed nodes of each row, in units of m h/dt; empty where nobody asks.
     pub pulls: &'r mut [[[f64; 3]; 2]],
-}
-
-/// What slipping clamps keep of neighbouring rows (`arrays.rs`).
-#[derive(Default)]
-pub(crate) struct Clamps<'r> {
-    pub holds: &'r [[f64; CHUNK]],
-    pub slid: &'r mut [[f64; CHUNK]],
-    pub work: &'r mut [f64],
 }
 
 impl<'r> Rows<'r> {
@@ -82,51 +54,32 @@ impl<'r> Rows<'r> {
         ply: usize,
         in_block: Option<usize>,
     ) -> Option<Rows<'r>> {
-        let own = first * layout.chunks..end * layout.chunks;
-        let noted = in_block.unwrap_or(0) * layout.nodes_y;
-        let Noted { carries, pulls } = Noted::of(arrays.shared, layout);
-        let (swept, rest) = arrays.hot.split_at_mut_checked(own.end)?;
         // Of a stack, whose plies are swept in turn, some rows each.
         let is_begun = arrays.awake.get(ply).is_some_and(|rows| first > rows[0] as usize);
-        // The row behind is of the next ply.
-        let is_last_of_ply = layout.is_stack() && layout.ply_and_row(end).1 == 0;
-        let (past, above) = arrays.past.split_at_mut(own.end.min(arrays.past.len()));
+        let step = in_block.unwrap_or(0);
+        let noted = step * layout.nodes_y;
+        let [mut own, mut above] = arrays.rows.split(layout, [first, end], step)?;
+        // The row above is of the next ply.
+        if layout.is_stack() && layout.ply_and_row(end).1 == 0 {
+            (above.hot, above.past) = Default::default();
+        }
         let viscous = ViscousRows {
-            past: if layout.has(Feature::Viscosity) { past.get_mut(own.start..)? } else { &mut [] },
-            above: if is_last_of_ply { &mut [] } else { planes::row_mut(above, layout.chunks, 0) },
+            past: take(&mut own.past),
+            above: planes::row_mut(above.past, layout.chunks, 0),
             // They were found for the row below.
             known: [is_begun || in_block.is_some() && first > 0, false],
         };
+        let Noted { carries, pulls } = Noted::of(arrays.shared, layout);
         Some(Rows {
             first,
             ply,
-            hot: swept.get_mut(own.start..)?,
-            above: if is_last_of_ply { &[] } else { planes::row(rest, layout.chunks, 0) },
-            history: arrays.history.get_mut(own.clone())?,
-            yarn: if layout.has_constants() { arrays.yarn.get(own.clone())? } else { &[] },
-            strength: if layout.has(Feature::Strength) { arrays.strength.get(own.clone())? } else { &[] },
-            owed: if layout.has(Feature::Slack) { arrays.owed.get_mut(own.clone())? } else { &mut [] },
-            been_slack: if layout.has(Feature::Slack) { arrays.been_slack.get(first..end)? } else { &[] },
+            above: planes::row(above.hot, layout.chunks, 0),
             viscous,
-            taken: if layout.takes_energy() { arrays.taken.get_mut(noted + first..noted + end)? } else { &mut [] },
-            before: if layout.is_stack() { arrays.before.get_mut(own.clone())? } else { &mut [] },
-            pushed: if layout.has(Feature::Casing) { arrays.pushed.get_mut(first..end)? } else { &mut [] },
-            pushes: if layout.has(Feature::Casing) { arrays.pushes.get_mut(own.clone())? } else { &mut [] },
-            clamps: if layout.has(Feature::Clamps) {
-                Clamps {
-                    holds: arrays.holds.get(own.clone())?,
-                    slid: arrays.slid.get_mut(own)?,
-                    work: arrays.clamped.get_mut(noted + first..noted + end)?,
-                }
-            } else {
-                Clamps::default()
-            },
-            ranges: arrays.ranges.get_mut(first..end)?,
-            runs: arrays.runs.get(first..end)?,
             net: Net { columns: layout.columns_of(arrays.columns, ply), lines: arrays.lines },
             carry: planes::row_mut(carries, layout.chunks, in_block.unwrap_or(ply)),
             kept: arrays.kept,
-            pulls: if layout.supports { pulls.get_mut(noted + first..noted + end)? } else { &mut [] },
+            pulls: if layout.supports { pulls.get_mut(noted + first..noted + end)? } else { Default::default() },
+            own,
         })
     }
 }
@@ -139,15 +92,16 @@ impl Rows<'_> {
         if layout.x.has_image() {
             self.place_images(layout);
         }
-        let Rows { hot, history, owed, viscous, before, pushed, pushes, taken, ranges, carry, kept, pulls, .. } = self;
-        let (first, ply, above, yarn, runs, been_slack) =
-            (self.first, self.ply, self.above, self.yarn, self.runs, self.been_slack);
+        let Rows { first, ply, above, own, viscous, carry, kept, pulls, .. } = self;
+        let RowArrays { hot, history, yarn, strength, owed, been_slack, before, pushed, pushes, taken, .. } = own;
+        let RowArrays { ranges, runs, holds, slid, clamped, .. } = own;
+        let (first, ply, above) = (*first, *ply, *above);
         let (pass, is_viscous) = (terms.pass(self.net, ply), layout.has(Feature::Viscosity));
         // Whether nodes stand for several.
         let several = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Grading);
         let (weighed, mut report, rows) = (several.then_some(&pass.net), Report::default(), ranges.len());
         let slips = layout.has(Feature::Clamps);
-        for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
+        for (k, (range, run)) in ranges.iter_mut().zip(&**runs).enumerate() {
             let j = first + k;
             if is_viscous {
                 if k == 0 {
@@ -164,7 +118,7 @@ impl Rows<'_> {
                 keep_speeds_across(terms, row, before, pass.net.columns);
             }
             keep_fixed(slips.then_some(layout.nodes_x), row, kept, run);
-            let yarn = terms.yarn_row(yarn, self.strength, k, ply);
+            let yarn = terms.yarn_row(yarn, strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
             let mut counted =
                 if layout.takes_energy() { TakenOfRow::nothing(layout, pass.directions, j) } else { TakenOfRow::NONE };
@@ -174,11 +128,8 @@ impl Rows<'_> {
             let of_viscosity = is_viscous.then(|| viscous.row(layout, (k, rows, first)));
             let (viscosity, last) = of_viscosity.map_or((None, Last::default()), |(row, last)| (Some(row), last));
             let keeps = been_slack.get(k).copied().unwrap_or(0);
-            let slack = if layout.has(Feature::Slack) && keeps != 0 {
-                Some(SlackBalance::of(planes::row_mut(owed, chunks, k), keeps))
-            } else {
-                None
-            };
+            let is_slack = layout.has(Feature::Slack) && keeps != 0;
+            let slack = is_slack.then(|| SlackBalance::of(planes::row_mut(owed, chunks, k), keeps));
             // Whole rows of a ring are held, or none of it.
             let on_casing = if layout.has(Feature::Casing) && run[0] == run[1] {
                 case_under(terms, &pass, j, pushed.get_mut(k), pushes.get_mut(k * chunks..(k + 1) * chunks))
@@ -201,7 +152,7 @@ impl Rows<'_> {
             let (met, reach) = row_job.step();
             report = report.merged(met);
             let pulled = if slips {
-                let end = RowEnd { range, reach, clamps: &mut self.clamps, k, columns: pass.net.columns };
+                let end = RowEnd { range, reach, holds, slid, clamped, k, columns: pass.net.columns };
                 slide_row(terms, weighed, j, row, kept, run, end)
             } else {
                 end_row(terms, weighed, j, row, kept, run, (range, reach))
@@ -224,11 +175,11 @@ impl Rows<'_> {
     /// The image columns, with velocities for viscosity and slack segments.
     #[inline(never)]
     fn place_images(&mut self, layout: &Layout) {
-        for row in self.hot.chunks_exact_mut(layout.chunks.max(1)) {
+        for row in self.own.hot.chunks_exact_mut(layout.chunks.max(1)) {
             place_image_column(row, layout.x);
         }
         if layout.has(Feature::Viscosity) || layout.has(Feature::Slack) {
-            place_image_speeds(self.hot, layout.chunks, layout.x);
+            place_image_speeds(self.own.hot, layout.chunks, layout.x);
         }
     }
 }
@@ -271,13 +222,15 @@ fn end_row(
 }
 
 /// What the end of a row's sweep writes besides its nodes.
-struct RowEnd<'a, 'r> {
+struct RowEnd<'a> {
     /// Where the row's reach is noted.
     range: &'a mut [u32; 4],
     /// Least and greatest displacement along y.
     reach: [f64; 2],
-    /// Clamps of all rows, and the number of this one among them.
-    clamps: &'a mut Clamps<'r>,
+    /// What the clamps of all rows keep, and the number of this one among them.
+    holds: &'a [[f64; CHUNK]],
+    slid: &'a mut [[f64; CHUNK]],
+    clamped: &'a mut [f64],
     k: usize,
     /// Normals of the columns; empty where all are along z.
     columns: &'a [Chunk<COLUMN_PLANES>],
@@ -303,23 +256,22 @@ fn slide_row(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],
-    RowEnd { range, reach: [mut low, mut high], clamps, k, columns }: RowEnd<'_, '_>,
+    RowEnd { range, reach: [mut low, mut high], holds, slid, clamped, k, columns }: RowEnd<'_>,
 ) -> [[f64; 3]; 2] {
-    let (layout, chunks) = (terms.layout, terms.layout.chunks);
-    let own = k * chunks..(k + 1) * chunks;
-    let holds = clamps.holds.get(own.clone()).unwrap_or_default();
-    let slid = clamps.slid.get_mut(own).unwrap_or_default();
-    let mut clamped = ClampedRow { holds, slid, grip: terms.directions.grip, columns };
+    let layout = terms.layout;
+    let own = k * layout.chunks..(k + 1) * layout.chunks;
+    let (holds, slid) = (holds.get(own.clone()).unwrap_or_default(), slid.get_mut(own).unwrap_or_default());
+    let mut clamps = ClampedRow { holds, slid, grip: terms.directions.grip, columns };
     let (mut pulls, mut work) = ([Vector::zeros(); 2], 0.0);
     for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
-            if !clamped.holds_node(i) {
+            if !clamps.holds_node(i) {
                 continue;
             }
             let (Some(place), Some(before)) = (kept.get(i), kept.get(layout.nodes_x + i)) else { break };
             let Some(chunk) = row.get_mut(i / CHUNK) else { break };
             let (lane, weight) = (i % CHUNK, weighed.map_or(1.0, |_| layout.node_weight(i, j)));
-            let slide = clamped.slide(i, *before, planes::velocity(chunk, lane));
+            let slide = clamps.slide(i, *before, planes::velocity(chunk, lane));
             for plane in 0..3 {
                 chunk[plane][lane] = place[plane] + slide.velocity[plane];
                 chunk[3 + plane][lane] = slide.velocity[plane];
@@ -329,7 +281,7 @@ fn slide_row(
             work += weight * slide.work;
         }
     }
-    if let Some(of_row) = clamps.work.get_mut(k) {
+    if let Some(of_row) = clamped.get_mut(k) {
         *of_row = work;
     }
     note_range(terms, row, range, [low, high]);
@@ -462,7 +414,7 @@ mod tests {
         let mut sim = sim(&sheet(21, 21));
         sim.step_every_row();
         sim.step().unwrap();
-        sim.system.arrays.history = &mut [];
+        sim.system.arrays.rows.history = &mut [];
         assert_eq!(sim.step(), Err(Failure::NonFinite));
     }
 

@@ -232,7 +232,7 @@ impl System<'_> {
     #[inline]
     pub fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
         let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
-        let chunk = planes::row(self.arrays.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&NOTHING);
+        let chunk = planes::row(self.arrays.rows.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&NOTHING);
         let at = |plane: usize, turn: bool| {
             let value = chunk[plane][i % CHUNK];
             if turn { -value } else { value }
@@ -241,7 +241,7 @@ impl System<'_> {
     }
 
     pub fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
-        let row = planes::row_mut(self.arrays.hot, self.layout.chunks, j);
+        let row = planes::row_mut(self.arrays.rows.hot, self.layout.chunks, j);
         let Some(chunk) = row.get_mut(i / CHUNK) else { return };
         let lane = i % CHUNK;
         for k in 0..3 {
@@ -251,19 +251,24 @@ impl System<'_> {
     }
 
     pub fn is_fixed(&self, i: usize, j: usize) -> bool {
-        self.arrays.runs.get(j).is_some_and(|run| in_runs(run, i)) && !self.has_let_go(i, j)
+        self.arrays.rows.runs.get(j).is_some_and(|run| in_runs(run, i)) && !self.has_let_go(i, j)
     }
 
     /// Whether a node has slid out of its clamp, or its attachment has let go.
     #[inline(always)]
     pub fn has_let_go(&self, i: usize, j: usize) -> bool {
         self.layout.has(Feature::Clamps)
-            && clamp::has_let_go(self.arrays.slid, j * self.layout.chunks + i / CHUNK, i % CHUNK, self.directions.grip)
+            && clamp::has_let_go(
+                self.arrays.rows.slid,
+                j * self.layout.chunks + i / CHUNK,
+                i % CHUNK,
+                self.directions.grip,
+            )
     }
 
     /// Which attachment a held node belongs to.
     pub fn attachment_of(&self, i: usize, j: usize) -> usize {
-        let side = usize::from(self.arrays.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
+        let side = usize::from(self.arrays.rows.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
         let (_, row) = self.layout.ply_and_row(j);
         weave::attachment_of(self.scene.attachment.kind, self.layout.y.nodes, self.layout.upper, row, side)
     }
@@ -274,7 +279,7 @@ impl System<'_> {
         let [nx, ny] = [self.layout.x.nodes as usize, self.layout.y.nodes as usize];
         let dt = self.model.limits.dt;
         let unit = self.model.unit_impulse / dt;
-        let runs_of = |j: usize| self.arrays.runs.get(j).copied().unwrap_or([0; 4]);
+        let runs_of = |j: usize| self.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
         for j in 0..self.layout.nodes_y {
             let ((ply, row), run) = (self.layout.ply_and_row(j), runs_of(j));
             let first = self.layout.rows_of(ply)[0];
@@ -296,7 +301,7 @@ impl System<'_> {
                     );
                     let hold = if whole > 0.0 { whole * yarns } else { f64::MAX };
                     let place = j * self.layout.chunks + i as usize / CHUNK;
-                    if let Some(holds) = self.arrays.holds.get_mut(place) {
+                    if let Some(holds) = self.arrays.rows.holds.get_mut(place) {
                         holds[i as usize % CHUNK] = hold;
                     }
                 }
@@ -321,21 +326,21 @@ impl System<'_> {
         let direction = self.directions.of_ply(ply).along(axis);
         let turn = if axis == Axis::Horizontal { self.directions.turn(ply) } else { 1.0 };
         let bar = self.net(ply).bar(axis, i, j).or((turn != 1.0).then_some([turn, 1.0]));
-        let yarn = planes::row(self.arrays.yarn, chunks, j);
+        let yarn = planes::row(self.arrays.rows.yarn, chunks, j);
         let drawn = |plane: usize| planes::get(yarn, axis as usize + plane, i).unwrap_or(0.0);
         let stochastic = self.layout.has_constants();
-        let strength = planes::row(self.arrays.strength, chunks, j);
+        let strength = planes::row(self.arrays.rows.strength, chunks, j);
         Some(SegmentView {
             axis,
             ply,
             rest: bar.map_or(direction.rest, |[segments, _]| direction.rest.in_series(segments)),
             chord: self.chord(axis, i, ply),
             bar: bar.unwrap_or([1.0; 2]),
-            stiffness: planes::get(planes::row(self.arrays.hot, chunks, j), 6 + axis as usize, i)?,
+            stiffness: planes::get(planes::row(self.arrays.rows.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged: if stochastic { drawn(0) } else { direction.stiffness },
             damage_rate: if stochastic { drawn(2) } else { direction.damage_rate },
             critical_stretch: planes::get(strength, axis as usize, i).unwrap_or(direction.law.critical_stretch),
-            history: planes::get(planes::row(self.arrays.history, chunks, j), axis as usize, i)?,
+            history: planes::get(planes::row(self.arrays.rows.history, chunks, j), axis as usize, i)?,
             owed: self.owed(axis, i, j),
             w: dv,
             d,
@@ -353,9 +358,9 @@ impl System<'_> {
 
     /// What the segment from node (i, j) owes, and the stress that it gave in the last pass; None where none of its kind has been slack.
     pub fn owed(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
-        let row = planes::row(self.arrays.owed, self.layout.chunks, j);
+        let row = planes::row(self.arrays.rows.owed, self.layout.chunks, j);
         let at = |plane: usize| planes::get(row, plane + axis as usize, i).unwrap_or(0.0);
-        self.arrays.been_slack.get(j).is_some_and(|bits| bits & slack::bit(axis) != 0).then(|| [at(0), at(GIVEN)])
+        self.arrays.rows.been_slack.get(j).is_some_and(|bits| bits & slack::bit(axis) != 0).then(|| [at(0), at(GIVEN)])
     }
 
     /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the history of drawn strength
@@ -424,7 +429,7 @@ impl System<'_> {
     /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
     pub fn fill_model(&mut self) -> Result<(), Error> {
         let (layout, places) = (self.layout, Places::both(&self.scene));
-        for (j, run) in self.arrays.runs.iter_mut().enumerate() {
+        for (j, run) in self.arrays.rows.runs.iter_mut().enumerate() {
             let [[a, b], [c, d]] = weave::runs_among(&self.scene, &places, layout.ply_and_row(j).1);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
@@ -447,14 +452,14 @@ impl System<'_> {
         }
         // Of the front and of the back fabric.
         let mut weakest = [CRITICAL_STRETCH_MAX; 2];
-        self.arrays.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
-        self.arrays.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
+        self.arrays.rows.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
+        self.arrays.rows.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
         for j in 0..ny {
             let (ply, row_of_ply) = layout.ply_and_row(j);
             let before = ply as u64 * self.scene.segments_of_ply();
             let (along, back) = (self.directions.of_ply(ply), usize::from(self.directions.is_back(ply)));
-            let row = planes::row_mut(self.arrays.yarn, chunks, j);
-            let strengths = planes::row_mut(self.arrays.strength, chunks, j);
+            let row = planes::row_mut(self.arrays.rows.yarn, chunks, j);
+            let strengths = planes::row_mut(self.arrays.rows.strength, chunks, j);
             let verticals = layout.has_verticals(j);
             for i in 0..nx {
                 let exists = [(Axis::Horizontal, i < layout.x.segments()), (Axis::Vertical, verticals)];
@@ -486,21 +491,21 @@ impl System<'_> {
 
     /// Sheet flat, at rest and whole.
     pub fn clear_state(&mut self) {
-        self.arrays.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
-        self.arrays.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
-        for (history, strength) in self.arrays.history.iter_mut().zip(self.arrays.strength.iter()) {
+        self.arrays.rows.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
+        self.arrays.rows.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
+        for (history, strength) in self.arrays.rows.history.iter_mut().zip(self.arrays.rows.strength.iter()) {
             *history = strength.map(|plane| plane.map(law::twice_strain_at));
         }
         self.arrays.flags.fill(0);
-        self.arrays.owed.fill(NOTHING_OWED);
+        self.arrays.rows.owed.fill(NOTHING_OWED);
         if self.layout.has(Feature::Clamps) {
-            self.arrays.slid.fill([0.0; CHUNK]);
+            self.arrays.rows.slid.fill([0.0; CHUNK]);
         }
-        for j in 0..self.arrays.been_slack.len() {
+        for j in 0..self.arrays.rows.been_slack.len() {
             let Along { horizontal, vertical, .. } = self.directions_of_row(j);
             let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * slack::bit(axis);
             let bits = slack(&horizontal.rest, Axis::Horizontal) | slack(&vertical.rest, Axis::Vertical);
-            if let Some(been_slack) = self.arrays.been_slack.get_mut(j) {
+            if let Some(been_slack) = self.arrays.rows.been_slack.get_mut(j) {
                 *been_slack = bits;
             }
         }
@@ -517,9 +522,9 @@ impl System<'_> {
     /// whether a history of the row has changed; if not, its stiffnesses are still right.
     pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
-        self.arrays.before.fill([0.0; CHUNK]);
-        self.arrays.pushed.fill([[0.0; CHUNK]; 3]);
-        self.arrays.pushes.fill([0.0; CHUNK]);
+        self.arrays.rows.before.fill([0.0; CHUNK]);
+        self.arrays.rows.pushed.fill([[0.0; CHUNK]; 3]);
+        self.arrays.rows.pushes.fill([0.0; CHUNK]);
         (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));
         for j in 0..self.layout.nodes_y {
             if fill(self, j) {
@@ -539,10 +544,10 @@ impl System<'_> {
         let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
         let shared = [h, v].map(|direction| [direction.law.critical_stretch; CHUNK]);
-        let row = planes::row_mut(self.arrays.hot, chunks, j);
-        let history = planes::row(self.arrays.history, chunks, j);
-        let yarn = planes::row(self.arrays.yarn, chunks, j);
-        let strength = planes::row(self.arrays.strength, chunks, j);
+        let row = planes::row_mut(self.arrays.rows.hot, chunks, j);
+        let history = planes::row(self.arrays.rows.history, chunks, j);
+        let yarn = planes::row(self.arrays.rows.yarn, chunks, j);
+        let strength = planes::row(self.arrays.rows.strength, chunks, j);
         for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
             let yarn = yarn.get(c).unwrap_or(&uniform);
             let strength = strength.get(c).unwrap_or(&shared);
@@ -568,7 +573,7 @@ impl System<'_> {
 
     /// Least and greatest y displacement of row j. Returns whether a node of it is not exactly at rest in its place.
     fn rebuild_range(&mut self, j: usize) -> bool {
-        let row = planes::row(self.arrays.hot, self.layout.chunks, j);
+        let row = planes::row(self.arrays.rows.hot, self.layout.chunks, j);
         let (mut low, mut high, mut moved) = ([0.0; CHUNK], [0.0; CHUNK], false);
         let mut take = |chunk: &Chunk<HOT_PLANES>| {
             for ((low, high), &y) in low.iter_mut().zip(&mut high).zip(&chunk[1]) {
@@ -586,7 +591,7 @@ impl System<'_> {
             }
             take(&last);
         }
-        if let Some(range) = self.arrays.ranges.get_mut(j) {
+        if let Some(range) = self.arrays.rows.ranges.get_mut(j) {
             let least = low.iter().fold(0.0, |least, &y| math::min(y, least));
             let greatest = high.iter().fold(0.0, |greatest, &y| math::max(y, greatest));
             *range = [end_of_range(least), end_of_range(greatest), NOT_KEPT, NOT_KEPT];
@@ -599,7 +604,7 @@ impl System<'_> {
         let mut failed = 0.0;
         for j in first..end {
             let ends = self.ends_of_segments(j);
-            for (c, hot) in planes::row(self.arrays.hot, self.layout.chunks, j).iter().enumerate() {
+            for (c, hot) in planes::row(self.arrays.rows.hot, self.layout.chunks, j).iter().enumerate() {
                 for axis in [Axis::Horizontal, Axis::Vertical] {
                     let (stiffness, first) = (&hot[6 + axis as usize], c * CHUNK);
                     if stiffness.iter().fold(true, |live, &k| live & (k != 0.0)) {
@@ -617,7 +622,7 @@ impl System<'_> {
 
     /// Puts the row of images behind the plane y = 0 in its place.
     pub fn place_image_row(&mut self) {
-        rows::place_image_row(self.arrays.hot, self.layout.chunks, self.layout.y);
+        rows::place_image_row(self.arrays.rows.hot, self.layout.chunks, self.layout.y);
     }
 
     /// Adds to the sums of its support what the fixed node (i, j) takes of the projectile: an impulse in units of m h and a pass, with
@@ -680,7 +685,7 @@ impl System<'_> {
             return Vector::zeros();
         }
         let (_, v) = self.node(i, j);
-        let iterate = planes::row(self.arrays.iterate, self.layout.chunks, j);
+        let iterate = planes::row(self.arrays.rows.iterate, self.layout.chunks, j);
         let g = [0, 1, 2].map(|axis| {
             let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
             mean_acceleration(theta, at(planes::AT_START + axis), at(planes::AT_GUESS + axis))

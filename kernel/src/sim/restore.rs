@@ -134,8 +134,8 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     let (slack, drawn) = (system.layout.has(Feature::Slack), system.layout.has(Feature::Strength));
     let clamps = layout.has(Feature::Clamps);
     let mut sound = true;
-    for (j, run) in system.arrays.runs.iter().enumerate() {
-        let strength = planes::row(system.arrays.strength, system.layout.chunks, j);
+    for (j, run) in system.arrays.rows.runs.iter().enumerate() {
+        let strength = planes::row(system.arrays.rows.strength, system.layout.chunks, j);
         let verticals = layout.has_verticals(j);
         if slack {
             let Some((&been_slack, rest)) = words.split_first() else { return false };
@@ -188,15 +188,15 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
     let mut changed = false;
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (across, layout) = (system.layout.x.segments(), system.layout);
-    let row = planes::row_mut(system.arrays.hot, chunks, j);
-    let history = planes::row_mut(system.arrays.history, chunks, j);
-    let owed = planes::row_mut(system.arrays.owed, chunks, j);
-    if let Some(been_slack) = system.arrays.been_slack.get_mut(j) {
+    let row = planes::row_mut(system.arrays.rows.hot, chunks, j);
+    let history = planes::row_mut(system.arrays.rows.history, chunks, j);
+    let owed = planes::row_mut(system.arrays.rows.owed, chunks, j);
+    if let Some(been_slack) = system.arrays.rows.been_slack.get_mut(j) {
         let Some((&word, rest)) = words.split_first() else { return true };
         (*been_slack, *words) = (u64::from_le_bytes(word) as u32, rest);
     }
-    let past = planes::row_mut(system.arrays.past, chunks, j);
-    let slid = system.arrays.slid.get_mut(j * chunks..(j + 1) * chunks).unwrap_or_default();
+    let past = planes::row_mut(system.arrays.rows.past, chunks, j);
+    let slid = system.arrays.rows.slid.get_mut(j * chunks..(j + 1) * chunks).unwrap_or_default();
     let verticals = layout.has_verticals(j);
     for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
         #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
@@ -438,7 +438,12 @@ mod tests {
                 if failed {
                     sim.system.failure = Some(Failure::NonFinite);
                     // What follows from the histories.
-                    sim.system.arrays.hot.iter_mut().for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
+                    sim.system
+                        .arrays
+                        .rows
+                        .hot
+                        .iter_mut()
+                        .for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
                 }
                 let (image, digest, failed_segments) = &images[k];
                 sim.load(image).unwrap();

@@ -107,14 +107,15 @@ fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
     let (across, layout) = (system.layout.x.segments(), system.layout);
     let bits = |number: Option<f64>| number.map_or(0, f64::to_bits);
     for j in 0..ny {
-        let (row, history) = (planes::row(system.arrays.hot, chunks, j), planes::row(system.arrays.history, chunks, j));
-        let owed = planes::row(system.arrays.owed, chunks, j);
-        system.arrays.been_slack.get(j).into_iter().for_each(|&been_slack| word(u64::from(been_slack)));
-        let past = planes::row(system.arrays.past, chunks, j);
+        let (row, history) =
+            (planes::row(system.arrays.rows.hot, chunks, j), planes::row(system.arrays.rows.history, chunks, j));
+        let owed = planes::row(system.arrays.rows.owed, chunks, j);
+        system.arrays.rows.been_slack.get(j).into_iter().for_each(|&been_slack| word(u64::from(been_slack)));
+        let past = planes::row(system.arrays.rows.past, chunks, j);
         let verticals = layout.has_verticals(j);
         for i in 0..nx {
             (0..6).for_each(|plane| word(bits(planes::get(row, plane, i))));
-            if let Some(slid) = system.arrays.slid.get(j * chunks + i / CHUNK) {
+            if let Some(slid) = system.arrays.rows.slid.get(j * chunks + i / CHUNK) {
                 word(slid[i % CHUNK].to_bits());
             }
             if system.layout.has(Feature::Viscosity) {

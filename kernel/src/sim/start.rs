@@ -230,10 +230,10 @@ pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) ->
         let columns = if axis == Axis::Horizontal { layout.x.segments() } else { layout.nodes_x };
         for j in (first..end).filter(|&j| axis == Axis::Horizontal || layout.has_verticals(j)) {
             let critical = system.direction(axis, j).critical;
-            let history = planes::row_mut(system.arrays.history, chunks, j);
+            let history = planes::row_mut(system.arrays.rows.history, chunks, j);
             for i in 0..columns {
                 let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));
-                let strength = planes::row(system.arrays.strength, chunks, j);
+                let strength = planes::row(system.arrays.rows.strength, chunks, j);
                 let whole = planes::get(strength, axis as usize, i).map(twice_strain_at);
                 if let Some(slot) = planes::get_mut(history, axis as usize, i) {
                     *slot = if q > whole.unwrap_or(critical) { q } else { whole.unwrap_or(0.0) };

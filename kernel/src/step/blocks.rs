@@ -93,7 +93,7 @@ impl Block {
         let (low, high) = (body.position.y - half, body.position.y + half);
         let rise = system.directions.front.vertical.rest.spacing;
         let reach = Reach { low, high, h, rise, nodes_y: system.scene.sheet.nodes_y };
-        let range = |j: usize| system.arrays.ranges.get(j).copied().unwrap_or_default();
+        let range = |j: usize| system.arrays.rows.ranges.get(j).copied().unwrap_or_default();
         let comes_near = |&j: &usize| reach.meets(j, range(j), APPROACH * h);
         let near = match ((0..rows).find(comes_near), (0..rows).rev().find(comes_near)) {
             (Some(first), Some(last)) => [first, last + 1],
@@ -102,7 +102,7 @@ impl Block {
         let [first, end] = near;
         let search = Search::new(&system.solid, body, margin, system.instructions);
         let is_held = (first..end).any(|j| {
-            let [a, b, c, d] = system.arrays.runs.get(j).copied().unwrap_or([0; 4]);
+            let [a, b, c, d] = system.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
             (a..b).chain(c..d).any(|i| search.candidate(&system.position(i as usize, j)).is_some())
         });
         let lag = if system.layout.has(Feature::Viscosity) { 2 } else { 1 };
@@ -141,7 +141,7 @@ impl Block {
             for step in 0..self.steps {
                 let Some(j) = r.checked_sub(self.lag * step).filter(|&j| j < self.rows) else { continue };
                 let report = explicit::sweep_in_block(system, step, [j, j + 1]);
-                let range = system.arrays.ranges.get(j).copied().unwrap_or_default();
+                let range = system.arrays.rows.ranges.get(j).copied().unwrap_or_default();
                 if report.non_finite || self.is_met(step, j, range) {
                     return Err(Failure::NonFinite);
                 }
@@ -175,7 +175,7 @@ impl Block {
         report: Report,
     ) -> Result<(), Failure> {
         explicit::close_pass(system, gathered, report)?;
-        let ranges = system.arrays.ranges.get(first..end).unwrap_or_default();
+        let ranges = system.arrays.rows.ranges.get(first..end).unwrap_or_default();
         if (first..end).zip(ranges).any(|(j, range)| self.is_met(step, j, *range)) {
             return Err(Failure::NonFinite);
         }
@@ -251,9 +251,9 @@ mod tests {
     fn allow_blocks(sim: &mut Sim<'_>) {
         let (rows, steps) = (sim.system.layout.nodes_y, BLOCK_STEPS as usize);
         let taken = if sim.layout().takes_energy() { vec![0.0; steps * rows] } else { Vec::new() };
-        sim.system.arrays.taken = taken.leak();
+        sim.system.arrays.rows.taken = taken.leak();
         let clamped = if sim.layout().has(Feature::Clamps) { vec![0.0; steps * rows] } else { Vec::new() };
-        sim.system.arrays.clamped = clamped.leak();
+        sim.system.arrays.rows.clamped = clamped.leak();
         (sim.system.layout.block_steps, sim.system.block_steps) = (BLOCK_STEPS, steps);
         sim.system.arrays.shared = vec![CacheLine::ZERO; sim.system.layout.shared_lines()].leak();
     }

@@ -126,7 +126,7 @@ fn momentum(system: &System<'_>) -> Vector {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let mut total = Vector::zeros();
     for j in 0..ny {
-        let row = planes::row(system.arrays.hot, chunks, j);
+        let row = planes::row(system.arrays.rows.hot, chunks, j);
         let weighted = |plane: usize, i: usize| Some(planes::get(row, plane, i)? * system.share(i, j));
         let sum = |plane: usize| -> f64 { (0..nx).filter_map(|i| weighted(plane, i)).sum() };
         total += Vector::new(sum(3), sum(4), sum(5)) * system.mass_share_of_row(j);
@@ -201,7 +201,7 @@ fn exact_part(system: &System<'_>, j: usize) -> f64 {
 #[inline(never)]
 fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
     let (layout, mut sums) = (&system.layout, [0.0; 3]);
-    let row = planes::row(system.arrays.hot, layout.chunks, j);
+    let row = planes::row(system.arrays.rows.hot, layout.chunks, j);
     let weighted = layout.has(Feature::Grading) || layout.x.is_mirrored() || layout.y.is_mirrored();
     for (c, [_, _, _, vx, vy, vz, ..]) in row.iter().enumerate() {
         for (k, ((vx, vy), vz)) in vx.iter().zip(vy).zip(vz).enumerate().take(layout.nodes_x.saturating_sub(c * CHUNK))
@@ -224,7 +224,7 @@ fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f6
     let Along { horizontal, vertical, .. } = system.directions_of_row(j);
     let areas = [horizontal, vertical].map(|direction| direction.rest.length * direction.rest.length);
     let (mut strain, mut dissipated) = (0.0, 0.0);
-    for (c, [across, up]) in planes::row(system.arrays.history, layout.chunks, j).iter().enumerate() {
+    for (c, [across, up]) in planes::row(system.arrays.rows.history, layout.chunks, j).iter().enumerate() {
         let [mut along_x, mut along_y] = [[0.0; CHUNK]; 2];
         let mut whole = [false; 2];
         if plain && let Some(around) = around(system, c, j) {

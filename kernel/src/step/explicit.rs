@@ -243,14 +243,20 @@ fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2], j: usize
     let rates = rates(system);
     let System { layout, directions, arrays, instructions, .. } = &mut *system;
     let chunks = layout.chunks;
-    let (past_below, past) = arrays.past.split_at_mut((j * chunks).min(arrays.past.len()));
-    let Some(taken) = arrays.taken.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y) else { return };
+    let (past_below, past) = arrays.rows.past.split_at_mut((j * chunks).min(arrays.rows.past.len()));
+    let Some(taken) = arrays.rows.taken.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y) else {
+        return;
+    };
     let row = MomentsOfRow {
         directions: directions.of_ply(ply),
-        row: planes::row(arrays.hot, chunks, j),
-        below: planes::row(arrays.hot, chunks, j - 1),
+        row: planes::row(arrays.rows.hot, chunks, j),
+        below: planes::row(arrays.rows.hot, chunks, j - 1),
         past_below: planes::row(past_below, chunks, j - 1),
-        above: if layout.is_stack() && !layout.has_verticals(j) { &[] } else { planes::row(arrays.hot, chunks, j + 1) },
+        above: if layout.is_stack() && !layout.has_verticals(j) {
+            &[]
+        } else {
+            planes::row(arrays.rows.hot, chunks, j + 1)
+        },
         past: planes::row_mut(past, chunks, 0),
     };
     let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
@@ -276,7 +282,7 @@ fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: O
 #[inline(never)]
 pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let unit = system.model.unit_energy * system.mass_share(ply);
-    let taken = system.arrays.taken.get(step * system.layout.nodes_y..).and_then(|taken| taken.get(first..end));
+    let taken = system.arrays.rows.taken.get(step * system.layout.nodes_y..).and_then(|taken| taken.get(first..end));
     taken.into_iter().flatten().for_each(|taken| system.state.sums.viscous += unit * taken);
 }
 
@@ -284,7 +290,7 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
 #[inline(never)]
 pub(crate) fn book_clamps(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let unit = system.model.unit_energy * system.mass_share(ply);
-    let of_rows = system.arrays.clamped.get(step * system.layout.nodes_y..).and_then(|rows| rows.get(first..end));
+    let of_rows = system.arrays.rows.clamped.get(step * system.layout.nodes_y..).and_then(|rows| rows.get(first..end));
     of_rows.into_iter().flatten().for_each(|work| system.state.sums.attachment += unit * work);
 }
 
@@ -293,7 +299,7 @@ pub(crate) fn book_clamps(system: &mut System<'_>, ply: usize, [first, end]: [us
 pub(crate) fn book_pushes(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
     let share = system.mass_share(ply);
     let (unit, sums) = (system.model.unit_energy * share, &mut system.state.sums);
-    for push in system.arrays.pushed.get_mut(first..end).unwrap_or_default() {
+    for push in system.arrays.rows.pushed.get_mut(first..end).unwrap_or_default() {
         // The next pass may leave out a row.
         let [x, z, taken] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
         *push = [[0.0; CHUNK]; 3];
@@ -357,7 +363,7 @@ fn test_attachments(system: &mut System<'_>) {
     for (i, j) in system.nodes() {
         if system.is_fixed(i, j) && lets_go.get(system.attachment_of(i, j)) == Some(&true) {
             let place = j * system.layout.chunks + i / CHUNK;
-            if let Some(slid) = system.arrays.slid.get_mut(place) {
+            if let Some(slid) = system.arrays.rows.slid.get_mut(place) {
                 slid[i % CHUNK] = LET_GO;
             }
         }

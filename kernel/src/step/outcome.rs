@@ -16,7 +16,7 @@ use crate::body::pose::{Vector, into_body};
 use crate::ground::lanes::CacheLine;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
-use crate::memory::arrays::Arrays;
+use crate::memory::arrays::{Arrays, RowArrays};
 use crate::memory::system::System;
 use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
@@ -505,7 +505,8 @@ fn whole_yarn_is_in_the_way(system: &System<'_>, flight: &Flight) -> bool {
     let near = |j: &usize| distance(system, flight, *j) <= 2.0 * flight.reach;
     rows_from(system, flight).take_while(near).any(|j| {
         let live = |i: usize| is_live(system, Axis::Horizontal, i, j);
-        let [_, left_end, right, right_end] = system.arrays.runs.get(j).map_or([0; 4], |run| run.map(|i| i as usize));
+        let [_, left_end, right, right_end] =
+            system.arrays.rows.runs.get(j).map_or([0; 4], |run| run.map(|i| i as usize));
         let mut whole = left_end;
         while left_end > 0 && whole < system.layout.nodes_x && live(whole - 1) {
             held.include(system, flight, whole, j);
@@ -621,7 +622,7 @@ fn is_alone(system: &System<'_>, i: usize, j: usize) -> bool {
 
 /// Whether the segment that starts at node (i, j) has not failed.
 fn is_live(system: &System<'_>, axis: Axis, i: usize, j: usize) -> bool {
-    is_live_in(planes::row(system.arrays.hot, system.layout.chunks, j), axis, i)
+    is_live_in(planes::row(system.arrays.rows.hot, system.layout.chunks, j), axis, i)
 }
 
 /// The same of the segment that starts at column i of a row.
@@ -648,7 +649,7 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
 fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let grip = system.directions.grip;
-    let Arrays { hot, shared, runs, slid, .. } = &mut system.arrays;
+    let Arrays { rows: RowArrays { hot, runs, slid, .. }, shared, .. } = &mut system.arrays;
     let mut sets = Components::new(CacheLine::words(shared).get_mut(..nx * ny).unwrap_or_default());
     join_live_segments(&mut sets, hot, chunks, [nx, ny]);
     if system.layout.x.is_closed() {

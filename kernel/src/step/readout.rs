@@ -21,7 +21,7 @@ pub(crate) fn around<'a>(system: &'a System<'_>, c: usize, j: usize) -> Option<A
     if cut || !system.net(0).is_fine(c, j) {
         return None;
     }
-    let [row, above] = [j, j + 1].map(|j| planes::row(system.arrays.hot, layout.chunks, j));
+    let [row, above] = [j, j + 1].map(|j| planes::row(system.arrays.rows.hot, layout.chunks, j));
     Around::of(row, above, c)
 }
 

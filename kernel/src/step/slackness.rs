@@ -19,22 +19,22 @@ pub(crate) fn search(system: &mut System<'_>) {
     for ply in 0..system.layout.plies {
         let [first, end] = system.rows_to_step(ply);
         for j in first..end {
-            if system.arrays.been_slack.get(j) == Some(&ALL) {
+            if system.arrays.rows.been_slack.get(j) == Some(&ALL) {
                 continue;
             }
             if line.has_image() {
-                place_image_column(planes::row_mut(system.arrays.hot, chunks, j), line);
+                place_image_column(planes::row_mut(system.arrays.rows.hot, chunks, j), line);
             }
             let along = system.directions_of_row(j);
             let alike = Table::alike(&along.horizontal.rest);
             // Above the top row of a ply the stiffnesses are 0.
             let job = FindSlack {
-                row: planes::row(system.arrays.hot, chunks, j),
-                above: planes::row(system.arrays.hot, chunks, j + 1),
+                row: planes::row(system.arrays.rows.hot, chunks, j),
+                above: planes::row(system.arrays.rows.hot, chunks, j + 1),
                 geometry: Table::of(&system.net(ply), along.rests(), j, &alike),
             };
             let found = lanes::dispatch(system.instructions, job);
-            if let Some(been_slack) = system.arrays.been_slack.get_mut(j) {
+            if let Some(been_slack) = system.arrays.rows.been_slack.get_mut(j) {
                 *been_slack |= found;
             }
         }

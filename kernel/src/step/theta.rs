@@ -24,7 +24,7 @@ use crate::ground::planes::{
     self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, HOT_PLANES, ITERATE_PLANES, PUSHED,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
-use crate::memory::arrays::{Arrays, Noted};
+use crate::memory::arrays::{Arrays, Noted, RowArrays};
 use crate::memory::rows::{place_image_column, place_image_row};
 use crate::memory::state::COUNT_MAX;
 use crate::memory::system::{System, mean_acceleration};
@@ -87,7 +87,7 @@ pub(crate) fn iterate(
 
 /// The state's displacements as the first guess, and the forces there as those at the step's start.
 pub(crate) fn start_iterates(system: &mut System<'_>) {
-    for (iterate, hot) in system.arrays.iterate.iter_mut().zip(system.arrays.hot.iter()) {
+    for (iterate, hot) in system.arrays.rows.iterate.iter_mut().zip(system.arrays.rows.hot.iter()) {
         iterate[GUESS..GUESS + 3].copy_from_slice(&hot[..3]);
     }
     forces_at_guess(system);
@@ -95,14 +95,14 @@ pub(crate) fn start_iterates(system: &mut System<'_>) {
 }
 
 fn forces_to_start(system: &mut System<'_>) {
-    for chunk in system.arrays.iterate.iter_mut() {
+    for chunk in system.arrays.rows.iterate.iter_mut() {
         chunk.copy_within(AT_GUESS..AT_GUESS + 3, AT_START);
     }
 }
 
 /// Velocities at t_n, before any impulse.
 fn start_pushed(system: &mut System<'_>) {
-    for (iterate, hot) in system.arrays.iterate.iter_mut().zip(system.arrays.hot.iter()) {
+    for (iterate, hot) in system.arrays.rows.iterate.iter_mut().zip(system.arrays.rows.hot.iter()) {
         iterate[PUSHED..PUSHED + 3].copy_from_slice(&hot[3..6]);
     }
 }
@@ -142,7 +142,7 @@ fn push_candidates(system: &mut System<'_>, count: usize) {
         let (i, j) = system.layout.column_and_row(node as usize);
         let (_, v) = system.node(i, j);
         let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);
-        let row = planes::row_mut(system.arrays.iterate, system.layout.chunks, j);
+        let row = planes::row_mut(system.arrays.rows.iterate, system.layout.chunks, j);
         for axis in 0..3 {
             if let Some(pushed) = planes::get_mut(row, PUSHED + axis, i) {
                 *pushed = v[axis] + push[axis];
@@ -157,9 +157,9 @@ fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
     let chunks = system.layout.chunks;
     let (mut largest, mut finite) = (0.0, true);
     for j in 0..system.layout.nodes_y {
-        let run = system.arrays.runs.get(j).copied().unwrap_or([0; 4]);
-        let hot = planes::row(system.arrays.hot, chunks, j);
-        let iterate = planes::row_mut(system.arrays.iterate, chunks, j);
+        let run = system.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
+        let hot = planes::row(system.arrays.rows.hot, chunks, j);
+        let iterate = planes::row_mut(system.arrays.rows.iterate, chunks, j);
         for i in (0..system.layout.nodes_x).filter(|&i| !in_runs(&run, i)) {
             let (Some(hot), Some(iterate)) = (hot.get(i / CHUNK), iterate.get_mut(i / CHUNK)) else { break };
             let lane = i % CHUNK;
@@ -181,7 +181,7 @@ fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
 fn forces_at_guess(system: &mut System<'_>) -> bool {
     let System { layout, directions, arrays, instructions, .. } = system;
     let (chunks, rates) = (layout.chunks, Rates::NONE);
-    let Arrays { hot, history, yarn, strength, iterate, shared, columns, lines, .. } = arrays;
+    let Arrays { rows: RowArrays { hot, history, yarn, strength, iterate, .. }, shared, columns, lines, .. } = arrays;
     let Noted { carries: carry, .. } = Noted::of(shared, layout);
     if layout.x.is_mirrored() {
         (0..layout.nodes_y).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), layout.x));
@@ -249,10 +249,10 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
     let chunks = system.layout.chunks;
     let theta = rule.theta;
     for j in 0..system.layout.nodes_y {
-        let run = system.arrays.runs.get(j).copied().unwrap_or([0; 4]);
+        let run = system.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
         let (mut low, mut high) = (0.0, 0.0);
         for i in 0..system.layout.nodes_x {
-            let iterate = planes::row(system.arrays.iterate, chunks, j);
+            let iterate = planes::row(system.arrays.rows.iterate, chunks, j);
             let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
             let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
             let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
@@ -265,7 +265,7 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             let (_, v) = system.node(i, j);
             system.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
         }
-        if let Some(range) = system.arrays.ranges.get_mut(j) {
+        if let Some(range) = system.arrays.rows.ranges.get_mut(j) {
             *range = [end_of_range(low), end_of_range(high), NOT_KEPT, NOT_KEPT];
         }
     }
@@ -288,11 +288,11 @@ fn commit_damage(system: &mut System<'_>) {
                 }
                 let Damage { alpha, history: largest } = system.law_of(&segment).damage(segment.damage_rate, q);
                 failed |= alpha == 0.0;
-                let stiffness = planes::row_mut(system.arrays.hot, chunks, j);
+                let stiffness = planes::row_mut(system.arrays.rows.hot, chunks, j);
                 if let Some(slot) = planes::get_mut(stiffness, 6 + axis as usize, i) {
                     *slot = alpha * segment.undamaged;
                 }
-                let history = planes::row_mut(system.arrays.history, chunks, j);
+                let history = planes::row_mut(system.arrays.rows.history, chunks, j);
                 if let Some(slot) = planes::get_mut(history, axis as usize, i) {
                     *slot = largest;
                 }

@@ -17,14 +17,14 @@ pub(crate) fn start(system: &mut System<'_>) {
         return;
     }
     let chunks = system.layout.chunks;
-    system.arrays.past.fill(crate::sheet::viscous::NO_PAST);
+    system.arrays.rows.past.fill(crate::sheet::viscous::NO_PAST);
     for j in 0..system.layout.nodes_y {
         for i in 0..system.layout.nodes_x {
             for axis in [Axis::Horizontal, Axis::Vertical] {
                 let Some(before) = system.segment(axis, i, j).map(|segment| segment.twice_strain_before()) else {
                     continue;
                 };
-                let past = planes::row_mut(system.arrays.past, chunks, j);
+                let past = planes::row_mut(system.arrays.rows.past, chunks, j);
                 if let Some(slot) = planes::get_mut(past, axis as usize, i) {
                     *slot = before;
                 }
@@ -57,7 +57,7 @@ pub(crate) fn open(system: &System<'_>) -> f64 {
 
 /// Twice the strain in the last pass of the segment from node (i, j), the viscous part of its stress, and the node's moment.
 fn past(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
-    let row = planes::row(system.arrays.past, system.layout.chunks, j);
+    let row = planes::row(system.arrays.rows.past, system.layout.chunks, j);
     [0, VISCOUS_STRESS, MOMENT]
         .map(|first| first + axis as usize)
         .map(|plane| planes::get(row, plane, i).unwrap_or(0.0))
@@ -69,7 +69,7 @@ fn speed(system: &System<'_>, i: Option<usize>, j: Option<usize>) -> f64 {
     let layout = &system.layout;
     let (ply, row) = layout.ply_and_row(j);
     let ((i, _), (row, _)) = (layout.x.node(i), if layout.is_stack() { (row, false) } else { layout.y.node(j) });
-    let row = planes::row(system.arrays.hot, layout.chunks, ply * layout.y.modelled() + row);
+    let row = planes::row(system.arrays.rows.hot, layout.chunks, ply * layout.y.modelled() + row);
     planes::get(row, SPEED_Z, i).unwrap_or(0.0)
 }
 

@@ -3,11 +3,11 @@
 
 use super::block::{BlockInBands, Edge, RowsAway};
 use super::plan::Plan;
-use super::pointers::{rows, rows_mut};
+use super::pointers::{part_mut, rows, rows_of};
 use super::scratch::Scratch;
 use crate::ground::error::Failure;
 use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
-use crate::memory::rows::{Clamps, Rows};
+use crate::memory::rows::Rows;
 use crate::memory::system::System;
 use crate::memory::viscous_rows::{ViscousRows, find_moments_of_row, place_image_moments};
 use crate::scene::features::Feature;
@@ -17,6 +17,7 @@ use crate::sheet::slack::bit;
 use crate::sheet::sweep::Lift;
 use crate::sheet::viscous::MomentsOfRow;
 use crate::step::explicit;
+use core::mem::take;
 
 /// What a sweep of rows uses that is not theirs: the row above, the forces from the row below, and the band's own numbers.
 struct Beside<'r> {
@@ -47,7 +48,7 @@ impl Plan {
                 (ply, self.rows_of_ply(ply))
             });
             if end < top {
-                copy_motion(above, rows(memory.hot, chunks, end, 1));
+                copy_motion(above, rows(memory.rows.hot, chunks, end, 1));
             }
             let is_cut = first > low[0] && first < low[1];
             if layout.has(Feature::Viscosity) {
@@ -80,13 +81,14 @@ impl Plan {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the arrays; the caller's promise.
         unsafe {
-            let yarn = if layout.has_constants() { rows(memory.yarn, chunks, j - 1, 1) } else { &[] };
-            let strength = if layout.has(Feature::Strength) { rows(memory.strength, chunks, j - 1, 1) } else { &[] };
-            let below = rows(memory.hot, chunks, j - 1, 1);
-            let history = rows(memory.history, chunks, j - 1, 1);
-            let here = rows(memory.hot, chunks, j, 1);
-            let is_slack = layout.has(Feature::Slack) && memory.been_slack.add(j - 1).read() & bit(Axis::Vertical) != 0;
-            let owed = if is_slack { rows(memory.owed, chunks, j - 1, 1) } else { &[] };
+            let yarn = rows(memory.rows.yarn, chunks, j - 1, 1);
+            let strength = rows(memory.rows.strength, chunks, j - 1, 1);
+            let below = rows(memory.rows.hot, chunks, j - 1, 1);
+            let history = rows(memory.rows.history, chunks, j - 1, 1);
+            let here = rows(memory.rows.hot, chunks, j, 1);
+            let bits = rows(memory.rows.been_slack, 1, j - 1, 1).first().copied().unwrap_or(0);
+            let count = usize::from(layout.has(Feature::Slack) && bits & bit(Axis::Vertical) != 0);
+            let owed = rows(memory.rows.owed, chunks, j - 1, count);
             let terms = self.terms(false);
             let yarn = terms.yarn_row(yarn, strength, 0, ply);
             let (net, viscous) = (self.net(ply), [0, 1].map(|slot| planes::row(viscous, chunks, slot)));
@@ -103,20 +105,21 @@ impl Plan {
     #[inline(never)]
     unsafe fn find_moments(&self, j: usize, ply: usize, past: &mut [Chunk<PAST_PLANES>], counts: bool) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
-        let [low, _] = layout.rows_of(ply);
+        // Rows below and above that the ply has.
+        let [below, above] = [j > layout.rows_of(ply)[0], layout.has_verticals(j)].map(usize::from);
         // SAFETY: the rows lie inside the arrays; the caller's promise.
         unsafe {
-            copy_row(past, rows(memory.past, chunks, j, 1));
+            copy_row(past, rows(memory.rows.past, chunks, j, 1));
             let row = MomentsOfRow {
                 directions: self.directions().of_ply(ply),
-                row: rows(memory.hot, chunks, j, 1),
-                below: if j > low { rows(memory.hot, chunks, j - 1, 1) } else { &[] },
-                past_below: if j > low { rows(memory.past, chunks, j - 1, 1) } else { &[] },
-                above: if layout.has_verticals(j) { rows(memory.hot, chunks, j + 1, 1) } else { &[] },
+                row: rows(memory.rows.hot, chunks, j, 1),
+                below: rows(memory.rows.hot, chunks, j - below, below),
+                past_below: rows(memory.rows.past, chunks, j - below, below),
+                above: rows(memory.rows.hot, chunks, j + above, above),
                 past,
             };
-            let mut ignored = 0.0;
-            let taken = if counts { &mut *memory.taken.add(j) } else { &mut ignored };
+            let (mut ignored, start) = (0.0, memory.rows.taken.cast::<f64>());
+            let taken = if counts { &mut *start.add(j) } else { &mut ignored };
             find_moments_of_row(&self.terms(false), j, row, taken);
         }
     }
@@ -130,11 +133,12 @@ impl Plan {
         &self,
         [first, end]: [usize; 2],
         ply: usize,
+        past: &'r mut [Chunk<PAST_PLANES>],
         beside: &'r mut [Chunk<PAST_PLANES>],
     ) -> ViscousRows<'r> {
-        let (layout, memory, chunks, count) = (&self.layout, &self.memory, self.layout.chunks, end - first);
+        let (layout, chunks, count) = (&self.layout, self.layout.chunks, end - first);
         if !layout.has(Feature::Viscosity) {
-            return ViscousRows { past: &mut [], above: &mut [], known: [false; 2] };
+            return ViscousRows { past, above: &mut [], known: [false; 2] };
         }
         // Behind the mirror plane lie the images of a row, which may be the one below the band.
         let images = layout.y.is_mirrored() && end == layout.nodes_y;
@@ -143,7 +147,7 @@ impl Plan {
         // SAFETY: the caller's promise; the images are the last band's.
         unsafe {
             let [low, top] = self.rows_of_ply(ply);
-            let (known, past) = ([first > low, end < top], rows_mut(memory.past, chunks, first, count));
+            let known = [first > low, end < top];
             if known[0] {
                 copy_row(past, bottom);
             }
@@ -153,7 +157,7 @@ impl Plan {
             let above = if known[1] {
                 above
             } else if images {
-                rows_mut(memory.past, chunks, end, 1)
+                part_mut(self.memory.rows.past.cast(), end * chunks..(end + 1) * chunks)
             } else {
                 &mut []
             };
@@ -195,7 +199,7 @@ impl Plan {
                 } else if stop == ply_end && layout.is_stack() {
                     &[]
                 } else if stop < layout.stored_rows() {
-                    rows(memory.hot, chunks, stop, 1)
+                    rows(memory.rows.hot, chunks, stop, 1)
                 } else {
                     &[]
                 };
@@ -239,7 +243,7 @@ impl Plan {
     /// # Safety
     /// As for [`Plan::step_away`], which is at this part.
     unsafe fn step_row_away(&self, band: u32, block: &BlockInBands, part: &RowsAway, step: usize, j: usize) -> Report {
-        let hot = self.memory.hot;
+        let hot = self.memory.rows.hot;
         // SAFETY: the caller's promise.
         unsafe {
             let carry = self.below_gap(part.upper, step);
@@ -286,7 +290,6 @@ impl Plan {
         above: &[Chunk<HOT_PLANES>],
         carry: &mut [Chunk<CARRY_PLANES>],
     ) -> Report {
-        let memory = &self.memory;
         // SAFETY: the caller's promise; there are pulls of every step and row.
         unsafe {
             let beside = Beside { above, carry, kept: self.scratch(band).kept, viscous: &mut [] };
@@ -294,7 +297,7 @@ impl Plan {
             // A row comes from memory in the first step alone.
             let terms = self.terms(self.fetches && step == 0);
             let mut report = row.sweep(&terms);
-            report.non_finite |= block.is_met(step, j, memory.ranges.add(j).read());
+            report.non_finite |= row.own.ranges.first().is_some_and(|range| block.is_met(step, j, *range));
             report
         }
     }
@@ -306,7 +309,8 @@ impl Plan {
     unsafe fn row_above<'r>(&self, j: usize) -> &'r [Chunk<HOT_PLANES>] {
         // SAFETY: the caller's promise.
         unsafe {
-            if j + 1 < self.layout.stored_rows() { rows(self.memory.hot, self.layout.chunks, j + 1, 1) } else { &[] }
+            let count = usize::from(j + 1 < self.layout.stored_rows());
+            rows(self.memory.rows.hot, self.layout.chunks, j + 1, count)
         }
     }
 
@@ -321,47 +325,24 @@ impl Plan {
         ply: usize,
         Beside { above, carry, kept, viscous }: Beside<'r>,
     ) -> Rows<'r> {
-        let (layout, memory, chunks, count) = (&self.layout, &self.memory, self.layout.chunks, end - first);
+        let (layout, memory, noted) = (&self.layout, &self.memory, step * self.layout.nodes_y);
         // SAFETY: the caller's promise.
         unsafe {
+            let mut own = rows_of(&memory.rows, layout, [first, end], step);
             Rows {
                 first,
                 ply,
-                hot: rows_mut(memory.hot, chunks, first, count),
                 above,
-                history: rows_mut(memory.history, chunks, first, count),
-                yarn: if layout.has_constants() { rows(memory.yarn, chunks, first, count) } else { &[] },
-                strength: if layout.has(Feature::Strength) { rows(memory.strength, chunks, first, count) } else { &[] },
-                owed: if layout.has(Feature::Slack) { rows_mut(memory.owed, chunks, first, count) } else { &mut [] },
-                been_slack: if layout.has(Feature::Slack) { rows(memory.been_slack, 1, first, count) } else { &[] },
-                viscous: self.viscous_rows([first, end], ply, viscous),
-                taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
-                before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
-                pushed: if layout.has(Feature::Casing) { rows_mut(memory.pushed, 1, first, count) } else { &mut [] },
-                pushes: if layout.has(Feature::Casing) {
-                    rows_mut(memory.pushes, chunks, first, count)
-                } else {
-                    &mut []
-                },
-                clamps: if layout.has(Feature::Clamps) {
-                    Clamps {
-                        holds: rows(memory.holds, chunks, first, count),
-                        slid: rows_mut(memory.slid, chunks, first, count),
-                        work: rows_mut(memory.clamped, 1, step * layout.nodes_y + first, count),
-                    }
-                } else {
-                    Clamps::default()
-                },
-                ranges: rows_mut(memory.ranges, 1, first, count),
-                runs: rows(memory.runs, 1, first, count),
+                viscous: self.viscous_rows([first, end], ply, take(&mut own.past), viscous),
                 net: self.net(ply),
                 carry,
                 kept,
                 pulls: if layout.supports {
-                    rows_mut(memory.pulls, 1, step * layout.nodes_y + first, count)
+                    part_mut(memory.pulls.cast(), noted + first..noted + end)
                 } else {
-                    &mut []
+                    Default::default()
                 },
+                own,
             }
         }
     }
@@ -372,18 +353,9 @@ impl Plan {
     /// The simulation's arrays are there.
     unsafe fn net<'r>(&self, ply: usize) -> Net<'r> {
         let (layout, memory) = (&self.layout, &self.memory);
-        let (graded, curved) = (layout.has(Feature::Grading), layout.has(Feature::Curved));
+        let line = if layout.has(Feature::Curved) { ply } else { 0 };
         // SAFETY: they are as long, and nothing changes them.
-        unsafe {
-            Net {
-                columns: match (graded, curved) {
-                    (false, false) => &[],
-                    (true, _) => rows(memory.columns, 1, 0, layout.chunks),
-                    (false, true) => rows(memory.columns, layout.chunks, ply, 1),
-                },
-                lines: if graded { rows(memory.lines, 1, 0, layout.nodes_y.div_ceil(CHUNK)) } else { &[] },
-            }
-        }
+        unsafe { Net { columns: rows(memory.columns, layout.chunks, line, 1), lines: &*memory.lines } }
     }
 
     /// The part of a pass that is not cut.

@@ -1,7 +1,7 @@
 //! What all bands need to know for one pass: made before it by the call that completed the last one, and used up behind it.
 
 use super::block::BlockInBands;
-use super::pointers::Pointers;
+use super::pointers::{Pointers, rows};
 use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
@@ -45,7 +45,7 @@ fn prepare_rows(system: &mut System<'_>) -> [usize; 2] {
         if (system.layout.has(Feature::Viscosity) || system.layout.has(Feature::Slack)) && system.layout.x.is_mirrored()
         {
             let (line, chunks) = (system.layout.x, system.layout.chunks);
-            let rows = system.arrays.hot.get_mut(first * chunks..end * chunks);
+            let rows = system.arrays.rows.hot.get_mut(first * chunks..end * chunks);
             place_image_speeds(rows.unwrap_or(&mut []), chunks, line);
         }
     }
@@ -108,7 +108,7 @@ impl Plan {
             return self.rows;
         }
         // SAFETY: there is an entry for each ply; the caller's promise.
-        let awake = unsafe { self.memory.awake.add(ply).read() };
+        let awake = unsafe { rows(self.memory.awake, 1, ply, 1) }.first().copied().unwrap_or_default();
         system::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
     }
 

@@ -1,112 +1,94 @@
 //! Where the rows are: bare pointers into the simulation's arrays, which all bands share, and slices of rows made of them.
 
-use crate::ground::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES, STRENGTH_PLANES, YARN_PLANES,
-};
-use crate::memory::arrays::{Arrays, Noted};
+use crate::ground::planes::{CARRY_PLANES, Chunk};
+use crate::memory::arrays::{Arrays, Noted, RowArrays, RowPointers, arrays};
+use crate::memory::layout::Layout;
 use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::sheet::columns::COLUMN_PLANES;
 use crate::sheet::direction::Directions;
+use core::ops::Range;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 /// Where the rows are: from the simulation's arrays, taken anew for every pass.
 #[derive(Clone, Copy)]
 pub(super) struct Pointers {
     pub(super) directions: *const Directions,
-    pub(super) hot: *mut Chunk<HOT_PLANES>,
-    pub(super) history: *mut Chunk<HISTORY_PLANES>,
-    pub(super) yarn: *const Chunk<YARN_PLANES>,
-    pub(super) strength: *const Chunk<STRENGTH_PLANES>,
-    pub(super) owed: *mut Chunk<OWED_PLANES>,
-    pub(super) been_slack: *const u32,
-    pub(super) past: *mut Chunk<PAST_PLANES>,
-    pub(super) taken: *mut f64,
-    pub(super) columns: *const Chunk<COLUMN_PLANES>,
-    pub(super) lines: *const Chunk<COLUMN_PLANES>,
-    pub(super) pushed: *mut [[f64; CHUNK]; 3],
-    pub(super) pushes: *mut [f64; CHUNK],
-    pub(super) holds: *const [f64; CHUNK],
-    pub(super) slid: *mut [f64; CHUNK],
-    pub(super) clamped: *mut f64,
-    pub(super) before: *mut [f64; CHUNK],
-    pub(super) awake: *const [u32; 2],
-    pub(super) ranges: *mut [u32; 4],
-    pub(super) runs: *const [u32; 4],
-    /// Vertical forces of each step of a block, and pulls of the fixed nodes of each step and row.
-    pub(super) carries: *mut Chunk<CARRY_PLANES>,
-    pub(super) pulls: *mut [[f64; 3]; 2],
+    pub(super) rows: RowPointers,
+    /// Constants of the columns and of the rows, and awake rows of each ply.
+    pub(super) columns: *const [Chunk<COLUMN_PLANES>],
+    pub(super) lines: *const [Chunk<COLUMN_PLANES>],
+    pub(super) awake: *const [[u32; 2]],
+    /// Vertical forces of each step of a block.
+    pub(super) carries: *mut [Chunk<CARRY_PLANES>],
+    /// Pulls of the fixed nodes of each step and row.
+    pub(super) pulls: *mut [[[f64; 3]; 2]],
     /// The bands' own numbers.
     pub(super) scratch: *mut f64,
 }
 
 impl Pointers {
     pub(super) fn of(system: &mut System<'_>, scratch: *mut f64) -> Pointers {
-        let Arrays {
-            hot,
-            history,
-            yarn,
-            strength,
-            owed,
-            been_slack,
-            past,
-            taken,
-            columns,
-            lines,
-            pushed,
-            pushes,
-            holds,
-            slid,
-            clamped,
-            before,
-            awake,
-            ranges,
-            runs,
-            shared,
-            ..
-        } = &mut system.arrays;
-        let Noted { carries, pulls } = Noted::of(shared, &system.layout);
+        let System { directions, layout, arrays: Arrays { rows, columns, lines, awake, shared, .. }, .. } = system;
+        let Noted { carries, pulls } = Noted::of(shared, layout);
         Pointers {
-            directions: &raw const system.directions,
-            hot: hot.as_mut_ptr(),
-            history: history.as_mut_ptr(),
-            yarn: yarn.as_ptr(),
-            strength: strength.as_ptr(),
-            owed: owed.as_mut_ptr(),
-            been_slack: been_slack.as_ptr(),
-            past: past.as_mut_ptr(),
-            taken: taken.as_mut_ptr(),
-            columns: columns.as_ptr(),
-            lines: lines.as_ptr(),
-            pushed: pushed.as_mut_ptr(),
-            pushes: pushes.as_mut_ptr(),
-            holds: holds.as_ptr(),
-            slid: slid.as_mut_ptr(),
-            clamped: clamped.as_mut_ptr(),
-            before: before.as_mut_ptr(),
-            awake: awake.as_ptr(),
-            ranges: ranges.as_mut_ptr(),
-            runs: runs.as_ptr(),
-            carries: carries.as_mut_ptr(),
-            pulls: pulls.as_mut_ptr(),
+            directions,
+            rows: rows.pointers(),
+            columns: *columns,
+            lines: *lines,
+            awake: *awake,
+            carries,
+            pulls,
             scratch,
         }
     }
 }
 
-/// `count` rows of `width` items each, from row `first` on.
+macro_rules! rows_of_bands {
+    ($layout:ident;
+     rows { $($(#[$_meaning:meta])* $row:ident: [$_item:ty], $kept:expr, [$steps:expr, $_rows:expr, $width:expr];)* }
+     others $_others:tt) => {
+        /// Rows [first, end) in a step of a block, the first one otherwise.
+        ///
+        /// # Safety
+        /// They lie inside the arrays, and nothing else uses them while they are held.
+        #[inline(always)]
+        pub(super) unsafe fn rows_of<'r>(
+            pointers: &RowPointers,
+            $layout: &Layout,
+            rows: [usize; 2],
+            step: usize,
+        ) -> RowArrays<'r> {
+            // SAFETY: the caller's promise.
+            unsafe {
+                RowArrays {
+                    $($row: if $kept {
+                        part_mut(pointers.$row.cast(), $layout.part([$steps, $width], rows, step))
+                    } else {
+                        Default::default()
+                    },)*
+                }
+            }
+        }
+    };
+}
+arrays! { rows_of_bands }
+
+/// Items of an array, to be changed.
 ///
 /// # Safety
-/// They lie inside what `start` points to, and nothing changes them while they are held.
-pub(super) unsafe fn rows<'r, T>(start: *const T, width: usize, first: usize, count: usize) -> &'r [T] {
+/// They lie inside the array, and nothing else uses them while they are held.
+pub(super) unsafe fn part_mut<'r, T>(array: *mut T, range: Range<usize>) -> &'r mut [T] {
     // SAFETY: the caller's promise.
-    unsafe { from_raw_parts(start.add(first * width), count * width) }
+    unsafe { from_raw_parts_mut(array.add(range.start), range.len()) }
 }
 
-/// `count` rows of `width` items each, from row `first` on, to be changed.
+/// `count` rows of `width` items each, from row `first` on; none of an absent array.
 ///
 /// # Safety
-/// They lie inside what `start` points to, and nothing else uses them while they are held.
-pub(super) unsafe fn rows_mut<'r, T>(start: *mut T, width: usize, first: usize, count: usize) -> &'r mut [T] {
+/// They lie inside the array, and nothing changes them while they are held.
+pub(super) unsafe fn rows<'r, T>(array: *const [T], width: usize, first: usize, count: usize) -> &'r [T] {
+    let [first, count] = if array.is_empty() { [0, 0] } else { [first * width, count * width] };
     // SAFETY: the caller's promise.
-    unsafe { from_raw_parts_mut(start.add(first * width), count * width) }
+    unsafe { from_raw_parts(array.cast::<T>().add(first), count) }
 }

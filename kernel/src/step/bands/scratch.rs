@@ -2,9 +2,8 @@
 
 use super::block::Edge;
 use super::plan::Plan;
-use super::pointers::rows_mut;
+use super::pointers::part_mut;
 use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
-use core::slice::from_raw_parts_mut;
 
 /// A band's own numbers.
 pub(super) struct Scratch<'r> {
@@ -39,7 +38,7 @@ impl Plan {
     pub(super) unsafe fn above_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<HOT_PLANES>] {
         let Places { aboves, .. } = self.places(if let Edge::Cut(band) = edge { band as u32 } else { 0 });
         // SAFETY: the caller's promise.
-        unsafe { rows_mut(aboves.cast(), self.layout.chunks, step, 1) }
+        unsafe { part_mut(aboves.cast(), step * self.layout.chunks..(step + 1) * self.layout.chunks) }
     }
 
     /// Where the vertical forces of a step of a block are that a band carries to its upper edge.
@@ -49,12 +48,12 @@ impl Plan {
     #[allow(clippy::mut_from_ref)] // It lies in the scratch.
     pub(super) unsafe fn below_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<CARRY_PLANES>] {
         let carries = match edge {
-            Edge::Body => self.memory.carries,
+            Edge::Body => self.memory.carries.cast(),
             Edge::Cut(band) => self.places(band as u32).carries.cast(),
             Edge::Sheet => self.places(0).carries.cast(),
         };
         // SAFETY: the caller's promise.
-        unsafe { rows_mut(carries, self.layout.chunks, step, 1) }
+        unsafe { part_mut(carries, step * self.layout.chunks..(step + 1) * self.layout.chunks) }
     }
 
     /// A band's own numbers.
@@ -67,10 +66,10 @@ impl Plan {
         // SAFETY: Bands::of has found room for as many bands, one behind the other; the caller's promise.
         unsafe {
             Scratch {
-                above: from_raw_parts_mut(above.cast(), chunks),
-                carry: from_raw_parts_mut(carry.cast(), chunks),
-                viscous: from_raw_parts_mut(viscous.cast(), self.layout.viscous_rows_of_a_band() * chunks),
-                kept: from_raw_parts_mut(kept.cast(), self.layout.kept_nodes()),
+                above: part_mut(above.cast(), 0..chunks),
+                carry: part_mut(carry.cast(), 0..chunks),
+                viscous: part_mut(viscous.cast(), 0..self.layout.viscous_rows_of_a_band() * chunks),
+                kept: part_mut(kept.cast(), 0..self.layout.kept_nodes()),
             }
         }
     }
