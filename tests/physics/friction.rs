@@ -5,7 +5,7 @@ use fabric_kernel::Solid;
 use fabric_kernel::internals::candidate::{Candidate, Given, Images};
 use fabric_kernel::internals::friction::Tangential;
 use fabric_kernel::internals::layout::CANDIDATE_REALS;
-use fabric_kernel::internals::solve::solve_with_friction;
+use fabric_kernel::internals::solve::solve;
 use fabric_kernel::pose::{self, Vector};
 use fabric_kernel::{AttachmentKind, Shape, Symmetry};
 use fabric_kernel::{Body, Inertia, Motion};
@@ -281,7 +281,7 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
         symmetry: Symmetry::default(),
         friction: coefficient,
     };
-    let found = solve_with_friction(&mut slots, &mut tangential, &given);
+    let found = solve(&mut slots, &mut tangential, &given);
     Solution {
         converged: found.converged,
         velocity: found.velocity.into(),

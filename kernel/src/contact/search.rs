@@ -182,24 +182,23 @@ impl Neighbourhood<'_> {
     ) -> Option<usize> {
         let (set, columns) = (self.search.instructions, net.columns);
         // A graded network has lines of rows, too.
-        if Feature::Curved.is_built() && !columns.is_empty() && net.lines.is_empty() {
-            return lanes::dispatch(set, Near::<true> { near: self, row, columns, chunks, first, offsets });
-        }
-        lanes::dispatch(set, Near::<false> { near: self, row, columns, chunks, first, offsets })
+        let is_curved = Feature::Curved.is_built() && !columns.is_empty() && net.lines.is_empty();
+        lanes::dispatch(set, Near { near: self, row, columns, is_curved, chunks, first, offsets })
     }
 }
 
-/// [`Neighbourhood::next`] as a job for the lanes. CURVED: of a curved sheet.
-struct Near<'a, const CURVED: bool> {
+/// [`Neighbourhood::next`] as a job for the lanes.
+struct Near<'a> {
     near: &'a Neighbourhood<'a>,
     columns: &'a [Chunk<COLUMN_PLANES>],
+    is_curved: bool,
     row: &'a [Chunk<HOT_PLANES>],
     chunks: [usize; 2],
     first: [f64; 3],
     offsets: &'a mut Offsets,
 }
 
-impl<const CURVED: bool> Job for Near<'_, CURVED> {
+impl Job for Near<'_> {
     type Output = Option<usize>;
 
     #[inline(always)]
@@ -233,7 +232,7 @@ impl<const CURVED: bool> Job for Near<'_, CURVED> {
                     continue;
                 }
                 let depth = match self.columns.get(c) {
-                    Some(columns) if CURVED => L::load(&L::groups(&columns[PLACE_Z])[g]),
+                    Some(columns) if self.is_curved => L::load(&L::groups(&columns[PLACE_Z])[g]),
                     _ => L::splat(z0),
                 };
                 let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(depth, z, 2));

@@ -150,17 +150,6 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
     }
 }
 
-/// Of three planes the part out of the sheet, along z or along the normals.
-#[inline(always)]
-fn outwards<L: Lane, const CURVED: bool>(
-    chunk: &Chunk<HOT_PLANES>,
-    first: usize,
-    hoop: &Chunk<COLUMN_PLANES>,
-    g: usize,
-) -> L {
-    own::<L, CURVED>(chunk, first, hoop, g)[2]
-}
-
 /// The first chunk of a row, from one on, in which a node ends below the one that it faces below and comes nearer to it.
 struct Pressed<'a, const CURVED: bool> {
     /// From the first chunk of the row of the first ply on, and chunks from ply to ply.
@@ -181,11 +170,14 @@ impl<const CURVED: bool> Job for Pressed<'_, CURVED> {
         for c in self.chunks[0]..self.chunks[1] {
             let hoop = if CURVED { self.hoop.get(c) } else { None }.unwrap_or(&FLAT);
             let column = self.hot.get(c..).unwrap_or(&[]);
+            // Out of the sheet, along z or along the normals.
+            let outwards =
+                |chunk: &Chunk<HOT_PLANES>, first: usize, g: usize| own::<L, CURVED>(chunk, first, hoop, g)[2];
             // One test for all of the chunk, and velocities are looked at only where it finds something.
             let (mut least, mut below) = (L::splat(f64::INFINITY), [L::splat(-f64::INFINITY); CHUNK]);
             for chunk in column.iter().step_by(self.next.max(1)) {
                 for (g, below) in below.iter_mut().take(CHUNK / L::WIDTH).enumerate() {
-                    let above = outwards::<L, CURVED>(chunk, X, hoop, g);
+                    let above = outwards(chunk, X, g);
                     (least, *below) = (above.sub(*below).min(least), above);
                 }
             }
@@ -197,10 +189,8 @@ impl<const CURVED: bool> Job for Pressed<'_, CURVED> {
             for above in column.iter().step_by(self.next.max(1)) {
                 if let Some(below) = below.replace(above) {
                     for g in 0..CHUNK / L::WIDTH {
-                        let end =
-                            outwards::<L, CURVED>(above, X, hoop, g).sub(outwards::<L, CURVED>(below, X, hoop, g));
-                        let nearing = outwards::<L, CURVED>(above, SPEED_X, hoop, g)
-                            .sub(outwards::<L, CURVED>(below, SPEED_X, hoop, g));
+                        let end = outwards(above, X, g).sub(outwards(below, X, g));
+                        let nearing = outwards(above, SPEED_X, g).sub(outwards(below, SPEED_X, g));
                         least = end.add(gap).max(nearing).min(least);
                     }
                 }
@@ -326,7 +316,8 @@ impl<const CURVED: bool> Columns<'_, CURVED> {
             };
             end = L::load(&L::groups(ends)[g]).min(end);
             let push = end.sub(L::load(&L::groups(speeds)[g]));
-            let after = outwards::<L, CURVED>(chunk, SPEED_X, self.hoop, g).add(push);
+            let [_, _, speed] = own::<L, CURVED>(chunk, SPEED_X, self.hoop, g);
+            let after = speed.add(push);
             let mean = L::splat(0.5).mul(L::load(&L::groups(before)[g]).add(after));
             lost = lost.sub(L::splat(share(k)).mul(push.mul(mean)));
             let normal = |plane: usize| L::load(&L::groups(&self.hoop[plane])[g]);

@@ -42,28 +42,17 @@ const LEFT_OUT_ABOVE: f64 = 0.01;
 /// (M8) Finds the impulses of all candidates. A node of a graded network stands for several of the mass given, which move alike: its impulse
 /// is that on one of them. `effective_mass` and `impulse` of the candidates are set here.
 /// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `images`
-/// times the part of one that the planes leave.
-pub fn solve(candidates: &mut [[f64; CANDIDATE_REALS]], given: &Given<'_>) -> Solved {
-    finished::<false>(candidates, &mut [], given)
-}
-
-/// The same with friction (M21). `tangential`: one for each candidate.
-pub fn solve_with_friction(
-    candidates: &mut [[f64; CANDIDATE_REALS]],
-    tangential: &mut [[f64; TANGENTIAL_REALS]],
-    given: &Given<'_>,
-) -> Solved {
-    finished::<true>(candidates, tangential, given)
-}
-
-/// Sweeps, and where they do not settle, Newton's method from there.
-fn finished<const FRICTION: bool>(
+/// times the part of one that the planes leave. Where sweeps do not settle, Newton's method goes on from there.
+/// `tangential`: one for each candidate with friction (M21), none without.
+pub fn solve(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
     given: &Given<'_>,
 ) -> Solved {
     let Given { body, inertia, node_mass, symmetry, friction } = *given;
-    let (solved, settled) = sweeps::<FRICTION>(candidates, tangential, friction, body, inertia, node_mass, symmetry);
+    let rubs = Feature::Friction.is_built() && !tangential.is_empty();
+    let sweeps = if rubs { sweeps::<true> } else { sweeps::<false> };
+    let (solved, settled) = sweeps(candidates, tangential, friction, body, inertia, node_mass, symmetry);
     if solved.converged {
         return solved;
     }
@@ -178,7 +167,7 @@ impl<'s> Pushed<'s> {
 
     /// Prepares all candidates but for their masses.
     #[inline(always)]
-    fn begin<const FRICTION: bool>(
+    fn begin(
         &mut self,
         candidates: &mut [[f64; CANDIDATE_REALS]],
         tangential: &mut [[f64; TANGENTIAL_REALS]],
@@ -194,7 +183,9 @@ impl<'s> Pushed<'s> {
             if self.turns {
                 sizes.farthest = math::max(c.arm.dot(&c.arm), sizes.farthest);
             }
-            if FRICTION && let Some(place) = tangential.get_mut(k) {
+            if Feature::Friction.is_built()
+                && let Some(place) = tangential.get_mut(k)
+            {
                 let mut t = Tangential::read(place);
                 t.begin(self.inertia, self.give(&c), self.symmetry, c.images());
                 for (slip, arm) in t.slip(&rates.velocity, &rates.angular_velocity).into_iter().zip(t.arms) {
@@ -306,7 +297,7 @@ fn sweeps<const FRICTION: bool>(
 ) -> (Solved, f64) {
     let mut pushed = Pushed::of(body, inertia, node_mass, symmetry);
     let mut rates = Rates::of(body);
-    let sizes = pushed.begin::<FRICTION>(candidates, tangential, &rates);
+    let sizes = pushed.begin(candidates, tangential, &rates);
     // The speeds that a gap rate is the difference of.
     let moving = length(&rates.velocity) + math::sqrt(sizes.farthest) * length(&rates.angular_velocity);
     let (relative, rounding) = (1e-14 * sizes.fastest, ROUNDING * moving);
@@ -393,10 +384,7 @@ pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
         symmetry: system.scene.symmetry,
         friction: system.scene.contact.friction,
     };
-    if !system.layout.has(Feature::Friction) {
-        return solve(slots, &given);
-    }
-    solve_with_friction(slots, system.arrays.tangential.get_mut(..count).unwrap_or(&mut []), &given)
+    solve(slots, system.arrays.tangential.get_mut(..count).unwrap_or(&mut []), &given)
 }
 
 #[cfg(test)]
@@ -421,7 +409,7 @@ mod tests {
         node_mass: f64,
         symmetry: Symmetry,
     ) -> Solved {
-        super::solve(slots, &Given { body, inertia, node_mass, symmetry, friction: 0.0 })
+        super::solve(slots, &mut [], &Given { body, inertia, node_mass, symmetry, friction: 0.0 })
     }
 
     /// A turning rod of the mass of `nodes` nodes of a gram.
