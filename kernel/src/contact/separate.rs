@@ -104,7 +104,7 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
     let (plies, chunks, [at, next]) = (system.layout.plies, system.layout.chunks, system.layout.stacked(0, row));
     let mut from = 0;
     loop {
-        let hoop: &[_] = if CURVED { system.arrays.columns } else { &[] };
+        let hoop = &*system.arrays.columns;
         let hot = system.arrays.rows.hot.get(at..).unwrap_or(&[]);
         let pressed = Pressed::<CURVED> { hot, next, hoop, gap: system.model.gap, chunks: [from, chunks] };
         let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };

@@ -352,7 +352,7 @@ impl System<'_> {
     /// Rest vector along x and z of a horizontal segment of a curved sheet.
     fn chord(&self, axis: Axis, i: usize, ply: usize) -> Option<[f64; 2]> {
         let is_curved = axis == Axis::Horizontal && self.layout.has(Feature::Curved);
-        let line = if is_curved { self.net(ply).columns } else { &[] };
+        let line = is_curved.then(|| self.net(ply).columns)?;
         Some([planes::get(line, columns::CHORD, i)?, planes::get(line, columns::CHORD_Z, i)?])
     }
 

@@ -38,12 +38,13 @@ impl ViscousRows<'_> {
             return;
         }
         let (before, rest) = self.past.split_at_mut((k * chunks).min(self.past.len()));
-        let below = k.wrapping_sub(1);
+        let below = k.checked_sub(1).map(|k| (planes::row(hot, chunks, k), planes::row(before, chunks, k)));
+        let (below, past_below) = below.unwrap_or_default();
         let row = MomentsOfRow {
             directions: terms.directions.of_ply(ply),
             row: planes::row(hot, chunks, k),
-            below: if k > 0 { planes::row(hot, chunks, below) } else { &[] },
-            past_below: if k > 0 { planes::row(before, chunks, below) } else { &[] },
+            below,
+            past_below,
             above: if k + 1 < rows { planes::row(hot, chunks, k + 1) } else { above },
             past: planes::row_mut(rest, chunks, 0),
         };

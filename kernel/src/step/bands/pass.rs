@@ -178,7 +178,7 @@ impl Plan {
         if self.found.is_err() || first == end {
             return Report::default();
         }
-        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        let layout = &self.layout;
         let (from, to) = (layout.ply_and_row(first).0, layout.ply_and_row(end - 1).0);
         let mut report = Report::default();
         for ply in from..=to {
@@ -198,10 +198,8 @@ impl Plan {
                     self.above_gap(Edge::Body, step)
                 } else if stop == ply_end && layout.is_stack() {
                     &[]
-                } else if stop < layout.stored_rows() {
-                    rows(memory.rows.hot, chunks, stop, 1)
                 } else {
-                    &[]
+                    self.row_above(stop - 1)
                 };
                 if start == low && self.block.is_none() {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
