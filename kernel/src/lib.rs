@@ -61,7 +61,7 @@ mod memory;
 /// Floor 6: impulses. Between nodes and projectile, between plies, and their friction.
 mod contact;
 
-/// Floor 7: one time step. Motion, viscosity, the explicit and the theta rule, steps in blocks, bands; read-outs, energy, outcomes.
+/// Floor 7: one time step. The sweep over rows, motion, viscosity, the explicit and the theta rule, steps in blocks, bands; read-outs, energy, outcomes.
 mod step;
 
 /// Floor 8: a simulation. Its start, its calls, its image, and the table of all its outputs.

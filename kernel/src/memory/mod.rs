@@ -1,10 +1,6 @@
 pub mod arrays;
 pub mod layout;
 pub mod model;
-pub mod rows;
 pub mod state;
 pub mod system;
-pub mod taken;
-pub mod terms;
-pub mod viscous_rows;
 pub mod watch;

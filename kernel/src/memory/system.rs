@@ -12,7 +12,6 @@ use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
 use crate::memory::model::Model;
-use crate::memory::rows;
 use crate::memory::state::State;
 use crate::scene::features::Feature;
 use crate::scene::parts::{CRITICAL_STRETCH_MAX, Scene};
@@ -20,6 +19,7 @@ use crate::sheet::clamp;
 use crate::sheet::columns::{self, Net, PLACE, PLACE_Z};
 use crate::sheet::direction::{Along, Direction, Directions};
 use crate::sheet::grading;
+use crate::sheet::images;
 use crate::sheet::neighbours::NOTHING;
 use crate::sheet::places::{Places, rest_offset};
 use crate::sheet::ring;
@@ -622,7 +622,7 @@ impl System<'_> {
 
     /// Puts the row of images behind the plane y = 0 in its place.
     pub fn place_image_row(&mut self) {
-        rows::place_image_row(self.arrays.rows.hot, self.layout.chunks, self.layout.y);
+        images::place_image_row(self.arrays.rows.hot, self.layout.chunks, self.layout.y);
     }
 
     /// Adds to the sums of its support what the fixed node (i, j) takes of the projectile: an impulse in units of m h and a pass, with

@@ -5,6 +5,7 @@ pub mod columns;
 pub mod direction;
 pub mod draw;
 pub mod grading;
+pub mod images;
 pub mod neighbours;
 pub mod on_casing;
 pub mod places;

@@ -5,6 +5,7 @@ pub mod explicit;
 pub mod motion;
 pub mod outcome;
 pub mod readout;
+pub mod rows;
 pub mod slackness;
 pub mod slip;
 pub mod theta;

@@ -2,9 +2,9 @@
 
 use crate::ground::lanes;
 use crate::ground::planes::{self, Axis};
-use crate::memory::rows::place_image_column;
 use crate::memory::system::System;
 use crate::sheet::columns::Table;
+use crate::sheet::images::place_image_column;
 use crate::sheet::slack::{FindSlack, bit};
 
 /// The bits of a row in which both directions have been slack.

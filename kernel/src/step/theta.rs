@@ -25,17 +25,17 @@ use crate::ground::planes::{
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::{Arrays, Noted, RowArrays};
-use crate::memory::rows::{place_image_column, place_image_row};
 use crate::memory::state::COUNT_MAX;
 use crate::memory::system::{System, mean_acceleration};
-use crate::memory::terms::Terms;
 use crate::scene::parts::Integrator;
 use crate::sheet::columns::{Net, Table};
+use crate::sheet::images::{place_image_column, place_image_row};
 use crate::sheet::neighbours::NOTHING;
 use crate::sheet::segments::per_mass;
 use crate::sheet::sweep::PeekRow;
 use crate::sheet::weave::in_runs;
 use crate::step::motion;
+use crate::step::rows::terms::Terms;
 use crate::yarn::law::Damage;
 use crate::yarn::rate::Rates;
 

@@ -7,9 +7,7 @@ use super::pointers::{part_mut, rows, rows_of};
 use super::scratch::Scratch;
 use crate::ground::error::Failure;
 use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
-use crate::memory::rows::Rows;
 use crate::memory::system::System;
-use crate::memory::viscous_rows::{ViscousRows, find_moments_of_row, place_image_moments};
 use crate::scene::features::Feature;
 use crate::sheet::columns::Net;
 use crate::sheet::segments::Report;
@@ -17,6 +15,8 @@ use crate::sheet::slack::bit;
 use crate::sheet::sweep::Lift;
 use crate::sheet::viscous::MomentsOfRow;
 use crate::step::explicit;
+use crate::step::rows::Rows;
+use crate::step::rows::moments::{ViscousRows, find_moments_of_row, place_image_moments};
 use core::mem::take;
 
 /// What a sweep of rows uses that is not theirs: the row above, the forces from the row below, and the band's own numbers.

@@ -7,11 +7,11 @@ use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
 use crate::memory::layout::Layout;
 use crate::memory::system::{self, System};
-use crate::memory::terms::Terms;
-use crate::memory::viscous_rows::place_image_speeds;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
+use crate::sheet::images::place_image_speeds;
 use crate::step::explicit;
+use crate::step::rows::terms::Terms;
 use crate::yarn::rate::Rates;
 
 /// What all bands need to know for one pass.

@@ -1,5 +1,9 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
+pub(crate) mod accounts;
+pub(crate) mod moments;
+pub(crate) mod terms;
+
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
@@ -7,19 +11,19 @@ use crate::ground::planes::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, SPEED_
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::memory::arrays::{Arrays, Noted, RowArrays};
 use crate::memory::layout::Layout;
-use crate::memory::taken::TakenOfRow;
-use crate::memory::terms::Terms;
-use crate::memory::viscous_rows::{Last, ViscousRows, place_image_speeds};
 use crate::scene::features::Feature;
 use crate::sheet::clamp::ClampedRow;
 use crate::sheet::columns::{COLUMN_PLANES, FLAT, Net};
+use crate::sheet::images::{place_image_column, place_image_speeds};
 use crate::sheet::neighbours::own;
 use crate::sheet::on_casing::OnCasing;
 use crate::sheet::places::rest_offset;
 use crate::sheet::segments::Report;
 use crate::sheet::slack::SlackBalance;
 use crate::sheet::sweep::{Pass, Row};
-use crate::sheet::symmetry::Line;
+use crate::step::rows::accounts::TakenOfRow;
+use crate::step::rows::moments::{Last, ViscousRows};
+use crate::step::rows::terms::Terms;
 use core::mem::take;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
@@ -371,36 +375,6 @@ fn restore_fixed(
         }
     }
     pulls.map(|pull| pull.into())
-}
-
-/// The image column of one row, at rest: only displacements, the first three planes, are read.
-pub(crate) fn place_image_column<const P: usize>(row: &mut [Chunk<P>], line: Line) {
-    let place = line.modelled();
-    let (node, turned) = line.node(place);
-    for (plane, sign) in [(0, if turned { -1.0 } else { 1.0 }), (1, 1.0), (2, 1.0)] {
-        let value = planes::get(row, plane, node).unwrap_or(0.0);
-        if let Some(slot) = planes::get_mut(row, plane, place) {
-            *slot = sign * value;
-        }
-        if let Some(slot) = planes::get_mut(row, 3 + plane, place) {
-            *slot = 0.0;
-        }
-    }
-}
-
-/// The image row of a block, its displacements and velocities, the first six planes.
-pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: usize, line: Line) {
-    let place = line.modelled();
-    let (node, _) = line.node(place);
-    let Some((rows, images)) = block.split_at_mut_checked(place * chunks) else { return };
-    for (from, to) in planes::row(rows, chunks, node).iter().zip(planes::row_mut(images, chunks, 0)) {
-        for plane in [0, 2, 3, 5] {
-            to[plane] = from[plane];
-        }
-        for plane in [1, 4] {
-            to[plane] = from[plane].map(|y| -y);
-        }
-    }
 }
 
 #[cfg(test)]

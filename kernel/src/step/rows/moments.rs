@@ -1,12 +1,11 @@
 //! What viscosity keeps of a run of rows, and what it takes of them in a pass (`sheet/viscous.rs`).
 
 use crate::ground::lanes;
-use crate::ground::planes::{self, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_X, SPEED_Z, VISCOUS_STRESS};
+use crate::ground::planes::{self, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z, VISCOUS_STRESS};
 use crate::memory::layout::Layout;
-use crate::memory::terms::Terms;
 use crate::scene::features::Feature;
-use crate::sheet::symmetry::Line;
 use crate::sheet::viscous::{MomentsOfRow, ViscousRow};
+use crate::step::rows::terms::Terms;
 
 /// What viscosity keeps of neighbouring rows; empty without it.
 pub(crate) struct ViscousRows<'r> {
@@ -126,17 +125,6 @@ pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow
 pub(crate) fn place_image_moments(images: &mut [Chunk<PAST_PLANES>], row: &[Chunk<PAST_PLANES>]) {
     for (image, chunk) in images.iter_mut().zip(row) {
         image[MOMENT + 1] = chunk[MOMENT + 1];
-    }
-}
-
-/// The velocities of the image column of so many rows.
-pub(crate) fn place_image_speeds(hot: &mut [Chunk<HOT_PLANES>], chunks: usize, line: Line) {
-    let (node, mirrored) = line.node(line.modelled());
-    for row in hot.chunks_exact_mut(chunks.max(1)) {
-        for (plane, sign) in [(SPEED_X, if mirrored { -1.0 } else { 1.0 }), (SPEED_X + 1, 1.0), (SPEED_Z, 1.0)] {
-            let speed = planes::get(row, plane, node).unwrap_or(0.0);
-            set(row, plane, line.modelled(), sign * speed);
-        }
     }
 }
 
