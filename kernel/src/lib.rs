@@ -38,7 +38,7 @@ extern crate std;
 // `#[inline(never)]` without a reason keeps what a function needs off the stack of its caller, which a small machine has little of:
 // `cargo xtask test --only gates` prints the deepest calls.
 
-// The rooms, from the ground up. A file imports from its own room and from those before it, never from one behind it.
+// The rooms, from the ground up. A file imports from its own room and from those before it, never from one after it.
 
 /// Floor 1: what everything stands on. Mathematics, errors, random numbers, hash, lanes of vector instructions, planes and ranges.
 mod ground;

@@ -83,7 +83,7 @@ pub(crate) struct Profile<C> {
 
 impl<C: Fn(usize) -> [f64; 2]> Profile<C> {
     /// The profile of sound corners. `turn`: of the principal axes, from the second moments about the centre.
-    fn of(corner: C, count: usize, thickness: f64, turn: impl FnOnce(&Moments) -> [f64; 2]) -> Profile<C> {
+    fn of(corner: C, count: usize, thickness: f64, turn: impl FnOnce(&AreaMoments) -> [f64; 2]) -> Profile<C> {
         let first = moments_about(&corner, count, [0.0; 2]);
         let centre = [first.x / first.area, first.y / first.area];
         let polygon = moments_about(&corner, count, centre);
@@ -208,7 +208,7 @@ impl Scene {
 }
 
 /// Integrals over a polygon: of 1, x, y, x^2, y^2, xy.
-struct Moments {
+struct AreaMoments {
     area: f64,
     x: f64,
     y: f64,
@@ -218,8 +218,8 @@ struct Moments {
 }
 
 /// Integrals about a point, by edges.
-fn moments_about(corner: &impl Fn(usize) -> [f64; 2], count: usize, [cx, cy]: [f64; 2]) -> Moments {
-    let mut sums = Moments { area: 0.0, x: 0.0, y: 0.0, xx: 0.0, yy: 0.0, xy: 0.0 };
+fn moments_about(corner: &impl Fn(usize) -> [f64; 2], count: usize, [cx, cy]: [f64; 2]) -> AreaMoments {
+    let mut sums = AreaMoments { area: 0.0, x: 0.0, y: 0.0, xx: 0.0, yy: 0.0, xy: 0.0 };
     for k in 0..count {
         let (start, end) = (corner(k), corner(next(k, count)));
         let (a, b, c, d) = (start[0] - cx, start[1] - cy, end[0] - cx, end[1] - cy);
@@ -235,7 +235,7 @@ fn moments_about(corner: &impl Fn(usize) -> [f64; 2], count: usize, [cx, cy]: [f
 }
 
 /// The turn to the nearest principal axes: tan(2 angle) = 2 S_xy/(S_xx - S_yy).
-fn principal_angle(polygon: &Moments) -> f64 {
+fn principal_angle(polygon: &AreaMoments) -> f64 {
     let difference = polygon.xx - polygon.yy;
     let sign = if difference < 0.0 { -1.0 } else { 1.0 };
     0.5 * math::atan2(2.0 * sign * polygon.xy, sign * difference)

@@ -12,7 +12,7 @@ use crate::contact::candidate::{Candidate, Images};
 use crate::ground::math;
 use crate::memory::system::System;
 
-/// Adds behind the completed candidates the places of the case that back them; of a prescribed body, takes those out that such a place stops.
+/// Adds after the completed candidates the places of the case that back them; of a prescribed body, takes those out that such a place stops.
 /// Returns how many candidates there are now.
 #[inline(never)]
 pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {

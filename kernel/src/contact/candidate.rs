@@ -14,7 +14,7 @@ impl Images {
     /// A free node that stands for itself, as all do without mirror planes and grading.
     pub const ITSELF: Images = Images(1.0);
 
-    /// Of a node that stands for so many.
+    /// Multiplicity of a node that stands for so many.
     pub fn of(count: f64, fixed: bool) -> Images {
         Images(if fixed { -count } else { count })
     }
@@ -105,17 +105,17 @@ pub(crate) fn set_mass([.., place, _]: &mut [f64; CANDIDATE_REALS], mass: f64) {
 }
 
 /// A candidate before its velocity in this step is known. It is kept in the place of the candidate that it becomes.
-pub(crate) struct Found {
+pub(crate) struct FoundCandidate {
     /// phi/dt, m/s; 0 for a node inside.
     pub gap_over_dt: f64,
     candidate: Candidate,
 }
 
-impl Found {
+impl FoundCandidate {
     /// From its place in the scratch block.
-    pub fn read(slot: &[f64; CANDIDATE_REALS]) -> Found {
+    pub fn read(slot: &[f64; CANDIDATE_REALS]) -> FoundCandidate {
         let candidate = Candidate::read(slot);
-        Found { gap_over_dt: candidate.approach, candidate }
+        FoundCandidate { gap_over_dt: candidate.approach, candidate }
     }
 
     /// The candidate with the node's velocity v, in units of `unit_speed`, m/s.
@@ -145,7 +145,7 @@ impl Begun {
     }
 }
 
-/// What a solve is given besides the candidates.
+/// What a solve is given in addition to the candidates.
 #[derive(Clone, Copy)]
 pub struct Given<'s> {
     /// The body, with its rates before contact.

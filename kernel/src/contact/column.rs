@@ -1,5 +1,5 @@
 //! A column: the nodes of one place of the sheet in all plies, their velocities along z, and what the projectile does to those that are candidates.
-//! Of a curved sheet x, y and z are here the axes of the column at rest: along the hoop, along the axis, and outwards.
+//! Axes x, y and z of a curved sheet are here those of the column at rest: along the hoop, along the axis, and outwards.
 //!
 //! Method: the velocities after contact are the nearest ones to those before (least sum of m dv^2) with which no facing pair ends nearer than
 //! 0, or nearer than it was if it was through each other. That is an isotonic regression of the velocities with the gaps over dt added up,
@@ -30,11 +30,11 @@ pub(super) struct Node {
     pub room: f64,
     /// The rooms up to it, added up.
     offset: f64,
-    /// Its mass, over that of a node of the front fabric.
+    /// Mass, over that of a node of the front fabric.
     pub mass: f64,
-    /// Of a candidate: n_z^2 over what it gives way besides, over that of a node; with the sign of n_z. 0 of another node.
+    /// Contact stiffness of a candidate: n_z^2 over its other compliance, over that of a node; with the sign of n_z. 0 of another node.
     pub grip: f64,
-    /// Of a candidate: the velocity along z at which the projectile's impulse on it ends.
+    /// Velocity along z of a candidate at which the projectile's impulse on it ends.
     pub release: f64,
     /// The projectile's impulse on it along z, in masses of a node and spacings a pass.
     pub push: f64,
@@ -54,7 +54,7 @@ impl Node {
 }
 
 /// Facing nodes that press on each other and move on together, with what the projectile does to them: velocities with the rooms added up.
-/// The n-th pool lies behind the n-th node.
+/// The n-th pool lies after the n-th node.
 #[derive(Clone, Copy)]
 struct Pool {
     /// Velocities of the nodes, each with its mass, and those at which pressed candidates are let go, each with its grip.
@@ -69,7 +69,7 @@ struct Pool {
 }
 
 impl Pool {
-    /// Of one node, which is alone.
+    /// Pool of one node, which is alone.
     fn of(node: &Node) -> Pool {
         let speed = node.speed + node.offset;
         let mut pool = Pool { sum: 0.0, weight: 0.0, mean: speed, limits: [-f64::INFINITY, f64::INFINITY], nodes: 0.0 };
@@ -93,11 +93,11 @@ impl Pool {
         }
     }
 
-    /// This one and the one behind it together.
-    fn with(&self, behind: &Pool) -> Pool {
-        let ([a, b], [c, d]) = (self.limits, behind.limits);
-        let (sum, weight) = (self.sum + behind.sum, self.weight + behind.weight);
-        let nodes = self.nodes + behind.nodes;
+    /// This one and the next one together.
+    fn with(&self, next: &Pool) -> Pool {
+        let ([a, b], [c, d]) = (self.limits, next.limits);
+        let (sum, weight) = (self.sum + next.sum, self.weight + next.weight);
+        let nodes = self.nodes + next.nodes;
         Pool { sum, weight, mean: sum / weight, limits: [math::max(a, c), math::min(b, d)], nodes }
     }
 
@@ -144,7 +144,7 @@ fn is_pressed(grip: f64, less: f64) -> bool {
 /// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may, and finds what the projectile gives
 /// its candidates meanwhile.
 pub(super) fn project(column: &mut [[f64; COLUMN_REALS]]) {
-    // Pool n stands at place n, which is never behind the nodes read so far.
+    // Pool n stands at place n, which is never after the nodes read so far.
     let (mut pools, mut first, mut offset) = (0, 0, 0.0);
     for k in 0..column.len() {
         let Some(place) = column.get_mut(k) else { return };

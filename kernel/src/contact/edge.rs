@@ -29,7 +29,7 @@ pub struct EdgeTest<'s> {
 }
 
 impl<'s> EdgeTest<'s> {
-    /// Of a body with these rates, over `dt`, s.
+    /// Test of a body with these rates, over `dt`, s.
     pub fn new(solid: &'s Solid, body: &Body, dt: f64) -> EdgeTest<'s> {
         let position = body.position + body.velocity * dt;
         let orientation = projectile::cayley_turn(&body.orientation, &body.angular_velocity, dt);
@@ -86,7 +86,7 @@ fn at(body: &Body, x: &Vector) -> Vector {
     pose::into_body(&body.orientation, &(x - body.position))
 }
 
-/// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
+/// Puts after the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
 /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
 /// `deepest`: what gathering found, m.
 #[inline(never)]
@@ -129,7 +129,7 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
     [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]
 }
 
-/// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
+/// The impulses of the candidates, whose approach is known: of the first `kept`, and of those after them that the body
 /// meets after all, because impulses have changed its rates. `solve_first` finds those of the first so many. Returns how many there are now.
 #[inline(never)]
 pub(crate) fn solve_contact(

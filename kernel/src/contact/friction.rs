@@ -33,7 +33,7 @@ pub struct Tangential {
 }
 
 impl Tangential {
-    /// Of a node at `r` from the body's centre, m, with this normal and velocity, m/s, sheet's frame.
+    /// Tangential part of a node at `r` from the body's centre, m, with this normal and velocity, m/s, sheet's frame.
     pub fn at(r: &Vector, normal: &Vector, velocity: &Vector, body: &Body) -> Tangential {
         // The axis that is farthest from the normal; on a mirror plane that across it, so that rounding keeps the symmetry.
         let [x, y, z] = [normal.x, normal.y, normal.z].map(math::abs);
@@ -78,7 +78,7 @@ impl Tangential {
         *slot = [t.x, t.y, t.z, s.x, s.y, s.z, a.x, a.y, a.z, b.x, b.y, b.z, t0, s0, t1, s1, self.effective_mass, p, q];
     }
 
-    /// The same with the node's velocity v in this step, m/s.
+    /// Tangential part with the node's velocity v in this step, m/s.
     pub fn with_velocity(&self, v: &Vector) -> Tangential {
         Tangential { speed: self.along(v), ..*self }
     }
@@ -126,7 +126,7 @@ impl Tangential {
         self.tangents[0] * p + self.tangents[1] * q
     }
 
-    /// Its moment about the body's centre, body axes, N m s.
+    /// Moment of an impulse with these parts about the body's centre, body axes, N m s.
     pub fn twist(&self, [p, q]: [f64; 2]) -> Vector {
         self.arms[0] * p + self.arms[1] * q
     }

@@ -26,7 +26,7 @@ use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 
-/// Least give of a candidate besides its column's, over that of a node, without and with friction: candidates of one column that point along z
+/// Least compliance of a candidate in addition to its column's, over that of a node, without and with friction: candidates of one column that point along z
 /// share their impulse by it. The larger it is, the longer small gap rates last; the smaller, the fewer columns that rub are solved.
 const EVEN: [f64; 2] = [1e-9, 1e-6];
 /// Gap rates and slips count as settled below this, in parts of the fastest before contact and of the speeds that they are differences of.
@@ -78,12 +78,12 @@ fn link(system: &mut System<'_>, count: usize) {
         let (ply, place) = ((node / places) as usize, (node % places) as usize);
         let Some(last) = last.get_mut(place) else { return };
         let fixed = Candidate::read(slot).is_fixed();
-        let behind = if fixed { None } else { touch::number(core::mem::replace(last, c as u32)) };
-        if let Some(led) = behind.and_then(|before| links.get_mut(before)) {
+        let next = if fixed { None } else { touch::number(core::mem::replace(last, c as u32)) };
+        if let Some(led) = next.and_then(|before| links.get_mut(before)) {
             Link { leads: false, ..Link::read(led) }.write(led);
         }
         if let Some(link) = links.get_mut(c) {
-            Link { behind, ply, leads: true }.write(link);
+            Link { next, ply, leads: true }.write(link);
         }
     }
 }
@@ -201,18 +201,18 @@ impl<'s, 'a> Joint<'s, 'a> {
             let first = self.candidate(c);
             let (mut members, mut last, mut near, mut next) = (0.0, c, false, Some(c));
             while let Some(k) = next {
-                next = self.behind(k);
+                next = self.next(k);
                 members += 1.0;
                 if self.body_rate(&self.candidate(k)) > reach {
                     continue;
                 }
                 near = true;
                 if k != last {
-                    self.set_link(last, Link { behind: Some(k), ..self.link(last) });
+                    self.set_link(last, Link { next: Some(k), ..self.link(last) });
                     last = k;
                 }
             }
-            self.set_link(last, Link { behind: None, ..self.link(last) });
+            self.set_link(last, Link { next: None, ..self.link(last) });
             if !near {
                 self.set_link(c, Link { leads: false, ..self.link(c) });
                 continue;
@@ -229,7 +229,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                 let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
                 let slide = math::max(members * of_body, EVEN[1] * own);
                 self.set_touch(k, Touch { give, own, stale: true, slide, ..self.touch(k) });
-                next = self.behind(k);
+                next = self.next(k);
             }
         }
     }
@@ -245,7 +245,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                     continue;
                 }
                 // A fixed node is alone, too.
-                let rubs = rough && self.behind(c).is_some();
+                let rubs = rough && self.next(c).is_some();
                 converged &= if rubs { self.visit_rough(c) } else { self.visit(c) };
             }
             self.sweeps += 1;
@@ -279,7 +279,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.system.mass_share(self.ply(c))
     }
 
-    /// What one of so many candidates of a column gives way besides along z, 1/kg: its node along the sheet, and the body.
+    /// Compliance of one of so many candidates of a column in addition to its z motion, 1/kg: its node along the sheet, and the body.
     ///
     /// A step of a column never goes too far if the body is taken to give way to each of n candidates n times as much as it does. That is
     /// exact for one; several that point the same way would pass the impulse on between them for long. But a body that outweighs the column
@@ -354,8 +354,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.link(c).ply
     }
 
-    pub(super) fn behind(&self, c: usize) -> Option<usize> {
-        self.link(c).behind
+    pub(super) fn next(&self, c: usize) -> Option<usize> {
+        self.link(c).next
     }
 
     pub(super) fn touch(&self, c: usize) -> Touch {
@@ -422,11 +422,11 @@ impl<'s, 'a> Joint<'s, 'a> {
         error <= HARMLESS * unit_speed && math::max(lifted, moved) <= self.tolerance
     }
 
-    /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s. What comes behind more than `enough` is not
+    /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s. What comes after more than `enough` is not
     /// looked at.
     fn error(&self, leader: usize, enough: f64) -> f64 {
         let mut error = 0.0;
-        for c in core::iter::successors(Some(leader), |&c| self.behind(c)) {
+        for c in core::iter::successors(Some(leader), |&c| self.next(c)) {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch) + touch.normal[2] * touch.lift;
             error = math::max(if candidate.impulse > 0.0 { math::abs(rate) } else { -rate }, error);
@@ -483,7 +483,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                 node.speed += rubbed / (unit_impulse * node.mass);
             }
             node.write(place);
-            next = self.behind(c);
+            next = self.next(c);
         }
         project(self.system.arrays.column);
         for node in self.system.arrays.column.iter().map(Node::read).filter(|node| node.grip == 0.0) {
@@ -514,7 +514,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                 }
                 self.set_impulse(c, impulse);
             }
-            next = self.behind(c);
+            next = self.next(c);
         }
         (self.velocity, self.rate) = (velocity, rate_of_body);
         moved
@@ -540,7 +540,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                 node.speed += node.push / node.mass;
                 node.write(place);
             }
-            next = self.behind(c);
+            next = self.next(c);
         }
         project(self.system.arrays.column);
     }
@@ -611,7 +611,7 @@ impl<'s, 'a> Joint<'s, 'a> {
             let after = self.along(c, &candidate, rubbing.as_ref(), &touch);
             let change = math::max(math::abs(after[0] - before[0]), math::abs(after[1] - before[1]));
             moved = math::max(change, moved);
-            next = self.behind(c);
+            next = self.next(c);
         }
         self.set_touch(leader, Touch { stale, ..self.touch(leader) });
         moved

@@ -34,7 +34,7 @@ const ROUGH: [f64; 2] = [1e-7, 2e-8];
 const FLAT: f64 = 1e-6;
 
 /// A candidate as its column sees it.
-struct Contact {
+struct RoughContact {
     /// The parts of the z axis along normal and tangents.
     up: [f64; 3],
     /// Impulses, N s, gap rate and slips, m/s, along them.
@@ -48,7 +48,7 @@ struct Contact {
     friction: f64,
 }
 
-impl Contact {
+impl RoughContact {
     /// By how much it fails the laws of contact and friction, m/s; and where its impulse along the surface goes.
     fn error(&self) -> (f64, [f64; 2]) {
         let ([normal, p, q], [gap_rate, s, t]) = (self.impulse, self.rate);
@@ -176,7 +176,7 @@ impl Joint<'_, '_> {
             while let Some(c) = next {
                 let before = self.spring(c).before;
                 self.give_impulses(c, before);
-                next = self.behind(c);
+                next = self.next(c);
             }
             (self.velocity, self.rate) = rates;
             self.balance(leader);
@@ -198,12 +198,12 @@ impl Joint<'_, '_> {
         self.system.arrays.column.get(self.ply(c)).map(Node::read).unwrap_or_default()
     }
 
-    fn contact(&self, c: usize) -> Option<Contact> {
+    fn contact(&self, c: usize) -> Option<RoughContact> {
         let (candidate, t, touch) = (self.candidate(c), self.tangential(c)?, self.touch(c));
         let softer = self.damping * touch.own;
         let ([_, _, up], tangents) = (touch.normal, t.tangents);
         let up = [up, self.own_axes(c, tangents[0]).z, self.own_axes(c, tangents[1]).z];
-        let mut contact = Contact {
+        let mut contact = RoughContact {
             up,
             impulse: [candidate.impulse, t.impulse[0], t.impulse[1]],
             rate: [0.0; 3],
@@ -231,7 +231,7 @@ impl Joint<'_, '_> {
             if let Some(slot) = self.system.arrays.touches.get_mut(c) {
                 Touch::set_lift(slot, (node.speed - node.before) * unit_speed);
             }
-            next = self.behind(c);
+            next = self.next(c);
         }
     }
 
@@ -248,19 +248,19 @@ impl Joint<'_, '_> {
             } else {
                 left_out += 1;
             }
-            next = self.behind(c);
+            next = self.next(c);
         }
         next = Some(leader).filter(|_| error > settled);
         while let Some(c) = next.filter(|_| left_out > 0) {
             let Some(contact) = self.contact(c) else { break };
             self.set_spring(c, &contact, &contact.spring(contact.error().1));
-            (next, left_out) = (self.behind(c), left_out - 1);
+            (next, left_out) = (self.next(c), left_out - 1);
         }
         error
     }
 
     /// Keeps the spring of a candidate and what it does to its node, in units of the column.
-    fn set_spring(&mut self, c: usize, contact: &Contact, spring: &Spring) {
+    fn set_spring(&mut self, c: usize, contact: &RoughContact, spring: &Spring) {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
         let push = (contact.lift(&spring.base) - contact.lift(&contact.impulse)) / unit_impulse;
         let grip = -contact.lift(&spring.slope) * (unit_speed / unit_impulse);
@@ -291,7 +291,7 @@ impl Joint<'_, '_> {
                 Spring { before: [*normal, *p, *q], ..Spring::read(slot) }.write(slot);
             }
             self.hang(c);
-            next = self.behind(c);
+            next = self.next(c);
         }
         hold(self.system.arrays.column);
         next = Some(leader);
@@ -307,14 +307,14 @@ impl Joint<'_, '_> {
                 self.set_spring(c, &contact, &if lets_go { Spring::default() } else { contact.sticking() });
                 self.hang(c);
             }
-            next = self.behind(c);
+            next = self.next(c);
         }
         shift(self.system.arrays.column);
         next = Some(leader);
         while let Some(c) = next {
             let (spring, change) = (self.spring(c), self.node(c).release * unit_speed);
             self.give_impulses(c, core::array::from_fn(|k| spring.base[k] + spring.slope[k] * change));
-            next = self.behind(c);
+            next = self.next(c);
         }
     }
 

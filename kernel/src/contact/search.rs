@@ -5,7 +5,7 @@
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::Body;
 use crate::body::shape::{self, Solid};
-use crate::contact::candidate::{Candidate, Found, Images};
+use crate::contact::candidate::{Candidate, FoundCandidate, Images};
 use crate::contact::friction::Tangential;
 use crate::ground::error::Failure;
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
@@ -107,7 +107,7 @@ impl<'s> Search<'s> {
         self.candidate_at(&r, || self.body.velocity, 0.0)
     }
 
-    /// The same of a point inside the box and the ball, `r` from the body's centre, m, with its velocity, m/s.
+    /// Gap, normal and arm of a point inside the box and the ball, `r` from the body's centre, m, with its velocity, m/s.
     #[inline(always)] // Most of its time would be the way of its answer through memory.
     fn candidate_at(&self, r: &Vector, velocity: impl Fn() -> Vector, dt: f64) -> Option<(f64, Vector, Vector)> {
         if let Solid::Sphere { radius } = self.solid {
@@ -329,7 +329,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = v();
                 let images = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
-                // With no velocity so far: see `Found`.
+                // With no velocity so far: see `FoundCandidate`.
                 let found = Candidate {
                     displacement: planes::displacement(chunk, lane),
                     normal,
@@ -373,7 +373,7 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
         let lane = i % CHUNK;
         let Some(chunk) = row.get(i / CHUNK) else { break };
         let v = Vector::from(planes::velocity(chunk, lane));
-        Found::read(slot).with_velocity(&v, unit_speed).write(slot);
+        FoundCandidate::read(slot).with_velocity(&v, unit_speed).write(slot);
         if let Some(place) = places.next() {
             Tangential::read(place).with_velocity(&(v * unit_speed)).write(place);
         }

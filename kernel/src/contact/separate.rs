@@ -1,6 +1,6 @@
-//! Plies separated where they press on each other: behind the sweep, and where the projectile is near behind its impulses.
+//! Plies separated where they press on each other: after the sweep, and where the projectile is near after its impulses.
 //!
-//! Method: the regression of `column.rs`, of eight columns at once ([`Columns`]); one by one where the projectile pushes one of them, with a case,
+//! Method: the regression of `column.rs`, of eight columns at once ([`PlyColumns`]); one by one where the projectile pushes one of them, with a case,
 //! and where nodes do not face each other.
 
 use crate::body::pose::Vector;
@@ -28,7 +28,7 @@ pub(crate) struct Apart {
 }
 
 impl Apart {
-    /// Of so many candidates, as they were found.
+    /// Rows of so many candidates, as they were found.
     #[inline(never)]
     pub fn of(system: &System<'_>, count: usize) -> Apart {
         let (rows, nodes_x) = (system.layout.y.modelled(), system.layout.nodes_x.max(1));
@@ -60,7 +60,7 @@ impl Apart {
         (first..end).filter(|&row| self.contains(row)).for_each(|row| separate_row_of(system, row, 0));
     }
 
-    /// Separates them in all others, behind the projectile's impulses. `count`: candidates.
+    /// Separates them in all others, after the projectile's impulses. `count`: candidates.
     #[inline(never)]
     pub fn separate_others(&self, system: &mut System<'_>, count: usize) {
         for row in (0..system.layout.y.modelled()).filter(|&row| !self.contains(row)) {
@@ -95,7 +95,7 @@ fn pushed<'s>(system: &'s System<'_>, i: usize, row: usize, count: usize) -> imp
     };
     let first = last.get(place).copied().and_then(touch::number).and_then(here);
     let column =
-        core::iter::successors(first, move |&c| links.get(c).and_then(|link| Link::read(link).behind).and_then(here));
+        core::iter::successors(first, move |&c| links.get(c).and_then(|link| Link::read(link).next).and_then(here));
     column.filter(|&c| candidates.get(c).is_some_and(|slot| Candidate::read(slot).impulse > 0.0))
 }
 
@@ -111,7 +111,7 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
         from = chunk + 1;
         let is_pushed = (chunk * CHUNK..system.layout.nodes_x.min(from * CHUNK))
             .any(|i| pushed(system, i, row, count).next().is_some());
-        let columns = Columns::<CURVED> {
+        let columns = PlyColumns::<CURVED> {
             hoop: hoop.get(chunk).unwrap_or(&FLAT),
             hot: system.arrays.rows.hot.get_mut(at + chunk..).unwrap_or(&mut []),
             before: system.arrays.rows.before.get(at + chunk..).unwrap_or(&[]),
@@ -125,7 +125,7 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
             only_plies: !is_pushed && !system.layout.has(Feature::Casing),
         };
         match lanes::dispatch(system.instructions, columns) {
-            Found::Separated { depth, lost } => {
+            Pressing::Separated { depth, lost } => {
                 let sums = &mut system.state.sums;
                 sums.ply_penetration = math::max(depth * system.scene.sheet.spacing, sums.ply_penetration);
                 sums.ply_loss += lost * system.model.unit_energy;
@@ -139,7 +139,7 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
                     }
                 }
             }
-            Found::Pressed(pressed) => {
+            Pressing::Pressed(pressed) => {
                 for (i, pressed) in (chunk * CHUNK..system.layout.nodes_x).zip(pressed) {
                     if pressed > 0.0 && !system.is_fixed(i, row) {
                         separate_column(system, i, row, count);
@@ -157,7 +157,7 @@ struct Pressed<'a, const CURVED: bool> {
     next: usize,
     hoop: &'a [Chunk<COLUMN_PLANES>],
     gap: f64,
-    /// The first one, and that behind the last.
+    /// The first one, and that after the last.
     chunks: [usize; 2],
 }
 
@@ -204,7 +204,7 @@ impl<const CURVED: bool> Job for Pressed<'_, CURVED> {
 }
 
 /// What was found in eight columns.
-enum Found {
+enum Pressing {
     /// A number above 0 for those in which facing nodes press on each other, or are through each other by more than any were; for all if
     /// some of their nodes do not face each other.
     Pressed([f64; CHUNK]),
@@ -217,13 +217,13 @@ enum Found {
 /// The last of the nodes so far ends where those before it push it most: as a pool with some of them, s_k + max(0, max_a sum m_j (s_j - s_k) /
 /// sum m_j) over j = a..k. Each of them ends at the least of its own and all later ones: the regression of `column.rs`. A node on which none
 /// presses keeps its velocity exactly.
-struct Columns<'a, const CURVED: bool> {
+struct PlyColumns<'a, const CURVED: bool> {
     hoop: &'a Chunk<COLUMN_PLANES>,
     /// From their chunk of the first ply on, and chunks from ply to ply.
     hot: &'a mut [Chunk<HOT_PLANES>],
     before: &'a [[f64; CHUNK]],
     next: usize,
-    /// Of each ply the velocities with rooms added up, and those that it ends with.
+    /// Velocities of each ply with rooms added up, and those that it ends with.
     column: &'a mut [[[f64; CHUNK]; 2]],
     /// Plies of the front fabric, and mass of a node of the back one over that of one of these.
     front: usize,
@@ -236,11 +236,11 @@ struct Columns<'a, const CURVED: bool> {
     only_plies: bool,
 }
 
-impl<const CURVED: bool> Job for Columns<'_, CURVED> {
-    type Output = Found;
+impl<const CURVED: bool> Job for PlyColumns<'_, CURVED> {
+    type Output = Pressing;
 
     #[inline(always)]
-    fn run<L: Lane>(mut self) -> Found {
+    fn run<L: Lane>(mut self) -> Pressing {
         let (gap, deepest, zero) = (L::splat(self.gap), L::splat(self.deepest), L::splat(0.0));
         let (one, rise) = (L::splat(1.0), L::splat(self.rise));
         let (mut found, mut depths, mut face) = ([0.0; CHUNK], [0.0; CHUNK], true);
@@ -274,21 +274,21 @@ impl<const CURVED: bool> Job for Columns<'_, CURVED> {
             face &= !apart_x.any_above(one) && !apart_y.any_above(rise);
         }
         if !face {
-            return Found::Pressed([1.0; CHUNK]);
+            return Pressing::Pressed([1.0; CHUNK]);
         }
         if !self.only_plies {
-            return Found::Pressed(found);
+            return Pressing::Pressed(found);
         }
         let mut lost = [0.0; CHUNK];
         for (g, lost) in L::groups_mut(&mut lost).iter_mut().enumerate() {
             self.take_apart::<L>(g).store(lost);
         }
         let depth = depths.into_iter().fold(0.0, math::max);
-        Found::Separated { depth, lost: lost.into_iter().sum() }
+        Pressing::Separated { depth, lost: lost.into_iter().sum() }
     }
 }
 
-impl<const CURVED: bool> Columns<'_, CURVED> {
+impl<const CURVED: bool> PlyColumns<'_, CURVED> {
     /// Takes group g of the columns apart, whose velocities with rooms added up are known. Returns what is lost.
     #[inline(always)]
     fn take_apart<L: Lane>(&mut self, g: usize) -> L {
@@ -451,7 +451,7 @@ mod tests {
             }
             for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                 let (mut moved, mut column) = (hot, [[[0.0; CHUNK]; 2]; 8]);
-                let columns = Columns::<false> {
+                let columns = PlyColumns::<false> {
                     hoop: &FLAT,
                     hot: &mut moved[..plies],
                     before: &[[0.0; CHUNK]; 8],
@@ -464,7 +464,7 @@ mod tests {
                     deepest: 0.0,
                     only_plies: true,
                 };
-                assert!(matches!(lanes::dispatch(set, columns), Found::Separated { .. }));
+                assert!(matches!(lanes::dispatch(set, columns), Pressing::Separated { .. }));
                 for lane in 0..CHUNK {
                     let mut alone = [[0.0; COLUMN_REALS]; 8];
                     for k in 0..plies {

@@ -41,7 +41,7 @@ const LEFT_OUT_ABOVE: f64 = 0.01;
 
 /// (M8) Finds the impulses of all candidates. A node of a graded network stands for several of the mass given, which move alike: its impulse
 /// is that on one of them. `effective_mass` and `impulse` of the candidates are set here.
-/// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `images`
+/// Beyond mirror planes the images of a node get the images of its impulse: what they do together to the body is `images`
 /// times the part of one that the planes leave. Where sweeps do not settle, Newton's method goes on from there.
 /// `tangential`: one for each candidate with friction (M21), none without.
 pub fn solve(
@@ -69,7 +69,7 @@ pub fn solve(
 #[derive(Clone, Copy)]
 struct Pushed<'s> {
     inertia: &'s Inertia,
-    /// Of a free node, kg, and 1/m, 1/kg.
+    /// Mass of a free node, kg, and its inverse, 1/kg.
     node_mass: f64,
     inverse_node_mass: f64,
     symmetry: Symmetry,
@@ -87,14 +87,14 @@ struct Pushed<'s> {
 
 /// The rates of the body in a solve.
 #[derive(Clone, Copy)]
-struct Rates {
+struct BodyRates {
     velocity: Vector,
     angular_velocity: Vector,
 }
 
-impl Rates {
-    fn of(body: &Body) -> Rates {
-        Rates { velocity: body.velocity, angular_velocity: body.angular_velocity }
+impl BodyRates {
+    fn of(body: &Body) -> BodyRates {
+        BodyRates { velocity: body.velocity, angular_velocity: body.angular_velocity }
     }
 }
 
@@ -139,7 +139,7 @@ impl<'s> Pushed<'s> {
         if self.is_alone(c) { c.arm } else { c.arm.component_mul(&self.masks[1]) * c.images() }
     }
 
-    /// Of a node: what it gives way by, 1/kg.
+    /// Compliance of a node, 1/kg.
     #[inline(always)]
     fn give(&self, c: &Candidate) -> f64 {
         if c.is_fixed() { 0.0 } else { self.inverse_node_mass }
@@ -157,7 +157,7 @@ impl<'s> Pushed<'s> {
     }
 
     #[inline(always)]
-    fn closing(&self, c: &Candidate, rates: &Rates) -> f64 {
+    fn closing(&self, c: &Candidate, rates: &BodyRates) -> f64 {
         if self.turns {
             c.gap_rate(&rates.velocity, &rates.angular_velocity)
         } else {
@@ -171,7 +171,7 @@ impl<'s> Pushed<'s> {
         &mut self,
         candidates: &mut [[f64; CANDIDATE_REALS]],
         tangential: &mut [[f64; TANGENTIAL_REALS]],
-        rates: &Rates,
+        rates: &BodyRates,
     ) -> Sizes {
         let mut sizes = Sizes::default();
         for (k, slot) in candidates.iter_mut().enumerate() {
@@ -222,7 +222,7 @@ impl<'s> Pushed<'s> {
         candidates: &mut [[f64; CANDIDATE_REALS]],
         tangential: &mut [[f64; TANGENTIAL_REALS]],
         coefficient: f64,
-        rates: &mut Rates,
+        rates: &mut BodyRates,
         changes: &mut f64,
     ) -> f64 {
         let mut largest_change = 0.0;
@@ -264,7 +264,7 @@ impl<'s> Pushed<'s> {
 
     /// Friction of one candidate up to the impulse `most`. Returns the change.
     #[inline(always)]
-    fn rub(&self, c: &Candidate, most: f64, place: &mut [f64; TANGENTIAL_REALS], rates: &mut Rates) -> f64 {
+    fn rub(&self, c: &Candidate, most: f64, place: &mut [f64; TANGENTIAL_REALS], rates: &mut BodyRates) -> f64 {
         let (mut t, own) = (Tangential::read(place), self.give(c));
         let [s0, s1] = t.slip(&rates.velocity, &rates.angular_velocity);
         let [p, q] = t.impulse;
@@ -296,7 +296,7 @@ fn sweeps<const FRICTION: bool>(
     symmetry: Symmetry,
 ) -> (Solved, f64) {
     let mut pushed = Pushed::of(body, inertia, node_mass, symmetry);
-    let mut rates = Rates::of(body);
+    let mut rates = BodyRates::of(body);
     let sizes = pushed.begin(candidates, tangential, &rates);
     // The speeds that a gap rate is the difference of.
     let moving = length(&rates.velocity) + math::sqrt(sizes.farthest) * length(&rates.angular_velocity);
@@ -317,7 +317,7 @@ fn sweeps<const FRICTION: bool>(
         if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
-            rates = Rates::of(body);
+            rates = BodyRates::of(body);
             pushed.set_masses(candidates);
             candidates.iter_mut().for_each(|slot| candidate::set_impulse(slot, 0.0));
         }
@@ -325,7 +325,7 @@ fn sweeps<const FRICTION: bool>(
     if !converged {
         pushed.set_masses(candidates);
     }
-    let Rates { velocity, angular_velocity } = rates;
+    let BodyRates { velocity, angular_velocity } = rates;
     (Solved { sweeps, converged, velocity, angular_velocity, residual: 0.0 }, tolerance / node_mass)
 }
 
@@ -614,7 +614,7 @@ mod tests {
 
     #[test]
     fn one_node_on_a_sphere_is_solved_at_once() {
-        // A sphere of three nodes' mass that does not turn; alone, and with its three images behind two planes: then the body
+        // A sphere of three nodes' mass that does not turn; alone, and with its three images beyond two planes: then the body
         // takes the impulse along z four times over.
         let (solid, body) = sphere();
         let inertia = Inertia::of(&solid, 3.0 * NODE, true);

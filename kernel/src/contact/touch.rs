@@ -1,4 +1,4 @@
-//! What is kept of a candidate in a stack besides, as it lies in the scratch block.
+//! What is kept of a candidate in a stack in addition, as it lies in the scratch block.
 
 use crate::memory::layout::{PACE_REALS, SPRING_REALS, TOUCH_REALS};
 
@@ -7,13 +7,13 @@ use crate::memory::layout::{PACE_REALS, SPRING_REALS, TOUCH_REALS};
 pub(super) struct Touch {
     /// Velocity along z that impulses give its node, m/s.
     pub lift: f64,
-    /// What it gives way besides its column along z, 1/kg.
+    /// Compliance in addition to its column's along z, 1/kg.
     pub give: f64,
     /// 1/m of its node, 1/kg.
     pub own: f64,
-    /// Its normal impulse before the column was solved last, N s.
+    /// Normal impulse before the column was solved last, N s.
     pub last: f64,
-    /// Of the candidate that leads a column: whether impulses along the surface have changed since the column was solved.
+    /// For the candidate that leads a column, whether impulses along the surface have changed since the column was solved.
     pub stale: bool,
     /// What the body gives way by across the normal, with friction, 1/kg.
     pub slide: f64,
@@ -50,7 +50,7 @@ pub(super) fn number(c: u32) -> Option<usize> {
 #[derive(Clone, Copy, Default)]
 pub(super) struct Link {
     /// The candidate of the same column that comes next.
-    pub behind: Option<usize>,
+    pub next: Option<usize>,
     /// The ply of its node.
     pub ply: usize,
     /// Whether it leads the column.
@@ -58,12 +58,12 @@ pub(super) struct Link {
 }
 
 impl Link {
-    pub fn read(&[behind, ply_and_leads]: &[u32; 2]) -> Link {
-        Link { behind: number(behind), ply: (ply_and_leads / 2) as usize, leads: ply_and_leads % 2 != 0 }
+    pub fn read(&[next, ply_and_leads]: &[u32; 2]) -> Link {
+        Link { next: number(next), ply: (ply_and_leads / 2) as usize, leads: ply_and_leads % 2 != 0 }
     }
 
     pub fn write(&self, slot: &mut [u32; 2]) {
-        *slot = [self.behind.map_or(NONE, |c| c as u32), 2 * self.ply as u32 + u32::from(self.leads)];
+        *slot = [self.next.map_or(NONE, |c| c as u32), 2 * self.ply as u32 + u32::from(self.leads)];
     }
 }
 
@@ -97,7 +97,7 @@ pub(super) struct Spring {
     pub base: [f64; 3],
     /// For each m/s, kg.
     pub slope: [f64; 3],
-    /// Its impulses before a step, N s.
+    /// Impulses before a step, N s.
     pub before: [f64; 3],
     /// What it changes of the impulse on its node without a change, and takes of it with one, in units of the column.
     pub push: f64,

@@ -212,7 +212,7 @@ impl Error {
         Error { with, ..Error::plain(Code::DoesNotGoWith, field) }
     }
 
-    /// The same with the field that its limit follows from.
+    /// Error with the field that its limit follows from.
     pub(crate) fn from(self, with: &'static str) -> Error {
         Error { with, ..self }
     }

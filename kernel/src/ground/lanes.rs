@@ -115,7 +115,7 @@ pub trait Lane: Copy {
     fn groups(numbers: &[f64; CHUNK]) -> &[Self::Group];
     /// Eight numbers cut into groups, to be changed.
     fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [Self::Group];
-    /// The same number everywhere.
+    /// One number in every lane.
     fn splat(x: f64) -> Self;
     /// From memory.
     fn load(group: &Self::Group) -> Self;
@@ -148,7 +148,7 @@ pub trait Lane: Copy {
     fn or_zero_below(self, limit: Self) -> Self;
     /// The right-hand neighbours of a group that is not the last of the eight, from memory.
     fn load_right(numbers: &[f64; CHUNK], group: usize) -> Self;
-    /// The right-hand neighbours: the group without its first number, and the first of `next` behind.
+    /// The right-hand neighbours: the group without its first number, followed by the first of `next`.
     fn right_of(self, next: Self) -> Self;
     /// The left-hand neighbours: the last number of `previous`, and the group without its last.
     fn left_of(self, previous: Self) -> Self;
@@ -367,7 +367,7 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
     }
 }
 
-/// Asks for the chunk that lies `ahead` chunks behind this one in memory: a hint, which changes nothing. Does nothing where the target
+/// Asks for the chunk that lies `ahead` chunks after this one in memory: a hint, which changes nothing. Does nothing where the target
 /// has no such hint.
 #[inline(always)]
 pub fn fetch<const P: usize>(chunk: &Chunk<P>, ahead: usize) {

@@ -56,7 +56,7 @@ pub fn displacement([x, y, z, ..]: &Chunk<HOT_PLANES>, lane: usize) -> [f64; 3] 
     [x[lane], y[lane], z[lane]]
 }
 
-/// Its velocity, spacings a pass.
+/// Velocity of a node in its chunk of the hot rows, spacings a pass.
 #[inline(always)]
 pub fn velocity([_, _, _, x, y, z, ..]: &Chunk<HOT_PLANES>, lane: usize) -> [f64; 3] {
     [x[lane], y[lane], z[lane]]

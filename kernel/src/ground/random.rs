@@ -77,7 +77,7 @@ mod tests {
         assert!((squares / n as f64 - 1.0).abs() < 4.0 * math::sqrt(2.0 / n as f64));
     }
 
-    /// Those to come, too.
+    /// Numbers to come, too.
     #[test]
     fn no_two_purposes_segments_or_redraws_share_a_key() {
         let all = (0..12).flat_map(|purpose| (0..500).flat_map(move |k| (0..3).map(move |retry| (k, purpose, retry))));

@@ -14,16 +14,16 @@ pub const TANGENTIAL_REALS: usize = 19;
 
 /// Numbers kept per ply of a column of facing nodes, or of the eight columns of a chunk.
 pub(crate) const COLUMN_REALS: usize = 16;
-/// Numbers kept per contact candidate of a stack besides.
+/// Numbers kept per contact candidate of a stack in addition.
 pub(crate) const TOUCH_REALS: usize = 9;
 /// Numbers kept per contact candidate of a stack for a step of Newton's method, with friction.
 pub(crate) const SPRING_REALS: usize = 11;
-/// And of one with friction.
+/// Numbers kept per contact candidate of a stack with friction for its under-relaxation.
 pub(crate) const PACE_REALS: usize = 3;
 
 /// Hot rows of more numbers than this do not stay in a core's own caches from one step to the next, so that steps pay in blocks: 4 MiB.
 const OWN_CACHE_REALS: usize = (4 << 20) / 8;
-/// And of more than this in none, so that a pass fetches them from memory: 12 MiB, less than half of what the cores of a server share.
+/// Hot rows of more numbers than this do not stay in any cache, so that a pass fetches them from memory: 12 MiB, less than half of what the cores of a server share.
 const CACHED_REALS: usize = (12 << 20) / 8;
 
 /// Most steps of a block (`step/blocks.rs`); a divisor of the steps between two tests of outcomes.
@@ -40,7 +40,7 @@ pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + MARK_WORD
 /// Words of the scalar state that enter a digest only if they are not 0, and do not count in its header.
 pub(crate) const MARK_WORDS: usize = 4;
 
-/// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
+/// Words of an image in addition to nodes, segments and flags: header, scalar state and checksum.
 pub fn frame_words(has: Features) -> usize {
     // Energy that viscosity or rate has taken.
     let taken = usize::from(has.has(Feature::Viscosity) || has.has(Feature::Rate));
@@ -64,7 +64,7 @@ pub struct Layout {
     pub upper: usize,
     /// Chunks in a row.
     pub chunks: usize,
-    /// What the scene has besides a plain sheet.
+    /// What the scene has in addition to a plain sheet.
     pub has: Features,
     /// Steps of a block that there is memory for, 4 or 8, and 1 where steps are taken one by one (`step/blocks.rs`).
     pub block_steps: u32,
@@ -176,12 +176,12 @@ impl Layout {
         self.plies.max(self.block_steps as usize)
     }
 
-    /// How many of these hold real numbers; the integers lie behind them.
+    /// How many of these hold real numbers; the integers lie after them.
     pub(crate) fn lines_of_reals(&self) -> usize {
         self.reals.div_ceil(CacheLine::REALS)
     }
 
-    /// Length of the memory that stepping in `of` bands takes besides, in lines of 64 bytes.
+    /// Length of the memory that stepping in `of` bands takes in addition, in lines of 64 bytes.
     ///
     /// # Errors
     /// More bands than [`MAX_BANDS`], or none; the theta rule, which cannot be stepped in bands; more memory than a slice can hold, which wide
@@ -211,7 +211,7 @@ impl Layout {
         if self.block_steps > 1 && !self.has(Feature::Viscosity) { self.block_steps as usize } else { 0 }
     }
 
-    /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, copies of viscosity's at its ends, its
+    /// Numbers of one band: a row above it, forces from below it, both of every step of a block, too, copies of viscosity's at its ends, its
     /// fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
         let rows = 1 + self.block_steps_of_a_band();
@@ -242,7 +242,7 @@ impl Layout {
         (node % nx, node / nx)
     }
 
-    /// Of the chunks with the nodes at column i of a row of the sheet, in all plies: the place of the first one, and how far the next one is behind it.
+    /// Place of the first of the chunks with the nodes at column i of a row of the sheet, in all plies, and how far the next one is from it.
     #[inline]
     pub(crate) fn stacked(&self, i: usize, row: usize) -> [usize; 2] {
         [row * self.chunks + i / CHUNK, self.y.modelled() * self.chunks]
@@ -253,7 +253,7 @@ impl Layout {
         self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments() * self.plies
     }
 
-    /// Rows of the hot block: those modelled, and the images behind the plane y = 0.
+    /// Rows of the hot block: those modelled, and the images beyond the plane y = 0.
     pub(crate) fn stored_rows(&self) -> usize {
         self.nodes_y + usize::from(self.y.is_mirrored())
     }
@@ -424,7 +424,7 @@ mod tests {
         assert_eq!(with(&|scene| scene.yarn.stochastic = true), (5 * 16 * YARN_PLANES, 0, 0));
         let drawn = |scene: &mut Scene| scene.yarn.strength_draw = crate::StrengthDraw::Weibull;
         assert_eq!(with(&drawn), (5 * 16 * STRENGTH_PLANES, 0, 0));
-        // A word for each row; of the image two for each of 76 segments besides.
+        // A word for each row; of the image two for each of 76 segments, too.
         assert_eq!(with(&|scene| scene.slack_balance = true), (5 * 16 * OWED_PLANES, 5, 5 + 2 * 76));
         // Past of 5 rows, what each takes; of the image two words for each of 76 segments and 45 nodes, and one more.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
@@ -437,7 +437,7 @@ mod tests {
         // The tangential parts of 10 candidates; a word of the image.
         let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
         assert_eq!(with(&friction), (10 * TANGENTIAL_REALS, 0, 1));
-        // A bit for every node: 45 in two words. Their labels are in the lines that carried forces have; pulls need 30 numbers besides.
+        // A bit for every node: 45 in two words. Their labels are in the lines that carried forces have; pulls need 30 numbers more.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 2, 2));
         let shared = |labels, pulls| {
             let mut scene = tiny();
@@ -487,7 +487,7 @@ mod tests {
             (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes_x, nodes_y);
             Layout::compute(&scene)
         };
-        // 80 bytes a node, and few besides: 2^62.3, 2^63.3 and 2^64.3 of them, and more nodes than can be counted.
+        // 80 bytes a node, and few more: 2^62.3, 2^63.3 and 2^64.3 of them, and more nodes than can be counted.
         assert!(of(1 << 27, 1 << 29).is_some());
         assert_eq!([of(1 << 28, 1 << 29), of(1 << 29, 1 << 29), of(u32::MAX, u32::MAX)], [None; 3]);
     }

@@ -1,4 +1,4 @@
-//! The scalar state of a simulation: everything a snapshot holds besides the node and segment arrays.
+//! The scalar state of a simulation: everything a snapshot holds in addition to the node and segment arrays.
 
 use crate::body::path::Track;
 use crate::body::pose::Vector;

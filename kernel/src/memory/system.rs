@@ -40,7 +40,7 @@ pub(crate) struct System<'a> {
     pub arrays: Arrays<'a>,
     pub failed_segments: u64,
     pub failure: Option<Failure>,
-    /// Of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in its place.
+    /// Awake rows of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in its place.
     pub awake: [usize; 2],
     pub skip_rest: bool,
     /// Whether rows are fetched from memory ahead of their turn; changes the speed, not the bits.
@@ -75,11 +75,11 @@ impl<'a> System<'a> {
 pub(crate) struct SegmentView {
     /// Direction.
     pub axis: Axis,
-    /// Its ply.
+    /// Ply.
     pub ply: usize,
     /// How it lies in the flat sheet.
     pub rest: Rest,
-    /// Of a horizontal segment of a curved sheet its rest vector along x and z.
+    /// Rest vector of a horizontal segment of a curved sheet along x and z.
     pub chord: Option<[f64; 2]>,
     /// Segments of the fabric in series and yarns in parallel that it stands for: 1 and 1 without grading.
     pub bar: [f64; 2],
@@ -89,7 +89,7 @@ pub(crate) struct SegmentView {
     pub undamaged: f64,
     /// Damage rate.
     pub damage_rate: f64,
-    /// Its critical stretch.
+    /// Critical stretch.
     pub critical_stretch: f64,
     /// Largest q beyond critical stored so far.
     pub history: f64,
@@ -97,7 +97,7 @@ pub(crate) struct SegmentView {
     pub owed: Option<[f64; 2]>,
     /// Relative displacement of its ends at t_n.
     pub d: [f64; 3],
-    /// Its change in the last step.
+    /// Change of `d` in the last step.
     pub w: [f64; 3],
     /// Relative displacement of its ends at t_{n-1}.
     pub d_before: [f64; 3],
@@ -215,7 +215,7 @@ impl System<'_> {
         if self.directions.is_back(ply) { self.model.back_share } else { 1.0 }
     }
 
-    /// The same of a node of row j.
+    /// [`System::mass_share`] of the ply of row j.
     pub fn mass_share_of_row(&self, j: usize) -> f64 {
         self.mass_share(self.layout.ply_and_row(j).0)
     }
@@ -228,7 +228,7 @@ impl System<'_> {
     }
 
     /// Displacement (spacings) and velocity (spacings per step) of a node.
-    /// Behind a mirror plane: of its image.
+    /// Beyond a mirror plane, that of the image.
     #[inline]
     pub fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
         let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
@@ -379,7 +379,7 @@ impl System<'_> {
         self.direction(axis, 0).rate.at(self.load_time())
     }
 
-    /// The same at t_{n-1}.
+    /// Dependence of the segments of a direction on the rate of strain at t_{n-1}.
     pub fn rate_law_before(&self, axis: Axis) -> RateLaw {
         let time = self.state.loaded.saturating_sub(1).max(1) as f64 * self.model.limits.dt;
         self.direction(axis, 0).rate.at(time)
@@ -404,7 +404,7 @@ impl System<'_> {
 
     /// Change of velocity per step that the yarns, and the case that it rests on, give a node at t_n, with damage up to t_n, without viscosity and what slack segments give; nothing is
     /// committed.
-    /// The same expressions in the same order as the sweep.
+    /// Expressions and order are those of the sweep.
     pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
         let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
@@ -585,7 +585,7 @@ impl System<'_> {
         let (whole, rest) = row.split_at_checked(self.layout.nodes_x / CHUNK).unwrap_or((row, &[]));
         whole.iter().for_each(&mut take);
         if let Some(mut last) = rest.first().copied() {
-            // Behind the last node there may be an image.
+            // After the last node there may be an image.
             for plane in &mut last {
                 plane.iter_mut().skip(self.layout.nodes_x % CHUNK).for_each(|place| *place = 0.0);
             }
@@ -620,7 +620,7 @@ impl System<'_> {
         failed as u64
     }
 
-    /// Puts the row of images behind the plane y = 0 in its place.
+    /// Puts the row of images beyond the plane y = 0 in its place.
     pub fn place_image_row(&mut self) {
         images::place_image_row(self.arrays.rows.hot, self.layout.chunks, self.layout.y);
     }

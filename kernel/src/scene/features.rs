@@ -1,4 +1,4 @@
-//! What a scene may have besides a plain sheet, and what a build may have besides plain steps: one record each.
+//! What a scene may have in addition to a plain sheet, and what a build may have in addition to plain steps: one record each.
 //!
 //! From the records follow which fields ask for a feature, whether this build has it, what it does not go with, and what it adds to an
 //! image. [`Features`] is the set that one scene has. Code that serves a feature asks [`Features::has`] once, where it begins: in a build
@@ -55,7 +55,7 @@ pub struct Record {
     pub built: bool,
     /// Fields that ask for it, and whether they do; none for what a call asks for, or the machine.
     pub asked_by: &'static [(&'static str, Asks)],
-    /// Features that a scene cannot have besides. Each pair stands once.
+    /// Features that a scene cannot have, too. Each pair stands once.
     pub not_with: &'static [Feature],
     /// Words that it adds to the scalar state of an image.
     pub words: usize,
@@ -365,7 +365,7 @@ impl Features {
     /// None.
     pub const NONE: Features = Features(0);
 
-    /// Those that a scene asks for.
+    /// Features that a scene asks for.
     pub fn of(scene: &Scene) -> Features {
         let asked = FEATURES.iter().filter(|record| record.asked_by(scene).is_some());
         asked.fold(Features::NONE, |all, record| all.with(record.feature))

@@ -19,7 +19,7 @@ impl Scene {
         self.stack.plies.saturating_sub(self.back.plies)
     }
 
-    /// The same scene with the back fabric in all plies, and no second one.
+    /// Scene with the back fabric in all plies, and no second one.
     pub fn all_of_back(&self) -> Scene {
         let mut scene = *self;
         scene.become_back();
@@ -75,7 +75,7 @@ impl Scene {
         self.area_of(axis, false)
     }
 
-    /// The same of the front or of the back fabric.
+    /// Cross-section of one yarn of the front or of the back fabric along a direction, m^2.
     pub(crate) fn area_of(&self, axis: Axis, back: bool) -> f64 {
         let (x, y) = if back {
             (self.back.yarn_area, self.back.yarn_area_y)
@@ -95,7 +95,7 @@ impl Scene {
         self.stretch_at_rest(axis, false)
     }
 
-    /// The same of the front or of the back fabric.
+    /// Stretch of the segments of a direction of the front or of the back fabric at rest.
     pub(crate) fn stretch_at_rest(&self, axis: Axis, back: bool) -> f64 {
         let [crimp_x, crimp_y] = if back { self.back.crimp } else { self.sheet.crimp };
         let [strain_x, strain_y] = self.sheet.pre_strain;

@@ -285,7 +285,7 @@ pub const MAX_FACES: usize = 16;
 pub struct Faces {
     /// Number of faces, 4 ..= [`MAX_FACES`] for a polyhedron.
     pub count: u32,
-    /// Of each face the outward unit normal (3) and its distance b from the centre of mass, m, > 0. Beyond `count` not read.
+    /// Outward unit normal (3) of each face and its distance b from the centre of mass, m, > 0. Beyond `count` not read.
     pub planes: [[f64; 4]; MAX_FACES],
 }
 
@@ -358,7 +358,7 @@ pub struct Casing {
     pub radius: f64,
     /// A window in which there is no case: angle of its middle from +z towards +x, and half its angle, rad; half an angle of 0: no window.
     pub window_angle: [f64; 2],
-    /// The same along y: place of its middle, and half its length, m, within the ring; half a length of 0: no window.
+    /// Window along y: place of its middle, and half its length, m, within the ring; half a length of 0: no window.
     pub window_place: [f64; 2],
 }
 
@@ -367,7 +367,7 @@ impl Casing {
     pub const NONE: Casing = Casing { radius: 0.0, window_angle: [0.0; 2], window_place: [0.0; 2] };
 }
 
-/// What acts between yarn and projectile besides the impulses that keep them apart.
+/// What acts between yarn and projectile in addition to the impulses that keep them apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
     /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere feels

@@ -23,7 +23,7 @@ const ANY_PUSH: f64 = 1e300;
 /// The case in spacings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
-    /// Its radius.
+    /// Radius.
     pub radius: f64,
     /// Direction from the axis to the middle of the window along x and z, and the cosine of half its angle; 2 without a window, -2 of
     /// one all around.

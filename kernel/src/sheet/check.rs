@@ -547,7 +547,7 @@ mod tests {
         scene.step_limits().unwrap();
     }
 
-    /// Of a net with twice the stiffness along y the motion along y sets the limit, with its share of the yarns along x.
+    /// In a net with twice the stiffness along y the motion along y sets the limit, with its share of the yarns along x.
     #[test]
     fn step_limit_of_unlike_directions() {
         let mut scene = Scene::sheet_3in_sphere();

@@ -82,7 +82,7 @@ fn volume_of(scene: &Scene, axis: Axis) -> f64 {
 /// Warp and weft of one fabric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpAndWeft {
-    /// Of a ply that is not turned, along x: the warp.
+    /// Direction along x of a ply that is not turned: the warp.
     pub horizontal: Direction,
     /// Along y: the weft.
     pub vertical: Direction,
@@ -93,13 +93,13 @@ pub struct WarpAndWeft {
 /// Horizontal and vertical segments of every ply.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Directions {
-    /// Those of the sheet, or of a stack's first plies.
+    /// Directions of the sheet, or of a stack's first plies.
     pub front: WarpAndWeft,
-    /// Those of the last plies, where they are of another fabric.
+    /// Directions of the last plies, where they are of another fabric.
     pub back: WarpAndWeft,
     /// How the plies differ.
     plies: Arrangement,
-    /// Of a curved sheet by how much the radius grows from ply to ply, over that of the first.
+    /// Growth of the radius of a curved sheet from ply to ply, over that of the first.
     growth: f64,
     /// The case that a ring lies on.
     pub casing: Option<Cylinder>,
@@ -173,7 +173,7 @@ impl WarpAndWeft {
         self.plain = at_rest && horizontal.critical == vertical.critical;
     }
 
-    /// Of drawn strength the law becomes that of the weakest segment.
+    /// With drawn strength the law becomes that of the weakest segment.
     pub(crate) fn weaken(&mut self, weakest: f64) {
         for direction in [&mut self.horizontal, &mut self.vertical] {
             direction.law = direction.law.at(weakest);
@@ -185,9 +185,9 @@ impl WarpAndWeft {
 /// The directions of one ply.
 #[derive(Clone, Copy)]
 pub struct Along<'a> {
-    /// Of the segments along x.
+    /// Constants of the segments along x.
     pub horizontal: &'a Direction,
-    /// Of the segments along y.
+    /// Constants of the segments along y.
     pub vertical: &'a Direction,
     /// [`WarpAndWeft::plain`], of the radius of the first ply.
     pub plain: bool,

@@ -108,12 +108,12 @@ impl Scene {
     }
 
     /// Where a segment is, by its number.
-    fn place_of_segment(&self, number: u64) -> Place {
+    fn place_of_segment(&self, number: u64) -> SegmentPlace {
         let of_ply = self.segments_of_ply().max(1);
         let (ply, number) = if number < of_ply { (0, number) } else { ((number / of_ply) as u32, number % of_ply) };
         let (along, plies) = (weave::axis_of_segment(self, number), self.arrangement());
         let axis = if plies.is_turned(ply as usize) { along.other() } else { along };
-        Place { seed: self.ply_seed(ply), number, axis, back: plies.is_back(ply as usize) }
+        SegmentPlace { seed: self.ply_seed(ply), number, axis, back: plies.is_back(ply as usize) }
     }
 
     /// Direction of the fabric that a segment is of, by its number: in a turned ply the other one than that along which it lies.
@@ -127,9 +127,9 @@ impl Scene {
         self.draw_counted(number).map(|(segment, _)| segment)
     }
 
-    /// The same with the number of draws that were refused.
+    /// Draw with the number of draws that were refused.
     pub(crate) fn draw_counted(&self, number: u64) -> Result<(Segment, u64), Error> {
-        let Place { seed, number, axis, back } = self.place_of_segment(number);
+        let SegmentPlace { seed, number, axis, back } = self.place_of_segment(number);
         let scatter = self.scatter(axis, back);
         if !self.is_drawn(back) {
             return Ok((scatter.mean(), 0));
@@ -159,7 +159,7 @@ impl Scene {
     /// Critical stretch U_c of one segment, by its number, in [1, 2].
     pub fn draw_critical_stretch(&self, number: u64) -> f64 {
         let yarn = &self.yarn;
-        let Place { seed, number, axis, back } = self.place_of_segment(number);
+        let SegmentPlace { seed, number, axis, back } = self.place_of_segment(number);
         let critical_stretch = self.law_of(axis, back).critical_stretch;
         if !self.is_strength_drawn(back) {
             return critical_stretch;
@@ -209,10 +209,10 @@ impl Arrangement {
 }
 
 /// Where a segment is.
-struct Place {
+struct SegmentPlace {
     /// Seed of its ply.
     seed: u64,
-    /// Its number in the ply.
+    /// Number in the ply.
     number: u64,
     /// Direction of the fabric that it is of.
     axis: Axis,

@@ -49,8 +49,8 @@ pub(crate) fn fill(line: &mut [Chunk<COLUMN_PLANES>], places: &Places, rest: &Re
     let nodes = places.nodes() as usize;
     for k in 0..line.len() * CHUNK {
         let k_in_line = k.min(nodes.saturating_sub(1));
-        let [before, behind] = places.around(k_in_line).map(f64::from);
-        let (width, bar) = (0.5 * (before + behind), rest.in_series(behind));
+        let [before, after] = places.around(k_in_line).map(f64::from);
+        let (width, bar) = (0.5 * (before + after), rest.in_series(after));
         let place = places.offset(k_in_line) * rest.spacing;
         let constants = [
             (CHORD, bar.spacing),
@@ -62,7 +62,7 @@ pub(crate) fn fill(line: &mut [Chunk<COLUMN_PLANES>], places: &Places, rest: &Re
             (NORMAL_X, 0.0),
             (NORMAL_Z, 1.0),
             (WIDTH, width),
-            (SEGMENTS, behind),
+            (SEGMENTS, after),
         ];
         columns::set(line, k, constants);
     }
@@ -128,7 +128,7 @@ impl Scene {
     /// What the bar from node (i, j) of the network is made of. `places`: along x and y; `before`: segments of the plies before it.
     ///
     /// # Errors
-    /// Those of [`Scene::draw_segment`].
+    /// Errors of [`Scene::draw_segment`].
     pub(crate) fn draw_bar(
         &self,
         [x, y]: &[Places; 2],

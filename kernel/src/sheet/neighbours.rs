@@ -20,7 +20,7 @@ pub(crate) fn own<L: Lane, const CURVED: bool>(
     if CURVED { own_axes(sheets, [at(hoop, NORMAL_X, g), at(hoop, NORMAL_Z, g)]) } else { sheets }
 }
 
-/// The right-hand neighbours of group g: from the same plane, or with the first of the chunk behind.
+/// The right-hand neighbours of group g: from the same plane, or with the first of the next chunk.
 #[inline(always)]
 pub(crate) fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUNK], g: usize) -> L {
     if g + 1 < CHUNK / L::WIDTH { L::load_right(plane, g) } else { here.right_of(L::load(&L::groups(next)[0])) }

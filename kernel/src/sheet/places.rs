@@ -109,7 +109,7 @@ impl Places {
         self.first(|k| self.offset(k as usize) >= low) as usize..self.first(|k| self.offset(k as usize) > high) as usize
     }
 
-    /// The first node of a property that all behind it have, too: found in halves, for a line may be long.
+    /// The first node of a property that all after it have, too: found in halves, for a line may be long.
     pub(crate) fn first(&self, has: impl Fn(u32) -> bool) -> u32 {
         let (mut first, mut end) = (0, self.nodes());
         while first < end {
@@ -123,19 +123,19 @@ impl Places {
         first
     }
 
-    /// Segments before and behind node k; 1 beyond the ends of the line.
+    /// Segments before and after node k; 1 beyond the ends of the line.
     pub(crate) fn around(&self, k: usize) -> [u32; 2] {
         let (k, here) = (k as u32, self.crossing(k as u32));
         let before = k.checked_sub(1).map_or(1, |k| here - self.crossing(k));
-        let behind = if here + 1 < self.crossings { self.crossing(k + 1) - here } else { 1 };
-        [before, behind]
+        let after = if here + 1 < self.crossings { self.crossing(k + 1) - here } else { 1 };
+        [before, after]
     }
 
     /// The yarns that run across node k, and the share of each in it: 1, or 1/2 for one midway to the next node.
     pub(crate) fn yarns(&self, k: usize) -> impl Iterator<Item = (u32, f64)> + use<> {
-        let (here, [before, behind]) = (self.crossing(k as u32), self.around(k));
-        (here - before / 2..=here + behind / 2).map(move |yarn| {
-            let midway = 2 * here == 2 * yarn + before || 2 * yarn == 2 * here + behind;
+        let (here, [before, after]) = (self.crossing(k as u32), self.around(k));
+        (here - before / 2..=here + after / 2).map(move |yarn| {
+            let midway = 2 * here == 2 * yarn + before || 2 * yarn == 2 * here + after;
             (yarn, if midway { 0.5 } else { 1.0 })
         })
     }

@@ -5,7 +5,7 @@
 //! 2 R sin(s/2) = h, of a ring of n nodes s = 2 pi/n. The segment from column i to the next has the rest vector
 //! c_i = (cos(a_i + s/2), 0, -sin(a_i + s/2)) in spacings, which takes the place of (1, 0, 0) in (M2) and (M4).
 //! In a ring the last segment of a row pulls its first node, too: its force is found before the row is swept, from places and damage at the
-//! start of the step, and its damage is committed where the sweep comes to it. Behind the last node stands an image of the first one.
+//! start of the step, and its damage is committed where the sweep comes to it. After the last node stands an image of the first one.
 //! Separate plies lie on circles of their own: ply k has the radius R_k = R + k gap, and its rest vectors and natural lengths are R_k/R times
 //! those of the first. The plies push on each other along the normal (sin a_i, 0, cos a_i) that their column has at rest.
 //! Limits: the fabric does not bend; between two nodes it is straight. A turn about the axis turns no normal of a column.

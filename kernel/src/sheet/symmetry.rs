@@ -38,7 +38,7 @@ impl Line {
         Feature::Closed.is_built() && self.closed
     }
 
-    /// Whether an image stands behind the last node modelled: of a node before a mirror plane, or of the first one.
+    /// Whether an image stands after the last node modelled: of a node before a mirror plane, or of the first one.
     pub fn has_image(self) -> bool {
         self.is_mirrored() || self.is_closed()
     }
@@ -54,7 +54,7 @@ impl Line {
         self.stored().saturating_sub(1)
     }
 
-    /// Places along the line: the modelled nodes, and the image behind them.
+    /// Places along the line: the modelled nodes, and the image after them.
     pub fn stored(self) -> usize {
         self.modelled() + usize::from(self.has_image())
     }
@@ -102,7 +102,7 @@ impl Symmetry {
         Vector::new(kept(!self.mirror_x), kept(!self.mirror_y), 1.0)
     }
 
-    /// The same for a torque: a plane leaves only the turning about its own normal.
+    /// 1 for the components of a torque that the planes leave, 0 for others: a plane leaves only the turning about its own normal.
     pub fn torque_mask(self) -> Vector {
         Vector::new(kept(!self.mirror_y), kept(!self.mirror_x), kept(!self.mirror_x && !self.mirror_y))
     }

@@ -301,7 +301,7 @@ mod tests {
         }
     }
 
-    /// The same yarn both ways, without crimp.
+    /// One yarn both ways, without crimp.
     fn plain() -> Textile {
         let threads = Threads { linear_density: denier(600.0), count: per_inch(34.0), crimp: 0.0 };
         Textile { warp: threads, weft: threads, ..unlike() }

@@ -53,7 +53,7 @@ pub fn fixed_runs(scene: &Scene, j: usize) -> FixedRuns {
     runs_among(scene, &Places::both(scene), j)
 }
 
-/// The same among nodes at these places.
+/// Fixed nodes of row j among nodes at these places, left run first.
 #[inline(never)]
 pub(crate) fn runs_among(scene: &Scene, places: &[Places; 2], j: usize) -> FixedRuns {
     let [nx, ny] = places.each_ref().map(Places::nodes);

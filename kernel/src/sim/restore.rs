@@ -348,7 +348,7 @@ mod tests {
         for at in HEADER_WORDS..frame_words(layout.has) - 1 {
             check(at, f64::NAN.to_bits(), false);
         }
-        // Behind the step count the body: position, and a quaternion no longer of unit length.
+        // After the step count the body: position, and a quaternion no longer of unit length.
         check(HEADER_WORDS + 4, 2.0_f64.to_bits(), false);
         check(HEADER_WORDS, COUNT_MAX, true);
         check(HEADER_WORDS, COUNT_MAX + 1, false);

@@ -86,7 +86,7 @@ pub struct Counters {
     pub contacts: u64,
     /// Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how far they were off.
     pub unconverged: u64,
-    /// Most Gauss-Seidel sweeps of one solve, at most 300 (4000 in a stack whose held nodes are hit): sweeps and, behind 200
+    /// Most Gauss-Seidel sweeps of one solve, at most 300 (4000 in a stack whose held nodes are hit): sweeps and, after 200
     /// of them, passes of Newton's method.
     pub most_sweeps: u64,
     /// Most candidate nodes of one step.
@@ -295,7 +295,7 @@ impl<'a> Sim<'a> {
     /// Starts a path, or goes on along it, for `steps` steps to come: [`Sim::follow`] without the steps.
     ///
     /// # Errors
-    /// Those of [`Sim::follow`] before its first step.
+    /// Errors of [`Sim::follow`] before its first step.
     #[inline(never)]
     pub fn start_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
         self.system.sound()?;

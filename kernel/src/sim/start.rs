@@ -34,7 +34,7 @@ impl Scene {
     /// then, evenly spread, and what another one alone forbids is found by [`Sim::new`](crate::Sim::new).
     ///
     /// # Errors
-    /// Those of [`Sim::new`](crate::Sim::new).
+    /// Errors of [`Sim::new`](crate::Sim::new).
     pub fn check_start(&self) -> Result<(), Error> {
         Layout::of(self)?;
         check_body(self, self.limits_of_a_look()?, LOOKED_AT)

@@ -54,7 +54,7 @@ pub(crate) struct Block {
     pub near: [usize; 2],
     pub steps: usize,
     pub rows: usize,
-    /// By how many rows a step lags behind the one before.
+    /// By how many rows a step lags the one before.
     pub lag: usize,
     reach: Reach,
 }
@@ -78,7 +78,7 @@ impl Block {
     #[inline(never)]
     pub fn plan(system: &System<'_>, most: u64) -> Option<Block> {
         let (steps, rows) = (system.block_steps, system.layout.nodes_y);
-        // So that outcomes are tested behind a block.
+        // So that outcomes are tested after a block.
         let is_due = steps > 1 && most >= steps as u64 && system.state.step.is_multiple_of(steps as u64);
         // What the attachments take in a block is booked at its end, too late for a window that ends within it.
         let window = system.model.window_steps.max(1);
@@ -164,7 +164,7 @@ impl Block {
         explicit::look_ahead(system, self.near)
     }
 
-    /// What is left of a step near the body behind its sweep of rows [first, end). What follows the last step is left to do.
+    /// What is left of a step near the body after its sweep of rows [first, end). What follows the last step is left to do.
     #[inline(never)]
     pub fn close_near(
         &self,

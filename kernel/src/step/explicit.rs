@@ -102,7 +102,7 @@ pub(crate) fn look_ahead(system: &mut System<'_>, rows: [usize; 2]) -> Result<Ga
     found
 }
 
-/// For bands and blocks, behind the sweep: the rest of the pass.
+/// For bands and blocks, after the sweep: the rest of the pass.
 #[inline(never)]
 pub(crate) fn close_pass(system: &mut System<'_>, gathered: &Gathered, report: Report) -> Result<(), Failure> {
     let at_start = system.state.body;
@@ -160,7 +160,7 @@ fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
     report
 }
 
-/// For bands, behind the sweep of the rows that are awake: what is left of it.
+/// For bands, after the sweep of the rows that are awake: what is left of it.
 pub(crate) fn end_sweep(system: &mut System<'_>, gathered: &Gathered) {
     if system.layout.is_stack() {
         Apart::of(system, gathered.count).separate(system, [0, system.layout.y.modelled()]);

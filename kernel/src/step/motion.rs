@@ -26,7 +26,7 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
     if finite && !lost { Ok(()) } else { Err(Failure::NonFinite) }
 }
 
-/// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. Behind a path it
+/// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. After a path it
 /// coasts with the rates the path ended with.
 #[inline(never)]
 pub(crate) fn prescribe_rates(system: &mut System<'_>) -> Option<(Vector, nalgebra::Quaternion<f64>)> {

@@ -37,7 +37,7 @@ const THROUGH_MARGIN: f64 = 3.0;
 struct Flight {
     position: Vector,
     velocity: Vector,
-    /// Of the present external load, m/s^2.
+    /// Acceleration by the present external load, m/s^2.
     acceleration: Vector,
     /// Half extents along the sheet's axes as it lies now, m.
     extents: [f64; 3],
@@ -141,9 +141,9 @@ impl Pieces {
 struct Loose {
     /// Some may meet the body: they are flagged.
     in_the_way: bool,
-    /// Those ahead are on average no faster than the body.
+    /// Pieces ahead are on average no faster than the body.
     are_overtaken: bool,
-    /// Those behind are on average no slower.
+    /// Pieces behind are on average no slower.
     pursue: bool,
 }
 
@@ -625,7 +625,7 @@ fn is_live(system: &System<'_>, axis: Axis, i: usize, j: usize) -> bool {
     is_live_in(planes::row(system.arrays.rows.hot, system.layout.chunks, j), axis, i)
 }
 
-/// The same of the segment that starts at column i of a row.
+/// [`is_live`] of the segment that starts at column i of a row.
 fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
     planes::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
 }

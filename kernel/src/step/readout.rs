@@ -58,7 +58,7 @@ impl Job for GreatestOfRow<'_> {
     }
 }
 
-/// The same of segments along an axis, one by one.
+/// Greatest stretch of segments along an axis, one by one.
 #[inline(never)] // It must not be compiled for each instruction set.
 fn greatest_alone(system: &System<'_>, axis: Axis, first: usize, count: usize, j: usize) -> f64 {
     let segments = (first..first + count).filter_map(|i| system.segment(axis, i, j));

@@ -29,14 +29,14 @@ const TOUCHING: f64 = 1e-3;
 pub struct Slip {
     /// Crossings that are not held by a support.
     pub crossings: [u64; 3],
-    /// Those at which pinning takes more than friction and adhesion give.
+    /// Crossings at which pinning takes more than friction and adhesion give.
     pub slipping: [u64; 3],
     /// Largest force in the plane that pinning takes at a crossing, N.
     pub largest: f64,
 }
 
 /// What one yarn does at a crossing: its force on the node, N, mean tension, N, and a vector along it.
-struct Yarn {
+struct YarnAtNode {
     force: Vector,
     tension: f64,
     along: Vector,
@@ -97,9 +97,9 @@ fn crossing(system: &System<'_>, thickness: f64, i: usize, j: usize) -> Option<[
 }
 
 /// The yarn along an axis at a node; None where a bar stands for several yarns or segments.
-fn yarn(system: &System<'_>, axis: Axis, [i, j]: [usize; 2], before: Option<[usize; 2]>) -> Option<Yarn> {
+fn yarn(system: &System<'_>, axis: Axis, [i, j]: [usize; 2], before: Option<[usize; 2]>) -> Option<YarnAtNode> {
     let unit = system.model.unit_impulse / system.model.limits.dt * system.mass_share_of_row(j);
-    let mut yarn = Yarn { force: Vector::zeros(), tension: 0.0, along: Vector::zeros() };
+    let mut yarn = YarnAtNode { force: Vector::zeros(), tension: 0.0, along: Vector::zeros() };
     for (start, sign) in [(Some([i, j]), 1.0), (before, -1.0)] {
         let Some(segment) = start.and_then(|[i, j]| system.segment(axis, i, j)) else { continue };
         if segment.bar != [1.0; 2] {

@@ -14,7 +14,7 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
 use crate::contact::apply;
-use crate::contact::candidate::{Candidate, Found};
+use crate::contact::candidate::{Candidate, FoundCandidate};
 use crate::contact::edge;
 use crate::contact::search::Gathered;
 use crate::contact::solve;
@@ -110,7 +110,7 @@ fn start_pushed(system: &mut System<'_>) {
 /// Keeps phi/dt of the nodes found: every iteration starts from it.
 fn keep_gaps(system: &mut System<'_>, count: usize) {
     for (gap, slot) in system.arrays.gaps_over_dt.iter_mut().zip(system.arrays.candidates.iter()).take(count) {
-        *gap = Found::read(slot).gap_over_dt;
+        *gap = FoundCandidate::read(slot).gap_over_dt;
     }
 }
 

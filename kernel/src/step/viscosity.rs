@@ -1,6 +1,6 @@
 //! Viscosity between passes: what it starts from, the energy of the pass that is open, and the force on one node.
 //!
-//! Method: the forces of `sheet/viscous.rs`, node by node. A pass has counted half of what its own forces take, with the rate behind it;
+//! Method: the forces of `sheet/viscous.rs`, node by node. A pass has counted half of what its own forces take, with the rate after it;
 //! the other half, with the rate of t_{n+1/2}, is open until the next pass and is added to a balance in between.
 //! Reference: docs/model.md, "Viscosity".
 
@@ -63,7 +63,7 @@ fn past(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
         .map(|plane| planes::get(row, plane, i).unwrap_or(0.0))
 }
 
-/// Velocity along z at a place, of the image behind a mirror plane too; 0 where there is no node.
+/// Velocity along z at a place, of the image beyond a mirror plane too; 0 where there is no node.
 fn speed(system: &System<'_>, i: Option<usize>, j: Option<usize>) -> f64 {
     let (Some(i), Some(j)) = (i, j) else { return 0.0 };
     let layout = &system.layout;
@@ -75,12 +75,12 @@ fn speed(system: &System<'_>, i: Option<usize>, j: Option<usize>) -> f64 {
 
 /// 2 v_i - v_{i-1} - v_{i+1} along z at a node; of no meaning where its yarn ends.
 fn change_of_rate(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
-    let (before, behind) = match axis {
+    let (before, after) = match axis {
         Axis::Horizontal => (speed(system, i.checked_sub(1), Some(j)), speed(system, Some(i + 1), Some(j))),
         Axis::Vertical => (speed(system, Some(i), j.checked_sub(1)), speed(system, Some(i), Some(j + 1))),
     };
     let here = speed(system, Some(i), Some(j));
-    (here - before) + (here - behind)
+    (here - before) + (here - after)
 }
 
 /// The moment that the next pass finds for the yarn of this direction at a node, or at its image.
@@ -94,9 +94,9 @@ fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
         Axis::Horizontal => tension(i.checked_sub(1), Some(j)),
         Axis::Vertical => tension(Some(i), j.checked_sub(1)),
     };
-    let (Some(before), Some(behind)) = (before, tension(Some(i), Some(j))) else { return 0.0 };
+    let (Some(before), Some(after)) = (before, tension(Some(i), Some(j))) else { return 0.0 };
     let viscosity = system.direction(axis, j).viscosity.lanes::<f64>();
-    change_of_rate(system, axis, i, j) * viscosity.bending(before, behind)
+    change_of_rate(system, axis, i, j) * viscosity.bending(before, after)
 }
 
 /// Force of the segment from node (i, j) on it in the next pass, viscosity included.

@@ -222,9 +222,9 @@ const FULL_BENDING: f64 = 0.1;
 pub struct Viscosity {
     /// Time of the linear part, passes: b_1 over c dt/h.
     linear: f64,
-    /// Of the quadratic part, passes squared: b_2 over 2 (c dt/h)^2.
+    /// Coefficient of the quadratic part, passes squared: b_2 over 2 (c dt/h)^2.
     quadratic: f64,
-    /// Of the moment: b_3 c dt/h.
+    /// Coefficient of the moment: b_3 c dt/h.
     bending: f64,
     /// 1 over the tension from which on the moment is whole.
     per_tension: f64,
@@ -252,7 +252,7 @@ impl Viscosity {
         ViscositySplats([Splat::of(self.linear), Splat::of(self.quadratic)])
     }
 
-    /// The same for several segments at once.
+    /// Viscosity for several segments at once.
     #[inline(always)]
     pub fn lanes<L: Lane>(&self) -> ViscosityLanes<L> {
         ViscosityLanes {
@@ -303,8 +303,8 @@ impl<L: Lane> ViscosityLanes<L> {
 
     /// (M17) Factor of the moment between two segments with these stresses: whole where both are taut.
     #[inline(always)]
-    pub fn bending(&self, before: L, behind: L) -> L {
-        before.min(behind).mul(self.bending_per_tension).min(self.bending)
+    pub fn bending(&self, before: L, after: L) -> L {
+        before.min(after).mul(self.bending_per_tension).min(self.bending)
     }
 }
 

@@ -37,11 +37,11 @@ pub struct RateLaw {
     reference: f64,
     /// r_1/r_0, at least 1.
     ratio: f64,
-    /// Its logarithm.
+    /// Logarithm of the ratio.
     largest: f64,
     /// Change of q since the load began at the reference rate, 2 r_0 t.
     least: f64,
-    /// Its inverse.
+    /// Inverse of that change.
     per_least: f64,
 }
 
@@ -104,7 +104,7 @@ impl RateLaw {
         Feature::Rate.is_built() && self.reference != 0.0
     }
 
-    /// The same for several segments at once.
+    /// Rate law for several segments at once.
     #[inline(always)]
     pub fn lanes<L: Lane>(&self) -> RateLanes<L> {
         let [first, last] = self.range();
@@ -211,7 +211,7 @@ impl<L: Lane> RateLanes<L> {
     }
 }
 
-/// What a sweep needs of the laws besides what a direction has.
+/// What a sweep needs of the laws in addition to what a direction has.
 #[derive(Clone, Copy)]
 pub struct Rates {
     /// Time since the load began, s.

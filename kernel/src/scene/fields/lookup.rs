@@ -8,7 +8,7 @@ use crate::scene::parts::Scene;
 /// Number of elements of all parameters together.
 pub const SLOTS: usize = slot_of(FIELDS.len());
 
-/// Number of elements before a row: where it stands in the C structure, in words of 64 bits, behind the first.
+/// Number of elements before a row: where it stands in the C structure, in words of 64 bits, after the first.
 pub const fn slot_of(row: usize) -> usize {
     let (mut slots, mut k) = (0, 0);
     while k < row && k < FIELDS.len() {

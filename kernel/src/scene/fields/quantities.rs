@@ -29,7 +29,7 @@ pub const fn quantity(
     Quantity { name, unit, display, least, nominal, description }
 }
 
-/// Of either sign.
+/// Quantity of either sign.
 pub const ANY_SIGN: f64 = f64::NEG_INFINITY;
 /// Place or displacement.
 pub const POSITION: Quantity = quantity("Position", "m", "mm", ANY_SIGN, 1e-3, "Place or displacement");

@@ -48,10 +48,10 @@ pub enum Image {
     Always,
     /// As far as the scene reads it.
     WhereRead,
-    /// Only where it is not 0, behind all others: first this word, plus the value of a count or choice, then the bits of real numbers.
+    /// Only where it is not 0, after all others: first this word, plus the value of a count or choice, then the bits of real numbers.
     /// Rows with the same word share one. So a scene without the option has the fingerprint it had before there was one.
     Later(u64),
-    /// As far as the scene reads it, behind all others.
+    /// As far as the scene reads it, after all others.
     LaterWhereRead,
     /// Not itself, but the step in use.
     StepInUse,

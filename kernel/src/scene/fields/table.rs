@@ -302,50 +302,50 @@ const fn if_so(condition: bool) -> usize {
     if condition { usize::MAX } else { 0 }
 }
 
-type Text = &'static str;
+type Str = &'static str;
 type Reals = fn(&mut Scene) -> &mut [f64];
 type Of = &'static Quantity;
 
-const fn row(name: Text, place: Place, range: Range, fmi: u32, about: Text) -> Field {
+const fn row(name: Str, place: Place, range: Range, fmi: u32, about: Str) -> Field {
     Field { name, place, quantity: None, range, read: |_| usize::MAX, image: Image::Always, fmi, about }
 }
 
-const fn shaped(name: Text, place: Place, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+const fn shaped(name: Str, place: Place, of: Of, range: Range, fmi: u32, about: Str) -> Field {
     Field { quantity: Some(of), ..row(name, place, range, fmi, about) }
 }
 
-const fn real(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+const fn real(name: Str, place: Reals, of: Of, range: Range, fmi: u32, about: Str) -> Field {
     shaped(name, Place::Reals(place, &[]), of, range, fmi, about)
 }
 
-/// Of the back fabric.
-const fn of_back(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+/// Real number of the back fabric.
+const fn of_back(name: Str, place: Reals, of: Of, range: Range, fmi: u32, about: Str) -> Field {
     real(name, place, of, range, fmi, about).read(|s| if_so(s.back.plies != 0)).image(Image::LaterWhereRead)
 }
 
-const fn vector(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+const fn vector(name: Str, place: Reals, of: Of, range: Range, fmi: u32, about: Str) -> Field {
     shaped(name, Place::Reals(place, &[3]), of, range, fmi, about)
 }
 
-const fn quaternion(name: Text, place: Reals, fmi: u32, about: Text) -> Field {
+const fn quaternion(name: Str, place: Reals, fmi: u32, about: Str) -> Field {
     shaped(name, Place::Reals(place, &[4]), &QUATERNION, Range::UnitQuaternion, fmi, about)
 }
 
-const fn count(name: Text, place: fn(&mut Scene) -> &mut u32, range: Range, fmi: u32, about: Text) -> Field {
+const fn count(name: Str, place: fn(&mut Scene) -> &mut u32, range: Range, fmi: u32, about: Str) -> Field {
     row(name, Place::Count(place), range, fmi, about)
 }
 
-const fn flag(name: Text, place: fn(&mut Scene) -> &mut bool, fmi: u32, about: Text) -> Field {
+const fn flag(name: Str, place: fn(&mut Scene) -> &mut bool, fmi: u32, about: Str) -> Field {
     row(name, Place::Flag(place), Range::Any, fmi, about)
 }
 
 const fn choice(
-    name: Text,
+    name: Str,
     of: &'static Choice,
     get: fn(&Scene) -> u32,
     set: fn(&mut Scene, u32),
     fmi: u32,
-    about: Text,
+    about: Str,
 ) -> Field {
     row(name, Place::Choice(of, get, set), Range::Any, fmi, about)
 }

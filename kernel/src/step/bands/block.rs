@@ -37,7 +37,7 @@ enum Part {
 /// An end of the rows of a band.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Edge {
-    /// Of the sheet.
+    /// Edge of the sheet.
     Sheet,
     /// The gap in which the body is.
     Body,
@@ -54,7 +54,7 @@ pub(crate) struct RowsAway {
 }
 
 impl RowsAway {
-    /// Its numbers in the skewed order: row r - s takes step s of `steps` where r is the number.
+    /// Numbers in the skewed order: row r - s takes step s of `steps` where r is the number.
     pub fn numbers(&self, steps: usize) -> Range<usize> {
         let [first, end] = self.rows;
         first..if self.upper == Edge::Sheet && first < end { end + steps - 1 } else { end }
@@ -83,7 +83,7 @@ impl BlockInBands {
         Some(BlockInBands { block, bands, part: Part::Away })
     }
 
-    /// What follows; None behind the last part.
+    /// What follows; None after the last part.
     pub fn next(self) -> Option<BlockInBands> {
         let step = if let Part::Near(step) = self.part { step + 1 } else { 0 };
         (step < self.block.steps).then_some(BlockInBands { part: Part::Near(step), ..self })

@@ -92,7 +92,7 @@ pub struct Bands<'s, 'a> {
 
 // SAFETY: holds a `&mut System` and a `&mut [f64]`, both of which may go to another thread.
 unsafe impl Send for Bands<'_, '_> {}
-// SAFETY: everything behind the pointers and cells is reached through `pass` alone. A band's own rows, report and the first four parts
+// SAFETY: everything under the pointers and cells is reached through `pass` alone. A band's own rows, report and the first four parts
 // of its scratch are used only by the call that has set the band's bit in `claimed`; what is kept for the gaps of a block has one
 // writer in the first pass and is used by one band in the later ones; the simulation and the plan are changed only by the call
 // that finds all bits of `arrived` set, while every bit of `claimed` still keeps the others out.
@@ -176,7 +176,7 @@ impl Bands<'_, '_> {
         let result = unsafe { self.complete() };
         self.arrived.store(0, Ordering::Relaxed);
         self.claimed.store(0, Ordering::Release);
-        // Behind the claims: who sees the new count finds them cleared.
+        // After the claims: who sees the new count finds them cleared.
         self.passes.fetch_add(1, Ordering::Release);
         result?;
         Ok(true)
@@ -206,7 +206,7 @@ impl Bands<'_, '_> {
             .find(|failure| failure.code().number() == number)
     }
 
-    /// Everything behind the sweep, then the plan of the next pass.
+    /// Everything after the sweep, then the plan of the next pass.
     ///
     /// # Safety
     /// All bands have arrived and none can be claimed.

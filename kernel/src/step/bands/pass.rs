@@ -1,5 +1,5 @@
 //! What a band does in a pass: the copies that it needs of its neighbours before, the sweep of its rows, and its part of a
-//! block of steps; and behind the last band the part that is not cut.
+//! block of steps; and after the last band the part that is not cut.
 
 use super::block::{BlockInBands, Edge, RowsAway};
 use super::plan::Plan;
@@ -140,7 +140,7 @@ impl Plan {
         if !layout.has(Feature::Viscosity) {
             return ViscousRows { past, above: &mut [], known: [false; 2] };
         }
-        // Behind the mirror plane lie the images of a row, which may be the one below the band.
+        // Beyond the mirror plane lie the images of a row, which may be the one below the band.
         let images = layout.y.is_mirrored() && end == layout.nodes_y;
         let mut slots = beside.chunks_exact_mut(chunks.max(1));
         let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));

@@ -1,4 +1,4 @@
-//! What all bands need to know for one pass: made before it by the call that completed the last one, and used up behind it.
+//! What all bands need to know for one pass: made before it by the call that completed the last one, and used up after it.
 
 use super::block::BlockInBands;
 use super::pointers::{Pointers, rows};
@@ -80,7 +80,7 @@ impl Plan {
         }
     }
 
-    /// What follows of the block that the pass is part of; None behind its last part and outside blocks.
+    /// What follows of the block that the pass is part of; None after its last part and outside blocks.
     pub(super) fn next_part(&self) -> Option<BlockInBands> {
         self.block.and_then(BlockInBands::next)
     }

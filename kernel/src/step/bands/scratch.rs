@@ -20,7 +20,7 @@ pub(super) struct Scratch<'r> {
 /// Where a band's own numbers begin: those of [`Scratch`]; and, of each step of a block, the row above the gap below the band, and the forces
 /// carried from below to that gap. The first band has no gap below it: its row above is that of the body's gap, its forces are those of the
 /// part that reaches the top of the sheet.
-struct Places {
+struct ScratchPlaces {
     above: *mut f64,
     carry: *mut f64,
     viscous: *mut f64,
@@ -36,7 +36,7 @@ impl Plan {
     /// Nothing else uses them while they are held.
     #[allow(clippy::mut_from_ref)] // It lies in the scratch.
     pub(super) unsafe fn above_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<HOT_PLANES>] {
-        let Places { aboves, .. } = self.places(if let Edge::Cut(band) = edge { band as u32 } else { 0 });
+        let ScratchPlaces { aboves, .. } = self.places(if let Edge::Cut(band) = edge { band as u32 } else { 0 });
         // SAFETY: the caller's promise.
         unsafe { part_mut(aboves.cast(), step * self.layout.chunks..(step + 1) * self.layout.chunks) }
     }
@@ -62,8 +62,8 @@ impl Plan {
     /// Nothing else uses them while they are held.
     pub(super) unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
         let chunks = self.layout.chunks;
-        let Places { above, carry, viscous, kept, .. } = self.places(band);
-        // SAFETY: Bands::of has found room for as many bands, one behind the other; the caller's promise.
+        let ScratchPlaces { above, carry, viscous, kept, .. } = self.places(band);
+        // SAFETY: Bands::of has found room for as many bands, one after the other; the caller's promise.
         unsafe {
             Scratch {
                 above: part_mut(above.cast(), 0..chunks),
@@ -76,7 +76,7 @@ impl Plan {
 
     /// Where a band's own numbers are.
     #[inline(never)]
-    fn places(&self, band: u32) -> Places {
+    fn places(&self, band: u32) -> ScratchPlaces {
         let layout = &self.layout;
         let row = layout.chunks * CHUNK;
         let steps = layout.block_steps_of_a_band();
@@ -85,6 +85,6 @@ impl Plan {
         let viscous = carry.wrapping_add(CARRY_PLANES * row);
         let aboves = viscous.wrapping_add(layout.viscous_rows_of_a_band() * PAST_PLANES * row);
         let carries = aboves.wrapping_add(steps * HOT_PLANES * row);
-        Places { above, carry, viscous, aboves, carries, kept: carries.wrapping_add(steps * CARRY_PLANES * row) }
+        ScratchPlaces { above, carry, viscous, aboves, carries, kept: carries.wrapping_add(steps * CARRY_PLANES * row) }
     }
 }

@@ -8,7 +8,7 @@ use crate::sheet::sweep::Pass;
 
 /// Counts it.
 pub(crate) struct TakenOfRow {
-    /// Of the horizontal and the vertical segments 1/4 l^2 times the row's weight.
+    /// Units of the horizontal and the vertical segments: 1/4 l^2 times the row's weight.
     units: [f64; 2],
     pub sums: Dissipation,
     /// What the last segments along x and y have in the sums of a mirrored row, over 1/4 l^2.
@@ -16,7 +16,7 @@ pub(crate) struct TakenOfRow {
 }
 
 impl TakenOfRow {
-    /// Of no row.
+    /// Account of no row.
     pub const NONE: TakenOfRow = TakenOfRow { units: [0.0; 2], sums: Dissipation::NONE, of_last: [0.0; 2] };
 
     /// Nothing of row j yet.

@@ -225,7 +225,7 @@ fn end_row(
     pulled
 }
 
-/// What the end of a row's sweep writes besides its nodes.
+/// What the end of a row's sweep writes in addition to its nodes.
 struct RowEnd<'a> {
     /// Where the row's reach is noted.
     range: &'a mut [u32; 4],
@@ -353,7 +353,7 @@ fn keep_speeds(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4],
     }
 }
 
-/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
+/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; beyond
 /// mirror planes that of all images together, before any is turned.
 #[inline]
 fn restore_fixed(

@@ -9,9 +9,9 @@ use crate::step::rows::terms::Terms;
 
 /// What viscosity keeps of neighbouring rows; empty without it.
 pub(crate) struct ViscousRows<'r> {
-    /// Of the last pass; moments of this one as far as they have been found.
+    /// Past of the last pass; moments of this one as far as they have been found.
     pub past: &'r mut [Chunk<PAST_PLANES>],
-    /// Of the row above the last, or of the images there; empty for none.
+    /// Past of the row above the last, or of the images there; empty for none.
     pub above: &'r mut [Chunk<PAST_PLANES>],
     /// Whether the moments of the first and of the last row are those of this pass already.
     pub known: [bool; 2],
