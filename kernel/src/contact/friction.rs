@@ -11,8 +11,9 @@
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::{Body, Inertia};
+use crate::contact::laws;
 use crate::ground::math;
-use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
+use crate::memory::layout::TANGENTIAL_REALS;
 use crate::scene::parts::Symmetry;
 
 /// The tangential part of a candidate.
@@ -134,35 +135,8 @@ impl Tangential {
     /// (M21) The next impulses, of a node that now slips so, m/s, and whose friction is at most this, N s.
     pub fn next(&self, [s, t]: [f64; 2], most: f64) -> [f64; 2] {
         let trial = [self.impulse[0] - s * self.effective_mass, self.impulse[1] - t * self.effective_mass];
-        limited(trial, most)
+        laws::limited(trial, most)
     }
-}
-
-/// The nearest impulse of no more than this size, N s.
-pub(crate) fn limited(impulse: [f64; 2], most: f64) -> [f64; 2] {
-    let size = math::length([impulse[0], impulse[1], 0.0]);
-    if size > most { impulse.map(|p| p * (most / size)) } else { impulse }
-}
-
-/// How much is left of impulses that were given up on, so that they add no energy. A part x of them adds at most x b + x^2 a/2: b is all of
-/// them times the relative speeds before, a their work on what they change.
-pub(crate) fn part_without_gain(before: f64, change: f64) -> f64 {
-    if before + 0.5 * change <= 0.0 {
-        1.0
-    } else if before < 0.0 {
-        -2.0 * before / change * (1.0 - 8.0 * f64::EPSILON)
-    } else {
-        0.0
-    }
-}
-
-/// Leaves a part of a candidate's impulses.
-pub(crate) fn scale(slot: &mut [f64; CANDIDATE_REALS], place: Option<&mut [f64; TANGENTIAL_REALS]>, part: f64) {
-    if let Some([.., p, q]) = place {
-        (*p, *q) = (*p * part, *q * part);
-    }
-    let [.., impulse] = slot;
-    *impulse *= part;
 }
 
 /// Largest eigenvalue of a symmetric 2 x 2 matrix [[a, b], [b, c]].

@@ -16,7 +16,8 @@ use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
 use crate::contact::candidate::{self, Candidate, Solved};
 use crate::contact::column::{Node, load, project, restart};
-use crate::contact::friction::{self, Tangential};
+use crate::contact::friction::Tangential;
+use crate::contact::laws::{self, Gain};
 use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::touch::{self, Link, Pace, Touch};
 use crate::ground::math;
@@ -429,16 +430,13 @@ impl<'s, 'a> Joint<'s, 'a> {
         for c in core::iter::successors(Some(leader), |&c| self.next(c)) {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch) + touch.normal[2] * touch.lift;
-            error = math::max(if candidate.impulse > 0.0 { math::abs(rate) } else { -rate }, error);
+            error = math::max(laws::violation(candidate.impulse, rate), error);
             if error > enough {
                 break;
             }
-            if let Some(t) = &rubbing
-                && t.effective_mass > 0.0
-            {
-                let [p, q] = self.rubbed(c, &candidate, t, &touch);
-                let change = math::max(math::abs(p - t.impulse[0]), math::abs(q - t.impulse[1]));
-                error = math::max(change / t.effective_mass, error);
+            if let Some(t) = &rubbing {
+                let next = self.rubbed(c, &candidate, t, &touch);
+                error = math::max(laws::slip_violation(t.impulse, next, t.effective_mass), error);
             }
         }
         error
@@ -583,7 +581,7 @@ impl<'s, 'a> Joint<'s, 'a> {
             return next;
         }
         let most = self.system.scene.contact.friction * candidate.impulse;
-        friction::limited([p + part * way[0], q + part * way[1]], most)
+        laws::limited([p + part * way[0], q + part * way[1]], most)
     }
 
     /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest change of the velocities along the
@@ -631,12 +629,8 @@ fn place(system: &System<'_>, c: usize) -> (usize, usize) {
 #[inline(never)]
 fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {
     let (body, inertia, mass) = (system.state.body, system.model.inertia, system.model.node_mass);
-    let (dv, dw) = (solved.velocity - body.velocity, solved.angular_velocity - body.angular_velocity);
-    // Relative speeds before times impulses, of which those of open gaps are too great, and the impulses' work on what they change, J.
-    let (mut before, mut change) = (0.0, 0.0);
-    if inertia.inverse_mass > 0.0 {
-        change = inertia.mass * dv.dot(&dv) + dw.component_mul(&inertia.moments).dot(&dw);
-    }
+    // Impulses of open gaps count with speeds that are too great.
+    let mut gain = Gain::of_body(&body, &inertia, &solved);
     // Of all candidates' columns.
     link(system, count);
     let (mut joint, mut between, mut lifted) = (Joint::at(system), 0.0, 0.0);
@@ -644,23 +638,17 @@ fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved
         let (candidate, Some(t)) = (joint.candidate(c), joint.tangential(c)) else { break };
         let [p, q] = t.slip(&body.velocity, &body.angular_velocity);
         let rate = candidate.gap_rate(&body.velocity, &body.angular_velocity);
-        before += candidate.impulse * rate + t.work([p, q]);
+        gain.before += candidate.impulse * rate + t.work([p, q]);
         let share = joint.share(c);
         let [x, y] = joint.along(c, &candidate, Some(&t), &Touch { own: joint.give / share, ..joint.touch(c) });
-        change += mass * share * (x * x + y * y);
+        gain.change += mass * share * (x * x + y * y);
         if joint.leads(c) && !candidate.is_fixed() {
             let [work, moved] = joint.of_plies(c);
             (between, lifted) = (between + work, lifted + moved);
         }
     }
-    before += between * system.model.unit_energy;
-    change += lifted * system.model.unit_energy;
-    let part = friction::part_without_gain(before, change);
-    if part == 1.0 {
-        return solved;
-    }
-    for (slot, place) in system.arrays.candidates.iter_mut().zip(system.arrays.tangential.iter_mut()).take(count) {
-        friction::scale(slot, Some(place), part);
-    }
-    Solved { velocity: body.velocity + dv * part, angular_velocity: body.angular_velocity + dw * part, ..solved }
+    gain.before += between * system.model.unit_energy;
+    gain.change += lifted * system.model.unit_energy;
+    let candidates = system.arrays.candidates.get_mut(..count).unwrap_or_default();
+    gain.scale_back(candidates, system.arrays.tangential, &body, solved)
 }

@@ -5,6 +5,7 @@ pub(crate) mod column;
 pub mod edge;
 pub mod friction;
 pub mod joint;
+pub(crate) mod laws;
 pub(crate) mod newton;
 pub(crate) mod rough;
 pub mod search;

@@ -13,7 +13,8 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
 use crate::contact::candidate::{self, Candidate, Given, Solved};
-use crate::contact::friction::{self, Tangential};
+use crate::contact::friction::Tangential;
+use crate::contact::laws;
 use crate::ground::math;
 use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 
@@ -233,7 +234,7 @@ impl Newton<'_> {
             }
             let Some(mut t) = self.tangential.get(k).map(Tangential::read) else { continue };
             // With frozen friction the normal impulse may now allow less.
-            t.impulse = friction::limited([p, q], self.given.friction * normal);
+            t.impulse = laws::limited([p, q], self.given.friction * normal);
             if frozen {
                 let images = Candidate::read(slot).images();
                 for (d, given) in [(0, t.impulse[0] - p), (1, t.impulse[1] - q)] {
@@ -276,7 +277,7 @@ impl Newton<'_> {
         let trial = [0, 1].map(|d| t.impulse[d] - rho * (slip[d] + t.impulse[d] * own - dot(&ways[d].of_body, change)));
         let (most, grows) = if frozen { (c.impulse, 0.0) } else { (impulse, self.given.friction) };
         let (most, size) = (self.given.friction * most, math::length([trial[0], trial[1], 0.0]));
-        let next = friction::limited(trial, most);
+        let next = laws::limited(trial, most);
         // Of a node that slides: the disc grows with the normal impulse, and the direction turns.
         let slides = size > most;
         let turns = if slides { rho * (most / size) } else { rho };

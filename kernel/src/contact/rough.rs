@@ -16,8 +16,9 @@
 //! D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
 
 use crate::contact::column::{Node, hold, shift};
-use crate::contact::friction::{self, Tangential};
+use crate::contact::friction::Tangential;
 use crate::contact::joint::Joint;
+use crate::contact::laws;
 use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::touch::{Spring, Touch};
 use crate::ground::math;
@@ -52,11 +53,10 @@ impl RoughContact {
     /// By how much it fails the laws of contact and friction, m/s; and where its impulse along the surface goes.
     fn error(&self) -> (f64, [f64; 2]) {
         let ([normal, p, q], [gap_rate, s, t]) = (self.impulse, self.rate);
-        let error = if normal > 0.0 { math::abs(gap_rate) } else { math::max(-gap_rate, 0.0) };
         let trial = [p - s * self.mass, q - t * self.mass];
-        let next = friction::limited(trial, self.friction * normal);
-        let change = math::max(math::abs(next[0] - p), math::abs(next[1] - q));
-        (if self.mass > 0.0 { math::max(change / self.mass, error) } else { error }, trial)
+        let next = laws::limited(trial, self.friction * normal);
+        let slip = laws::slip_violation([p, q], next, self.mass);
+        (math::max(slip, laws::violation(normal, gap_rate)), trial)
     }
 
     /// The spring that Newton's method takes it for.
@@ -325,7 +325,7 @@ impl Joint<'_, '_> {
             return;
         }
         let Some(t) = self.tangential(c) else { return };
-        let impulse = friction::limited([p, q], self.system.scene.contact.friction * normal);
+        let impulse = laws::limited([p, q], self.system.scene.contact.friction * normal);
         let (given, along) = (normal - candidate.impulse, [0, 1].map(|k| impulse[k] - t.impulse[k]));
         self.velocity -= (candidate.normal * given + t.push(along)) * self.inertia.inverse_mass;
         self.rate -= (candidate.arm * given + t.twist(along)).component_mul(&self.inertia.inverse_moments);

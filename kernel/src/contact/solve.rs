@@ -15,7 +15,8 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia};
 use crate::contact::candidate::{self, Begun, Candidate, Given, Images, Solved};
-use crate::contact::friction::{self, Tangential};
+use crate::contact::friction::Tangential;
+use crate::contact::laws::Gain;
 use crate::contact::newton::{Newton, STIFF};
 use crate::ground::math;
 use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
@@ -329,7 +330,7 @@ fn sweeps<const FRICTION: bool>(
     (Solved { sweeps, converged, velocity, angular_velocity, residual: 0.0 }, tolerance / node_mass)
 }
 
-/// Impulses that were given up on, scaled back until they add no energy: a cone holds every part of what it holds.
+/// Impulses that were given up on, scaled back until they add no energy.
 #[inline(never)]
 fn scale_back(
     candidates: &mut [[f64; CANDIDATE_REALS]],
@@ -338,11 +339,7 @@ fn scale_back(
     solved: Solved,
 ) -> Solved {
     let Given { body, inertia, node_mass, .. } = *given;
-    let (dv, dw) = (solved.velocity - body.velocity, solved.angular_velocity - body.angular_velocity);
-    let (mut before, mut change) = (0.0, 0.0);
-    if inertia.inverse_mass > 0.0 {
-        change = inertia.mass * dv.dot(&dv) + dw.component_mul(&inertia.moments).dot(&dw);
-    }
+    let mut gain = Gain::of_body(body, inertia, &solved);
     for (k, slot) in candidates.iter().enumerate() {
         let c = Candidate::read(slot);
         // With the gap's part of the speed this is an upper bound.
@@ -353,21 +350,12 @@ fn scale_back(
             work += t.work(t.slip(&body.velocity, &body.angular_velocity));
             squared += p * p + q * q;
         }
-        before += c.images() * work;
+        gain.before += c.images() * work;
         if !c.is_fixed() {
-            change += c.images() * squared / node_mass;
+            gain.change += c.images() * squared / node_mass;
         }
     }
-    let part = friction::part_without_gain(before, change);
-    if part == 1.0 {
-        return solved;
-    }
-    for (k, slot) in candidates.iter_mut().enumerate() {
-        friction::scale(slot, tangential.get_mut(k), part);
-    }
-    let velocity = body.velocity + dv * part;
-    let angular_velocity = body.angular_velocity + dw * part;
-    Solved { velocity, angular_velocity, ..solved }
+    gain.scale_back(candidates, tangential, body, solved)
 }
 
 fn length(v: &Vector) -> f64 {
