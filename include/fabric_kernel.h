@@ -867,7 +867,7 @@ typedef struct fk_ply {
 typedef struct fk_slip {
     // Crossings that are not held by a support.
     uint64_t crossings[3];
-    // Those at which pinning takes more than friction and adhesion give.
+    // Crossings at which pinning takes more than friction and adhesion give.
     uint64_t slipping[3];
     // Largest force in the plane that pinning takes at a crossing, N.
     double largest;
@@ -892,7 +892,7 @@ typedef struct fk_counters {
     uint64_t contacts;
     // Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how far they were off.
     uint64_t unconverged;
-    // Most Gauss-Seidel sweeps of one solve, at most 300 (4000 in a stack whose held nodes are hit): sweeps and, behind 200
+    // Most Gauss-Seidel sweeps of one solve, at most 300 (4000 in a stack whose held nodes are hit): sweeps and, after 200
     // of them, passes of Newton's method.
     uint64_t most_sweeps;
     // Most candidate nodes of one step.
