@@ -52,8 +52,11 @@ pub fn solve(
 ) -> Solved {
     let Given { body, inertia, node_mass, symmetry, friction } = *given;
     let rubs = Feature::Friction.is_built() && !tangential.is_empty();
-    let sweeps = if rubs { sweeps::<true> } else { sweeps::<false> };
-    let (solved, settled) = sweeps(candidates, tangential, friction, body, inertia, node_mass, symmetry);
+    let (solved, settled) = if rubs {
+        sweeps::<true>(candidates, tangential, friction, body, inertia, node_mass, symmetry)
+    } else {
+        sweeps::<false>(candidates, tangential, friction, body, inertia, node_mass, symmetry)
+    };
     if solved.converged {
         return solved;
     }
