@@ -171,14 +171,9 @@ impl<'s> Pushed<'s> {
 
     /// Prepares all candidates but for their masses.
     #[inline(always)]
-    fn begin(
-        &mut self,
-        candidates: &mut [[f64; CANDIDATE_REALS]],
-        tangential: &mut [[f64; TANGENTIAL_REALS]],
-        rates: &BodyRates,
-    ) -> Sizes {
+    fn begin(&mut self, candidates: &mut [[f64; CANDIDATE_REALS]], rates: &BodyRates) -> Sizes {
         let mut sizes = Sizes::default();
-        for (k, slot) in candidates.iter_mut().enumerate() {
+        for slot in candidates {
             let c = Candidate::read(slot);
             self.supported |= c.is_fixed();
             sizes.most_images = math::max(c.images(), sizes.most_images);
@@ -187,20 +182,28 @@ impl<'s> Pushed<'s> {
             if self.turns {
                 sizes.farthest = math::max(c.arm.dot(&c.arm), sizes.farthest);
             }
-            if Feature::Friction.is_built()
-                && let Some(place) = tangential.get_mut(k)
-            {
-                let mut t = Tangential::read(place);
-                t.begin(self.inertia, self.give(&c), self.symmetry, c.images());
-                for (slip, arm) in t.slip(&rates.velocity, &rates.angular_velocity).into_iter().zip(t.arms) {
-                    sizes.fastest = math::max(math::abs(slip), sizes.fastest);
-                    sizes.farthest = math::max(arm.dot(&arm), sizes.farthest);
-                }
-                t.write(place);
-            }
             Begun::begin(slot, gap_rate);
         }
         sizes
+    }
+
+    /// Prepares the tangential parts of the candidates.
+    fn begin_friction(
+        &self,
+        candidates: &[[f64; CANDIDATE_REALS]],
+        tangential: &mut [[f64; TANGENTIAL_REALS]],
+        rates: &BodyRates,
+        sizes: &mut Sizes,
+    ) {
+        for (slot, place) in candidates.iter().zip(tangential) {
+            let (c, mut t) = (Candidate::read(slot), Tangential::read(place));
+            t.begin(self.inertia, self.give(&c), self.symmetry, c.images());
+            for (slip, arm) in t.slip(&rates.velocity, &rates.angular_velocity).into_iter().zip(t.arms) {
+                sizes.fastest = math::max(math::abs(slip), sizes.fastest);
+                sizes.farthest = math::max(arm.dot(&arm), sizes.farthest);
+            }
+            t.write(place);
+        }
     }
 
     /// The masses of candidates that begin. Of what is out of reach it is 0, so that no sweep changes it.
@@ -301,7 +304,10 @@ fn sweeps<const FRICTION: bool>(
 ) -> (Solved, f64) {
     let mut pushed = Pushed::of(body, inertia, node_mass, symmetry);
     let mut rates = BodyRates::of(body);
-    let sizes = pushed.begin(candidates, tangential, &rates);
+    let mut sizes = pushed.begin(candidates, &rates);
+    if FRICTION {
+        pushed.begin_friction(candidates, tangential, &rates, &mut sizes);
+    }
     // The speeds that a gap rate is the difference of.
     let moving = length(&rates.velocity) + math::sqrt(sizes.farthest) * length(&rates.angular_velocity);
     let (relative, rounding) = (1e-14 * sizes.fastest, ROUNDING * moving);
