@@ -712,17 +712,21 @@ typedef struct fk_textile {
     double modulus;
     // Standard deviation of that modulus among segments, Pa, >= 0; 0: all have the same.
     double modulus_sd;
-    // Strain at which a yarn begins to fail, in (0, 1]; 0: `strength` says it. With a Weibull shape: the Weibull scale.
+    // Strain at which a yarn begins to fail, in (0, 1]; 0: `strength` says it. With a Weibull shape: the
+    // Weibull scale.
     double failure_strain;
-    // Force at which a yarn begins to fail over the area of its fibres at rest, Pa, > 0; 0: `failure_strain` says it.
+    // Force at which a yarn begins to fail over the area of its fibres at rest, Pa, > 0; 0: `failure_strain`
+    // says it.
     double strength;
-    // Part of the failure strain, or of the strength, that weaving has taken, in [0, 1); 0 for yarn taken from the fabric.
+    // Part of the failure strain, or of the strength, that weaving has taken, in [0, 1); 0 for yarn taken
+    // from the fabric.
     double weaving_loss;
     // Damage rate lambda beyond the failure strain, dimensionless, at least 3; 0: ln(100)/0.002.
     double damage_rate;
     // Weibull shape of the failure strain, in [1, 1000]; 0: all segments fail at the same strain.
     double weibull_shape;
-    // Gauge length of the failure strain, m, >= 0; 0: the length of a segment. Read with a Weibull shape only.
+    // Gauge length of the failure strain, m, >= 0; 0: the length of a segment. Read with a Weibull shape
+    // only.
     double gauge_length;
 } fk_textile;
 
@@ -757,7 +761,8 @@ typedef struct fk_motion {
 
 // Where the host wants the body at the end of a communication step, in the host's frame.
 typedef struct fk_path {
-    // Step count at which the path starts: the simulation's present count, or that of the path being followed.
+    // Step count at which the path starts: the simulation's present count, or that of the path being
+    // followed.
     uint64_t first;
     // Length of the path in steps, at least 1; less than half a turn of the body.
     uint64_t steps;
@@ -800,7 +805,8 @@ typedef struct fk_contact {
     double work;
     // Kinetic energy lost in impacts of nodes, part of the work, J.
     double loss;
-    // Largest mean force over a window of `force_window`, N; until the first window is full the mean force over the time elapsed.
+    // Largest mean force over a window of `force_window`, N; until the first window is full the mean force
+    // over the time elapsed.
     double force_peak;
 } fk_contact;
 
@@ -812,7 +818,8 @@ typedef struct fk_support {
     double attachments[4][3];
     // The case of a ring.
     double casing[3];
-    // Mean force on each attachment over the last window of `force_window`, N; 0 before, and without slipping clamps.
+    // Mean force on each attachment over the last window of `force_window`, N; 0 before, and without
+    // slipping clamps.
     double force[4];
     // Time at which each attachment let go, s; 0: it has not.
     double let_go[4];
@@ -842,8 +849,8 @@ typedef struct fk_energy {
     double friction;
     // Kinetic energy lost where separate plies meet, J.
     double ply_loss;
-    // Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
-    // `contact_loss` and `friction` hold it.
+    // Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get.
+    // Nothing of it is stored; `contact_loss` and `friction` hold it.
     double support_work;
     // Kinetic energy lost where nodes of a ring meet its case, J.
     double casing_loss;
@@ -863,7 +870,8 @@ typedef struct fk_ply {
     double dissipated;
 } fk_ply;
 
-// Crossings that would slip. Of three numbers each counts within 5 and within 10 spacings of the projectile along the sheet, and in the whole sheet.
+// Crossings that would slip. Of three numbers each counts within 5 and within 10 spacings of the projectile
+// along the sheet, and in the whole sheet.
 typedef struct fk_slip {
     // Crossings that are not held by a support.
     uint64_t crossings[3];
@@ -875,8 +883,9 @@ typedef struct fk_slip {
 
 // Extremes of the fabric at the present time.
 typedef struct fk_fabric {
-    // Largest distance from the sheet's plane, or from its circle, of a node that live segments join to a support, m; 0 once all of the sheet has torn
-    // off. Of all nodes if the sheet is free, or if segments have failed and `track_detachment` is off.
+    // Largest distance from the sheet's plane, or from its circle, of a node that live segments join to a
+    // support, m; 0 once all of the sheet has torn off. Of all nodes if the sheet is free, or if segments
+    // have failed and `track_detachment` is off.
     double max_deflection;
     // Largest stretch (M1) of a live segment; yarns of the presets fail at about 1.05.
     double max_stretch;
@@ -890,28 +899,31 @@ typedef struct fk_counters {
     uint64_t failed_segments;
     // Nodes with a contact impulse in the last step.
     uint64_t contacts;
-    // Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how far they were off.
+    // Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how
+    // far they were off.
     uint64_t unconverged;
-    // Most Gauss-Seidel sweeps of one solve, at most 300 (4000 in a stack whose held nodes are hit): sweeps and, after 200
-    // of them, passes of Newton's method.
+    // Most Gauss-Seidel sweeps of one solve, at most 300 (4000 in a stack whose held nodes are hit): sweeps
+    // and, after 200 of them, passes of Newton's method.
     uint64_t most_sweeps;
     // Most candidate nodes of one step.
     uint64_t most_candidates;
     // Places for candidate nodes: `contact_capacity`, or every node modelled.
     uint64_t candidate_capacity;
-    // Deepest penetration met, m: rounding where the body does not turn, up to 2e-2 spacings where it does; also that of fixed nodes in a prescribed body, which passes through them.
+    // Deepest penetration met, m: rounding where the body does not turn, up to 2e-2 spacings where it does;
+    // also that of fixed nodes in a prescribed body, which passes through them.
     double worst_penetration;
     // Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.
     uint64_t iterations;
     // Most iterations of one step.
     uint64_t most_iterations;
-    // Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
+    // Deepest that facing nodes of two separate plies have been through each other, m: rounding before the
+    // first hole.
     double ply_penetration;
     // Steps in which the body met the sheet beyond the fine part of a graded network, where nodes may be
     // too far apart to feel it: 0 in a run that is to be trusted.
     uint64_t beyond_fine;
-    // Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that closes too fast, a slip that friction
-    // should have stopped; 0 if all converged.
+    // Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that
+    // closes too fast, a slip that friction should have stopped; 0 if all converged.
     double contact_residual;
 } fk_counters;
 

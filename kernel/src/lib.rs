@@ -1,11 +1,13 @@
-//! Ballistic fabric as a network of trusses, hit by a rigid projectile: deterministic, allocation-free, on the caller's memory.
+//! Ballistic fabric as a network of trusses, hit by a rigid projectile: deterministic, allocation-free, on
+//! the caller's memory.
 //!
-//! One bar per yarn segment between crossings, whose stiffness and gradual rupture come from hundreds of randomly misaligned
-//! fibrils (Powell and Zohdi 2009). Nodes carry the mass; contact with the rigid projectile is by impulses; time stepping is
-//! explicit. The same scene and the same calls give the same bits on every supported machine.
+//! One bar per yarn segment between crossings, whose stiffness and gradual rupture come from hundreds of
+//! randomly misaligned fibrils (Powell and Zohdi 2009). Nodes carry the mass; contact with the rigid
+//! projectile is by impulses; time stepping is explicit. The same scene and the same calls give the same bits
+//! on every supported machine.
 //!
-//! Units are SI throughout. Three blocks of memory (model, state, scratch) are the caller's; there is no allocation, no
-//! global state, no thread, no panic.
+//! Units are SI throughout. Three blocks of memory (model, state, scratch) are the caller's; there is no
+//! allocation, no global state, no thread, no panic.
 //!
 //! ```
 //! use fabric_kernel::{CacheLine, Layout, OutcomeSet, Scene, Sim};
@@ -35,12 +37,14 @@
 #[cfg(test)]
 extern crate std;
 
-// `#[inline(never)]` without a reason keeps what a function needs off the stack of its caller, which a small machine has little of:
-// `cargo xtask test --only gates` prints the deepest calls.
+// `#[inline(never)]` without a reason keeps what a function needs off the stack of its caller, which a small
+// machine has little of: `cargo xtask test --only gates` prints the deepest calls.
 
-// The rooms, from the ground up. A file imports from its own room and from those before it, never from one after it.
+// The rooms, from the ground up. A file imports from its own room and from those before it, never from one
+// after it.
 
-/// Floor 1: what everything stands on. Mathematics, errors, random numbers, hash, lanes of vector instructions, planes and ranges.
+/// Floor 1: what everything stands on. Mathematics, errors, random numbers, hash, lanes of vector
+/// instructions, planes and ranges.
 mod ground;
 
 /// Floor 2: what is simulated. The parts of a scene, and the table of all its parameters.
@@ -52,7 +56,8 @@ mod yarn;
 /// Floor 3: the rigid projectile. Pose, shapes and their gaps, inertia, a prescribed path.
 mod body;
 
-/// Floor 4: the sheet. Places, weave, directions, draws, grading, mirror planes, data sheets, checks, and the sweep over its bars.
+/// Floor 4: the sheet. Places, weave, directions, draws, grading, mirror planes, data sheets, checks, and the
+/// sweep over its bars.
 mod sheet;
 
 /// Floor 5: the caller's memory. What is in it and where, and the system that all steps work on.
@@ -61,7 +66,8 @@ mod memory;
 /// Floor 6: impulses. Between nodes and projectile, between plies, and their friction.
 mod contact;
 
-/// Floor 7: one time step. The sweep over rows, motion, viscosity, the explicit and the theta rule, steps in blocks, bands; read-outs, energy, outcomes.
+/// Floor 7: one time step. The sweep over rows, motion, viscosity, the explicit and the theta rule, steps in
+/// blocks, bands; read-outs, energy, outcomes.
 mod step;
 
 /// Floor 8: a simulation. Its start, its calls, its image, and the table of all its outputs.
@@ -95,7 +101,8 @@ pub use step::slip::Slip;
 #[cfg(feature = "micro")]
 pub use yarn::{calibrate, fibril};
 
-/// The files of the kernel, for its tests, studies and fuzzing. A host does not need them, and nothing here is promised to stay.
+/// The files of the kernel, for its tests, studies and fuzzing. A host does not need them, and nothing here
+/// is promised to stay.
 #[cfg(feature = "internals")]
 pub mod internals {
     pub use crate::body::*;
@@ -113,7 +120,8 @@ pub mod internals {
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-/// Version of this crate. Another version may give other bits: images and models of one are not for the other.
+/// Version of this crate. Another version may give other bits: images and models of one are not for the
+/// other.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// What the unit tests of several files use.

@@ -1,8 +1,10 @@
-//! The order of the sources: equations and where they are computed, files that import each other, and what a host may use.
+//! The order of the sources: equations and where they are computed, files that import each other, what a host may use,
+//! and words.
 
 mod equations;
 mod floors;
 mod surface;
+mod words;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,11 @@
 //! The prescribed body: a C1 pose inside a communication step.
 //!
-//! Method: the position follows the cubic Hermite polynomial from the pose and rate the fabric *now has* to the end pose and
-//! rate; the rotation vector of q0^-1 q1 follows the same cubic. Evaluated at (n - first)/steps, so it does not depend on how
-//! calls are split. The velocity of step n is (P(t_{n+1}) - P(t_n))/dt, and w comes from q(t_{n+1}) = q(t_n) cay(dt w).
-//! Limits: the rotation is exact about one axis, otherwise third order in the path's length; less than half a turn a path.
+//! Method: the position follows the cubic Hermite polynomial from the pose and rate the fabric *now has* to
+//! the end pose and rate; the rotation vector of q0^-1 q1 follows the same cubic. Evaluated at (n -
+//! first)/steps, so it does not depend on how calls are split. The velocity of step n is (P(t_{n+1}) -
+//! P(t_n))/dt, and w comes from q(t_{n+1}) = q(t_n) cay(dt w).
+//! Limits: the rotation is exact about one axis, otherwise third order in the path's length; less than half a
+//! turn a path.
 //! Reference: M. Arnold, in: Co-simulation (2010), on smooth extrapolation of coupling variables.
 
 use crate::body::pose::{self, Vector};
@@ -15,7 +17,8 @@ use nalgebra::Quaternion;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct Path {
-    /// Step count at which the path starts: the simulation's present count, or that of the path being followed.
+    /// Step count at which the path starts: the simulation's present count, or that of the path being
+    /// followed.
     pub first: u64,
     /// Length of the path in steps, at least 1; less than half a turn of the body.
     pub steps: u64,

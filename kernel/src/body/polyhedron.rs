@@ -1,9 +1,9 @@
 //! Convex polyhedra by half-spaces: {x : n_k.x <= b_k for all k}.
 //!
-//! Method: gap phi = max_k (n_k.x - b_k), for a point at rest the lowest k on a tie. As the greatest of planes of slope 1 it is convex and
-//! 1-Lipschitz, and it is zero on the surface and nowhere else; over the faces and inside it is the true distance, beyond
-//! edges and corners it is smaller. The vertices, wanted for extents only, are the points where three planes meet and that
-//! lie outside none.
+//! Method: gap phi = max_k (n_k.x - b_k), for a point at rest the lowest k on a tie. As the greatest of
+//! planes of slope 1 it is convex and 1-Lipschitz, and it is zero on the surface and nowhere else; over the
+//! faces and inside it is the true distance, beyond edges and corners it is smaller. The vertices, wanted for
+//! extents only, are the points where three planes meet and that lie outside none.
 //! Limits: at most 16 faces; planes that meet at less than a millionth count as parallel.
 
 use crate::body::pose::Vector;
@@ -73,8 +73,9 @@ impl HalfSpaces {
         self.faces.get(..self.count).unwrap_or(&self.faces)
     }
 
-    /// Calls `each` with every point, m, in which three planes meet and that lies outside none, with its distance from the
-    /// centre of mass, and with the three. A vertex of more than three faces comes more than once.
+    /// Calls `each` with every point, m, in which three planes meet and that lies outside none, with its
+    /// distance from the centre of mass, and with the three. A vertex of more than three faces comes more
+    /// than once.
     fn for_each_corner(&self, mut each: impl FnMut(Vector, f64, [usize; 3])) {
         for i in 0..self.count {
             for j in i + 1..self.count {
@@ -130,7 +131,8 @@ impl HalfSpaces {
         !any_edge
     }
 
-    /// Number of its vertices, or one more than there may be. A vertex is kept by three of its planes, so that it takes little stack.
+    /// Number of its vertices, or one more than there may be. A vertex is kept by three of its planes, so
+    /// that it takes little stack.
     fn count_vertices(&self) -> usize {
         let (mut kept, mut count) = ([[0_u8; 3]; MAX_VERTICES], 0);
         self.for_each_corner(|corner, length, planes| {
@@ -225,7 +227,8 @@ impl Polyhedron {
         });
     }
 
-    /// Least distance of a face's plane from the centre of mass, m: a sphere of this radius about it fits inside.
+    /// Least distance of a face's plane from the centre of mass, m: a sphere of this radius about it fits
+    /// inside.
     pub fn least_distance(&self) -> f64 {
         self.faces().iter().map(|face| face.distance).reduce(|a, b| math::min(b, a)).unwrap_or(0.0)
     }
@@ -235,8 +238,8 @@ impl Polyhedron {
         self.reach
     }
 
-    /// Whether the plane through the centre of mass with this unit normal mirrors every face onto a face, and is across a
-    /// principal axis.
+    /// Whether the plane through the centre of mass with this unit normal mirrors every face onto a face, and
+    /// is across a principal axis.
     pub fn is_mirrored_by(&self, normal: &Vector) -> bool {
         let turned = normal.component_mul(&Vector::from(self.gyration)).cross(normal);
         let largest = self.gyration.iter().fold(0.0, |a, &b| math::max(b, a));
@@ -282,8 +285,9 @@ impl Polyhedron {
         gap
     }
 
-    /// Gap of a point that moves by `step` relative to the body within the time step, m, body axes; `gap` is its gap at rest. Among faces
-    /// equally near to a point outside, the normal is that of the face that is nearest after the step; if several are, the mean of theirs.
+    /// Gap of a point that moves by `step` relative to the body within the time step, m, body axes; `gap` is
+    /// its gap at rest. Among faces equally near to a point outside, the normal is that of the face that is
+    /// nearest after the step; if several are, the mean of theirs.
     pub fn gap_of_moving(&self, mut gap: Gap, p: &Vector, step: &Vector) -> Gap {
         let same = SAME * self.reach;
         let (mut farthest, mut count) = (f64::NEG_INFINITY, 0);
@@ -302,8 +306,8 @@ impl Polyhedron {
     }
 }
 
-/// Refuses planes without a unit normal, not about the centre of mass, nearer to it than the node spacing, or that enclose
-/// nothing. There are at most [`MAX_FACES`].
+/// Refuses planes without a unit normal, not about the centre of mass, nearer to it than the node spacing, or
+/// that enclose nothing. There are at most [`MAX_FACES`].
 #[inline(never)]
 pub(crate) fn check<P: Iterator<Item = [f64; 4]>>(planes: impl Fn() -> P, spacing: f64) -> Result<(), Error> {
     const FIELD: &str = "projectile.faces.planes";
@@ -336,7 +340,8 @@ mod tests {
     use std::vec::Vec;
 
     impl Polyhedron {
-        /// Distance from the centre of mass at which a ray leaves: the nearest plane that it meets from inside.
+        /// Distance from the centre of mass at which a ray leaves: the nearest plane that it meets from
+        /// inside.
         pub(crate) fn exit(&self, ray: &Vector) -> f64 {
             let met = self.faces().iter().filter(|face| face.normal.dot(ray) > 0.0);
             met.map(|face| face.distance / face.normal.dot(ray)).fold(f64::INFINITY, f64::min)
@@ -366,7 +371,8 @@ mod tests {
             })
             .collect();
         assert_eq!(counts(&cube), (8, 12));
-        // Four faces meet at each vertex of an octahedron; two planes that only touch at a vertex make no edge.
+        // Four faces meet at each vertex of an octahedron; two planes that only touch at a vertex make no
+        // edge.
         assert_eq!(counts(&octahedron()), (6, 12));
         let body = Polyhedron::new(&Faces::of(&octahedron()), [0.0; 3]);
         assert!((body.reach() - 0.01 * math::sqrt(3.0)).abs() < 1e-16);
@@ -375,7 +381,8 @@ mod tests {
         // A plane that cuts nothing off adds nothing.
         let idle = [&cube[..], &[[0.6, 0.8, 0.0, 0.03]]].concat();
         assert_eq!(counts(&idle), (8, 12));
-        // Octahedron and cube together: a truncated cube, 14 faces; at 0.75 of the corner distance a cuboctahedron.
+        // Octahedron and cube together: a truncated cube, 14 faces; at 0.75 of the corner distance a
+        // cuboctahedron.
         let both = |cut: f64| {
             let cut = octahedron().into_iter().map(move |[x, y, z, _]| [x, y, z, cut * 0.01 * math::sqrt(3.0)]);
             cube.iter().copied().chain(cut).collect::<Vec<_>>()
@@ -400,7 +407,8 @@ mod tests {
         assert!(!unbounded(&[&tube[..], &[[0.0, 0.0, 1.0, 0.01], [0.0, 0.0, -1.0, 0.01]]].concat()));
         assert!(unbounded(&[tube[0], tube[1], tube[0], tube[1]]));
         assert!(unbounded(&all[..4]));
-        // Without one of its faces an octahedron is still closed by the others; without two that meet, it is not.
+        // Without one of its faces an octahedron is still closed by the others; without two that meet, it is
+        // not.
         assert!(!unbounded(&all[1..]));
         assert!(unbounded(&all[2..]));
     }

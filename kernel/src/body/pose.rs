@@ -1,5 +1,5 @@
-//! Pose of one frame in another: a point and a unit quaternion. Used at the simulation's boundary, where the host's frame
-//! and the sheet's frame meet. An identity pose changes no bit.
+//! Pose of one frame in another: a point and a unit quaternion. Used at the simulation's boundary, where the
+//! host's frame and the sheet's frame meet. An identity pose changes no bit.
 
 use crate::scene::parts::Sheet;
 use nalgebra::{Quaternion, Vector3};

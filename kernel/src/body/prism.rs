@@ -1,10 +1,13 @@
-//! Polyhedra with their mass properties: the homogeneous prism over a convex polygon, and a sector of a turbine disc.
+//! Polyhedra with their mass properties: the homogeneous prism over a convex polygon, and a sector of a
+//! turbine disc.
 //!
-//! Method: area A, centre and second moments of the polygon by sums over its edges (Green's theorem). A prism of thickness t
-//! about its middle plane has the moments M (S_yy/A + t^2/12), M (S_xx/A + t^2/12), M (S_xx + S_yy)/A with S_xx the
-//! integral of x^2 over the polygon about its centre, in its principal axes.
-//! Limits: 3 to 14 corners. A sector's outer arc is replaced by chords, its bore by one chord (a polyhedron is convex).
-//! Reference: C. Steger, "On the calculation of arbitrary moments of polygons", TU Muenchen, FGBV-96-05 (1996).
+//! Method: area A, centre and second moments of the polygon by sums over its edges (Green's theorem). A prism
+//! of thickness t about its middle plane has the moments M (S_yy/A + t^2/12), M (S_xx/A + t^2/12), M (S_xx +
+//! S_yy)/A with S_xx the integral of x^2 over the polygon about its centre, in its principal axes.
+//! Limits: 3 to 14 corners. A sector's outer arc is replaced by chords, its bore by one chord (a polyhedron
+//! is convex).
+//! Reference: C. Steger, "On the calculation of arbitrary moments of polygons", TU Muenchen, FGBV-96-05
+//! (1996).
 
 use crate::ground::error::{Code, Error, positive};
 use crate::ground::math;
@@ -31,8 +34,8 @@ pub struct Prism {
 /// `corners` in m, counter-clockwise, 3 to 14; `thickness` along z, m, > 0; `mass` in kg, > 0.
 ///
 /// # Errors
-/// Fields `prism.corners`, `prism.thickness`, `prism.mass`: not finite, not positive, or corners not convex and
-/// counter-clockwise. Whether it is large enough for a sheet is left to [`Scene::check`].
+/// Fields `prism.corners`, `prism.thickness`, `prism.mass`: not finite, not positive, or corners not convex
+/// and counter-clockwise. Whether it is large enough for a sheet is left to [`Scene::check`].
 pub fn prism(corners: &[[f64; 2]], thickness: f64, mass: f64) -> Result<Prism, Error> {
     positive("prism.thickness", thickness)?;
     positive("prism.mass", mass)?;
@@ -111,15 +114,17 @@ impl<C: Fn(usize) -> [f64; 2]> Profile<C> {
     }
 }
 
-/// The profile of a sector by its dimensions. A sector is symmetric: its corners' axes are principal. Its directions come from
-/// [`direction`], so that making the solid in the block of a C host stays within 4 KiB of stack.
+/// The profile of a sector by its dimensions. A sector is symmetric: its corners' axes are principal. Its
+/// directions come from [`direction`], so that making the solid in the block of a C host stays within 4 KiB
+/// of stack.
 pub(crate) fn of_sector(sector: &Sector) -> Profile<impl Fn(usize) -> [f64; 2]> {
     let Sector { inner_radius, outer_radius, angle, thickness } = *sector;
     let corner = move |k| sector_corner(inner_radius, outer_radius, angle, k, direction);
     Profile::of(corner, sector_count(inner_radius), thickness, |_| [1.0, 0.0])
 }
 
-/// Cosine and sine of an angle of at most pi/2, to some 1e-15: series at an eighth of it, and three doublings of the angle.
+/// Cosine and sine of an angle of at most pi/2, to some 1e-15: series at an eighth of it, and three doublings
+/// of the angle.
 fn direction(angle: f64) -> [f64; 2] {
     let x = angle / 8.0;
     let x2 = x * x;
@@ -135,13 +140,15 @@ fn direction(angle: f64) -> [f64; 2] {
 
 /// A sector of a disc with a bore: body x outward along its middle, body z along the disc's axis.
 ///
-/// `inner_radius` of the bore, m, >= 0; `outer_radius`, m; `angle`, rad, in (0, pi); `thickness`, m; `mass`, kg.
-/// The polygon has its corners on both arcs: the rim is made of [`RIM_CHORDS`] equal chords (short of the arc by
-/// 1 - cos(angle/16) of the outer radius at the most), the bore is filled up to its one chord. Mass centre and moments are
-/// those of the homogeneous prism over this polygon. `centre` of the answer is the centre of mass seen from the disc's axis.
+/// `inner_radius` of the bore, m, >= 0; `outer_radius`, m; `angle`, rad, in (0, pi); `thickness`, m; `mass`,
+/// kg. The polygon has its corners on both arcs: the rim is made of [`RIM_CHORDS`] equal chords (short of the
+/// arc by 1 - cos(angle/16) of the outer radius at the most), the bore is filled up to its one chord. Mass
+/// centre and moments are those of the homogeneous prism over this polygon. `centre` of the answer is the
+/// centre of mass seen from the disc's axis.
 ///
 /// # Errors
-/// Fields `disc_sector.inner_radius`, `disc_sector.outer_radius`, `disc_sector.angle`, and those of [`prism`].
+/// Fields `disc_sector.inner_radius`, `disc_sector.outer_radius`, `disc_sector.angle`, and those of
+/// [`prism`].
 pub fn disc_sector(
     inner_radius: f64,
     outer_radius: f64,
@@ -186,13 +193,15 @@ fn sector_corners(inner_radius: f64, outer_radius: f64, angle: f64) -> ([[f64; 2
 }
 
 impl Scene {
-    /// A third of a small turbine disc, rim first, on the 10 in sheet held on four sides: bore 15 mm, rim 40 mm in radius,
-    /// 10 mm thick, 0.118 kg (a nickel alloy of 8190 kg/m^3), 100 m/s along +z, its axis along the sheet's y.
+    /// A third of a small turbine disc, rim first, on the 10 in sheet held on four sides: bore 15 mm, rim 40
+    /// mm in radius, 10 mm thick, 0.118 kg (a nickel alloy of 8190 kg/m^3), 100 m/s along +z, its axis along
+    /// the sheet's y.
     pub fn turbine_disc_sector() -> Scene {
         let large = Scene::sheet_10in_cylinder();
         let (corners, count) = sector_corners(0.015, 0.04, core::f64::consts::TAU / 3.0);
         let body = built(corners.get(..count).unwrap_or(&corners), 0.01, 0.118);
-        // A third of a turn about (-1, -1, -1) brings body x, outward, to +z and body z, the disc's axis, to y.
+        // A third of a turn about (-1, -1, -1) brings body x, outward, to +z and body z, the disc's axis, to
+        // y.
         let rim = 0.04 - body.centre[0];
         Scene {
             attachment: Attachment { kind: AttachmentKind::FourSides, ..large.attachment },
@@ -315,7 +324,8 @@ mod tests {
 
     #[test]
     fn a_right_triangle() {
-        // Legs a along x, b along y: centre (a/3, b/3), S_xx/A = a^2/18, S_xy/A = -a b/36; zz = (a^2 + b^2)/18.
+        // Legs a along x, b along y: centre (a/3, b/3), S_xx/A = a^2/18, S_xy/A = -a b/36; zz = (a^2 +
+        // b^2)/18.
         let (a, b) = (0.03, 0.04);
         let made = prism(&[[0.0, 0.0], [a, 0.0], [0.0, b]], 0.012, 1.0).unwrap();
         close(made.centre[0], a / 3.0, 1e-14);
@@ -329,9 +339,9 @@ mod tests {
         close(made.projectile.moments[1], 0.5 * (xx + yy) - root + t, 1e-13);
     }
 
-    /// Against the sector with true arcs: centre 2/3 sin(w)/w (Ro^3 - Ri^3)/(Ro^2 - Ri^2) with w half the angle, and
-    /// moment about the disc's axis m (Ro^2 + Ri^2)/2. Eight chords of 1/2 rad are short of the arc by 5e-4 of its radius at
-    /// the most; filling the bore up to its chord adds 0.4 % of the area.
+    /// Against the sector with true arcs: centre 2/3 sin(w)/w (Ro^3 - Ri^3)/(Ro^2 - Ri^2) with w half the
+    /// angle, and moment about the disc's axis m (Ro^2 + Ri^2)/2. Eight chords of 1/2 rad are short of the
+    /// arc by 5e-4 of its radius at the most; filling the bore up to its chord adds 0.4 % of the area.
     #[test]
     fn a_disc_sector_is_nearly_the_sector_with_arcs() {
         for (inner, outer, angle, tolerance) in [(0.0, 0.03, 0.5, 1e-3), (0.015, 0.04, 0.4, 6e-3)] {

@@ -1,11 +1,13 @@
 //! The rigid body: translation always, rotation only where contact can turn it.
 //!
-//! Method: contact and external load enter as impulses. The torque-free rotation of a step is the implicit midpoint rule
-//! I dw = dt (I w_m) x w_m with w_m = (w_n + w_{n+1})/2, solved by fixed point, and the Cayley map for the quaternion:
-//! q <- q (1, dt w_m/2)/|(1, dt w_m/2)|. Kinetic energy, |L| and the spatial angular momentum are kept to rounding, without
-//! sine or cosine. Optional instead: the paper's theta rule, which weighs the moments (I w) x w at both ends of the step.
+//! Method: contact and external load enter as impulses. The torque-free rotation of a step is the implicit
+//! midpoint rule I dw = dt (I w_m) x w_m with w_m = (w_n + w_{n+1})/2, solved by fixed point, and the Cayley
+//! map for the quaternion: q <- q (1, dt w_m/2)/|(1, dt w_m/2)|. Kinetic energy, |L| and the spatial angular
+//! momentum are kept to rounding, without sine or cosine. Optional instead: the paper's theta rule, which
+//! weighs the moments (I w) x w at both ends of the step.
 //! Limits: dt |w| <= 0.5.
-//! Reference: J. C. Simo, K. K. Wong, Int. J. Numer. Meth. Engng 31 (1991) 19; Powell and Zohdi (2009), equations 14-16.
+//! Reference: J. C. Simo, K. K. Wong, Int. J. Numer. Meth. Engng 31 (1991) 19; Powell and Zohdi (2009),
+//! equations 14-16.
 
 use crate::body::pose::{self, Vector, into_body, out_of_body};
 use crate::body::shape::Solid;
@@ -37,7 +39,8 @@ pub struct Inertia {
     pub moments: Vector,
     /// 1/mass as contact sees it, 1/kg.
     pub inverse_mass: f64,
-    /// Inverse principal moments as contact sees them, 1/(kg m^2); zero for bodies that contact does not turn.
+    /// Inverse principal moments as contact sees them, 1/(kg m^2); zero for bodies that contact does not
+    /// turn.
     pub inverse_moments: Vector,
     /// Whether the body turns. A sphere without friction does not: its impulses pass through its centre.
     pub turns: bool,
@@ -159,8 +162,8 @@ fn midpoint_rate(w: &Vector, moments: &Vector, dt: f64) -> Vector {
     middle
 }
 
-/// Angular velocity after a torque-free step of the theta rule: w' = w + dt I^-1 [(1 - theta) N(w) + theta N(w')] with
-/// N(w) = (I w) x w (Powell and Zohdi 2009, equations 14-16).
+/// Angular velocity after a torque-free step of the theta rule: w' = w + dt I^-1 [(1 - theta) N(w) + theta
+/// N(w')] with N(w) = (I w) x w (Powell and Zohdi 2009, equations 14-16).
 fn theta_rate(w: &Vector, moments: &Vector, theta: f64, dt: f64) -> Vector {
     let moment = |w: &Vector| w.component_mul(moments).cross(w).component_div(moments);
     let explicit = w + moment(w) * (dt * (1.0 - theta));

@@ -1,9 +1,9 @@
 //! Signed distance and outward normal of each projectile shape, in the body's frame, and its mass properties.
 //!
-//! Method: the gap function of a convex body is convex, 1-Lipschitz and zero on the surface; the contact law's
-//! non-penetration rests on that, and on nothing else. Sphere, flat-ended cylinder and cylinder with a hemispherical end
-//! (axis = body z): true distance. Box and polyhedron: the greatest distance from a face's plane ([`crate::body::polyhedron`]).
-//! The body's origin is its centre of mass, its axes are principal axes.
+//! Method: the gap function of a convex body is convex, 1-Lipschitz and zero on the surface; the contact
+//! law's non-penetration rests on that, and on nothing else. Sphere, flat-ended cylinder and cylinder with a
+//! hemispherical end (axis = body z): true distance. Box and polyhedron: the greatest distance from a face's
+//! plane ([`crate::body::polyhedron`]). The body's origin is its centre of mass, its axes are principal axes.
 //! Limits: the radius must be at least the node spacing, or nodes do not see the body.
 //! Reference: I. Quilez, "Distance functions" (the cylinder's two-dimensional distance to a rectangle).
 
@@ -132,8 +132,9 @@ fn check_moments(moments: [f64; 3]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Radius of the circle in the sheet's plane that a projectile covers, seen along the sheet's normal, m. `orientation`: the
-/// body's in the sheet's frame. Cylinders count as upright, as in the paper. Its solid is not made: it would take a kilobyte of stack.
+/// Radius of the circle in the sheet's plane that a projectile covers, seen along the sheet's normal, m.
+/// `orientation`: the body's in the sheet's frame. Cylinders count as upright, as in the paper. Its solid is
+/// not made: it would take a kilobyte of stack.
 pub(crate) fn reach_in_plane(body: &Projectile, orientation: &Quaternion<f64>) -> f64 {
     let mut half_spaces = HalfSpaces::NONE;
     match body.shape {
@@ -202,8 +203,8 @@ impl Solid {
         }
     }
 
-    /// The radius that "exited" measures travel by, m: for a box half the least edge, for a polyhedron the least distance of
-    /// a face from the centre of mass.
+    /// The radius that "exited" measures travel by, m: for a box half the least edge, for a polyhedron the
+    /// least distance of a face from the centre of mass.
     pub fn radius(&self) -> f64 {
         match self {
             Solid::Sphere { radius } | Solid::Cylinder { radius, .. } | Solid::HemisphericalCylinder { radius, .. } => {
@@ -238,8 +239,8 @@ impl Solid {
         !matches!(self, Solid::Sphere { .. })
     }
 
-    /// Principal moments of inertia about the centre of mass, kg m^2, for a given mass. Homogeneous but for a polyhedron,
-    /// whose radii of gyration are those of the projectile it was made of.
+    /// Principal moments of inertia about the centre of mass, kg m^2, for a given mass. Homogeneous but for a
+    /// polyhedron, whose radii of gyration are those of the projectile it was made of.
     pub fn inertia(&self, mass: f64) -> [f64; 3] {
         match self {
             Solid::Sphere { radius } => [0.4 * mass * (radius * radius); 3],
@@ -249,8 +250,8 @@ impl Solid {
                 [transverse, transverse, 0.5 * mass * r2]
             }
             Solid::HemisphericalCylinder { radius, shank, nose } => {
-                // Parts: a cylinder with its centre at nose - shank/2, and a hemisphere with its own at nose + 3R/8, whose
-                // transverse moment about that centre is (2/5 - 9/64) m R^2 = 83/320 m R^2.
+                // Parts: a cylinder with its centre at nose - shank/2, and a hemisphere with its own at nose
+                // + 3R/8, whose transverse moment about that centre is (2/5 - 9/64) m R^2 = 83/320 m R^2.
                 let r2 = radius * radius;
                 let whole = shank + 2.0 / 3.0 * radius;
                 let (rod, cap) = (mass * shank / whole, mass * (2.0 / 3.0 * radius) / whole);
@@ -277,8 +278,8 @@ impl Solid {
         }
     }
 
-    /// Whether the plane through the centre of mass with this unit normal, in body axes, mirrors the body onto itself, its
-    /// inertia included (to 1e-9).
+    /// Whether the plane through the centre of mass with this unit normal, in body axes, mirrors the body
+    /// onto itself, its inertia included (to 1e-9).
     pub fn is_mirrored_by(&self, normal: &Vector) -> bool {
         let (along, across) = (normal.z * normal.z, normal.x * normal.x + normal.y * normal.y);
         match self {
@@ -289,8 +290,8 @@ impl Solid {
         }
     }
 
-    /// Half extents along the axes of the box about the centre of mass that holds the body, m, in the frame in which it has
-    /// this orientation.
+    /// Half extents along the axes of the box about the centre of mass that holds the body, m, in the frame
+    /// in which it has this orientation.
     pub fn half_extents(&self, orientation: &Quaternion<f64>) -> [f64; 3] {
         let [x, y, z] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
         [x, y, z].map(|axis| {
@@ -300,7 +301,8 @@ impl Solid {
         })
     }
 
-    /// Whether the point `p`, in the body's frame, lies higher than `height` above two faces that meet at an edge, m.
+    /// Whether the point `p`, in the body's frame, lies higher than `height` above two faces that meet at an
+    /// edge, m.
     pub fn is_before_an_edge(&self, p: &Vector, height: f64) -> bool {
         let before_rim = |radius: f64, beyond_end: f64| {
             let from_axis = math::sqrt(p.x * p.x + p.y * p.y);
@@ -338,8 +340,8 @@ impl Solid {
     }
 }
 
-/// z of the hemisphere's centre from the centre of mass. From that centre, a cylinder of volume pi R^2 c has its own at
-/// -c/2 and a hemisphere of volume 2/3 pi R^3 at 3R/8.
+/// z of the hemisphere's centre from the centre of mass. From that centre, a cylinder of volume pi R^2 c has
+/// its own at -c/2 and a hemisphere of volume 2/3 pi R^3 at 3R/8.
 fn nose(radius: f64, shank: f64) -> f64 {
     (0.5 * shank * shank - 0.25 * radius * radius) / (shank + 2.0 / 3.0 * radius)
 }
@@ -407,7 +409,8 @@ mod tests {
         Solid::of(&Projectile { shape: Shape::Box, size, ..Scene::sheet_3in_sphere().projectile })
     }
 
-    /// A regular tetrahedron, whose moments are M e^2/20 with edge e = sqrt(24) times the radius of the inscribed sphere.
+    /// A regular tetrahedron, whose moments are M e^2/20 with edge e = sqrt(24) times the radius of the
+    /// inscribed sphere.
     fn tetrahedron(inscribed: f64) -> Solid {
         let n = math::sqrt(1.0 / 3.0);
         let faces = [[n, n, n, inscribed], [n, -n, -n, inscribed], [-n, n, -n, inscribed], [-n, -n, n, inscribed]];
@@ -420,7 +423,8 @@ mod tests {
         Solid::of(&prism::disc_sector(0.005, 0.02, 1.2, 0.008, 0.02).unwrap().projectile)
     }
 
-    /// One of each shape; the hemispherical cylinder long, stubby, and with no shank at all. All within 30 mm.
+    /// One of each shape; the hemispherical cylinder long, stubby, and with no shank at all. All within 30
+    /// mm.
     fn all() -> [Solid; 8] {
         [
             Solid::of(&Scene::sheet_3in_sphere().projectile),
@@ -473,7 +477,8 @@ mod tests {
         let [across, _, along] = Solid::Cylinder { radius: 2.0, half_length: 3.0 }.inertia(12.0);
         close(across, 12.0 * (2.0 * 2.0 / 4.0 + 6.0 * 6.0 / 12.0));
         close(along, 12.0 * 2.0 * 2.0 / 2.0);
-        // A hemisphere, and a stubby one: both parts about the flat where they meet, moved to the common centre of mass.
+        // A hemisphere, and a stubby one: both parts about the flat where they meet, moved to the common
+        // centre of mass.
         for s in [0.0, 0.012] {
             let r = 0.01;
             let Solid::HemisphericalCylinder { nose, .. } = bullet(r, r + s) else { panic!() };
@@ -490,8 +495,8 @@ mod tests {
         tetrahedron(5e-3).inertia(0.02).iter().for_each(|&moment| close(moment, 0.02 * 24.0 * 25e-6 / 20.0));
     }
 
-    /// Centre of mass, and inertia tensor over the mass (xx yy zz yz zx xy), by the middles of 120 cells an edge of the
-    /// enclosing cube. The cells are turned so that no face of the body is in line with them.
+    /// Centre of mass, and inertia tensor over the mass (xx yy zz yz zx xy), by the middles of 120 cells an
+    /// edge of the enclosing cube. The cells are turned so that no face of the body is in line with them.
     fn integrals(solid: &Solid) -> (Vector, [f64; 6]) {
         const CELLS: i32 = 120;
         let step = 2.0 * solid.reach() / CELLS as f64;
@@ -511,7 +516,8 @@ mod tests {
         (sum / cells, second.map(|sum| sum / cells))
     }
 
-    /// The gap function and the mass properties tell of one body: origin in its centre of mass, axes principal.
+    /// The gap function and the mass properties tell of one body: origin in its centre of mass, axes
+    /// principal.
     #[test]
     fn inertia_against_integrals_over_the_inside() {
         for solid in all() {
@@ -564,15 +570,16 @@ mod tests {
         let solid = cuboid([0.02, 0.016, 0.024]);
         let at = |x, y, z| solid.gap(&Vector::new(x, y, z));
         assert_eq!(at(0.0, 0.0, 0.0).distance, -8e-3);
-        // Beyond an edge: the farther of the two planes. On ties the first face in the order +x -x +y -y +z -z.
+        // Beyond an edge: the farther of the two planes. On ties the first face in the order +x -x +y -y +z
+        // -z.
         assert!((at(0.013, 0.012, 0.0).distance - 4e-3).abs() < 1e-17);
         assert_eq!(at(0.0, 0.0, 0.0).normal, Vector::new(0.0, 1.0, 0.0));
         assert_eq!(cuboid([0.02; 3]).gap(&Vector::zeros()).normal, Vector::new(1.0, 0.0, 0.0));
         assert_eq!(cuboid([0.02; 3]).gap(&Vector::new(-0.01, 0.01, 0.01)).normal, Vector::new(-1.0, 0.0, 0.0));
     }
 
-    /// Where a ray from the centre leaves the body, found from its sphere, tube and planes, the gap is zero to rounding;
-    /// it is negative before and positive after.
+    /// Where a ray from the centre leaves the body, found from its sphere, tube and planes, the gap is zero
+    /// to rounding; it is negative before and positive after.
     #[test]
     fn zero_set_along_rays() {
         for k in 0..2000 {
@@ -689,7 +696,8 @@ mod tests {
                 let farthest = inside.iter().map(|p| p.dot(&way)).fold(0.0, f64::max);
                 let support = solid.support(&way);
                 assert!(farthest <= support && farthest > 0.8 * support, "{farthest:e} {support:e} {solid:?}");
-                // The plane at the support touches the body: nothing of it is nearer to the point above than that.
+                // The plane at the support touches the body: nothing of it is nearer to the point above than
+                // that.
                 let above = solid.gap(&(way * (support + 1e-3))).distance;
                 assert!(above > 0.0);
             }
@@ -738,7 +746,8 @@ mod tests {
         close(cuboid([0.01, 0.016, 0.024]).half_extents(&about_x), [5e-3, 0.012, 8e-3]);
         close(cuboid([0.01, 0.016, 0.024]).edges(), [0.01, 0.016, 0.024]);
         close(cylinder().edges(), [0.0127, 0.0127, 0.0381]);
-        // Lop-sided: the farther end counts, whichever way up. The nose of a long bullet, the flat's rim of half a ball.
+        // Lop-sided: the farther end counts, whichever way up. The nose of a long bullet, the flat's rim of
+        // half a ball.
         for (radius, length) in [(6e-3, 0.03), (0.01, 0.01)] {
             let solid = bullet(radius, length);
             let Solid::HemisphericalCylinder { nose, shank, .. } = solid else { panic!() };
@@ -753,7 +762,8 @@ mod tests {
             [cylinder().radius(), bullet(6e-3, 0.03).radius(), cuboid([0.01, 0.016, 0.024]).radius()],
             [6.35e-3, 6e-3, 5e-3]
         );
-        // Seen from above, a box covers a circle through its corners, a cylinder by convention that of its radius.
+        // Seen from above, a box covers a circle through its corners, a cylinder by convention that of its
+        // radius.
         let body = |shape, size| Projectile { shape, radius: 6.35e-3, size, ..Scene::sheet_3in_sphere().projectile };
         assert_eq!(reach_in_plane(&body(Shape::Cylinder, [0.0; 3]), &about_x), 6.35e-3);
         let corners = math::sqrt(5e-3 * 5e-3 + 0.012 * 0.012);

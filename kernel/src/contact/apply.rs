@@ -10,8 +10,9 @@ use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 
-/// What rounding can leave of a gap, in parts of the places that it is the difference of: half a last place from each of node, body and their
-/// difference, three of the turn into the body's axes, and two of the distance from a face.
+/// What rounding can leave of a gap, in parts of the places that it is the difference of: half a last place
+/// from each of node, body and their difference, three of the turn into the body's axes, and two of the
+/// distance from a face.
 const PLACE_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The body's rates after contact, and what the solve took.
@@ -31,8 +32,8 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
     }
 }
 
-/// What a step's impulses come to. Work is impulse times the mean of the rates before and after, for a free and a prescribed body
-/// alike: the two then agree to second order.
+/// What a step's impulses come to. Work is impulse times the mean of the rates before and after, for a free
+/// and a prescribed body alike: the two then agree to second order.
 struct Totals {
     /// Means of the body's rates before and after.
     velocity: Vector,
@@ -68,8 +69,8 @@ impl Totals {
         t.work(t.surface_speed(&self.velocity, &self.rate))
     }
 
-    /// What all images of a node give the body; without mirror planes it is the node's own. Returns the impulse along the normal, and
-    /// the speed of the body's surface there.
+    /// What all images of a node give the body; without mirror planes it is the node's own. Returns the
+    /// impulse along the normal, and the speed of the body's surface there.
     #[inline(always)]
     fn give(&mut self, candidate: &Candidate, rubbing: Option<&Tangential>) -> [f64; 2] {
         let images = candidate.images();
@@ -97,7 +98,8 @@ impl Totals {
         self.held += given * speed + along * candidate.images();
     }
 
-    /// What a node, whose velocity is now `v`, m/s, has not taken of the body's work. `speed_after`: its speed along the normal.
+    /// What a node, whose velocity is now `v`, m/s, has not taken of the body's work. `speed_after`: its
+    /// speed along the normal.
     #[inline(always)]
     fn lose(
         &mut self,
@@ -116,7 +118,8 @@ impl Totals {
     }
 }
 
-/// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support.
+/// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to
+/// its support.
 #[inline(never)]
 pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Body) {
     let mut totals = Totals::between(before, &system.state.body);
@@ -163,7 +166,8 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
             system.wake(j);
             woken = j;
         }
-        // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
+        // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse
+        // alone.
         let unit_speed = system.model.unit_speed;
         let speed_after = if implicit {
             candidate.speed_before + candidate.normal.dot(&push) * unit_speed
@@ -175,8 +179,8 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
     close(system, totals, before);
 }
 
-/// What the push of its case on a node takes less, or more, because projectile or plies have then given it this velocity, in spacings a step,
-/// too. `displacement`: at the start of the step along x and z.
+/// What the push of its case on a node takes less, or more, because projectile or plies have then given it
+/// this velocity, in spacings a step, too. `displacement`: at the start of the step along x and z.
 #[inline(never)]
 pub(crate) fn press(system: &mut System<'_>, displacement: [f64; 2], [i, j]: [usize; 2], given: &Vector) {
     let kept = system.arrays.rows.pushes.get(j * system.layout.chunks + i / CHUNK);
@@ -190,7 +194,8 @@ pub(crate) fn press(system: &mut System<'_>, displacement: [f64; 2], [i, j]: [us
     }
 }
 
-/// Gives a free node its velocity after a push, in spacings a step, and puts it where that leads. Returns the velocity.
+/// Gives a free node its velocity after a push, in spacings a step, and puts it where that leads. Returns the
+/// velocity.
 #[inline(always)]
 fn move_node(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2], push: &Vector) -> Option<Vector> {
     let lane = i % CHUNK;

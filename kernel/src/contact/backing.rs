@@ -1,19 +1,21 @@
 //! The rigid case behind a node that the projectile presses on it.
 //!
-//! Method: beside each candidate whose node may be pressed on the case in this pass, the place of the case that the node then meets is a candidate
-//! that is held. The node moves along the body's normal n. With its height g above the case, the case's outward normal c and n.c < 0 it
-//! meets the case when n.v has grown by (g/dt + c.v)/(-n.c). So body, node and case are solved together, and the case takes what the node does not.
-//! A node that slides towards the body would push it back there; the case only stops it. A prescribed body passes through such nodes, as
-//! through fixed ones.
-//! Limits: the case takes its impulse along n, and with the body's friction, as a support does. Nodes that slide get into it in second order.
+//! Method: beside each candidate whose node may be pressed on the case in this pass, the place of the case
+//! that the node then meets is a candidate that is held. The node moves along the body's normal n. With its
+//! height g above the case, the case's outward normal c and n.c < 0 it meets the case when n.v has grown by
+//! (g/dt + c.v)/(-n.c). So body, node and case are solved together, and the case takes what the node does
+//! not. A node that slides towards the body would push it back there; the case only stops it. A prescribed
+//! body passes through such nodes, as through fixed ones.
+//! Limits: the case takes its impulse along n, and with the body's friction, as a support does. Nodes that
+//! slide get into it in second order.
 
 use crate::body::pose::Vector;
 use crate::contact::candidate::{Candidate, Images};
 use crate::ground::math;
 use crate::memory::system::System;
 
-/// Adds after the completed candidates the places of the case that back them; of a prescribed body, takes those out that such a place stops.
-/// Returns how many candidates there are now.
+/// Adds after the completed candidates the places of the case that back them; of a prescribed body, takes
+/// those out that such a place stops. Returns how many candidates there are now.
 #[inline(never)]
 pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
     let (body, is_free) = (system.state.body, system.scene.is_free());
@@ -46,7 +48,8 @@ pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
     all
 }
 
-/// The place of the case that a free node meets within a spacing, if it moves along the normal of this candidate.
+/// The place of the case that a free node meets within a spacing, if it moves along the normal of this
+/// candidate.
 #[inline(never)]
 fn place_of_case(system: &System<'_>, c: usize, node: u32) -> Option<Candidate> {
     let candidate = system.arrays.candidates.get(c).map(Candidate::read).filter(|candidate| !candidate.is_fixed())?;

@@ -1,12 +1,13 @@
-//! A candidate for contact, as it lies in the scratch block, and what a solve for the impulses of all of them is given and returns.
+//! A candidate for contact, as it lies in the scratch block, and what a solve for the impulses of all of them
+//! is given and returns.
 
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia};
 use crate::memory::layout::CANDIDATE_REALS;
 use crate::scene::parts::Symmetry;
 
-/// How many nodes of the whole fabric a candidate stands for, and whether its support holds it: one number, as it lies in the scratch block,
-/// with the sign minus for a fixed node.
+/// How many nodes of the whole fabric a candidate stands for, and whether its support holds it: one number,
+/// as it lies in the scratch block, with the sign minus for a fixed node.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Images(f64);
 
@@ -35,7 +36,8 @@ pub struct Candidate {
     pub speed_before: f64,
     /// phi/dt + n.v with the node's velocity v in this step before any impulse, m/s.
     pub approach: f64,
-    /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node, 0 if nothing gives way or the body cannot reach it; with mirror planes the body's part is that of all images together.
+    /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node, 0 if nothing gives way or the body
+    /// cannot reach it; with mirror planes the body's part is that of all images together.
     pub effective_mass: f64,
     /// Impulse, N s.
     pub impulse: f64,
@@ -104,7 +106,8 @@ pub(crate) fn set_mass([.., place, _]: &mut [f64; CANDIDATE_REALS], mass: f64) {
     *place = mass;
 }
 
-/// A candidate before its velocity in this step is known. It is kept in the place of the candidate that it becomes.
+/// A candidate before its velocity in this step is known. It is kept in the place of the candidate that it
+/// becomes.
 pub(crate) struct FoundCandidate {
     /// phi/dt, m/s; 0 for a node inside.
     pub gap_over_dt: f64,
@@ -125,7 +128,8 @@ impl FoundCandidate {
     }
 }
 
-/// A candidate as a solve begins, before its effective mass is known. It is kept in the place of the candidate that it becomes.
+/// A candidate as a solve begins, before its effective mass is known. It is kept in the place of the
+/// candidate that it becomes.
 pub(crate) struct Begun {
     /// How fast its gap grows before contact, m/s.
     pub gap_rate: f64,

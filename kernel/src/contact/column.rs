@@ -1,12 +1,15 @@
-//! A column: the nodes of one place of the sheet in all plies, their velocities along z, and what the projectile does to those that are candidates.
-//! Axes x, y and z of a curved sheet are here those of the column at rest: along the hoop, along the axis, and outwards.
+//! A column: the nodes of one place of the sheet in all plies, their velocities along z, and what the
+//! projectile does to those that are candidates. Axes x, y and z of a curved sheet are here those of the
+//! column at rest: along the hoop, along the axis, and outwards.
 //!
-//! Method: the velocities after contact are the nearest ones to those before (least sum of m dv^2) with which no facing pair ends nearer than
-//! 0, or nearer than it was if it was through each other. That is an isotonic regression of the velocities with the gaps over dt added up,
-//! solved exactly by pooling neighbours that press on each other. At given rates of the body a candidate is a spring of one-sided force on its
-//! node: each pool moves by the root of a sum of straight pieces.
-//! Reference: R. E. Barlow, D. J. Bartholomew, J. M. Bremner, H. D. Brunk, Statistical Inference under Order Restrictions (1972), pool
-//! adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10 (2000) 658, of sums of convex functions.
+//! Method: the velocities after contact are the nearest ones to those before (least sum of m dv^2) with which
+//! no facing pair ends nearer than 0, or nearer than it was if it was through each other. That is an isotonic
+//! regression of the velocities with the gaps over dt added up, solved exactly by pooling neighbours that
+//! press on each other. At given rates of the body a candidate is a spring of one-sided force on its node:
+//! each pool moves by the root of a sum of straight pieces.
+//! Reference: R. E. Barlow, D. J. Bartholomew, J. M. Bremner, H. D. Brunk, Statistical Inference under Order
+//! Restrictions (1972), pool adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10
+//! (2000) 658, of sums of convex functions.
 
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
@@ -24,15 +27,18 @@ const MAX_NEWTON: u32 = 60;
 pub(super) struct Node {
     /// Velocity along z before contact, spacings a pass.
     pub before: f64,
-    /// Velocity along z, with what friction changes of it: before and then after the plies push on each other, spacings a pass.
+    /// Velocity along z, with what friction changes of it: before and then after the plies push on each
+    /// other, spacings a pass.
     pub speed: f64,
-    /// By how much it may come nearer to the node before it in this pass, spacings; infinite if they do not face each other.
+    /// By how much it may come nearer to the node before it in this pass, spacings; infinite if they do not
+    /// face each other.
     pub room: f64,
     /// The rooms up to it, added up.
     offset: f64,
     /// Mass, over that of a node of the front fabric.
     pub mass: f64,
-    /// Contact stiffness of a candidate: n_z^2 over its other compliance, over that of a node; with the sign of n_z. 0 of another node.
+    /// Contact stiffness of a candidate: n_z^2 over its other compliance, over that of a node; with the sign
+    /// of n_z. 0 of another node.
     pub grip: f64,
     /// Velocity along z of a candidate at which the projectile's impulse on it ends.
     pub release: f64,
@@ -53,11 +59,12 @@ impl Node {
     }
 }
 
-/// Facing nodes that press on each other and move on together, with what the projectile does to them: velocities with the rooms added up.
-/// The n-th pool lies after the n-th node.
+/// Facing nodes that press on each other and move on together, with what the projectile does to them:
+/// velocities with the rooms added up. The n-th pool lies after the n-th node.
 #[derive(Clone, Copy)]
 struct Pool {
-    /// Velocities of the nodes, each with its mass, and those at which pressed candidates are let go, each with its grip.
+    /// Velocities of the nodes, each with its mass, and those at which pressed candidates are let go, each
+    /// with its grip.
     sum: f64,
     /// Masses, and grips of the pressed candidates.
     weight: f64,
@@ -106,8 +113,8 @@ impl Pool {
         self.limits[0] <= self.mean && self.mean <= self.limits[1]
     }
 
-    /// The pool of these nodes, whose velocity is sought from that of this one: Newton steps on a straight piece each, kept between velocities
-    /// that are known to be too small and too great.
+    /// The pool of these nodes, whose velocity is sought from that of this one: Newton steps on a straight
+    /// piece each, kept between velocities that are known to be too small and too great.
     #[cold]
     #[inline(never)]
     fn settled(&self, nodes: &[[f64; COLUMN_REALS]]) -> Pool {
@@ -141,8 +148,8 @@ fn is_pressed(grip: f64, less: f64) -> bool {
     if grip > 0.0 { less > 0.0 } else { grip < 0.0 && less < 0.0 }
 }
 
-/// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may, and finds what the projectile gives
-/// its candidates meanwhile.
+/// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may, and
+/// finds what the projectile gives its candidates meanwhile.
 pub(super) fn project(column: &mut [[f64; COLUMN_REALS]]) {
     // Pool n stands at place n, which is never after the nodes read so far.
     let (mut pools, mut first, mut offset) = (0, 0, 0.0);
@@ -196,7 +203,8 @@ pub(super) fn restart(column: &mut [[f64; COLUMN_REALS]]) {
     }
 }
 
-/// What holds each pool of a column that was solved without candidates: its mass, and grips that are positive; left in `release` of its nodes.
+/// What holds each pool of a column that was solved without candidates: its mass, and grips that are
+/// positive; left in `release` of its nodes.
 pub(super) fn hold(column: &mut [[f64; COLUMN_REALS]]) {
     each_pool(column, |nodes, pool| {
         let release = nodes.iter().fold(pool.weight, |held, place| held + math::max(Node::read(place).grip, 0.0));
@@ -204,8 +212,8 @@ pub(super) fn hold(column: &mut [[f64; COLUMN_REALS]]) {
     });
 }
 
-/// By how much the speed of each pool changes if its nodes get the impulses `push` and, for each change of speed, less by `grip`; left in
-/// `release` of its nodes.
+/// By how much the speed of each pool changes if its nodes get the impulses `push` and, for each change of
+/// speed, less by `grip`; left in `release` of its nodes.
 pub(super) fn shift(column: &mut [[f64; COLUMN_REALS]]) {
     each_pool(column, |nodes, pool| {
         let [push, held] = nodes
@@ -249,8 +257,9 @@ fn move_together(nodes: &mut [[f64; COLUMN_REALS]], pool: &Pool) {
     }
 }
 
-/// Holds the nodes back that face the first of a column where the case holds it: no lower than at this velocity. Returns what the case gives them,
-/// and what that takes of their energy, from the velocities `before` the sweep on, in masses of a node and units of (h/dt)^2.
+/// Holds the nodes back that face the first of a column where the case holds it: no lower than at this
+/// velocity. Returns what the case gives them, and what that takes of their energy, from the velocities
+/// `before` the sweep on, in masses of a node and units of (h/dt)^2.
 pub(super) fn hold_back(column: &mut [[f64; COLUMN_REALS]], floor: f64, before: impl Fn(usize) -> f64) -> [f64; 2] {
     let (mut given, mut taken) = (0.0, 0.0);
     for (ply, place) in column.iter_mut().enumerate() {
@@ -269,8 +278,9 @@ pub(super) fn hold_back(column: &mut [[f64; COLUMN_REALS]], floor: f64, before: 
     [given, taken]
 }
 
-/// Puts the nodes at a place of the sheet into the column, as the sweep left them. Returns how deep facing ones are through each
-/// other at the pass's start, spacings, 0 if none is; and whether any press on each other before the projectile does.
+/// Puts the nodes at a place of the sheet into the column, as the sweep left them. Returns how deep facing
+/// ones are through each other at the pass's start, spacings, 0 if none is; and whether any press on each
+/// other before the projectile does.
 pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool) {
     let (lane, gap) = (i % CHUNK, system.model.gap);
     let rise = system.directions.front.vertical.rest.spacing;
@@ -328,8 +338,9 @@ mod tests {
         Node { mass, ..Node::read(place) }.write(place);
     }
 
-    /// The conditions that make a solution the nearest one: no pair nearer than it may be, no impulse that pulls, none across a
-    /// pair that is not as near as it may be. And so momentum is kept, and energy is never added. Of one fabric and of two.
+    /// The conditions that make a solution the nearest one: no pair nearer than it may be, no impulse that
+    /// pulls, none across a pair that is not as near as it may be. And so momentum is kept, and energy is
+    /// never added. Of one fabric and of two.
     #[test]
     fn columns_are_solved_exactly() {
         for case in 0..4000 {

@@ -1,9 +1,10 @@
 //! Nodes that the body gets past beside an edge within a step.
 //!
-//! Method: the plane that a gap is linearised to goes on beyond an edge, and would press nodes that the body never meets. Such nodes are
-//! set aside, and come back into the solve if the rates that it leaves the body make them meet ([`EdgeTest`]); fixed ones that are before
-//! two faces wait for the impulses on the others.
-//! Limits: a node whose way takes more planes than a few counts as met; after some rounds all are, as if there were no edge.
+//! Method: the plane that a gap is linearised to goes on beyond an edge, and would press nodes that the body
+//! never meets. Such nodes are set aside, and come back into the solve if the rates that it leaves the body
+//! make them meet ([`EdgeTest`]); fixed ones that are before two faces wait for the impulses on the others.
+//! Limits: a node whose way takes more planes than a few counts as met; after some rounds all are, as if
+//! there were no edge.
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::{self, Body};
@@ -36,11 +37,11 @@ impl<'s> EdgeTest<'s> {
         EdgeTest { solid, start: *body, end: Body { position, orientation, ..*body } }
     }
 
-    /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap is linearised to at
-    /// `x` would press it.
+    /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap
+    /// is linearised to at `x` would press it.
     ///
-    /// A face that is curved (by no radius below R) ends as far above its own plane as way^2/2R: what presses by less is of second
-    /// order, as what turning bends the way by, and no edge.
+    /// A face that is curved (by no radius below R) ends as far above its own plane as way^2/2R: what presses
+    /// by less is of second order, as what turning bends the way by, and no edge.
     pub fn is_past_an_edge(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
         let (first, last) = (at(&self.start, x), at(&self.end, y));
         let (from, way) = (self.solid.gap(&first), last - first);
@@ -48,7 +49,8 @@ impl<'s> EdgeTest<'s> {
         depth * (2.0 * self.solid.radius()) > way.dot(&way) && self.stays_outside(x, y, touching)
     }
 
-    /// Whether a node at `x` is before two faces that meet at an edge: impulses on other nodes may decide which of them it meets.
+    /// Whether a node at `x` is before two faces that meet at an edge: impulses on other nodes may decide
+    /// which of them it meets.
     pub fn starts_before_an_edge(&self, x: &Vector, touching: f64) -> bool {
         self.solid.is_before_an_edge(&at(&self.start, x), -touching)
     }
@@ -58,11 +60,12 @@ impl<'s> EdgeTest<'s> {
         -self.solid.gap(&at(&self.end, y)).distance
     }
 
-    /// Whether a node that goes straight from `x` to `y` stays outside. Down to the depth `touching`, m, it only touches.
+    /// Whether a node that goes straight from `x` to `y` stays outside. Down to the depth `touching`, m, it
+    /// only touches.
     ///
-    /// The whole body lies behind the plane of the gap at any point: the way is safe until it gets behind that plane, where the next
-    /// plane is taken. All are taken lower by what counts as touching: nodes below a flat face lie in its plane but for rounding, and
-    /// so do those that come under it next.
+    /// The whole body lies behind the plane of the gap at any point: the way is safe until it gets behind
+    /// that plane, where the next plane is taken. All are taken lower by what counts as touching: nodes below
+    /// a flat face lie in its plane but for rounding, and so do those that come under it next.
     pub fn stays_outside(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
         let (first, last) = (at(&self.start, x), at(&self.end, y));
         let (way, mut gone) = (last - first, 0.0);
@@ -86,9 +89,9 @@ fn at(body: &Body, x: &Vector) -> Vector {
     pose::into_body(&body.orientation, &(x - body.position))
 }
 
-/// Puts after the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
-/// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
-/// `deepest`: what gathering found, m.
+/// Puts after the others the candidates that get past an edge of the body, if both go on freely: the plane
+/// that a gap is linearised to goes on beyond the edge, and would press nodes that the body never meets.
+/// Returns how many are left. `deepest`: what gathering found, m.
 #[inline(never)]
 pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
     if !system.solid.feels_torque() {
@@ -129,8 +132,9 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
     [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]
 }
 
-/// The impulses of the candidates, whose approach is known: of the first `kept`, and of those after them that the body
-/// meets after all, because impulses have changed its rates. `solve_first` finds those of the first so many. Returns how many there are now.
+/// The impulses of the candidates, whose approach is known: of the first `kept`, and of those after them that
+/// the body meets after all, because impulses have changed its rates. `solve_first` finds those of the first
+/// so many. Returns how many there are now.
 #[inline(never)]
 pub(crate) fn solve_contact(
     system: &mut System<'_>,
@@ -153,7 +157,8 @@ pub(crate) fn solve_contact(
     (solve_first(system, count), count)
 }
 
-/// Takes in those of the candidates from `alone` on that the body meets with the rates that a solve has left it. Returns how many there are now.
+/// Takes in those of the candidates from `alone` on that the body meets with the rates that a solve has left
+/// it. Returns how many there are now.
 #[inline(never)]
 fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count: usize) -> usize {
     let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
@@ -172,8 +177,9 @@ fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count
     kept
 }
 
-/// Depth at the pass's end of the deepest of the first `kept` candidates that is held, m; 0 if none is inside. Turning has brought the
-/// nodes below a flat face so deep; one beside them, no farther away than they are from each other, at most twice as deep.
+/// Depth at the pass's end of the deepest of the first `kept` candidates that is held, m; 0 if none is
+/// inside. Turning has brought the nodes below a flat face so deep; one beside them, no farther away than
+/// they are from each other, at most twice as deep.
 fn deepest_support(system: &System<'_>, test: &EdgeTest<'_>, kept: usize) -> f64 {
     let mut deepest = 0.0;
     for (c, slot) in system.arrays.candidates.iter().enumerate().take(kept) {

@@ -1,13 +1,16 @@
-//! Coulomb friction of the nodes on the projectile: two tangential impulses beside the normal one of a contact.
+//! Coulomb friction of the nodes on the projectile: two tangential impulses beside the normal one of a
+//! contact.
 //!
-//! Method: at a contact with the normal impulse lambda the tangential impulse p on the node satisfies |p| <= mu lambda, and with
-//! the slip s = (v - V - w x r) less its normal part at the end of the step p = -mu lambda s/|s| where s is not 0. Solved in the
-//! sweeps of `solve.rs`: p <- the nearest point to p - s/W of the disc |p| <= mu lambda, with the largest inverse mass W of the
-//! contact along its tangents. So the cone is exact, and a node that is alone on a body that does not turn is solved at once.
-//! The impulses act on node and body at the place of the node at t_n: linear and angular momentum are exact.
-//! Limits: one coefficient for rest and sliding; velocity Verlet. Where nodes are coupled by the body alone (fixed nodes) the impulses
-//! need not be unique; the solution found is that of the node order.
-//! Reference: G. De Saxce, Z.-Q. Feng, Math. Comput. Modelling 28 (1998) 225; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
+//! Method: at a contact with the normal impulse lambda the tangential impulse p on the node satisfies |p| <=
+//! mu lambda, and with the slip s = (v - V - w x r) less its normal part at the end of the step p = -mu
+//! lambda s/|s| where s is not 0. Solved in the sweeps of `solve.rs`: p <- the nearest point to p - s/W of
+//! the disc |p| <= mu lambda, with the largest inverse mass W of the contact along its tangents. So the cone
+//! is exact, and a node that is alone on a body that does not turn is solved at once. The impulses act on
+//! node and body at the place of the node at t_n: linear and angular momentum are exact.
+//! Limits: one coefficient for rest and sliding; velocity Verlet. Where nodes are coupled by the body alone
+//! (fixed nodes) the impulses need not be unique; the solution found is that of the node order.
+//! Reference: G. De Saxce, Z.-Q. Feng, Math. Comput. Modelling 28 (1998) 225; M. Jean, Comput. Methods Appl.
+//! Mech. Engrg. 177 (1999) 235.
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::{Body, Inertia};
@@ -34,9 +37,11 @@ pub struct Tangential {
 }
 
 impl Tangential {
-    /// Tangential part of a node at `r` from the body's centre, m, with this normal and velocity, m/s, sheet's frame.
+    /// Tangential part of a node at `r` from the body's centre, m, with this normal and velocity, m/s,
+    /// sheet's frame.
     pub fn at(r: &Vector, normal: &Vector, velocity: &Vector, body: &Body) -> Tangential {
-        // The axis that is farthest from the normal; on a mirror plane that across it, so that rounding keeps the symmetry.
+        // The axis that is farthest from the normal; on a mirror plane that across it, so that rounding keeps
+        // the symmetry.
         let [x, y, z] = [normal.x, normal.y, normal.z].map(math::abs);
         let axis = if x <= y && x <= z {
             Vector::x()

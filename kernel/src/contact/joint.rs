@@ -1,15 +1,20 @@
-//! Separate plies that push on each other: unilateral impulses between facing nodes, restitution zero, without friction between them.
+//! Separate plies that push on each other: unilateral impulses between facing nodes, restitution zero,
+//! without friction between them.
 //!
-//! Method: node (i, j) of a ply faces node (i, j) of the next one, and impulses along the sheet's normal z keep their order. The
-//! nodes of one place in all plies are a column. Of a curved sheet each column has axes of its own, of which z is the normal at rest. Masses are
-//! those of the fabrics, over that of a node of the front one. Their velocities after contact follow from an exact regression (`column.rs`).
-//! So momentum is kept, no energy is ever added (no relative motion at all would be allowed, too), and the order of nodes does not matter.
-//! With the projectile: at given rates of the body a candidate is a spring of one-sided force on its node, because the node gives way along the
-//! sheet and the body a little. So a column is solved for its nodes and candidates at once, and the columns follow each other as the nodes of a
-//! single sheet do (`solve.rs`). Candidates out of reach are left out; if more comes of the impulses than that allows, all are solved again.
-//! With friction columns of several candidates are solved by `rough.rs`, and impulses that would add energy are all scaled back.
-//! Limits: nodes face nodes along z, and the moment of an impulse between nodes that are displaced along the sheet is not kept. A pair more than a
-//! spacing apart along the sheet does not touch. All plies of a column are free or all are fixed. Velocity Verlet, no mirror planes.
+//! Method: node (i, j) of a ply faces node (i, j) of the next one, and impulses along the sheet's normal z
+//! keep their order. The nodes of one place in all plies are a column. Of a curved sheet each column has axes
+//! of its own, of which z is the normal at rest. Masses are those of the fabrics, over that of a node of the
+//! front one. Their velocities after contact follow from an exact regression (`column.rs`). So momentum is
+//! kept, no energy is ever added (no relative motion at all would be allowed, too), and the order of nodes
+//! does not matter. With the projectile: at given rates of the body a candidate is a spring of one-sided
+//! force on its node, because the node gives way along the sheet and the body a little. So a column is solved
+//! for its nodes and candidates at once, and the columns follow each other as the nodes of a single sheet do
+//! (`solve.rs`). Candidates out of reach are left out; if more comes of the impulses than that allows, all
+//! are solved again. With friction columns of several candidates are solved by `rough.rs`, and impulses that
+//! would add energy are all scaled back.
+//! Limits: nodes face nodes along z, and the moment of an impulse between nodes that are displaced along the
+//! sheet is not kept. A pair more than a spacing apart along the sheet does not touch. All plies of a column
+//! are free or all are fixed. Velocity Verlet, no mirror planes.
 //! Reference: as in `column.rs` and `solve.rs`.
 
 use crate::body::pose::Vector;
@@ -27,26 +32,30 @@ use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 
-/// Least compliance of a candidate in addition to its column's, over that of a node, without and with friction: candidates of one column that point along z
-/// share their impulse by it. The larger it is, the longer small gap rates last; the smaller, the fewer columns that rub are solved.
+/// Least compliance of a candidate in addition to its column's, over that of a node, without and with
+/// friction: candidates of one column that point along z share their impulse by it. The larger it is, the
+/// longer small gap rates last; the smaller, the fewer columns that rub are solved.
 const EVEN: [f64; 2] = [1e-9, 1e-6];
-/// Gap rates and slips count as settled below this, in parts of the fastest before contact and of the speeds that they are differences of.
+/// Gap rates and slips count as settled below this, in parts of the fastest before contact and of the speeds
+/// that they are differences of.
 const SETTLED: [f64; 2] = [1e-12, 4e-15];
 /// A gap rate that does not count if no velocity changes any more, spacings a pass.
 const HARMLESS: f64 = 1e-9;
-/// Sweeps before impulses along the surface that go back and forth take shorter ways, and by how much those grow that go on.
+/// Sweeps before impulses along the surface that go back and forth take shorter ways, and by how much those
+/// grow that go on.
 const PATIENCE: u32 = 4;
 const GROWTH: f64 = 1.1;
-/// A candidate whose gap grows by more than so many times the fastest approach, of a candidate or of two nodes of a column, is left out, unless
-/// more comes of it.
+/// A candidate whose gap grows by more than so many times the fastest approach, of a candidate or of two
+/// nodes of a column, is left out, unless more comes of it.
 const FAR_APART: f64 = 2.0;
-/// Sweeps after which a solve is given up in which fixed nodes take an impulse. They do not give way, and neighbours under a wide body leave
-/// nearly all of an error in a sweep.
+/// Sweeps after which a solve is given up in which fixed nodes take an impulse. They do not give way, and
+/// neighbours under a wide body leave nearly all of an error in a sweep.
 const MAX_SWEEPS_ON_SUPPORTS: u32 = 4000;
 /// Impulses found after which it is given up earlier.
 const UPDATES_ON_SUPPORTS: usize = 16_000_000;
 
-/// The impulses of the first `count` candidates of a stack: [`crate::contact::solve::solve_first`] together with the columns.
+/// The impulses of the first `count` candidates of a stack: [`crate::contact::solve::solve_first`] together
+/// with the columns.
 #[inline(never)]
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let mut joint = Joint::at(system);
@@ -65,7 +74,8 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     if converged || !system.layout.has(Feature::Friction) { solved } else { without_gain(system, count, solved) }
 }
 
-/// Links the candidates of each column of free nodes, the last one first; it leads the column. A fixed node is a column of its own.
+/// Links the candidates of each column of free nodes, the last one first; it leads the column. A fixed node
+/// is a column of its own.
 fn link(system: &mut System<'_>, count: usize) {
     let Arrays { last, links, candidates, candidate_nodes, .. } = &mut system.arrays;
     // At least 1, so that no division by zero has to be compiled in.
@@ -89,8 +99,8 @@ fn link(system: &mut System<'_>, count: usize) {
     }
 }
 
-/// Gauss-Seidel over the columns with candidates. Each is solved for all its nodes and candidates at once, with a body that gives way to
-/// several of them a little more than it does, so that they never go too far.
+/// Gauss-Seidel over the columns with candidates. Each is solved for all its nodes and candidates at once,
+/// with a body that gives way to several of them a little more than it does, so that they never go too far.
 pub(super) struct Joint<'s, 'a> {
     pub(super) system: &'s mut System<'a>,
     pub(super) inertia: Inertia,
@@ -155,8 +165,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         FAR_APART * (closing + self.widest)
     }
 
-    /// Begins with a candidate without impulse. Returns its gap rate or slip, whichever is faster, m/s, the square of its longest arm, m^2, and
-    /// its gap rate, m/s.
+    /// Begins with a candidate without impulse. Returns its gap rate or slip, whichever is faster, m/s, the
+    /// square of its longest arm, m^2, and its gap rate, m/s.
     fn start(&mut self, c: usize) -> [f64; 3] {
         self.set_impulse(c, 0.0);
         let candidate = self.candidate(c);
@@ -178,7 +188,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         [fastest, farthest, rate]
     }
 
-    /// By how much the velocities along z differ in the column of a candidate, m/s: no node of it is moved by more before the body pushes one.
+    /// By how much the velocities along z differ in the column of a candidate, m/s: no node of it is moved by
+    /// more before the body pushes one.
     fn spread(&self, c: usize) -> f64 {
         let (i, row) = place(self.system, c);
         let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
@@ -192,8 +203,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         (high - low) * self.system.model.unit_speed
     }
 
-    /// Includes the candidates whose gaps grow by no more than `reach`, m/s. The others are left out of their columns' lists, so that no sweep comes
-    /// to them; but the first one of a column leads it as before.
+    /// Includes the candidates whose gaps grow by no more than `reach`, m/s. The others are left out of their
+    /// columns' lists, so that no sweep comes to them; but the first one of a column leads it as before.
     fn include(&mut self, count: usize, reach: f64) {
         for c in 0..count {
             if !self.leads(c) {
@@ -280,11 +291,13 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.system.mass_share(self.ply(c))
     }
 
-    /// Compliance of one of so many candidates of a column in addition to its z motion, 1/kg: its node along the sheet, and the body.
+    /// Compliance of one of so many candidates of a column in addition to its z motion, 1/kg: its node along
+    /// the sheet, and the body.
     ///
-    /// A step of a column never goes too far if the body is taken to give way to each of n candidates n times as much as it does. That is
-    /// exact for one; several that point the same way would pass the impulse on between them for long. But a body that outweighs the column
-    /// need not give way to what they share, two times over, because the column's own nodes give way by more.
+    /// A step of a column never goes too far if the body is taken to give way to each of n candidates n times
+    /// as much as it does. That is exact for one; several that point the same way would pass the impulse on
+    /// between them for long. But a body that outweighs the column need not give way to what they share, two
+    /// times over, because the column's own nodes give way by more.
     fn give_besides(&self, c: usize, own: f64, leader: usize, members: f64) -> f64 {
         let (candidate, first) = (&self.candidate(c), &self.candidate(leader));
         let ([x, y, z], [_, _, up]) = (self.touch(c).normal, self.touch(leader).normal);
@@ -423,8 +436,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         error <= HARMLESS * unit_speed && math::max(lifted, moved) <= self.tolerance
     }
 
-    /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s. What comes after more than `enough` is not
-    /// looked at.
+    /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s. What comes
+    /// after more than `enough` is not looked at.
     fn error(&self, leader: usize, enough: f64) -> f64 {
         let mut error = 0.0;
         for c in core::iter::successors(Some(leader), |&c| self.next(c)) {
@@ -461,7 +474,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         give * math::abs(change)
     }
 
-    /// The nodes of a column and its candidates' normal impulses. Returns the largest change of the candidates' velocities along z, m/s.
+    /// The nodes of a column and its candidates' normal impulses. Returns the largest change of the
+    /// candidates' velocities along z, m/s.
     pub(super) fn solve_column(&mut self, leader: usize) -> f64 {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
         self.load_column(leader);
@@ -543,8 +557,9 @@ impl<'s, 'a> Joint<'s, 'a> {
         project(self.system.arrays.column);
     }
 
-    /// What the plies of a column do to each other under the candidates' impulses: impulses times relative velocities before, with those
-    /// at which gaps would close; and the square of what all impulses change of the velocities along z. In units of m (h/dt)^2.
+    /// What the plies of a column do to each other under the candidates' impulses: impulses times relative
+    /// velocities before, with those at which gaps would close; and the square of what all impulses change of
+    /// the velocities along z. In units of m (h/dt)^2.
     fn of_plies(&mut self, leader: usize) -> [f64; 2] {
         self.load_column(leader);
         self.push_column(leader);
@@ -562,11 +577,13 @@ impl<'s, 'a> Joint<'s, 'a> {
         [work, moved]
     }
 
-    /// The next impulses along the surface of a candidate, from these towards those that Coulomb's law asks for.
+    /// The next impulses along the surface of a candidate, from these towards those that Coulomb's law asks
+    /// for.
     ///
-    /// A column that slides may go back and forth for ever: what friction pushes the node along the sheet, the normal impulse lets go of
-    /// several times over where the surface is nearly flat, and it limits friction. So after some sweeps a candidate whose way
-    /// turns back goes half as far, and farther again while it does not turn. The impulses stay in the cone, and what is left to go counts in full.
+    /// A column that slides may go back and forth for ever: what friction pushes the node along the sheet,
+    /// the normal impulse lets go of several times over where the surface is nearly flat, and it limits
+    /// friction. So after some sweeps a candidate whose way turns back goes half as far, and farther again
+    /// while it does not turn. The impulses stay in the cone, and what is left to go counts in full.
     fn paced(&mut self, c: usize, candidate: &Candidate, [p, q]: [f64; 2], next: [f64; 2]) -> [f64; 2] {
         let way = [next[0] - p, next[1] - q];
         let Some(slot) = self.system.arrays.paces.get_mut(c) else { return next };
@@ -584,8 +601,9 @@ impl<'s, 'a> Joint<'s, 'a> {
         laws::limited([p + part * way[0], q + part * way[1]], most)
     }
 
-    /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest change of the velocities along the
-    /// sheet since the column was solved last, of fixed nodes of the slip, m/s.
+    /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest
+    /// change of the velocities along the sheet since the column was solved last, of fixed nodes of the slip,
+    /// m/s.
     pub(super) fn rub(&mut self, leader: usize) -> f64 {
         let (mut moved, mut next) = (0.0, Some(leader));
         let mut stale = false;
@@ -623,9 +641,10 @@ fn place(system: &System<'_>, c: usize) -> (usize, usize) {
     (i, system.layout.ply_and_row(j).1)
 }
 
-/// Impulses with friction, scaled back if they would add energy, as those of a single sheet are that were given up on: a cone holds every part
-/// of what it holds. The impulses between the plies are scaled with them here; those that separate the plies in the end leave no more energy than
-/// these and what they would do against the gaps.
+/// Impulses with friction, scaled back if they would add energy, as those of a single sheet are that were
+/// given up on: a cone holds every part of what it holds. The impulses between the plies are scaled with them
+/// here; those that separate the plies in the end leave no more energy than these and what they would do
+/// against the gaps.
 #[inline(never)]
 fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {
     let (body, inertia, mass) = (system.state.body, system.model.inertia, system.model.node_mass);

@@ -1,8 +1,11 @@
-//! Laws of a contact, which all solvers share: how far impulses fail them, friction that sticks or slides, and impulses scaled back.
+//! Laws of a contact, which all solvers share: how far impulses fail them, friction that sticks or slides,
+//! and impulses scaled back.
 //!
-//! Method: an impulse along the normal is complementary to the gap rate, friction lies in the disc of Coulomb's law.
-//! Impulses that were given up on are scaled back until they add no energy: a cone holds every part of what it holds.
-//! Limits: impulses are known, not sought; that is the solvers' work (`solve.rs`, `newton.rs`, `joint.rs`, `rough.rs`).
+//! Method: an impulse along the normal is complementary to the gap rate, friction lies in the disc of
+//! Coulomb's law. Impulses that were given up on are scaled back until they add no energy: a cone holds every
+//! part of what it holds.
+//! Limits: impulses are known, not sought; that is the solvers' work (`solve.rs`, `newton.rs`, `joint.rs`,
+//! `rough.rs`).
 //! Reference: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
 use crate::body::pose::Vector;
@@ -16,7 +19,8 @@ pub(crate) fn violation(impulse: f64, gap_rate: f64) -> f64 {
     if impulse > 0.0 { math::abs(gap_rate) } else { math::max(-gap_rate, 0.0) }
 }
 
-/// Violation of Coulomb's law, m/s, by friction that would go from one impulse to the next at this effective mass, kg.
+/// Violation of Coulomb's law, m/s, by friction that would go from one impulse to the next at this effective
+/// mass, kg.
 pub(crate) fn slip_violation([p, q]: [f64; 2], next: [f64; 2], mass: f64) -> f64 {
     let change = math::max(math::abs(next[0] - p), math::abs(next[1] - q));
     if mass > 0.0 { change / mass } else { 0.0 }
@@ -58,7 +62,8 @@ impl Gain {
         }
     }
 
-    /// Leaves the part of the candidates' impulses that adds no energy. Returns the rates of the body with it.
+    /// Leaves the part of the candidates' impulses that adds no energy. Returns the rates of the body with
+    /// it.
     pub fn scale_back(
         &self,
         candidates: &mut [[f64; CANDIDATE_REALS]],

@@ -1,14 +1,18 @@
-//! Contact for solves that sweeps do not finish: the candidates are coupled by the six rates of the body alone, which Newton's method finds.
+//! Contact for solves that sweeps do not finish: the candidates are coupled by the six rates of the body
+//! alone, which Newton's method finds.
 //!
-//! Method: while the body changes its rates by d, each candidate answers by itself: lambda = max(0, lambda_0 - rho g(d)), with the gap rate g and the
-//! impulse lambda_0 so far, and its friction by the nearest point of its disc. For a free node rho is its mass and the answer the exact one. A fixed
-//! node does not give way; there rho is large, and this is a step of the method of multipliers, which is taken again from the impulses found
-//! until none changes. The rates of each step solve six equations that are piecewise smooth: semismooth Newton, a way that does not bring the
-//! equations nearer to 0 is halved. So the work is some passes over the candidates, however they lie. Without friction each step is one of
-//! the convex dual problem and never adds energy; a step whose equations are not solved is not taken.
-//! Limits: with friction the equations need not be monotone, and Newton's method may find no way on; then what is left over is counted.
-//! Reference: L. Qi, J. Sun, Math. Program. 58 (1993) 353; P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353;
-//! R. T. Rockafellar, Math. Oper. Res. 1 (1976) 97.
+//! Method: while the body changes its rates by d, each candidate answers by itself: lambda = max(0, lambda_0
+//! - rho g(d)), with the gap rate g and the impulse lambda_0 so far, and its friction by the nearest point of
+//! its disc. For a free node rho is its mass and the answer the exact one. A fixed node does not give way;
+//! there rho is large, and this is a step of the method of multipliers, which is taken again from the
+//! impulses found until none changes. The rates of each step solve six equations that are piecewise smooth:
+//! semismooth Newton, a way that does not bring the equations nearer to 0 is halved. So the work is some
+//! passes over the candidates, however they lie. Without friction each step is one of the convex dual problem
+//! and never adds energy; a step whose equations are not solved is not taken.
+//! Limits: with friction the equations need not be monotone, and Newton's method may find no way on; then
+//! what is left over is counted.
+//! Reference: L. Qi, J. Sun, Math. Program. 58 (1993) 353; P. Alart, A. Curnier, Comput. Methods Appl. Mech.
+//! Engrg. 92 (1991) 353; R. T. Rockafellar, Math. Oper. Res. 1 (1976) 97.
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
@@ -23,20 +27,22 @@ pub const MAX_PASSES: u32 = 95;
 /// rho of a fixed node over the mass by which the body gives way to it: at first, and at least.
 pub(crate) const STIFF: f64 = 1e4;
 const SOFTEST: f64 = 10.0;
-/// Where contacts fail their laws by more than so many times what sweeps may leave, a step with the friction that the impulses so far allow may
-/// help where another finds no way.
+/// Where contacts fail their laws by more than so many times what sweeps may leave, a step with the friction
+/// that the impulses so far allow may help where another finds no way.
 const FAR: f64 = 1e8;
 /// What is left of equations counts no more below this part of what sweeps may leave.
 const SLIGHT: f64 = 0.01;
-/// Equations count as solved when the first part of them is left, or the second if Newton's method finds no way on.
+/// Equations count as solved when the first part of them is left, or the second if Newton's method finds no
+/// way on.
 const SOLVED: [f64; 2] = [1e-8, 1e-6];
-/// A step of Newton's method ends where this part of the equations along it is left, or where longer ones by this part of it are too long. If one so
-/// much shorter is too long there is no way on.
+/// A step of Newton's method ends where this part of the equations along it is left, or where longer ones by
+/// this part of it are too long. If one so much shorter is too long there is no way on.
 const HALF: f64 = 0.5;
 const CLOSE: f64 = 0.1;
 const SHORTEST: f64 = 1e-6;
-/// A solve is finished when contacts fail their laws by no more than so many times what sweeps may leave, with friction before and after a step: of a node that
-/// slides with a great impulse one more sweep would turn the friction by little only.
+/// A solve is finished when contacts fail their laws by no more than so many times what sweeps may leave,
+/// with friction before and after a step: of a node that slides with a great impulse one more sweep would
+/// turn the friction by little only.
 const FINISHED: f64 = 100.0;
 
 /// The changes of the body's six rates: velocity, m/s, and angular velocity in body axes, rad/s.
@@ -97,7 +103,8 @@ impl Newton<'_> {
         solved
     }
 
-    /// By how much the contacts fail the laws of contact and friction, m/s: what one more sweep would change of the fastest.
+    /// By how much the contacts fail the laws of contact and friction, m/s: what one more sweep would change
+    /// of the fastest.
     #[inline(never)]
     pub fn residual(&self, solved: &Solved) -> f64 {
         let mut worst = 0.0;
@@ -138,7 +145,8 @@ impl Newton<'_> {
         Way { of_body: six(direction, arm), to_body: six(&push, &twist) }
     }
 
-    /// The change of the rates that solves the six equations, if Newton's method finds it. `frozen`: with the friction that the impulses so far allow.
+    /// The change of the rates that solves the six equations, if Newton's method finds it. `frozen`: with the
+    /// friction that the impulses so far allow.
     fn root(&self, solved: &Solved, frozen: bool, settled: f64, passes: &mut u32) -> Option<Six> {
         let mut change = [0.0; 6];
         let mut at = Equations { left: change, slope: [[0.0; 6]; 6] };
@@ -160,8 +168,9 @@ impl Newton<'_> {
         }
     }
 
-    /// Where a step of Newton's method ends: where it is whole, if that is nearer to the solution, or about the least of what the equations without
-    /// friction are the gradient of, which is convex. `at`: the equations there.
+    /// Where a step of Newton's method ends: where it is whole, if that is nearer to the solution, or about
+    /// the least of what the equations without friction are the gradient of, which is convex. `at`: the
+    /// equations there.
     #[inline(never)]
     fn way_on(
         &self,
@@ -208,7 +217,8 @@ impl Newton<'_> {
         sum
     }
 
-    /// The equations where the body changes its rates by this: the change, and what the answers of the candidates take of the rates.
+    /// The equations where the body changes its rates by this: the change, and what the answers of the
+    /// candidates take of the rates.
     #[inline(never)]
     fn set_equations(&self, at: &mut Equations, solved: &Solved, frozen: bool, change: &Six) {
         at.left = *change;
@@ -221,7 +231,8 @@ impl Newton<'_> {
         }
     }
 
-    /// Leaves the candidates the impulses with which they answer this change of the body's rates, and the body the rates that follow.
+    /// Leaves the candidates the impulses with which they answer this change of the body's rates, and the
+    /// body the rates that follow.
     #[inline(never)]
     fn take(&mut self, solved: &mut Solved, frozen: bool, change: &Six) {
         let mut sum = [0.0; 6];
@@ -250,8 +261,8 @@ impl Newton<'_> {
         solved.angular_velocity -= Vector::new(d, e, f);
     }
 
-    /// The impulses with which a candidate answers a change of the body's rates. `each` gets, for each of its directions, what more is given, and
-    /// the derivative of that by the rates.
+    /// The impulses with which a candidate answers a change of the body's rates. `each` gets, for each of its
+    /// directions, what more is given, and the derivative of that by the rates.
     #[inline(always)]
     fn answer(
         &self,
@@ -312,7 +323,8 @@ fn combined(a: &Six, part: f64, b: &Six) -> Six {
     core::array::from_fn(|k| a[k] + part * b[k])
 }
 
-/// What `slope` takes to `left`, by elimination in order: without friction no pivot is less than 1. None if there is one close to 0.
+/// What `slope` takes to `left`, by elimination in order: without friction no pivot is less than 1. None if
+/// there is one close to 0.
 #[inline(never)]
 fn solution(at: &Equations) -> Option<Six> {
     let (mut rows, mut right) = (at.slope, at.left);

@@ -1,19 +1,24 @@
-//! Columns with several candidates that rub on the projectile: normal and tangential impulses of their candidates, and the velocities of their nodes, at once.
+//! Columns with several candidates that rub on the projectile: normal and tangential impulses of their
+//! candidates, and the velocities of their nodes, at once.
 //!
-//! Method: semismooth Newton. Under an impulse r in the frame (n, t0, t1) of a candidate its node moves along the sheet by P r/m; so gap rate and
-//! slips change by A dr + q dl, with q the parts of the z axis in the frame, the change dl of the node's velocity along z, and
-//! A = D + (I - q q^T)/m, where D is what the body gives way by, a little more than it does. A candidate that sticks loses all three; one that slides
-//! loses its gap rate, and its friction is mu lambda along p - s/W, which turns. Either way r is linear in dl: with these springs each pool of the
-//! column moves on by one number, and then plies are separated anew. A step that ends higher is undone and tried again with a larger D (Levenberg
-//! and Marquardt): where two plies of a pool stick to places of the body that part, impulses have to go far before one of them slides, and steps
-//! with the body's own D go too far. If none helps the column takes sweeps of Gauss-Seidel instead (`joint.rs`), as many as there have been of
-//! all columns: beside candidates that slide two plies may neither press on each other nor part, and Newton's method leads back there, but sweeps
-//! follow the impulses away, until a candidate lets go or sticks.
-//! Where tan < mu a sliding candidate may be wedged: its impulse would grow as its node moves away. It lets go if
-//! its gap grows, and sticks if it closes, as it does in time.
-//! Limits: which of several solutions is found depends on the iteration. Nothing proves that one is found; what is left over is counted.
-//! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math. Program. 58 (1993) 353;
-//! D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
+//! Method: semismooth Newton. Under an impulse r in the frame (n, t0, t1) of a candidate its node moves along
+//! the sheet by P r/m; so gap rate and slips change by A dr + q dl, with q the parts of the z axis in the
+//! frame, the change dl of the node's velocity along z, and A = D + (I - q q^T)/m, where D is what the body
+//! gives way by, a little more than it does. A candidate that sticks loses all three; one that slides loses
+//! its gap rate, and its friction is mu lambda along p - s/W, which turns. Either way r is linear in dl: with
+//! these springs each pool of the column moves on by one number, and then plies are separated anew. A step
+//! that ends higher is undone and tried again with a larger D (Levenberg and Marquardt): where two plies of a
+//! pool stick to places of the body that part, impulses have to go far before one of them slides, and steps
+//! with the body's own D go too far. If none helps the column takes sweeps of Gauss-Seidel instead
+//! (`joint.rs`), as many as there have been of all columns: beside candidates that slide two plies may
+//! neither press on each other nor part, and Newton's method leads back there, but sweeps follow the impulses
+//! away, until a candidate lets go or sticks. Where tan < mu a sliding candidate may be wedged: its impulse
+//! would grow as its node moves away. It lets go if its gap grows, and sticks if it closes, as it does in
+//! time.
+//! Limits: which of several solutions is found depends on the iteration. Nothing proves that one is found;
+//! what is left over is counted.
+//! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math.
+//! Program. 58 (1993) 353; D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
 
 use crate::contact::column::{Node, hold, shift};
 use crate::contact::friction::Tangential;
@@ -25,11 +30,14 @@ use crate::ground::math;
 
 /// Steps for a column in a sweep at the most.
 const MOST_STEPS: u32 = 30;
-/// What is left of an error after a step at the most, undamped and damped: damped steps go on along a face on which nothing but impulses changes.
+/// What is left of an error after a step at the most, undamped and damped: damped steps go on along a face on
+/// which nothing but impulses changes.
 const LEFT: [f64; 2] = [0.9, 1.01];
-/// By how much more the body is taken to give way in a damped step, over what a node does: first, growing by, and no more than.
+/// By how much more the body is taken to give way in a damped step, over what a node does: first, growing by,
+/// and no more than.
 const DAMPING: [f64; 3] = [1e-3, 3.0, 0.2];
-/// Gap rates and slips that do not count where several candidates share a column, spacings a pass: to end with, and of one column.
+/// Gap rates and slips that do not count where several candidates share a column, spacings a pass: to end
+/// with, and of one column.
 const ROUGH: [f64; 2] = [1e-7, 2e-8];
 /// Slopes of a sliding candidate below this, over what its node gives way by, are no slopes.
 const FLAT: f64 = 1e-6;
@@ -50,7 +58,8 @@ struct RoughContact {
 }
 
 impl RoughContact {
-    /// By how much it fails the laws of contact and friction, m/s; and where its impulse along the surface goes.
+    /// By how much it fails the laws of contact and friction, m/s; and where its impulse along the surface
+    /// goes.
     fn error(&self) -> (f64, [f64; 2]) {
         let ([normal, p, q], [gap_rate, s, t]) = (self.impulse, self.rate);
         let trial = [p - s * self.mass, q - t * self.mass];
@@ -85,7 +94,8 @@ impl RoughContact {
         Spring { base, slope: core::array::from_fn(|k| -part[k] * q[k] / rest), ..Spring::default() }
     }
 
-    /// No gap rate is left, and friction goes along the unit vector [c, s]. `part`: its size over that of the trial impulse.
+    /// No gap rate is left, and friction goes along the unit vector [c, s]. `part`: its size over that of the
+    /// trial impulse.
     fn sliding(&self, [c, s]: [f64; 2], part: f64) -> Option<Spring> {
         let (own, mu, [up, u, v]) = (self.own, self.friction, self.up);
         // Along friction and across it.
@@ -152,8 +162,8 @@ impl Joint<'_, '_> {
         first <= enough
     }
 
-    /// Steps of Newton's method for a column whose springs are known, until it is settled, or fails the laws by little enough and steps bring
-    /// no more. Returns by how much it fails the laws then, m/s.
+    /// Steps of Newton's method for a column whose springs are known, until it is settled, or fails the laws
+    /// by little enough and steps bring no more. Returns by how much it fails the laws then, m/s.
     fn newton(&mut self, leader: usize, first: f64, [enough, settled]: [f64; 2]) -> f64 {
         if !self.touch(leader).stale {
             self.load_column(leader);
@@ -235,8 +245,8 @@ impl Joint<'_, '_> {
         }
     }
 
-    /// Takes the candidates of a column for springs if they fail the laws of contact and friction by more than `settled`. Returns by how much they
-    /// do at the most, m/s.
+    /// Takes the candidates of a column for springs if they fail the laws of contact and friction by more
+    /// than `settled`. Returns by how much they do at the most, m/s.
     fn set_springs(&mut self, leader: usize, settled: f64) -> f64 {
         let (mut error, mut next, mut left_out) = (0.0, Some(leader), 0);
         while let Some(c) = next {

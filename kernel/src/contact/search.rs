@@ -1,6 +1,7 @@
 //! Which nodes are candidates for contact: those nearer to the projectile than a spacing.
 //!
-//! Method: rows, chunks and lanes that miss the box and the ball about the body are passed over; the exact gap decides.
+//! Method: rows, chunks and lanes that miss the box and the ball about the body are passed over; the exact
+//! gap decides.
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::Body;
@@ -68,7 +69,8 @@ impl<'s> Search<'s> {
         math::abs(self.body.position.z) <= self.half[2]
     }
 
-    /// Whether the body reaches beyond the fine part of a graded network. Beyond the edge of the sheet nothing is coarse.
+    /// Whether the body reaches beyond the fine part of a graded network. Beyond the edge of the sheet
+    /// nothing is coarse.
     #[inline(never)]
     fn is_beyond_fine(&self, scene: &Scene) -> bool {
         let axes = [(0, Axis::Horizontal), (1, Axis::Vertical)];
@@ -107,7 +109,8 @@ impl<'s> Search<'s> {
         self.candidate_at(&r, || self.body.velocity, 0.0)
     }
 
-    /// Gap, normal and arm of a point inside the box and the ball, `r` from the body's centre, m, with its velocity, m/s.
+    /// Gap, normal and arm of a point inside the box and the ball, `r` from the body's centre, m, with its
+    /// velocity, m/s.
     #[inline(always)] // Most of its time would be the way of its answer through memory.
     fn candidate_at(&self, r: &Vector, velocity: impl Fn() -> Vector, dt: f64) -> Option<(f64, Vector, Vector)> {
         if let Solid::Sphere { radius } = self.solid {
@@ -148,7 +151,8 @@ struct Offsets {
 }
 
 impl Neighbourhood<'_> {
-    /// Whether no node of a row at y0 is in the box: of all the displacement along y lies in `range`, which holds 0.
+    /// Whether no node of a row at y0 is in the box: of all the displacement along y lies in `range`, which
+    /// holds 0.
     #[inline]
     pub(crate) fn misses_row(&self, y0: f64, [low, high]: [f64; 2]) -> bool {
         let ([_, y], [_, half]) = (self.centre, self.half);
@@ -156,8 +160,8 @@ impl Neighbourhood<'_> {
         if y0 < y { y0 + high < y - half } else { y0 + low > y + half }
     }
 
-    /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at x0 + i + u, or of a graded
-    /// network in its place, the displacement u lies in `range`.
+    /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at
+    /// x0 + i + u, or of a graded network in its place, the displacement u lies in `range`.
     fn chunks(&self, x0: f64, columns: &[Chunk<COLUMN_PLANES>], [low, high]: [f64; 2], count: usize) -> [usize; 2] {
         let ([x, _], [half, _]) = (self.centre, self.half);
         let (from, to) = (x - half - high, x + half - low);
@@ -170,8 +174,9 @@ impl Neighbourhood<'_> {
         [chunk(from), chunk(to) + 1]
     }
 
-    /// The first of the chunks [from, end) of a row with a node in the box and the ball, and where its nodes are.
-    /// `net`: columns of a graded network or a curved sheet; `first`: rest place of the row's first node, spacings.
+    /// The first of the chunks [from, end) of a row with a node in the box and the ball, and where its nodes
+    /// are. `net`: columns of a graded network or a curved sheet; `first`: rest place of the row's first
+    /// node, spacings.
     fn next(
         &self,
         row: &[Chunk<HOT_PLANES>],
@@ -264,8 +269,9 @@ pub(crate) struct Gathered {
     pub is_beyond_fine: bool,
 }
 
-/// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
-/// nodes are no candidates, and their depth is noted alone. Only rows [first, end) are looked at.
+/// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed
+/// node cannot give way to each other: such nodes are no candidates, and their depth is noted alone. Only
+/// rows [first, end) are looked at.
 #[inline(never)]
 pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
@@ -434,7 +440,8 @@ mod tests {
                 let r = Vector::new(number(3 * k), number(3 * k + 1), number(3 * k + 2)) * size;
                 let gap = solid.gap(&Vector::new(axes[0].dot(&r), axes[1].dot(&r), axes[2].dot(&r)));
                 let candidate = search.candidate(&(body.position + r));
-                // Beyond the corner of a box its planes are nearer than the box: what is out of reach does not count.
+                // Beyond the corner of a box its planes are nearer than the box: what is out of reach does
+                // not count.
                 let near = gap.distance < margin && r.norm() < solid.reach() + margin;
                 assert_eq!(candidate.is_some(), near, "{shape:?} {gap:?}");
                 if let Some((distance, normal, arm)) = candidate {
@@ -449,7 +456,8 @@ mod tests {
         }
     }
 
-    /// Before an edge of a box both its planes are nearer than the edge itself, which is more than a spacing away.
+    /// Before an edge of a box both its planes are nearer than the edge itself, which is more than a spacing
+    /// away.
     #[test]
     fn a_point_farther_than_a_spacing_from_an_edge_is_no_candidate() {
         let (h, n) = (1e-3, math::sqrt(0.5));
@@ -492,7 +500,8 @@ mod tests {
                     })
                 })
                 .collect();
-            // With the slack of the search a node has to be well inside or outside for this to be certain; all of them are.
+            // With the slack of the search a node has to be well inside or outside for this to be certain;
+            // all of them are.
             let inside = |c: usize| -> [bool; CHUNK] {
                 core::array::from_fn(|i| {
                     let x = [first[0] + (c * CHUNK + i) as f64 + row[c][0][i], first[1] + row[c][1][i], row[c][2][i]];

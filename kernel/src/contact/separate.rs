@@ -1,7 +1,8 @@
-//! Plies separated where they press on each other: after the sweep, and where the projectile is near after its impulses.
+//! Plies separated where they press on each other: after the sweep, and where the projectile is near after
+//! its impulses.
 //!
-//! Method: the regression of `column.rs`, of eight columns at once ([`PlyColumns`]); one by one where the projectile pushes one of them, with a case,
-//! and where nodes do not face each other.
+//! Method: the regression of `column.rs`, of eight columns at once ([`PlyColumns`]); one by one where the
+//! projectile pushes one of them, with a case, and where nodes do not face each other.
 
 use crate::body::pose::Vector;
 use crate::contact::apply::press;
@@ -18,7 +19,8 @@ use crate::scene::features::Feature;
 use crate::sheet::columns::{COLUMN_PLANES, FLAT, NORMAL_X, NORMAL_Z};
 use crate::sheet::neighbours::{NOTHING, own};
 
-/// Rows that move in every ply and have no candidate: their columns are separated before the projectile's impulses, while they are at hand.
+/// Rows that move in every ply and have no candidate: their columns are separated before the projectile's
+/// impulses, while they are at hand.
 #[derive(Clone, Copy)]
 pub(crate) struct Apart {
     /// Rows [first, end) that move in every ply.
@@ -99,7 +101,8 @@ fn pushed<'s>(system: &'s System<'_>, i: usize, row: usize, count: usize) -> imp
     column.filter(|&c| candidates.get(c).is_some_and(|slot| Candidate::read(slot).impulse > 0.0))
 }
 
-/// Separates the columns of one row in which plies press on each other. CURVED: of a curved sheet, whose columns have axes of their own.
+/// Separates the columns of one row in which plies press on each other. CURVED: of a curved sheet, whose
+/// columns have axes of their own.
 fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: usize) {
     let (plies, chunks, [at, next]) = (system.layout.plies, system.layout.chunks, system.layout.stacked(0, row));
     let mut from = 0;
@@ -150,7 +153,8 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
     }
 }
 
-/// The first chunk of a row, from one on, in which a node ends below the one that it faces below and comes nearer to it.
+/// The first chunk of a row, from one on, in which a node ends below the one that it faces below and comes
+/// nearer to it.
 struct Pressed<'a, const CURVED: bool> {
     /// From the first chunk of the row of the first ply on, and chunks from ply to ply.
     hot: &'a [Chunk<HOT_PLANES>],
@@ -205,18 +209,19 @@ impl<const CURVED: bool> Job for Pressed<'_, CURVED> {
 
 /// What was found in eight columns.
 enum Pressing {
-    /// A number above 0 for those in which facing nodes press on each other, or are through each other by more than any were; for all if
-    /// some of their nodes do not face each other.
+    /// A number above 0 for those in which facing nodes press on each other, or are through each other by
+    /// more than any were; for all if some of their nodes do not face each other.
     Pressed([f64; CHUNK]),
-    /// They are separated: how deep facing nodes were through each other at the pass's start, spacings, and what was lost, m (h/dt)^2.
+    /// They are separated: how deep facing nodes were through each other at the pass's start, spacings, and
+    /// what was lost, m (h/dt)^2.
     Separated { depth: f64, lost: f64 },
 }
 
 /// Separates eight columns in which nothing but plies presses, or says where something presses.
 ///
-/// The last of the nodes so far ends where those before it push it most: as a pool with some of them, s_k + max(0, max_a sum m_j (s_j - s_k) /
-/// sum m_j) over j = a..k. Each of them ends at the least of its own and all later ones: the regression of `column.rs`. A node on which none
-/// presses keeps its velocity exactly.
+/// The last of the nodes so far ends where those before it push it most: as a pool with some of them, s_k +
+/// max(0, max_a sum m_j (s_j - s_k) / sum m_j) over j = a..k. Each of them ends at the least of its own and
+/// all later ones: the regression of `column.rs`. A node on which none presses keeps its velocity exactly.
 struct PlyColumns<'a, const CURVED: bool> {
     hoop: &'a Chunk<COLUMN_PLANES>,
     /// From their chunk of the first ply on, and chunks from ply to ply.
@@ -289,7 +294,8 @@ impl<const CURVED: bool> Job for PlyColumns<'_, CURVED> {
 }
 
 impl<const CURVED: bool> PlyColumns<'_, CURVED> {
-    /// Takes group g of the columns apart, whose velocities with rooms added up are known. Returns what is lost.
+    /// Takes group g of the columns apart, whose velocities with rooms added up are known. Returns what is
+    /// lost.
     #[inline(always)]
     fn take_apart<L: Lane>(&mut self, g: usize) -> L {
         let zero = L::splat(0.0);
@@ -349,7 +355,8 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) 
         return;
     }
     project(system.arrays.column);
-    // Nodes that the projectile pushes get the push of the case with the next sweep, as those of a single ply.
+    // Nodes that the projectile pushes get the push of the case with the next sweep, as those of a single
+    // ply.
     let rests = layout.has(Feature::Casing) && pushed(system, i, row, count).next().is_none();
     let by_case = if rests { rest_on_casing(system, i, row) } else { 0.0 };
     let mut lost = -by_case;
@@ -395,8 +402,8 @@ fn push_outwards(system: &mut System<'_>, [i, j]: [usize; 2], push: f64) -> Vect
     given
 }
 
-/// What the projectile's impulse on a node does less, or more, because plies then give it this velocity, in spacings a pass, too: the balances of
-/// contact take the velocity at the end of the pass.
+/// What the projectile's impulse on a node does less, or more, because plies then give it this velocity, in
+/// spacings a pass, too: the balances of contact take the velocity at the end of the pass.
 #[inline(never)]
 fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2], given: &Vector) {
     let (_, row) = system.layout.ply_and_row(j);
@@ -410,8 +417,8 @@ fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2
     }
 }
 
-/// Holds the nodes of a solved column back that press the first of them into its case. Returns what that takes of their energy, in units of m
-/// (h/dt)^2.
+/// Holds the nodes of a solved column back that press the first of them into its case. Returns what that
+/// takes of their energy, in units of m (h/dt)^2.
 #[inline(never)]
 fn rest_on_casing(system: &mut System<'_>, i: usize, row: usize) -> f64 {
     let (layout, [sine, cosine]) = (system.layout, system.normal(i));
@@ -438,7 +445,8 @@ mod tests {
     use crate::memory::layout::COLUMN_REALS;
     use crate::tests::number;
 
-    /// Eight columns at once end as each by itself, of one fabric and of two, with every instruction set; what nothing presses on stays exactly.
+    /// Eight columns at once end as each by itself, of one fabric and of two, with every instruction set;
+    /// what nothing presses on stays exactly.
     #[test]
     fn columns_of_a_chunk_end_as_one_by_one() {
         for case in 0..200_u64 {

@@ -1,16 +1,18 @@
-//! Impulse contact of the nodes with the rigid projectile, equal and opposite on it. Restitution zero; friction (`friction.rs`) if asked for.
-//! A fixed node is a node of infinite mass: its support takes the impulse, and what the body loses there is lost.
+//! Impulse contact of the nodes with the rigid projectile, equal and opposite on it. Restitution zero;
+//! friction (`friction.rs`) if asked for. A fixed node is a node of infinite mass: its support takes the
+//! impulse, and what the body loses there is lost.
 //!
-//! Method: for every candidate node (gap phi < h at t_n) an impulse lambda >= 0 along the outward normal n, complementary to
-//! the gap rate phi/dt + n.(v - V' - w' x r) >= 0 at the end of the step (0 in place of phi/dt for a node already inside),
-//! solved together by projected Gauss-Seidel in node order from lambda = 0. The gap of a convex body is convex, so the node
-//! stays outside; no position is projected and no energy is put into the yarns.
-//! Who is a candidate: `search.rs`, and which of them the body gets past beside an edge: `edge.rs`.
-//! What sweeps do not settle goes on in `newton.rs`.
-//! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add energy: impulses that
-//! would are all scaled back). A prescribed body passes through fixed nodes: neither gives way.
-//! Rotation makes the non-penetration second order in dt.
-//! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
+//! Method: for every candidate node (gap phi < h at t_n) an impulse lambda >= 0 along the outward normal n,
+//! complementary to the gap rate phi/dt + n.(v - V' - w' x r) >= 0 at the end of the step (0 in place of
+//! phi/dt for a node already inside), solved together by projected Gauss-Seidel in node order from lambda =
+//! 0. The gap of a convex body is convex, so the node stays outside; no position is projected and no energy
+//! is put into the yarns. Who is a candidate: `search.rs`, and which of them the body gets past beside an
+//! edge: `edge.rs`. What sweeps do not settle goes on in `newton.rs`.
+//! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add
+//! energy: impulses that would are all scaled back). A prescribed body passes through fixed nodes: neither
+//! gives way. Rotation makes the non-penetration second order in dt.
+//! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl.
+//! Mech. Engrg. 177 (1999) 235.
 
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia};
@@ -26,25 +28,28 @@ use crate::scene::parts::Symmetry;
 
 /// Sweeps after which a solve goes on with Newton's method, or ends in a stack of plies.
 pub const MAX_SWEEPS: u32 = 200;
-/// Impulses found in sweeps after which it does so earlier, but not before so many sweeps: a pass of Newton's method over many candidates brings more.
+/// Impulses found in sweeps after which it does so earlier, but not before so many sweeps: a pass of Newton's
+/// method over many candidates brings more.
 pub const MAX_UPDATES: usize = 200_000;
 /// See [`MAX_UPDATES`].
 pub const LEAST_SWEEPS: u32 = 20;
 
-/// What rounding can leave of a gap rate, in parts of the speeds that it is the difference of: nine times half a last place,
-/// three of n.V, three of arm.w, and one each of the impulse, of the speed it gives and of the difference. The number of nodes
-/// does not enter: impulses this small no longer change the velocity of a body that is heavier than a few nodes.
+/// What rounding can leave of a gap rate, in parts of the speeds that it is the difference of: nine times
+/// half a last place, three of n.V, three of arm.w, and one each of the impulse, of the speed it gives and of
+/// the difference. The number of nodes does not enter: impulses this small no longer change the velocity of a
+/// body that is heavier than a few nodes.
 const ROUNDING: f64 = 1e-15;
 
-/// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse, unless the body gives way
-/// to the others that far.
+/// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse,
+/// unless the body gives way to the others that far.
 const LEFT_OUT_ABOVE: f64 = 0.01;
 
-/// (M8) Finds the impulses of all candidates. A node of a graded network stands for several of the mass given, which move alike: its impulse
-/// is that on one of them. `effective_mass` and `impulse` of the candidates are set here.
-/// Beyond mirror planes the images of a node get the images of its impulse: what they do together to the body is `images`
-/// times the part of one that the planes leave. Where sweeps do not settle, Newton's method goes on from there.
-/// `tangential`: one for each candidate with friction (M21), none without.
+/// (M8) Finds the impulses of all candidates. A node of a graded network stands for several of the mass
+/// given, which move alike: its impulse is that on one of them. `effective_mass` and `impulse` of the
+/// candidates are set here. Beyond mirror planes the images of a node get the images of its impulse: what
+/// they do together to the body is `images` times the part of one that the planes leave. Where sweeps do not
+/// settle, Newton's method goes on from there. `tangential`: one for each candidate with friction (M21), none
+/// without.
 pub fn solve(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
@@ -81,7 +86,8 @@ struct Pushed<'s> {
     masks: [Vector; 2],
     /// Whether there is no mirror plane.
     whole: bool,
-    /// A body that does not turn, now or by contact (a sphere), needs no arms: what they give is exactly zero.
+    /// A body that does not turn, now or by contact (a sphere), needs no arms: what they give is exactly
+    /// zero.
     turns: bool,
     /// 1/m of a node that stands alone and of the body together, of a body that does not turn.
     plain_mass: f64,
@@ -221,8 +227,8 @@ impl<'s> Pushed<'s> {
         }
     }
 
-    /// One sweep over all candidates, in their order. Returns the largest change of an impulse, in that of a node's, and adds to the sum of
-    /// changes.
+    /// One sweep over all candidates, in their order. Returns the largest change of an impulse, in that of a
+    /// node's, and adds to the sum of changes.
     #[inline(always)]
     fn sweep<const FRICTION: bool>(
         &self,
@@ -290,8 +296,9 @@ impl<'s> Pushed<'s> {
     }
 }
 
-/// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the change of speed in a sweep below
-/// which a solve has settled, m/s. References that stand in a structure would be read again for every candidate: here each is an argument.
+/// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the
+/// change of speed in a sweep below which a solve has settled, m/s. References that stand in a structure
+/// would be read again for every candidate: here each is an argument.
 #[inline(never)]
 fn sweeps<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
@@ -312,8 +319,9 @@ fn sweeps<const FRICTION: bool>(
     let moving = length(&rates.velocity) + math::sqrt(sizes.farthest) * length(&rates.angular_velocity);
     let (relative, rounding) = (1e-14 * sizes.fastest, ROUNDING * moving);
     let tolerance = node_mass * math::max(relative, rounding);
-    // A node whose gap grows is left out, as long as what all changes of the impulses together can do to the body, however they
-    // add up, changes the speed of its surface by less than that: it would take no impulse.
+    // A node whose gap grows is left out, as long as what all changes of the impulses together can do to the
+    // body, however they add up, changes the speed of its surface by less than that: it would take no
+    // impulse.
     let follows = sizes.most_images * (inertia.inverse_mass + sizes.farthest * inertia.inverse_moments.max());
     let mut out_of_reach = if FRICTION { f64::INFINITY } else { LEFT_OUT_ABOVE * moving };
     pushed.set_masses_in_reach(candidates, out_of_reach);
@@ -460,7 +468,8 @@ mod tests {
         }
     }
 
-    /// Twenty nodes of one normal, their speeds along it within `spread`, m/s, before a body of the mass of `share` nodes.
+    /// Twenty nodes of one normal, their speeds along it within `spread`, m/s, before a body of the mass of
+    /// `share` nodes.
     fn crowd(share: f64, spread: f64) -> (Vec<[f64; CANDIDATE_REALS]>, Solved, Body, Inertia) {
         let (inertia, mut body) = rod(share, true);
         body.angular_velocity = Vector::zeros();
@@ -498,7 +507,8 @@ mod tests {
         assert!(pushed > 1000 && let_go > 1000 && given_up < 10, "{pushed} {let_go} {given_up}");
     }
 
-    /// A light body that a node throws back at ten times its speed meets a node that went away too fast for it before.
+    /// A light body that a node throws back at ten times its speed meets a node that went away too fast for
+    /// it before.
     #[test]
     fn a_body_that_is_thrown_back_meets_what_was_out_of_its_reach() {
         let (inertia, mut body) = rod(0.01, true);
@@ -547,7 +557,8 @@ mod tests {
         }
     }
 
-    /// A body of a hundredth of a node's mass among twenty nodes: sweeps pass its velocity on from node to node for long.
+    /// A body of a hundredth of a node's mass among twenty nodes: sweeps pass its velocity on from node to
+    /// node for long.
     #[test]
     fn what_sweeps_do_not_finish_newtons_method_does() {
         let (slots, solved, body, inertia) = crowd(0.01, 0.01);
@@ -561,8 +572,8 @@ mod tests {
         assert!(energy(solved.velocity.z, nodes(1.0)) <= energy(body.velocity.z, nodes(0.0)));
     }
 
-    /// Fixed nodes whose normals differ by little: each sweep leaves cos^2 of their angle of an error. A body that moves against both stops along
-    /// them, and keeps what is across them.
+    /// Fixed nodes whose normals differ by little: each sweep leaves cos^2 of their angle of an error. A body
+    /// that moves against both stops along them, and keeps what is across them.
     #[test]
     fn a_body_in_a_narrow_wedge_of_fixed_nodes_stops() {
         for angle in [0.3, 1e-2, 1e-4] {
@@ -611,8 +622,8 @@ mod tests {
 
     #[test]
     fn one_node_on_a_sphere_is_solved_at_once() {
-        // A sphere of three nodes' mass that does not turn; alone, and with its three images beyond two planes: then the body
-        // takes the impulse along z four times over.
+        // A sphere of three nodes' mass that does not turn; alone, and with its three images beyond two
+        // planes: then the body takes the impulse along z four times over.
         let (solid, body) = sphere();
         let inertia = Inertia::of(&solid, 3.0 * NODE, true);
         let normal = Vector::new(0.48, -0.6, 0.64);

@@ -13,7 +13,8 @@ pub(super) struct Touch {
     pub own: f64,
     /// Normal impulse before the column was solved last, N s.
     pub last: f64,
-    /// For the candidate that leads a column, whether impulses along the surface have changed since the column was solved.
+    /// For the candidate that leads a column, whether impulses along the surface have changed since the
+    /// column was solved.
     pub stale: bool,
     /// What the body gives way by across the normal, with friction, 1/kg.
     pub slide: f64,
@@ -90,7 +91,8 @@ impl Pace {
     }
 }
 
-/// Impulses of a candidate along its normal and its tangents, N s, as linear functions of the change of its node's velocity along z, m/s.
+/// Impulses of a candidate along its normal and its tangents, N s, as linear functions of the change of its
+/// node's velocity along z, m/s.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Spring {
     /// Impulses without a change.
@@ -99,7 +101,8 @@ pub(super) struct Spring {
     pub slope: [f64; 3],
     /// Impulses before a step, N s.
     pub before: [f64; 3],
-    /// What it changes of the impulse on its node without a change, and takes of it with one, in units of the column.
+    /// What it changes of the impulse on its node without a change, and takes of it with one, in units of the
+    /// column.
     pub push: f64,
     pub grip: f64,
 }

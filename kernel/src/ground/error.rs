@@ -1,6 +1,7 @@
 //! What can go wrong, in three kinds that are never mixed.
 //!
-//! - [`Error`]: the caller's request was refused; **nothing changed**. It names the code, the field and the value.
+//! - [`Error`]: the caller's request was refused; **nothing changed**. It names the code, the field and the
+//!   value.
 //! - [`Failure`]: the computation cannot go on; said at once and latched until reset or load.
 //! - Outcomes (arrested, exited, ...) are physics, not errors: see [`crate::step::outcome`].
 
@@ -8,8 +9,9 @@ use crate::ground::math;
 use core::ffi::CStr;
 use core::fmt::Write;
 
-/// Status numbers of the C interface. 0 is success, -1..-49 preconditions, -50..-99 numerical failures. Never reused.
-/// The constants of the C header, and their comments, are made from this list by `cargo xtask header`.
+/// Status numbers of the C interface. 0 is success, -1..-49 preconditions, -50..-99 numerical failures. Never
+/// reused. The constants of the C header, and their comments, are made from this list by
+/// `cargo xtask header`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(i32)]
 pub enum Code {
@@ -37,18 +39,20 @@ pub enum Code {
     TooManyNodes = -11,
     /// The time step exceeds the largest allowed one; the fault's `limit` holds it.
     StepTooLarge = -12,
-    /// The parameters give a step limit that is zero, subnormal or not finite, or a step with which no calculation stays within
-    /// the numbers: nodes of over 1e90 kg (N s, J at one spacing a step), or over a thousand times dt_crit.
+    /// The parameters give a step limit that is zero, subnormal or not finite, or a step with which no
+    /// calculation stays within the numbers: nodes of over 1e90 kg (N s, J at one spacing a step), or over a
+    /// thousand times dt_crit.
     StepLimitUnusable = -13,
-    /// A damage rate below 3 would make the yarn stiffer beyond the critical stretch than the step limit assumes.
+    /// A damage rate below 3 would make the yarn stiffer beyond the critical stretch than the step limit
+    /// assumes.
     DamageRateTooSmall = -14,
     /// The projectile is lighter than one node of the sheet.
     ProjectileTooLight = -15,
     /// The projectile is smaller than the node spacing: nodes would not see it.
     ProjectileTooSmall = -16,
-    /// The projectile would cross more than one node spacing in a step, or turn more than half a radian: take a smaller step.
-    /// Yarn that is soft or heavy allows steps so large that a usual speed is too fast for them. The fault's `limit` holds the
-    /// largest step, s, with which the motion is accepted.
+    /// The projectile would cross more than one node spacing in a step, or turn more than half a radian: take
+    /// a smaller step. Yarn that is soft or heavy allows steps so large that a usual speed is too fast for
+    /// them. The fault's `limit` holds the largest step, s, with which the motion is accepted.
     ProjectileTooFast = -17,
     /// A node lies inside the projectile at the start.
     InitialOverlap = -18,
@@ -80,23 +84,30 @@ pub enum Code {
     NotSymmetric = -31,
     /// The scene asks for something this build was made without.
     NotBuilt = -32,
-    /// A band that was called already in this pass, or a call that does not go with bands in use or without them.
+    /// A band that was called already in this pass, or a call that does not go with bands in use or without
+    /// them.
     BandOutOfTurn = -33,
     /// The theta rule cannot be stepped in bands.
     NotInBands = -34,
-    /// The corner discs lie between the nodes and hold none; the fault's `limit` holds the smallest radius, m, that reaches one.
+    /// The corner discs lie between the nodes and hold none; the fault's `limit` holds the smallest radius,
+    /// m, that reaches one.
     HoldsNothing = -35,
-    /// Pre-tension that pulls at an edge which is not held, or at segments that are sampled one by one: the sheet would move by itself.
+    /// Pre-tension that pulls at an edge which is not held, or at segments that are sampled one by one: the
+    /// sheet would move by itself.
     NotInEquilibrium = -36,
-    /// An option that does not go with another one, each of which is good by itself. The fault's text names both.
+    /// An option that does not go with another one, each of which is good by itself. The fault's text names
+    /// both.
     DoesNotGoWith = -37,
-    /// Plies of a stack that start through each other: a node lies below the one that it faces in the ply before.
+    /// Plies of a stack that start through each other: a node lies below the one that it faces in the ply
+    /// before.
     PliesOverlap = -38,
-    /// The bytes are not a capsule, or are cut off, altered or of another format; or no capsule is being written.
+    /// The bytes are not a capsule, or are cut off, altered or of another format; or no capsule is being
+    /// written.
     BadCapsule = -39,
     /// A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
     NonFinite = -50,
-    /// More nodes came under the projectile than a `contact_capacity` other than 0 allows; the state is kept at the step's start.
+    /// More nodes came under the projectile than a `contact_capacity` other than 0 allows; the state is kept
+    /// at the step's start.
     ContactCapacity = -51,
     /// The projectile became faster than one node spacing in a step.
     TooFast = -52,
@@ -184,15 +195,17 @@ pub type Text = heapless::String<160>;
 pub struct Error {
     /// Why.
     pub code: Code,
-    /// The field's name as it is spelt in [`crate::scene::parts::Scene`], e.g. `sheet.spacing`; empty if no single field is to blame.
+    /// The field's name as it is spelt in [`crate::scene::parts::Scene`], e.g. `sheet.spacing`; empty if no
+    /// single field is to blame.
     pub field: &'static str,
-    /// For [`Code::DoesNotGoWith`] the other field, for [`Code::NotBuilt`] the cargo feature, else the field that the limit follows
-    /// from; empty if there is none.
+    /// For [`Code::DoesNotGoWith`] the other field, for [`Code::NotBuilt`] the cargo feature, else the field
+    /// that the limit follows from; empty if there is none.
     pub with: &'static str,
     /// The offending value, SI units (0 where none applies).
     pub value: f64,
-    /// The limit that was crossed, SI units (0 where none applies). For [`Code::StepTooLarge`] the largest allowed step in s, for
-    /// [`Code::ProjectileTooFast`] the largest step in s with which the motion is accepted.
+    /// The limit that was crossed, SI units (0 where none applies). For [`Code::StepTooLarge`] the largest
+    /// allowed step in s, for [`Code::ProjectileTooFast`] the largest step in s with which the motion is
+    /// accepted.
     pub limit: f64,
 }
 
@@ -222,8 +235,10 @@ impl Error {
         Error { with: feature, ..Error::plain(Code::NotBuilt, field) }
     }
 
-    /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`, `sheet.plies: out of range; it
-    /// is 0`, `image: buffer too short: it has 0 bytes, needed are 28216`, `back.plies: out of range; it is 2: see stack.plies`, `slack_balance: does not go with another field: integrator.kind`.
+    /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`,
+    /// `sheet.plies: out of range; it is 0`, `image: buffer too short: it has 0 bytes, needed are 28216`,
+    /// `back.plies: out of range; it is 2: see stack.plies`,
+    /// `slack_balance: does not go with another field: integrator.kind`.
     pub fn text(&self) -> Text {
         let of_another_length = self.code == Code::ImageMalformed && self.limit != 0.0;
         let reason = if of_another_length {
@@ -261,8 +276,8 @@ impl Error {
     }
 }
 
-/// A number as a text: five digits, rounded towards zero (to 1e-12) so that a limit may be used as it stands. The library's formatting of
-/// a float would need panics and 20 KB of code.
+/// A number as a text: five digits, rounded towards zero (to 1e-12) so that a limit may be used as it stands.
+/// The library's formatting of a float would need panics and 20 KB of code.
 pub fn number(value: f64) -> Text {
     let mut text = Text::new();
     let _ = write_number(&mut text, value);
@@ -322,17 +337,19 @@ impl core::fmt::Debug for Error {
 
 impl core::error::Error for Error {}
 
-/// The computation cannot go on. Latched: every call but reset, load and the counters repeats it. Of a sheet that is stepped in blocks
-/// (`step/blocks.rs`) some rows are then ahead of the step's start.
+/// The computation cannot go on. Latched: every call but reset, load and the counters repeats it. Of a sheet
+/// that is stepped in blocks (`step/blocks.rs`) some rows are then ahead of the step's start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// A non-finite number appeared; the state is lost. Load a snapshot or reset.
     NonFinite,
-    /// More candidate nodes than a `contact_capacity` other than 0; the state is that of the step's start. Raise the capacity.
+    /// More candidate nodes than a `contact_capacity` other than 0; the state is that of the step's start.
+    /// Raise the capacity.
     ContactCapacity,
     /// The projectile became faster than one node spacing in a step (an external load can do this).
     TooFast,
-    /// The theta rule's iteration did not converge; the state is that of the step's start. Take a smaller step.
+    /// The theta rule's iteration did not converge; the state is that of the step's start. Take a smaller
+    /// step.
     NotConverged,
 }
 

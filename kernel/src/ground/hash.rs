@@ -1,6 +1,7 @@
 //! The hash of scenes, states and images: FNV-1a over words, with a fold. No protection against an attacker.
 
-/// A running 64-bit hash over words, FNV-1a with a fold; each step is a bijection, so changing one word always shows.
+/// A running 64-bit hash over words, FNV-1a with a fold; each step is a bijection, so changing one word
+/// always shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Hash(pub(crate) u64);
 
@@ -38,7 +39,8 @@ mod tests {
         let (mut hash, mut expected) = (Hash::default(), 14_695_981_039_346_656_037_u128);
         for word in [0, 1, u64::MAX, 0x0123_4567_89ab_cdef] {
             hash.word(word);
-            // FNV's prime, which is odd; then the upper 35 bits once more as the lowest: no two words lead to one value.
+            // FNV's prime, which is odd; then the upper 35 bits once more as the lowest: no two words lead to
+            // one value.
             let product = (expected ^ u128::from(word)) * ((1 << 40) + 435) % (1 << 64);
             expected = product ^ (product / (1 << 29));
             assert_eq!(u128::from(hash.value()), expected);

@@ -1,4 +1,5 @@
-//! The only place for transcendental functions: software code from `libm`, so that every target computes the same bits.
+//! The only place for transcendental functions: software code from `libm`, so that every target computes the
+//! same bits.
 //!
 //! Only `+ - * /` and these functions are used in the kernel. No fused multiply-add, no std floats.
 
@@ -55,8 +56,8 @@ pub fn cos(x: f64) -> f64 {
     libm::cos(x)
 }
 
-/// Sine and cosine of an angle in [-pi, pi], to some 1e-15: series for an eighth of it, and three doublings. For where the reduction
-/// of any angle, which [`sin`] needs, would take half a kilobyte too much stack.
+/// Sine and cosine of an angle in [-pi, pi], to some 1e-15: series for an eighth of it, and three doublings.
+/// For where the reduction of any angle, which [`sin`] needs, would take half a kilobyte too much stack.
 pub fn sine_and_cosine(angle: f64) -> [f64; 2] {
     const SINE: [f64; 6] =
         [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0, -1.0 / 39_916_800.0, 1.0 / 6_227_020_800.0];

@@ -1,24 +1,26 @@
 //! Rows of nodes in memory: chunks of planes of eight numbers each, and access to them.
 //!
-//! The hot arrays are interleaved in chunks of eight columns: row j is a sequence of chunks, and a chunk of the hot rows is
-//! eight planes [ux uy uz vx vy vz kh kv] of eight numbers each, one cache line a plane. Rows are padded with zeros to whole
-//! chunks on every target alike, so sizes agree everywhere and one pointer a row reaches all planes.
+//! The hot arrays are interleaved in chunks of eight columns: row j is a sequence of chunks, and a chunk of
+//! the hot rows is eight planes [ux uy uz vx vy vz kh kv] of eight numbers each, one cache line a plane. Rows
+//! are padded with zeros to whole chunks on every target alike, so sizes agree everywhere and one pointer a
+//! row reaches all planes.
 
 /// Columns in a chunk.
 pub const CHUNK: usize = 8;
 /// Planes of the hot rows: displacement (3), velocity (3), stiffness of the horizontal and vertical segment.
 pub const HOT_PLANES: usize = 8;
-/// Planes of the history rows: largest q beyond the critical one of the horizontal and vertical segment. Of a segment without
-/// damage it is 0, or its own critical q where strength is drawn.
+/// Planes of the history rows: largest q beyond the critical one of the horizontal and vertical segment. Of a
+/// segment without damage it is 0, or its own critical q where strength is drawn.
 pub const HISTORY_PLANES: usize = 2;
 /// Planes of the constant rows of stochastic yarn: undamaged stiffness (2) and damage rate (2).
 pub const YARN_PLANES: usize = 4;
 /// Planes of the rows of drawn strength: critical stretch of the horizontal and vertical segment.
 pub const STRENGTH_PLANES: usize = 2;
-/// Planes of what slack segments owe: the energy owed and the stress given of the horizontal and vertical segment (`sheet/slack.rs`).
+/// Planes of what slack segments owe: the energy owed and the stress given of the horizontal and vertical
+/// segment (`sheet/slack.rs`).
 pub const OWED_PLANES: usize = 4;
-/// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the step's start and
-/// at the guess (3 each).
+/// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the
+/// step's start and at the guess (3 each).
 pub const ITERATE_PLANES: usize = 12;
 // First planes of the theta rule's rows, three each.
 /// Guess of the displacement at the step's end.
@@ -31,8 +33,9 @@ pub const AT_START: usize = 6;
 pub const AT_GUESS: usize = 9;
 /// Planes of the row that carries vertical forces upwards.
 pub const CARRY_PLANES: usize = 3;
-/// Planes of the rows of what viscosity keeps of the last pass: twice the strain of the horizontal and vertical segment, the viscous
-/// part of their stress, and the moments of the yarns along x and along y at the node.
+/// Planes of the rows of what viscosity keeps of the last pass: twice the strain of the horizontal and
+/// vertical segment, the viscous part of their stress, and the moments of the yarns along x and along y at
+/// the node.
 pub const PAST_PLANES: usize = 6;
 /// First plane of those viscous stresses.
 pub const VISCOUS_STRESS: usize = 2;
@@ -62,9 +65,10 @@ pub fn velocity([_, _, _, x, y, z, ..]: &Chunk<HOT_PLANES>, lane: usize) -> [f64
     [x[lane], y[lane], z[lane]]
 }
 
-/// A velocity below this, in h/dt, counts as rest: 2^-256, some 1e-73 m/s. Ahead of a wave velocities fall off faster than
-/// exponentially, and without a least one nearly every force there would be a subnormal number, which processors are slow
-/// with. Sums of numbers above it are multiples of 2^-308, so no product of three of them is subnormal.
+/// A velocity below this, in h/dt, counts as rest: 2^-256, some 1e-73 m/s. Ahead of a wave velocities fall
+/// off faster than exponentially, and without a least one nearly every force there would be a subnormal
+/// number, which processors are slow with. Sums of numbers above it are multiples of 2^-308, so no product of
+/// three of them is subnormal.
 pub const AT_REST: f64 = f64::from_bits((1023 - 256) << 52);
 
 /// Direction of a segment.

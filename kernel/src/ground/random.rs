@@ -1,9 +1,10 @@
 //! Random draws keyed by (seed, segment, purpose): no traversal order, no generator state to save.
 //!
-//! Method: two rounds of splitmix64 turn the key into the seed of a PCG (`Pcg64Mcg`, 128-bit multiplicative congruential,
-//! XSL-RR output), whose first two outputs become one standard normal by Box-Muller.
+//! Method: two rounds of splitmix64 turn the key into the seed of a PCG (`Pcg64Mcg`, 128-bit multiplicative
+//! congruential, XSL-RR output), whose first two outputs become one standard normal by Box-Muller.
 //! Limits: |normal| <= 8.6 (the smallest uniform is 2^-54).
-//! Reference: G. E. P. Box, M. E. Muller, Ann. Math. Stat. 29 (1958) 610; M. E. O'Neill, HMC-CS-2014-0905 (2014).
+//! Reference: G. E. P. Box, M. E. Muller, Ann. Math. Stat. 29 (1958) 610; M. E. O'Neill, HMC-CS-2014-0905
+//! (2014).
 
 use crate::ground::math;
 use rand_core::Rng;

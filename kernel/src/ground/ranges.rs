@@ -1,4 +1,5 @@
-//! The range of a row's displacements along x, kept as the sweep leaves it, so that contact reads of a row only the chunks that may be near.
+//! The range of a row's displacements along x, kept as the sweep leaves it, so that contact reads of a row
+//! only the chunks that may be near.
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::math;
@@ -7,12 +8,14 @@ use crate::ground::planes::{CHUNK, Chunk, HOT_PLANES};
 /// In place of a row's range along x: contact does not ask for it, and the sweep need not find it.
 pub(crate) const NOT_KEPT: u32 = u32::MAX;
 
-/// A row's least displacement, not above 0, or greatest one, not below 0, as it is kept: the bits of a number of half the length.
+/// A row's least displacement, not above 0, or greatest one, not below 0, as it is kept: the bits of a number
+/// of half the length.
 pub(crate) fn end_of_range(end: f64) -> u32 {
     (end as f32).to_bits()
 }
 
-/// The range of a row from its ends as they are kept: no narrower than it was, but for displacements below 1e-38 spacings, which no place feels.
+/// The range of a row from its ends as they are kept: no narrower than it was, but for displacements below
+/// 1e-38 spacings, which no place feels.
 pub(crate) fn range_of([low, high]: [u32; 2]) -> [f64; 2] {
     [low, high].map(|end| f64::from(f32::from_bits(end)) * (1.0 + f64::from(f32::EPSILON)))
 }
@@ -29,7 +32,8 @@ pub(crate) fn greatest(numbers: &mut [f64]) -> f64 {
     math::max(folded(numbers, math::max), 0.0)
 }
 
-/// What is left of 2^n numbers that are folded in two until there is one: a chain of n choices where one after another has 2^n.
+/// What is left of 2^n numbers that are folded in two until there is one: a chain of n choices where one
+/// after another has 2^n.
 #[inline(always)]
 fn folded(mut numbers: &mut [f64], choose: impl Fn(f64, f64) -> f64) -> f64 {
     while numbers.len() > 1 {

@@ -1,5 +1,5 @@
-//! The caller's memory: what it holds, in one list from which it is counted and cut. All sizes are found here, with checked arithmetic.
-//! `planes.rs` says how rows lie in memory.
+//! The caller's memory: what it holds, in one list from which it is counted and cut. All sizes are found
+//! here, with checked arithmetic. `planes.rs` says how rows lie in memory.
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
@@ -89,13 +89,15 @@ pub(crate) fn short(field: &'static str, have: usize, need: usize) -> Error {
     Error::new(Code::ShortBuffer, field, have, need)
 }
 
-/// Table of the arrays: name, item, condition on which it is kept, how many, with meaning and unit. `rows` have [steps, rows, items a row]. `$then`
-/// takes the table: [`Arrays`] with its counting, cutting and rows [first, end) follow from it, and the rows of bands.
+/// Table of the arrays: name, item, condition on which it is kept, how many, with meaning and unit. `rows`
+/// have [steps, rows, items a row]. `$then` takes the table: [`Arrays`] with its counting, cutting and rows
+/// [first, end) follow from it, and the rows of bands.
 macro_rules! arrays {
     ($then:ident) => {
         $then! { layout;
             rows {
-                /// Displacement, spacings, velocity, spacings a pass, and stiffness of the two segments that begin at each node.
+                /// Displacement, spacings, velocity, spacings a pass, and stiffness of the two segments that
+                /// begin at each node.
                 hot: [Chunk<HOT_PLANES>], true, [1, layout.stored_rows(), layout.chunks];
                 /// Largest q beyond critical of each segment; `planes.rs` says what it is before.
                 history: [Chunk<HISTORY_PLANES>], true, [1, layout.nodes_y, layout.chunks];
@@ -107,13 +109,16 @@ macro_rules! arrays {
                 owed: [Chunk<OWED_PLANES>], layout.has(Feature::Slack), [1, layout.nodes_y, layout.chunks];
                 /// Guess and accelerations of the theta rule, spacings and steps.
                 iterate: [Chunk<ITERATE_PLANES>], layout.has(Feature::Theta), [1, layout.stored_rows(), layout.chunks];
-                /// Twice the strain and viscous stress of each segment in the last pass, moments of each node.
+                /// Twice the strain and viscous stress of each segment in the last pass, moments of each
+                /// node.
                 past: [Chunk<PAST_PLANES>], layout.has(Feature::Viscosity), [1, layout.stored_rows(), layout.chunks];
-                /// Impulse of the case on each row, components x and z, and energy dissipated by it, per lane; m h/dt, m (h/dt)^2.
+                /// Impulse of the case on each row, components x and z, and energy dissipated by it, per
+                /// lane; m h/dt, m (h/dt)^2.
                 pushed: [[[f64; CHUNK]; 3]], layout.has(Feature::Casing), [1, layout.nodes_y, 1];
                 /// Impulse of the case on each node, spacings a pass times its mass.
                 pushes: [[f64; CHUNK]], layout.has(Feature::Casing), [1, layout.nodes_y, layout.chunks];
-                /// Largest impulse of the clamp on each node in a step, spacings/step times its mass; constant.
+                /// Largest impulse of the clamp on each node in a step, spacings/step times its mass;
+                /// constant.
                 holds: [[f64; CHUNK]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
                 /// Distance that each held node has slid, spacings.
                 slid: [[f64; CHUNK]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
@@ -125,18 +130,20 @@ macro_rules! arrays {
                 clamped: [f64], layout.has(Feature::Clamps), [layout.block_steps as usize, layout.nodes_y, 1];
                 /// Fixed nodes of each row: two runs of columns [first, end).
                 runs: [[u32; 4]], true, [1, layout.nodes_y, 1];
-                /// Least and greatest displacement of each row, along y and then along x, as `ranges.rs` keeps them; along x
-                /// only where contact asks for it.
+                /// Least and greatest displacement of each row, along y and then along x, as `ranges.rs`
+                /// keeps them; along x only where contact asks for it.
                 ranges: [[u32; 4]], true, [1, layout.nodes_y, 1];
                 /// Bits of the directions in which a segment of each row has been slack.
                 been_slack: [u32], layout.has(Feature::Slack), [1, layout.nodes_y, 1];
             }
             others {
-                /// Constants of the columns (`columns.rs`): one line of a graded network, one of each ply of a curved sheet.
+                /// Constants of the columns (`columns.rs`): one line of a graded network, one of each ply of
+                /// a curved sheet.
                 columns: [Chunk<COLUMN_PLANES>], layout.has_columns(), [1, layout.lines_of_columns(), layout.chunks];
                 /// Constants of the rows of a graded network (`columns.rs`).
                 lines: [Chunk<COLUMN_PLANES>], layout.has(Feature::Grading), [1, 1, layout.nodes_y.div_ceil(CHUNK)];
-                /// Displacements of the fixed nodes of a row during its sweep, and velocities where clamps slip; spacings and steps.
+                /// Displacements of the fixed nodes of a row during its sweep, and velocities where clamps
+                /// slip; spacings and steps.
                 kept: [[f64; 3]], true, [1, 1, layout.kept_nodes()];
                 /// Contact candidates (`contact/candidate.rs`).
                 candidates: [[f64; CANDIDATE_REALS]], true, [1, 1, layout.contacts()?];
@@ -144,9 +151,11 @@ macro_rules! arrays {
                 column: [[f64; COLUMN_REALS]], layout.is_stack(), [1, 1, layout.plies];
                 /// Effect of the plies on each candidate.
                 touches: [[f64; TOUCH_REALS]], layout.is_stack(), [1, 1, layout.contacts()?];
-                /// Impulse of each candidate as a function of its node's velocity, and before a step of Newton's method.
+                /// Impulse of each candidate as a function of its node's velocity, and before a step of
+                /// Newton's method.
                 springs: [[f64; SPRING_REALS]], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
-                /// Under-relaxation of each candidate's friction impulse: factor in (0, 1], last increment before it, N s.
+                /// Under-relaxation of each candidate's friction impulse: factor in (0, 1], last increment
+                /// before it, N s.
                 paces: [[f64; PACE_REALS]], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
                 /// Tangential parts of the candidates.
                 tangential: [[f64; TANGENTIAL_REALS]], layout.has(Feature::Friction), [1, 1, layout.contacts()?];
@@ -160,7 +169,8 @@ macro_rules! arrays {
                 awake: [[u32; 2]], layout.is_stack(), [1, 1, layout.plies];
                 /// Last candidate found so far in each column.
                 last: [u32], layout.is_stack(), [1, layout.nodes_x, layout.y.modelled()];
-                /// Next candidate in each candidate's column; twice its ply, and 1 more if it leads the column.
+                /// Next candidate in each candidate's column; twice its ply, and 1 more if it leads the
+                /// column.
                 links: [[u32; 2]], layout.is_stack(), [1, 1, layout.contacts()?];
             }
         }
@@ -181,7 +191,8 @@ macro_rules! define {
         pub(crate) struct Arrays<'a> {
             pub rows: RowArrays<'a>,
             $($(#[$about])* pub $other: &'a mut [$kind],)*
-            /// What a step or a block of steps ([`Noted`]) and the search for connected components (a label for every node) use in turn.
+            /// What a step or a block of steps ([`Noted`]) and the search for connected components (a label
+            /// for every node) use in turn.
             pub shared: &'a mut [CacheLine],
         }
 
@@ -208,8 +219,8 @@ macro_rules! define {
         }
 
         impl RowArrays<'_> {
-            /// Rows [first, end) in a step of a block, the first one otherwise, and the rows above them. None: an array is shorter than the
-            /// layout says.
+            /// Rows [first, end) in a step of a block, the first one otherwise, and the rows above them.
+            /// None: an array is shorter than the layout says.
             #[inline(always)]
             pub(crate) fn split(&mut self, $layout: &Layout, rows: [usize; 2], step: usize) -> Option<[RowArrays<'_>; 2]> {
                 $(let $row = if $kept { part(self.$row, $layout.part([$steps, $width], rows, step))? } else { Default::default() };)*
@@ -271,8 +282,9 @@ struct Memory<'a> {
 }
 
 impl<'a> Memory<'a> {
-    /// As many items as the product of these factors, none if they are not kept; nothing while counting. Items of whole cache lines lie before
-    /// others, so that all of them begin at one. None: there are not so many.
+    /// As many items as the product of these factors, none if they are not kept; nothing while counting.
+    /// Items of whole cache lines lie before others, so that all of them begin at one. None: there are not so
+    /// many.
     #[inline(never)]
     fn take<I: Item>(&mut self, kept: bool, factors: [usize; 3]) -> Option<&'a mut [I]> {
         let count = if kept { factors.into_iter().try_fold(I::NUMBERS, usize::checked_mul)? } else { 0 };
@@ -336,9 +348,11 @@ impl Arrays<'_> {
 
 /// What a step notes.
 pub(crate) struct Noted<'r> {
-    /// The vertical forces that are carried upwards: a row for each ply, of steps in blocks (`step/blocks.rs`) for each step.
+    /// The vertical forces that are carried upwards: a row for each ply, of steps in blocks
+    /// (`step/blocks.rs`) for each step.
     pub carries: &'r mut [Chunk<CARRY_PLANES>],
-    /// What the sheet pulls at both runs of fixed nodes of each row, in units of m h/dt; of steps in blocks one step after the other.
+    /// What the sheet pulls at both runs of fixed nodes of each row, in units of m h/dt; of steps in blocks
+    /// one step after the other.
     pub pulls: &'r mut [[[f64; 3]; 2]],
 }
 

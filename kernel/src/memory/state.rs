@@ -119,7 +119,8 @@ impl Sums {
 
 const ZERO: Vector = Vector::new(0.0, 0.0, 0.0);
 
-/// No count of steps, impulses or nodes gets beyond this: a real number still holds it exactly, and sums cannot overflow.
+/// No count of steps, impulses or nodes gets beyond this: a real number still holds it exactly, and sums
+/// cannot overflow.
 pub const COUNT_MAX: u64 = 1 << 53;
 
 /// Scalar state at step count n.
@@ -133,8 +134,8 @@ pub struct State {
     pub force: Vector,
     /// External torque on it, N m, sheet's frame.
     pub torque: Vector,
-    /// Steps since the load began: since the first contact, or since motion was given by hand; 0 before. Counted for yarn that depends
-    /// on the rate.
+    /// Steps since the load began: since the first contact, or since motion was given by hand; 0 before.
+    /// Counted for yarn that depends on the rate.
     pub loaded: u64,
     /// Path being followed (prescribed body).
     pub track: Track,
@@ -159,7 +160,8 @@ impl State {
         }
     }
 
-    /// Shows every number to a visitor, which may read or replace it: one traversal serves saving, loading and the digest.
+    /// Shows every number to a visitor, which may read or replace it: one traversal serves saving, loading
+    /// and the digest.
     pub fn visit(&mut self, features: Features, visitor: &mut impl Visitor) {
         visitor.count(&mut self.step);
         visit_body(&mut self.body, visitor);
@@ -205,7 +207,8 @@ impl State {
 }
 
 impl Sums {
-    /// Adds a pull of the sheet or a push of the projectile, in units of m h/dt, to an attachment and its images to theirs.
+    /// Adds a pull of the sheet or a push of the projectile, in units of m h/dt, to an attachment and its
+    /// images to theirs.
     #[inline(always)] // Every row of every step comes here, and the rows of all bands in turn.
     pub fn add_to_support(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
         if symmetry != Symmetry::default() {

@@ -1,5 +1,5 @@
-//! The mechanical system that is stepped: scene, constants, scalar state and the caller's memory, and the access to its nodes and
-//! segments. What steps it and reads it out are functions of it, on the floors above.
+//! The mechanical system that is stepped: scene, constants, scalar state and the caller's memory, and the
+//! access to its nodes and segments. What steps it and reads it out are functions of it, on the floors above.
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
@@ -40,7 +40,8 @@ pub(crate) struct System<'a> {
     pub arrays: Arrays<'a>,
     pub failed_segments: u64,
     pub failure: Option<Failure>,
-    /// Awake rows of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in its place.
+    /// Awake rows of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in
+    /// its place.
     pub awake: [usize; 2],
     pub skip_rest: bool,
     /// Whether rows are fetched from memory ahead of their turn; changes the speed, not the bits.
@@ -131,7 +132,8 @@ impl SegmentView {
         self.axis.own_axes(force)
     }
 
-    /// Work over 1/4 l^2 that its stress at t_n, with this stiffness, does more in the last step than that at t_{n-1}.
+    /// Work over 1/4 l^2 that its stress at t_n, with this stiffness, does more in the last step than that at
+    /// t_{n-1}.
     pub fn growth_of_work(&self, stiffness: f64) -> f64 {
         let (q, rest) = (self.twice_strain(), self.lanes());
         let ends = [rest.end_to_end(self.axis.own_axes(self.d)), self.axis.own_axes(self.w)];
@@ -163,7 +165,8 @@ impl System<'_> {
         [rest_offset(i, self.scene.sheet.nodes_x), y, ply as f64 * self.model.gap]
     }
 
-    /// How far a node is from the sheet at rest, across it, spacings: along z, or of a curved sheet away from its axis, with its sign.
+    /// How far a node is from the sheet at rest, across it, spacings: along z, or of a curved sheet away from
+    /// its axis, with its sign.
     pub fn deflection(&self, i: usize, j: usize) -> f64 {
         let ([u, _, w], _) = self.node(i, j);
         let Some(hoop) = ring::Hoop::of(&self.scene) else { return w };
@@ -179,7 +182,8 @@ impl System<'_> {
             .map(|(plane, of_flat)| planes::get(self.arrays.columns, plane, i).unwrap_or(of_flat))
     }
 
-    /// A vector in the axes of its column, of which the last one is across the sheet; of a flat sheet as it is.
+    /// A vector in the axes of its column, of which the last one is across the sheet; of a flat sheet as it
+    /// is.
     #[inline]
     pub fn own_axes(&self, i: usize, v: [f64; 3]) -> [f64; 3] {
         if self.layout.has(Feature::Curved) { ring::own_axes(v, self.normal(i)) } else { v }
@@ -356,15 +360,16 @@ impl System<'_> {
         Some([planes::get(line, columns::CHORD, i)?, planes::get(line, columns::CHORD_Z, i)?])
     }
 
-    /// What the segment from node (i, j) owes, and the stress that it gave in the last pass; None where none of its kind has been slack.
+    /// What the segment from node (i, j) owes, and the stress that it gave in the last pass; None where none
+    /// of its kind has been slack.
     pub fn owed(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
         let row = planes::row(self.arrays.rows.owed, self.layout.chunks, j);
         let at = |plane: usize| planes::get(row, plane + axis as usize, i).unwrap_or(0.0);
         self.arrays.rows.been_slack.get(j).is_some_and(|bits| bits & slack::bit(axis) != 0).then(|| [at(0), at(GIVEN)])
     }
 
-    /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the history of drawn strength
-    /// begins at the segment's own critical q.
+    /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the
+    /// history of drawn strength begins at the segment's own critical q.
     pub fn law_of(&self, segment: &SegmentView) -> DamageLaw {
         self.direction_of(segment).law.at(segment.critical_stretch)
     }
@@ -402,8 +407,8 @@ impl System<'_> {
         stiffness * stiffening
     }
 
-    /// Change of velocity per step that the yarns, and the case that it rests on, give a node at t_n, with damage up to t_n, without viscosity and what slack segments give; nothing is
-    /// committed.
+    /// Change of velocity per step that the yarns, and the case that it rests on, give a node at t_n, with
+    /// damage up to t_n, without viscosity and what slack segments give; nothing is committed.
     /// Expressions and order are those of the sweep.
     pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
         let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
@@ -419,7 +424,8 @@ impl System<'_> {
         self.carried(i, j, [0, 1, 2].map(|k| per_mass(right[k], left[k], up[k] - down[k], inverse_widths)))
     }
 
-    /// The change of velocity of a node that the yarns give this one, with the push of the case that it rests on.
+    /// The change of velocity of a node that the yarns give this one, with the push of the case that it rests
+    /// on.
     pub fn carried(&self, i: usize, j: usize, change: [f64; 3]) -> [f64; 3] {
         let Some(case) = &self.directions.casing else { return change };
         let (rest, (u, _)) = (self.rest(i, j), self.node(i, j));
@@ -512,14 +518,15 @@ impl System<'_> {
         self.rebuild_derived();
     }
 
-    /// Everything that follows from displacements, velocities and histories: stiffness planes, failed segments, row ranges,
-    /// awake rows. Clears a failure.
+    /// Everything that follows from displacements, velocities and histories: stiffness planes, failed
+    /// segments, row ranges, awake rows. Clears a failure.
     pub fn rebuild_derived(&mut self) {
         self.refill(|_, _| true);
     }
 
-    /// [`System::rebuild_derived`], with every row filled anew before what follows from it, while it is at hand. `fill` returns
-    /// whether a history of the row has changed; if not, its stiffnesses are still right.
+    /// [`System::rebuild_derived`], with every row filled anew before what follows from it, while it is at
+    /// hand. `fill` returns whether a history of the row has changed; if not, its stiffnesses are still
+    /// right.
     pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
         self.arrays.rows.before.fill([0.0; CHUNK]);
@@ -571,7 +578,8 @@ impl System<'_> {
         [self.layout.x.segments(), if self.layout.has_verticals(j) { self.layout.nodes_x } else { 0 }]
     }
 
-    /// Least and greatest y displacement of row j. Returns whether a node of it is not exactly at rest in its place.
+    /// Least and greatest y displacement of row j. Returns whether a node of it is not exactly at rest in its
+    /// place.
     fn rebuild_range(&mut self, j: usize) -> bool {
         let row = planes::row(self.arrays.rows.hot, self.layout.chunks, j);
         let (mut low, mut high, mut moved) = ([0.0; CHUNK], [0.0; CHUNK], false);
@@ -625,8 +633,8 @@ impl System<'_> {
         images::place_image_row(self.arrays.rows.hot, self.layout.chunks, self.layout.y);
     }
 
-    /// Adds to the sums of its support what the fixed node (i, j) takes of the projectile: an impulse in units of m h and a pass, with
-    /// the mass of a node of the front fabric.
+    /// Adds to the sums of its support what the fixed node (i, j) takes of the projectile: an impulse in
+    /// units of m h and a pass, with the mass of a node of the front fabric.
     pub fn load_support(&mut self, i: usize, j: usize, impulse: &Vector) {
         if !self.layout.supports {
             return;

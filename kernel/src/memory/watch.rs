@@ -8,16 +8,19 @@ use crate::ground::math;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Outcome {
-    /// The body moves into the sheet no more: neither towards its other side nor along the direction of flight at first contact, which a body
-    /// at rest then takes later.
+    /// The body moves into the sheet no more: neither towards its other side nor along the direction of
+    /// flight at first contact, which a body at rest then takes later.
     Arrested = 0,
     /// No node in contact during the last 64 steps is connected to a support any more.
     Detached = 1,
-    /// Contact is over and the body goes on to the other side: nothing in its way can still take work of note from it.
+    /// Contact is over and the body goes on to the other side: nothing in its way can still take work of note
+    /// from it.
     Exited = 2,
-    /// No contact, and none to come: the body leaves the sheet's box for good, and not on the side of a flat sheet from which it came.
+    /// No contact, and none to come: the body leaves the sheet's box for good, and not on the side of a flat
+    /// sheet from which it came.
     Passed = 3,
-    /// Held yarn does not stop the body any more: the rule of docs/model.md, with its measured error. Only with `track_through`.
+    /// Held yarn does not stop the body any more: the rule of docs/model.md, with its measured error. Only
+    /// with `track_through`.
     Through = 4,
     /// Contact is over and the body leaves on the side from which it came: the sheet has stopped it.
     Rebounded = 5,
@@ -189,8 +192,9 @@ impl Watch {
         }
     }
 
-    /// The direction in which the body goes into the fabric: that of its velocity just before the first contact or, if it was at
-    /// rest then, of the first velocity that a test sees. Zero as long as it has none.
+    /// The direction in which the body goes into the fabric: that of its velocity just before the first
+    /// contact or, if it was at rest then, of the first velocity that a test sees. Zero as long as it has
+    /// none.
     pub(crate) fn direction(&mut self, velocity: &Vector) -> Vector {
         let Some(first) = &mut self.first else { return Vector::zeros() };
         if first.direction == Vector::zeros() {

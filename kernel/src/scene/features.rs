@@ -1,8 +1,10 @@
-//! What a scene may have in addition to a plain sheet, and what a build may have in addition to plain steps: one record each.
+//! What a scene may have in addition to a plain sheet, and what a build may have in addition to plain steps:
+//! one record each.
 //!
-//! From the records follow which fields ask for a feature, whether this build has it, what it does not go with, and what it adds to an
-//! image. [`Features`] is the set that one scene has. Code that serves a feature asks [`Features::has`] once, where it begins: in a build
-//! without the feature the compiler leaves the code out.
+//! From the records follow which fields ask for a feature, whether this build has it, what it does not go
+//! with, and what it adds to an image. [`Features`] is the set that one scene has. Code that serves a feature
+//! asks [`Features::has`] once, where it begins: in a build without the feature the compiler leaves the code
+//! out.
 
 use crate::ground::error::Error;
 use crate::ground::lanes;

@@ -1,4 +1,5 @@
-//! What follows from the numbers of a scene: sizes, masses and cross-sections of the sheet and of its fabrics.
+//! What follows from the numbers of a scene: sizes, masses and cross-sections of the sheet and of its
+//! fabrics.
 
 use crate::ground::planes::Axis;
 use crate::scene::parts::{Scene, Shape, StrengthDraw, Weft};
@@ -64,7 +65,8 @@ impl Scene {
         [self.spacing(Axis::Horizontal), self.spacing(Axis::Vertical)]
     }
 
-    /// The larger node spacing, m: a projectile must be larger to be seen by nodes, and what is nearer to it is a candidate.
+    /// The larger node spacing, m: a projectile must be larger to be seen by nodes, and what is nearer to it
+    /// is a candidate.
     pub fn largest_spacing(&self) -> f64 {
         let [x, y] = self.spacings();
         if y > x { y } else { x }
@@ -90,7 +92,8 @@ impl Scene {
         if back { self.back.node_mass } else { self.sheet.node_mass }
     }
 
-    /// Stretch of the segments of a direction in the flat sheet: below 1 with crimp, above 1 with pre-tension.
+    /// Stretch of the segments of a direction in the flat sheet: below 1 with crimp, above 1 with
+    /// pre-tension.
     pub fn rest_stretch(&self, axis: Axis) -> f64 {
         self.stretch_at_rest(axis, false)
     }

@@ -1,8 +1,10 @@
 //! The parts of a scene: plain data that says what is simulated, and how large some of its numbers may be.
-//! Each number has its default in `presets.rs` and a row in the table `fields/table.rs`; what goes with what is checked in `check.rs`.
+//! Each number has its default in `presets.rs` and a row in the table `fields/table.rs`; what goes with what
+//! is checked in `check.rs`.
 //!
-//! All numbers are SI. Vectors of the projectile and of the sheet's pose are in the host's frame; the sheet's own frame has
-//! its nodes in the plane z = 0, rows along x. Quaternions are scalar first and turn body vectors into world vectors.
+//! All numbers are SI. Vectors of the projectile and of the sheet's pose are in the host's frame; the sheet's
+//! own frame has its nodes in the plane z = 0, rows along x. Quaternions are scalar first and turn body
+//! vectors into world vectors.
 
 /// Largest number of nodes along one side.
 pub const MAX_NODES_PER_SIDE: u32 = 1 << 20;
@@ -24,32 +26,37 @@ pub struct Sheet {
     pub yarn_area: f64,
     /// Cross-section of one yarn along y of one ply, m^2, > 0; 0: as along x.
     pub yarn_area_y: f64,
-    /// Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1, in [0, 1]. A segment
-    /// pulls only once this length is taken up.
+    /// Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1, in
+    /// [0, 1]. A segment pulls only once this length is taken up.
     pub crimp: [f64; 2],
-    /// Strain of the held sheet along x and along y: node spacing over the natural length of a segment, less 1, >= 0
-    /// and below that of U_c. Along x two held sides are needed, along y four.
+    /// Strain of the held sheet along x and along y: node spacing over the natural length of a segment, less
+    /// 1, >= 0 and below that of U_c. Along x two held sides are needed, along y four.
     pub pre_strain: [f64; 2],
-    /// Number of layers bonded into one network (mass and area are multiplied), 1 ..= 1000. `Stack` has plies that move apart.
+    /// Number of layers bonded into one network (mass and area are multiplied), 1 ..= 1000. `Stack` has plies
+    /// that move apart.
     pub plies: u32,
     /// Where bars of the network stand for several yarns.
     pub grading: Grading,
     /// Radius to the nodes of a sheet that is curved about its y axis, m; 0: flat. Node (i, j) then rests at
     /// (R sin a, y, R cos a), and a segment along x is a chord of the node spacing.
     pub radius: f64,
-    /// Whether a segment joins the last node of every row to its first: a ring. Needs the radius that so many chords close.
+    /// Whether a segment joins the last node of every row to its first: a ring. Needs the radius that so many
+    /// chords close.
     pub closed: bool,
-    /// Origin of the sheet's frame in the host's frame, m: the middle of a flat sheet, on the axis of a curved one.
+    /// Origin of the sheet's frame in the host's frame, m: the middle of a flat sheet, on the axis of a
+    /// curved one.
     pub position: [f64; 3],
     /// Orientation of the sheet's frame in the host's frame, unit quaternion, scalar first.
     pub orientation: [f64; 4],
 }
 
-/// A graded network: fine about the expected hit, and towards the edges bars that stand for 2, 4, 8 ... yarns and as many
-/// crossings. Read-outs of nodes and segments give the network's own. See docs/model.md, "Graded networks".
+/// A graded network: fine about the expected hit, and towards the edges bars that stand for 2, 4, 8 ... yarns
+/// and as many crossings. Read-outs of nodes and segments give the network's own. See docs/model.md, "Graded
+/// networks".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grading {
-    /// Most yarns that a bar stands for: 2, 4, 8 ... 64; 0 or 1: no grading, and the other numbers are not read.
+    /// Most yarns that a bar stands for: 2, 4, 8 ... 64; 0 or 1: no grading, and the other numbers are not
+    /// read.
     pub largest: u32,
     /// Bars of each size before the next, at least 1.
     pub run: u32,
@@ -59,24 +66,28 @@ pub struct Grading {
     pub half_width: [f64; 2],
 }
 
-/// Several sheets one behind the other, which push on each other (`contact/joint.rs`). Each is a network of its own with draws of its own,
-/// held like the first.
+/// Several sheets one behind the other, which push on each other (`contact/joint.rs`). Each is a network of
+/// its own with draws of its own, held like the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stack {
-    /// Separate plies, 1 ..= [`MAX_PLIES`]. Ply k rests at z = k `gap`; the sheet's frame is that of ply 0. More than one ply: velocity
-    /// Verlet, no mirror planes and no dependence on the rate of strain.
+    /// Separate plies, 1 ..= [`MAX_PLIES`]. Ply k rests at z = k `gap`; the sheet's frame is that of ply 0.
+    /// More than one ply: velocity Verlet, no mirror planes and no dependence on the rate of strain.
     pub plies: u32,
-    /// Distance of neighbouring plies where they rest, m, >= 0 and at most a million node spacings: 0 if they lie on each other.
+    /// Distance of neighbouring plies where they rest, m, >= 0 and at most a million node spacings: 0 if they
+    /// lie on each other.
     pub gap: f64,
-    /// Every other ply, from the second on, is turned by 90 degrees: its warp runs along y. The node spacings must be alike.
+    /// Every other ply, from the second on, is turned by 90 degrees: its warp runs along y. The node spacings
+    /// must be alike.
     pub turned: bool,
 }
 
-/// A second fabric, of the last plies of a stack. It lies in the grid of the first one: a bar stands for as many of its yarns as
-/// there are in a spacing. It has one law for both directions and draws of its own; the rest of the yarn law is that of `yarn`.
+/// A second fabric, of the last plies of a stack. It lies in the grid of the first one: a bar stands for as
+/// many of its yarns as there are in a spacing. It has one law for both directions and draws of its own; the
+/// rest of the yarn law is that of `yarn`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Back {
-    /// The last so many plies of `stack.plies` are of this fabric, less than all; 0: none, and the numbers below are not read.
+    /// The last so many plies of `stack.plies` are of this fabric, less than all; 0: none, and the numbers
+    /// below are not read.
     pub plies: u32,
     /// Mass of a node, kg, > 0.
     pub node_mass: f64,
@@ -88,7 +99,8 @@ pub struct Back {
     pub crimp: [f64; 2],
     /// Mean Young's modulus, Pa, > 0.
     pub modulus_mean: f64,
-    /// Standard deviation of the modulus, Pa, >= 0. Modulus and damage rate are sampled if this or `damage_sd` is not 0.
+    /// Standard deviation of the modulus, Pa, >= 0. Modulus and damage rate are sampled if this or
+    /// `damage_sd` is not 0.
     pub modulus_sd: f64,
     /// Slope of the damage rate over the modulus, 1/Pa.
     pub damage_slope: f64,
@@ -100,7 +112,8 @@ pub struct Back {
     pub critical_stretch: f64,
     /// Weibull shape m of the critical strain U_c - 1, in [1, 1000]; 0: it is not drawn.
     pub weibull_shape: f64,
-    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: the length of a segment (drawn strength only).
+    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: the length of a segment
+    /// (drawn strength only).
     pub weibull_gauge_length: f64,
 }
 
@@ -172,30 +185,33 @@ pub struct Yarn {
     pub stochastic: bool,
     /// What gets a sample of its own (stochastic yarn only).
     pub draw: Draw,
-    /// Whether every segment has a critical stretch of its own; whether or not modulus and damage rate are sampled.
+    /// Whether every segment has a critical stretch of its own; whether or not modulus and damage rate are
+    /// sampled.
     pub strength_draw: StrengthDraw,
     /// Weibull shape m of the critical strain U_c - 1, in [1, 1000] (drawn strength only).
     pub weibull_shape: f64,
-    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: the length of a segment (drawn strength only).
+    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: the length of a segment
+    /// (drawn strength only).
     pub weibull_gauge_length: f64,
     /// Correlation of the normal scores of two segments of one woven yarn, in [0, 1] (drawn strength only).
     pub weibull_correlation: f64,
-    /// Linear viscosity of taut yarn against oscillation behind a front, dimensionless, in [0, 1]; 0.06 if in doubt, 0 = none
-    /// (velocity Verlet only). See docs/model.md, "Viscosity".
+    /// Linear viscosity of taut yarn against oscillation behind a front, dimensionless, in [0, 1]; 0.06 if in
+    /// doubt, 0 = none (velocity Verlet only). See docs/model.md, "Viscosity".
     pub viscosity_linear: f64,
     /// Quadratic viscosity of taut yarn, dimensionless, in [0, 10]; 1.5 if in doubt.
     pub viscosity_quadratic: f64,
     /// Viscosity against bending of taut yarn, dimensionless, in [0, 0.2]; 0.06 if in doubt.
     pub viscosity_bending: f64,
-    /// C_E, growth of the modulus by e-fold of the rate of strain, in [0, 1]; 0 = none (velocity Verlet and one ply only). `modulus_mean`
-    /// is then that of `rate_reference`. See docs/model.md, "Rate of strain".
+    /// C_E, growth of the modulus by e-fold of the rate of strain, in [0, 1]; 0 = none (velocity Verlet and
+    /// one ply only). `modulus_mean` is then that of `rate_reference`. See docs/model.md, "Rate of strain".
     pub rate_modulus: f64,
     /// C_U, growth of the critical strain by e-fold of the rate of strain, in [0, 1]; 0 = none.
     pub rate_stretch: f64,
-    /// Rate of strain of modulus and critical stretch as given, 1/s, in [1e-9, 1e9]; slower ones count as this (dependence on the rate
-    /// only).
+    /// Rate of strain of modulus and critical stretch as given, 1/s, in [1e-9, 1e9]; slower ones count as
+    /// this (dependence on the rate only).
     pub rate_reference: f64,
-    /// Largest rate of strain measured, 1/s, at most 1e9; faster ones count as this (dependence on the rate only).
+    /// Largest rate of strain measured, 1/s, at most 1e9; faster ones count as this (dependence on the rate
+    /// only).
     pub rate_limit: f64,
 }
 
@@ -212,7 +228,8 @@ pub enum StrengthDraw {
 /// The yarn along y, the weft, where it is unlike that along x, the warp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weft {
-    /// Mean Young's modulus, Pa, > 0; 0: modulus and damage rate are those of `yarn`, and the four numbers after this are not read.
+    /// Mean Young's modulus, Pa, > 0; 0: modulus and damage rate are those of `yarn`, and the four numbers
+    /// after this are not read.
     pub modulus_mean: f64,
     /// Standard deviation of the modulus, Pa, >= 0 (stochastic yarn only).
     pub modulus_sd: f64,
@@ -248,9 +265,10 @@ pub enum Draw {
     Yarn = 1,
 }
 
-/// Mirror planes through the middle of the sheet. Only the part at x <= 0, y <= 0 is modelled then; sums, energies and
-/// counts of segments stay those of the whole sheet, read-outs of nodes and segments cover the part. For uniform yarn, a
-/// free projectile, and a hit that the planes leave as it is: centred on each of them and not tilted across it.
+/// Mirror planes through the middle of the sheet. Only the part at x <= 0, y <= 0 is modelled then; sums,
+/// energies and counts of segments stay those of the whole sheet, read-outs of nodes and segments cover the
+/// part. For uniform yarn, a free projectile, and a hit that the planes leave as it is: centred on each of
+/// them and not tilted across it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Symmetry {
     /// The plane x = 0.
@@ -267,7 +285,8 @@ pub enum Shape {
     Sphere = 0,
     /// A flat-ended cylinder of `radius` and `length` along its body z axis.
     Cylinder = 1,
-    /// A cylinder of `radius` and total `length` with a hemisphere at its body +z end and a flat at the other.
+    /// A cylinder of `radius` and total `length` with a hemisphere at its body +z end and a flat at the
+    /// other.
     HemisphericalCylinder = 2,
     /// A box of edge lengths `size` along the body axes.
     Box = 3,
@@ -285,7 +304,8 @@ pub const MAX_FACES: usize = 16;
 pub struct Faces {
     /// Number of faces, 4 ..= [`MAX_FACES`] for a polyhedron.
     pub count: u32,
-    /// Outward unit normal (3) of each face and its distance b from the centre of mass, m, > 0. Beyond `count` not read.
+    /// Outward unit normal (3) of each face and its distance b from the centre of mass, m, > 0. Beyond
+    /// `count` not read.
     pub planes: [[f64; 4]; MAX_FACES],
 }
 
@@ -293,7 +313,8 @@ impl Faces {
     /// No faces: what the other shapes carry.
     pub const NONE: Faces = Faces { count: 0, planes: [[0.0; 4]; MAX_FACES] };
 
-    /// These faces. Of more than [`MAX_FACES`] the rest is left out and `count` says so, which [`Scene::check`] refuses.
+    /// These faces. Of more than [`MAX_FACES`] the rest is left out and `count` says so, which
+    /// [`Scene::check`] refuses.
     pub fn of(planes: &[[f64; 4]]) -> Faces {
         let mut faces = Faces { count: u32::try_from(planes.len()).unwrap_or(u32::MAX), ..Faces::NONE };
         faces.planes.iter_mut().zip(planes).for_each(|(place, plane)| *place = *plane);
@@ -306,8 +327,9 @@ impl Faces {
     }
 }
 
-/// A sector of a turbine disc: body x outward along its middle, body z along the disc's axis, origin at the centre of mass.
-/// It is a prism: eight equal chords, with their corners on it, replace the rim, and the bore is filled up to its one chord.
+/// A sector of a turbine disc: body x outward along its middle, body z along the disc's axis, origin at the
+/// centre of mass. It is a prism: eight equal chords, with their corners on it, replace the rim, and the bore
+/// is filled up to its one chord.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sector {
     /// Radius of the bore, m, 0 or between 1e-6 and 1 - 1e-6 of that of the rim.
@@ -327,19 +349,22 @@ pub struct Projectile {
     pub shape: Shape,
     /// Radius, m, >= the node spacing (read for a sphere and the two cylinders only).
     pub radius: f64,
-    /// Length along the axis, m, at least two node spacings, and at least the radius with a hemispherical end (read for
-    /// the two cylinders only).
+    /// Length along the axis, m, at least two node spacings, and at least the radius with a hemispherical end
+    /// (read for the two cylinders only).
     pub length: f64,
     /// Edge lengths of a box along the body axes, m, each at least two node spacings (read for a box only).
     pub size: [f64; 3],
-    /// Faces of a polyhedron, none nearer to the centre of mass than the node spacing (read for a polyhedron only).
+    /// Faces of a polyhedron, none nearer to the centre of mass than the node spacing (read for a polyhedron
+    /// only).
     pub faces: Faces,
-    /// Principal moments of inertia of a polyhedron about its centre of mass, kg m^2, > 0, none greater than the other two
-    /// together; the body axes are the principal axes (read for a polyhedron of known mass only; other shapes are homogeneous).
+    /// Principal moments of inertia of a polyhedron about its centre of mass, kg m^2, > 0, none greater than
+    /// the other two together; the body axes are the principal axes (read for a polyhedron of known mass
+    /// only; other shapes are homogeneous).
     pub moments: [f64; 3],
     /// Dimensions of a disc sector (read for a disc sector only).
     pub sector: Sector,
-    /// Mass, kg, at least one node's mass. With [`Drive::Prescribed`] 0 means "not known": the body is moved by the host.
+    /// Mass, kg, at least one node's mass. With [`Drive::Prescribed`] 0 means "not known": the body is moved
+    /// by the host.
     pub mass: f64,
     /// Centre of mass at the start, m.
     pub position: [f64; 3],
@@ -351,14 +376,17 @@ pub struct Projectile {
     pub angular_velocity: [f64; 3],
 }
 
-/// A rigid cylinder about the axis of a ring, which its nodes may lift off but not enter. The projectile does not meet it.
+/// A rigid cylinder about the axis of a ring, which its nodes may lift off but not enter. The projectile does
+/// not meet it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Casing {
     /// Radius, m, at most that of the ring; 0: no case, and the numbers below are not read.
     pub radius: f64,
-    /// A window in which there is no case: angle of its middle from +z towards +x, and half its angle, rad; half an angle of 0: no window.
+    /// A window in which there is no case: angle of its middle from +z towards +x, and half its angle, rad;
+    /// half an angle of 0: no window.
     pub window_angle: [f64; 2],
-    /// Window along y: place of its middle, and half its length, m, within the ring; half a length of 0: no window.
+    /// Window along y: place of its middle, and half its length, m, within the ring; half a length of 0: no
+    /// window.
     pub window_place: [f64; 2],
 }
 
@@ -370,8 +398,8 @@ impl Casing {
 /// What acts between yarn and projectile in addition to the impulses that keep them apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
-    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere feels
-    /// torque, too. See docs/model.md, "Friction".
+    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere
+    /// feels torque, too. See docs/model.md, "Friction".
     pub friction: f64,
 }
 
@@ -412,7 +440,8 @@ impl TimeStep {
 pub enum IntegratorKind {
     /// Velocity Verlet, explicit: the default.
     Verlet = 0,
-    /// The paper's theta rule by fixed-point iteration: the reference method, several times the cost (feature `theta`).
+    /// The paper's theta rule by fixed-point iteration: the reference method, several times the cost (feature
+    /// `theta`).
     Theta = 1,
 }
 
@@ -472,11 +501,13 @@ impl RotationRule {
 pub enum StepCheck {
     /// Refuse a step above 0.5 dt_crit.
     Refuse = 0,
-    /// No check: for stability studies only. Results above the limit are wrong, although they may look plausible.
+    /// No check: for stability studies only. Results above the limit are wrong, although they may look
+    /// plausible.
     None = 1,
 }
 
-/// Everything that defines a simulation. Obtain one from [`Scene::sheet_3in_sphere`] or [`Scene::sheet_10in_cylinder`] and change fields.
+/// Everything that defines a simulation. Obtain one from [`Scene::sheet_3in_sphere`] or
+/// [`Scene::sheet_10in_cylinder`] and change fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scene {
     /// Grid and mass.
@@ -509,25 +540,27 @@ pub struct Scene {
     pub step_check: StepCheck,
     /// How the nodes are stepped.
     pub integrator: Integrator,
-    /// Whether segments give back the energy that the step makes where they become slack or taut (velocity Verlet only): without it a
-    /// sheet that rattles gains energy. See docs/model.md, "Slack and taut".
+    /// Whether segments give back the energy that the step makes where they become slack or taut (velocity
+    /// Verlet only): without it a sheet that rattles gains energy. See docs/model.md, "Slack and taut".
     pub slack_balance: bool,
     /// How the projectile turns.
     pub rotation_rule: RotationRule,
-    /// Window of the peak force, s, > 0; rounded to whole steps, at least one. Until the first window is full the peak force is
-    /// the mean over the time elapsed.
+    /// Window of the peak force, s, > 0; rounded to whole steps, at least one. Until the first window is full
+    /// the peak force is the mean over the time elapsed.
     pub force_window: f64,
-    /// Watch whether the nodes in contact are still connected to a support (4 bytes per node). Without it there is no outcome
-    /// "detached", and a body that carries torn cloth is never said to have exited.
+    /// Watch whether the nodes in contact are still connected to a support (4 bytes per node). Without it
+    /// there is no outcome "detached", and a body that carries torn cloth is never said to have exited.
     pub track_detachment: bool,
-    /// Watch whether held yarn can still stop a free body: the outcome "through", long before "exited". It needs `track_detachment`
-    /// to distinguish held yarn from loose yarn; without it all yarn counts as held. See docs/model.md, "Outcomes".
+    /// Watch whether held yarn can still stop a free body: the outcome "through", long before "exited". It
+    /// needs `track_detachment` to distinguish held yarn from loose yarn; without it all yarn counts as held.
+    /// See docs/model.md, "Outcomes".
     pub track_through: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
-    /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 116 bytes (124 with the
-    /// theta rule, 268 with friction); more is the failure [`crate::Failure::ContactCapacity`]. 0 = every node modelled, which cannot be exceeded.
-    /// A smaller number is for tight memory: docs/embedding.md, "Memory", says how to choose it.
+    /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 116
+    /// bytes (124 with the theta rule, 268 with friction); more is the failure
+    /// [`crate::Failure::ContactCapacity`]. 0 = every node modelled, which cannot be exceeded. A smaller
+    /// number is for tight memory: docs/embedding.md, "Memory", says how to choose it.
     pub contact_capacity: u32,
 }
 

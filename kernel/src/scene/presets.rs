@@ -1,6 +1,7 @@
 //! Scenes to begin with, and the numbers of the paper.
 //!
-//! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451. The ring of 40 in stands in `sheet/ring.rs`.
+//! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451. The ring of 40 in stands in
+//! `sheet/ring.rs`.
 
 use crate::scene::parts::{
     Attachment, AttachmentKind, Back, Casing, ContactLaw, Draw, Drive, Faces, Grading, Integrator, Projectile,
@@ -62,7 +63,8 @@ impl Back {
 }
 
 impl Scene {
-    /// The paper's 3 in sheet: 105 x 105 nodes, four sides held, the 8.4 g steel sphere at its centre, 100 m/s along +z.
+    /// The paper's 3 in sheet: 105 x 105 nodes, four sides held, the 8.4 g steel sphere at its centre, 100
+    /// m/s along +z.
     pub const fn sheet_3in_sphere() -> Scene {
         let radius = 6.35e-3;
         Scene {
@@ -132,7 +134,8 @@ impl Scene {
         }
     }
 
-    /// The paper's 10 in sheet: 350 x 350 nodes, two sides held, the 37 g flat-ended cylinder at its centre, 100 m/s along +z.
+    /// The paper's 10 in sheet: 350 x 350 nodes, two sides held, the 37 g flat-ended cylinder at its centre,
+    /// 100 m/s along +z.
     pub const fn sheet_10in_cylinder() -> Scene {
         let small = Scene::sheet_3in_sphere();
         let length = 0.0381;

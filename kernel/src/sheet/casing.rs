@@ -1,11 +1,13 @@
 //! The rigid case under a ring: a cylinder about its axis, which nodes may lift off but not enter.
 //!
-//! Method: a node at the height g above the cylinder, with the outward normal n and the velocity v that the yarns leave it, gets the push
-//! J = max(0, -max(g, 0)/dt - n.v) along n, with restitution 0. It then ends on or outside of the tangent plane at its foot, and so on or
-//! outside of the cylinder. The pushes of a row are summed lane by lane and then in order, whatever the instruction set.
-//! Limits: no friction. A node that is deeper within than a spacing has come in through the window, and is left alone. A node that
-//! projectile and case push in one step gets the case's push first, whose work follows the velocity that the projectile then leaves; where the
-//! projectile presses it on the case: `contact/backing.rs`.
+//! Method: a node at the height g above the cylinder, with the outward normal n and the velocity v that the
+//! yarns leave it, gets the push J = max(0, -max(g, 0)/dt - n.v) along n, with restitution 0. It then ends on
+//! or outside of the tangent plane at its foot, and so on or outside of the cylinder. The pushes of a row are
+//! summed lane by lane and then in order, whatever the instruction set.
+//! Limits: no friction. A node that is deeper within than a spacing has come in through the window, and is
+//! left alone. A node that projectile and case push in one step gets the case's push first, whose work
+//! follows the velocity that the projectile then leaves; where the projectile presses it on the case:
+//! `contact/backing.rs`.
 //! Reference: docs/model.md, "Curved sheets and rings".
 
 use crate::ground::error::{Code, Error};
@@ -25,8 +27,8 @@ const ANY_PUSH: f64 = 1e300;
 pub struct Cylinder {
     /// Radius.
     pub radius: f64,
-    /// Direction from the axis to the middle of the window along x and z, and the cosine of half its angle; 2 without a window, -2 of
-    /// one all around.
+    /// Direction from the axis to the middle of the window along x and z, and the cosine of half its angle; 2
+    /// without a window, -2 of one all around.
     window: [f64; 3],
     /// Middle of the window along y and half its length.
     along: [f64; 2],
@@ -50,9 +52,10 @@ impl Cylinder {
         Some(Cylinder { radius, window: [math::sin(angle), math::cos(angle), cosine], along: [place / h, half / h] })
     }
 
-    /// (M24) The push of the case on nodes, spacings a pass, and its parts along x and z: what it adds to their change of velocity.
-    /// `place`: at the start of the pass, spacings from the axis; `before`: velocity along x and z then; `change`: by the yarns. Adds to
-    /// the sums of the push along x and z and of the energy that it takes, in units of m (h/dt)^2.
+    /// (M24) The push of the case on nodes, spacings a pass, and its parts along x and z: what it adds to
+    /// their change of velocity. `place`: at the start of the pass, spacings from the axis; `before`:
+    /// velocity along x and z then; `change`: by the yarns. Adds to the sums of the push along x and z and of
+    /// the energy that it takes, in units of m (h/dt)^2.
     #[inline(always)]
     pub fn push<L: Lane>(
         &self,
@@ -84,8 +87,8 @@ impl Cylinder {
         (push, push_along)
     }
 
-    /// By how much more than that the case lets a node at `place` move outwards along this normal of its column, if it is pushed along it by
-    /// `push`; 0 where it is free to move. Spacings.
+    /// By how much more than that the case lets a node at `place` move outwards along this normal of its
+    /// column, if it is pushed along it by `push`; 0 where it is free to move. Spacings.
     pub(crate) fn room(&self, place: [f64; 3], [sine, cosine]: [f64; 2], push: f64) -> f64 {
         let [mut sum_x, mut sum_z, mut taken] = [[0.0]; 3];
         let sums = [&mut sum_x, &mut sum_z, &mut taken];
@@ -95,7 +98,8 @@ impl Cylinder {
         if push < 0.0 && along > 0.0 { held * (held / along) } else { 0.0 }
     }
 
-    /// The change of velocity of a node that rests on the case, at `place`, spacings, where the yarns give it this one.
+    /// The change of velocity of a node that rests on the case, at `place`, spacings, where the yarns give it
+    /// this one.
     pub(crate) fn carry(&self, [x, y, z]: [f64; 3], [a, b, c]: [f64; 3]) -> [f64; 3] {
         if math::length([x, 0.0, z]) - self.radius > CLOSES {
             return [a, b, c];

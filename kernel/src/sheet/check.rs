@@ -18,26 +18,27 @@ use core::ops::Range;
 
 /// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
 const SLOWEST_MOTION: f64 = 1e-30;
-/// Largest mass of a node m, kg, m h/dt, N s, and m (h/dt)^2, J, and largest k dt^2/m: within these all that a step makes of a
-/// state that is not lost are numbers, and so are its momentum and energy.
+/// Largest mass of a node m, kg, m h/dt, N s, and m (h/dt)^2, J, and largest k dt^2/m: within these all that
+/// a step makes of a state that is not lost are numbers, and so are its momentum and energy.
 const LARGEST_UNIT: f64 = 1e90;
 const LARGEST_STIFFNESS: f64 = 1e6;
 /// Largest ratio of the two node spacings: contact looks for nodes within one spacing.
 const LARGEST_SPACING_RATIO: f64 = 10.0;
 
 impl Scene {
-    /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest, and of drawn strength the
-    /// strongest. Of two fabrics the one that allows less counts.
+    /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest, and of
+    /// drawn strength the strongest. Of two fabrics the one that allows less counts.
     ///
-    /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/l: the bound of a taut plane net at U_c, where the
-    /// tangent stiffness is largest; dt_crit = 2/omega. Of unlike directions the first bracket takes its k and U_c from one, the
-    /// second from the other, and the greater omega counts.
+    /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/l: the bound of a taut plane
+    /// net at U_c, where the tangent stiffness is largest; dt_crit = 2/omega. Of unlike directions the first
+    /// bracket takes its k and U_c from one, the second from the other, and the greater omega counts.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
         self.limits(&mut Look::at(u64::MAX / 2))
     }
 
-    /// The step in use and its limits, of a scene that has been checked, from a look at [`LOOKED_AT`] segments at most.
+    /// The step in use and its limits, of a scene that has been checked, from a look at [`LOOKED_AT`]
+    /// segments at most.
     pub(crate) fn limits_of_a_look(&self) -> Result<StepLimits, Error> {
         let mut look = Look::at(LOOKED_AT);
         let mut limits = self.limits(&mut look)?;
@@ -107,7 +108,8 @@ impl Scene {
         if self.depends_on_rate() { math::ln(self.yarn.rate_limit / self.yarn.rate_reference) } else { 0.0 }
     }
 
-    /// U_c^2 along x and along y, at the largest rate of strain; of drawn strength that of the strongest segment, if it is known.
+    /// U_c^2 along x and along y, at the largest rate of strain; of drawn strength that of the strongest
+    /// segment, if it is known.
     fn critical_squares(&self, strongest: Option<f64>, back: bool) -> [f64; 2] {
         [Axis::Horizontal, Axis::Vertical].map(|axis| {
             let critical = strongest.unwrap_or(self.law_of(axis, back).critical_stretch);
@@ -118,8 +120,8 @@ impl Scene {
         })
     }
 
-    /// omega^2 of (M11) with these moduli along x and along y, 1/s^2. The tangent modulus of yarn that depends on the rate is at most
-    /// E (1 + C_E (1 + ln(r_1/r_0))).
+    /// omega^2 of (M11) with these moduli along x and along y, 1/s^2. The tangent modulus of yarn that
+    /// depends on the rate is at most E (1 + C_E (1 + ln(r_1/r_0))).
     fn largest_omega2(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> f64 {
         let tangent = 1.0 + self.yarn.rate_modulus * (1.0 + self.largest_logarithm());
         let moduli = moduli.map(|modulus| modulus * tangent);
@@ -135,10 +137,10 @@ impl Scene {
 
     /// Largest accepted part of dt_crit with segments as stiff as these moduli along x and along y.
     ///
-    /// (M18) Viscosity makes of a mode x_{n+1} - 2 x_n + x_{n-1} + Omega^2 x_n + K (x_n - x_{n-1}) = 0, which is stable while
-    /// Omega^2 + 2 K < 4. With Omega = omega dt, C = c dt/h of the mean segment and E/E_mean = s at most,
-    /// K <= 4 C b_1 s U_c^2 + 2 b_2 s q_c U_c^2 + 32 C b_3, because no strain grows by more than q_c within a pass. So Omega^2 + 4 xi Omega
-    /// + 4 eta < 4: dt < dt_crit (sqrt(1 - eta + xi^2) - xi).
+    /// (M18) Viscosity makes of a mode x_{n+1} - 2 x_n + x_{n-1} + Omega^2 x_n + K (x_n - x_{n-1}) = 0, which
+    /// is stable while Omega^2 + 2 K < 4. With Omega = omega dt, C = c dt/h of the mean segment and E/E_mean
+    /// = s at most, K <= 4 C b_1 s U_c^2 + 2 b_2 s q_c U_c^2 + 32 C b_3, because no strain grows by more than
+    /// q_c within a pass. So Omega^2 + 4 xi Omega + 4 eta < 4: dt < dt_crit (sqrt(1 - eta + xi^2) - xi).
     fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> Result<f64, Error> {
         let [linear, quadratic, bending] = self.viscosity();
         if [linear, quadratic, bending] == [0.0; 3] {
@@ -229,8 +231,8 @@ impl Scene {
         Ok(Some(strongest))
     }
 
-    /// Checks every number by itself, in the order of the table, and then what goes with what; the first bad one is named.
-    /// The time step against dt_crit is checked by [`Scene::step_limits`].
+    /// Checks every number by itself, in the order of the table, and then what goes with what; the first bad
+    /// one is named. The time step against dt_crit is checked by [`Scene::step_limits`].
     pub fn check(&self) -> Result<(), Error> {
         features::check_built(self)?;
         fields::check(self)?;
@@ -274,7 +276,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Largest accepted fraction of dt_crit; of drawn viscous yarn that of the mean segments, which is a little more.
+    /// Largest accepted fraction of dt_crit; of drawn viscous yarn that of the mean segments, which is a
+    /// little more.
     ///
     /// # Errors
     /// A quadratic viscosity that no step allows.
@@ -287,7 +290,8 @@ impl Scene {
         if self.back.plies > 0 { Ok(math::min(front, of_means(true)?)) } else { Ok(front) }
     }
 
-    /// Numbers of one direction that do not go together: crimp and strain along it, plies that are turned and spacings that differ.
+    /// Numbers of one direction that do not go together: crimp and strain along it, plies that are turned and
+    /// spacings that differ.
     fn check_directions(&self) -> Result<(), Error> {
         let ([strain_x, strain_y], [crimp_x, crimp_y]) = (self.sheet.pre_strain, self.sheet.crimp);
         let [back_x, back_y] = if self.back.plies > 0 { self.back.crimp } else { [0.0; 2] };
@@ -467,7 +471,8 @@ impl Scene {
             let limit = math::min(centre[0], centre[1]);
             return Err(Error::new(Code::DiscsOverlap, "attachment.disc_radius", radius, limit));
         }
-        // The discs are clear of the projectile's bounding circle about the sheet's centre line where it starts.
+        // The discs are clear of the projectile's bounding circle about the sheet's centre line where it
+        // starts.
         let pose = crate::body::pose::Pose::of_sheet(&self.sheet);
         let offset = pose.point_in(self.projectile.position);
         let orientation = crate::body::pose::normalised(pose.orientation_in(self.projectile.orientation));
@@ -537,7 +542,8 @@ mod tests {
         let drawn = scene.step_limits().unwrap().dt_crit;
         let strongest = (0..scene.segments()).map(|k| scene.draw_critical_stretch(k)).fold(1.0, f64::max);
         let bound = |u: f64| 2.0 * (3.0 * u * u - 1.0) + 2.0 * (u * u - 1.0);
-        // omega^2 is proportional to the bound; the directions differ in their natural lengths alone, and alike in both sheets.
+        // omega^2 is proportional to the bound; the directions differ in their natural lengths alone, and
+        // alike in both sheets.
         assert!((drawn / alike / math::sqrt(bound(1.03) / bound(strongest)) - 1.0).abs() < 1e-4, "{strongest}");
         // Of 840 segments of shape 5 the weakest has a scale of 840^(-1/5).
         scene.yarn.weibull_shape = 5.0;
@@ -547,7 +553,8 @@ mod tests {
         scene.step_limits().unwrap();
     }
 
-    /// In a net with twice the stiffness along y the motion along y sets the limit, with its share of the yarns along x.
+    /// In a net with twice the stiffness along y the motion along y sets the limit, with its share of the
+    /// yarns along x.
     #[test]
     fn step_limit_of_unlike_directions() {
         let mut scene = Scene::sheet_3in_sphere();

@@ -1,11 +1,15 @@
-//! Attachments that slip: a held node slides within the sheet's plane when the yarns pull it harder than its clamp holds.
+//! Attachments that slip: a held node slides within the sheet's plane when the yarns pull it harder than its
+//! clamp holds.
 //!
-//! Method: rigid and perfectly plastic (M25). In a step the yarns would give a held node that has the velocity v the velocity v + p. The clamp
-//! takes from its part w within the plane at most the impulse H dt: w (1 - H dt/(m |w|)) is left, nothing of a w that is smaller; and all of the
-//! part across the plane. It dissipates its impulse times the mean of the velocities before and after, which is exact in the staggered scheme.
-//! A node that has slid by the length of yarn in the clamp, or whose attachment has failed, is free.
-//! Limits: one force for rest and sliding; a node slides as a whole, not each of its yarns along itself. Velocity Verlet.
-//! Reference: docs/model.md, "Attachments that slip"; J. C. Simo, T. J. R. Hughes, Computational Inelasticity (1998), ch. 1 (return mapping).
+//! Method: rigid and perfectly plastic (M25). In a step the yarns would give a held node that has the
+//! velocity v the velocity v + p. The clamp takes from its part w within the plane at most the impulse H dt:
+//! w (1 - H dt/(m |w|)) is left, nothing of a w that is smaller; and all of the part across the plane. It
+//! dissipates its impulse times the mean of the velocities before and after, which is exact in the staggered
+//! scheme. A node that has slid by the length of yarn in the clamp, or whose attachment has failed, is free.
+//! Limits: one force for rest and sliding; a node slides as a whole, not each of its yarns along itself.
+//! Velocity Verlet.
+//! Reference: docs/model.md, "Attachments that slip"; J. C. Simo, T. J. R. Hughes, Computational Inelasticity
+//! (1998), ch. 1 (return mapping).
 
 use crate::ground::math;
 use crate::ground::planes::{CHUNK, Chunk};
@@ -17,7 +21,8 @@ use crate::sheet::ring::own_axes;
 /// Distance slid of a node whose attachment has let go, spacings.
 pub(crate) const LET_GO: f64 = f64::MAX;
 
-/// Whether the node of a lane of a chunk is free by what `slid` says; without slipping clamps, which have none, it is not.
+/// Whether the node of a lane of a chunk is free by what `slid` says; without slipping clamps, which have
+/// none, it is not.
 #[inline(always)]
 pub(crate) fn has_let_go(slid: &[[f64; CHUNK]], chunk: usize, lane: usize, grip: f64) -> bool {
     Feature::Clamps.is_built() && slid.get(chunk).is_some_and(|slid| slid.get(lane).is_some_and(|&slid| slid >= grip))
@@ -51,7 +56,8 @@ impl ClampedRow<'_> {
         !has_let_go(self.slid, i / CHUNK, i % CHUNK, self.grip)
     }
 
-    /// (M25) Slides the held node of column i, which had the velocity `before` and would have the velocity `pulled`.
+    /// (M25) Slides the held node of column i, which had the velocity `before` and would have the velocity
+    /// `pulled`.
     pub fn slide(&mut self, i: usize, before: [f64; 3], pulled: [f64; 3]) -> Slide {
         let (chunk, lane) = (i / CHUNK, i % CHUNK);
         let hold = self.holds.get(chunk).map_or(0.0, |holds| holds[lane]);
@@ -71,9 +77,10 @@ impl ClampedRow<'_> {
     }
 }
 
-/// Yarns that end at the held node of column i of row j, in one ply and with one yarn a bar: at a side the one that it holds, at the corner of
-/// four held sides two; under a disc each of the two yarns shares its end among the nodes there.
-/// `run`: fixed nodes of the row on its side; `of_column`: how many nodes of the column the disc holds.
+/// Yarns that end at the held node of column i of row j, in one ply and with one yarn a bar: at a side the
+/// one that it holds, at the corner of four held sides two; under a disc each of the two yarns shares its end
+/// among the nodes there. `run`: fixed nodes of the row on its side; `of_column`: how many nodes of the
+/// column the disc holds.
 pub(crate) fn yarns_ending(
     scene: &Scene,
     [i, j]: [usize; 2],

@@ -1,4 +1,5 @@
-//! What the segments of one direction have in common: how they lie at rest, their law and their mean constants.
+//! What the segments of one direction have in common: how they lie at rest, their law and their mean
+//! constants.
 //!
 //! Reference: docs/model.md, "Unlike directions, crimp and pre-tension".
 
@@ -47,8 +48,8 @@ impl Direction {
         rate: RateLaw::NONE,
     };
 
-    /// Constants of the segments of one direction for passes of dt, s. `unit`: volume of a horizontal segment of the front fabric, in
-    /// m^2 and spacings.
+    /// Constants of the segments of one direction for passes of dt, s. `unit`: volume of a horizontal segment
+    /// of the front fabric, in m^2 and spacings.
     fn of(scene: &Scene, axis: Axis, dt: f64, unit: f64) -> Direction {
         let h = scene.sheet.spacing;
         let (rest, law, mean) = (rest_of(scene, axis), scene.damage_law(axis), scene.mean_segment(axis));
@@ -86,7 +87,8 @@ pub struct WarpAndWeft {
     pub horizontal: Direction,
     /// Along y: the weft.
     pub vertical: Direction,
-    /// Whether all segments lie at their natural length, the same along x and y, with the same critical stretch, as in the paper.
+    /// Whether all segments lie at their natural length, the same along x and y, with the same critical
+    /// stretch, as in the paper.
     pub plain: bool,
 }
 
@@ -118,8 +120,8 @@ impl Directions {
         grip: LET_GO,
     };
 
-    /// Derives the directions of a scene for passes of dt, s, where they are: a copy would add to the stack of the caller. `of_back`:
-    /// the same scene, of which that of the back fabric is made.
+    /// Derives the directions of a scene for passes of dt, s, where they are: a copy would add to the stack
+    /// of the caller. `of_back`: the same scene, of which that of the back fabric is made.
     pub(crate) fn derive(&mut self, scene: &Scene, dt: f64, of_back: &mut Scene) {
         let unit = volume_of(scene, Axis::Horizontal);
         self.plies = scene.arrangement();
@@ -191,7 +193,8 @@ pub struct Along<'a> {
     pub vertical: &'a Direction,
     /// [`WarpAndWeft::plain`], of the radius of the first ply.
     pub plain: bool,
-    /// By how much longer segments along x are than those of the first ply of a curved sheet; 1 in a flat one.
+    /// By how much longer segments along x are than those of the first ply of a curved sheet; 1 in a flat
+    /// one.
     pub turn: f64,
 }
 

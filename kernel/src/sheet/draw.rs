@@ -1,13 +1,15 @@
-//! The yarns of a scene: the damage law that all segments share, the mean segment, and the draws of stochastic yarn.
+//! The yarns of a scene: the damage law that all segments share, the mean segment, and the draws of
+//! stochastic yarn.
 //!
-//! Method: every segment has random numbers of its own, keyed by seed and number, so that no draw depends on the order of drawing.
-//! A drawn strength comes from a normal score z = sqrt(c) z_yarn + sqrt(1 - c) z_segment, whose part below gives the critical
-//! strain of a Weibull distribution: U_c - 1 = scale (-ln(1 - Phi(z)))^(1/m), scale = (critical_stretch - 1) (L/l)^(1/m).
-//! The weakest of n independent segments of the natural length l then has the scale at the length n l, exactly.
-//! Limits: with the correlation c > 0 the weakest of a yarn is stronger than that; with c = 1 all its segments are alike.
-//! U_c is cut at 2.
-//! Reference: docs/model.md, (M6); Powell and Zohdi (2009), their relation of damage rate and modulus; W. Weibull, J. Appl. Mech.
-//! 18 (1951) 293.
+//! Method: every segment has random numbers of its own, keyed by seed and number, so that no draw depends on
+//! the order of drawing. A drawn strength comes from a normal score z = sqrt(c) z_yarn + sqrt(1 - c)
+//! z_segment, whose part below gives the critical strain of a Weibull distribution: U_c - 1 = scale (-ln(1 -
+//! Phi(z)))^(1/m), scale = (critical_stretch - 1) (L/l)^(1/m). The weakest of n independent segments of the
+//! natural length l then has the scale at the length n l, exactly.
+//! Limits: with the correlation c > 0 the weakest of a yarn is stronger than that; with c = 1 all its
+//! segments are alike. U_c is cut at 2.
+//! Reference: docs/model.md, (M6); Powell and Zohdi (2009), their relation of damage rate and modulus; W.
+//! Weibull, J. Appl. Mech. 18 (1951) 293.
 
 use crate::ground::error::{Code, Error};
 use crate::ground::math;
@@ -39,7 +41,8 @@ impl Scene {
         }
     }
 
-    /// The segment all others of its direction vary about, of the front fabric: mean modulus and the damage rate on its line.
+    /// The segment all others of its direction vary about, of the front fabric: mean modulus and the damage
+    /// rate on its line.
     pub fn mean_segment(&self, axis: Axis) -> Segment {
         self.scatter(axis, false).mean()
     }
@@ -96,7 +99,8 @@ impl Scene {
         }
     }
 
-    /// Seed of the random samples of a ply: a single sheet with this seed has its yarns. That of ply 0 is the scene's own.
+    /// Seed of the random samples of a ply: a single sheet with this seed has its yarns. That of ply 0 is the
+    /// scene's own.
     pub fn ply_seed(&self, ply: u32) -> u64 {
         // Two rounds, so that neighbouring seeds and plies have nothing in common.
         if ply == 0 { self.seed } else { random::splitmix64(random::splitmix64(self.seed) ^ u64::from(ply)) }
@@ -116,13 +120,15 @@ impl Scene {
         SegmentPlace { seed: self.ply_seed(ply), number, axis, back: plies.is_back(ply as usize) }
     }
 
-    /// Direction of the fabric that a segment is of, by its number: in a turned ply the other one than that along which it lies.
+    /// Direction of the fabric that a segment is of, by its number: in a turned ply the other one than that
+    /// along which it lies.
     pub(crate) fn axis_of_segment(&self, number: u64) -> Axis {
         self.place_of_segment(number).axis
     }
 
-    /// (M6) Modulus and damage rate of one segment, by its number (ply by ply, horizontal segments first, row by row, then vertical).
-    /// A modulus <= 0 or a rate below 3 or beyond all numbers is drawn again; after 1000 refusals the scatter makes no sense.
+    /// (M6) Modulus and damage rate of one segment, by its number (ply by ply, horizontal segments first, row
+    /// by row, then vertical). A modulus <= 0 or a rate below 3 or beyond all numbers is drawn again; after
+    /// 1000 refusals the scatter makes no sense.
     pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
         self.draw_counted(number).map(|(segment, _)| segment)
     }
@@ -282,7 +288,8 @@ mod tests {
         assert!((variance - VARIANCE).abs() < 4.0 * math::sqrt((FOURTH - VARIANCE * VARIANCE) / n), "{variance}");
     }
 
-    /// Whatever the correlation, each segment by itself has the distribution asked for. (One segment of each yarn is looked at.)
+    /// Whatever the correlation, each segment by itself has the distribution asked for. (One segment of each
+    /// yarn is looked at.)
     #[test]
     fn critical_strains_have_the_weibull_distribution_asked_for() {
         for (shape, correlation) in [(3.0, 0.0), (14.7, 0.0), (14.7, 0.6), (14.7, 1.0)] {

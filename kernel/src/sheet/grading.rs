@@ -1,16 +1,18 @@
 //! Graded networks: far from the hit one bar stands for 2, 4, 8 ... yarns and as many crossings.
 //!
-//! Method: rows and columns keep only some of the crossings of the fabric, so the network stays a grid, the product of two lines of
-//! nodes at unlike distances. A bar from one kept crossing to the next has the natural length of a segments in series and the
-//! section of w yarns in parallel, where w is the node's width: half the sum of the bars on both sides. A node has the
-//! mass of w_x w_y nodes of the fabric. In units of a node of the fabric the change of its velocity is
-//! (right - left)/w_x + (up - down)/w_y with the forces of one yarn: the width of a row does not enter those along it.
-//! Beyond the last node half a segment is added, so that all widths of a line together are its crossings: no mass is lost.
-//! A bar's draws follow from those of its segments: the compliance is the mean along a yarn, the modulus that over the yarns;
-//! damage rates are means; a yarn is as strong as its weakest segment, a bar as its yarns on average. The damage rate is
-//! multiplied by a, because one segment of the a fails: the dissipated energy is then that of one segment of each yarn.
-//! Limits: waves shorter than some bars are reflected where the bars grow. A body that strikes coarse parts of the sheet may slip
-//! through between their nodes.
+//! Method: rows and columns keep only some of the crossings of the fabric, so the network stays a grid, the
+//! product of two lines of nodes at unlike distances. A bar from one kept crossing to the next has the
+//! natural length of a segments in series and the section of w yarns in parallel, where w is the node's
+//! width: half the sum of the bars on both sides. A node has the mass of w_x w_y nodes of the fabric. In
+//! units of a node of the fabric the change of its velocity is (right - left)/w_x + (up - down)/w_y with the
+//! forces of one yarn: the width of a row does not enter those along it. Beyond the last node half a segment
+//! is added, so that all widths of a line together are its crossings: no mass is lost. A bar's draws follow
+//! from those of its segments: the compliance is the mean along a yarn, the modulus that over the yarns;
+//! damage rates are means; a yarn is as strong as its weakest segment, a bar as its yarns on average. The
+//! damage rate is multiplied by a, because one segment of the a fails: the dissipated energy is then that of
+//! one segment of each yarn.
+//! Limits: waves shorter than some bars are reflected where the bars grow. A body that strikes coarse parts
+//! of the sheet may slip through between their nodes.
 //! Reference: docs/model.md, "Graded networks".
 
 use crate::body::pose::{self, Pose};
@@ -43,8 +45,8 @@ pub struct Bar {
     pub critical_stretch: f64,
 }
 
-/// Fills the line of constants of a line of nodes. `rest`: a segment of the fabric along it. After the last node the constants repeat
-/// and are of no consequence.
+/// Fills the line of constants of a line of nodes. `rest`: a segment of the fabric along it. After the last
+/// node the constants repeat and are of no consequence.
 pub(crate) fn fill(line: &mut [Chunk<COLUMN_PLANES>], places: &Places, rest: &Rest) {
     let nodes = places.nodes() as usize;
     for k in 0..line.len() * CHUNK {
@@ -69,17 +71,20 @@ pub(crate) fn fill(line: &mut [Chunk<COLUMN_PLANES>], places: &Places, rest: &Re
 }
 
 impl Scene {
-    /// Chooses a graded network for a hit as the projectile starts: fine about the place where it meets the sheet's plane, and so far
-    /// beyond it that absorbed energy and residual velocity are expected to be wrong by at most `error`, a part of them in
-    /// [0.005, 0.1]: 80 spacings below 1 %, 50 below 3 %, else 30, then two bars each of 2 and 4 yarns, and bars of 8. No grading is
-    /// chosen where this leaves no bar, nor for four corners, whose discs need every node. Sets `sheet.grading`; the other
-    /// numbers stay, and the choice does not follow them later.
+    /// Chooses a graded network for a hit as the projectile starts: fine about the place where it meets the
+    /// sheet's plane, and so far beyond it that absorbed energy and residual velocity are expected to be
+    /// wrong by at most `error`, a part of them in
+    /// [0.005, 0.1]: 80 spacings below 1 %, 50 below 3 %, else 30, then two bars each of 2 and 4 yarns, and
+    /// bars of 8. No grading is chosen where this leaves no bar, nor for four corners, whose discs need every
+    /// node. Sets `sheet.grading`; the other numbers stay, and the choice does not follow them later.
     ///
-    /// The rule is a summary of measurements and no bound: docs/accuracy.md, "Graded networks", says what was found. A projectile that
-    /// starts by moving away from the sheet, or along it, is taken to hit below itself.
+    /// The rule is a summary of measurements and no bound: docs/accuracy.md, "Graded networks", says what was
+    /// found. A projectile that starts by moving away from the sheet, or along it, is taken to hit below
+    /// itself.
     ///
     /// # Errors
-    /// An error out of range, and whatever [`Scene::check`] refuses, with grading too; nothing is changed then.
+    /// An error out of range, and whatever [`Scene::check`] refuses, with grading too; nothing is changed
+    /// then.
     pub fn set_grading(&mut self, error: f64) -> Result<(), Error> {
         let [least, greatest] = GRADING_ERRORS;
         let limit = if error < least { least } else { greatest };
@@ -110,7 +115,8 @@ impl Scene {
         self.check().inspect_err(|_| self.sheet.grading = before)
     }
 
-    /// Where the projectile's centre meets the sheet's plane, and the half extents of its box there, m, sheet's frame.
+    /// Where the projectile's centre meets the sheet's plane, and the half extents of its box there, m,
+    /// sheet's frame.
     #[inline(never)]
     fn expected_hit(&self) -> ([f64; 2], [f64; 3]) {
         let (pose, body) = (Pose::of_sheet(&self.sheet), &self.projectile);
@@ -125,7 +131,8 @@ impl Scene {
         ([across(mirror_x, x + time * vx), across(mirror_y, y + time * vy)], extents)
     }
 
-    /// What the bar from node (i, j) of the network is made of. `places`: along x and y; `before`: segments of the plies before it.
+    /// What the bar from node (i, j) of the network is made of. `places`: along x and y; `before`: segments
+    /// of the plies before it.
     ///
     /// # Errors
     /// Errors of [`Scene::draw_segment`].
@@ -187,8 +194,8 @@ mod tests {
         scene
     }
 
-    /// Nodes from edge to edge, every crossing within the fine part, no bar longer than one and a half of the largest, widths that
-    /// sum up to the crossings, and every yarn in one node or in halves in two.
+    /// Nodes from edge to edge, every crossing within the fine part, no bar longer than one and a half of the
+    /// largest, widths that sum up to the crossings, and every yarn in one node or in halves in two.
     #[test]
     fn a_line_holds_every_yarn_once() {
         for nodes in [2, 3, 7, 40, 105, 350] {

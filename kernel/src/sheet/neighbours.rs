@@ -5,10 +5,12 @@ use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, vertical_axes};
 use crate::sheet::columns::{COLUMN_PLANES, NORMAL_X, NORMAL_Z};
 use crate::sheet::ring::own_axes;
 
-/// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
+/// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of
+/// no stiffness.
 pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 
-/// Three planes from this one on, displacements or velocities, in the axes of their columns; of a flat sheet as they are.
+/// Three planes from this one on, displacements or velocities, in the axes of their columns; of a flat sheet
+/// as they are.
 #[inline(always)]
 pub(crate) fn own<L: Lane, const CURVED: bool>(
     chunk: &Chunk<HOT_PLANES>,
@@ -46,7 +48,8 @@ impl<'a> Around<'a> {
     }
 
     /// Relative displacement (planes from [`X`](crate::ground::planes::X) on) or velocity (from
-    /// [`SPEED_X`](crate::ground::planes::SPEED_X) on) of the ends of the segments from group g, along x and along y, in the axes of the sheet.
+    /// [`SPEED_X`](crate::ground::planes::SPEED_X) on) of the ends of the segments from group g, along x and
+    /// along y, in the axes of the sheet.
     #[inline(always)]
     pub fn differences<L: Lane>(&self, first: usize, g: usize) -> [[L; 3]; 2] {
         let [[x, a], [y, b], [z, c]] =

@@ -1,7 +1,8 @@
-//! Where nodes lie along a line of the fabric: at every crossing, or, of a graded network, at some (`grading.rs`).
+//! Where nodes lie along a line of the fabric: at every crossing, or, of a graded network, at some
+//! (`grading.rs`).
 //!
-//! Method: within the fine part every crossing is a node. Outwards follow bars of 2, 4, 8 ... segments; the last one takes what is left to
-//! the edge, if that is less than one and a half of its size.
+//! Method: within the fine part every crossing is a node. Outwards follow bars of 2, 4, 8 ... segments; the
+//! last one takes what is left to the edge, if that is less than one and a half of its size.
 //! Reference: docs/model.md, "Graded networks".
 
 use crate::ground::math;
@@ -77,8 +78,9 @@ impl Places {
         }
     }
 
-    /// The number of bars from the fine part outwards to an edge `distance` segments away, at most `most`, and how far they reach.
-    /// Bars of 2, 4, ... segments; the last takes what is left, if that is less than one and a half.
+    /// The number of bars from the fine part outwards to an edge `distance` segments away, at most `most`,
+    /// and how far they reach. Bars of 2, 4, ... segments; the last takes what is left, if that is less than
+    /// one and a half.
     fn outwards(&self, distance: u32, most: u32) -> (u32, u32) {
         let (mut left, mut bars, mut size) = (distance, 0, 2);
         while bars < most && 2 * left >= 3 * size {
@@ -131,7 +133,8 @@ impl Places {
         [before, after]
     }
 
-    /// The yarns that run across node k, and the share of each in it: 1, or 1/2 for one midway to the next node.
+    /// The yarns that run across node k, and the share of each in it: 1, or 1/2 for one midway to the next
+    /// node.
     pub(crate) fn yarns(&self, k: usize) -> impl Iterator<Item = (u32, f64)> + use<> {
         let (here, [before, after]) = (self.crossing(k as u32), self.around(k));
         (here - before / 2..=here + after / 2).map(move |yarn| {

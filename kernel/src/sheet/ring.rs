@@ -1,16 +1,19 @@
 //! Curved sheets: arcs and rings about an axis along y.
 //!
-//! Method: displacements are counted from rest as in a flat sheet, and only the places of rest lie on a circle. Column i rests at the angle
-//! a_i = (i - (n - 1)/2) s at (R sin a_i, y, R cos a_i), with R to the nodes and the step s of which a chord is the node spacing:
-//! 2 R sin(s/2) = h, of a ring of n nodes s = 2 pi/n. The segment from column i to the next has the rest vector
-//! c_i = (cos(a_i + s/2), 0, -sin(a_i + s/2)) in spacings, which takes the place of (1, 0, 0) in (M2) and (M4).
-//! In a ring the last segment of a row pulls its first node, too: its force is found before the row is swept, from places and damage at the
-//! start of the step, and its damage is committed where the sweep comes to it. After the last node stands an image of the first one.
-//! Separate plies lie on circles of their own: ply k has the radius R_k = R + k gap, and its rest vectors and natural lengths are R_k/R times
-//! those of the first. The plies push on each other along the normal (sin a_i, 0, cos a_i) that their column has at rest.
-//! Limits: the fabric does not bend; between two nodes it is straight. A turn about the axis turns no normal of a column.
-//! Reference: docs/model.md, "Curved sheets and rings"; of the preset NASA, Research and Technology 2001, NTRS 20050207394, and
-//! data/fabrics/zylon_as_500_35.toml.
+//! Method: displacements are counted from rest as in a flat sheet, and only the places of rest lie on a
+//! circle. Column i rests at the angle a_i = (i - (n - 1)/2) s at (R sin a_i, y, R cos a_i), with R to the
+//! nodes and the step s of which a chord is the node spacing: 2 R sin(s/2) = h, of a ring of n nodes s = 2
+//! pi/n. The segment from column i to the next has the rest vector c_i = (cos(a_i + s/2), 0, -sin(a_i + s/2))
+//! in spacings, which takes the place of (1, 0, 0) in (M2) and (M4). In a ring the last segment of a row
+//! pulls its first node, too: its force is found before the row is swept, from places and damage at the start
+//! of the step, and its damage is committed where the sweep comes to it. After the last node stands an image
+//! of the first one. Separate plies lie on circles of their own: ply k has the radius R_k = R + k gap, and
+//! its rest vectors and natural lengths are R_k/R times those of the first. The plies push on each other
+//! along the normal (sin a_i, 0, cos a_i) that their column has at rest.
+//! Limits: the fabric does not bend; between two nodes it is straight. A turn about the axis turns no normal
+//! of a column.
+//! Reference: docs/model.md, "Curved sheets and rings"; of the preset NASA, Research and Technology 2001,
+//! NTRS 20050207394, and data/fabrics/zylon_as_500_35.toml.
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::Lane;
@@ -73,8 +76,9 @@ impl Hoop {
         (column - 0.5 * (f64::from(self.nodes) - 1.0)) * self.step
     }
 
-    /// Fills the line of constants of a ply with `turn` times the radius of the first one, whose segments along the row lie at rest so. After
-    /// its last node there is a place that no case and no projectile meets.
+    /// Fills the line of constants of a ply with `turn` times the radius of the first one, whose segments
+    /// along the row lie at rest so. After its last node there is a place that no case and no projectile
+    /// meets.
     pub(crate) fn fill(&self, line: &mut [Chunk<COLUMN_PLANES>], rest: &Rest, turn: f64) {
         let radius = turn * self.radius;
         let nowhere = [4.0 * radius, 0.0, 0.0, 0.0, 0.0, 0.0];
@@ -127,9 +131,10 @@ pub(crate) fn box_at_rest(hoop: &[Chunk<COLUMN_PLANES>], [chunks, nodes]: [usize
 }
 
 impl Scene {
-    /// The ring of NASA's tests, 40 in across within and 10 in long, as far as it is known: five bonded plies of Zylon AS, 35 x 35 per
-    /// inch, in place of braided ones, 1,155 x 88 nodes of four yarns a bar, 21 in from the axis, on a case with a window. The sector of
-    /// the preset `turbine_disc_sector` has left its disc at 4,000 rad/s on the engine's axis and is about to meet the middle of the window.
+    /// The ring of NASA's tests, 40 in across within and 10 in long, as far as it is known: five bonded plies
+    /// of Zylon AS, 35 x 35 per inch, in place of braided ones, 1,155 x 88 nodes of four yarns a bar, 21 in
+    /// from the axis, on a case with a window. The sector of the preset `turbine_disc_sector` has left its
+    /// disc at 4,000 rad/s on the engine's axis and is about to meet the middle of the window.
     #[inline(never)] // Of its caller's stack as little as the other presets.
     pub fn ring_40in() -> Scene {
         let small = Scene::sheet_3in_sphere();

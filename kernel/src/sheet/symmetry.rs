@@ -1,11 +1,12 @@
 //! Mirror planes: half and quarter models of a sheet whose yarn is alike everywhere and whose hit is centred.
 //!
-//! Method: of a mirrored line of N nodes the first (N + 1)/2 are modelled. The segment that crosses or leaves the plane ends
-//! at an image node: of the node before the one on the plane for odd N, of the last node itself for even N. An image has the
-//! displacement of its node with the sign of the component across the plane turned. A node on the plane with whole mass and
-//! both neighbours moves as one with half mass and half in-plane stiffness; a whole crossing segment pulls as its half whose
-//! end is fixed across the plane. Every expression is the whole sheet's, and so, but for contact's order of sums, are the bits.
-//! In sums a node counts as often as it has images in the whole sheet (2 or 1 along each line), likewise a segment.
+//! Method: of a mirrored line of N nodes the first (N + 1)/2 are modelled. The segment that crosses or leaves
+//! the plane ends at an image node: of the node before the one on the plane for odd N, of the last node
+//! itself for even N. An image has the displacement of its node with the sign of the component across the
+//! plane turned. A node on the plane with whole mass and both neighbours moves as one with half mass and half
+//! in-plane stiffness; a whole crossing segment pulls as its half whose end is fixed across the plane. Every
+//! expression is the whole sheet's, and so, but for contact's order of sums, are the bits. In sums a node
+//! counts as often as it has images in the whole sheet (2 or 1 along each line), likewise a segment.
 //! Limits: symmetric solutions only. A whole sheet leaves symmetry by rounding soon after the first failure.
 //! Reference: docs/model.md, "Symmetry planes".
 
@@ -38,7 +39,8 @@ impl Line {
         Feature::Closed.is_built() && self.closed
     }
 
-    /// Whether an image stands after the last node modelled: of a node before a mirror plane, or of the first one.
+    /// Whether an image stands after the last node modelled: of a node before a mirror plane, or of the first
+    /// one.
     pub fn has_image(self) -> bool {
         self.is_mirrored() || self.is_closed()
     }
@@ -49,7 +51,8 @@ impl Line {
         if self.is_mirrored() { nodes.div_ceil(2) } else { nodes }
     }
 
-    /// Segments modelled along the line: one from every modelled node, except the last of a line without image.
+    /// Segments modelled along the line: one from every modelled node, except the last of a line without
+    /// image.
     pub fn segments(self) -> usize {
         self.stored().saturating_sub(1)
     }
@@ -76,7 +79,8 @@ impl Line {
         if !self.is_mirrored() || (self.odd() && i + 1 == self.modelled()) { 1.0 } else { 2.0 }
     }
 
-    /// How often the segment from node i appears in the whole line; 0 if it is itself an image of the one before.
+    /// How often the segment from node i appears in the whole line; 0 if it is itself an image of the one
+    /// before.
     pub fn segment_weight(self, i: usize) -> f64 {
         match (self.is_mirrored(), i + 1 == self.modelled()) {
             (false, _) => 1.0,
@@ -102,7 +106,8 @@ impl Symmetry {
         Vector::new(kept(!self.mirror_x), kept(!self.mirror_y), 1.0)
     }
 
-    /// 1 for the components of a torque that the planes leave, 0 for others: a plane leaves only the turning about its own normal.
+    /// 1 for the components of a torque that the planes leave, 0 for others: a plane leaves only the turning
+    /// about its own normal.
     pub fn torque_mask(self) -> Vector {
         Vector::new(kept(!self.mirror_y), kept(!self.mirror_x), kept(!self.mirror_x && !self.mirror_y))
     }
@@ -118,7 +123,8 @@ impl Symmetry {
         (if self.mirror_x { 0.5 } else { 1.0 }) * (if self.mirror_y { 0.5 } else { 1.0 })
     }
 
-    /// Refuses a body or a motion that a plane would change; takes away what rounding left of the components across the planes.
+    /// Refuses a body or a motion that a plane would change; takes away what rounding left of the components
+    /// across the planes.
     pub fn align(self, solid: &Solid, body: &mut Body, spacing: f64) -> Result<(), Error> {
         let (force, torque) = (self.force_mask(), self.torque_mask());
         let close = |v: &Vector, mask: &Vector, scale: f64| {
@@ -127,7 +133,8 @@ impl Symmetry {
         };
         let q = body.orientation;
         let turn = Vector::new(q.i, q.j, q.k);
-        // Half a turn about any axis of the sheet maps a body with these planes onto itself: (w, x, y, z) with one entry +-1.
+        // Half a turn about any axis of the sheet maps a body with these planes onto itself: (w, x, y, z)
+        // with one entry +-1.
         let plain = [q.w, q.i, q.j, q.k].iter().all(|&c| c * c <= 1e-18 || c * c >= 1.0 - 1e-9);
         for (sound, field, size) in [
             (close(&body.position, &force, spacing), "projectile.position", body.position.norm()),

@@ -1,14 +1,17 @@
 //! From a textile's data sheet to a scene: node spacing, yarn area, node mass, crimp and yarn law.
 //!
-//! Method: a yarn of the linear density mu (kg/m) and fibres of the density rho has the area A_0 = mu/rho. The warp runs along x, the
-//! weft along y, so the node spacing along x is the distance of two picks and that along y the distance of two ends:
-//! h_x = 1/(picks per metre), h_y = 1/(ends per metre). With the crimp c (length of the yarn over that of the cloth, less 1) a node
-//! carries m = mu_warp (1 + c_warp) h_x + mu_weft (1 + c_weft) h_y, so that the areal density m/(h_x h_y) is that of the textile.
-//! The law is that of (M1) to (M5) with the modulus E of the yarn and U_c = 1 + (1 - w) e_f, with the failure strain e_f and the
-//! weaving loss w; from the strength s instead it is the U_c at which the nominal stress E U (U^2 - 1)/2 is (1 - w) s.
-//! Limits: strength and failure strain cannot both be met, as E follows from neither; so one of them is given. Beyond U_c the
-//! yarn weakens at the rate `damage_rate`, which no data sheet has: `calibrate.rs` finds it for a bundle of misaligned fibrils; the
-//! energy that it dissipates is proportional to the length of a segment.
+//! Method: a yarn of the linear density mu (kg/m) and fibres of the density rho has the area A_0 = mu/rho.
+//! The warp runs along x, the weft along y, so the node spacing along x is the distance of two picks and that
+//! along y the distance of two ends: h_x = 1/(picks per metre), h_y = 1/(ends per metre). With the crimp c
+//! (length of the yarn over that of the cloth, less 1) a node carries m = mu_warp (1 + c_warp) h_x + mu_weft
+//! (1 + c_weft) h_y, so that the areal density m/(h_x h_y) is that of the textile. The law is that of (M1) to
+//! (M5) with the modulus E of the yarn and U_c = 1 + (1 - w) e_f, with the failure strain e_f and the weaving
+//! loss w; from the strength s instead it is the U_c at which the nominal stress E U (U^2 - 1)/2 is (1 - w)
+//! s.
+//! Limits: strength and failure strain cannot both be met, as E follows from neither; so one of them is
+//! given. Beyond U_c the yarn weakens at the rate `damage_rate`, which no data sheet has: `calibrate.rs`
+//! finds it for a bundle of misaligned fibrils; the energy that it dissipates is proportional to the length
+//! of a segment.
 //! Reference: docs/model.md, "From a textile to a scene".
 
 use crate::ground::error::{Code, Error, finite, not_negative, positive};
@@ -43,22 +46,26 @@ pub struct Textile {
     pub modulus: f64,
     /// Standard deviation of that modulus among segments, Pa, >= 0; 0: all have the same.
     pub modulus_sd: f64,
-    /// Strain at which a yarn begins to fail, in (0, 1]; 0: `strength` says it. With a Weibull shape: the Weibull scale.
+    /// Strain at which a yarn begins to fail, in (0, 1]; 0: `strength` says it. With a Weibull shape: the
+    /// Weibull scale.
     pub failure_strain: f64,
-    /// Force at which a yarn begins to fail over the area of its fibres at rest, Pa, > 0; 0: `failure_strain` says it.
+    /// Force at which a yarn begins to fail over the area of its fibres at rest, Pa, > 0; 0: `failure_strain`
+    /// says it.
     pub strength: f64,
-    /// Part of the failure strain, or of the strength, that weaving has taken, in [0, 1); 0 for yarn taken from the fabric.
+    /// Part of the failure strain, or of the strength, that weaving has taken, in [0, 1); 0 for yarn taken
+    /// from the fabric.
     pub weaving_loss: f64,
     /// Damage rate lambda beyond the failure strain, dimensionless, at least 3; 0: ln(100)/0.002.
     pub damage_rate: f64,
     /// Weibull shape of the failure strain, in [1, 1000]; 0: all segments fail at the same strain.
     pub weibull_shape: f64,
-    /// Gauge length of the failure strain, m, >= 0; 0: the length of a segment. Read with a Weibull shape only.
+    /// Gauge length of the failure strain, m, >= 0; 0: the length of a segment. Read with a Weibull shape
+    /// only.
     pub gauge_length: f64,
 }
 
-/// Damage rate of a textile whose data sheet has none, as all: ln(100)/0.002, so that a yarn keeps 1 % of its stiffness 0.2 % of
-/// strain beyond the failure strain, which it thus hardly exceeds.
+/// Damage rate of a textile whose data sheet has none, as all: ln(100)/0.002, so that a yarn keeps 1 % of its
+/// stiffness 0.2 % of strain beyond the failure strain, which it thus hardly exceeds.
 const DAMAGE_RATE: f64 = 2302.6;
 
 /// Viscosity of a textile: linear, quadratic and of bending (docs/model.md, "Viscosity").
@@ -70,8 +77,8 @@ const QUADRATIC_SHARE: f64 = 0.25;
 /// -ln of the part of drawn segments, 1e-9, that may be stronger than the viscosity is made for.
 const STRONGEST: f64 = 20.72;
 
-/// The [`TEXTILE_VISCOSITY`], with less of the quadratic part for yarn of which a segment may fail beyond 7 % of strain: it then
-/// takes the default step, too.
+/// The [`TEXTILE_VISCOSITY`], with less of the quadratic part for yarn of which a segment may fail beyond 7 %
+/// of strain: it then takes the default step, too.
 fn viscosity_at(critical_stretch: f64) -> [f64; 3] {
     let [linear, quadratic, bending] = TEXTILE_VISCOSITY;
     let critical = twice_strain_at(critical_stretch) * critical_stretch * critical_stretch;
@@ -195,13 +202,15 @@ fn stretch_at(s: f64) -> f64 {
 }
 
 impl Scene {
-    /// Makes the sheet of this textile: spacings, areas, node mass, crimp, the yarn law, without a law of the weft's own, and the
-    /// [`TEXTILE_VISCOSITY`]; with crimp also `slack_balance`, but where yarn depends on the rate. The theta rule takes neither.
-    /// Number of nodes and plies, place, pre-strain, supports, `yarn.alpha_fail`, `yarn.draw` and all else stay.
+    /// Makes the sheet of this textile: spacings, areas, node mass, crimp, the yarn law, without a law of the
+    /// weft's own, and the [`TEXTILE_VISCOSITY`]; with crimp also `slack_balance`, but where yarn depends on
+    /// the rate. The theta rule takes neither. Number of nodes and plies, place, pre-strain, supports,
+    /// `yarn.alpha_fail`, `yarn.draw` and all else stay.
     ///
     /// # Errors
-    /// Fields `textile.*`: not finite, not positive, out of the range stated; both or none of failure strain and strength.
-    /// Nothing is changed then. Whether it goes with the rest of the scene is left to [`Scene::check`].
+    /// Fields `textile.*`: not finite, not positive, out of the range stated; both or none of failure strain
+    /// and strength. Nothing is changed then. Whether it goes with the rest of the scene is left to
+    /// [`Scene::check`].
     pub fn set_textile(&mut self, textile: &Textile) -> Result<(), Error> {
         let critical_stretch = textile.check()?;
         let damage_rate = if textile.damage_rate == 0.0 { DAMAGE_RATE } else { textile.damage_rate };
@@ -241,9 +250,10 @@ impl Scene {
         Ok(())
     }
 
-    /// Makes the back fabric of this textile, in the scene's own grid: a bar stands for as many yarns as there are in a spacing, so
-    /// areal density, stiffness and strength per width are those of the textile. How many plies are of it, `back.plies`, stays. The
-    /// quadratic viscosity becomes that of the textile of the two that takes less.
+    /// Makes the back fabric of this textile, in the scene's own grid: a bar stands for as many yarns as
+    /// there are in a spacing, so areal density, stiffness and strength per width are those of the textile.
+    /// How many plies are of it, `back.plies`, stays. The quadratic viscosity becomes that of the textile of
+    /// the two that takes less.
     ///
     /// # Errors
     /// As [`Scene::set_textile`].
@@ -314,7 +324,8 @@ mod tests {
         scene
     }
 
-    /// Strong segments are stiff against fast stretching: the viscosity of widely drawn strength is made for them.
+    /// Strong segments are stiff against fast stretching: the viscosity of widely drawn strength is made for
+    /// them.
     #[test]
     fn any_drawn_strength_takes_the_default_step() {
         for weibull_shape in [1.0, 2.0, 3.0, 4.0, 5.0, 8.0, 15.0, 40.0] {
@@ -368,8 +379,8 @@ mod tests {
         assert_eq!(scene.sheet.crimp, [0.013, 0.004]);
     }
 
-    /// In any grid a back fabric weighs what its textile weighs, and its bars have the wave speed of its yarns: stiffness per width
-    /// over areal density.
+    /// In any grid a back fabric weighs what its textile weighs, and its bars have the wave speed of its
+    /// yarns: stiffness per width over areal density.
     #[test]
     fn a_back_fabric_keeps_mass_and_stiffness_in_another_grid() {
         for textile in [plain(), unlike()] {

@@ -1,10 +1,12 @@
 //! The grid: where nodes rest, which are fixed, how segments are numbered. No index arrays.
 //!
-//! Here nodes and segments are those of the fabric, but for the fixed nodes, which are those of the network (`grading.rs`): without
-//! grading it is the same.
+//! Here nodes and segments are those of the fabric, but for the fixed nodes, which are those of the network
+//! (`grading.rs`): without grading it is the same.
 //!
-//! Node (i, j) of a flat sheet rests at ((i - (nx-1)/2) h_x, (j - (ny-1)/2) h_y, 0), of a curved one as `ring.rs` says, and has the number j nx + i. Segments: first the horizontal
-//! ones (i, j)-(i+1, j), of a ring also that from the last node to the first, row by row, then the vertical ones (i, j)-(i, j+1), row by row.
+//! Node (i, j) of a flat sheet rests at ((i - (nx-1)/2) h_x, (j - (ny-1)/2) h_y, 0), of a curved one as
+//! `ring.rs` says, and has the number j nx + i. Segments: first the horizontal ones (i, j)-(i+1, j), of a
+//! ring also that from the last node to the first, row by row, then the vertical ones (i, j)-(i, j+1), row by
+//! row.
 
 use crate::ground::math;
 use crate::ground::planes::Axis;
@@ -87,14 +89,16 @@ pub(crate) fn disc_centre(scene: &Scene) -> [f64; 2] {
     scene.half_size().map(|half| half - scene.attachment.disc_inset)
 }
 
-/// Coordinate of a node along its line, measured from the corner discs' centre on the node's side of the middle, m.
+/// Coordinate of a node along its line, measured from the corner discs' centre on the node's side of the
+/// middle, m.
 fn from_disc_centre(index: usize, places: &Places, spacing: f64, centre: f64) -> f64 {
     let x = places.offset(index) * spacing;
     math::abs(x) - centre
 }
 
-/// Square of the distance from the centre of a corner disc to the node nearest to it, m^2; the same for all four discs, because
-/// rest offsets are exactly antisymmetric. A disc holds a node if this is at most the square of its radius.
+/// Square of the distance from the centre of a corner disc to the node nearest to it, m^2; the same for all
+/// four discs, because rest offsets are exactly antisymmetric. A disc holds a node if this is at most the
+/// square of its radius.
 pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
     let centre = disc_centre(scene);
     let nearest = |axis: Axis, centre: f64| {
@@ -107,7 +111,8 @@ pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
     nearest(Axis::Horizontal, centre[0]) + nearest(Axis::Vertical, centre[1])
 }
 
-/// Nodes of row j within the discs about (+-(a - c), +-(b - c)). Discs do not overlap, so a row meets at most two.
+/// Nodes of row j within the discs about (+-(a - c), +-(b - c)). Discs do not overlap, so a row meets at most
+/// two.
 fn corner_runs(scene: &Scene, [columns, rows]: &[Places; 2], j: usize) -> FixedRuns {
     let [h_x, h_y] = scene.spacings();
     let centre = disc_centre(scene);
@@ -135,9 +140,9 @@ fn corner_runs(scene: &Scene, [columns, rows]: &[Places; 2], j: usize) -> FixedR
     runs
 }
 
-/// Which attachment a fixed run belongs to. Sides: 0 left (-x), 1 right (+x), 2 bottom (-y), 3 top (+y), corner nodes
-/// counting to bottom and top. Corners: 0 (-x, -y), 1 (+x, -y), 2 (-x, +y), 3 (+x, +y). `rows`: of nodes; `upper`: the first beyond
-/// the middle.
+/// Which attachment a fixed run belongs to. Sides: 0 left (-x), 1 right (+x), 2 bottom (-y), 3 top (+y),
+/// corner nodes counting to bottom and top. Corners: 0 (-x, -y), 1 (+x, -y), 2 (-x, +y), 3 (+x, +y). `rows`:
+/// of nodes; `upper`: the first beyond the middle.
 pub fn attachment_of(kind: AttachmentKind, rows: u32, upper: usize, j: usize, run: usize) -> usize {
     match kind {
         AttachmentKind::FourSides if j == 0 => 2,
@@ -185,8 +190,8 @@ mod tests {
         }
     }
 
-    /// A radius short of the nearest node holds none, one beyond it holds one in every disc: centres on a node, on a line of nodes,
-    /// in the middle of a mesh, beside the edge and anywhere.
+    /// A radius short of the nearest node holds none, one beyond it holds one in every disc: centres on a
+    /// node, on a line of nodes, in the middle of a mesh, beside the edge and anywhere.
     #[test]
     fn a_disc_holds_a_node_if_it_reaches_the_nearest() {
         let mut scene = Scene::sheet_3in_sphere();

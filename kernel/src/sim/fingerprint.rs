@@ -1,8 +1,9 @@
 //! Which scene an image is of: a hash of the time step and of every number that the scene reads.
 //!
-//! Limits: three are left out by design: the projectile's motion at the start, for an image holds the present one, `contact_capacity`, for it
-//! fits whatever room there is, and how the step was asked for and checked ([`crate::fields::Image::Never`]). What is not read counts where
-//! it always has ([`crate::fields::Image::Always`]).
+//! Limits: three are left out by design: the projectile's motion at the start, for an image holds the present
+//! one, `contact_capacity`, for it fits whatever room there is, and how the step was asked for and checked
+//! ([`crate::fields::Image::Never`]). What is not read counts where it always has
+//! ([`crate::fields::Image::Always`]).
 
 use crate::ground::hash::Hash;
 use crate::scene::fields;

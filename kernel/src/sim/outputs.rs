@@ -1,8 +1,8 @@
 //! The table of what a simulation tells of a run: one row for each number or vector of its read-outs.
 //!
-//! From these rows come the outputs of the FMUs with both model descriptions, what the Python package returns and its types, the columns
-//! of history.csv, and the table of outputs of the documents. A new output needs its field at the end of its
-//! structure, which C has too, and its row here.
+//! From these rows come the outputs of the FMUs with both model descriptions, what the Python package returns
+//! and its types, the columns of history.csv, and the table of outputs of the documents. A new output needs
+//! its field at the end of its structure, which C has too, and its row here.
 //!
 //! The rows that the FMUs have stand in the order of the model descriptions.
 
@@ -73,7 +73,8 @@ impl Output {
 /// Most elements of an output.
 pub const MOST_ELEMENTS: usize = 12;
 
-/// What has been read of a simulation at one time: a pass over the sheet is made once, when a number that needs it is first asked for.
+/// What has been read of a simulation at one time: a pass over the sheet is made once, when a number that
+/// needs it is first asked for.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Readings {
     energy: Option<Energy>,
@@ -94,7 +95,8 @@ impl Readings {
         Ok(fabric)
     }
 
-    /// The elements of an output, row by row, then zeros. Those of single plies are read from [`Sim::ply`] with [`Get::Ply`]: here 0.
+    /// The elements of an output, row by row, then zeros. Those of single plies are read from [`Sim::ply`]
+    /// with [`Get::Ply`]: here 0.
     pub fn read(&mut self, sim: &mut Sim<'_>, output: &Output) -> Result<[f64; MOST_ELEMENTS], Failure> {
         let mut values = [0.0; MOST_ELEMENTS];
         let mut put = |from: &[f64]| values.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
@@ -228,7 +230,8 @@ mod tests {
     use std::string::String;
     use std::vec::Vec;
 
-    /// What the table has of a structure is what the structure itself shows: every field, its name and its number.
+    /// What the table has of a structure is what the structure itself shows: every field, its name and its
+    /// number.
     #[test]
     fn every_field_of_a_read_out_has_its_row() {
         let mut scene = sheet(41, 41);

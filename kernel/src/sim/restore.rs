@@ -1,7 +1,7 @@
 //! Takes a snapshot image back.
 //!
-//! Method: loading is all or nothing. The whole image is checked before anything is changed: its header and checksum, and that every value is
-//! one that a simulation can have. A second pass takes the values.
+//! Method: loading is all or nothing. The whole image is checked before anything is changed: its header and
+//! checksum, and that every value is one that a simulation can have. A second pass takes the values.
 //! Limits: an image that is kept in the caller's memory may be taken without a look at its checksum.
 
 use crate::body::pose::Vector;
@@ -20,8 +20,8 @@ use crate::sim::start::LARGEST_STRETCH;
 use crate::step::explicit;
 use crate::yarn::law::{FAILED, LOST, twice_strain_at};
 
-/// Displacements and velocities of an image, in spacings and spacings a step: beyond this their energy need not be finite.
-/// A simulation that has not failed stays far below (see [`crate::yarn::law::LOST`]).
+/// Displacements and velocities of an image, in spacings and spacings a step: beyond this their energy need
+/// not be finite. A simulation that has not failed stays far below (see [`crate::yarn::law::LOST`]).
 const LARGEST_MOTION: f64 = 1e100;
 
 /// Reads words from bytes and notes values that no simulation can have.
@@ -125,7 +125,8 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Looks at the words of the arrays: motion whose energy is finite, histories such as there are, fixed nodes at rest, flags 32 bits wide.
+/// Looks at the words of the arrays: motion whose energy is finite, histories such as there are, fixed nodes
+/// at rest, flags 32 bits wide.
 fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     // A segment breaks long before: only one that was broken beforehand has such a history.
     let largest = twice_strain_at(LARGEST_STRETCH);
@@ -252,7 +253,8 @@ fn malformed(value: f64, limit: f64) -> Error {
     Error::new(Code::ImageMalformed, "image", value, limit)
 }
 
-/// Scalar values beyond being finite: unit quaternions, a path that covers the present step and a load that began before it.
+/// Scalar values beyond being finite: unit quaternions, a path that covers the present step and a load that
+/// began before it.
 fn plausible(state: &State) -> bool {
     let unit = |q: &nalgebra::Quaternion<f64>| {
         let squared = q.w * q.w + q.i * q.i + q.j * q.j + q.k * q.k;
@@ -343,8 +345,9 @@ mod tests {
                 assert_eq!(sim.digest() == first, forged == image, "digests distinguish states: {at} {word:x}");
             }
         };
-        // The step count, and row by row whether it has been slack, and the nodes in order: three displacements, three velocities, and for
-        // each segment that starts there its history, what it owes and what it gave.
+        // The step count, and row by row whether it has been slack, and the nodes in order: three
+        // displacements, three velocities, and for each segment that starts there its history, what it owes
+        // and what it gave.
         for at in HEADER_WORDS..frame_words(layout.has) - 1 {
             check(at, f64::NAN.to_bits(), false);
         }
@@ -382,8 +385,9 @@ mod tests {
         check(at, u64::from(u32::MAX), true);
         check(at, u64::from(u32::MAX) + 1, false);
         assert_eq!(8 * (at + 2), image.len());
-        // The last bit of a number, a count or a flag is seen by the digest, but in what would tell of the first contact (step,
-        // direction, energy), of four outcomes (step, work) and of a rebound (work), were there any.
+        // The last bit of a number, a count or a flag is seen by the digest, but in what would tell of the
+        // first contact (step, direction, energy), of four outcomes (step, work) and of a rebound (work),
+        // were there any.
         let seen = (HEADER_WORDS..frame_words(layout.has) - 1).filter(|&at| {
             sim.load(&forged(&image, at, word_of(&image, at) ^ 1)).unwrap();
             sim.digest() != first
@@ -416,8 +420,8 @@ mod tests {
         assert_eq!(other.digest(), first.digest());
     }
 
-    /// A simulation goes on from an image as it did from there: one just made, one of other damage, and one that has failed,
-    /// whose arrays may hold anything.
+    /// A simulation goes on from an image as it did from there: one just made, one of other damage, and one
+    /// that has failed, whose arrays may hold anything.
     #[test]
     fn an_image_brings_back_the_whole_simulation() {
         let scene = torn_by_a_sphere();

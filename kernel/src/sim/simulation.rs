@@ -1,7 +1,8 @@
-//! The simulation: one step function over three blocks of caller memory (model, state, scratch), and its read-outs.
+//! The simulation: one step function over three blocks of caller memory (model, state, scratch), and its
+//! read-outs.
 //!
-//! Read-outs are pure: they commit nothing, so asking for them changes no bit. After a failure every call but reset, load, the
-//! counters, the outcomes (whose status then says "faulted") and the digest repeats it.
+//! Read-outs are pure: they commit nothing, so asking for them changes no bit. After a failure every call but
+//! reset, load, the counters, the outcomes (whose status then says "faulted") and the digest repeats it.
 
 use crate::body::path::{self, Path, Track};
 use crate::body::pose::Vector;
@@ -43,7 +44,8 @@ pub struct Contact {
     pub work: f64,
     /// Kinetic energy lost in impacts of nodes, part of the work, J.
     pub loss: f64,
-    /// Largest mean force over a window of `force_window`, N; until the first window is full the mean force over the time elapsed.
+    /// Largest mean force over a window of `force_window`, N; until the first window is full the mean force
+    /// over the time elapsed.
     pub force_peak: f64,
 }
 
@@ -57,7 +59,8 @@ pub struct Support {
     pub attachments: [[f64; 3]; 4],
     /// The case of a ring.
     pub casing: [f64; 3],
-    /// Mean force on each attachment over the last window of `force_window`, N; 0 before, and without slipping clamps.
+    /// Mean force on each attachment over the last window of `force_window`, N; 0 before, and without
+    /// slipping clamps.
     pub force: [f64; 4],
     /// Time at which each attachment let go, s; 0: it has not.
     pub let_go: [f64; 4],
@@ -67,8 +70,9 @@ pub struct Support {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Fabric {
-    /// Largest distance from the sheet's plane, or from its circle, of a node that live segments join to a support, m; 0 once all of the sheet has torn
-    /// off. Of all nodes if the sheet is free, or if segments have failed and `track_detachment` is off.
+    /// Largest distance from the sheet's plane, or from its circle, of a node that live segments join to a
+    /// support, m; 0 once all of the sheet has torn off. Of all nodes if the sheet is free, or if segments
+    /// have failed and `track_detachment` is off.
     pub max_deflection: f64,
     /// Largest stretch (M1) of a live segment; yarns of the presets fail at about 1.05.
     pub max_stretch: f64,
@@ -84,28 +88,31 @@ pub struct Counters {
     pub failed_segments: u64,
     /// Nodes with a contact impulse in the last step.
     pub contacts: u64,
-    /// Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how far they were off.
+    /// Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how
+    /// far they were off.
     pub unconverged: u64,
-    /// Most Gauss-Seidel sweeps of one solve, at most 300 (4000 in a stack whose held nodes are hit): sweeps and, after 200
-    /// of them, passes of Newton's method.
+    /// Most Gauss-Seidel sweeps of one solve, at most 300 (4000 in a stack whose held nodes are hit): sweeps
+    /// and, after 200 of them, passes of Newton's method.
     pub most_sweeps: u64,
     /// Most candidate nodes of one step.
     pub most_candidates: u64,
     /// Places for candidate nodes: `contact_capacity`, or every node modelled.
     pub candidate_capacity: u64,
-    /// Deepest penetration met, m: rounding where the body does not turn, up to 2e-2 spacings where it does; also that of fixed nodes in a prescribed body, which passes through them.
+    /// Deepest penetration met, m: rounding where the body does not turn, up to 2e-2 spacings where it does;
+    /// also that of fixed nodes in a prescribed body, which passes through them.
     pub worst_penetration: f64,
     /// Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.
     pub iterations: u64,
     /// Most iterations of one step.
     pub most_iterations: u64,
-    /// Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
+    /// Deepest that facing nodes of two separate plies have been through each other, m: rounding before the
+    /// first hole.
     pub ply_penetration: f64,
     /// Steps in which the body met the sheet beyond the fine part of a graded network, where nodes may be
     /// too far apart to feel it: 0 in a run that is to be trusted.
     pub beyond_fine: u64,
-    /// Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that closes too fast, a slip that friction
-    /// should have stopped; 0 if all converged.
+    /// Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that
+    /// closes too fast, a slip that friction should have stopped; 0 if all converged.
     pub contact_residual: f64,
 }
 
@@ -143,15 +150,17 @@ impl<'a> Sim<'a> {
     /// A simulation of `scene` at step 0: sheet flat and at rest, projectile in its start motion.
     ///
     /// # Errors
-    /// Everything [`Scene::check`] and [`Scene::step_limits`] refuse, too little memory, a projectile too fast for the step,
-    /// too heavy for its energy to be a number, or overlapping a node. Memory is not written then.
+    /// Everything [`Scene::check`] and [`Scene::step_limits`] refuse, too little memory, a projectile too
+    /// fast for the step, too heavy for its energy to be a number, or overlapping a node. Memory is not
+    /// written then.
     pub fn new(scene: &Scene, memory: &'a mut [CacheLine]) -> Result<Sim<'a>, Error> {
         let mut sim = Sim::NOTHING;
         Sim::make(scene, memory, || &mut sim)?;
         Ok(sim)
     }
 
-    /// [`Sim::new`] in a given place, without a copy of the simulation on the stack: that would be some four kilobytes.
+    /// [`Sim::new`] in a given place, without a copy of the simulation on the stack: that would be some four
+    /// kilobytes.
     ///
     /// # Errors
     /// As for [`Sim::new`]. The place is not written then.
@@ -166,7 +175,8 @@ impl<'a> Sim<'a> {
     /// What is in a place before a simulation is made there.
     const NOTHING: Sim<'a> = Sim { system: System::NOTHING };
 
-    /// Checks everything, then makes the simulation in the place that `place` gives, where [`Sim::NOTHING`] is.
+    /// Checks everything, then makes the simulation in the place that `place` gives, where [`Sim::NOTHING`]
+    /// is.
     fn make<'p>(
         scene: &Scene,
         memory: &'a mut [CacheLine],
@@ -219,7 +229,8 @@ impl<'a> Sim<'a> {
         Ok(())
     }
 
-    /// Back to step 0 as after [`Sim::new`]. Clears a failure, motion and history set by hand, and the external load.
+    /// Back to step 0 as after [`Sim::new`]. Clears a failure, motion and history set by hand, and the
+    /// external load.
     pub fn reset(&mut self) {
         let motion = path::into_sheet(&self.system.model.pose, &start_motion(&self.system.scene));
         let mut body = Body::of(&motion);
@@ -255,7 +266,8 @@ impl<'a> Sim<'a> {
         Ok(())
     }
 
-    /// A block of steps (`step/blocks.rs`) if one can be taken within `most`, otherwise one step. Returns how many.
+    /// A block of steps (`step/blocks.rs`) if one can be taken within `most`, otherwise one step. Returns how
+    /// many.
     fn step_some(&mut self, most: u64) -> Result<u64, Failure> {
         if !Feature::Blocks.is_built() {
             return self.step().map(|()| 1);
@@ -270,8 +282,8 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Up to `steps` steps, ending after the step at which any outcome of `until` is latched (at once if it already is).
-    /// Returns the steps taken.
+    /// Up to `steps` steps, ending after the step at which any outcome of `until` is latched (at once if it
+    /// already is). Returns the steps taken.
     pub fn advance_until(&mut self, until: impl Into<OutcomeSet>, steps: u64) -> Result<u64, Failure> {
         self.system.sound()?;
         let until = until.into();
@@ -282,11 +294,12 @@ impl<'a> Sim<'a> {
         Ok(taken)
     }
 
-    /// Moves a prescribed body along `path` for `steps` steps. Call again with the same path to go on along it: the bits do
-    /// not depend on how the path is split.
+    /// Moves a prescribed body along `path` for `steps` steps. Call again with the same path to go on along
+    /// it: the bits do not depend on how the path is split.
     ///
     /// # Errors
-    /// The body is not prescribed; the path starts elsewhere in time, is shorter than asked for, not finite, or too fast.
+    /// The body is not prescribed; the path starts elsewhere in time, is shorter than asked for, not finite,
+    /// or too fast.
     pub fn follow(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
         self.start_path(path, steps)?;
         self.advance(steps).map_err(Into::into)
@@ -343,7 +356,8 @@ impl<'a> Sim<'a> {
         Ok(Body::of(&path::into_sheet(&self.system.model.pose, &path.end)))
     }
 
-    /// Sets the force, N, and torque, N m, that act on a free body from now on, host's axes (gravity, drag, a host).
+    /// Sets the force, N, and torque, N m, that act on a free body from now on, host's axes (gravity, drag, a
+    /// host).
     pub fn set_external_load(&mut self, force: [f64; 3], torque: [f64; 3]) -> Result<(), Error> {
         self.system.sound()?;
         crate::ground::error::finite3("external.force", force)?;
@@ -362,40 +376,46 @@ impl<'a> Sim<'a> {
         Ok(())
     }
 
-    /// Starts from given positions, m, and velocities, m/s, at t_0 (3 per node, node by node, host's frame): restart from
-    /// another code, pre-stretched sheets. Fixed nodes stay where this puts them; their velocity must be 0.
+    /// Starts from given positions, m, and velocities, m/s, at t_0 (3 per node, node by node, host's frame):
+    /// restart from another code, pre-stretched sheets. Fixed nodes stay where this puts them; their velocity
+    /// must be 0.
     ///
     /// # Errors
-    /// Wrong lengths, numbers that are not finite or beyond 1e30 spacings (a step), a moving fixed node, a node inside the
-    /// projectile (a fixed one in a prescribed body may be), plies through each other, or a step already taken.
+    /// Wrong lengths, numbers that are not finite or beyond 1e30 spacings (a step), a moving fixed node, a
+    /// node inside the projectile (a fixed one in a prescribed body may be), plies through each other, or a
+    /// step already taken.
     pub fn set_motion(&mut self, positions: &[f64], velocities: &[f64]) -> Result<(), Error> {
         start::set_motion(&mut self.system, positions, velocities)
     }
 
-    /// Gives every segment the largest stretch it has ever had (1 or less: undamaged), in the order of the segments'
-    /// numbers: a pre-damaged sheet. Call before [`Sim::set_motion`] if both are used.
+    /// Gives every segment the largest stretch it has ever had (1 or less: undamaged), in the order of the
+    /// segments' numbers: a pre-damaged sheet. Call before [`Sim::set_motion`] if both are used.
     pub fn set_largest_stretch(&mut self, stretches: &[f64]) -> Result<(), Error> {
         start::set_largest_stretch(&mut self.system, stretches)
     }
 
     /// Cuts the sheet into `of` bands of rows for threads of the caller's. `scratch`: as many lines as
-    /// [`Layout::band_lines`] says, content does not matter. `steps`: how many steps will be taken at least before the bands are
-    /// dropped; a sheet that is too large for the caches takes eight of these in one block of nine passes. 0 if it is not known. If
-    /// fewer are taken, dropping the bands completes the block: up to eight steps more.
+    /// [`Layout::band_lines`] says, content does not matter. `steps`: how many steps will be taken at least
+    /// before the bands are dropped; a sheet that is too large for the caches takes eight of these in one
+    /// block of nine passes. 0 if it is not known. If fewer are taken, dropping the bands completes the
+    /// block: up to eight steps more.
     ///
     /// # Errors
-    /// More bands than [`crate::memory::layout::MAX_BANDS`] or none, too little scratch or more than there can be, the theta rule, a latched failure; bands are not built.
+    /// More bands than [`crate::memory::layout::MAX_BANDS`] or none, too little scratch or more than there
+    /// can be, the theta rule, a latched failure; bands are not built.
     pub fn bands<'s>(&'s mut self, scratch: &'s mut [CacheLine], of: u32, steps: u64) -> Result<Bands<'s, 'a>, Error> {
         Feature::Bands.needed_by("bands")?;
         Bands::of(&mut self.system, scratch, of, steps)
     }
 
-    /// Steps every row, also those still exactly at rest; the bits are the same. For measuring what skipping saves.
+    /// Steps every row, also those still exactly at rest; the bits are the same. For measuring what skipping
+    /// saves.
     pub fn step_every_row(&mut self) {
         self.system.skip_rest = false;
     }
 
-    /// Uses another instruction set than the widest this machine has; the bits are the same. One that it lacks is refused.
+    /// Uses another instruction set than the widest this machine has; the bits are the same. One that it
+    /// lacks is refused.
     pub fn use_instructions(&mut self, set: InstructionSet) -> Result<(), Error> {
         if !set.available() {
             return Err(Error::plain(Code::UnknownChoice, "instruction_set"));
@@ -440,8 +460,8 @@ impl<'a> Sim<'a> {
         self.system.failure
     }
 
-    /// The projectile, host's frame: pose at t_n, rates at t_{n-1/2} (constant between impulses; on a path the means over the
-    /// last step; with the theta rule the rates at t_n).
+    /// The projectile, host's frame: pose at t_n, rates at t_{n-1/2} (constant between impulses; on a path
+    /// the means over the last step; with the theta rule the rates at t_n).
     pub fn projectile(&self) -> Result<Motion, Failure> {
         self.system.sound()?;
         Ok(path::out_of_sheet(&self.system.model.pose, &self.system.state.body.motion()))
@@ -451,7 +471,8 @@ impl<'a> Sim<'a> {
     pub fn contact(&self) -> Result<Contact, Failure> {
         self.system.sound()?;
         let (sums, steps) = (&self.system.state.sums, self.system.state.step);
-        // No window has been closed before the first is full: a run shorter than that still has its mean force.
+        // No window has been closed before the first is full: a run shorter than that still has its mean
+        // force.
         let force_peak = if steps > 0 && steps < self.system.model.window_steps {
             math::length(sums.window.into()) / (steps as f64 * self.system.model.limits.dt)
         } else {
@@ -493,7 +514,8 @@ impl<'a> Sim<'a> {
         energy::energy(&self.system)
     }
 
-    /// What one ply holds, with a pass over it: failed segments and energies. Of a single sheet ply 0 is all. Commits nothing.
+    /// What one ply holds, with a pass over it: failed segments and energies. Of a single sheet ply 0 is all.
+    /// Commits nothing.
     ///
     /// # Errors
     /// No such ply; a latched failure.
@@ -502,7 +524,8 @@ impl<'a> Sim<'a> {
     }
 
     /// At how many crossings yarns would slip, with a pass over the sheet. Commits nothing.
-    /// `thickness`: of the ply, m, > 0. `friction`: coefficient between yarns, >= 0. `adhesion`: the force f_0 at a crossing without pressure, N, >= 0.
+    /// `thickness`: of the ply, m, > 0. `friction`: coefficient between yarns, >= 0. `adhesion`: the force
+    /// f_0 at a crossing without pressure, N, >= 0.
     ///
     /// # Errors
     /// A number out of its range; a curved sheet; a build without the feature `slip`; a latched failure.
@@ -511,8 +534,8 @@ impl<'a> Sim<'a> {
         slip::slip(&self.system, thickness, friction, adhesion)
     }
 
-    /// Linear momentum that the balance of fabric, projectile, supports and loads does not close by, N s, host's axes.
-    /// Meaningful with `track_support` (or without fixed nodes). Commits nothing.
+    /// Linear momentum that the balance of fabric, projectile, supports and loads does not close by, N s,
+    /// host's axes. Meaningful with `track_support` (or without fixed nodes). Commits nothing.
     pub fn momentum_residual(&self) -> Result<[f64; 3], Failure> {
         energy::momentum_residual(&self.system)
     }
@@ -582,28 +605,29 @@ impl<'a> Sim<'a> {
         self.system.layout.snapshot_bytes()
     }
 
-    /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing. Needs the feature `snapshot`.
+    /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing. Needs the
+    /// feature `snapshot`.
     pub fn save(&self, image: &mut [u8]) -> Result<(), Error> {
         Feature::Snapshot.needed_by("image")?;
         snapshot::save(&self.system, image)
     }
 
-    /// Puts the simulation into the state of an image made with the same scene, on any target. Clears a failure.
-    /// On an error nothing has changed.
+    /// Puts the simulation into the state of an image made with the same scene, on any target. Clears a
+    /// failure. On an error nothing has changed.
     pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
         Feature::Snapshot.needed_by("image")?;
         restore::load(&mut self.system, image)
     }
 
-    /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum, which finds what
-    /// happens to bytes on their way, is not looked at. Everything else is.
+    /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum,
+    /// which finds what happens to bytes on their way, is not looked at. Everything else is.
     pub fn load_kept(&mut self, image: &[u8]) -> Result<(), Error> {
         Feature::Snapshot.needed_by("image")?;
         restore::load_kept(&mut self.system, image)
     }
 
-    /// A hash of the whole state: equal digests mean equal bits. Row-major and unpadded, so independent of instruction set
-    /// and number of threads. Commits nothing.
+    /// A hash of the whole state: equal digests mean equal bits. Row-major and unpadded, so independent of
+    /// instruction set and number of threads. Commits nothing.
     pub fn digest(&self) -> u64 {
         snapshot::digest(&self.system)
     }
@@ -614,8 +638,8 @@ impl<'a> Sim<'a> {
         self.copy_nodes("out", out, |sim, i, j| sim.system.model.pose.point_out(sim.system.position(i, j).into()))
     }
 
-    /// Velocities at t_n, m/s, 3 per node modelled, host's axes: the stored half-step velocities and half a step of the forces, or those
-    /// that the theta rule stores.
+    /// Velocities at t_n, m/s, 3 per node modelled, host's axes: the stored half-step velocities and half a
+    /// step of the forces, or those that the theta rule stores.
     pub fn copy_velocities(&self, out: &mut [f64]) -> Result<(), Error> {
         self.system.sound()?;
         self.copy_nodes("out", out, |sim, i, j| {

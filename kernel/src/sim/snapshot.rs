@@ -1,9 +1,11 @@
 //! Snapshot images and the digest.
 //!
-//! An image is a sequence of little-endian 64-bit words: magic, format version, fingerprint of the scene, number of words,
-//! scalar state, then node by node (row-major, unpadded) displacement and velocity and the history of the
-//! segments that start there, with `slack_balance` what each owes and gave, and before a row in which directions segments have been slack; with viscosity its moments at the node, and of a segment the last strain and viscous stress; contact flags,
-//! and a checksum. No pointers, no `usize`, no padding: the same bytes on every target.
+//! An image is a sequence of little-endian 64-bit words: magic, format version, fingerprint of the scene,
+//! number of words, scalar state, then node by node (row-major, unpadded) displacement and velocity and the
+//! history of the segments that start there, with `slack_balance` what each owes and gave, and before a row
+//! in which directions segments have been slack; with viscosity its moments at the node, and of a segment the
+//! last strain and viscous stress; contact flags, and a checksum. No pointers, no `usize`, no padding: the
+//! same bytes on every target.
 //! Limits: an image fits only the scene it was made with (`fingerprint.rs`).
 //! The checksum finds every change of a single word; it is no protection against forgery.
 
@@ -178,8 +180,8 @@ mod tests {
         assert_eq!(word_of(&image, 1), FORMAT);
         assert_eq!(word_of(&image, 2), fingerprint(&scene, sim.step_limits().dt));
         assert_eq!(8 * word_of(&image, 3), image.len() as u64);
-        // Then the scalar state; a word a row; 6 numbers and 2 moments a node; history, what is owed and given, last strain and viscous
-        // stress a segment; a bit a node in words of 32, a checksum.
+        // Then the scalar state; a word a row; 6 numbers and 2 moments a node; history, what is owed and
+        // given, last strain and viscous stress a segment; a bit a node in words of 32, a checksum.
         let words = frame_words(sim.layout().has) + 21 + 8 * 441 + 5 * (2 * 20 * 21) + 441_usize.div_ceil(32);
         assert_eq!(image.len(), 8 * words);
     }

@@ -24,14 +24,15 @@ use crate::yarn::law::twice_strain_at;
 
 /// Largest stretch that a segment may be given beforehand; its square is far from overflow.
 pub(crate) const LARGEST_STRETCH: f64 = 1e100;
-/// Largest displacement, in spacings, and velocity, in spacings a step, that a sheet may be given: its energy is a number then. The
-/// first step may find it lost (see [`crate::yarn::law::LOST`]).
+/// Largest displacement, in spacings, and velocity, in spacings a step, that a sheet may be given: its energy
+/// is a number then. The first step may find it lost (see [`crate::yarn::law::LOST`]).
 const LARGEST_GIVEN_MOTION: f64 = 1e30;
 
 impl Scene {
-    /// Refuses in a bounded time, some milliseconds, what [`Sim::new`](crate::Sim::new) refuses, but for the memory that is handed over.
-    /// The answer is the same, unless more than 8192 segments are drawn or nodes lie under the projectile: only so many are looked at
-    /// then, evenly spread, and what another one alone forbids is found by [`Sim::new`](crate::Sim::new).
+    /// Refuses in a bounded time, some milliseconds, what [`Sim::new`](crate::Sim::new) refuses, but for the
+    /// memory that is handed over. The answer is the same, unless more than 8192 segments are drawn or nodes
+    /// lie under the projectile: only so many are looked at then, evenly spread, and what another one alone
+    /// forbids is found by [`Sim::new`](crate::Sim::new).
     ///
     /// # Errors
     /// Errors of [`Sim::new`](crate::Sim::new).
@@ -41,7 +42,8 @@ impl Scene {
     }
 }
 
-/// Refuses a start of the projectile that the checks of the scene let pass. Looks for at most so many nodes under the projectile.
+/// Refuses a start of the projectile that the checks of the scene let pass. Looks for at most so many nodes
+/// under the projectile.
 ///
 /// # Errors
 /// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
@@ -71,7 +73,8 @@ fn check_motion(scene: &Scene, limits: StepLimits, solid: &Solid, body: &mut Bod
     place_body(scene, &model, solid, body)
 }
 
-/// Puts the projectile where the scene places it, in the sheet's frame. Refuses a speed or a symmetry that does not suit the scene.
+/// Puts the projectile where the scene places it, in the sheet's frame. Refuses a speed or a symmetry that
+/// does not suit the scene.
 #[inline(never)]
 pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid, body: &mut Body) -> Result<(), Error> {
     let motion = path::into_sheet(&model.pose, &start_motion(scene));
@@ -85,8 +88,9 @@ fn overlaps(scene: &Scene, gap: f64) -> bool {
     gap < -TOUCHING * scene.sheet.spacing
 }
 
-/// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
-/// which it has no contact. Looks at the nodes in the body's box, of more than `most` at some.
+/// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a
+/// prescribed body, with which it has no contact. Looks at the nodes in the body's box, of more than `most`
+/// at some.
 #[inline(never)]
 fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Result<(), Error> {
     let h_y = scene.spacing(Axis::Vertical);
@@ -252,7 +256,8 @@ fn on_planes(system: &System<'_>, i: usize, j: usize) -> [bool; 2] {
     [(system.layout.x, i), (system.layout.y, j)].map(|(line, i)| line.is_mirrored() && line.node_weight(i) == 1.0)
 }
 
-/// The component of a position, m, or velocity, m/s, that takes a node off a mirror plane, beyond rounding of its unit.
+/// The component of a position, m, or velocity, m/s, that takes a node off a mirror plane, beyond rounding of
+/// its unit.
 fn leaves_plane(system: &System<'_>, i: usize, j: usize, vector: &Vector, unit: f64) -> Option<f64> {
     let small = |value: f64| value <= 1e-9 * unit && value >= -1e-9 * unit;
     let across = vector.iter().zip(on_planes(system, i, j));

@@ -1,20 +1,22 @@
-//! Several steps in one block, for a sheet that does not stay in the caches: a row takes all steps of the block within a few rows' work, so
-//! that it comes from memory once and not once a step.
+//! Several steps in one block, for a sheet that does not stay in the caches: a row takes all steps of the
+//! block within a few rows' work, so that it comes from memory once and not once a step.
 //!
-//! Method: a row can take a step as soon as the row above it has taken the one before. So rows are stepped in a skewed order: where row r
-//! takes the first step of the block, row r - s takes step s; with viscosity, whose moments reach one row further (M17), row r - 2 s. Rows
-//! below the body take all steps in this order; then the rows that the body may reach take them one by one, with contact and all else that belongs to a step; then those above. Each row has the neighbours and
-//! the forces from below that it has in single steps, and the pulls on the supports are summed in the order of single steps: the bits are
-//! the same.
+//! Method: a row can take a step as soon as the row above it has taken the one before. So rows are stepped in
+//! a skewed order: where row r takes the first step of the block, row r - s takes step s; with viscosity,
+//! whose moments reach one row further (M17), row r - 2 s. Rows below the body take all steps in this order;
+//! then the rows that the body may reach take them one by one, with contact and all else that belongs to a
+//! step; then those above. Each row has the neighbours and the forces from below that it has in single steps,
+//! and the pulls on the supports are summed in the order of single steps: the bits are the same.
 //! With bands the order is another one (`bands/block.rs`), without viscosity.
-//! Limits: one ply, velocity Verlet, nothing that takes two passes or looks at the whole sheet between two steps (`Layout::block_steps`); every
-//! row awake; no fixed node within the body's reach. Otherwise, and for what is left of less than a block, single steps are taken.
-//! The surface of the body crosses less than a spacing in a step, so what it may reach in a block is known; a row beyond [`APPROACH`] that
-//! comes so near within a block, at some 2e4 m/s, is a lost state.
-//! After a failure in a block rows may be ahead of the step that is counted, and another failure of the same block may be reported than single
-//! steps would have met first; nothing but counters and the digest can be read then.
-//! Reference: G. Wellein, G. Hager, T. Zeiser, M. Wittmann, H. Fehske, Proc. 33rd IEEE Int. Computer Software and Applications Conf. (2009)
-//! 579 (wavefront parallelization).
+//! Limits: one ply, velocity Verlet, nothing that takes two passes or looks at the whole sheet between two
+//! steps (`Layout::block_steps`); every row awake; no fixed node within the body's reach. Otherwise, and for
+//! what is left of less than a block, single steps are taken. The surface of the body crosses less than a
+//! spacing in a step, so what it may reach in a block is known; a row beyond [`APPROACH`] that comes so near
+//! within a block, at some 2e4 m/s, is a lost state. After a failure in a block rows may be ahead of the step
+//! that is counted, and another failure of the same block may be reported than single steps would have met
+//! first; nothing but counters and the digest can be read then.
+//! Reference: G. Wellein, G. Hager, T. Zeiser, M. Wittmann, H. Fehske, Proc. 33rd IEEE Int. Computer Software
+//! and Applications Conf. (2009) 579 (wavefront parallelization).
 
 use crate::contact::search::{Gathered, Search};
 use crate::ground::error::Failure;
@@ -73,14 +75,15 @@ struct Reach {
 }
 
 impl Block {
-    /// The block that may begin now; None for single steps: beyond `most` steps, if the body may reach a fixed node or half of the rows,
-    /// or if a force window of attachments that slip ends within it.
+    /// The block that may begin now; None for single steps: beyond `most` steps, if the body may reach a
+    /// fixed node or half of the rows, or if a force window of attachments that slip ends within it.
     #[inline(never)]
     pub fn plan(system: &System<'_>, most: u64) -> Option<Block> {
         let (steps, rows) = (system.block_steps, system.layout.nodes_y);
         // So that outcomes are tested after a block.
         let is_due = steps > 1 && most >= steps as u64 && system.state.step.is_multiple_of(steps as u64);
-        // What the attachments take in a block is booked at its end, too late for a window that ends within it.
+        // What the attachments take in a block is booked at its end, too late for a window that ends within
+        // it.
         let window = system.model.window_steps.max(1);
         let is_cut = system.layout.has(Feature::Clamps) && system.state.step % window + steps as u64 > window;
         if !is_due || is_cut || system.rows_to_step(0) != [0, rows] {
@@ -122,13 +125,15 @@ impl Block {
         Ok(())
     }
 
-    /// The numbers [first, end) of the waves below and above the body: row r - lag s takes step s where r is the number.
+    /// The numbers [first, end) of the waves below and above the body: row r - lag s takes step s where r is
+    /// the number.
     fn skewed(&self) -> [[usize; 2]; 2] {
         let ([bottom, end], last) = (self.near, self.lag * (self.steps - 1));
         [[0, bottom], [end + last, self.rows + last]]
     }
 
-    /// Rows [first, end), those that the body may reach among them, that take a step after all of the wave below.
+    /// Rows [first, end), those that the body may reach among them, that take a step after all of the wave
+    /// below.
     fn rows_near(&self, step: usize) -> [usize; 2] {
         let ([bottom, end], steps, lag) = (self.near, self.steps, self.lag);
         [bottom.saturating_sub(lag * step), (end + lag * (steps - 1 - step)).min(self.rows)]
@@ -164,7 +169,8 @@ impl Block {
         explicit::look_ahead(system, self.near)
     }
 
-    /// What is left of a step near the body after its sweep of rows [first, end). What follows the last step is left to do.
+    /// What is left of a step near the body after its sweep of rows [first, end). What follows the last step
+    /// is left to do.
     #[inline(never)]
     pub fn close_near(
         &self,
@@ -263,7 +269,8 @@ mod tests {
         sheet(61, 141)
     }
 
-    /// Takes steps in bands, which are called in another order in each pass. Returns how many blocks were taken.
+    /// Takes steps in bands, which are called in another order in each pass. Returns how many blocks were
+    /// taken.
     fn advance_in_bands(sim: &mut Sim<'_>, of: u32, steps: u64) -> u64 {
         let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(of).unwrap()];
         let bands = sim.bands(&mut scratch, of, steps).unwrap();
@@ -294,8 +301,8 @@ mod tests {
         blocks
     }
 
-    /// Runs a scene in single steps and, `at_once` steps a call, in blocks, without and with bands. Returns how many blocks were taken and
-    /// how many segments failed.
+    /// Runs a scene in single steps and, `at_once` steps a call, in blocks, without and with bands. Returns
+    /// how many blocks were taken and how many segments failed.
     fn same_bits(scene: &Scene, set: InstructionSet, steps: u64, at_once: u64) -> (u64, u64) {
         let mut all = [sim(scene), sim(scene), sim(scene)];
         for sim in &mut all {
@@ -431,7 +438,8 @@ mod tests {
         assert!(blocks > 1000, "{blocks}");
     }
 
-    /// The rows that come within a spacing of the sphere, eight that it may cross, and eight that rows may come nearer.
+    /// The rows that come within a spacing of the sphere, eight that it may cross, and eight that rows may
+    /// come nearer.
     #[test]
     fn the_rows_near_the_body_are_those_that_it_may_reach_in_a_block() {
         let mut scene = sphere();

@@ -1,8 +1,9 @@
 //! The balance of energy and momentum, computed only when asked for.
 //!
-//! Method: second-order audit of the staggered scheme. Kinetic energy from the stored half-step velocities, strain and
-//! dissipated energy as means of the states at t_{n-1} and t_n. Dissipation is a state function of alpha, so nothing is
-//! accumulated but contact loss, what friction, viscosity and rate take, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
+//! Method: second-order audit of the staggered scheme. Kinetic energy from the stored half-step velocities,
+//! strain and dissipated energy as means of the states at t_{n-1} and t_n. Dissipation is a state function of
+//! alpha, so nothing is accumulated but contact loss, what friction, viscosity and rate take, work and
+//! impulses. Integer-time kinetic energy would carry a first-order bias in contact.
 //! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
 //! Reference: docs/model.md, "Energy balance".
 
@@ -45,8 +46,8 @@ pub struct Energy {
     pub friction: f64,
     /// Kinetic energy lost where separate plies meet, J.
     pub ply_loss: f64,
-    /// Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
-    /// `contact_loss` and `friction` hold it.
+    /// Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get.
+    /// Nothing of it is stored; `contact_loss` and `friction` hold it.
     pub support_work: f64,
     /// Kinetic energy lost where nodes of a ring meet its case, J.
     pub casing_loss: f64,
@@ -181,8 +182,9 @@ fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f
     (0.5 * unit * kinetic, unit * strain, dissipated * system.model.segment_volume)
 }
 
-/// What has to be added to the squared velocities of the half step, so that they are the mean of v_{n-3/2} v_{n-1/2} and v_{n-1/2} v_{n+1/2}, contact
-/// aside: the energy that what segments owe is exact for. 0 without that.
+/// What has to be added to the squared velocities of the half step, so that they are the mean of v_{n-3/2}
+/// v_{n-1/2} and v_{n-1/2} v_{n+1/2}, contact aside: the energy that what segments owe is exact for. 0
+/// without that.
 #[inline(never)]
 fn exact_part(system: &System<'_>, j: usize) -> f64 {
     let mut sum = 0.0;
@@ -197,7 +199,8 @@ fn exact_part(system: &System<'_>, j: usize) -> f64 {
     sum
 }
 
-/// Sum of the squared velocities of a row, each component by itself, in units of (h/dt)^2 and of a node's mass.
+/// Sum of the squared velocities of a row, each component by itself, in units of (h/dt)^2 and of a node's
+/// mass.
 #[inline(never)]
 fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
     let (layout, mut sums) = (&system.layout, [0.0; 3]);
@@ -213,9 +216,9 @@ fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
     sums[0] + sums[1] + sums[2]
 }
 
-/// Strain energy of the segments that start in a row, in units of m (h/dt)^2, and energy that they have dissipated, in J/m^3 times
-/// `segment_volume`. `rates`: before and now, along x and along y. Those of a chunk of plain yarn without damage are found side by side;
-/// all are summed in one order.
+/// Strain energy of the segments that start in a row, in units of m (h/dt)^2, and energy that they have
+/// dissipated, in J/m^3 times `segment_volume`. `rates`: before and now, along x and along y. Those of a
+/// chunk of plain yarn without damage are found side by side; all are summed in one order.
 #[inline(never)]
 fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f64, f64) {
     let layout = &system.layout;
@@ -249,8 +252,8 @@ fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f6
     (strain, dissipated)
 }
 
-/// The mean strain energies of the segments along an axis from a chunk of nodes, with their history, as [`segment_energy`] has them of plain
-/// yarn without damage; false if one of them is damaged.
+/// The mean strain energies of the segments along an axis from a chunk of nodes, with their history, as
+/// [`segment_energy`] has them of plain yarn without damage; false if one of them is damaged.
 #[inline(never)]
 fn stored_in_chunk(
     system: &System<'_>,
@@ -292,7 +295,8 @@ impl Job for StoredInChunk<'_> {
     }
 }
 
-/// What [`segment_energy`] finds of a segment, times how much of it there is, in the units of [`yarns_of_row`].
+/// What [`segment_energy`] finds of a segment, times how much of it there is, in the units of
+/// [`yarns_of_row`].
 #[inline(never)]
 pub(crate) fn weighted_energy(system: &System<'_>, rates: &[RateLaw; 2], axis: Axis, i: usize, j: usize) -> (f64, f64) {
     let Some(segment) = system.segment(axis, i, j) else { return (0.0, 0.0) };
@@ -303,7 +307,8 @@ pub(crate) fn weighted_energy(system: &System<'_>, rates: &[RateLaw; 2], axis: A
     (weight * (stored * (segment.rest.length * segment.rest.length)), weight * (lost * (volume * segments)))
 }
 
-/// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
+/// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1}
+/// and t_n.
 fn segment_energy(system: &System<'_>, [rate_before, rate_now]: &[RateLaw; 2], segment: &SegmentView) -> (f64, f64) {
     let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
     let direction = system.direction_of(segment);
@@ -343,7 +348,8 @@ mod tests {
         scene
     }
 
-    /// A tumbling cylinder that tears drawn yarns, whose law has an offset and drops at once at the critical stretch.
+    /// A tumbling cylinder that tears drawn yarns, whose law has an offset and drops at once at the critical
+    /// stretch.
     fn cylinder() -> Scene {
         let mut scene = sphere();
         (scene.yarn.stochastic, scene.yarn.damage_a, scene.yarn.damage_b) = (true, 0.95, 0.02);

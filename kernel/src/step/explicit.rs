@@ -1,7 +1,9 @@
-//! One step: velocity Verlet in sweep form with impulse contact, or the theta rule (`theta.rs`), and what both share.
+//! One step: velocity Verlet in sweep form with impulse contact, or the theta rule (`theta.rs`), and what
+//! both share.
 //!
-//! Method: nodes near the projectile are found, every row is swept (damage, velocity, position), the touched nodes are corrected by
-//! contact impulses, the body moves. Positions live at t_n, velocities at t_{n-1/2}; they are never synchronised.
+//! Method: nodes near the projectile are found, every row is swept (damage, velocity, position), the touched
+//! nodes are corrected by contact impulses, the body moves. Positions live at t_n, velocities at t_{n-1/2};
+//! they are never synchronised.
 //! Limits: dt <= 0.5 dt_crit; a projectile slower than one node spacing in a step.
 //! Reference: docs/model.md, "The step"; L. Verlet, Phys. Rev. 159 (1967) 98.
 
@@ -54,7 +56,8 @@ pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What the theta rule starts from, if it is in use: to be found anew whenever positions or damage have been changed by hand.
+/// What the theta rule starts from, if it is in use: to be found anew whenever positions or damage have been
+/// changed by hand.
 pub(crate) fn start_forces(system: &mut System<'_>) {
     if system.layout.has(Feature::Theta) {
         theta::start_iterates(system);
@@ -91,8 +94,8 @@ fn end_pass(
     motion::refuse_lost_body(system)
 }
 
-/// For bands and blocks, before the sweep: the candidates of the next pass among `rows` [first, end), or why there can be none. The state stays as it
-/// is.
+/// For bands and blocks, before the sweep: the candidates of the next pass among `rows` [first, end), or why
+/// there can be none. The state stays as it is.
 #[inline(never)]
 pub(crate) fn look_ahead(system: &mut System<'_>, rows: [usize; 2]) -> Result<Gathered, Failure> {
     let at_start = system.state.body;
@@ -182,7 +185,8 @@ fn book_sweep(system: &mut System<'_>) {
     }
 }
 
-/// The hot pass over some rows of all plies after the other, whose columns are separated while they are at hand. `count`: candidates.
+/// The hot pass over some rows of all plies after the other, whose columns are separated while they are at
+/// hand. `count`: candidates.
 fn sweep_stack(system: &mut System<'_>, count: usize) -> Report {
     let (mut report, mut first, apart) = (Report::default(), 0, Apart::of(system, count));
     while first < system.layout.y.modelled() {
@@ -209,7 +213,8 @@ fn sweep_run(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) -> R
     sweep_rows(system, ply, [start, stop], None)
 }
 
-/// About as many chunks of a stack are swept in a run: half a mebibyte, which a second-level cache keeps until the plies are separated.
+/// About as many chunks of a stack are swept in a run: half a mebibyte, which a second-level cache keeps
+/// until the plies are separated.
 const RUN_CHUNKS: usize = 1024;
 
 /// What a sweep starts from: the rows to step are awake.
@@ -229,7 +234,8 @@ fn begin_sweep(system: &mut System<'_>) {
         .for_each(|forces| *forces = [[0.0; CHUNK]; CARRY_PLANES]);
 }
 
-/// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
+/// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls
+/// that are noted and not booked.
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
     if system.layout.has(Feature::Viscosity) {
         find_moments_above(system, [0, step], rows[1]);
@@ -237,7 +243,8 @@ pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize;
     sweep_rows(system, 0, rows, Some(step))
 }
 
-/// The viscous moments of row j of a ply in a step of a block, the first one otherwise, which the row below it needs; nothing above the top row.
+/// The viscous moments of row j of a ply in a step of a block, the first one otherwise, which the row below
+/// it needs; nothing above the top row.
 #[inline(never)]
 fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2], j: usize) {
     let rates = rates(system);
@@ -278,7 +285,8 @@ fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: O
     }
 }
 
-/// Books the energy that viscosity and rate have taken of rows [first, end) of a ply in a step of a block, the first one otherwise, lowest row first.
+/// Books the energy that viscosity and rate have taken of rows [first, end) of a ply in a step of a block,
+/// the first one otherwise, lowest row first.
 #[inline(never)]
 pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let unit = system.model.unit_energy * system.mass_share(ply);
@@ -286,7 +294,8 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
     taken.into_iter().flatten().for_each(|taken| system.state.sums.viscous += unit * taken);
 }
 
-/// Adds what the clamps of rows [first, end) of a ply have dissipated in a step of a block, the first one otherwise, lowest row first.
+/// Adds what the clamps of rows [first, end) of a ply have dissipated in a step of a block, the first one
+/// otherwise, lowest row first.
 #[inline(never)]
 pub(crate) fn book_clamps(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let unit = system.model.unit_energy * system.mass_share(ply);
@@ -341,7 +350,8 @@ fn close_window(system: &mut System<'_>) {
     }
 }
 
-/// At the end of a force window: the mean force on each attachment, which lets go where that is more than its strength.
+/// At the end of a force window: the mean force on each attachment, which lets go where that is more than its
+/// strength.
 #[inline(never)]
 fn test_attachments(system: &mut System<'_>) {
     let (step, strength) = (system.state.step, system.scene.attachment.strength);
@@ -370,7 +380,8 @@ fn test_attachments(system: &mut System<'_>) {
     }
 }
 
-/// Books what the sheet pulls at the fixed nodes of rows [first, end) of a ply in a step of a block, the first one otherwise, lowest row first.
+/// Books what the sheet pulls at the fixed nodes of rows [first, end) of a ply in a step of a block, the
+/// first one otherwise, lowest row first.
 #[inline(never)]
 pub(crate) fn book_pulls(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let share = system.scene.symmetry.share() * system.mass_share(ply);

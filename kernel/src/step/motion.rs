@@ -1,4 +1,5 @@
-//! The projectile's part of a pass: prescribed rates, external load, motion, and the refusal of a body that is too fast or lost.
+//! The projectile's part of a pass: prescribed rates, external load, motion, and the refusal of a body that
+//! is too fast or lost.
 
 use crate::body::path;
 use crate::body::pose::{self, Vector};
@@ -26,8 +27,8 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
     if finite && !lost { Ok(()) } else { Err(Failure::NonFinite) }
 }
 
-/// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. After a path it
-/// coasts with the rates the path ended with.
+/// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. After a
+/// path it coasts with the rates the path ended with.
 #[inline(never)]
 pub(crate) fn prescribe_rates(system: &mut System<'_>) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
     if system.scene.is_free() {

@@ -1,15 +1,19 @@
-//! Outcomes: arrested, detached, exited, passed, through, rebounded. They latch with their step and are never acted upon: the physics goes on.
+//! Outcomes: arrested, detached, exited, passed, through, rebounded. They latch with their step and are never
+//! acted upon: the physics goes on.
 //!
 //! Method: tested when the step count is a multiple of 64. All but "passed" need a first contact.
-//! What is joined to a support is found by joining nodes over live segments into components (union by smaller number).
-//! "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited" asks what can still act on
-//! the body: the held part of the sheet must lie behind or beside its flight, and loose pieces in its way must move with it.
-//! "Through" asks whether what has slowed the body lately, over the rest of its way past the held yarn, is little against its energy.
-//! All but "detached" are judged along one normal of the sheet, from the side of the body to the other ([`Course`]): the same end of contact
-//! is "exited" for a body that moves along it, and "rebounded" for one that does not. Held yarn of a curved sheet swings back along the radius.
-//! Limits: the body is taken to fly on straight (under its present load), and so are the nodes. A body that comes to a ring from outside has
-//! exited once it is within and clear of that half of the wall, or beyond the other half.
-//! Without `track_detachment` nothing is known to be loose once a segment has failed: then no node at all may be in the way.
+//! What is joined to a support is found by joining nodes over live segments into components (union by smaller
+//! number). "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited"
+//! asks what can still act on the body: the held part of the sheet must lie behind or beside its flight, and
+//! loose pieces in its way must move with it. "Through" asks whether what has slowed the body lately, over
+//! the rest of its way past the held yarn, is little against its energy. All but "detached" are judged along
+//! one normal of the sheet, from the side of the body to the other ([`Course`]): the same end of contact is
+//! "exited" for a body that moves along it, and "rebounded" for one that does not. Held yarn of a curved
+//! sheet swings back along the radius.
+//! Limits: the body is taken to fly on straight (under its present load), and so are the nodes. A body that
+//! comes to a ring from outside has exited once it is within and clear of that half of the wall, or beyond
+//! the other half. Without `track_detachment` nothing is known to be loose once a segment has failed: then no
+//! node at all may be in the way.
 //! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
 
 use crate::body::pose::{Vector, into_body};
@@ -26,11 +30,13 @@ use crate::sheet::ring::{self, Hoop};
 
 /// Steps between two tests.
 pub const TEST_INTERVAL: u64 = 64;
-/// "Exited" beside loose pieces: over a travel of R the work may change by this part of it or, if that is more, by what one node takes that
-/// the body meets at its present speed; and what the pieces can still take may be four times as much.
+/// "Exited" beside loose pieces: over a travel of R the work may change by this part of it or, if that is
+/// more, by what one node takes that the body meets at its present speed; and what the pieces can still take
+/// may be four times as much.
 pub const SETTLED_PART: f64 = 0.0025;
-/// "Through": the body's energy must be so many times what the held yarn ahead would take if it went on to resist as lately.
-/// Chosen, with the other numbers of [`is_through`], on 1,160 shots, and checked on others: docs/tables/through.md.
+/// "Through": the body's energy must be so many times what the held yarn ahead would take if it went on to
+/// resist as lately. Chosen, with the other numbers of [`is_through`], on 1,160 shots, and checked on others:
+/// docs/tables/through.md.
 const THROUGH_MARGIN: f64 = 3.0;
 
 /// The body as it flies on when nothing touches it.
@@ -48,8 +54,9 @@ struct Flight {
 }
 
 impl Flight {
-    /// Whether it leaves a box for good: along some axis it lies beyond it, moves away faster than anything in the box, and no load
-    /// pulls it back. A body that turns faster than it moves away must lie beyond it in any orientation.
+    /// Whether it leaves a box for good: along some axis it lies beyond it, moves away faster than anything
+    /// in the box, and no load pulls it back. A body that turns faster than it moves away must lie beyond it
+    /// in any orientation.
     fn leaves(&self, region: &Region) -> bool {
         [(self.extents, self.turning), ([self.reach; 3], 0.0)].iter().any(|(extents, turning)| {
             (0..3).any(|k| {
@@ -203,8 +210,9 @@ pub(crate) fn test_outcomes(system: &mut System<'_>) {
 struct Course {
     /// Unit direction of the velocity just before the first contact; zero as long as a body at rest has none.
     direction: Vector,
-    /// Unit normal of the sheet at rest where the body is now, from the side from which it came to the other. The direction of flight where
-    /// the sheet has no sides: for a body that hits the edge of a flat sheet in its plane, or on the axis of a ring.
+    /// Unit normal of the sheet at rest where the body is now, from the side from which it came to the other.
+    /// The direction of flight where the sheet has no sides: for a body that hits the edge of a flat sheet in
+    /// its plane, or on the axis of a ring.
     normal: Vector,
     /// The body came from inside of a curved sheet's circle.
     within_ring: bool,
@@ -212,8 +220,8 @@ struct Course {
     around: Option<f64>,
 }
 
-/// Part of the contact impulse that is along z at least if a body hits a face of a flat sheet, not its edge; and part of its velocity before
-/// first contact at least by which the side is known from which it came.
+/// Part of the contact impulse that is along z at least if a body hits a face of a flat sheet, not its edge;
+/// and part of its velocity before first contact at least by which the side is known from which it came.
 const FACE_HIT: f64 = 0.1;
 
 /// The course of a body that has been in contact.
@@ -233,7 +241,8 @@ fn course(system: &mut System<'_>) -> Course {
             course.normal = if course.within_ring { outwards } else { -outwards } / distance;
         }
     } else if math::abs(impulse.z) > FACE_HIT * impulse.norm() {
-        // A body in the plane of the sheet has been pushed to the side from which it came; another one may have hit a held edge since.
+        // A body in the plane of the sheet has been pushed to the side from which it came; another one may
+        // have hit a held edge since.
         let across = if math::abs(direction.z) > FACE_HIT { direction.z } else { -impulse.z };
         course.normal = Vector::new(0.0, 0.0, if across > 0.0 { 1.0 } else { -1.0 });
     }
@@ -245,8 +254,8 @@ fn start_in_sheet(system: &System<'_>) -> [f64; 3] {
     system.model.pose.point_in(system.scene.projectile.position)
 }
 
-/// Whether a body that leaves a circle outwards has come through it: straight back along its flight it leaves the circle in the half that is
-/// across from where it entered.
+/// Whether a body that leaves a circle outwards has come through it: straight back along its flight it leaves
+/// the circle in the half that is across from where it entered.
 fn has_crossed(system: &System<'_>, course: &Course, radius: f64) -> bool {
     let (x, v) = (from_axis(&system.state.body.position), from_axis(&system.state.body.velocity));
     let (product, square) = (x.dot(&v), v.norm_squared());
@@ -282,9 +291,10 @@ fn contact_is_over(system: &mut System<'_>, course: &Course, settled: Option<boo
     (beside_debris || system.state.sums.contacts == 0) && way_is_clear(system, course, beside_debris)
 }
 
-/// Whether held yarn will not stop the body any more. Asked when it has moved on by half a spacing and by R/16, or for the time in which it
-/// moved by 3/4 R before the first contact: long enough for the torn sheet to swing back. What it has lost since, taken over the way to go,
-/// must be small against the energy of its motion along the normal, and it must not fly mainly sideways, where it meets yarn beside its way.
+/// Whether held yarn will not stop the body any more. Asked when it has moved on by half a spacing and by
+/// R/16, or for the time in which it moved by 3/4 R before the first contact: long enough for the torn sheet
+/// to swing back. What it has lost since, taken over the way to go, must be small against the energy of its
+/// motion along the normal, and it must not fly mainly sideways, where it meets yarn beside its way.
 fn is_through(system: &mut System<'_>, course: &Course) -> bool {
     let (body, normal) = (system.state.body, &course.normal);
     let (place, speed) = (body.position.dot(normal), body.velocity.dot(normal));
@@ -311,9 +321,9 @@ fn is_through(system: &mut System<'_>, course: &Course) -> bool {
     !(turns && ahead > 0.0) && speed * speed * travel > THROUGH_MARGIN * lost * way
 }
 
-/// How far held yarn that the body may still touch lies ahead of its centre along the normal, m; 0 if there is none. None if some is in its
-/// way, deeper within what the body sweeps by moving on than R/4; or if the body may turn an edge into some, because it turns faster than it
-/// moves on.
+/// How far held yarn that the body may still touch lies ahead of its centre along the normal, m; 0 if there
+/// is none. None if some is in its way, deeper within what the body sweeps by moving on than R/4; or if the
+/// body may turn an edge into some, because it turns faster than it moves on.
 fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
     let pieces = pieces(system);
     let (body, solid) = (&system.state.body, &system.solid);
@@ -335,7 +345,8 @@ fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
         if tumbles {
             return None;
         }
-        // Of what of the body lies behind the node, by steps of R/4, in which the gap changes by no more than that.
+        // Of what of the body lies behind the node, by steps of R/4, in which the gap changes by no more than
+        // that.
         let (mut along, mut gap) = (-reach, f64::MAX);
         while along <= math::min(ahead, reach) {
             let place = into_body(&body.orientation, &(beside + direction * along));
@@ -417,8 +428,8 @@ fn flight(system: &System<'_>) -> Flight {
     }
 }
 
-/// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`: loose pieces in its
-/// way are allowed if they have next to nothing to exchange with it.
+/// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`:
+/// loose pieces in its way are allowed if they have next to nothing to exchange with it.
 fn way_is_clear(system: &mut System<'_>, course: &Course, beside_debris: bool) -> bool {
     let flight = flight(system);
     if course.around.is_none() && whole_yarn_is_in_the_way(system, &flight) {
@@ -461,8 +472,8 @@ impl Held {
         self.behind = self.behind && !flight.has_ahead(&x) && flight.misses(&x, &system.velocity(i, j));
     }
 
-    /// Whether it lies behind the body and stays there, or the body leaves the box about it for good. What is not clear stays so,
-    /// whatever is included.
+    /// Whether it lies behind the body and stays there, or the body leaves the box about it for good. What is
+    /// not clear stays so, whatever is included.
     fn is_clear(&self, system: &System<'_>, flight: &Flight) -> bool {
         if self.behind {
             return true;
@@ -480,7 +491,8 @@ fn swung_back(system: &System<'_>, i: usize, j: usize) -> Vector {
     x - from_axis * (2.0 * deflection / math::max(from_axis.norm(), f64::MIN_POSITIVE))
 }
 
-/// Whether all that is held is clear of the body: of a ring that it enters from outside, of the half which it meets first.
+/// Whether all that is held is clear of the body: of a ring that it enters from outside, of the half which it
+/// meets first.
 fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight, course: &Course) -> bool {
     let mut held = Held::NOTHING;
     let enters = course.around.is_some() && flight.velocity.dot(&course.normal) > 0.0;
@@ -494,14 +506,15 @@ fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight, course: 
     })
 }
 
-/// Whether yarn along x near the body that is whole from a fixed node on, and so is held, is not clear of it: the usual case
-/// while the body is in the sheet, found without joining nodes.
+/// Whether yarn along x near the body that is whole from a fixed node on, and so is held, is not clear of it:
+/// the usual case while the body is in the sheet, found without joining nodes.
 fn whole_yarn_is_in_the_way(system: &System<'_>, flight: &Flight) -> bool {
     let mut held = Held::NOTHING;
     if system.layout.has(Feature::Clamps) {
         return false; // A run of held nodes may have gaps.
     }
-    // Farther away whole yarn is seldom in the way, and looking at it would take as long as joining all nodes.
+    // Farther away whole yarn is seldom in the way, and looking at it would take as long as joining all
+    // nodes.
     let near = |j: &usize| distance(system, flight, *j) <= 2.0 * flight.reach;
     rows_from(system, flight).take_while(near).any(|j| {
         let live = |i: usize| is_live(system, Axis::Horizontal, i, j);
@@ -519,7 +532,8 @@ fn whole_yarn_is_in_the_way(system: &System<'_>, flight: &Flight) -> bool {
     })
 }
 
-/// All rows, those at rest nearest to the body first, from either side in turn: what is in its way is most likely there.
+/// All rows, those at rest nearest to the body first, from either side in turn: what is in its way is most
+/// likely there.
 fn rows_from(system: &System<'_>, flight: &Flight) -> impl Iterator<Item = usize> + use<> {
     let rows = system.layout.nodes_y;
     let by_distance = |a: &usize, b: &usize| distance(system, flight, *a).total_cmp(&distance(system, flight, *b));
@@ -567,8 +581,8 @@ fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Lo
     }
 }
 
-/// What the loose pieces in the way can still change the work by, J: V sqrt(2 m E) with their mass m and their kinetic
-/// energy E seen from the body.
+/// What the loose pieces in the way can still change the work by, J: V sqrt(2 m E) with their mass m and
+/// their kinetic energy E seen from the body.
 fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose) -> f64 {
     let (mut mass, mut energy) = (0.0, 0.0);
     for (i, j) in system.nodes() {
@@ -592,8 +606,8 @@ fn lies_ahead(system: &System<'_>, piece: usize, flight: &Flight) -> bool {
     flight.has_ahead(&system.position(i, j))
 }
 
-/// Finds what hangs together. Before the first failure all nodes are one piece; later, without labels, none is known to be
-/// loose.
+/// Finds what hangs together. Before the first failure all nodes are one piece; later, without labels, none
+/// is known to be loose.
 pub(crate) fn pieces(system: &mut System<'_>) -> Pieces {
     let several = system.failed_segments > 0 || system.layout.is_stack();
     let labelled = several && system.layout.has(Feature::Detachment);
@@ -630,7 +644,8 @@ fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
     planes::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
 }
 
-/// true if some node was touched since the last test, some node is fixed, and no live path joins any two of them.
+/// true if some node was touched since the last test, some node is fixed, and no live path joins any two of
+/// them.
 fn contact_is_detached(system: &mut System<'_>) -> bool {
     let can_be = system.layout.has(Feature::Detachment) && system.scene.attachment.kind != AttachmentKind::Free;
     let watched = can_be && system.failed_segments > 0;
@@ -644,8 +659,8 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
     !touched.any(|(_, &label)| label as usize == support)
 }
 
-/// Labels every node with the smallest number of a node that live segments join it to. All fixed nodes count as joined.
-/// Gives the label of the fixed nodes, if there are any.
+/// Labels every node with the smallest number of a node that live segments join it to. All fixed nodes count
+/// as joined. Gives the label of the fixed nodes, if there are any.
 fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let grip = system.directions.grip;
@@ -698,7 +713,8 @@ fn join_live_segments(sets: &mut Components<'_>, hot: &[Chunk<HOT_PLANES>], chun
     }
 }
 
-/// true if live segments run straight from a touched node to a fixed one: the usual case, found without joining nodes.
+/// true if live segments run straight from a touched node to a fixed one: the usual case, found without
+/// joining nodes.
 fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
     let (nx, ny) = (system.layout.nodes_x, system.layout.nodes_y);
     let live = |axis: Axis, i: usize, j: usize| is_live(system, axis, i, j);
@@ -832,8 +848,8 @@ mod tests {
         assert!(found > 50 && not_found > 50, "{found} {not_found}");
     }
 
-    /// A sheet at rest with a round hole of radius `hole`, and a sphere or a cylinder of that radius and length whose centre is `behind`
-    /// its plane: R = 5 mm.
+    /// A sheet at rest with a round hole of radius `hole`, and a sphere or a cylinder of that radius and
+    /// length whose centre is `behind` its plane: R = 5 mm.
     fn way_through(shape: Shape, hole: f64, behind: f64) -> Option<f64> {
         let mut scene = sheet(41, 41);
         let body = &mut scene.projectile;

@@ -1,7 +1,8 @@
 //! Read-outs over the segments that start in a row, side by side in lanes.
 //!
-//! Method: the expressions of [`System::segment`], and so its bits. One by one are looked at those next to a mirror plane, in the coarse part
-//! of a graded network, of a curved sheet, and in a lane group that holds a broken one.
+//! Method: the expressions of [`System::segment`], and so its bits. One by one are looked at those next to a
+//! mirror plane, in the coarse part of a graded network, of a curved sheet, and in a lane group that holds a
+//! broken one.
 //! Limits: where there is no segment the stiffness is 0, as of a broken one.
 //! Reference: docs/model.md, "The step".
 
@@ -13,7 +14,8 @@ use crate::scene::features::Feature;
 use crate::sheet::neighbours::Around;
 use crate::sheet::sweep::greatest;
 
-/// Chunk c of row j; None next to a mirror plane, in the coarse part of a graded network and of a curved sheet.
+/// Chunk c of row j; None next to a mirror plane, in the coarse part of a graded network and of a curved
+/// sheet.
 #[inline(always)]
 pub(crate) fn around<'a>(system: &'a System<'_>, c: usize, j: usize) -> Option<Around<'a>> {
     let layout = &system.layout;

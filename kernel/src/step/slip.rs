@@ -1,12 +1,15 @@
 //! At how many crossings the yarns would slip, which the network pins; computed only when asked for.
 //!
-//! Method: F_w and F_f are what the two segments of the warp and of the weft together do to a node. Pinned, both yarns move alike, so each is given
-//! |F_w - F_f|/2 by the other, of which the part in the plane of the two counts. Friction and adhesion give f_0 + mu N at most. With tension the yarns
-//! press on each other because they wind: the heights of their waves add up to the thickness D of the ply, and each turns by twice its height over the
-//! spacing, so 2 T_w d_w/h_x = 2 T_f d_f/h_y = N, d_w + d_f = D, and with one spacing h and Theta = D/h: N = 2 Theta T_w T_f/(T_w + T_f).
-//! On the body the outer yarn also presses with its own force across the plane; the network does not know which one it is, so the mean of both counts.
-//! Limits: of forces while pinned, so it says where slip begins, not how far it goes; yarns of equal mass; a bar is one yarn, and coarse parts of a
-//! graded network are left out; without viscosity, what slack yarns owe, and friction on the body; not of curved sheets.
+//! Method: F_w and F_f are what the two segments of the warp and of the weft together do to a node. Pinned,
+//! both yarns move alike, so each is given |F_w - F_f|/2 by the other, of which the part in the plane of the
+//! two counts. Friction and adhesion give f_0 + mu N at most. With tension the yarns press on each other because they wind: the heights of their
+//! waves add up to the thickness D of the ply, and each turns by twice its height over the spacing, so 2 T_w
+//! d_w/h_x = 2 T_f d_f/h_y = N, d_w + d_f = D, and with one spacing h and Theta = D/h: N = 2 Theta T_w
+//! T_f/(T_w + T_f). On the body the outer yarn also presses with its own force across the plane; the network
+//! does not know which one it is, so the mean of both counts.
+//! Limits: of forces while pinned, so it says where slip begins, not how far it goes; yarns of equal mass; a
+//! bar is one yarn, and coarse parts of a graded network are left out; without viscosity, what slack yarns
+//! owe, and friction on the body; not of curved sheets.
 //! Reference: F. T. Peirce, J. Textile Inst. 28 (1937) T45 (Theta); evidence/resolved/README.md.
 
 use crate::body::pose::Vector;
@@ -23,7 +26,8 @@ const NEAR: [f64; 3] = [5.0, 10.0, f64::INFINITY];
 /// Gap below which a node is on the body, spacings.
 const TOUCHING: f64 = 1e-3;
 
-/// Crossings that would slip. Of three numbers each counts within 5 and within 10 spacings of the projectile along the sheet, and in the whole sheet.
+/// Crossings that would slip. Of three numbers each counts within 5 and within 10 spacings of the projectile
+/// along the sheet, and in the whole sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct Slip {
@@ -71,7 +75,8 @@ pub(crate) fn slip(system: &System<'_>, thickness: f64, friction: f64, adhesion:
     Ok(found)
 }
 
-/// The force in the plane that pinning takes at a node, and that by which the yarns press on each other, N; None where it is no crossing of two yarns.
+/// The force in the plane that pinning takes at a node, and that by which the yarns press on each other, N;
+/// None where it is no crossing of two yarns.
 fn crossing(system: &System<'_>, thickness: f64, i: usize, j: usize) -> Option<[f64; 2]> {
     if system.is_fixed(i, j) {
         return None;
@@ -122,8 +127,9 @@ mod tests {
     use crate::scene::parts::Scene;
     use crate::tests::{close, sheet, sim};
 
-    /// One crossing in a given place among held ones, spacings unlike along x and y, and the sphere so many of them along x below it: forces to the right,
-    /// left, up and down, N, by hand from (M3) and (M4); and the simulation.
+    /// One crossing in a given place among held ones, spacings unlike along x and y, and the sphere so many
+    /// of them along x below it: forces to the right, left, up and down, N, by hand from (M3) and (M4); and
+    /// the simulation.
     fn one_crossing(at: [f64; 3], strains: [f64; 2], gap: f64) -> ([[f64; 3]; 4], Scene, crate::Sim<'static>) {
         let mut scene = sheet(3, 3);
         (scene.sheet.spacing_y, scene.yarn.stochastic) = (1.3 * scene.sheet.spacing, false);
@@ -165,7 +171,8 @@ mod tests {
             if gap == 0.0 {
                 normal += 0.5 * (warp[2].abs() + weft[2].abs());
             }
-            // The neighbours lie in the plane z = 0, opposite each other, so the plane of the yarns is that one.
+            // The neighbours lie in the plane z = 0, opposite each other, so the plane of the yarns is that
+            // one.
             let taken = 0.5 * math::length([warp[0] - weft[0], warp[1] - weft[1], 0.0]);
             assert!(taken > 0.1 && normal > 0.1, "{taken} {normal}");
             let count = |friction: f64, adhesion: f64| sim.slip(thickness, friction, adhesion).unwrap();

@@ -1,9 +1,9 @@
 //! From fibrils to the yarn law: least squares per yarn, and streaming statistics over the population.
 //!
-//! Method: the law alpha = A (exp(-lambda (U - U_c)) - B) is fitted to a yarn's staircase on a uniform grid from U_c to its last
-//! rupture. For a given lambda, A and A B follow from linear least squares; lambda by golden section on its logarithm.
-//! The population (mean, spread, the line lambda(E) with its residual spread) is gathered by updating formulas: no storage
-//! that grows with the number of yarns.
+//! Method: the law alpha = A (exp(-lambda (U - U_c)) - B) is fitted to a yarn's staircase on a uniform grid
+//! from U_c to its last rupture. For a given lambda, A and A B follow from linear least squares; lambda by
+//! golden section on its logarithm. The population (mean, spread, the line lambda(E) with its residual
+//! spread) is gathered by updating formulas: no storage that grows with the number of yarns.
 //! Limits: lambda in [3, 3000]; the grid has [`GRID`] points.
 //! Reference: B. P. Welford, Technometrics 4 (1962) 419; J. Kiefer, Proc. Amer. Math. Soc. 4 (1953) 502.
 
@@ -165,7 +165,8 @@ mod tests {
 
     #[test]
     fn the_papers_line() {
-        // Powell and Zohdi: E 140.21 +- 2.04 GPa; lambda = 7.91 E/GPa - 878.46, standard deviation 8.35, mean 230.6.
+        // Powell and Zohdi: E 140.21 +- 2.04 GPa; lambda = 7.91 E/GPa - 878.46, standard deviation 8.35, mean
+        // 230.6.
         let regression = regression(3000);
         let ((modulus, rate), (modulus_sd, _)) = (regression.means(), regression.deviations());
         let (slope, intercept, residual) = regression.line();

@@ -1,10 +1,12 @@
 //! The micro scale: a yarn as a bundle of randomly inclined fibrils under displacement control.
 //!
-//! Method: fibril j runs over the gauge length h with a lateral offset d_j ~ N(0, s_d^2), so its stretch is smaller than the
-//! yarn's. With r_j = d_j^2/h^2 and w_j = (1 + r_j)^(-3/2) the yarn's modulus at the yarn stretch U is
-//! E*(U) = (E_f/N_f) sum_j w_j xi_j(U), where xi_j = 0 once the fibril's own stretch reaches U_c, that is once
-//! U^2 >= 1 + (U_c^2 - 1)(1 + r_j). Fibrils break in the order of their r_j, so a sorted yarn needs only suffix sums.
-//! Limits: fibrils carry load along the undeformed direction (the paper's equation 2); no interaction between fibrils.
+//! Method: fibril j runs over the gauge length h with a lateral offset d_j ~ N(0, s_d^2), so its stretch is
+//! smaller than the yarn's. With r_j = d_j^2/h^2 and w_j = (1 + r_j)^(-3/2) the yarn's modulus at the yarn
+//! stretch U is E*(U) = (E_f/N_f) sum_j w_j xi_j(U), where xi_j = 0 once the fibril's own stretch reaches
+//! U_c, that is once U^2 >= 1 + (U_c^2 - 1)(1 + r_j). Fibrils break in the order of their r_j, so a sorted
+//! yarn needs only suffix sums.
+//! Limits: fibrils carry load along the undeformed direction (the paper's equation 2); no interaction between
+//! fibrils.
 //! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451, their fibril-level yarn model.
 
 use crate::ground::math;
@@ -27,7 +29,8 @@ pub struct Bundle {
 }
 
 impl Bundle {
-    /// The paper's Zylon yarn; the offset is half of the 0.74 mm major semi-axis, which reproduces its modulus.
+    /// The paper's Zylon yarn; the offset is half of the 0.74 mm major semi-axis, which reproduces its
+    /// modulus.
     pub fn zylon() -> Bundle {
         Bundle { fibrils: 350, modulus: 180e9, gauge_length: 0.725e-3, offset_sd: 0.37e-3, critical_stretch: 1.03 }
     }
@@ -51,14 +54,16 @@ impl Bundle {
         (mean, math::sqrt(square - mean * mean))
     }
 
-    /// Mean damage variable of all yarns at the yarn stretch U: the part of the modulus that whole fibrils carry.
+    /// Mean damage variable of all yarns at the yarn stretch U: the part of the modulus that whole fibrils
+    /// carry.
     pub fn expected_alpha(&self, stretch: f64) -> f64 {
         let ratio = self.broken_below(stretch);
         let smallest = if ratio > 0.0 { math::sqrt(ratio) * self.gauge_length / self.offset_sd } else { 0.0 };
         self.expectation(smallest, Bundle::weight) / self.expectation(0.0, Bundle::weight)
     }
 
-    /// Integral of f(r(z)) over the standard normal |z| >= from, by Simpson's rule up to 12 standard deviations.
+    /// Integral of f(r(z)) over the standard normal |z| >= from, by Simpson's rule up to 12 standard
+    /// deviations.
     fn expectation(&self, from: f64, f: impl Fn(f64) -> f64) -> f64 {
         const INTERVALS: u32 = 4000;
         let scale = self.offset_sd / self.gauge_length;
@@ -91,8 +96,8 @@ impl<'a> BundleYarn<'a> {
         2 * bundle.fibrils as usize + 1
     }
 
-    /// Draws yarn `number` of the population `seed`. `memory`: [`BundleYarn::reals`] numbers; None if it is shorter or the
-    /// bundle has no fibril.
+    /// Draws yarn `number` of the population `seed`. `memory`: [`BundleYarn::reals`] numbers; None if it is
+    /// shorter or the bundle has no fibril.
     pub fn draw(bundle: &Bundle, seed: u64, number: u64, memory: &'a mut [f64]) -> Option<BundleYarn<'a>> {
         let count = bundle.fibrils as usize;
         let (ratios, rest) = memory.split_at_mut_checked(count)?;
@@ -150,7 +155,8 @@ impl<'a> BundleYarn<'a> {
         self.rupture_stretch(self.ratios.len().saturating_sub(1)).unwrap_or(self.bundle.critical_stretch)
     }
 
-    /// Work per undeformed volume to rupture, J/m^3: every fibril's strain energy when it breaks, by d(e^2)/2 between ruptures.
+    /// Work per undeformed volume to rupture, J/m^3: every fibril's strain energy when it breaks, by d(e^2)/2
+    /// between ruptures.
     pub fn work_to_rupture(&self) -> f64 {
         let mut work = 0.0;
         let mut before = 0.0;

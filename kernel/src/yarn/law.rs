@@ -1,18 +1,21 @@
-//! The yarn law, (M1) to (M5), and its viscosity, (M16) and (M17): Kirchhoff-St. Venant material with a damage variable that only falls. Pure functions.
+//! The yarn law, (M1) to (M5), and its viscosity, (M16) and (M17): Kirchhoff-St. Venant material with a
+//! damage variable that only falls. Pure functions.
 //!
-//! This is the law that steps: the sweep, the theta rule, the energies and the tests call these functions, the first with lanes
-//! of several segments at once.
-//! Method: with the stretch U and the Green-Lagrange strain e = (U^2 - 1)/2, the second Piola-Kirchhoff stress is
-//! S = alpha E e in tension and 0 in compression. Beyond the critical stretch U_c the damage variable follows
-//! alpha = A (exp(-lambda (U_max - U_c)) - B), cut to 0 at `alpha_fail`, where U_max is the largest stretch so far.
-//! Twice the strain, q = 2 e = U^2 - 1, follows from the displacements without a root: it is what all functions take, and the
-//! history of a segment is the largest q beyond the critical one.
-//! Stiffness, stress, force and energy are in the caller's units: the stiffness is half of alpha E, as S = (alpha E/2) q. In Pa it
-//! gives a stress in Pa and an energy in J/m^3; the stepper's alpha E A_0 dt^2/(2 m h l) gives a force in m h/dt^2, which is a change
-//! of velocity in h/dt a step, and an energy in m h^2/dt^2 over l^2, with the natural length l in spacings h.
-//! Strain and force follow from the rest vector and the natural length of a segment, [`RestLanes`]; crimp, pre-tension, unlike directions,
-//! bars of a graded network and chords of a curved sheet are other constants of the same two expressions. A plain segment lies at its
-//! natural length, 1: its products with 1 and sums with -0 are exact, and a compiler that knows them leaves them out.
+//! This is the law that steps: the sweep, the theta rule, the energies and the tests call these functions,
+//! the first with lanes of several segments at once.
+//! Method: with the stretch U and the Green-Lagrange strain e = (U^2 - 1)/2, the second Piola-Kirchhoff
+//! stress is S = alpha E e in tension and 0 in compression. Beyond the critical stretch U_c the damage
+//! variable follows alpha = A (exp(-lambda (U_max - U_c)) - B), cut to 0 at `alpha_fail`, where U_max is the
+//! largest stretch so far. Twice the strain, q = 2 e = U^2 - 1, follows from the displacements without a
+//! root: it is what all functions take, and the history of a segment is the largest q beyond the critical
+//! one. Stiffness, stress, force and energy are in the caller's units: the stiffness is half of alpha E, as S
+//! = (alpha E/2) q. In Pa it gives a stress in Pa and an energy in J/m^3; the stepper's alpha E A_0 dt^2/(2 m
+//! h l) gives a force in m h/dt^2, which is a change of velocity in h/dt a step, and an energy in m h^2/dt^2
+//! over l^2, with the natural length l in spacings h. Strain and force follow from the rest vector and the
+//! natural length of a segment, [`RestLanes`]; crimp, pre-tension, unlike directions, bars of a graded
+//! network and chords of a curved sheet are other constants of the same two expressions. A plain segment lies
+//! at its natural length, 1: its products with 1 and sums with -0 are exact, and a compiler that knows them
+//! leaves them out.
 //! Limits: lambda >= 3, so that the tangent stiffness is largest at U_c (the step limit relies on it).
 //! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451, their yarn constitutive law.
 
@@ -44,8 +47,8 @@ pub struct Segment {
 /// History of a failed segment: above every q.
 pub const FAILED: f64 = f64::MAX;
 
-/// A new q beyond this, a stretch of 1e25, is no fabric any more: the state is lost. So far below the largest number that what the
-/// next pass makes of a state is still a number, whose energy is one.
+/// A new q beyond this, a stretch of 1e25, is no fabric any more: the state is lost. So far below the largest
+/// number that what the next pass makes of a state is still a number, whose energy is one.
 pub const LOST: f64 = 1e50;
 
 /// What a new largest strain makes of a segment.
@@ -136,7 +139,8 @@ impl Rest {
     }
 }
 
-/// Nothing, to be added: the zero whose sum with any number is that number, so that a compiler can leave the sum out.
+/// Nothing, to be added: the zero whose sum with any number is that number, so that a compiler can leave the
+/// sum out.
 const NONE: f64 = -0.0;
 
 /// [`Rest`] as all lanes read it.
@@ -166,7 +170,8 @@ impl RestSplats {
 /// Constants of several segments at rest. Lengths in node spacings along x.
 #[derive(Clone, Copy, Debug)]
 pub struct RestLanes<L> {
-    /// Rest vector c from end to end: its parts along the direction of the segment in a flat sheet and along z.
+    /// Rest vector c from end to end: its parts along the direction of the segment in a flat sheet and along
+    /// z.
     pub chord: [L; 2],
     /// 2 c.
     pub twice_chord: [L; 2],
@@ -183,8 +188,8 @@ impl<L: Lane> RestLanes<L> {
         RestLanes { chord, twice_chord: [chord[0].add(chord[0]), chord[1].add(chord[1])], ..self }
     }
 
-    /// (M2) Twice the Green-Lagrange strain, q = 2 e = U^2 - 1 = d.(d + 2 c)/l^2 + q_0. `d`: relative displacement of the ends, along the
-    /// direction of the segment in a flat sheet first.
+    /// (M2) Twice the Green-Lagrange strain, q = 2 e = U^2 - 1 = d.(d + 2 c)/l^2 + q_0. `d`: relative
+    /// displacement of the ends, along the direction of the segment in a flat sheet first.
     #[inline(always)]
     pub fn twice_strain(&self, d: [L; 3]) -> L {
         let [along, across] = self.twice_chord;
@@ -192,8 +197,8 @@ impl<L: Lane> RestLanes<L> {
         change.mul(self.inverse_square).add(self.twice_strain)
     }
 
-    /// (M4) Force on the first node: stress times section along the present direction c + d, N = A_0 U S, by components. `d`: as for
-    /// [`RestLanes::twice_strain`].
+    /// (M4) Force on the first node: stress times section along the present direction c + d, N = A_0 U S, by
+    /// components. `d`: as for [`RestLanes::twice_strain`].
     #[inline(always)]
     pub fn force(&self, stress: L, d: [L; 3]) -> [L; 3] {
         let ends = self.end_to_end(d);
@@ -210,13 +215,15 @@ impl<L: Lane> RestLanes<L> {
 /// Part of the tension at the critical stretch up to which the bending viscosity grows with the tension.
 const FULL_BENDING: f64 = 0.1;
 
-/// Viscosity of the yarns of one direction, in the stepper's units: strain rates in 1 per pass, velocities in h/dt.
+/// Viscosity of the yarns of one direction, in the stepper's units: strain rates in 1 per pass, velocities in
+/// h/dt.
 ///
-/// Method: with the speed c of sound along the yarn and its mass mu per length, a segment that is stretched at the rate dU/dt = r
-/// pulls by mu c b_1 (h r) U^2 + mu b_2 (h r)^2 U^3 more than the law says, the second part only while it is stretched (von Neumann
-/// and Richtmyer). Along a yarn the moment mu c b_3 (v_{i-1} - 2 v_i + v_{i+1}) acts on three neighbours as -1, 2, -1.
-/// Limits: taut yarn only. A segment that has just become taut counts as stretched from its natural length, so that no force jumps,
-/// and none pushes.
+/// Method: with the speed c of sound along the yarn and its mass mu per length, a segment that is stretched
+/// at the rate dU/dt = r pulls by mu c b_1 (h r) U^2 + mu b_2 (h r)^2 U^3 more than the law says, the second
+/// part only while it is stretched (von Neumann and Richtmyer). Along a yarn the moment mu c b_3 (v_{i-1} - 2
+/// v_i + v_{i+1}) acts on three neighbours as -1, 2, -1.
+/// Limits: taut yarn only. A segment that has just become taut counts as stretched from its natural length,
+/// so that no force jumps, and none pushes.
 /// Reference: J. von Neumann, R. D. Richtmyer, J. Appl. Phys. 21 (1950) 232; docs/model.md, "Viscosity".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viscosity {
@@ -234,8 +241,8 @@ impl Viscosity {
     /// None.
     pub const NONE: Viscosity = Viscosity { linear: 0.0, quadratic: 0.0, bending: 0.0, per_tension: 0.0 };
 
-    /// The parts b_1, b_2 and b_3 of yarn with this mean stiffness kk, in the stepper's units, and twice the critical strain.
-    /// (c dt/h)^2 = 2 kk.
+    /// The parts b_1, b_2 and b_3 of yarn with this mean stiffness kk, in the stepper's units, and twice the
+    /// critical strain. (c dt/h)^2 = 2 kk.
     pub fn of([linear, quadratic, bending]: [f64; 3], stiffness: f64, critical: f64) -> Viscosity {
         let sound = math::sqrt(2.0 * stiffness);
         Viscosity {
@@ -291,8 +298,8 @@ impl ViscositySplats {
 }
 
 impl<L: Lane> ViscosityLanes<L> {
-    /// (M16) Twice the strain that would give the stress with its viscous part, at least 0. `now`, `before`: twice the strain of taut
-    /// yarn, 0 of slack one, at t_n and t_{n-1}.
+    /// (M16) Twice the strain that would give the stress with its viscous part, at least 0. `now`, `before`:
+    /// twice the strain of taut yarn, 0 of slack one, at t_n and t_{n-1}.
     #[inline(always)]
     pub fn twice_strain(&self, now: L, before: L) -> L {
         let zero = L::splat(0.0);
@@ -354,14 +361,16 @@ impl DamageLaw {
         }
     }
 
-    /// Stretch beyond U_c at which the law reaches `alpha`: the inverse of [`DamageLaw::alpha`] inside (0, A (1 - B)).
+    /// Stretch beyond U_c at which the law reaches `alpha`: the inverse of [`DamageLaw::alpha`] inside (0, A
+    /// (1 - B)).
     fn beyond_critical(&self, damage_rate: f64, alpha: f64) -> f64 {
         let decay = alpha / self.a + self.b;
         // A law without offset never reaches exactly 0: the smallest positive number stands for it.
         -math::ln(math::max(decay, f64::MIN_POSITIVE)) / damage_rate
     }
 
-    /// Where alpha is just before it becomes 0: `alpha_fail`, or less if the law starts below it and so fails at U_c.
+    /// Where alpha is just before it becomes 0: `alpha_fail`, or less if the law starts below it and so fails
+    /// at U_c.
     fn cut(&self) -> f64 {
         let first = self.a * (1.0 - self.b);
         math::min(self.alpha_fail, first)
@@ -372,8 +381,8 @@ impl DamageLaw {
         self.critical_stretch + self.beyond_critical(damage_rate, self.cut())
     }
 
-    /// Energy dissipated per undeformed volume, J/m^3, as a function of the present alpha alone: the strain energy
-    /// released while alpha fell from 1, integral of (E/2) e(U)^2 (-d alpha).
+    /// Energy dissipated per undeformed volume, J/m^3, as a function of the present alpha alone: the strain
+    /// energy released while alpha fell from 1, integral of (E/2) e(U)^2 (-d alpha).
     pub fn dissipated(&self, segment: &Segment, alpha: f64) -> f64 {
         let first = self.a * (1.0 - self.b);
         if alpha >= 1.0 {
@@ -438,7 +447,8 @@ mod tests {
 
     #[test]
     fn alpha_never_grows_with_the_largest_stretch() {
-        // The history variable stands for the running minimum of alpha only if the computed law is monotone, to the last bit.
+        // The history variable stands for the running minimum of alpha only if the computed law is monotone,
+        // to the last bit.
         let mut last = 1.0;
         let mut q = LAW.critical_twice_strain();
         for _ in 0..2_000_000 {
@@ -456,7 +466,8 @@ mod tests {
 
     #[test]
     fn stored_plus_dissipated_depends_on_the_largest_stretch_only() {
-        // Work of a monotone pull to `largest`, by quadrature of the nominal stress P = U S; with offset and first drop, too.
+        // Work of a monotone pull to `largest`, by quadrature of the nominal stress P = U S; with offset and
+        // first drop, too.
         let (largest, n) = (1.04, 400_000);
         let width = (largest - 1.0) / n as f64;
         for law in [LAW, DamageLaw { a: 0.9, b: 0.02, ..LAW }] {
@@ -489,8 +500,8 @@ mod tests {
         close(law.failure_stretch(100.0), 1.03 - math::ln(0.15) / 100.0, 1e-14);
     }
 
-    /// At any strain and growth: nothing where the segment is slack, never a push in all, never work out of nothing, and no jump
-    /// where the segment becomes taut.
+    /// At any strain and growth: nothing where the segment is slack, never a push in all, never work out of
+    /// nothing, and no jump where the segment becomes taut.
     #[test]
     fn viscosity_only_takes() {
         let viscosity = Viscosity::of([0.5, 3.0, 0.1], 0.07, LAW.critical_twice_strain()).lanes::<f64>();

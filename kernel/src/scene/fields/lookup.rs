@@ -1,4 +1,5 @@
-//! What is read off the whole table: places of parameters, the check of each number by itself, and the fingerprint of a scene.
+//! What is read off the whole table: places of parameters, the check of each number by itself, and the
+//! fingerprint of a scene.
 
 use crate::ground::error::{Error, unit_quaternion};
 use crate::scene::fields::row::{Field, Image, Place, Range};
@@ -23,8 +24,8 @@ pub fn field(name: &str) -> Option<&'static Field> {
     FIELDS.iter().find(|field| field.name == name)
 }
 
-/// Refuses the first number, in the order of the table, that cannot be, whatever the others are. What the scene does not read may
-/// be anything.
+/// Refuses the first number, in the order of the table, that cannot be, whatever the others are. What the
+/// scene does not read may be anything.
 #[inline(never)]
 pub fn check(scene: &Scene) -> Result<(), Error> {
     let mut copy = *scene;

@@ -1,8 +1,9 @@
 //! The table of a scene's parameters: one row for each number of [`Scene`](crate::Scene).
 //!
-//! From these rows come the checks of each number by itself, the fingerprint of a scene, the keys of scene files, the structure
-//! `fk_scene` of the C header, the FMU's parameters with both model descriptions, the keys of kept results, and the parameter
-//! table of the documents. A new parameter needs its field in `parts.rs`, its row in `table.rs`, and the code that reads it.
+//! From these rows come the checks of each number by itself, the fingerprint of a scene, the keys of scene
+//! files, the structure `fk_scene` of the C header, the FMU's parameters with both model descriptions, the
+//! keys of kept results, and the parameter table of the documents. A new parameter needs its field in
+//! `parts.rs`, its row in `table.rs`, and the code that reads it.
 
 mod choices;
 mod lookup;
@@ -126,7 +127,8 @@ mod tests {
         }
     }
 
-    /// Words of the fingerprint that tell one option from all others. Rows of one word are flags, which share its low bits.
+    /// Words of the fingerprint that tell one option from all others. Rows of one word are flags, which share
+    /// its low bits.
     #[test]
     fn options_have_words_of_their_own() {
         let mut taken = Vec::new();
@@ -149,7 +151,8 @@ mod tests {
         }
     }
 
-    /// A row that always counts changes the fingerprint, and so every digest, of all scenes: none may join these.
+    /// A row that always counts changes the fingerprint, and so every digest, of all scenes: none may join
+    /// these.
     #[test]
     fn no_more_rows_count_always() {
         let mut always = FIELDS.iter().filter(|row| row.image == Image::Always).map(|row| row.name);

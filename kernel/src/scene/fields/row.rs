@@ -1,4 +1,5 @@
-//! A row of the table: where a parameter stands in a scene, what it may be, and how it is read, set and checked by itself.
+//! A row of the table: where a parameter stands in a scene, what it may be, and how it is read, set and
+//! checked by itself.
 
 use crate::ground::error::{Code, Error, finite, not_negative, positive};
 use crate::scene::fields::choices::Choice;
@@ -48,14 +49,16 @@ pub enum Image {
     Always,
     /// As far as the scene reads it.
     WhereRead,
-    /// Only where it is not 0, after all others: first this word, plus the value of a count or choice, then the bits of real numbers.
-    /// Rows with the same word share one. So a scene without the option has the fingerprint it had before there was one.
+    /// Only where it is not 0, after all others: first this word, plus the value of a count or choice, then
+    /// the bits of real numbers. Rows with the same word share one. So a scene without the option has the
+    /// fingerprint it had before there was one.
     Later(u64),
     /// As far as the scene reads it, after all others.
     LaterWhereRead,
     /// Not itself, but the step in use.
     StepInUse,
-    /// Not at all: an image holds the present motion, and fits whatever room there is and however the step was asked for.
+    /// Not at all: an image holds the present motion, and fits whatever room there is and however the step
+    /// was asked for.
     Never,
 }
 
@@ -118,8 +121,8 @@ impl Field {
     /// Sets an element from such bits.
     ///
     /// # Errors
-    /// [`Code::UnknownChoice`], or for a count beyond 32 bits the code of its range, [`Code::OutOfRange`] if it has none; nothing is
-    /// changed.
+    /// [`Code::UnknownChoice`], or for a count beyond 32 bits the code of its range, [`Code::OutOfRange`] if
+    /// it has none; nothing is changed.
     pub fn set_word(&self, scene: &mut Scene, element: usize, word: u64) -> Result<(), Error> {
         let small = u32::try_from(word);
         let known = match self.place {

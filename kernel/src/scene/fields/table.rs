@@ -1,8 +1,9 @@
 //! The rows: one for each number of [`Scene`].
 //!
 //! The order of the rows is the order in C and in the fingerprint. Rows of one group stand together.
-//! Once there is a release, a new parameter goes to the end of the table, with a group of its own or none, so that hosts compiled
-//! before it go on working; its [`Image`] is [`Image::Later`], so that images of scenes without it still fit.
+//! Once there is a release, a new parameter goes to the end of the table, with a group of its own or none, so
+//! that hosts compiled before it go on working; its [`Image`] is [`Image::Later`], so that images of scenes
+//! without it still fit.
 
 use crate::scene::fields::choices::*;
 use crate::scene::fields::quantities::*;

@@ -1,12 +1,14 @@
 //! A block of steps (`step/blocks.rs`) in bands: what each does of it, and in which order.
 //!
-//! Method: first every band takes all steps of its rows away from the body that do not need rows of other bands: at an edge of its rows it is a
-//! row less in each step. That is one pass. What is left are gaps that grow by a row at both ends in each step: one row wide at first between two bands,
-//! and the rows that the body may reach. They take a step a pass; the body's gap is cut into bands as a whole sheet is. A row above a
-//! gap needs the forces from below: they are found from the gap's row, which has come as far. A gap needs the displacements of the row
-//! above it and the forces from the row below it as they were in each step: both are kept.
-//! Limits: those of a block; no viscosity. Where a cut lies close to the body's gap, that gap takes the place of the cut; a sheet of few rows has fewer bands away from
-//! the body.
+//! Method: first every band takes all steps of its rows away from the body that do not need rows of other
+//! bands: at an edge of its rows it is a row less in each step. That is one pass. What is left are gaps that
+//! grow by a row at both ends in each step: one row wide at first between two bands, and the rows that the
+//! body may reach. They take a step a pass; the body's gap is cut into bands as a whole sheet is. A row above
+//! a gap needs the forces from below: they are found from the gap's row, which has come as far. A gap needs
+//! the displacements of the row above it and the forces from the row below it as they were in each step: both
+//! are kept.
+//! Limits: those of a block; no viscosity. Where a cut lies close to the body's gap, that gap takes the place
+//! of the cut; a sheet of few rows has fewer bands away from the body.
 //! Reference: D. Wonnacott, Int. J. Parallel Programming 30 (2002) 181 (time skewing for parallel computers).
 #![deny(unsafe_code)]
 
@@ -45,7 +47,8 @@ pub(crate) enum Edge {
     Cut(usize),
 }
 
-/// Neighbouring rows [first, end) that a band steps away from the body, a row less in each step at an edge that is not the sheet's.
+/// Neighbouring rows [first, end) that a band steps away from the body, a row less in each step at an edge
+/// that is not the sheet's.
 #[derive(Clone, Copy)]
 pub(crate) struct RowsAway {
     rows: [usize; 2],
@@ -74,7 +77,8 @@ impl RowsAway {
 }
 
 impl BlockInBands {
-    /// The block that may begin now for `of` bands, as [`Block::plan`]; none with viscosity, whose gaps would grow by two rows in a step.
+    /// The block that may begin now for `of` bands, as [`Block::plan`]; none with viscosity, whose gaps would
+    /// grow by two rows in a step.
     pub fn start(system: &mut System<'_>, of: usize, most: u64) -> Option<BlockInBands> {
         let block = Block::plan(system, most).filter(|block| block.lag == 1)?;
         blocks::begin(system);
@@ -113,7 +117,8 @@ impl BlockInBands {
         }
     }
 
-    /// The row of the gap between a band and the one below it; None at the sheet's edges, and close to the body's gap, which then takes its place.
+    /// The row of the gap between a band and the one below it; None at the sheet's edges, and close to the
+    /// body's gap, which then takes its place.
     fn cut(&self, band: usize) -> Option<usize> {
         let BlockInBands { block: Block { near: [first, end], steps, rows, .. }, bands, .. } = *self;
         let row = rows * band / bands.max(1);
@@ -198,7 +203,8 @@ mod tests {
     }
 
     impl Sheet {
-        /// Takes a step of row j, which must be due. `above`, `below`: the edges for which the row above is kept, and the forces from below.
+        /// Takes a step of row j, which must be due. `above`, `below`: the edges for which the row above is
+        /// kept, and the forces from below.
         fn step(&mut self, step: usize, j: usize, above: Option<Edge>, below: Option<Edge>) {
             assert_eq!(self.taken[j], step, "row {j}");
             match above {
@@ -222,7 +228,8 @@ mod tests {
         }
     }
 
-    /// Takes a block, its bands in the order that `key` gives. Returns how many bands had rows away from the body.
+    /// Takes a block, its bands in the order that `key` gives. Returns how many bands had rows away from the
+    /// body.
     fn take(near: [usize; 2], rows: usize, of: usize, key: u64) -> usize {
         let bands = of.min(rows / (4 * STEPS)).max(1);
         let mut block = BlockInBands { block: Block::of_rows(near, STEPS, rows), bands, part: Part::Away };

@@ -1,11 +1,14 @@
-//! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing waits here.
+//! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing
+//! waits here.
 //!
 //! Method: a pass (a step) is one call of
-//! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
-//! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
-//! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
-//! called again before all have arrived is refused. If the caller says how many steps it wants, a sheet beyond the caches takes eight
-//! of them in a block of nine passes (`bands/block.rs`). The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
+//! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to
+//! arrive, told by one atomic word, also does what cannot be cut: contact, the body, the outcomes, and what
+//! the next pass needs to start: the candidates, and at every cut a copy of the row above it and the forces
+//! of the segments across it. One meeting a pass, and that is the caller's: a band that is called again
+//! before all have arrived is refused. If the caller says how many steps it wants, a sheet beyond the caches
+//! takes eight of them in a block of nine passes (`bands/block.rs`). The bits are those of
+//! [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
 //!
@@ -66,8 +69,9 @@ use core::marker::PhantomData;
 use core::sync::atomic::{AtomicI32, AtomicU32, AtomicUsize, Ordering};
 use plan::Plan;
 
-/// A simulation lent to be stepped in bands. Shared by reference between threads; made by [`Sim::bands`](crate::Sim::bands), which has the whole
-/// simulation until this is dropped. Dropping it does what is missing of a step that only some bands have taken.
+/// A simulation lent to be stepped in bands. Shared by reference between threads; made by
+/// [`Sim::bands`](crate::Sim::bands), which has the whole simulation until this is dropped. Dropping it does
+/// what is missing of a step that only some bands have taken.
 pub struct Bands<'s, 'a> {
     system: *mut System<'a>,
     of: u32,
@@ -92,10 +96,11 @@ pub struct Bands<'s, 'a> {
 
 // SAFETY: holds a `&mut System` and a `&mut [f64]`, both of which may go to another thread.
 unsafe impl Send for Bands<'_, '_> {}
-// SAFETY: everything under the pointers and cells is reached through `pass` alone. A band's own rows, report and the first four parts
-// of its scratch are used only by the call that has set the band's bit in `claimed`; what is kept for the gaps of a block has one
-// writer in the first pass and is used by one band in the later ones; the simulation and the plan are changed only by the call
-// that finds all bits of `arrived` set, while every bit of `claimed` still keeps the others out.
+// SAFETY: everything under the pointers and cells is reached through `pass` alone. A band's own rows, report
+// and the first four parts of its scratch are used only by the call that has set the band's bit in `claimed`;
+// what is kept for the gaps of a block has one writer in the first pass and is used by one band in the later
+// ones; the simulation and the plan are changed only by the call that finds all bits of `arrived` set, while
+// every bit of `claimed` still keeps the others out.
 unsafe impl Sync for Bands<'_, '_> {}
 
 impl<'s, 'a> Bands<'s, 'a> {
@@ -137,12 +142,13 @@ impl<'s, 'a> Bands<'s, 'a> {
 }
 
 impl Bands<'_, '_> {
-    /// One band's part of the present pass: sweeps its rows; the last band to be done completes the pass for all. Returns
-    /// whether this was the last. Another call for this band is refused until the pass is complete, see [`Bands::passes`].
+    /// One band's part of the present pass: sweeps its rows; the last band to be done completes the pass for
+    /// all. Returns whether this was the last. Another call for this band is refused until the pass is
+    /// complete, see [`Bands::passes`].
     ///
     /// # Errors
-    /// No such band, or one already called in this pass: nothing changed. A failure of the pass, to the band that completes
-    /// it, and to every band from then on.
+    /// No such band, or one already called in this pass: nothing changed. A failure of the pass, to the band
+    /// that completes it, and to every band from then on.
     pub fn pass(&self, band: u32) -> Result<bool, Error> {
         if band >= self.of {
             return Err(Error::new(Code::OutOfRange, "band", f64::from(band), f64::from(self.of - 1)));
@@ -154,8 +160,9 @@ impl Bands<'_, '_> {
         if self.claimed.fetch_or(bit, Ordering::AcqRel) & bit != 0 {
             return Err(Error::new(Code::BandOutOfTurn, "band", f64::from(band), 0.0));
         }
-        // SAFETY: this call has claimed the band, so no other has its rows, its own scratch and report; the claim has acquired what
-        // the completion of the pass before released, and nobody changes the plan before this band arrives.
+        // SAFETY: this call has claimed the band, so no other has its rows, its own scratch and report; the
+        // claim has acquired what the completion of the pass before released, and nobody changes the plan
+        // before this band arrives.
         unsafe {
             let plan = &*self.plan.get();
             let met = match &plan.block {
@@ -171,8 +178,8 @@ impl Bands<'_, '_> {
         if self.arrived.fetch_or(bit, Ordering::AcqRel) | bit != all {
             return Ok(false);
         }
-        // SAFETY: all bands have arrived and released what they wrote; every claim still stands, so that no call gets
-        // beyond it before this one has cleared them.
+        // SAFETY: all bands have arrived and released what they wrote; every claim still stands, so that no
+        // call gets beyond it before this one has cleared them.
         let result = unsafe { self.complete() };
         self.arrived.store(0, Ordering::Relaxed);
         self.claimed.store(0, Ordering::Release);
@@ -182,8 +189,9 @@ impl Bands<'_, '_> {
         Ok(true)
     }
 
-    /// Passes completed since [`Sim::bands`](crate::Sim::bands), one that failed included: a band's turn comes again when this has grown. Any
-    /// thread may look. With a band's call outstanding this and the two below cannot change.
+    /// Passes completed since [`Sim::bands`](crate::Sim::bands), one that failed included: a band's turn
+    /// comes again when this has grown. Any thread may look. With a band's call outstanding this and the two
+    /// below cannot change.
     pub fn passes(&self) -> u64 {
         self.passes.load(Ordering::Acquire) as u64
     }
@@ -247,7 +255,8 @@ impl Drop for Bands<'_, '_> {
             if called == 0 && !in_block {
                 return;
             }
-            // Only those that have not been called: the last of them completes the pass, and any after it would begin another.
+            // Only those that have not been called: the last of them completes the pass, and any after it
+            // would begin another.
             (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {
                 let _ = self.pass(band);
             });

@@ -1,5 +1,5 @@
-//! What a band does in a pass: the copies that it needs of its neighbours before, the sweep of its rows, and its part of a
-//! block of steps; and after the last band the part that is not cut.
+//! What a band does in a pass: the copies that it needs of its neighbours before, the sweep of its rows, and
+//! its part of a block of steps; and after the last band the part that is not cut.
 
 use super::block::{BlockInBands, Edge, RowsAway};
 use super::plan::Plan;
@@ -19,7 +19,8 @@ use crate::step::rows::Rows;
 use crate::step::rows::moments::{ViscousRows, find_moments_of_row, place_image_moments};
 use core::mem::take;
 
-/// What a sweep of rows uses that is not theirs: the row above, the forces from the row below, and the band's own numbers.
+/// What a sweep of rows uses that is not theirs: the row above, the forces from the row below, and the band's
+/// own numbers.
 struct Beside<'r> {
     above: &'r [Chunk<HOT_PLANES>],
     carry: &'r mut [Chunk<CARRY_PLANES>],
@@ -171,7 +172,8 @@ impl Plan {
     /// Sweeps a band's rows.
     ///
     /// # Safety
-    /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and the scratch.
+    /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and
+    /// the scratch.
     #[inline(never)]
     pub(super) unsafe fn sweep(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
@@ -183,8 +185,9 @@ impl Plan {
         let mut report = Report::default();
         for ply in from..=to {
             let [_, ply_end] = layout.rows_of(ply);
-            // SAFETY: rows_of() cuts the rows without overlap and inside the arrays, so the parts taken for writing here are this
-            // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
+            // SAFETY: rows_of() cuts the rows without overlap and inside the arrays, so the parts taken for
+            // writing here are this band's alone. Of a row that another band writes only the copy is read;
+            // the row above the last band is not swept.
             unsafe {
                 let [low, top] = self.rows_of_ply(ply);
                 let (start, stop) = (first.max(low), end.min(top));
@@ -218,7 +221,8 @@ impl Plan {
     /// Takes all steps of a block that a band can take away from the body.
     ///
     /// # Safety
-    /// No other call is at work on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    /// No other call is at work on the same band, and nothing but calls for other bands uses the simulation
+    /// and the scratch.
     #[inline(never)]
     pub(super) unsafe fn step_away(&self, band: u32, block: &BlockInBands) -> Report {
         let mut report = Report::default();
@@ -226,8 +230,9 @@ impl Plan {
             for r in part.numbers(block.steps()) {
                 for step in 0..block.steps() {
                     if let Some(j) = part.row(r, step) {
-                        // SAFETY: the parts of all bands and the gaps between them have no row in common. What is read of a gap's row
-                        // is changed in later passes, and what is kept for a gap is of this part alone.
+                        // SAFETY: the parts of all bands and the gaps between them have no row in common.
+                        // What is read of a gap's row is changed in later passes, and what is kept for a gap
+                        // is of this part alone.
                         report = report.merged(unsafe { self.step_row_away(band, block, part, step, j) });
                     }
                 }
@@ -312,7 +317,8 @@ impl Plan {
         }
     }
 
-    /// Rows [first, end) of a ply with all that belongs to them, in a step of a block, the first one otherwise.
+    /// Rows [first, end) of a ply with all that belongs to them, in a step of a block, the first one
+    /// otherwise.
     ///
     /// # Safety
     /// They lie inside the arrays, and nothing else uses them while they are held.

@@ -1,4 +1,5 @@
-//! What all bands need to know for one pass: made before it by the call that completed the last one, and used up after it.
+//! What all bands need to know for one pass: made before it by the call that completed the last one, and used
+//! up after it.
 
 use super::block::BlockInBands;
 use super::pointers::{Pointers, rows};
@@ -18,8 +19,8 @@ use crate::yarn::rate::Rates;
 pub(super) struct Plan {
     /// What lies under the projectile, or why the pass cannot be made.
     pub(super) found: Result<Gathered, Failure>,
-    /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
-    /// rest are left out.
+    /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest,
+    /// and those between that rest are left out.
     pub(super) rows: [usize; 2],
     /// The block of steps that the pass is part of, if it is.
     pub(super) block: Option<BlockInBands>,
@@ -114,7 +115,8 @@ impl Plan {
 
     /// What the segments have in common. A copy would add to the stack.
     pub(super) fn directions(&self) -> &Directions {
-        // SAFETY: those of the simulation, which is lent as long as there are bands; they change between plans only.
+        // SAFETY: those of the simulation, which is lent as long as there are bands; they change between
+        // plans only.
         unsafe { &*self.memory.directions }
     }
 

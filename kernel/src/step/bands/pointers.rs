@@ -1,4 +1,5 @@
-//! Where the rows are: bare pointers into the simulation's arrays, which all bands share, and slices of rows made of them.
+//! Where the rows are: bare pointers into the simulation's arrays, which all bands share, and slices of rows
+//! made of them.
 
 use crate::ground::planes::{CARRY_PLANES, Chunk};
 use crate::memory::arrays::{Arrays, Noted, RowArrays, RowPointers, arrays};

@@ -11,15 +11,15 @@ pub(super) struct Scratch<'r> {
     pub(super) above: &'r mut [Chunk<HOT_PLANES>],
     /// Vertical forces from the row below the band.
     pub(super) carry: &'r mut [Chunk<CARRY_PLANES>],
-    /// What viscosity keeps beside the cuts, with the moments of this pass: of the row below the band, its first, its last, and the row
-    /// above it.
+    /// What viscosity keeps beside the cuts, with the moments of this pass: of the row below the band, its
+    /// first, its last, and the row above it.
     pub(super) viscous: &'r mut [Chunk<PAST_PLANES>],
     pub(super) kept: &'r mut [[f64; 3]],
 }
 
-/// Where a band's own numbers begin: those of [`Scratch`]; and, of each step of a block, the row above the gap below the band, and the forces
-/// carried from below to that gap. The first band has no gap below it: its row above is that of the body's gap, its forces are those of the
-/// part that reaches the top of the sheet.
+/// Where a band's own numbers begin: those of [`Scratch`]; and, of each step of a block, the row above the
+/// gap below the band, and the forces carried from below to that gap. The first band has no gap below it: its
+/// row above is that of the body's gap, its forces are those of the part that reaches the top of the sheet.
 struct ScratchPlaces {
     above: *mut f64,
     carry: *mut f64,

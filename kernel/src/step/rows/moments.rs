@@ -21,8 +21,8 @@ pub(crate) struct ViscousRows<'r> {
 pub(crate) type Last = [[f64; 2]; 2];
 
 impl ViscousRows<'_> {
-    /// Finds the moments of row k of `hot`, if they are not known. Begins to count what viscosity takes of it. `above`: the row above the
-    /// last; `first`: the number of the first row in the sheet.
+    /// Finds the moments of row k of `hot`, if they are not known. Begins to count what viscosity takes of
+    /// it. `above`: the row above the last; `first`: the number of the first row in the sheet.
     #[inline(never)]
     pub fn find_moments(
         &mut self,
@@ -50,7 +50,8 @@ impl ViscousRows<'_> {
         find_moments_of_row(terms, first + k, row, taken);
     }
 
-    /// What the sweep of the k-th of so many rows needs, and the past of its last segments. `first`: as above.
+    /// What the sweep of the k-th of so many rows needs, and the past of its last segments. `first`: as
+    /// above.
     #[inline(always)]
     pub fn row<'a>(&'a mut self, layout: &Layout, (k, rows, first): (usize, usize, usize)) -> (ViscousRow<'a>, Last) {
         let chunks = layout.chunks;
@@ -67,7 +68,8 @@ impl ViscousRows<'_> {
         (ViscousRow { past, above }, last)
     }
 
-    /// What the last segments of the k-th row, a mirrored one, have taken since this was their past, over 1/4 l^2.
+    /// What the last segments of the k-th row, a mirrored one, have taken since this was their past, over 1/4
+    /// l^2.
     #[inline(never)]
     pub fn taken_of_last(&mut self, layout: &Layout, k: usize, before: &Last) -> [f64; 2] {
         // It was that of a node beside the plane.

@@ -36,7 +36,8 @@ impl<'t> Terms<'t> {
         }
     }
 
-    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
+    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is
+    /// drawn.
     pub fn yarn_row<'y>(
         &self,
         yarn: &'y [Chunk<YARN_PLANES>],
