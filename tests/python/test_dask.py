@@ -1,5 +1,6 @@
 """Ensembles on a Dask cluster: a real scheduler and workers on this machine, some of which are killed."""
 
+import contextlib
 import hashlib
 import os
 import pathlib
@@ -8,10 +9,10 @@ import shutil
 import socket
 import subprocess
 import sys
-import unittest
 
 import fabric_kernel as fk
-from commands import InFolder, wait_for
+import pytest
+from commands import wait_for
 from fabric_kernel import _kernel
 from fabric_kernel.ensembles import kept
 from test_ensembles import FORTY as SCENES
@@ -21,9 +22,11 @@ from test_ensembles import forty, lines
 ONE = ["--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "60"]
 
 
-class Dask(InFolder):
-    def setUp(self):
-        super().setUp()
+class Cluster:
+    """A scheduler and two workers; `processes` ends them."""
+
+    def __init__(self, folder, processes):
+        self.folder, self.processes = folder, processes
         self.keep = self.folder / "runs.jsonl"
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
@@ -39,8 +42,8 @@ class Dask(InFolder):
                 stderr=log,
                 env=os.environ | {"PYTHONPATH": path},
             )
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
+        self.processes.callback(process.wait)
+        self.processes.callback(process.kill)
         return process
 
     def ensemble_in_the_background(self):
@@ -48,34 +51,6 @@ class Dask(InFolder):
         script = self.folder / "call.py"
         script.write_text(CALL)
         return subprocess.Popen([sys.executable, script, self.address, self.keep], stderr=subprocess.PIPE, text=True)
-
-    def test_a_worker_that_is_killed_loses_nothing(self):
-        call = self.ensemble_in_the_background()
-        wait_for(lambda: lines(self.keep) >= 5)
-        self.workers[0].kill()
-        self.assertLess(lines(self.keep), len(SCENES))
-        _, said = call.communicate(timeout=120)
-        self.assertEqual(call.returncode, 0, said)
-        self.assertEqual(lines(self.keep), len(SCENES))
-        self.assertTrue(fk.ensemble(SCENES, keep=self.keep).equals(forty()))
-        # A client of the caller's own, and tasks of several runs.
-        from distributed import Client
-
-        with Client(self.address) as client:
-            self.assertTrue(fk.ensemble(SCENES, on=client, batch=7).equals(forty()))
-
-    def test_a_scheduler_that_is_lost(self):
-        call = self.ensemble_in_the_background()
-        wait_for(lambda: lines(self.keep) >= 5)
-        self.scheduler.kill()
-        _, said = call.communicate(timeout=120)
-        self.assertEqual(call.returncode, 1, said)
-        left = lines(self.keep)
-        self.assertLess(left, len(SCENES))
-        self.assertIn(f"ClusterLost: the scheduler {self.address} is lost after {left} of 40 runs; they are in {self.keep}", said)
-        table = fk.ensemble(SCENES, keep=self.keep)
-        self.assertEqual(lines(self.keep), len(SCENES))
-        self.assertTrue(table.equals(forty()))
 
     def with_another_build(self):
         """A worker whose library differs by a byte."""
@@ -95,53 +70,91 @@ class Dask(InFolder):
         from distributed import Client
 
         client = Client(self.address)
-        self.addCleanup(client.close)
+        self.processes.callback(client.close)
         client.wait_for_workers(count, timeout=60)
         return client
 
-    def test_a_worker_of_another_build_is_refused_by_its_address(self):
-        for worker in self.workers:
-            worker.kill()
-            worker.wait()
-        _, build = self.with_another_build()
-        client = self.workers_of(1)
-        with self.assertRaisesRegex(
-            RuntimeError, f"the worker tcp://.* has another build of fabric_kernel: its library is {build[:16]}"
-        ):
-            fk.ensemble(SCENES, on=client, keep=self.keep)
-        self.assertEqual(lines(self.keep), 0)
 
-    def test_a_worker_of_another_build_that_comes_later_is_refused_in_its_first_task(self):
-        call = self.ensemble_in_the_background()
-        wait_for(lambda: lines(self.keep) >= 2)
-        _, build = self.with_another_build()
-        _, said = call.communicate(timeout=120)
-        if call.returncode == 0:
-            self.skipTest("the others were done before it came")
-        self.assertIn(f"has another build of fabric_kernel: its library is {build[:16]}", said)
-        self.assertIn(f"the worker on {platform.node()}", said)
-        # What was kept came from the others.
-        rows = dict(kept(self.keep))
-        table = forty().set_index("key")
-        self.assertGreater(len(rows), 0)
-        for key, row in rows.items():
-            self.assertEqual(row["digest"], table.loc[key, "digest"])
-
-    def test_a_refused_scene_is_refused_here(self):
-        bad = SCENES[0].replace({"projectile.mass": -1.0})
-        with self.assertRaises(fk.Refused) as refused:
-            fk.ensemble([*SCENES[:3], bad], on=self.address)
-        self.assertEqual(refused.exception.field, "projectile.mass")
+@pytest.fixture
+def cluster(tmp_path):
+    with contextlib.ExitStack() as processes:
+        yield Cluster(tmp_path, processes)
 
 
-class NoScheduler(unittest.TestCase):
-    def test_no_scheduler_at_the_address(self):
-        import dask
+def test_a_worker_that_is_killed_loses_nothing(cluster):
+    call = cluster.ensemble_in_the_background()
+    wait_for(lambda: lines(cluster.keep) >= 5)
+    cluster.workers[0].kill()
+    assert lines(cluster.keep) < len(SCENES)
+    _, said = call.communicate(timeout=120)
+    assert call.returncode == 0, said
+    assert lines(cluster.keep) == len(SCENES)
+    assert fk.ensemble(SCENES, keep=cluster.keep).equals(forty())
+    # A client of the caller's own, and tasks of several runs.
+    from distributed import Client
 
-        nobody = "there is no scheduler at tcp://127.0.0.1:1 after 0 of 40 runs"
-        impatient = dask.config.set({"distributed.comm.timeouts.connect": "1s"})
-        with impatient, self.assertRaisesRegex(fk.ClusterLost, nobody):
-            fk.ensemble(SCENES, on="tcp://127.0.0.1:1")
+    with Client(cluster.address) as client:
+        assert fk.ensemble(SCENES, on=client, batch=7).equals(forty())
+
+
+def test_a_scheduler_that_is_lost(cluster):
+    call = cluster.ensemble_in_the_background()
+    wait_for(lambda: lines(cluster.keep) >= 5)
+    cluster.scheduler.kill()
+    _, said = call.communicate(timeout=120)
+    assert call.returncode == 1, said
+    left = lines(cluster.keep)
+    assert left < len(SCENES)
+    assert f"ClusterLost: the scheduler {cluster.address} is lost after {left} of 40 runs; they are in {cluster.keep}" in said
+    table = fk.ensemble(SCENES, keep=cluster.keep)
+    assert lines(cluster.keep) == len(SCENES)
+    assert table.equals(forty())
+
+
+def test_a_worker_of_another_build_is_refused_by_its_address(cluster):
+    for worker in cluster.workers:
+        worker.kill()
+        worker.wait()
+    _, build = cluster.with_another_build()
+    client = cluster.workers_of(1)
+    with pytest.raises(
+        RuntimeError, match=f"the worker tcp://.* has another build of fabric_kernel: its library is {build[:16]}"
+    ):
+        fk.ensemble(SCENES, on=client, keep=cluster.keep)
+    assert lines(cluster.keep) == 0
+
+
+def test_a_worker_of_another_build_that_comes_later_is_refused_in_its_first_task(cluster):
+    call = cluster.ensemble_in_the_background()
+    wait_for(lambda: lines(cluster.keep) >= 2)
+    _, build = cluster.with_another_build()
+    _, said = call.communicate(timeout=120)
+    if call.returncode == 0:
+        pytest.skip("the others were done before it came")
+    assert f"has another build of fabric_kernel: its library is {build[:16]}" in said
+    assert f"the worker on {platform.node()}" in said
+    # What was kept came from the others.
+    rows = dict(kept(cluster.keep))
+    table = forty().set_index("key")
+    assert len(rows) > 0
+    for key, row in rows.items():
+        assert row["digest"] == table.loc[key, "digest"]
+
+
+def test_a_refused_scene_is_refused_here(cluster):
+    bad = SCENES[0].replace({"projectile.mass": -1.0})
+    with pytest.raises(fk.Refused) as refused:
+        fk.ensemble([*SCENES[:3], bad], on=cluster.address)
+    assert refused.value.field == "projectile.mass"
+
+
+def test_no_scheduler_at_the_address():
+    import dask
+
+    nobody = "there is no scheduler at tcp://127.0.0.1:1 after 0 of 40 runs"
+    impatient = dask.config.set({"distributed.comm.timeouts.connect": "1s"})
+    with impatient, pytest.raises(fk.ClusterLost, match=nobody):
+        fk.ensemble(SCENES, on="tcp://127.0.0.1:1")
 
 
 CALL = """

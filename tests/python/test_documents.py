@@ -4,8 +4,6 @@ import pathlib
 import re
 import subprocess
 import sys
-import tempfile
-import unittest
 
 TOP = pathlib.Path(__file__).parents[2]
 SOURCES = {".rs", ".py", ".h", ".hpp", ".c", ".ts"}
@@ -25,55 +23,53 @@ def anchors(page):
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings(page)}
 
 
-class Documents(unittest.TestCase):
-    def test_readme(self):
-        """The program and the command of the README print what it says; both are in a folder of their own."""
-        text = (TOP / "README.md").read_text()
-        blocks = re.findall(r"^```(?:python|sh)\n([^`]*)```\n\n```text\n([^`]*)```", text, re.MULTILINE)
-        self.assertEqual(len(blocks), 2)
-        for code, said in blocks:
-            with self.subTest(code), tempfile.TemporaryDirectory() as folder:
-                name, *options = code.split()
-                program = (
-                    ["-m", "fabric_kernel.program", options[0], TOP / options[1], "--out", folder]
-                    if name == "fabric"
-                    else ["-c", code]
-                )
-                done = subprocess.run([sys.executable, *program], cwd=folder, capture_output=True, text=True)
-                self.assertEqual(done.returncode, 0, done.stderr)
-                self.assertIn(said.strip(), done.stdout)
+def test_readme(tmp_path):
+    """The program and the command of the README print what it says; both are in a folder of their own."""
+    text = (TOP / "README.md").read_text()
+    blocks = re.findall(r"^```(?:python|sh)\n([^`]*)```\n\n```text\n([^`]*)```", text, re.MULTILINE)
+    assert len(blocks) == 2
+    for code, said in blocks:
+        name, *options = code.split()
+        program = (
+            ["-m", "fabric_kernel.program", options[0], TOP / options[1], "--out", tmp_path] if name == "fabric" else ["-c", code]
+        )
+        done = subprocess.run([sys.executable, *program], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert said.strip() in done.stdout
 
-    def test_programs(self):
-        for document, expected in [("README.md", 1), ("docs/python.md", 2)]:
-            blocks = re.findall(r"```python\n(.*?)```", (TOP / document).read_text(), re.DOTALL)
-            blocks = [block for block in blocks if "import fabric_kernel" in block]
-            self.assertEqual(len(blocks), expected)
-            for block in blocks:
-                with self.subTest(document), tempfile.TemporaryDirectory() as folder:
-                    script = pathlib.Path(folder) / "example.py"
-                    script.write_text(block)
-                    done = subprocess.run([sys.executable, script], cwd=folder, capture_output=True, text=True)
-                    self.assertEqual(done.returncode, 0, done.stderr)
-                    self.assertTrue(done.stdout)
 
-    def test_links(self):
-        """Each link of a page leads to a file, and to a heading of it."""
-        for page in (file for file in files() if file.suffix == ".md"):
-            for path, anchor in re.findall(r"\]\((?!\w+:)([^)#]*)#?([^)]*)\)", page.read_text()):
-                with self.subTest(page.relative_to(TOP), path=path, anchor=anchor):
-                    led = (page.parent / path).resolve() if path else page
-                    self.assertTrue(led.exists())
-                    self.assertTrue(not anchor or anchor in anchors(led))
+def test_programs(tmp_path):
+    for document, expected in [("README.md", 1), ("docs/python.md", 2)]:
+        blocks = re.findall(r"```python\n(.*?)```", (TOP / document).read_text(), re.DOTALL)
+        blocks = [block for block in blocks if "import fabric_kernel" in block]
+        assert len(blocks) == expected
+        for block in blocks:
+            script = tmp_path / "example.py"
+            script.write_text(block)
+            done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True)
+            assert done.returncode == 0, done.stderr
+            assert done.stdout
 
-    def test_mentions(self):
-        """Each page and section that a source names is there: docs/model.md, "The step"."""
-        for source in (file for file in files() if file.suffix in SOURCES):
-            for path, section in re.findall(r'(docs/\w+\.md)(?:, \\?"([^"\\]*))?', source.read_text()):
-                with self.subTest(source.relative_to(TOP), path=path, section=section):
-                    self.assertTrue((TOP / path).is_file() and (not section or section in headings(TOP / path)))
 
-    def test_pictures(self):
-        """Each picture is shown on a page."""
-        pages = "".join(file.read_text() for file in files() if file.suffix == ".md")
-        for picture in (TOP / "docs" / "images").iterdir():
-            self.assertTrue(f"images/{picture.name}" in pages, picture.name)
+def test_links():
+    """Each link of a page leads to a file, and to a heading of it."""
+    for page in (file for file in files() if file.suffix == ".md"):
+        for path, anchor in re.findall(r"\]\((?!\w+:)([^)#]*)#?([^)]*)\)", page.read_text()):
+            led = (page.parent / path).resolve() if path else page
+            assert led.exists(), (page, path)
+            assert not anchor or anchor in anchors(led), (page, path, anchor)
+
+
+def test_mentions():
+    """Each page and section that a source names is there: docs/model.md, "The step"."""
+    for source in (file for file in files() if file.suffix in SOURCES):
+        for path, section in re.findall(r'(docs/\w+\.md)(?:, \\?"([^"\\]*))?', source.read_text()):
+            assert (TOP / path).is_file(), (source, path)
+            assert not section or section in headings(TOP / path), (source, path, section)
+
+
+def test_pictures():
+    """Each picture is shown on a page."""
+    pages = "".join(file.read_text() for file in files() if file.suffix == ".md")
+    for picture in (TOP / "docs" / "images").iterdir():
+        assert f"images/{picture.name}" in pages, picture.name

@@ -4,8 +4,8 @@ import pathlib
 import pickle
 import re
 import tomllib
-import unittest
 
+import pytest
 from fabric_kernel import Scene, Simulation
 from fabric_kernel.about import cautions
 from fabric_kernel.model_error import model_error
@@ -14,127 +14,121 @@ from fabric_kernel.oneply import MARGIN, reference, windowing
 TOP = pathlib.Path(__file__).parents[2]
 
 
-class OnePly(unittest.TestCase):
-    def ply(self, radius=2.778e-3, friction=0.0, weave=None, **more):
-        body = {"radius": radius, "mass": 6.9e-4, "position": [0, 0, -radius], "velocity": [0, 0, 100]}
-        return Scene(
-            "sheet_3in_sphere",
-            fabric={"name": "kevlar_km2_s706"} | (weave or {}),
-            projectile=body,
-            contact={"friction": friction},
-            **more,
-        )
+def ply(radius=2.778e-3, friction=0.0, weave=None, **more):
+    body = {"radius": radius, "mass": 6.9e-4, "position": [0, 0, -radius], "velocity": [0, 0, 100]}
+    return Scene(
+        "sheet_3in_sphere",
+        fabric={"name": "kevlar_km2_s706"} | (weave or {}),
+        projectile=body,
+        contact={"friction": friction},
+        **more,
+    )
 
-    def points(self):
-        """(mu, mu_s, radius over that of the sphere, width, whether a window opened) of every hit on a window in the table."""
-        found = set()
-        for line in (TOP / "docs/tables/oneply.md").read_text().splitlines():
-            cells = [cell.strip() for cell in line.split("|")]
-            # Single hits: how many yarns broke, and the residual.
-            if (
-                len(cells) == 9
-                and re.fullmatch(r"\d+.*", cells[6])
-                and "." not in cells[6]
-                and re.fullmatch(r"\d+\.\d\d", cells[7])
-            ):
-                found.add((*map(float, cells[1:4]), "102", "window" in cells[6]))
-            if len(cells) < 8 or cells[2] != "window" or cells[4] != "3":
-                continue
-            numbers = re.fullmatch(r"mu ([\d.]+), mu_s ([\d.]+), radius ([\d.]+)", cells[3])
-            same = re.fullmatch(r"mu = mu_s = ([\d.]+)", cells[3])
-            if numbers or same:
-                mu, body, radius = map(float, numbers.groups() if numbers else (same[1], same[1], "1"))
-                found.add((mu, body, radius, cells[1], "window" in cells[6]))
-        return found
 
-    def test_no_window_opened_with_enough_more_than_the_friction_that_is_needed(self):
-        below, above, between = [], [], []
-        for mu, body, radius, _, opened in self.points():
-            found = windowing(self.ply(2.778e-3 * radius, body, {"friction": mu, "thickness": 0.23e-3}))
-            side = found.there[0] / found.needed
-            (above if side >= MARGIN else between if side >= 1.0 else below).append(opened)
-        self.assertGreaterEqual(min(len(below), len(above)), 8)
-        self.assertFalse(any(above))
-        self.assertTrue(any(between))
-        # Below it yarns may break first, but in most points a window opens.
-        self.assertGreater(below.count(True), below.count(False))
+def points():
+    """(mu, mu_s, radius over that of the sphere, width, whether a window opened) of every hit on a window in the table."""
+    found = set()
+    for line in (TOP / "docs/tables/oneply.md").read_text().splitlines():
+        cells = [cell.strip() for cell in line.split("|")]
+        # Single hits: how many yarns broke, and the residual.
+        if len(cells) == 9 and re.fullmatch(r"\d+.*", cells[6]) and "." not in cells[6] and re.fullmatch(r"\d+\.\d\d", cells[7]):
+            found.add((*map(float, cells[1:4]), "102", "window" in cells[6]))
+        if len(cells) < 8 or cells[2] != "window" or cells[4] != "3":
+            continue
+        numbers = re.fullmatch(r"mu ([\d.]+), mu_s ([\d.]+), radius ([\d.]+)", cells[3])
+        same = re.fullmatch(r"mu = mu_s = ([\d.]+)", cells[3])
+        if numbers or same:
+            mu, body, radius = map(float, numbers.groups() if numbers else (same[1], same[1], "1"))
+            found.add((mu, body, radius, cells[1], "window" in cells[6]))
+    return found
 
-    def test_the_report_names_the_widths_of_the_points(self):
-        self.assertEqual(sorted({float(width) for _, _, _, width, _ in self.points()}), sorted(reference()["criterion_width_mm"]))
 
-    def test_the_numbers_are_those_of_the_table(self):
-        lines = (TOP / "docs/tables/oneply.md").read_text().splitlines()
-        file = tomllib.loads((TOP / "python/fabric_kernel/comparisons.toml").read_text())["reference"]
-        self.assertGreaterEqual(len(file["case"]), 8)
-        for case in file["case"]:
-            start = f"| {case['width_mm']} | {case['place']} |"
-            for name, value in (
-                (f"network, flat, mu_s = {case['friction']}", case["network"]),
-                (f"mu = mu_s = {case['friction']}", case["resolved"]),
-            ):
-                self.assertTrue(
-                    any(line.startswith(f"{start} {name} |") and f"| {value} |" in line for line in lines), (case, name)
-                )
+def test_no_window_opened_with_enough_more_than_the_friction_that_is_needed():
+    below, above, between = [], [], []
+    for mu, body, radius, _, opened in points():
+        found = windowing(ply(2.778e-3 * radius, body, {"friction": mu, "thickness": 0.23e-3}))
+        side = found.there[0] / found.needed
+        (above if side >= MARGIN else between if side >= 1.0 else below).append(opened)
+    assert min(len(below), len(above)) >= 8
+    assert not any(above)
+    assert any(between)
+    # Below it yarns may break first, but in most points a window opens.
+    assert below.count(True) > below.count(False)
 
-    def test_needed_and_there_by_hand(self):
-        found = windowing(self.ply(friction=0.1, weave={"friction": 0.1, "thickness": "0.2 mm"}))
-        self.assertAlmostEqual(found.needed, 0.5 * 0.0254 / 34 / (2.778e-3 + 0.05e-3), places=12)
-        self.assertAlmostEqual(found.there[0], 0.2)
-        self.assertIn(
-            "should stay together under the projectile: the coefficients of friction between yarns and on the projectile are "
-            "together 0.2, and the criterion asks for 0.13",
-            found.sentence(),
-        )
-        self.assertIn("is likely to part the yarns", windowing(self.ply(weave={"friction": 0.1})).sentence())
-        unknown = windowing(self.ply())
-        self.assertEqual(unknown.there, (0.1, 0.3))
-        self.assertIn("may part the yarns and pass", unknown.sentence())
-        self.assertIn(
-            "at a velocity far below this limit: the coefficients of friction between yarns and on the projectile are together "
-            "0.1 to 0.3, and the criterion asks for 0.13",
-            unknown.sentence(),
-        )
-        coarse = windowing(self.ply(sheet={"yarns_per_bar": 3}))
-        self.assertAlmostEqual(coarse.needed, unknown.needed, places=12)
-        self.assertIsNone(windowing(self.ply(stack={"plies": 2, "gap": 1e-4})))
 
-    def test_what_is_out_of_range_is_named(self):
-        for key, value, told in (
-            ("friction", -0.1, " = -0.1: must be 0 to 2"),
-            ("thickness", 0.1, " = 0.1: must be"),
-            ("colour", 1.0, "`; there are"),
+def test_the_report_names_the_widths_of_the_points():
+    assert sorted({float(width) for _, _, _, width, _ in points()}) == sorted(reference()["criterion_width_mm"])
+
+
+def test_the_numbers_are_those_of_the_table():
+    lines = (TOP / "docs/tables/oneply.md").read_text().splitlines()
+    file = tomllib.loads((TOP / "python/fabric_kernel/comparisons.toml").read_text())["reference"]
+    assert len(file["case"]) >= 8
+    for case in file["case"]:
+        start = f"| {case['width_mm']} | {case['place']} |"
+        for name, value in (
+            (f"network, flat, mu_s = {case['friction']}", case["network"]),
+            (f"mu = mu_s = {case['friction']}", case["resolved"]),
         ):
-            with self.assertRaisesRegex(ValueError, f"fabric.{key}{told}"):
-                self.ply(weave={key: value})
+            assert any(line.startswith(f"{start} {name} |") and f"| {value} |" in line for line in lines), (case, name)
 
-    def test_a_scene_keeps_what_is_known_of_its_fabric(self):
-        spacing = {"spacing": 0.0254 / 34}
-        known = {"thickness": 2e-4, "width": 5e-4, "friction": 0.2}
-        scene = self.ply(weave=known)
-        for same in (
-            scene,
-            scene.replace({"contact.friction": 0.1}),
-            pickle.loads(pickle.dumps(scene)),
-            Scene.parse(scene.text()),
-        ):
-            self.assertEqual(same.weave(), known | spacing)
-        self.assertEqual((self.ply().weave(), Scene().weave()), (spacing, {}))
 
-    def test_crossings_slip_only_below_the_friction_that_holds_them(self):
-        simulation = Simulation(self.ply(), warns=False)
-        simulation.run("arrested", 300)
-        before = simulation.digest
-        few, many = simulation.slip(2.3e-4, 0.3), simulation.slip(2.3e-4, 0.0)
-        self.assertGreater(many["slipping"][2], few["slipping"][2])
-        self.assertEqual(few["crossings"][:2], (81, 317))
-        self.assertEqual(simulation.slip(2.3e-4, 0.0, adhesion=few["largest"])["slipping"], (0, 0, 0))
-        self.assertEqual(simulation.digest, before)
-        with self.assertRaisesRegex(ValueError, "thickness"):
-            simulation.slip(0.0, 0.1)
+def test_needed_and_there_by_hand():
+    found = windowing(ply(friction=0.1, weave={"friction": 0.1, "thickness": "0.2 mm"}))
+    assert found.needed == pytest.approx(0.5 * 0.0254 / 34 / (2.778e-3 + 0.05e-3), rel=0, abs=5e-13)
+    assert found.there[0] == pytest.approx(0.2, rel=0, abs=5e-8)
+    assert (
+        "should stay together under the projectile: the coefficients of friction between yarns and on the projectile are "
+        "together 0.2, and the criterion asks for 0.13" in found.sentence()
+    )
+    assert "is likely to part the yarns" in windowing(ply(weave={"friction": 0.1})).sentence()
+    unknown = windowing(ply())
+    assert unknown.there == (0.1, 0.3)
+    assert "may part the yarns and pass" in unknown.sentence()
+    assert (
+        "at a velocity far below this limit: the coefficients of friction between yarns and on the projectile are together "
+        "0.1 to 0.3, and the criterion asks for 0.13" in unknown.sentence()
+    )
+    coarse = windowing(ply(sheet={"yarns_per_bar": 3}))
+    assert coarse.needed == pytest.approx(unknown.needed, rel=0, abs=5e-13)
+    assert windowing(ply(stack={"plies": 2, "gap": 0.0001})) is None
 
-    def test_a_report_says_it(self):
-        self.assertTrue(any("part the yarns" in line for line in cautions(self.ply())))
-        self.assertFalse(any("part the yarns" in line for line in cautions(self.ply(friction=0.2))))
-        self.assertRegex(
-            model_error(self.ply()).sentence(100.0, 110.0), r"no test of one ply is available.*the limit is off by [-+]\d+ to"
-        )
+
+def test_what_is_out_of_range_is_named():
+    for key, value, told in (
+        ("friction", -0.1, " = -0.1: must be 0 to 2"),
+        ("thickness", 0.1, " = 0.1: must be"),
+        ("colour", 1.0, "`; there are"),
+    ):
+        with pytest.raises(ValueError, match=f"fabric.{key}{told}"):
+            ply(weave={key: value})
+
+
+def test_a_scene_keeps_what_is_known_of_its_fabric():
+    spacing = {"spacing": 0.0254 / 34}
+    known = {"thickness": 2e-4, "width": 5e-4, "friction": 0.2}
+    scene = ply(weave=known)
+    for same in (scene, scene.replace({"contact.friction": 0.1}), pickle.loads(pickle.dumps(scene)), Scene.parse(scene.text())):
+        assert same.weave() == known | spacing
+    assert (ply().weave(), Scene().weave()) == (spacing, {})
+
+
+def test_crossings_slip_only_below_the_friction_that_holds_them():
+    simulation = Simulation(ply(), warns=False)
+    simulation.run("arrested", 300)
+    before = simulation.digest
+    few, many = simulation.slip(2.3e-4, 0.3), simulation.slip(2.3e-4, 0.0)
+    assert many["slipping"][2] > few["slipping"][2]
+    assert few["crossings"][:2] == (81, 317)
+    assert simulation.slip(0.00023, 0.0, adhesion=few["largest"])["slipping"] == (0, 0, 0)
+    assert simulation.digest == before
+    with pytest.raises(ValueError, match="thickness"):
+        simulation.slip(0.0, 0.1)
+
+
+def test_a_report_says_it():
+    assert any("part the yarns" in line for line in cautions(ply()))
+    assert not any("part the yarns" in line for line in cautions(ply(friction=0.2)))
+    assert re.search(
+        r"no test of one ply is available.*the limit is off by [-+]\d+ to", model_error(ply()).sentence(100.0, 110.0)
+    )

@@ -14,9 +14,9 @@ import subprocess
 import sys
 import tempfile
 import threading
-import unittest
 
 import fabric_kernel as fk
+import pytest
 from commands import wait_for
 from fabric_kernel.designs import Neyer
 from fabric_kernel.v50 import Shooter, v50
@@ -26,6 +26,7 @@ PROGRAMS = ("munged", "slurmctld", "slurmd", "scontrol", "scancel", "squeue", "s
 MISSING = [name for name in PROGRAMS if not shutil.which(name)] + (
     [] if importlib.util.find_spec("dask_jobqueue") else ["dask-jobqueue"]
 )
+pytestmark = pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")
 CONFIGURATION = """ClusterName=here
 SlurmctldHost={host}
 SlurmUser={user}
@@ -67,83 +68,87 @@ def jobs(node=None):
     return [number for number, *where in rows if node is None or where == [node]]
 
 
-@unittest.skipIf(MISSING, f"not installed: {', '.join(MISSING)}")
-class Slurm(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = pathlib.Path(folder.name)
-        cls.folder.chmod(0o755)
-        (cls.folder / "munge").mkdir(mode=0o755)
-        (cls.folder / "state").mkdir()
-        key, conf = cls.folder / "key", cls.folder / "slurm.conf"
-        key.write_bytes(os.urandom(1024))
-        key.chmod(0o400)
-        user = said("id", "--user", "--name").strip()
-        conf.write_text(
-            CONFIGURATION.format(host=socket.gethostname().split(".")[0], user=user, folder=cls.folder, ports=free_ports(3))
-        )
-        os.environ["SLURM_CONF"] = str(conf)
-        places = [f"--{name}={cls.folder}/munge/{name}" for name in ("socket", "pid-file", "log-file", "seed-file")]
-        daemons = [
-            ["munged", "--foreground", "--force", f"--key-file={key}", *places],
-            ["slurmctld", "-D"],
-            ["slurmd", "-D", "-N", "n1"],
-            ["slurmd", "-D", "-N", "n2"],
-        ]
-        for daemon in daemons:
-            process = subprocess.Popen(daemon, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            cls.addClassCleanup(process.wait)
-            cls.addClassCleanup(process.terminate)
-            if daemon[0] == "munged":
-                wait_for(lambda: (cls.folder / "munge/socket").exists())
-        idle = ["sinfo", "--noheader", "--format", "%A"]
-        wait_for(lambda: subprocess.run(idle, capture_output=True, text=True, check=False).stdout.strip() == "0/2")
+@pytest.fixture(scope="module")
+def folder():
+    """Where a controller and two nodes live."""
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name, contextlib.ExitStack() as processes:
+        folder = pathlib.Path(name)
+        nodes(folder, processes)
+        yield folder
 
-    def cluster(self):
-        from dask_jobqueue import SLURMCluster
 
-        folder = str(self.folder)
-        return SLURMCluster(
-            cores=1,
-            processes=1,
-            memory="1GB",
-            walltime="00:10:00",
-            interface="lo",
-            local_directory=folder,
-            log_directory=folder,
-            python=sys.executable,
-            scheduler_options={"dashboard_address": None},
-        )
+def nodes(folder, processes):
+    folder.chmod(0o755)
+    (folder / "munge").mkdir(mode=0o755)
+    (folder / "state").mkdir()
+    key, conf = folder / "key", folder / "slurm.conf"
+    key.write_bytes(os.urandom(1024))
+    key.chmod(0o400)
+    user = said("id", "--user", "--name").strip()
+    conf.write_text(CONFIGURATION.format(host=socket.gethostname().split(".")[0], user=user, folder=folder, ports=free_ports(3)))
+    os.environ["SLURM_CONF"] = str(conf)
+    places = [f"--{name}={folder}/munge/{name}" for name in ("socket", "pid-file", "log-file", "seed-file")]
+    daemons = [
+        ["munged", "--foreground", "--force", f"--key-file={key}", *places],
+        ["slurmctld", "-D"],
+        ["slurmd", "-D", "-N", "n1"],
+        ["slurmd", "-D", "-N", "n2"],
+    ]
+    for daemon in daemons:
+        process = subprocess.Popen(daemon, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        processes.callback(process.wait)
+        processes.callback(process.terminate)
+        if daemon[0] == "munged":
+            wait_for(lambda: (folder / "munge/socket").exists())
+    idle = ["sinfo", "--noheader", "--format", "%A"]
+    wait_for(lambda: subprocess.run(idle, capture_output=True, text=True, check=False).stdout.strip() == "0/2")
 
-    def test_a_cancelled_job_and_a_lost_node_lose_nothing(self):
-        keep, alone = self.folder / "runs.jsonl", fk.ensemble(SCENES, on=1, progress=False)
-        lines = lambda: len(keep.read_text().splitlines()) if keep.exists() else 0
-        with self.cluster() as cluster:
-            cluster.adapt(minimum_jobs=2, maximum_jobs=2, interval="500ms")
-            wait_for(lambda: len(jobs()) == 2)
-            answers = []
-            call = threading.Thread(target=lambda: answers.append(fk.ensemble(SCENES, on=cluster, keep=keep, progress=False)))
-            call.start()
-            wait_for(lambda: lines() >= 5)
-            said("scancel", jobs("n1")[0])
-            before = lines()
-            wait_for(lambda: lines() > before)
-            said("scontrol", "update", "nodename=n2", "state=down", "reason=test")
-            self.assertLess(lines(), len(SCENES))
-            call.join(120)
-            said("scontrol", "update", "nodename=n2", "state=resume")
-        print(f"\nSLURM: {lines()} rows of {len(SCENES)} runs, one job cancelled and one node down", end=" ", flush=True)
-        self.assertEqual(lines(), len(SCENES))
-        self.assertTrue(answers and answers[0].equals(alone), "the rows are those of one process")
 
-    def test_a_limit_is_a_task_for_each_scene(self):
-        from distributed import Client
+def slurm(folder):
+    from dask_jobqueue import SLURMCluster
 
-        def limit(scene):
-            return v50(Shooter(scene, seed=1), Neyer.bracketed(40.0), shots=6).fit.velocities
+    folder = str(folder)
+    return SLURMCluster(
+        cores=1,
+        processes=1,
+        memory="1GB",
+        walltime="00:10:00",
+        interface="lo",
+        local_directory=folder,
+        log_directory=folder,
+        python=sys.executable,
+        scheduler_options={"dashboard_address": None},
+    )
 
-        with self.cluster() as cluster, Client(cluster) as client:
-            cluster.scale(jobs=2)
-            self.assertEqual(client.gather(client.map(limit, SCENES[:2])), [limit(scene) for scene in SCENES[:2]])
+
+def test_a_cancelled_job_and_a_lost_node_lose_nothing(folder):
+    keep, alone = folder / "runs.jsonl", fk.ensemble(SCENES, on=1, progress=False)
+    lines = lambda: len(keep.read_text().splitlines()) if keep.exists() else 0
+    with slurm(folder) as cluster:
+        cluster.adapt(minimum_jobs=2, maximum_jobs=2, interval="500ms")
+        wait_for(lambda: len(jobs()) == 2)
+        answers = []
+        call = threading.Thread(target=lambda: answers.append(fk.ensemble(SCENES, on=cluster, keep=keep, progress=False)))
+        call.start()
+        wait_for(lambda: lines() >= 5)
+        said("scancel", jobs("n1")[0])
+        before = lines()
+        wait_for(lambda: lines() > before)
+        said("scontrol", "update", "nodename=n2", "state=down", "reason=test")
+        assert lines() < len(SCENES)
+        call.join(120)
+        said("scontrol", "update", "nodename=n2", "state=resume")
+    print(f"\nSLURM: {lines()} rows of {len(SCENES)} runs, one job cancelled and one node down", end=" ", flush=True)
+    assert lines() == len(SCENES)
+    assert answers and answers[0].equals(alone), "the rows are those of one process"
+
+
+def test_a_limit_is_a_task_for_each_scene(folder):
+    from distributed import Client
+
+    def limit(scene):
+        return v50(Shooter(scene, seed=1), Neyer.bracketed(40.0), shots=6).fit.velocities
+
+    with slurm(folder) as cluster, Client(cluster) as client:
+        cluster.scale(jobs=2)
+        assert client.gather(client.map(limit, SCENES[:2])) == [limit(scene) for scene in SCENES[:2]]

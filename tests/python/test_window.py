@@ -2,12 +2,11 @@
 
 import json
 import math
-import unittest
 from unittest import mock
 
 import numpy
 import scipy.stats
-from commands import InFolder
+from commands import called
 from fabric_kernel import Scene, designs, fragments, residual, runs, sensitivity, window
 from fabric_kernel import v50 as limits
 from fabric_kernel.v50 import v50
@@ -25,112 +24,117 @@ def invented(low, high, share, deviation, seed=1):
 NEYER = designs.Neyer(400.0, 600.0, 20.0)
 
 
-class Invented(unittest.TestCase):
-    def test_a_window_leaves_no_limit(self):
-        test = v50(invented(330.0, 390.0, 1.0, 10.0), NEYER, 20, tests=0)
-        first = test.answer()[0]
-        self.assertTrue(first.startswith("No single limit"), first)
-        through = [shot.velocity for shot in test.below if not shot.stopped]
-        self.assertIn(f"slowest shot that went through had {min(through):.4g} m/s", first)
-        self.assertEqual(test.window.stopped, max(shot.velocity for shot in test.below if shot.velocity < min(through)))
-        self.assertTrue(math.isnan(test.fit.mu) and math.isnan(test.average.value) and math.isnan(test.residual.limit))
-        self.assertNotIn("V50 4", test.text())
-        self.assertEqual(test.plain()["window"]["lowest"], min(through))
-        self.assertIsNone(test.plain()["fit"]["mu"])
-
-    def test_how_often_a_window_is_found_and_one_is_imagined(self):
-        tests, found = 25, {}
-        for name, (low, high, share, deviation) in {
-            "wide": (330.0, 390.0, 1.0, 10.0),
-            "half": (250.0, 352.0, 0.5, 10.0),
-            "narrow": (340.0, 345.0, 1.0, 10.0),
-            "none": (0.0, 0.0, 0.0, 10.0),
-            "scatter": (0.0, 0.0, 0.0, 40.0),
-        }.items():
-            found[name] = sum(
-                v50(invented(low, high, share, deviation, seed), NEYER, 20, tests=0).window is not None for seed in range(tests)
-            )
-        self.assertEqual(found["wide"], tests)
-        self.assertGreaterEqual(found["half"], scipy.stats.binom.ppf(0.001, tests, 0.95))
-        self.assertLess(found["narrow"], tests)
-        self.assertLessEqual(max(found["none"], found["scatter"]), scipy.stats.binom.ppf(0.999, tests, 0.02))
-
-    def test_the_ladder_has_as_many_shots_as_the_confidence_needs(self):
-        v, y = numpy.array([480.0, 500.0]).repeat(10), numpy.array([False, True]).repeat(10)
-        for confidence, count in ((0.9, 12), (0.95, 15), (0.999, 30)):
-            rungs = window.ladder(v, y, confidence)
-            self.assertEqual(len(rungs), count)
-            self.assertLessEqual(0.5 ** (count // 3), 1.0 - confidence + 1e-12)
-            self.assertTrue(0.25 * 480 < rungs[0] < 0.35 * 480 and 0.9 * 480 < rungs[-1] < 480.0, rungs)
-        self.assertIn("missed only if it is narrower than that. One of", window.looked_at(rungs, [False] * 30, 0.95)[1])
-        # Nothing is asked where no shot was stopped; where all were, the slowest counts.
-        self.assertEqual(len(window.ladder(v, [True] * 20, 0.95)), 0)
-        self.assertLess(window.ladder(v, [False] * 20, 0.95)[-1], 480.0)
-
-    def test_one_shot_that_scatters_is_a_doubt_and_no_window(self):
-        doubt, _note = window.looked_at([300.0, 400.0, 450.0], [False, False, True], 0.95)
-        self.assertIn("1 of 3 shots below the estimate of V01 went through, the slowest with 450 m/s", doubt)
-        self.assertIsNone(window.window([480.0, 500.0, 520.0, 470.0] * 4, [False, True, True, True] * 4, [440.0], [False]))
-
-    def test_a_crossing_with_a_window_below_has_no_limit(self):
-        scene = Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31})
-        for low, high in ((0.0, 0.0), (40.0, 60.0)):
-            with mock.patch(
-                "fabric_kernel.sensitivity.flown",
-                lambda one, *_: {"steps": 1, "stopped": not ((v := one["projectile.velocity"][2]) > 100.0 or low < v < high)},
-            ):
-                found, _, lowest = sensitivity.limit_of([scene, 0, 1, 110.0, None, 100, (0.0, 0.0)])
-            self.assertEqual((found is None, lowest is None), (low > 0.0, low == 0.0))
-        change = sensitivity.Change("crimp", "crimp: 1 % more", *sensitivity.interval([]), 0, lowest or 50.0)
-        found = sensitivity.Sensitivity(100.0, (change,), ())
-        self.assertIn("window at", found.rows()[0][1])
-        self.assertTrue(found.sentence().startswith("No single limit"))
+def test_a_window_leaves_no_limit():
+    test = v50(invented(330.0, 390.0, 1.0, 10.0), NEYER, 20, tests=0)
+    first = test.answer()[0]
+    assert first.startswith("No single limit"), first
+    through = [shot.velocity for shot in test.below if not shot.stopped]
+    assert f"slowest shot that went through had {min(through):.4g} m/s" in first
+    assert test.window.stopped == max(shot.velocity for shot in test.below if shot.velocity < min(through))
+    assert math.isnan(test.fit.mu)
+    assert math.isnan(test.average.value)
+    assert math.isnan(test.residual.limit)
+    assert "V50 4" not in test.text()
+    assert test.plain()["window"]["lowest"] == min(through)
+    assert test.plain()["fit"]["mu"] is None
 
 
-class Commands(InFolder):
-    def test_reports_begin_with_it_and_the_exit_status_says_it(self):
-        through = lambda velocity: velocity > 100.0 or 50.0 < velocity < 65.0
-        scene = Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}, projectile={"velocity": [0.0, 0.0, 95.0]})
+def test_how_often_a_window_is_found_and_one_is_imagined():
+    tests, found = 25, {}
+    for name, (low, high, share, deviation) in {
+        "wide": (330.0, 390.0, 1.0, 10.0),
+        "half": (250.0, 352.0, 0.5, 10.0),
+        "narrow": (340.0, 345.0, 1.0, 10.0),
+        "none": (0.0, 0.0, 0.0, 10.0),
+        "scatter": (0.0, 0.0, 0.0, 40.0),
+    }.items():
+        found[name] = sum(
+            v50(invented(low, high, share, deviation, seed), NEYER, 20, tests=0).window is not None for seed in range(tests)
+        )
+    assert found["wide"] == tests
+    assert found["half"] >= scipy.stats.binom.ppf(0.001, tests, 0.95)
+    assert found["narrow"] < tests
+    assert max(found["none"], found["scatter"]) <= scipy.stats.binom.ppf(0.999, tests, 0.02)
 
-        def flown(one, *_):
-            v = one["projectile.velocity"][2]
-            row = dict.fromkeys(("unconverged", "beyond_fine", "viscous", "energy_residual"), 0.0) | {
-                "outcome": "exited",
-                "failure": None,
-                "steps": 9,
-            }
-            return row | {
-                "stopped": not through(v),
-                "speed": 0.5 * v,
-                "initial_kinetic": 1.0,
-                "absorbed": 1.0,
-                "failed_segments": 10,
-                "failed_near_held": 8,
-                "residual_kinetic": 0.1,
-            }
 
-        for module, main, words in (
-            (limits, limits.main, ["--low", "90", "--high", "110", "--deviation", "2", "--tests", "0"]),
-            (residual, residual.main, ["--velocities", *(str(v) for v in range(90, 130, 3))]),
-            (fragments, fragments.main, ["--velocities", "90", "95", "105", "110", "--shots", "4", "--on", "1"]),
+def test_the_ladder_has_as_many_shots_as_the_confidence_needs():
+    v, y = numpy.array([480.0, 500.0]).repeat(10), numpy.array([False, True]).repeat(10)
+    for confidence, count in ((0.9, 12), (0.95, 15), (0.999, 30)):
+        rungs = window.ladder(v, y, confidence)
+        assert len(rungs) == count
+        assert 0.5 ** (count // 3) <= 1.0 - confidence + 1e-12
+        assert 0.25 * 480 < rungs[0] < 0.35 * 480 and 0.9 * 480 < rungs[-1] < 480.0, rungs
+    assert "missed only if it is narrower than that. One of" in window.looked_at(rungs, [False] * 30, 0.95)[1]
+    # Nothing is asked where no shot was stopped; where all were, the slowest counts.
+    assert len(window.ladder(v, [True] * 20, 0.95)) == 0
+    assert window.ladder(v, [False] * 20, 0.95)[-1] < 480.0
+
+
+def test_one_shot_that_scatters_is_a_doubt_and_no_window():
+    doubt, _note = window.looked_at([300.0, 400.0, 450.0], [False, False, True], 0.95)
+    assert "1 of 3 shots below the estimate of V01 went through, the slowest with 450 m/s" in doubt
+    assert window.window([480.0, 500.0, 520.0, 470.0] * 4, [False, True, True, True] * 4, [440.0], [False]) is None
+
+
+def test_a_crossing_with_a_window_below_has_no_limit():
+    scene = Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31})
+    for low, high in ((0.0, 0.0), (40.0, 60.0)):
+        with mock.patch(
+            "fabric_kernel.sensitivity.flown",
+            lambda one, *_: {"steps": 1, "stopped": not ((v := one["projectile.velocity"][2]) > 100.0 or low < v < high)},
         ):
-            with mock.patch("fabric_kernel.v50.flown", flown), mock.patch("fabric_kernel.ensembles.flown", flown):
-                said, errors, code = self.ran(main, scene, *words, out=module.__name__)
-            self.assertEqual(code, window.STATUS, errors)
-            page = (self.folder / module.__name__ / "report.html").read_text()
-            first = page.split('class="answer"><p>')[1].split("</p>")[0]
-            self.assertIn("No single limit", first)
-            self.assertIn("No single limit", said)
-            self.assertIn("Assumed of the attachments", page.split("<details>")[0])
-            if module is not fragments:
-                self.assertIn("Yarns broke at the clamps first: 80", first.replace("\u00a0", " "))
-        test = json.loads((self.folder / "fabric_kernel.v50/test.json").read_text())
-        self.assertTrue(50.0 < test["window"]["lowest"] < 65.0)
-        self.assertIsNone(test["fit"]["mu"])
+            found, _, lowest = sensitivity.limit_of([scene, 0, 1, 110.0, None, 100, (0.0, 0.0)])
+        assert (found is None, lowest is None) == (low > 0.0, low == 0.0)
+    change = sensitivity.Change("crimp", "crimp: 1 % more", *sensitivity.interval([]), 0, lowest or 50.0)
+    found = sensitivity.Sensitivity(100.0, (change,), ())
+    assert "window at" in found.rows()[0][1]
+    assert found.sentence().startswith("No single limit")
 
-    def test_segments_that_failed_near_held_nodes_are_counted(self):
-        # Pulled at 450 m/s the yarns of this aramid break at the clamps alone; under a slow heavy sphere they do not.
-        aramid = Scene.parse("""preset = "sheet_3in_sphere"
+
+def test_reports_begin_with_it_and_the_exit_status_says_it(tmp_path):
+    through = lambda velocity: velocity > 100.0 or 50.0 < velocity < 65.0
+    scene = Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}, projectile={"velocity": [0.0, 0.0, 95.0]})
+
+    def flown(one, *_):
+        v = one["projectile.velocity"][2]
+        row = dict.fromkeys(("unconverged", "beyond_fine", "viscous", "energy_residual"), 0.0) | {
+            "outcome": "exited",
+            "failure": None,
+            "steps": 9,
+        }
+        return row | {
+            "stopped": not through(v),
+            "speed": 0.5 * v,
+            "initial_kinetic": 1.0,
+            "absorbed": 1.0,
+            "failed_segments": 10,
+            "failed_near_held": 8,
+            "residual_kinetic": 0.1,
+        }
+
+    for module, main, words in (
+        (limits, limits.main, ["--low", "90", "--high", "110", "--deviation", "2", "--tests", "0"]),
+        (residual, residual.main, ["--velocities", *(str(v) for v in range(90, 130, 3))]),
+        (fragments, fragments.main, ["--velocities", "90", "95", "105", "110", "--shots", "4", "--on", "1"]),
+    ):
+        with mock.patch("fabric_kernel.v50.flown", flown), mock.patch("fabric_kernel.ensembles.flown", flown):
+            said, errors, code = called(tmp_path, main, scene, *words, out=module.__name__)
+        assert code == window.STATUS, errors
+        page = (tmp_path / module.__name__ / "report.html").read_text()
+        first = page.split('class="answer"><p>')[1].split("</p>")[0]
+        assert "No single limit" in first
+        assert "No single limit" in said
+        assert "Assumed of the attachments" in page.split("<details>")[0]
+        if module is not fragments:
+            assert "Yarns broke at the clamps first: 80" in first.replace("\xa0", " ")
+    test = json.loads((tmp_path / "fabric_kernel.v50/test.json").read_text())
+    assert 50.0 < test["window"]["lowest"] < 65.0
+    assert test["fit"]["mu"] is None
+
+
+def test_segments_that_failed_near_held_nodes_are_counted():
+    # Pulled at 450 m/s the yarns of this aramid break at the clamps alone; under a slow heavy sphere they do not.
+    aramid = Scene.parse("""preset = "sheet_3in_sphere"
             fabric.linear_density = "930 dtex"
             fabric.count = "8.5 /cm"
             fabric.fibre_density = "1.44 g/cm3"
@@ -140,8 +144,8 @@ class Commands(InFolder):
             sheet = { width = "75 mm", plies = 8 }
             projectile = { shape = "cylinder", diameter = "5.46 mm", mass = "1.1 g", length = "5.98 mm" }
             aim.speed = "450 m/s" """)
-        row = runs.fly(aramid, until=runs.DECIDED)
-        self.assertGreater(row["failed_segments"], 0)
-        self.assertTrue(0 <= row["failed_near_held"] <= row["failed_segments"])
-        free = runs.fly(Scene("sheet_3in_sphere", sheet={"nodes_x": 61, "nodes_y": 61}), until=runs.DECIDED)
-        self.assertEqual(free["failed_near_held"] > 0.5 * free["failed_segments"], False)
+    row = runs.fly(aramid, until=runs.DECIDED)
+    assert row["failed_segments"] > 0
+    assert 0 <= row["failed_near_held"] <= row["failed_segments"]
+    free = runs.fly(Scene("sheet_3in_sphere", sheet={"nodes_x": 61, "nodes_y": 61}), until=runs.DECIDED)
+    assert not (free["failed_near_held"] > 0.5 * free["failed_segments"])

@@ -169,6 +169,23 @@ pub fn unit_tests(python: &Path, folder: &str) -> Outcome {
     if status.success() { Ok(()) } else { Err(format!("{tests:?} failed ({status})")) }
 }
 
+/// Runs the tests in a folder by pytest, on two processors; those that it skips are left out.
+pub fn py_tests(python: &Path, folder: &str) -> Outcome {
+    let mut tests = Command::new(python);
+    // What tests that pass have printed is shown, and why some were skipped.
+    tests.args(["-m", "pytest", "-q", "-n", "2", "-rsP", "-p", "no:cacheprovider", folder]).current_dir(top());
+    let mut child = tests.stdout(Stdio::piped()).spawn().map_err(|error| format!("cannot start {tests:?}: {error}"))?;
+    for line in child.stdout.take().into_iter().flat_map(|said| BufReader::new(said).lines()).map_while(Result::ok) {
+        println!("{line}");
+        let skipped = line.strip_prefix("SKIPPED ").and_then(|skipped| skipped.split_once(": "));
+        if let Some((place, why)) = skipped {
+            left_out(place.split(' ').next_back().unwrap_or_default(), why);
+        }
+    }
+    let status = child.wait().map_err(|error| error.to_string())?;
+    if status.success() { Ok(()) } else { Err(format!("{tests:?} failed ({status})")) }
+}
+
 /// The first program of a list that is here.
 pub fn first_found<'p>(programs: &[&'p str]) -> Option<&'p str> {
     programs.iter().copied().find(|program| answers(Command::new(program).arg("--version")))

@@ -3,7 +3,7 @@
 use crate::platforms::{compiler_for, own};
 use crate::targets::{TARGETS, Target};
 use crate::tools::{
-    self, Outcome, emptied, finish, output, pip, python_with, run as command, said, target, top, unit_tests,
+    self, Outcome, emptied, finish, output, pip, py_tests, python_with, run as command, said, target, top,
 };
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -99,7 +99,7 @@ pub fn test() -> Outcome {
     command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
     let python = venv.join("bin/python");
     pip(&python, &[&format!("{}[test]", wheel.display())])?;
-    unit_tests(&python, "tests/python")
+    py_tests(&python, "tests/python")
 }
 
 fn only_file(folder: &Path) -> Result<PathBuf, String> {
