@@ -55,7 +55,7 @@ def shot(job):
                 str(bracket),
                 str(shots),
                 f"{found.mu:.1f}",
-                found.intervals[0].text(),
+                str(found.intervals[0]),
                 f"{found.deviation:.1f}",
             ]
         )

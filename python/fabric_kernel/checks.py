@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import numpy
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
 
 
 def refuse(name: str, accepted: str, value: object) -> NoReturn:
@@ -14,7 +17,7 @@ def refuse(name: str, accepted: str, value: object) -> NoReturn:
     raise ValueError(f"{name}: must be {accepted}; it is {text if len(text) < 80 else text[:77] + '...'}")
 
 
-def numbers(name: str, values: Any, *, zero: bool = False, count: int | None = None) -> numpy.ndarray:
+def numbers(name: str, values: Any, *, zero: bool = False, count: int | None = None) -> Array:
     """A list of numbers, all finite and above 0, or 0 too; as many as `count` if that is given."""
     try:
         found = numpy.asarray(values, float)
@@ -52,7 +55,7 @@ def whole(name: str, value: Any, least: int) -> int:
 
 def confident(value: Any) -> float:
     """A confidence."""
-    if not isinstance(value, kinds.Real) or not 0.5 <= value < 1:
+    if not isinstance(value, kinds.Real) or not 0.5 <= float(value) < 1:
         refuse("confidence", "from 0.5 to below 1", value)
     return float(value)
 

@@ -18,12 +18,14 @@ V. R. Joseph, Biometrika 91 (2004) 461.
 """
 
 import math
+from typing import Any
 
 import numpy
 import scipy.special
 
 from . import checks
-from .likelihood import LARGEST, LINKS, ends, information, maximum
+from .checks import Array
+from .likelihood import LARGEST, LINKS, Link, ends, information, maximum
 
 # Where the next shot may lie, in units of sigma from mu.
 GRID = numpy.linspace(-3.0, 3.0, 241)
@@ -35,7 +37,7 @@ DEVIATION = 0.05
 """Guess of the standard deviation of single limits over V50, where none is given."""
 
 
-def most_informative(velocities, mu, sigma, link):
+def most_informative(velocities: Array, mu: Array, sigma: Any, link: Link) -> Array:
     """The velocity that makes the determinant of Fisher's information largest, to sigma/40."""
     z = (velocities - mu[:, None]) / sigma[:, None]
     aa, ab, bb = information(z, z, link)[:3]
@@ -47,10 +49,10 @@ def most_informative(velocities, mu, sigma, link):
 class Refined:
     """The same at the maximum of the likelihood, which is kept within the range of the shots."""
 
-    def __init__(self, tests, link):
+    def __init__(self, tests: int, link: Any) -> None:
         self.link, self.mu, self.sigma = link, numpy.full(tests, numpy.nan), numpy.zeros(tests)
 
-    def next(self, velocities, through, rows):
+    def next(self, velocities: Array, through: Array, rows: Any) -> Array:
         velocities, through = velocities[rows], through[rows]
         slowest, fastest = velocities.min(axis=-1), velocities.max(axis=-1)
         mu, sigma, _ = maximum(velocities, through, self.link, (self.mu[rows], self.sigma[rows]))
@@ -65,13 +67,15 @@ class Refined:
 class Guess:
     """V50 lies probably between low and high, and the standard deviation of single limits is about sigma, m/s."""
 
-    first = None
+    name: str
+    known: bool
+    first: float | None = None
     """First velocity of a bracket, m/s; None with a guess."""
     largest = math.inf
     """Largest standard deviation of single limits over V50; limited with a bracket, whose factors suppose that no limit is
     negative."""
 
-    def __init__(self, low, high, sigma, link="probit"):
+    def __init__(self, low: float, high: float, sigma: Any, link: Any = "probit") -> None:
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
             raise ValueError("low, high: low must be below high")
         if not (sigma > 0 and math.isfinite(sigma)):
@@ -80,7 +84,7 @@ class Guess:
         self.centre, self.scale = 0.5 * (self.low + self.high), self.sigma
 
     @classmethod
-    def bracketed(cls, first, sigma=None, link="probit", **options):
+    def bracketed(cls, first: Any, sigma: Any = None, link: str = "probit", **options: Any) -> Any:
         """The design without a guess of V50: it brackets from this velocity, m/s. sigma: None: DEVIATION of the middle of the
         bracket."""
         if not (first > 0 and math.isfinite(first)):
@@ -91,24 +95,33 @@ class Guess:
         design.first, design.known, design.largest = float(first), sigma is not None, LARGEST
         return design
 
-    def words(self):
+    def words(self) -> str:
         if self.first is None:
             return f"{self.name}, V50 guessed between {self.low:g} and {self.high:g} m/s, standard deviation {self.sigma:g} m/s"
         guess = f"{self.sigma:g} m/s" if self.known else f"{100 * DEVIATION:g} % of the middle of the bracket"
         steps = f"steps by a factor of {FACTOR:g} from {self.first:g} m/s until both results had come"
         return f"{steps}, then {self.name}, standard deviation guessed as {guess}"
 
-    def start(self, tests):
+    @property
+    def opening(self) -> Any:
+        """The first velocity."""
+        raise NotImplementedError
+
+    def choose(self, velocities: Array, through: Array) -> Array:
+        """The next velocity of each test."""
+        raise NotImplementedError
+
+    def start(self, tests: int) -> None:
         self.guess = numpy.full(tests, self.sigma)
         self.open = numpy.full(tests, self.first is not None and not self.known)
         self.refined = Refined(tests, self.link)
 
-    def next(self, velocities, through):
+    def next(self, velocities: Array, through: Array) -> Array:
         if not velocities.shape[1]:
             return numpy.full(len(velocities), self.opening)
         return numpy.maximum(self.choose(velocities, through), 0.5 * velocities.min(axis=-1))
 
-    def widened(self, velocities, through, up, down):
+    def widened(self, velocities: Array, through: Array, up: Any, down: Any) -> Any:
         """The next velocity of each test, NaN where both results have come. up, down: as far as the design goes with its
         guess."""
         hits, shots = through.sum(axis=-1), velocities.shape[1]
@@ -120,7 +133,7 @@ class Guess:
             self.open &= ~closed
         return numpy.where(hits == 0, up, numpy.where(hits == shots, down, numpy.nan))
 
-    def middle(self, velocities, through):
+    def middle(self, velocities: Array, through: Array) -> Any:
         """About where the fabric's mu lies, and a unit for its sigma, m/s, for the calibration of one test."""
         if self.first is None or through.all() or not through.any():
             return self.centre, self.scale
@@ -132,10 +145,10 @@ class Neyer(Guess):
     name = "Neyer's D-optimal design"
 
     @property
-    def opening(self):
+    def opening(self) -> Any:
         return self.centre
 
-    def choose(self, velocities, through):
+    def choose(self, velocities: Array, through: Array) -> Array:
         slowest, fastest = velocities.min(axis=-1), velocities.max(axis=-1)
         sigma = self.guess
         up = numpy.maximum(numpy.maximum(0.5 * (self.high + fastest), fastest + 2 * sigma), 2 * fastest - slowest)
@@ -162,32 +175,35 @@ class ThreePhase(Guess):
 
     name = "three-phase design"
 
-    def __init__(self, low, high, sigma, link="probit", aim=None, last=0, shots=0):
+    def __init__(
+        self, low: float, high: float, sigma: Any, link: Any = "probit", aim: Any = None, last: int = 0, shots: int = 0
+    ) -> None:
         super().__init__(low, high, sigma, link)
         if aim is not None and not (0 < aim < 1 and 0 < last < shots):
             raise ValueError("aim, last: a share between 0 and 1, and fewer last shots than shots")
         self.aim, self.first_of_last = aim, shots - last if aim is not None else math.inf
         # The procedure works with the normal quantile.
-        self.quantile = None if aim is None else float(scipy.special.ndtri(aim))
+        self.quantile: Any = None if aim is None else float(scipy.special.ndtri(aim))
 
-    def words(self):
+    def words(self) -> str:
         aim = "" if self.aim is None else f", its last shots aim at the velocity of {100 * self.aim:g} % through"
         return super().words() + aim
 
-    def start(self, tests):
+    def start(self, tests: int) -> None:
         super().start(tests)
         # Shots that are already decided.
         self.waiting = numpy.full((tests, 2), numpy.nan)
         # Shots beside the gap with this guess, and the side of the first of them.
         self.beside, self.side = numpy.zeros(tests, int), numpy.ones(tests)
         self.strengthened = numpy.zeros(tests, bool)
-        self.variance = self.unit = None
+        self.variance: Any = None
+        self.unit: Any = None
 
     @property
-    def opening(self):
+    def opening(self) -> Any:
         return self.centre if self.first is not None else 0.75 * self.low + 0.25 * self.high
 
-    def choose(self, velocities, through):
+    def choose(self, velocities: Array, through: Array) -> Array:
         tests, shots = velocities.shape
         low, high = self.low, self.high
         if shots == 1 and self.first is None:
@@ -232,7 +248,7 @@ class ThreePhase(Guess):
             new[free] = self.refined.next(velocities, through, free)
         return new
 
-    def approach(self, velocities, through):
+    def approach(self, velocities: Array, through: Array) -> Any:
         """Robbins, Monro and Joseph, in units of the standard deviation that is known when it begins."""
         if self.variance is None:
             slowest, fastest = velocities.min(axis=-1), velocities.max(axis=-1)
@@ -261,25 +277,25 @@ class Plan:
 
     name, largest = "given plan", math.inf
 
-    def __init__(self, velocities):
+    def __init__(self, velocities: Any) -> None:
         self.velocities = checks.numbers("velocities", velocities)
         self.centre = float(self.velocities.mean())
         self.scale = float(numpy.ptp(self.velocities)) / 6 or 0.01 * self.centre
 
-    def words(self):
+    def words(self) -> str:
         return f"{self.name} of {len(self.velocities)} velocities"
 
-    def start(self, tests):
+    def start(self, tests: int) -> None:
         pass
 
-    def next(self, velocities, through):
+    def next(self, velocities: Array, through: Array) -> Array:
         return numpy.full(len(velocities), self.velocities[velocities.shape[1]])
 
-    def middle(self, velocities, through):
+    def middle(self, velocities: Array, through: Array) -> Any:
         return self.centre, self.scale
 
 
-def simulate(design, shots, limits):
+def simulate(design: Any, shots: int, limits: Any) -> Any:
     """Tests against fabrics whose single limits are given, (tests, shots): velocities and whether they went through."""
     design.start(len(limits))
     velocities, through = numpy.empty(limits.shape), numpy.empty(limits.shape, bool)

@@ -29,7 +29,7 @@ from tqdm.auto import tqdm
 
 from . import _kernel, checks
 from ._kernel import Scene
-from .files import naming
+from .files import Place, naming
 from .runs import STEPS, UNTIL, doubts, flown, with_attrs
 from .textile import spacings
 
@@ -53,7 +53,7 @@ class ClusterLost(RuntimeError):
 def ensemble(
     scenes: Sequence[Scene],
     *,
-    keep: str | os.PathLike[str] | None = None,
+    keep: Place | None = None,
     on: Any = None,
     until: Sequence[str] = UNTIL,
     steps: int = STEPS,
@@ -92,7 +92,7 @@ def each(
     work: Callable[[Any], Any],
     jobs: Mapping[str, Any],
     *,
-    keep: str | os.PathLike[str] | None = None,
+    keep: Place | None = None,
     on: Any = None,
     batch: int = 1,
     progress: bool | None = None,
@@ -192,7 +192,7 @@ def _begin() -> None:
     """A worker's start. Ctrl-C is for the caller; a worker that it reaches too ends without a word, and so does one whose parent
     is gone."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    parent = multiprocessing.parent_process()
+    parent: Any = multiprocessing.parent_process()
     threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
 
 
@@ -291,7 +291,7 @@ def _table(keys: list[str], scenes: Sequence[Scene], rows: Mapping[str, dict[str
 
 def _flat(values: Mapping[str, Any]) -> dict[str, Any]:
     """Every number by its name, with its index if it is one of several."""
-    flat = {}
+    flat: dict[str, Any] = {}
     for name, value in values.items():
         if isinstance(value, tuple):
             flat |= _flat({f"{name}[{k}]": element for k, element in enumerate(value)})

@@ -7,9 +7,11 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+Place = str | os.PathLike[str]
+
 
 @contextlib.contextmanager
-def naming(path: str | os.PathLike[str]) -> Iterator[None]:
+def naming(path: Place) -> Iterator[None]:
     """An OSError, as of a full disk, gets the name of the file."""
     try:
         yield
@@ -25,7 +27,7 @@ def csv_of(heading: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return text.getvalue()
 
 
-def written(path: str | os.PathLike[str], content: str | bytes) -> None:
+def written(path: Place, content: str | bytes) -> None:
     """Writes a file under another name beside it, then puts it in its place. Raises OSError with the path."""
     path = Path(path)
     beside = path.with_name(f".{path.name}.{os.getpid()}")

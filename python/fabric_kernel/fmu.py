@@ -104,7 +104,8 @@ def shown(kind: str, word: int) -> str:
 def described(text: str, words: dict[str, list[int]]) -> tuple[str, dict[str, list[str]]]:
     """A model description with these start values, and their texts by the name of the variable."""
     least = dict(re.findall(r'Type name="(\w+)"(?:[^\n]*\n *<Real)?[^\n]* min="([^"]+)"', text))
-    lines, texts, name = [], {}, ""
+    texts: dict[str, list[str]] = {}
+    lines, name = [], ""
     for line in text.splitlines(keepends=True):
         if variable := re.match(r' *<\w+ name="([^"]+)" valueReference="', line):
             name = variable[1]

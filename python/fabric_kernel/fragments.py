@@ -9,7 +9,6 @@ import argparse
 import functools
 import itertools
 import math
-import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -20,7 +19,7 @@ from . import checks, lookup, window
 from ._kernel import Scene
 from .about import CAVEAT, cautions, command, described, noted, of_a_scene, positive
 from .ensembles import ensemble, vary, within_mesh
-from .files import written
+from .files import Place, written
 from .model_error import model_error
 from .page import Page
 from .runs import DECIDED, UNTIL, with_attrs
@@ -36,7 +35,7 @@ def bracket(
     *,
     count: int = 5,
     seed: int = 1,
-    keep: str | os.PathLike[str] | None = None,
+    keep: Place | None = None,
     on: Any = None,
 ) -> list[float]:
     """Velocities for `fragment_map`, m/s, from 0.8 of the lowest to 1.25 of the highest limit of one shot at each attitude and
@@ -112,7 +111,7 @@ def fragment_map(
     named(attitudes)
     for twice in (*checks.twice("velocities", velocities), *checks.twice("points", list(map(tuple, points)))):
         warnings.warn(twice, RuntimeWarning, stacklevel=2)
-    velocities, points = dict.fromkeys(velocities), dict.fromkeys(map(tuple, points))
+    velocities, points = list(dict.fromkeys(velocities)), list(dict.fromkeys((x, y) for x, y in points))
     for point in points:
         shield.aimed(point)
     cells = list(itertools.product(velocities, attitudes, points))
@@ -149,11 +148,11 @@ def fragment_map(
     return with_attrs(pandas.DataFrame(rows))
 
 
-def lines_of(table: "pandas.DataFrame"):
+def lines_of(table: "pandas.DataFrame") -> Any:
     """Of each attitude and impact point of a map: both, and velocity and result of each shot of known end."""
     for (attitude, x, y), cells in table.sort_values("velocity").groupby(["attitude", "point_x", "point_y"], sort=False):
         results = numpy.repeat(numpy.tile([True, False], len(cells)), cells[["through", "stopped"]].to_numpy().ravel())
-        yield (attitude, (x, y)), cells["velocity"].repeat(cells["through"] + cells["stopped"]).to_numpy(), results
+        yield (attitude, (x, y)), numpy.repeat(cells["velocity"].to_numpy(), cells["through"] + cells["stopped"]), results
 
 
 def below(

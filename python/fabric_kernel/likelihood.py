@@ -15,10 +15,12 @@ G. Heinze and M. Schemper, Statistics in Medicine 21 (2002) 2409.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy
 import scipy.special
+
+from .checks import Array
 
 
 class Link(NamedTuple):
@@ -26,25 +28,25 @@ class Link(NamedTuple):
 
     name: str
     deviation: float  # standard deviation of F
-    quantile: Callable  # F^-1(p)
-    share: Callable  # F(z)
-    log_share: Callable  # log F(z)
-    hazard: Callable  # F'(z)/F(z), from z and log F(z)
-    curvature: Callable  # -(log F)''(z), from z and the hazard
-    information: Callable  # F'(z)^2/(F(z) F(-z)): what one shot tells about z (Fisher)
-    information_slope: Callable  # d log(information)/dz
-    sample: Callable  # single limits, from a random generator and a shape
+    quantile: Callable[..., Any]  # F^-1(p)
+    share: Callable[..., Any]  # F(z)
+    log_share: Callable[..., Any]  # log F(z)
+    hazard: Callable[..., Any]  # F'(z)/F(z), from z and log F(z)
+    curvature: Callable[..., Any]  # -(log F)''(z), from z and the hazard
+    information: Callable[..., Any]  # F'(z)^2/(F(z) F(-z)): what one shot tells about z (Fisher)
+    information_slope: Callable[..., Any]  # d log(information)/dz
+    sample: Callable[..., Any]  # single limits, from a random generator and a shape
 
 
-def normal_hazard(z, log_share):
+def normal_hazard(z: Array, log_share: Array) -> Array:
     return numpy.exp(-0.5 * z * z - log_share) / numpy.sqrt(2 * numpy.pi)
 
 
-def normal_information(z):
+def normal_information(z: Array) -> Array:
     return numpy.exp(-z * z - scipy.special.log_ndtr(z) - scipy.special.log_ndtr(-z)) / (2 * numpy.pi)
 
 
-def normal_information_slope(z):
+def normal_information_slope(z: Array) -> Array:
     up, down = scipy.special.log_ndtr(z), scipy.special.log_ndtr(-z)
     return -2 * z - normal_hazard(z, up) + normal_hazard(z, down)
 
@@ -80,13 +82,13 @@ velocities, as no limit is negative. Elsewhere any is possible: `largest` is inf
 LINKS = {link.name: link for link in (PROBIT, LOGIT)}
 
 
-def ends(velocities, through):
+def ends(velocities: Array, through: Array) -> Any:
     """The highest velocity that was stopped (-inf if none) and the lowest that went through (inf if none)."""
     stopped = numpy.where(through, -numpy.inf, velocities).max(axis=-1)
     return stopped, numpy.where(through, velocities, numpy.inf).min(axis=-1)
 
 
-def bernoulli(hits, shots, share):
+def bernoulli(hits: Array, shots: int, share: Any) -> Any:
     """Log likelihood of so many hits if all shots had one probability."""
     return scipy.special.xlogy(hits, share) + scipy.special.xlogy(shots - hits, 1 - share)
 
@@ -99,7 +101,7 @@ class Maximum(NamedTuple):
     level: numpy.ndarray  # logarithm of what was made largest
 
 
-def rises(velocities, through):
+def rises(velocities: Array, through: Array) -> Array:
     """Whether the shots that went through were faster on average than those that were stopped: then sigma is finite."""
     count = velocities.shape[-1]
     hits = through.sum(axis=-1)
@@ -108,7 +110,7 @@ def rises(velocities, through):
     return (hits > 0) & (hits < count) & (above * (count - hits) > below * hits + 1e-12 * numpy.abs(velocities).sum(axis=-1))
 
 
-def maximum(velocities, through, link, near=None):
+def maximum(velocities: Array, through: Array, link: Link, near: Any = None) -> Any:
     """The maximum of the likelihood with sigma >= 0. near: mu and sigma from where to search (NaN or 0 where unknown), for the
     choice of the next shot, which needs few digits."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
@@ -133,7 +135,7 @@ def maximum(velocities, through, link, near=None):
     return Maximum(mu, sigma, level)
 
 
-def firth(velocities, through, link, largest=numpy.inf):
+def firth(velocities: Array, through: Array, link: Link, largest: float = numpy.inf) -> Any:
     """The maximum of the penalised likelihood, if there is one among the fabrics that are thought possible: finite also where
     results do not overlap."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
@@ -162,14 +164,14 @@ def firth(velocities, through, link, largest=numpy.inf):
     return Maximum(mu, sigma, level)
 
 
-def information(z, x, link):
+def information(z: Array, x: Array, link: Link) -> Any:
     """Fisher's information of z = a + b x, summed over the shots: its three elements, the determinant, and each shot's part."""
     part = link.information(z)
     aa, ab, bb = part.sum(axis=-1), (part * x).sum(axis=-1), (part * x * x).sum(axis=-1)
     return aa, ab, bb, aa * bb - ab * ab, part
 
 
-def newton(velocities, through, link, penalty, near=None, largest=numpy.inf):
+def newton(velocities: Array, through: Array, link: Link, penalty: float, near: Any = None, largest: Any = numpy.inf) -> Any:
     """mu, sigma and log likelihood (with the penalty, if it is 1) by Newton's method in z = a + b x with halved steps, from
     `near`, the mu and sigma of each, if that is given; with the penalty then among the fabrics that are thought possible, or with
     a sigma of at most the core of the shots."""
@@ -189,7 +191,7 @@ def newton(velocities, through, link, penalty, near=None, largest=numpy.inf):
         if largest < numpy.inf:
             first, slope, bound = 1.0, -centre / spread, numpy.full(len(spread), -link.deviation / largest)
 
-    def value(x, s, rows, a, b):
+    def value(x: Array, s: Array, rows: Any, a: Array, b: Array) -> Any:
         z = a[:, None] + b[:, None] * x
         log_likelihood = link.log_share(s * z).sum(axis=-1)
         if not penalty:
@@ -238,7 +240,7 @@ def newton(velocities, through, link, penalty, near=None, largest=numpy.inf):
         return centre - a / b * spread, spread / b, level
 
 
-def core(velocities):
+def core(velocities: Array) -> Any:
     """The range of the shots, or twice that of the half of them about the median if that is less: those of a bracket may lie far
     away."""
     middle = numpy.median(velocities, axis=-1, keepdims=True)
@@ -249,7 +251,7 @@ def core(velocities):
 GOLDEN = 0.5 * (5**0.5 - 1)
 
 
-def held(velocities, through, link, at, quantile, penalty, largest=numpy.inf):
+def held(velocities: Array, through: Array, link: Link, at: Any, quantile: Any, penalty: float, largest: Any = numpy.inf) -> Any:
     """The highest log likelihood (with Firth's penalty, if it is 1) when the velocity `at` has the quantile F^-1(p), and its
     sigma.
 
@@ -263,7 +265,7 @@ def held(velocities, through, link, at, quantile, penalty, largest=numpy.inf):
     x = (velocities - at[:, None]) / reach[:, None]
     sign = numpy.where(through, 1.0, -1.0)
 
-    def value(log_b):
+    def value(log_b: Any) -> Any:
         z = quantile + numpy.exp(log_b)[:, None] * x
         result = link.log_share(sign * z).sum(axis=-1)
         if penalty:
@@ -310,14 +312,14 @@ def held(velocities, through, link, at, quantile, penalty, largest=numpy.inf):
     return level, sigma
 
 
-def ratio(best, velocities, through, link, at, quantile, penalty):
+def ratio(best: Any, velocities: Array, through: Array, link: Link, at: Any, quantile: Any, penalty: float) -> Any:
     """Twice the logarithm of the likelihood ratio of the best fit, of that level, to the best with `at` as the velocity of this
     quantile; and the sigma of the latter. NaN where there is no fit."""
     level, sigma = held(velocities, through, link, at, quantile, penalty)
     return numpy.maximum(0.0, 2 * (best - level)), sigma
 
 
-def possible(velocities, through, link, largest):
+def possible(velocities: Array, through: Array, link: Link, largest: float) -> Any:
     """The level of Firth's maximum among the fabrics whose standard deviation is at most this part of V50. NaN where there is no
     fit."""
     found = firth(velocities, through, link, largest)
@@ -334,7 +336,7 @@ def possible(velocities, through, link, largest):
     return level
 
 
-def possible_ratio(best, velocities, through, link, at, quantile, largest):
+def possible_ratio(best: Any, velocities: Array, through: Array, link: Link, at: Any, quantile: Any, largest: float) -> Any:
     """`ratio` with Firth's penalty among the same fabrics; `best` from `possible`. Infinite where no such fabric has this
     velocity."""
     if largest == numpy.inf:

@@ -22,7 +22,7 @@ Reference: B. T. Neyer, in: Proc. 16th Int. Pyrotechnics Seminar (1991), for the
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy
 import scipy.optimize
@@ -30,6 +30,7 @@ import scipy.special
 from numpy.typing import ArrayLike
 
 from . import checks, designs
+from .checks import Array
 from .likelihood import LARGEST, LINKS, ends, firth, maximum, possible, possible_ratio, ratio
 
 SHARES = (0.01, 0.5, 0.99)
@@ -46,13 +47,11 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def text(self) -> str:
+    def __str__(self) -> str:
         low, high = (f"{end:.1f}" if math.isfinite(end) else None for end in self)
         if low and high:
             return f"[{low}, {high}]"
         return f"above {low}" if low else f"below {high}" if high else "no bound"
-
-    __str__ = text
 
 
 class Fit(NamedTuple):
@@ -84,14 +83,25 @@ class Calibration:
 
     STEPS = 6
 
-    def __init__(self, design, shots, link="probit", confidence=0.95, shares=SHARES, tests=1000, seed=1, about=None):
+    def __init__(
+        self,
+        design: Any,
+        shots: int,
+        link: str = "probit",
+        confidence: float = 0.95,
+        shares: Any = SHARES,
+        tests: int = 1000,
+        seed: int = 1,
+        about: Any = None,
+    ) -> None:
         self.rank = checks.rank(confidence, checks.whole("tests", tests, 1))
         self.centre, self.scale = about or (design.centre, design.scale)
         self.design, self.shots, self.link, self.confidence = design, shots, LINKS[link], confidence
         self.quantiles = [float(self.link.quantile(share)) for share in shares]
-        self.tests, self.seed, self.known = tests, seed, {}
+        self.tests, self.seed = tests, seed
+        self.known: dict[Any, Any] = {}
 
-    def node(self, column, row):
+    def node(self, column: Any, row: Any) -> Any:
         """The quantile for each share where sigma is 2^row scales and mu `column` steps from the centre."""
         if (column, row) not in self.known:
             sigma = self.scale * 2.0**row
@@ -111,7 +121,7 @@ class Calibration:
             self.known[column, row] = numpy.array(found)
         return self.known[column, row]
 
-    def allowed(self, at, sigma, shares):
+    def allowed(self, at: Any, sigma: Any, shares: Any) -> Any:
         """The ratio that is allowed to a fabric with this sigma which lets a share through at the velocity `at`; shares: their
         numbers."""
         quantiles = numpy.array(self.quantiles)[shares]
@@ -131,7 +141,7 @@ class Calibration:
         return result
 
 
-def alike(velocities, through, share, confidence):
+def alike(velocities: Array, through: Array, share: Any, confidence: float) -> Any:
     """The interval from shots of which all were stopped, or all went through."""
     miss = 0.5 * (1 - confidence)
     all_stopped = not through.any()
@@ -179,12 +189,12 @@ def falling(velocities: ArrayLike, through: ArrayLike, seed: int = 1, draws: int
     )
 
 
-def name(share):
+def name(share: float) -> str:
     """V01, V50, V99."""
     return f"V{100 * share:04.1f}" if round(100 * share, 6) % 1 else f"V{100 * share:02.0f}"
 
 
-def outer_ends(excess, starts, directions, step, reach):
+def outer_ends(excess: Any, starts: Any, directions: Any, step: Any, reach: Any) -> Any:
     """Where `excess` (of an array of velocities, one for each end) is at most 0 for the last time away from the starts: inwards
     from
     `reach` in steps of a third, then by false position (Illinois). What is still at most 0 at `reach` has no end."""
@@ -250,7 +260,7 @@ def fit(
     law, hits, count = LINKS[link], int(through.sum()), len(velocities)
     v, y = velocities[None], through[None]
 
-    def without_fit(bounds, note):
+    def without_fit(bounds: Any, note: Any) -> Any:
         nan, missing = math.nan, (math.nan,) * len(shares)
         return Fit(
             link,
@@ -300,18 +310,18 @@ def fit(
     numbers, directions = numpy.repeat(numpy.arange(len(shares)), 2), numpy.tile([-1.0, 1.0], len(shares))
     q = quantiles[numbers]
 
-    def intervals(centre, scale, excess):
+    def intervals(centre: Any, scale: Any, excess: Any) -> Any:
         """Both ends of every share."""
         starts = centre + q * scale
         reach = 300 * (width + float(numpy.abs(starts - velocities.mean()).max()))
         return outer_ends(excess, starts, directions, 0.1 * width, reach)
 
-    def plain(at):
+    def plain(at: Any) -> Any:
         return ratio(best.level, v, y, law, at, q, 0.0)[0] - chi
 
     level = possible(v, y, law, largest)
 
-    def calibrated(at):
+    def calibrated(at: Any) -> Any:
         value, held_sigma = possible_ratio(level, v, y, law, at, q, largest)
         if not calibration:
             return value - chi
@@ -345,7 +355,7 @@ def fit(
             )
     told = [share == 0.5 or count >= FEWEST for share in shares]
 
-    def bounded(ends):
+    def bounded(ends: Any) -> Any:
         # No velocity is negative: such an end says nothing.
         pairs = zip(told, ends.reshape(-1, 2).tolist())
         return tuple(
@@ -356,7 +366,7 @@ def fit(
     calibrated_intervals = bounded(found)
     assumed = tuple(
         bool(one) or not all(map(math.isfinite, pair))
-        for one, pair in zip(limited.reshape(-1, 2).any(axis=1), calibrated_intervals)
+        for one, pair in zip([bool(pair.any()) for pair in limited.reshape(-1, 2)], calibrated_intervals)
     )
     profile = bounded(intervals(float(best.mu[0]), float(best.sigma[0]), plain))
     if not all(told):
@@ -444,11 +454,11 @@ class Residual(NamedTuple):
     error: float
     note: str
 
-    def curve(self, velocities):
+    def curve(self, velocities: Any) -> Any:
         return lambert_jonas(numpy.asarray(velocities, float), self.limit, self.a, self.p)
 
 
-def lambert_jonas(velocities, limit, a, p):
+def lambert_jonas(velocities: Any, limit: float, a: float, p: float) -> Any:
     # Relative to the velocity: large powers do not overflow.
     part = numpy.clip(limit / numpy.maximum(velocities, 1e-300), 0.0, 1.0)
     return a * velocities * numpy.power(1 - numpy.power(part, p), 1 / p)
@@ -467,7 +477,7 @@ def residual_fit(
     curve does not describe the shots."""
     velocities, through = checked(velocities, through)
     if numpy.shape(residuals) == velocities.shape:
-        residuals = [r if passed else 0.0 for r, passed in zip(residuals, through)]
+        residuals = numpy.where(through, residuals, 0.0)
     residuals = checks.numbers("residuals", residuals, zero=True, count=len(velocities))
     if power is not None and not 1.0 <= power <= 10.0:
         checks.refuse("power", "from 1 to 10, or None", power)
@@ -480,7 +490,7 @@ def residual_fit(
     v, r = velocities / scale, residuals / scale
     least = 1e-5
 
-    def cost(x):
+    def cost(x: Array) -> Any:
         limit, a, p, error = x[0], x[1], x[2] if free else held, math.exp(x[-1])
         expected = lambert_jonas(v, limit, a, p)
         density = -0.5 * ((r - expected) / error) ** 2 - math.log(error) - 0.5 * math.log(2 * math.pi)
@@ -494,7 +504,8 @@ def residual_fit(
     ]
     if start is not None:
         starts = [(start.limit / scale, start.a, start.p, max(start.error / scale, 2 * least))]
-    best, fine = None, 1.0 if start is None else 1e4
+    best: Any = None
+    fine = 1.0 if start is None else 1e4
     for limit, a, p, error in starts:
         first = [limit, a, *([p] if free else []), math.log(error)]
         bounds = [(0.0, fast), (0.01, 1.0), *([(1.0, 10.0)] if free else []), (math.log(least), 0.0)]

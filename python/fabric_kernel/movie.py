@@ -3,9 +3,9 @@
 `movie(scene, "movie.gif")` runs a scene and writes it, as `fabric run --movie` does.
 """
 
-import os
 import pathlib
 from collections.abc import Sequence
+from typing import Any
 
 import numpy
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -13,6 +13,7 @@ from PIL import Image
 
 from . import plot, sheets
 from ._kernel import Scene, Simulation
+from .files import Place
 from .runs import UNTIL
 
 MOST_PICTURES = 48
@@ -20,7 +21,7 @@ MOST_PICTURES = 48
 
 def movie(
     scene: Scene,
-    path: str | os.PathLike[str] = "movie.gif",
+    path: Place = "movie.gif",
     *,
     until: Sequence[str] = UNTIL,
     steps: int = 100_000,
@@ -43,7 +44,7 @@ def movie(
     written(kept, pathlib.Path(path), seconds)
 
 
-def colours():
+def colours() -> Any:
     """The colours that all pictures of a movie share: cloth and body in more and less light, and greys."""
     cloth = [
         light * numpy.array(sheets.STRAIN(k / 27)[:3]) for k in range(28) for light in (0.7, 0.8, 0.87, 0.93, 0.98, 1.02, 1.08)
@@ -53,13 +54,13 @@ def colours():
 
 
 @plot.styled
-def written(frames, path, seconds=6.0):
+def written(frames: Any, path: Place, seconds: float = 6.0) -> None:
     """The oblique view of some sheets, one behind the other."""
     frames = [frames[k] for k in numpy.unique(numpy.linspace(0, len(frames) - 1, MOST_PICTURES).round().astype(int))]
     axis = plot.new()[1]
     frames[-1].draw_oblique(axis)
     (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
-    images = []
+    images: list[Any] = []
     for sheet in frames:
         # As much room in every picture as the last one needs.
         figure, axis = plot.new(6.4, 5.2 * (high - low) / (right - left) + 0.5)
@@ -75,7 +76,7 @@ def written(frames, path, seconds=6.0):
     palette.putpalette([int(255 * part) for colour in colours() for part in colour])
     images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     pause = max(40, round(1e3 * seconds / len(images) / 10) * 10)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    pathlib.Path(path).parent.mkdir(parents=True, exist_ok=True)
     images[0].save(
         path, save_all=True, append_images=images[1:], duration=[pause] * (len(images) - 1) + [1500], loop=0, optimize=True
     )

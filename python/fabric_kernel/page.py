@@ -3,8 +3,11 @@
 import base64
 import html
 import math
+import pathlib
+from collections.abc import Sequence
+from typing import Any
 
-from .files import written
+from .files import Place, written
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1240px; margin: 2rem auto; padding: 0 1.2rem; }
@@ -26,14 +29,14 @@ td.agrees { background: #e2f4ea; } td.doesnot { background: #fde5dc; } td.undeci
 """
 
 
-def markdown(heading, rows, text=0):
+def markdown(heading: Sequence[Any], rows: Any, text: int = 0) -> str:
     """A table. text: how many columns from the left hold words."""
     cells = [[str(cell).replace("|", "\\|").replace("\n", "<br>") for cell in row] for row in rows]
     below = ["---" if k < max(text, 1) else "---:" for k in range(len(heading))]
     return "".join("| " + " | ".join(row) + " |\n" for row in [heading, below, *cells])
 
 
-def printed(heading, rows):
+def printed(heading: Sequence[Any], rows: Any) -> str:
     """The same with columns in line, for the terminal."""
     rows = [[str(cell) for cell in row] for row in [heading, *rows]]
     widths = [max(len(row[k]) for row in rows) for k in range(len(heading))]
@@ -44,7 +47,7 @@ def printed(heading, rows):
     return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]]) + "\n"
 
 
-def write_table(docs, name, title, command, text):
+def write_table(docs: pathlib.Path, name: str, title: str, command: str, text: str) -> None:
     """docs/tables/NAME.md: a generated file, which says so."""
     path = docs / "tables" / f"{name}.md"
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -52,14 +55,14 @@ def write_table(docs, name, title, command, text):
     print(f"written: {path}")
 
 
-def shown(value, digits):
+def shown(value: Any, digits: Any) -> str:
     """digits: of a fixed number; "e2" for a power of ten with two; None for words. What is no number is left empty."""
     if isinstance(value, str) or value is None or not math.isfinite(value):
         return value if isinstance(value, str) else ""
     return power(value, int(digits[1:])) if isinstance(digits, str) else f"{value:.{digits}f}"
 
 
-def table(rows, columns, text=1):
+def table(rows: Any, columns: Any, text: Any = 1) -> Any:
     """columns: (heading, key or function of a row, digits)."""
     of = lambda row, key: key(row) if callable(key) else row[key]
     return markdown(
@@ -67,26 +70,26 @@ def table(rows, columns, text=1):
     )
 
 
-def same(names, digits):
+def same(names: Any, digits: Any) -> list[tuple[str, str, Any]]:
     return [(name, name, digits) for name in names]
 
 
-def significant(value, digits=3):
+def significant(value: float, digits: int = 3) -> str:
     """So many significant figures, and all digits before the point."""
     return f"{value:.{max(0, min(4, digits - 1 - exponent(value)))}f}"
 
 
-def exponent(value):
+def exponent(value: float) -> int:
     return int(f"{abs(value):.6e}".split("e")[1]) if value else -9
 
 
-def power(value, digits):
+def power(value: float, digits: int) -> str:
     """1.2e-3: with a short exponent."""
     mantissa, exponent = f"{value:.{digits}e}".split("e")
     return f"{mantissa}e{int(exponent)}"
 
 
-def escaped(text):
+def escaped(text: object) -> str:
     # A number stays with its per cent sign.
     return html.escape(str(text), quote=False).replace(" %", "\u00a0%").replace("\n", "<br>")
 
@@ -94,39 +97,39 @@ def escaped(text):
 class Page:
     """The page under construction."""
 
-    def __init__(self, title):
+    def __init__(self, title: str) -> None:
         self.title, self.folded = title, ""
         self.parts = [f"<h1>{escaped(title)}</h1>"]
 
-    def section(self, title):
+    def section(self, title: str) -> None:
         self.parts.append(f"<h2>{escaped(title)}</h2>")
 
-    def heading(self, title):
+    def heading(self, title: str) -> None:
         self.parts.append(f"<h3>{escaped(title)}</h3>")
 
-    def text(self, text):
+    def text(self, text: str) -> None:
         self.parts.append(f"<p>{escaped(text)}</p>")
 
-    def answer(self, lines):
+    def answer(self, lines: Any) -> None:
         """What a reader came for, in a box; the first line is the largest."""
         self.parts.append('<div class="answer">' + "".join(f"<p>{escaped(line)}</p>" for line in lines) + "</div>")
 
-    def fold(self, title):
+    def fold(self, title: str) -> None:
         """What follows is folded below this title, until another one."""
         self.parts.append(f"{self.folded}<details><summary>{escaped(title)}</summary>")
         self.folded = "</details>\n"
 
-    def figure(self, path, caption):
+    def figure(self, path: pathlib.Path, caption: str) -> None:
         """A picture, kept inside the page."""
         self.picture(path.read_bytes(), path.suffix, caption)
 
-    def picture(self, data, suffix, caption=""):
+    def picture(self, data: bytes, suffix: str, caption: str = "") -> None:
         """The same of its bytes."""
-        kind, data = {".svg": "image/svg+xml", ".gif": "image/gif"}.get(suffix, "image/png"), base64.b64encode(data).decode()
+        kind, text = {".svg": "image/svg+xml", ".gif": "image/gif"}.get(suffix, "image/png"), base64.b64encode(data).decode()
         below = f"<figcaption>{escaped(caption)}</figcaption>" if caption else ""
-        self.parts.append(f'<figure><img alt="" src="data:{kind};base64,{data}">{below}</figure>')
+        self.parts.append(f'<figure><img alt="" src="data:{kind};base64,{text}">{below}</figure>')
 
-    def table(self, heading, rows, text=()):
+    def table(self, heading: Sequence[Any], rows: Any, text: Any = ()) -> Any:
         """text: columns besides the first that hold words."""
         words = lambda k: ' class="text"' if k in text else ""
         lines = ["".join(f"<th{words(k)}>{escaped(cell)}</th>" for k, cell in enumerate(heading))]
@@ -142,7 +145,7 @@ class Page:
             lines.append(line)
         self.parts.append('<div class="scroll"><table>' + "".join(f"<tr>{line}</tr>\n" for line in lines) + "</table></div>")
 
-    def html(self):
+    def html(self) -> str:
         head = (
             f'<meta charset="utf-8"><meta name="viewport" content="width=device-width, '
             f'initial-scale=1"><title>{escaped(self.title)}</title><style>{STYLE}</style>'
@@ -150,6 +153,6 @@ class Page:
         body = "\n".join([*self.parts, self.folded])
         return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'
 
-    def write(self, path):
+    def write(self, path: Place) -> None:
         written(path, self.html())
         print(f"written: {path}")

@@ -7,11 +7,10 @@ import functools
 import io
 import itertools
 import math
-import os
 import pathlib
 import textwrap
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import matplotlib
 import matplotlib.patches
@@ -19,7 +18,7 @@ import matplotlib.ticker
 import numpy
 from matplotlib.figure import Figure
 
-from .files import written
+from .files import Place, written
 from .likelihood import LINKS
 
 if TYPE_CHECKING:
@@ -43,14 +42,14 @@ COLOURS = [
     "#96aa3c",
     "#000000",
 ]
-STYLES = {
+STYLES: dict[str, dict[str, Any]] = {
     "line": {},
     "marked": {"marker": "o", "markersize": 5},
     "dashed": {"linestyle": (0, (5, 3))},
     "points": {"marker": "o", "linestyle": "none", "markersize": 5},
     "dots": {"marker": ".", "linestyle": "none", "markersize": 2, "alpha": 0.5},
 }
-STYLE = {
+STYLE: dict[Any, Any] = {
     "svg.hashsalt": "fabric",
     "svg.fonttype": "none",
     "font.sans-serif": ["DejaVu Sans"],
@@ -66,8 +65,14 @@ STYLE = {
     "axes.spines.top": False,
     "axes.spines.right": False,
 }
-styled = matplotlib.rc_context(STYLE)
-"""Decorates what draws in this style."""
+Drawing = TypeVar("Drawing", bound=Callable[..., Any])
+
+
+def styled(draws: Drawing) -> Drawing:
+    """Decorates what draws in this style."""
+    return matplotlib.rc_context(STYLE)(draws)
+
+
 # Of programs that draw, as those of the evidence do; a user's own settings stay as they are.
 use = functools.partial(matplotlib.rcParams.update, STYLE)
 
@@ -76,28 +81,28 @@ class Series(NamedTuple):
     """Points with a name for the legend. bars: lower and upper end of y at each point."""
 
     name: str
-    points: list
+    points: list[Any]
     style: str = "marked"
-    bars: list = None
+    bars: list[Any] | None = None
 
 
-def new(width=5.6, height=3.7, columns=1, rows=1, **more):
+def new(width: float = 5.6, height: float = 3.7, columns: int = 1, rows: int = 1, **more: Any) -> Any:
     """A figure with its panels; inches. In the default width letters can be read on a telephone."""
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, figure.subplots(rows, columns, **more)
 
 
 @styled
-def save(figure, path, **options):
+def save(figure: Figure, path: Place, **options: Any) -> None:
     """Writes a figure, whole or not at all."""
     path, picture = pathlib.Path(path), io.BytesIO()
     metadata = {"Date": None, "Creator": None} if path.suffix == ".svg" else None
-    options = {"dpi": 110, "bbox_inches": "tight", "pad_inches": 0.15} | options
+    options = {"dpi": 110, "bbox_inches": "tight", "pad_inches": 0.15, **options}
     figure.savefig(picture, format=path.suffix.lstrip(".") or "png", metadata=metadata, **options)
     written(path, picture.getvalue())
 
 
-def saved(figure, path, **options):
+def saved(figure: Figure, path: Place | None, **options: Any) -> Any:
     """The figure, written if there is a path."""
     if path is not None:
         save(figure, path, **options)
@@ -105,7 +110,7 @@ def saved(figure, path, **options):
 
 
 @styled
-def draw(path, title, x, y, series, axes="linear", marks=(), levels=()):
+def draw(path: Place, title: str, x: Any, y: Any, series: Any, axes: str = "linear", marks: Any = (), levels: Any = ()) -> None:
     """Writes one plot. axes: "linear"; "from zero" (y from 0); "logarithmic x" (a tick at every point of the first series, y from
     0); "logarithmic" (points that are not positive are left out). marks: (x, name) of events; levels: (name, y) of dashed
     lines."""
@@ -138,7 +143,7 @@ def draw(path, title, x, y, series, axes="linear", marks=(), levels=()):
     save(figure, path)
 
 
-def below(figure, axis):
+def below(figure: Figure, axis: Any) -> None:
     """The legend of a panel below the plot, in as many columns as there is room for; the figure grows by its height."""
     handles, labels = axis.get_legend_handles_labels()
     columns = max(1, min(3, int(72 * figure.get_figwidth() / (36 + 4.8 * max(len(label) for label in labels)))))
@@ -146,15 +151,16 @@ def below(figure, axis):
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=9)
 
 
-def lines(rows, name, x, y):
+def lines(rows: Any, name: str, x: Any, y: Any) -> Any:
     """A marked series for each name, in the order of the rows; name and x: keys or functions of a row."""
-    of, found = lambda row, key: key(row) if callable(key) else row[key], {}
+    found: dict[str, list[Any]] = {}
+    of = lambda row, key: key(row) if callable(key) else row[key]
     for row in rows:
         found.setdefault(of(row, name), []).append((of(row, x), y(row)))
     return [Series(name, points) for name, points in found.items()]
 
 
-def errors(path, title, x, y, lines, levels=()):
+def errors(path: Place, title: str, x: Any, y: Any, lines: Any, levels: Any = ()) -> None:
     """A logarithmic plot of marked lines and dashed levels; nothing if no line has a positive point."""
     lines = [line for line in lines if any(px > 0 and py > 0 for px, py in line.points)]
     if lines:
@@ -163,11 +169,7 @@ def errors(path, title, x, y, lines, levels=()):
 
 @styled
 def history(
-    rows: "pandas.DataFrame",
-    path: str | os.PathLike[str] | None = None,
-    *,
-    title: str = "",
-    marks: Sequence[tuple[float, str]] = (),
+    rows: "pandas.DataFrame", path: Place | None = None, *, title: str = "", marks: Sequence[tuple[float, str]] = ()
 ) -> Figure:
     """Rows of `fabric_kernel.history`: velocity of the projectile, force on it, largest deflection of held cloth, and where the
     absorbed energy is, over time. marks: time (s) and name of events."""
@@ -213,7 +215,7 @@ def history(
     return saved(figure, path)
 
 
-def sheet(simulation: Any, path: str | os.PathLike[str] | None = None, *, title: str = "") -> Figure:
+def sheet(simulation: Any, path: Place | None = None, *, title: str = "") -> Figure:
     """A simulation's sheet as it is now, coloured by strain, with its projectile; of a stack the first ply. Raises ValueError for
     a projectile that is not drawn."""
     from . import sheets
@@ -222,7 +224,7 @@ def sheet(simulation: Any, path: str | os.PathLike[str] | None = None, *, title:
     return sheets.picture(now, path, title or f"{1e6 * now.time:.1f} µs, {now.failed()} failed segments")
 
 
-def profile(simulation: Any, path: str | os.PathLike[str] | None = None, *, title: str = "") -> Figure:
+def profile(simulation: Any, path: Place | None = None, *, title: str = "") -> Figure:
     """The back face of a simulation as it is now, of a stack that of its last ply: deflection along both yarns under the
     projectile."""
     from . import sheets
@@ -232,7 +234,7 @@ def profile(simulation: Any, path: str | os.PathLike[str] | None = None, *, titl
 
 
 @styled
-def tornado(found: "Sensitivity", path: str | os.PathLike[str] | None = None) -> Figure:
+def tornado(found: "Sensitivity", path: Place | None = None) -> Figure:
     """The change of a limit by each variant, with its interval; the largest above."""
     rows = [one for one in found.changes if math.isfinite(one.percent)][::-1]
     figure, axis = new(height=1.2 + 0.4 * len(rows))
@@ -263,7 +265,7 @@ def tornado(found: "Sensitivity", path: str | os.PathLike[str] | None = None) ->
 
 
 @styled
-def residual(curve: "Curve", path: str | os.PathLike[str] | None = None) -> Figure:
+def residual(curve: "Curve", path: Place | None = None) -> Figure:
     """Residual over impact velocity, with the curves that were fitted and the bands of their intervals."""
     figure, axis = new()
     v, out, through = (numpy.array([shot[k] for shot in curve.shots]) for k in (0, 2, 1))
@@ -280,7 +282,7 @@ def residual(curve: "Curve", path: str | os.PathLike[str] | None = None) -> Figu
     return saved(figure, path)
 
 
-def limit(test: "Test", path: str | os.PathLike[str] | None = None) -> Figure:
+def limit(test: "Test", path: Place | None = None) -> Figure:
     """The share that goes through over velocity, with a band that joins the intervals, and the residual velocities."""
     fit, law = test.fit, LINKS[test.fit.link]
     velocities = numpy.array([shot.velocity for shot in test.shots])
@@ -319,7 +321,7 @@ def limit(test: "Test", path: str | os.PathLike[str] | None = None) -> Figure:
     return saved(figure, path)
 
 
-def map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()) -> Figure:
+def map(table: "pandas.DataFrame", path: Place | None = None, about: Sequence[str] = ()) -> Figure:
     """A table of `fragment_map`: for each impact point the probability of perforation with its interval, and the kinetic energy
     that is left, over velocity and attitude. `about`: lines that say what was shot at."""
     points = list(dict.fromkeys(zip(table["point_x"], table["point_y"])))

@@ -16,10 +16,9 @@ Reference: R. F. Recht, T. W. Ipson, J. Appl. Mech. 30 (1963) 384; J. P. Lambert
 
 import functools
 import math
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy
 import scipy.special
@@ -27,7 +26,7 @@ import scipy.special
 from . import checks, limit, window
 from ._kernel import Scene
 from .about import cautions, command, described, of_a_scene, positive
-from .files import csv_of, written
+from .files import Place, csv_of, written
 from .model_error import model_error
 from .page import Page, printed
 from .v50 import Shooter, Shot, Unknown
@@ -45,10 +44,10 @@ class Fitted(NamedTuple):
     refits: numpy.ndarray
     confidence: float
 
-    def ends(self, values):
+    def ends(self, values: Any) -> Any:
         return numpy.quantile(values, [0.5 - 0.5 * self.confidence, 0.5 + 0.5 * self.confidence], axis=0)
 
-    def band(self, velocities):
+    def band(self, velocities: Any) -> Any:
         """Lower and upper end of the curve at some velocities, m/s."""
         return self.ends(numpy.array([limit.lambert_jonas(velocities, *one) for one in self.refits]))
 
@@ -75,20 +74,20 @@ class Curve(NamedTuple):
     notes: tuple[str, ...]
     window: Window | None = None
 
-    def heading(self):
+    def heading(self) -> tuple[str, ...]:
         return ("curve", "quantity", "value", f"{100 * self.confidence:g} % interval")
 
-    def every_shot(self):
+    def every_shot(self) -> Any:
         return ("impact m/s", "residual m/s"), [(f"{shot.velocity:.2f}", f"{shot.residual:.2f}") for shot in self.shots]
 
-    def rows(self):
+    def rows(self) -> Any:
         return [row for fit in self.fits for row in fit.rows()]
 
     def text(self) -> str:
         tables = [printed(self.heading(), self.rows()), printed(*self.every_shot())]
         return "\n".join([self.title, "", *self.answer, "", *tables, *self.notes]) + "\n"
 
-    def write(self, folder: str | os.PathLike[str]) -> None:
+    def write(self, folder: Place) -> None:
         """report.html (everything inside), residual.svg and residual.csv. Raises OSError with the name of the file."""
         from . import plot
 
@@ -128,7 +127,7 @@ def fits(shots: Sequence[Shot], confidence: float = 0.95, seed: int = 1, resampl
         middle = numpy.array([best.limit, best.a, best.p])
         half = 0.5 + 0.5 * confidence
         wider = math.sqrt(n / spare) * float(scipy.special.stdtrit(spare, half) / scipy.special.ndtri(half))
-        refits = []
+        refits: Any = []
         while len(refits) < resamples:
             chosen = random.integers(0, n, n)
             again = limit.residual_fit(
@@ -152,7 +151,7 @@ def residual_curve(
     title: str = "Residual velocity",
     about: Sequence[str] = (),
     say: Callable[[str], None] | None = None,
-    **options: object,
+    **options: Any,
 ) -> Curve:
     """Shoots the projectile of a scene at its sheet over a range of velocities, and fits both curves.
 
@@ -166,11 +165,13 @@ def residual_curve(
     if velocities is None:
         checks.whole("shots", shots, 10)
     else:
-        velocities = checks.numbers("velocities", velocities)
+        velocities = checks.numbers("velocities", velocities).tolist()
     first = math.hypot(*scene["projectile.velocity"])
     if velocities is None and not first > 0.0:
         raise ValueError("projectile.velocity: must not be zero: it is the first velocity and the direction of the shots")
-    shoot, made, left_out = Shooter(scene, seed=seed, **options), [], []
+    made: list[Any] = []
+    left_out: list[str] = []
+    shoot = Shooter(scene, seed=seed, **options)
 
     def shot(velocity: float) -> bool | None:
         try:

@@ -105,12 +105,16 @@ class Frames:
         return ["movie.gif"] * self.movie + ["vtk/run.pvd"] * self.vtk
 
 
+Row = dict[str, Any]
+
+
 def flown(
     scene: Scene, until: Sequence[str], steps: int, every: int, *, frames: Frames, say: Any, capsule: Path | None
-) -> tuple[Simulation, list[dict], str]:
+) -> tuple[Simulation, list[Row], str]:
     """The simulation at its end, a row of its history for every `every` steps, and the text of the failure that ended it, if one
     did."""
-    simulation, rows, failure = Simulation(scene, capsule=capsule), [], ""
+    rows: list[Row] = []
+    simulation, failure = Simulation(scene, capsule=capsule), ""
 
     def look() -> None:
         frames.keep(simulation)
@@ -128,7 +132,7 @@ def flown(
     return simulation, rows, failure
 
 
-def history_csv(rows: list[dict]) -> str:
+def history_csv(rows: list[Row]) -> str:
     """The text of history.csv: SI units, host's axes."""
 
     def named(column: str) -> str:
@@ -142,7 +146,7 @@ def history_csv(rows: list[dict]) -> str:
     return text.getvalue()
 
 
-def plies_of(simulation: Simulation, names: tuple[str | None, str | None]) -> list[dict[str, Any]]:
+def plies_of(simulation: Simulation, names: tuple[str | None, str | None]) -> list[Row]:
     """Fabric of each ply of a stack, and what the ply holds; nothing of a single sheet."""
     scene = simulation.scene
     count, back = scene["stack.plies"], scene["back.plies"]
@@ -167,7 +171,7 @@ def plies_of(simulation: Simulation, names: tuple[str | None, str | None]) -> li
 
 
 def summary_of(
-    name: str, simulation: Simulation, rows: list[dict], until: Sequence[str], plies: list[dict], remarks: list[str]
+    name: str, simulation: Simulation, rows: list[Row], until: Sequence[str], plies: list[Row], remarks: list[str]
 ) -> dict[str, Any]:
     """summary.json: SI units, host's axes. The same on every machine, bit by bit."""
     come, scene = simulation.outcomes(), simulation.scene
@@ -263,7 +267,7 @@ def lines_of(scene: Scene, summary: dict[str, Any]) -> list[tuple[str, str]]:
     ]
 
 
-def table_of_plies(plies: list[dict]) -> tuple[list[str], list[list[Any]]]:
+def table_of_plies(plies: list[Row]) -> tuple[list[str], list[list[Any]]]:
     """Heading and rows of what each ply is and holds, from the front."""
     heading = [
         "ply, from the side that is hit",
@@ -282,7 +286,7 @@ def table_of_plies(plies: list[dict]) -> tuple[list[str], list[list[Any]]]:
 
 
 def report(
-    out: Path, summary: dict[str, Any], simulation: Simulation, rows: list[dict], lines: list[tuple[str, str]], extra: list[str]
+    out: Path, summary: dict[str, Any], simulation: Simulation, rows: list[Row], lines: list[tuple[str, str]], extra: list[str]
 ) -> None:
     """The pictures, and report.html with all of them."""
     name, ended = summary["scene"], summary["ended_by"]

@@ -134,15 +134,13 @@ def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False
             ended = ["detached"]
         row["outcome"] = " and ".join(ended) or "timeout"
         row["stopped"] = any(name in come for name in STOPPED) if ended and "passed" not in ended else None
-    failed, counters = row["failure"] is not None, simulation.counters()
-    body, energy, contact = ({}, {}, {}) if failed else (simulation.projectile(), simulation.energy(), simulation.contact())
-    row |= {
-        "detached": simulation.outcomes().get("detached", {}).get("time"),
-        "steps": counters["steps"],
-        "time": simulation.time,
-    }
+    broken, counters = row["failure"] is not None, simulation.counters()
+    found: Any = ({}, {}, {}) if broken else (simulation.projectile(), simulation.energy(), simulation.contact())
+    body, energy, contact = found
+    detached = simulation.outcomes().get("detached")
+    row |= {"detached": detached["time"] if detached else None, "steps": counters["steps"], "time": simulation.time}
     row |= {f"velocity_{axis}": part for axis, part in zip("xyz", body.get("velocity", [None] * 3))}
-    row["speed"] = None if failed else math.hypot(*body["velocity"])
+    row["speed"] = None if broken else math.hypot(*body["velocity"])
     row |= {f"angular_velocity_{axis}": part for axis, part in zip("xyz", body.get("angular_velocity", [None] * 3))}
     row |= {"initial_kinetic": initial, "residual_kinetic": energy.get("projectile_kinetic"), "absorbed": contact.get("work")}
     row |= {"support_work": energy.get("support_work"), "force_peak": contact.get("force_peak")}
@@ -158,8 +156,8 @@ def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False
         "contact_loss",
     )
     row |= {name: energy.get(name) for name in parts} | {"energy_residual": energy.get("residual")}
-    row["max_deflection"] = None if failed else deepest
-    row["failed_near_held"] = None if failed else near_held(simulation) if counters["failed_segments"] else 0
+    row["max_deflection"] = None if broken else deepest
+    row["failed_near_held"] = None if broken else near_held(simulation) if counters["failed_segments"] else 0
     row |= {name: counters[name] for name in ("failed_segments", "unconverged", "ply_penetration", "beyond_fine")}
     row["digest"] = simulation.digest
     return row
@@ -251,8 +249,7 @@ def sample(simulation: Simulation, before: dict[str, Any] | None) -> dict[str, A
         row[f"impulse_{axis}"] = impulse
         row[f"force_{axis}"] = (impulse - before[f"impulse_{axis}"]) / since if before and since > 0.0 else 0.0
     row["work"] = contact["work"]
-    energy = simulation.energy()
-    row |= {name: energy[name] for name in energy if name != "contact_work"}
+    row |= {name: energy for name, energy in simulation.energy().items() if name != "contact_work"}
     counters = simulation.counters()
     row |= {name: counters[name] for name in ("failed_segments", "contacts")}
     return row | simulation.fabric()

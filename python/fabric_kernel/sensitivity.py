@@ -16,7 +16,7 @@ crossings.
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy
 import scipy.special
@@ -44,7 +44,7 @@ def variants(scene: Scene) -> dict[str, Scene]:
     """The scene of each change, by what is changed and how; what does not apply to a scene is left out."""
     value, found = scene.values(), {}
 
-    def add(what, how, changes):
+    def add(what: Any, how: Any, changes: Any) -> None:
         found[f"{what}: {how}"] = scene.replace(changes)
 
     nodes = {name: value[f"sheet.{name}"] for name in ("nodes_x", "nodes_y")}
@@ -70,7 +70,8 @@ def variants(scene: Scene) -> dict[str, Scene]:
             | {name: 2.0 * value[name] for name in grown}
             | {f"{part}.node_mass": 4.0 * value[f"{part}.node_mass"] for part in parts}
         )
-        add(*COARSE.split(": "), coarse)
+        what, how = COARSE.split(": ")
+        add(what, how, coarse)
     if value["time_step.seconds"]:
         add("time step", "half", {"time_step.seconds": 0.5 * value["time_step.seconds"]})
     else:
@@ -158,14 +159,14 @@ def crossing(guess: float, through: Callable[[float], bool]) -> float:
     return math.nan
 
 
-def limit_of(job: list) -> tuple[float | None, int, float | None]:
+def limit_of(job: list[Any]) -> tuple[float | None, int, float | None]:
     """The limit of one shot of a scene, m/s, the node-steps of its search, and the lowest velocity below the limit at which it
     goes through, as in a window, None if it never does. The limit is None if there is none, a window lies below, or a shot's end
     is not known. job: scene, number of the shot, seed, guess, attitude, steps, point."""
     scene, shot, seed, guess, attitude, steps, point = job
     shooter, cost = Shooter(scene, seed=seed, attitude=attitude, steps=steps, point=point), 0
 
-    def through(velocity):
+    def through(velocity: Any) -> Any:
         nonlocal cost
         # At the very limit a body may hang in the yarns beyond all steps.
         for faster in (1.0, math.sqrt(WIDTH)):
@@ -196,7 +197,7 @@ class Change(NamedTuple):
     # lowest velocity at which a shot goes through below its limit, m/s: then there is no change of one limit
     window: float = math.nan
 
-    def interval(self, digits):
+    def interval(self, digits: Any) -> Any:
         return f"[{self.low:+.{digits}f}, {self.high:+.{digits}f}]" if math.isfinite(self.low) else "(no bound)"
 
 
@@ -205,10 +206,10 @@ class Sensitivity(NamedTuple):
     changes: tuple[Change, ...]  # the largest first
     notes: tuple[str, ...]
 
-    def heading(self):
+    def heading(self) -> tuple[str, ...]:
         return ("change", f"limit, %, from {self.limit:.1f} m/s", f"{100 * CONFIDENCE:g} % interval, %", "shots")
 
-    def rows(self):
+    def rows(self) -> Any:
         digits = lambda one: (
             f"{one.percent:+.1f}"
             if math.isfinite(one.percent)
@@ -218,7 +219,7 @@ class Sensitivity(NamedTuple):
         )
         return [(one.variant, digits(one), one.interval(1), str(one.shots)) for one in self.changes]
 
-    def sentence(self):
+    def sentence(self) -> str:
         """What changes the limit most, whatever it is, and what the width and the network do, for the head of a report."""
         known = [one for one in self.changes if math.isfinite(one.percent)]
         told = lambda one: f"{one.percent:+.0f} % {one.interval(0)} with {one.variant.split(': ')[1]}"
@@ -246,9 +247,10 @@ def sensitivity(
     test = sum(row["steps"] for row in shoot.made.values()) * nodes(scene)
     # A variant whose shots take much longer than those of the test would take longer than all others.
     steps = min(shoot.steps, 3 * max(row["steps"] for row in shoot.made.values()))
-    notes, spent, rows, windows = [], [], [], {}
+    notes, spent, rows = [], [], []
+    windows: dict[Any, Any] = {}
 
-    def sound(base):
+    def sound(base: Any) -> Any:
         left_out = ("attitude" if attitude else "-", COARSE if base is not scene else "-")
         changed = {name: other for name, other in variants(base).items() if not name.startswith(left_out)}
         for name in list(changed):
@@ -263,7 +265,7 @@ def sensitivity(
         scene["time_step.fraction"] / of["time_step.fraction"], scene["time_step.seconds"] / (of["time_step.seconds"] or 1.0)
     )
 
-    def found(asked):
+    def found(asked: Any) -> Any:
         """The limits by (name, shot) of each (name, scene, shot, guess), as far as they have one."""
         jobs = [[of, shot, seed, near, attitude, round(steps * finer(of)), (0.0, 0.0)] for _, of, shot, near in asked]
         results = limits(jobs, keep=keep, on=on, progress=progress, name="sensitivity")
@@ -273,7 +275,7 @@ def sensitivity(
                 windows[name] = min(lowest, windows.get(name, math.inf))
         return {(name, shot): limit for (name, _, shot, _), (limit, *_) in zip(asked, results) if limit}
 
-    def row(name, limits, own):
+    def row(name: str, limits: Any, own: Any) -> None:
         logarithms = [
             math.log(limits[name, shot] / own["", shot]) for shot in range(shots) if (name, shot) in limits and ("", shot) in own
         ]
@@ -332,10 +334,11 @@ def interval(logarithms: Sequence[float]) -> tuple[float, float, float]:
     least = 2.0 * math.log(WIDTH) ** 2 / 12.0
     error = math.sqrt(max(float(numpy.var(logarithms, ddof=1)), least) / count)
     half = float(scipy.special.stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * error
-    return tuple(100 * math.expm1(end) for end in (mean, mean - half, mean + half))
+    centre, low, high = (100 * math.expm1(end) for end in (mean, mean - half, mean + half))
+    return centre, low, high
 
 
-def limits(jobs: Sequence[list], **options: object) -> list[tuple[float | None, int, float | None]]:
+def limits(jobs: Sequence[list[Any]], **options: Any) -> list[tuple[float | None, int, float | None]]:
     """`limit_of` each job; the options are those of `ensembles.each`."""
     keys = [f"limit, cost and window {ensembles.run_key(job[0])} {job[1:]}" for job in jobs]
     results = ensembles.each(limit_of, dict(zip(keys, jobs)), **options)

@@ -1,14 +1,21 @@
 """Sheets of a simulation at one time: pictures, and files for ParaView."""
 
 import base64
+import pathlib
+from collections.abc import Sequence
+from typing import Any
 
 import numpy
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from . import plot
+from ._kernel import Scene
+from .checks import Array
+from .files import Place
 from .textile import sides
 
 # Dark red for failed, over orange, to yellow for the first damage.
@@ -30,7 +37,7 @@ class Sheet:
     """A sheet as it is now, of a stack one ply. positions: m, one row a node, and velocities likewise; segments: the two nodes of
     each; stretch, and alpha, 0 only where it has failed, of each."""
 
-    def __init__(self, simulation, ply=0):
+    def __init__(self, simulation: Any, ply: int = 0) -> None:
         scene, body, positions = simulation.scene, simulation.projectile(), simulation.positions()
         plies = scene["stack.plies"]
         nx, ny = positions.shape[1], positions.shape[0] // plies
@@ -50,25 +57,25 @@ class Sheet:
         )
         self.outline = [self.centre + turned(numpy.array(body["orientation"]), line) for line in outline(scene)]
 
-    def drawn(self, values, along_x, along_y):
+    def drawn(self, values: Array, along_x: Any, along_y: Any) -> Any:
         """Of a number for each segment those that are drawn."""
         nx, ny = self.nodes
         across, along = values[: along_x * ny].reshape(ny, along_x), values[along_x * ny :].reshape(along_y, nx)
         return numpy.concatenate([across[:, : nx - 1].ravel(), along[: ny - 1].ravel()])
 
-    def failed(self):
+    def failed(self) -> int:
         return int((self.alpha == 0).sum())
 
-    def deflection(self):
+    def deflection(self) -> float:
         """Largest deflection of a node that is still near the sheet's body, m: debris may be anywhere."""
         depths = numpy.sort(numpy.abs(self.heights()))
         return float(depths[len(depths) - 1 - len(depths) // 500])
 
-    def heights(self):
+    def heights(self) -> Array:
         """Deflection of each node from the sheet's plane or circle, m."""
         return numpy.hypot(self.positions[:, 0], self.positions[:, 2]) - self.radius if self.radius else self.positions[:, 2]
 
-    def profiles(self):
+    def profiles(self) -> Any:
         """The two yarns through the node nearest to the projectile: direction, place along the sheet at rest and deflection of
         each node, m; NaN between the two nodes of a failed segment."""
         nx, ny = self.nodes
@@ -84,14 +91,16 @@ class Sheet:
                 *(numpy.insert(one, torn, numpy.nan) for one in (numpy.linspace(-half, half, len(nodes)), self.heights()[nodes])),
             )
 
-    def lines(self, points, chosen):
+    def lines(self, points: Array, chosen: Any) -> Any:
         return points[self.segments[chosen]]
 
-    def draw_oblique(self, axis, meshes=0.88, near=True):
+    def draw_oblique(self, axis: Any, meshes: float = 0.88, near: Any = True) -> None:
         """The sheet as a lit surface, coloured by strain, with the torn yarns at its holes, and the projectile, dashed where it
         is hidden; z is up. meshes: how bright the lines between meshes are; near: of a curved sheet what is near the
         projectile."""
-        faces, colours, depths = [], [], []
+        faces: list[Any] = []
+        colours: Any = []
+        depths: list[Any] = []
         for corners, colour in [*self.cloth(), self.body()]:
             normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
             normals /= numpy.maximum(numpy.linalg.norm(normals, axis=1), 1e-30)[:, None]
@@ -132,7 +141,7 @@ class Sheet:
         axis.set(xlim=(-1.03 * half[0], 1.03 * half[0]), ylim=(1.03 * low, 1.03 * min(high, 2.2 * half[1])), aspect="equal")
         axis.set_axis_off()
 
-    def frame(self, axis, near):
+    def frame(self, axis: Any, near: Any) -> None:
         """Shows all of a curved sheet, or six reaches of the projectile about the place that it hits."""
         screen = oblique(self.places())[:, :2]
         low, high = screen.min(0), screen.max(0)
@@ -150,32 +159,32 @@ class Sheet:
         axis.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
         axis.set_axis_off()
 
-    def places(self):
+    def places(self) -> Any:
         """Where the nodes of a curved sheet rest, m."""
         half = self.half_size[1]
         angles, along = self.angles(), numpy.linspace(-half, half, self.nodes[1])
         ring = self.radius * numpy.stack([numpy.sin(angles), 0 * angles, numpy.cos(angles)], 1)
         return (ring[None] + numpy.stack([0 * along, along, 0 * along], 1)[:, None]).reshape(-1, 3)
 
-    def angles(self):
+    def angles(self) -> Any:
         """Of the columns of a curved sheet about its axis, rad: the spacing is a chord."""
         nx = self.nodes[0]
         return (numpy.arange(nx) - 0.5 * (nx - 1)) * 2 * numpy.arcsin(self.half_size[0] / (nx - 1) / self.radius)
 
-    def most_meshes(self):
+    def most_meshes(self) -> Any:
         """A curved sheet is drawn from near."""
         return 6 * MOST_MESHES if self.radius else MOST_MESHES
 
-    def corners(self):
+    def corners(self) -> Any:
         """Corners of the sheet at rest, m; with its mirror images."""
         x, y = self.half_size
         return numpy.array([[i * x, j * y, 0.0] for i in (-1, 1) for j in (-1, 1)])
 
-    def strain(self, chosen):
+    def strain(self, chosen: Any) -> Any:
         """Strain of some segments over that at which the yarn begins to fail."""
         return (self.stretch[chosen] - 1) / self.critical_strain
 
-    def whole(self):
+    def whole(self) -> Any:
         """Whether all four segments of each mesh are alive."""
         nx, ny = self.nodes
         across, along = (
@@ -184,13 +193,13 @@ class Sheet:
         )
         return across[:-1] & across[1:] & along[:, :-1] & along[:, 1:]
 
-    def covered(self):
+    def covered(self) -> Any:
         """Whether a whole mesh is beside each segment."""
         whole = numpy.pad(self.whole(), 1)
         across, along = whole[:-1, 1:-1] | whole[1:, 1:-1], whole[1:-1, :-1] | whole[1:-1, 1:]
         return numpy.concatenate([across.ravel(), along.ravel()])
 
-    def cloth(self):
+    def cloth(self) -> Any:
         """Corners of the whole meshes, m, with their colours: those that are drawn one by one, and those that are drawn
         together."""
         (nx, ny), whole = self.nodes, self.whole()
@@ -215,7 +224,7 @@ class Sheet:
             if len(j):
                 yield numpy.stack([node[end] for end in ends], 1), STRAIN(numpy.mean([strain[end] for end in ends], 0))[:, :3]
 
-    def body(self):
+    def body(self) -> Any:
         """Faces of the projectile, the hull of its lines, or of points all over a sphere; m, with their colours. It is drawn a
         little smaller than it is: between the nodes that touch it the cloth is drawn straight, and would lie within it."""
         points = numpy.concatenate(self.outline)
@@ -228,14 +237,14 @@ class Sheet:
         faces = self.centre + 0.98 * (points[ConvexHull(points).simplices] - self.centre)
         return faces, numpy.broadcast_to(STEEL, (len(faces), 3))
 
-    def section(self):
+    def section(self) -> Any:
         """The yarn along x that is nearest to the middle: its segments as lines in x and z, mm, and their damage."""
         nx, ny = self.nodes
         first = (ny // 2) * (nx - 1)
         chosen = slice(first, first + nx - 1)
         return 1e3 * self.positions[:, [0, 2]][self.segments[chosen]], self.alpha[chosen]
 
-    def draw_damage(self, axis):
+    def draw_damage(self, axis: Any) -> None:
         """Damage on the undeformed grid, seen along the line of flight; held nodes in grey."""
         nx, ny = self.nodes
         node = numpy.arange(nx * ny)
@@ -251,19 +260,19 @@ class Sheet:
         side = max(nx, ny)
         axis.set(xlim=(-0.02 * side, 1.02 * side - 1), ylim=(-0.02 * side, 1.02 * side - 1), aspect="equal")
 
-    def vtk(self, path):
+    def vtk(self, path: Place) -> None:
         """The sheet as VTK PolyData; failed segments are kept (hide them with a threshold on alpha)."""
         offsets = 2 * numpy.arange(1, len(self.segments) + 1)
         cells = {"alpha": self.alpha, "damage": 1 - self.alpha, "stretch": self.stretch}
         poly_data(path, self.positions, self.segments.ravel(), offsets, cells, {"velocity": self.velocities})
 
-    def vtk_of_body(self, path):
+    def vtk_of_body(self, path: Place) -> None:
         """The projectile's outline likewise."""
         points = numpy.concatenate(self.outline)
         poly_data(path, points, numpy.arange(len(points)), numpy.cumsum([len(line) for line in self.outline]), {})
 
 
-def outline(scene):
+def outline(scene: Scene) -> Any:
     """Lines on the surface of the projectile of a scene, m, in its own axes."""
     shape, radius = scene["projectile.shape"], scene["projectile.radius"]
     round_about = numpy.linspace(0.0, 2.0 * numpy.pi, 49)
@@ -305,18 +314,18 @@ def outline(scene):
     return [*ends, *(numpy.stack([ends[0][k], ends[1][k]]) for k in range(0, len(face), max(1, len(face) // 8)))]
 
 
-def turned(q, points):
+def turned(q: Any, points: Array) -> Array:
     """Points turned by a quaternion q = (w, u): x + 2 w (u x x) + 2 u x (u x x)."""
     once = 2 * numpy.cross(q[1:], points)
     return points + q[0] * once + numpy.cross(q[1:], once)
 
 
-def outward(corners, normals, centre):
+def outward(corners: Array, normals: Array, centre: Any) -> Any:
     """1 where a normal points away from the centre, else -1."""
     return numpy.sign(((corners[:, 0] - centre) * normals).sum(1))
 
 
-def oblique(points):
+def oblique(points: Array) -> Array:
     """On the screen, mm: to the right, upward, and away from the eye."""
     x, y, z = numpy.moveaxis(1e3 * points, -1, 0)
     right, away = numpy.cos(TURN) * x + numpy.sin(TURN) * y, numpy.cos(TURN) * y - numpy.sin(TURN) * x
@@ -325,10 +334,10 @@ def oblique(points):
     )
 
 
-def poly_data(path, points, connectivity, offsets, cell_data, point_data=None):
+def poly_data(path: Place, points: Array, connectivity: Array, offsets: Array, cell_data: Any, point_data: Any = None) -> None:
     """Reference: VTK file formats, XML, inline binary data (a count of bytes and the little-endian data, in base64)."""
 
-    def array(name, values, components=1):
+    def array(name: str, values: Any, components: int = 1) -> Any:
         kind, values = ("Float32", "<f4") if numpy.asarray(values).dtype.kind == "f" else ("Int32", "<i4"), numpy.asarray(values)
         data = values.astype(kind[1]).tobytes()
         text = base64.b64encode(numpy.uint32(len(data)).tobytes() + data).decode()
@@ -336,7 +345,7 @@ def poly_data(path, points, connectivity, offsets, cell_data, point_data=None):
 
     cells = "".join(array(name, values) for name, values in cell_data.items())
     nodes = "".join(array(name, values, 3) for name, values in (point_data or {}).items())
-    path.write_text(
+    pathlib.Path(path).write_text(
         '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt32">\n'
         "<PolyData>"
         f'<Piece NumberOfPoints="{len(points)}" NumberOfLines="{len(offsets)}">\n<PointData>{nodes}</PointData>\n'
@@ -347,18 +356,18 @@ def poly_data(path, points, connectivity, offsets, cell_data, point_data=None):
     )
 
 
-def vtk_series(path, frames):
+def vtk_series(path: Place, frames: Any) -> None:
     """run.pvd: the time of each frame, and its files, those of the projectile and of every ply."""
     lines = [
         f'<DataSet timestep="{time}" part="{part}" file="{name}"/>' for time, names in frames for part, name in enumerate(names)
     ]
     text = "\n".join(lines)
-    path.write_text(
+    pathlib.Path(path).write_text(
         f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0"><Collection>\n{text}\n</Collection></VTKFile>\n'
     )
 
 
-def bar(figure, axis, sheet, label="strain (%), up to where the yarn begins to fail"):
+def bar(figure: Figure, axis: Any, sheet: Sheet, label: str = "strain (%), up to where the yarn begins to fail") -> None:
     """What the colours of the oblique view mean."""
     percent = Normalize(0, 100 * sheet.critical_strain)
     figure.colorbar(ScalarMappable(percent, STRAIN), ax=axis, shrink=0.6, aspect=24, pad=0.02, label=label).outline.set_visible(
@@ -367,7 +376,7 @@ def bar(figure, axis, sheet, label="strain (%), up to where the yarn begins to f
 
 
 @plot.styled
-def picture(sheet, path, title):
+def picture(sheet: Sheet, path: Place | None, title: str) -> Any:
     """One large picture of the sheet."""
     if sheet.radius:
         return picture_of_curve(sheet, path, title)
@@ -379,7 +388,7 @@ def picture(sheet, path, title):
 
 
 @plot.styled
-def profile(sheet, path, title):
+def profile(sheet: Sheet, path: Place | None, title: str) -> Any:
     """The back face, cut along both yarns under the projectile."""
     figure, axis = plot.new(8.5, 4.2)
     for number, (name, places, heights) in enumerate(sheet.profiles()):
@@ -389,7 +398,7 @@ def profile(sheet, path, title):
     return plot.saved(figure, path)
 
 
-def picture_of_curve(sheet, path, title):
+def picture_of_curve(sheet: Sheet, path: Place | None, title: str) -> Any:
     """A curved sheet where it is hit and as a whole, a section along its middle row, and its failures on the sheet unrolled."""
     figure, ((near, whole), (section, unrolled)) = plot.new(12.6, 9.4, 2, 2)
     sheet.draw_oblique(near)
@@ -433,7 +442,7 @@ def picture_of_curve(sheet, path, title):
 
 
 @plot.styled
-def damage_map(sheet, path, title):
+def damage_map(sheet: Sheet, path: Place, title: str) -> None:
     """Damage on the grid of nodes: the part where there is any, at least a third of the sheet."""
     figure, axis = plot.new(7.2, 7.2)
     sheet.draw_damage(axis)
@@ -449,7 +458,7 @@ def damage_map(sheet, path, title):
 
 
 @plot.styled
-def picture_of_stack(sheets, path, title):
+def picture_of_stack(sheets: Sequence[Sheet], path: Place, title: str) -> None:
     """Of separate plies a section along x through the middle, and how many segments failed in each."""
     figure, (left, right) = plot.new(12.6, 6.4, 2)
     for number, sheet in enumerate(sheets):

@@ -8,7 +8,6 @@ truth in docs/tables/v50.md.
 import functools
 import json
 import math
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -20,7 +19,7 @@ from . import checks, designs, limit, window
 from ._kernel import Refused, Scene
 from .about import cautions, command, described, noted, of_a_scene, positive
 from .ensembles import append, kept, run_key, vary, within_mesh
-from .files import csv_of, written
+from .files import Place, csv_of, written
 from .likelihood import LINKS
 from .model_error import model_error
 from .page import Page, printed
@@ -83,7 +82,7 @@ class Test(NamedTuple):
 
     def every_shot(self) -> tuple[tuple[str, ...], list[tuple[int | str, ...]]]:
         """Heading and rows."""
-        rows = [
+        rows: list[tuple[int | str, ...]] = [
             (k, f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}")
             for k, s in enumerate((*self.shots, *self.below), 1)
         ]
@@ -94,7 +93,7 @@ class Test(NamedTuple):
         fit = self.fit
         value = lambda x: f"{x:.1f}" if math.isfinite(x) else "none"
         return [
-            (limit.name(share), value(x), interval.text(), profile.text())
+            (limit.name(share), value(x), str(interval), str(profile))
             for share, x, interval, profile in zip(fit.shares, fit.velocities, fit.intervals, fit.profile)
         ]
 
@@ -127,7 +126,7 @@ class Test(NamedTuple):
             lines += [printed(self.sensitivity.heading(), self.sensitivity.rows()), *self.sensitivity.notes, ""]
         return "\n".join([*lines, printed(*self.every_shot())])
 
-    def write(self, folder: str | os.PathLike[str]) -> None:
+    def write(self, folder: Place) -> None:
         """report.html (everything inside), plot.svg, shots.csv and test.json, each whole or as it was before. Raises OSError with
         the name of the file, as where the disk is full."""
         folder = Path(folder)
@@ -273,7 +272,8 @@ def v50(
     if tests:
         simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
-    average, chosen, hole, doubt, slower = limit.standard_average(v, y), design.words(), None, "", []
+    average, chosen, hole, doubt = limit.standard_average(v, y), design.words(), None, ""
+    slower: list[Any] = []
     if below:
 
         def shot(velocity: float) -> bool | None:
@@ -295,13 +295,17 @@ def v50(
         hole = hole._replace(near_held=window.near_held(shoot.flown, hole)) if isinstance(shoot, Shooter) else hole
     drawn = seeds or (shoot.drawn() if isinstance(shoot, Shooter) else "")
     words = f"{drawn} {simulated}".strip()
-    against, first = "", ()
+    against = ""
+    first: tuple[str, ...] = ()
     if isinstance(shoot, Shooter):
         scaled = axes(shoot.scene)
         notes += [*shoot.notes(), *([scaled.words(found.mu)] if scaled else [])]
         interval = next(interval for share, interval in zip(found.shares, found.intervals) if share == 0.5)
         about = about or described(shoot.scene)
-        against, first = model_error([scene for scene, _ in shoot.flown], confidence).sentence(*interval), cautions(shoot.scene)
+        against, first = (
+            model_error([scene for scene, _ in shoot.flown], confidence).sentence(interval.low, interval.high),
+            cautions(shoot.scene),
+        )
     return Test(
         title,
         chosen,
@@ -347,7 +351,7 @@ class Shooter:
         point: tuple[float, float] | None = (0.0, 0.0),
         attitude: str | Sequence[float] | None = None,
         tilt: Any = None,
-        keep: str | os.PathLike[str] | None = None,
+        keep: Place | None = None,
         steps: int | None = None,
         to_the_end: bool = False,
     ) -> None:
@@ -552,7 +556,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             print_at(given, scene)
             return
         shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20
-        design = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
+        plan = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
         shoot = Shooter(
             scene,
             seed=given.seed,
@@ -564,7 +568,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
         test = v50(
             shoot,
-            design,
+            plan,
             shots,
             link=given.link,
             confidence=given.confidence,

@@ -90,7 +90,7 @@ def looked_at(rungs: Sequence[float], passed: Sequence[bool], confidence: float)
 
 def shot_below(
     shoot: Callable[[float], bool | None], velocities: ArrayLike, through: ArrayLike, confidence: float, seed: int = 1
-):
+) -> Any:
     """Shoots the ladder below some shots: its velocities and whether they went through, the window, a doubt and a note. shoot:
     with a velocity, m/s, returns whether it went through, None if that is not known."""
     made = [
@@ -127,7 +127,7 @@ def window(
     """The window of the shots of a test, m/s, and of the ladder below it; None if they do not contradict a share that grows with
     the velocity."""
     own, results = limit.checked(velocities, through)
-    v, y = limit.checked([*own, *rungs], [*results, *passed])
+    v, y = limit.checked([*own, *numpy.ravel(rungs)], [*results, *numpy.ravel(passed)])
     if not (y.any() and v[y].min() < v[~y].max(initial=0.0)):
         return None
     slow = any(too_many(v[v > one], y[v > one], numpy.full(len(v), one), 1) for one in numpy.unique(v[y]))

@@ -82,11 +82,13 @@ const SECOND: &[Step] = &[
 /// What the kernel does not have by default. Where a step builds it with others, it is one more build.
 const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
 
-/// Form of the sources: rustfmt's, and ruff's as pyproject.toml has it.
+/// Form of the sources: rustfmt's, and ruff's and mypy's as pyproject.toml has them.
 fn style() -> Outcome {
-    let ruff = python_with("tests/requirements.txt")?.with_file_name("ruff");
+    let python = python_with("tests/requirements.txt")?;
+    let ruff = python.with_file_name("ruff");
     command(&ruff, &["format", "--quiet", "--diff"])?;
     command(&ruff, &["check", "--quiet"])?;
+    command(&python, &["-m", "mypy", "--no-error-summary"])?;
     with_cargo("fmt", &["fmt", "--all", "--check"])
 }
 
