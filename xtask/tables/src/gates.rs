@@ -3,10 +3,12 @@
 
 use crate::stack;
 use fabric_kernel::FEATURES;
+use fabric_tests::golden::SCENES;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use xtask::targets::{FROM_HOST, FROM_LINUX, undefined};
-use xtask::tools::{Outcome, cargo, sources, target, top, wait};
+use xtask::tools::{Outcome, cargo, cargo_program, sources, target, top, wait};
 
 /// All gates on the two libraries.
 pub fn run() -> Outcome {
@@ -38,7 +40,7 @@ pub fn run() -> Outcome {
 /// (but is not a stable feature: hence the variable). Calls of its own functions do not go through the table of symbols.
 fn linked(package: &str, library: &str, options: &[&str]) -> Result<PathBuf, String> {
     let folder = target().join("gate");
-    let mut command = std::process::Command::new(xtask::tools::cargo_program());
+    let mut command = Command::new(cargo_program());
     command
         .args(["rustc", "--quiet", "--profile", "ship", "--package", package, "--lib", "--crate-type", "cdylib"])
         .args(options)
@@ -173,6 +175,15 @@ fn short(name: &str) -> String {
 /// Sets of features that are more than one and less than all: the kernel's Cargo.toml says what each is for.
 pub const SETS: [&str; 2] = ["paper", "real"];
 
+/// Pinned scenes that are also run by a build of just the features that each asks for, as `fabric scene --features` lists them.
+const JUST_ENOUGH: [&str; 5] = [
+    "sphere_that_rubs",
+    "sphere_through_turned_plies",
+    "cylinder_on_a_graded_sheet",
+    "drawn_yarns_by_the_theta_rule",
+    "disc_sector",
+];
+
 /// Builds the kernel with nothing, with each feature left out, and with sets that a host may use, and runs the pinned scenes of the
 /// first and the last of these. The steps before have done so with all features.
 pub fn every_feature_set() -> Outcome {
@@ -187,16 +198,31 @@ pub fn every_feature_set() -> Outcome {
         check(&others.join(","))?;
     }
     for set in [""].iter().chain(&SETS) {
-        let tests = ["test", "--quiet", "--package", "fabric-tests", "--test", "golden", "--no-default-features"];
-        cargo(&[&tests[..], &["--features", &of_kernel(set)]].concat())?;
+        golden(set, "")?;
+    }
+    for (name, scene, ..) in SCENES.iter().filter(|(name, ..)| JUST_ENOUGH.contains(name)) {
+        let asked = FEATURES.iter().filter(|record| record.asked_by(&scene()).is_some());
+        let features = asked.map(|record| record.name).collect::<Vec<_>>().join(",");
+        println!("  {name}: {features}");
+        golden(&features, name)?;
     }
     println!(
-        "figure 15: each of {} features left out, nothing, and {} build without a warning; pinned scenes of the last {} pass",
+        "figure 15: each of {} features left out, nothing, and {} build without a warning; pinned scenes of the last {} pass, \
+         and {} by builds of just their features",
         names.len(),
         SETS.join(" and "),
-        1 + SETS.len()
+        1 + SETS.len(),
+        JUST_ENOUGH.len()
     );
     Ok(())
+}
+
+/// The golden tests by a kernel of these features. `runs`: a scene that must not be left out.
+fn golden(features: &str, runs: &str) -> Outcome {
+    let features: Vec<_> = features.split(',').map(of_kernel).collect();
+    let mut tests = Command::new(cargo_program());
+    tests.args(["test", "--quiet", "--package", "fabric-tests", "--test", "golden", "--no-default-features"]);
+    wait(tests.args(["--features", &features.join(",")]).env("FABRIC_RUNS", runs).current_dir(top()))
 }
 
 /// The cargo features of the kernel, each once.
