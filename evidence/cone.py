@@ -58,7 +58,7 @@ def pyramid(job):
     half, speed = job
     scene = scene_of(half, speed)
     simulation, h = Simulation(scene, warns=False), scene["sheet.spacing"]
-    steps = int(0.9 * half * h / smith(scene, speed)[1].front / simulation.step_limits["dt"])
+    steps = int(0.9 * half * h / smith(scene, speed)[1].front / simulation.step_limits()["dt"])
     strains, jumps, places, times = [], [], ([], []), []
     for sample in range(1, SAMPLES + 1):
         simulation.step(steps // 2 + steps * sample // (2 * SAMPLES) - simulation.step_count)

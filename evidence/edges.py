@@ -29,7 +29,7 @@ def breaks(scene, velocity):
     """Whether a segment fails in time. The body touches the sheet at the start."""
     h = scene["sheet.spacing"]
     simulation = Simulation(scene.replace({"projectile.velocity": [0, 0, velocity]}).aimed((0.2 * h, 0.3 * h)), warns=False)
-    simulation.run([], round(TIME / simulation.step_limits["dt"]), failed=1)
+    simulation.run([], round(TIME / simulation.step_limits()["dt"]), failed=1)
     return simulation.counters()["failed_segments"] > 0
 
 

@@ -64,7 +64,7 @@ def measured(scene):
     simulation = Simulation(scene, warns=False)
     rows, columns = simulation.positions().shape[:2]
     end = ["arrested", "exited"] + ["detached"] * (scene["attachment.kind"] == "four_corners")
-    steps, start = int(LONGEST / simulation.step_limits["dt"]), clock()
+    steps, start = int(LONGEST / simulation.step_limits()["dt"]), clock()
     if simulation.run(end, steps) == steps:
         return None
     seconds = clock() - start

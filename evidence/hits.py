@@ -63,7 +63,7 @@ def impact(scene, longest):
     """
     simulation = Simulation(scene, warns=False)
     ends = (*ENDS, "through") if scene["track_through"] else ENDS
-    simulation.run(ends, int(longest / simulation.step_limits["dt"]))
+    simulation.run(ends, int(longest / simulation.step_limits()["dt"]))
     first, velocity, outcomes = scene["projectile.velocity"][2], simulation.projectile()["velocity"][2], simulation.outcomes()
     energy, counters = simulation.energy(), simulation.counters()
     return {

@@ -126,7 +126,7 @@ def impact(job):
     scene, end = job[:2]
     simulation = Simulation(scene, warns=False)
     start = simulation.energy()["projectile_kinetic"]
-    steps = int(LONGEST / simulation.step_limits["dt"])
+    steps = int(LONGEST / simulation.step_limits()["dt"])
     begin, trouble = clock(), None
     try:
         simulation.run(end, steps)

@@ -338,7 +338,7 @@ def slipped():
     lines, scene = [], network(KEVLAR, 0.051, SPHERE, "crossing", "flat")
     for time in (60e-6, 120e-6):
         simulation = Simulation(scene.replace({"projectile.velocity": [0.0, 0.0, 60.0]}), warns=False)
-        simulation.run((), round(time / simulation.step_limits["dt"]))
+        simulation.run((), round(time / simulation.step_limits()["dt"]))
         for mu in (0.1, 0.2, 0.3):
             near, around, whole = simulation.slip(2.0 * section(scene)[0], mu)["slipping"]
             found = shoot(resolved(KEVLAR, 0.051, SPHERE, "crossing", rubbing(mu, 0.0)) | {"longest": time}, 60.0)

@@ -118,7 +118,7 @@ class Strip(NamedTuple):
 def steps_of(scene, simulation, speed):
     """Steps until the front is near the held ends."""
     length = 0.5 * (scene["sheet.nodes_x"] - 1) * scene["sheet.spacing"]
-    return int(TRAVEL * length / smith(scene, speed)[1].front / simulation.step_limits["dt"])
+    return int(TRAVEL * length / smith(scene, speed)[1].front / simulation.step_limits()["dt"])
 
 
 def strains(job):

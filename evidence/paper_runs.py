@@ -173,7 +173,7 @@ class Watched:
             if self.failed():
                 self.first = simulation.time, len(with_images(self.middles(), self.mirrored))
         while self.first and self.places is None and simulation.step_count < end and not self.over():
-            left = (self.first[0] + SPREAD - simulation.time) / simulation.step_limits["dt"]
+            left = (self.first[0] + SPREAD - simulation.time) / simulation.step_limits()["dt"]
             simulation.run(self.until, min(max(int(left) - 1, 1), end - simulation.step_count))
             if simulation.time >= self.first[0] + SPREAD:
                 self.places = count_groups(with_images(self.middles(), self.mirrored))
@@ -252,7 +252,7 @@ def flown(job):
         if whole and scene["attachment.kind"] == "four_corners" and scene["projectile.shape"] == "sphere"
         else None
     )
-    dt, energy, history = simulation.step_limits["dt"], simulation.energy(), []
+    dt, energy, history = simulation.step_limits()["dt"], simulation.energy(), []
     start = energy["projectile_kinetic"]
 
     def sample():

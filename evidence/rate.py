@@ -64,7 +64,7 @@ def pulled(job):
     x, v = simulation.positions(), numpy.zeros((2, 2, 3))
     v[..., 0] = rate * x[..., 0]
     simulation.set_motion(x, v)
-    modulus, largest, before, dt = None, 0.0, v[0, 1, 0], simulation.step_limits["dt"]
+    modulus, largest, before, dt = None, 0.0, v[0, 1, 0], simulation.step_limits()["dt"]
     for _ in range(STEPS):
         x = simulation.positions()
         strain = (x[0, 1, 0] - x[0, 0, 0]) / LENGTH - 1.0

@@ -84,7 +84,7 @@ def flown(scene):
     """Absorbed energy, J, its part of the impact's, end, open energy, failed segments and time, s."""
     simulation = Simulation(scene, warns=False)
     first = simulation.energy()["projectile_kinetic"]
-    simulation.run(["arrested", "exited", "passed"], round(LONGEST / simulation.step_limits["dt"]))
+    simulation.run(["arrested", "exited", "passed"], round(LONGEST / simulation.step_limits()["dt"]))
     ends, energy = simulation.outcomes(), simulation.energy()
     work, failed = simulation.contact()["work"], simulation.counters()["failed_segments"]
     return [

@@ -27,7 +27,7 @@ def thrown(job):
     speed, time, tolerance, fraction = job
     still = {"yarn.stochastic": False, "projectile.position": [0, 0, -1.0], "projectile.velocity": [0, 0, 0]}
     scene = Scene("sheet_3in_sphere", still | {"sheet.nodes_x": 21, "sheet.nodes_y": 21} | integrator(tolerance))
-    dt_crit, steps = Simulation(scene).step_limits["dt_crit"], math.ceil(time / fraction)
+    dt_crit, steps = Simulation(scene).step_limits()["dt_crit"], math.ceil(time / fraction)
     dt = time * dt_crit / steps
     simulation = Simulation(scene.replace({"time_step.seconds": dt} | checked(dt / dt_crit)), warns=False)
     positions = simulation.positions()

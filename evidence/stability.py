@@ -24,7 +24,7 @@ def run(scene):
     simulation = Simulation(scene, warns=False)
     impact = simulation.energy()["projectile_kinetic"]
     try:
-        simulation.step(int(TIME / simulation.step_limits["dt"]))
+        simulation.step(int(TIME / simulation.step_limits()["dt"]))
         energy, come = simulation.energy()["residual"] / impact, simulation.outcomes()
     except Failed:
         energy, come = math.inf, {}

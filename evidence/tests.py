@@ -299,7 +299,7 @@ class ClosedForms(unittest.TestCase):
             coarse = impact.scene_of(impact.CASES[0], impact.Setting(0.4, network=factor), 0.0, False)
             size, step = (
                 (lambda scene: (scene["sheet.nodes_x"] - 1) * scene["sheet.spacing"]),
-                lambda scene: Simulation(scene).step_limits["dt_crit"],
+                lambda scene: Simulation(scene).step_limits()["dt_crit"],
             )
             self.assertAlmostEqual(size(coarse) / size(whole), 1, delta=1e-14)
             self.assertAlmostEqual(step(coarse) / step(whole), factor, delta=1e-13)

@@ -56,7 +56,7 @@ def measured(job):
         scene = scene.replace({"projectile.velocity": [0, 0, scene["projectile.velocity"][2] * (1 + k * ROUNDING)]})
     simulation = Simulation(scene, warns=False)
     first = simulation.energy()["projectile_kinetic"]
-    simulation.run([] if time else ["arrested", "exited"], int((time or LONGEST) / simulation.step_limits["dt"]))
+    simulation.run([] if time else ["arrested", "exited"], int((time or LONGEST) / simulation.step_limits()["dt"]))
     contact, energy, failed = simulation.contact(), simulation.energy(), simulation.counters()["failed_segments"]
     found = [contact["work"], simulation.projectile()["velocity"][2], contact["force_peak"], 100 * failed / segments(scene)]
     return found + [100 * energy["viscous"] / first, 100 * energy["residual"] / first]

@@ -88,7 +88,7 @@ def measured(job):
     scene = strip.scene(speed)
     (strain, front, _), _ = waves(scene, speed)
     simulation, h, half = Simulation(scene, warns=False), scene["sheet.spacing"], scene["sheet.nodes_x"] // 2
-    steps = int(TRAVEL * half * h / front / simulation.step_limits["dt"])
+    steps = int(TRAVEL * half * h / front / simulation.step_limits()["dt"])
     means, fronts, kinks, times = [], [], [], []
     for sample in range(1, SAMPLES + 1):
         simulation.step(steps // 2 + steps * sample // (2 * SAMPLES) - simulation.step_count)

@@ -282,6 +282,7 @@ class Simulation:
     Steps warn (RuntimeWarning), once, when the energy residual exceeds 1 % of the impact energy, unless `warns` is False;
     they look every 256 steps.
     `capsule` is a file that gets every call which changes the simulation: `replay(FILE)` does them again and compares the bits.
+    A single value is a property, a table or an array a call.
     """
 
     def __init__(self, scene: Scene, *, warns: bool = True, capsule: str | os.PathLike[str] | None = None) -> None: ...
@@ -294,8 +295,6 @@ class Simulation:
         """s."""
 
     @property
-    def step_limits(self) -> StepLimits: ...
-    @property
     def digest(self) -> str:
         """A hash of the whole state: equal digests mean equal bits."""
 
@@ -307,6 +306,7 @@ class Simulation:
     def failure(self) -> str | None:
         """The code of the latched failure, if there is one."""
 
+    def step_limits(self) -> StepLimits: ...
     def step(self, steps: int = 1) -> None:
         """Takes so many steps."""
 

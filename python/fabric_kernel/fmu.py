@@ -171,7 +171,7 @@ def filled(archive: Path, scene: Scene, name: str) -> tuple[int, bytes]:
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in (MODEL, *KEYWORDS):
         raise ValueError(f"--name {name}: letters, digits and _, a letter first; not {MODEL}, no word of C")
     fmu, words, simulation = Archive(archive), scene.words(), Simulation(scene)
-    time_step = shown("Real", struct.unpack("<Q", struct.pack("<d", simulation.step_limits["dt"]))[0])
+    time_step = shown("Real", struct.unpack("<Q", struct.pack("<d", simulation.step_limits()["dt"]))[0])
     text, starts = described(fmu.text, dict(variables(words, fmu.version)))
     blocks = {binary: fmu.block(binary, len(words)) for binary in fmu.binaries}
     if len(builds := {build for _, build in blocks.values()}) != 1:

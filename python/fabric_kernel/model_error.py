@@ -148,6 +148,10 @@ class ModelError(NamedTuple):
     confidence: float
     words: str
 
+    def __repr__(self) -> str:
+        known = f"a factor of {self.factor:.3g} ({100 * self.confidence:g} %)" if math.isfinite(self.factor) else "unknown"
+        return f"<ModelError: {known}; {self.words}>"
+
     def band(self, low: float, high: float) -> tuple[float, float] | None:
         """Of a computed limit with its interval, m/s; None where nothing is known."""
         return (low / self.factor, high * self.factor) if math.isfinite(self.factor) else None

@@ -1,11 +1,14 @@
 """The program `fabric`: one command for each question."""
 
 import argparse
+import contextlib
 import importlib
+import io
+import re
 import sys
 from collections.abc import Sequence
 
-from ._kernel import VERSION
+from ._kernel import PRESETS, VERSION
 
 COMMANDS = {
     "run": ("run", "one impact: a table, pictures and a report"),
@@ -19,6 +22,31 @@ COMMANDS = {
 }
 
 
+def completion() -> str:
+    """Completion of commands, options, presets and files, for bash and zsh."""
+    cases = []
+    for command in COMMANDS:
+        said = io.StringIO()
+        with contextlib.suppress(SystemExit), contextlib.redirect_stdout(said):
+            main([command, "--help"])
+        options = sorted(set(re.findall(r"(?<![\w-])--[a-z][\w-]*", said.getvalue())))
+        cases.append(f"    {command}) words='{' '.join([*options, *PRESETS])}' ;;")
+    return "\n".join(
+        [
+            '[ -z "$ZSH_VERSION" ] || { autoload -U +X compinit bashcompinit; compinit; bashcompinit; }',
+            "_fabric() {",
+            "  local words",
+            '  case "$COMP_CWORD:${COMP_WORDS[1]}" in',
+            f"    1:*) words='{' '.join(COMMANDS)}' ;;",
+            *(case.replace("    ", "    *:", 1) for case in cases),
+            "  esac",
+            '  COMPREPLY=($(compgen -W "$words" -- "${COMP_WORDS[COMP_CWORD]}"))',
+            "}",
+            "complete -o default -F _fabric fabric",
+        ]
+    )
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     words = list(sys.argv[1:] if arguments is None else arguments)
     names = "\n".join(f"  {name:10} {about}" for name, (_, about) in COMMANDS.items())
@@ -29,9 +57,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description=f"Impact of rigid fragments on ballistic fabric.\n\ncommands:\n{names}",
         epilog="fabric COMMAND --help says what a command takes.",
     )
+    parser.add_argument("--completion", action="store_true", help="completion for bash and zsh: source <(fabric --completion)")
     parser.add_argument("--version", action="version", version=f"fabric {VERSION}")
     parser.add_argument("command", nargs="?", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
-    command = parser.parse_args(words[:1]).command
+    given = parser.parse_args(words[:1])
+    command = given.command
+    if given.completion:
+        print(completion())
+        return
     if command is None:
         parser.print_help()
         return

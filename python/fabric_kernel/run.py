@@ -182,7 +182,7 @@ def summary_of(
         "steps": simulation.step_count,
         "time": simulation.time,
         "impact_energy": rows[0]["projectile_kinetic"],
-        "step_limits": simulation.step_limits,
+        "step_limits": simulation.step_limits(),
         "outcomes": come,
         "projectile": simulation.projectile(),
         "contact": simulation.contact(),

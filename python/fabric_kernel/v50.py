@@ -8,6 +8,7 @@ truth in docs/tables/v50.md.
 import functools
 import json
 import math
+import typing
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -76,6 +77,25 @@ class Test(NamedTuple):
                 lines.append(f"V50 {number}, of the model alone.")
         width = self.sensitivity.sentence() if self.sensitivity else ""
         return [*lines, *filter(None, [self.against]), *([width] if width else self.cautions[:1]), *self.cautions[1:2]]
+
+    @classmethod
+    def read(cls, path: Place) -> "Test":
+        """The test of a test.json, or of the folder that has it."""
+        path = Path(path)
+        text = (path / "test.json" if path.is_dir() else path).read_text()
+        try:
+            return _restored(cls, json.loads(text))
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"{path}: is no test.json of this version") from error
+
+    def __repr__(self) -> str:
+        return f"<Test {self.title!r}, {len(self.shots)} shots: {' '.join(self.answer()[:1]) or 'no limit'}>"
+
+    def _repr_html_(self) -> str:
+        page = Page(self.title)
+        page.answer(self.answer())
+        page.table(self.heading(), self.rows())
+        return "".join(page.parts)
 
     def heading(self) -> tuple[str, ...]:
         return ("", "m/s", f"{100 * self.fit.confidence:g} % interval, m/s", "plain profile likelihood, m/s")
@@ -179,6 +199,23 @@ class Test(NamedTuple):
         )
         page.table(*self.every_shot())
         return page.html()
+
+
+def _restored(kind: Any, value: Any) -> Any:
+    """A value of this type, of what `Test.plain` made of it."""
+    if kind is float:
+        return math.nan if value is None else float(value)
+    if typing.get_origin(kind) is tuple:
+        return tuple(_restored(typing.get_args(kind)[0], one) for one in value)
+    if kind is limit.Interval:
+        return kind(*(end if value[name] is None else value[name] for name, end in (("low", -math.inf), ("high", math.inf))))
+    if hasattr(kind, "_fields"):
+        from .sensitivity import Sensitivity
+
+        kinds = typing.get_type_hints(kind, localns={"Sensitivity": Sensitivity})
+        return kind(**{name: _restored(kinds[name], one) for name, one in value.items()})
+    others = [one for one in typing.get_args(kind) if one is not type(None)]
+    return None if value is None else _restored(others[0], value) if others else value
 
 
 def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) -> tuple[list[Shot], list[str]]:

@@ -243,7 +243,6 @@ impl Simulation {
     }
 
     /// The time step in use and its limits, s.
-    #[getter]
     fn step_limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let limits = self.sim.step_limits();
         [("dt", limits.dt), ("dt_crit", limits.dt_crit), ("step_max", limits.step_max)].into_py_dict(py)
@@ -253,6 +252,15 @@ impl Simulation {
     #[getter]
     fn digest(&self, py: Python<'_>) -> String {
         format!("{:016x}", py.detach(|| in_our_environment(|| self.sim.digest())))
+    }
+
+    /// The scene, where it is, and how it has ended.
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let scene = self.scene.bind(py).repr().map_or_else(|_| "Scene(...)".into(), |text| text.to_string());
+        let come = Outcome::ALL.iter().zip(self.sim.outcomes().latched).filter(|(_, latch)| latch.is_some());
+        let come: Vec<_> = self.failure().into_iter().chain(come.map(|(outcome, _)| outcome.name().into())).collect();
+        let ended = if come.is_empty() { String::new() } else { format!(", {}", come.join(" and ")) };
+        format!("<Simulation of {scene}: step {}, {:.4} us{ended}>", self.step_count(), 1e6 * self.time())
     }
 
     /// Takes so many steps.

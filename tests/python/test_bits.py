@@ -189,3 +189,10 @@ def test_yarns_of_fibrils():
     assert set(straight["alpha"]) == {0.0}
     assert straight["work"] / (0.5 * 180e9 * (0.5 * (1.03**2 - 1)) ** 2) == pytest.approx(1.0, rel=0, abs=1e-9)
     assert straight["critical_stretch"] == 1.03
+
+
+def test_a_simulation_says_where_it_is():
+    simulation = after(fk.Scene(**SMALL), 100)
+    said = repr(simulation)
+    assert said.startswith("<Simulation of Scene('sheet_3in_sphere', {")
+    assert said.endswith(f"step 100, {1e6 * simulation.time:.4f} us>")

@@ -9,7 +9,7 @@ import scipy.optimize
 import scipy.stats
 from fabric_kernel import checks, designs, limit
 from fabric_kernel.likelihood import LARGEST, LINKS, LOGIT, PROBIT, firth, held, maximum, possible, possible_ratio, ratio
-from fabric_kernel.v50 import Unknown, v50
+from fabric_kernel.v50 import Test, Unknown, v50
 
 
 def groups(*rows):
@@ -558,6 +558,12 @@ def test_a_test_from_the_first_shot_to_the_page(tmp_path):
     assert page == (tmp_path / "two/report.html").read_text()
     assert len((tmp_path / "one/shots.csv").read_text().splitlines()) == 36
     assert json.loads((tmp_path / "one/test.json").read_text())["fit"]["mu"] == pytest.approx(test.fit.mu, rel=0, abs=5e-8)
+    assert Test.read(tmp_path / "one").text() == text
+    assert repr(test).startswith("<Test 'A < B', 20 shots: V50 ")
+    assert "<table>" in test._repr_html_()
+    (tmp_path / "one/test.json").write_text('{"title": 1}')
+    with pytest.raises(ValueError, match="one: is no test.json of this version"):
+        Test.read(tmp_path / "one")
 
 
 def test_every_degenerate_test_has_a_report(tmp_path):
@@ -571,7 +577,7 @@ def test_every_degenerate_test_has_a_report(tmp_path):
         test = v50(shoot, designs.Neyer(80, 120, 5), shots, tests=20)
         assert test.fit.notes
         test.write(tmp_path)
-        json.loads((tmp_path / "test.json").read_text())
+        assert Test.read(tmp_path / "test.json").text() == test.text()
 
 
 def test_twelve_shots_that_are_alike_end_the_test_with_their_bound():

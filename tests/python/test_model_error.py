@@ -114,6 +114,7 @@ def test_what_was_not_compared_gets_no_band():
         error = model_error(scene)
         assert math.isnan(error.factor)
         assert error.band(1.0, 2.0) is None
+        assert repr(error).startswith("<ModelError: unknown; ")
         assert told in error.sentence(1.0, 2.0)
         unknown = "no test of one ply" if told.endswith("(one ply)") else "so the error is unknown"
         assert unknown in error.sentence(1.0, 2.0)

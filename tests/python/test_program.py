@@ -214,3 +214,14 @@ def test_former_names_work_and_say_the_new_one():
     done = subprocess.run([former, "--help"], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "fabric-v50 is now: fabric v50\n")
     assert "usage: fabric v50" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [("fabric re", {"residual", "replay"}), ("fabric v50 --conf", {"--confidence"}), ("fabric run ring", {"ring_40in"})],
+)
+def test_a_shell_completes_commands_options_and_presets(typed, offered):
+    words = typed.split()
+    script = ran("--completion").stdout + f"COMP_WORDS=({typed}); COMP_CWORD={len(words) - 1}; _fabric; echo ${{COMPREPLY[*]}}"
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
+    assert (set(done.stdout.split()), done.stderr) == (offered, "")

@@ -15,7 +15,7 @@ from fabric_kernel.movie import movie
 from fabric_kernel.sensitivity import WIDTH, crossing, interval, variants
 from fabric_kernel.sheets import outline
 from fabric_kernel.textile import areal_density, presented_area, sides
-from fabric_kernel.v50 import main
+from fabric_kernel.v50 import Test, main
 from PIL import Image
 
 
@@ -109,6 +109,7 @@ def test_the_command_shows_what_the_width_does_for_ten_times_the_node_steps_of_t
         )
         assert shots == 20 or ("found in the network of bars of two yarns" in text) == (shots == 10)
     assert page.count("data:image/svg+xml") == 2
+    assert Test.read(folder).text() in said
 
 
 def test_each_is_drawn_the_same_twice_and_leaves_the_settings_of_the_user(tmp_path):
