@@ -3,9 +3,9 @@
 import json
 from types import SimpleNamespace
 
-from fabric_kernel import page, plot
+from fabric_kernel import drawing, page
+from fabric_kernel.drawing import Series
 from fabric_kernel.page import significant
-from fabric_kernel.plot import Series
 
 from . import short
 
@@ -217,4 +217,4 @@ def draw(rows, widest, path):
     add(f"whole run, {widest}", "dashed", "run", widest)
     for case in dict.fromkeys(row.case for row in rows if row.case.startswith("peers: ")):
         add(case.removeprefix("peers: ") + ", whole run", "marked", case, "compiled")
-    plot.errors(path, "Time per node and step, one core", "nodes along a side", "time per node-step (ns)", series)
+    drawing.errors(path, "Time per node and step, one core", "nodes along a side", "time per node-step (ns)", series)

@@ -11,7 +11,7 @@ Limits: washers do not fail as a whole; an endless clamp feeds cloth that no cla
 
 import itertools
 
-from fabric_kernel import Scene, Simulation, page, plot
+from fabric_kernel import Scene, Simulation, drawing, page
 
 from .hits import BISECTION, limit
 from .paper_runs import ATTACHMENTS, SMALL, STOCHASTIC, Point
@@ -54,14 +54,14 @@ def limits(study):
         [{"hold": slip, "limit m/s": mean.value, "low": mean.low, "high": mean.high} for slip, mean in zip(slips, means)],
     )
     points = [
-        plot.Series(
+        drawing.Series(
             "ends that slip",
             [(s, one.value) for s, one in zip(slips[1:], means[1:])],
             "marked",
             [(one.low, one.high) for one in means[1:]],
         )
     ]
-    plot.draw(
+    drawing.draw(
         study.folder / "clamps_limit.svg",
         "Ballistic limit of one ply over the hold of its clamps",
         "force at which a yarn end slips / strength of the yarn",
@@ -93,7 +93,7 @@ def answer(study):
         jobs += [(point.scene(study.effort, k).replace(changes), point.steps(study.effort)) for k in range(runs)]
     rows = [label | found for label, found in zip(labels, study.each(measured, jobs))]
     study.write("clamps", rows)
-    figure, plots = plot.new(5.6, 3.0, len(HOLDS), sharey=True)
+    figure, plots = drawing.new(5.6, 3.0, len(HOLDS), sharey=True)
     lines = []
     for axes, hold in zip(plots, HOLDS):
         drawn = {kind: [] for kind in ATTACHMENTS}
@@ -115,8 +115,8 @@ def answer(study):
         axes.set_xticks([], minor=True)
     plots[0].set(ylabel="absorbed over impact energy", ylim=(0.0, 1.05))
     figure.suptitle("Clamps that slip; hold: over the strength of the yarn", fontsize=11)
-    plot.below(figure, plots[0])
-    plot.save(figure, study.folder / "clamps.svg")
+    drawing.below(figure, plots[0])
+    drawing.save(figure, study.folder / "clamps.svg")
     study.picture("clamps.svg", "clamps.svg")
     worst = max(abs(row["residual"]) for row in rows)
     late, took = (

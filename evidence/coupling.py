@@ -17,7 +17,7 @@ ensemble; the interface energy error, which is what the host's sphere lost less 
 import math
 from typing import NamedTuple
 
-from fabric_kernel import Simulation, page, plot
+from fabric_kernel import Simulation, drawing, page
 
 from .impact import CASES, DEFAULT, ROUNDING, Setting, node_steps, scene_of
 from .statistics import deviation, mean
@@ -188,7 +188,7 @@ def draw(study, rows):
         ("_more", velocity, names[:2] + names[8:]),
         ("", interface, names[:6]),
     ):
-        series = plot.lines([row for row in rows if row["scheme"] in chosen], "scheme", "H s", lambda row: abs(row[key]))
+        series = drawing.lines([row for row in rows if row["scheme"] in chosen], "scheme", "H s", lambda row: abs(row[key]))
         file = f"coupling{part}_{measure}.svg"
-        plot.errors(study.folder / file, f"Sphere moved by a host, 40 J: {what}", "communication step H (s)", label, series)
+        drawing.errors(study.folder / file, f"Sphere moved by a host, 40 J: {what}", "communication step H (s)", label, series)
         study.picture(file, f"accuracy_{file}")

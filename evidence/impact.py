@@ -18,7 +18,7 @@ shorter waves are lost.
 import math
 from typing import NamedTuple
 
-from fabric_kernel import Failed, Scene, Simulation, page, plot
+from fabric_kernel import Failed, Scene, Simulation, drawing, page
 
 from . import front
 from .statistics import deviation, mean
@@ -304,7 +304,7 @@ KINDS = {
 def draw(cases, path):
     """Error of the absorbed energy over time, a panel for each case. A family of settings is a line, the default a star."""
     rows = (len(cases) + 1) // 2
-    figure, panels = plot.new(5.6, 0.6 + 1.8 * rows, min(len(cases), 2), rows, sharex=True, sharey=True, squeeze=False)
+    figure, panels = drawing.new(5.6, 0.6 + 1.8 * rows, min(len(cases), 2), rows, sharex=True, sharey=True, squeeze=False)
     for axis, (name, judged) in zip(panels.flat, cases.items()):
         counted = lambda row: (row["cpu_seconds"], 100 * max(row["error"]["absorbed"], row["resolution"]["absorbed"]))
         shown = [row for row in judged.rows if front.competes(row)]
@@ -314,9 +314,9 @@ def draw(cases, path):
                 for row in shown
                 if row["family"] == family or (family == "theta" and row["family"].startswith(family))
             )
-            style = plot.STYLES["points" if family == "theta" else "marked"] | {"markersize": 3.5, "linewidth": 1.0}
+            style = drawing.STYLES["points" if family == "theta" else "marked"] | {"markersize": 3.5, "linewidth": 1.0}
             if points:
-                axis.plot(*zip(*points), color=plot.COLOURS[number], label=words, **style)
+                axis.plot(*zip(*points), color=drawing.COLOURS[number], label=words, **style)
         axis.plot(
             *zip(*(counted(row) for row in judged.rows if row["default"])),
             "*",
@@ -333,5 +333,5 @@ def draw(cases, path):
     for axis in panels[-1]:
         axis.set_xlabel("processor time of a run (s)")
     figure.supylabel("error of the mean absorbed energy (%)", fontsize=10)
-    plot.below(figure, panels.flat[0])
-    plot.save(figure, path)
+    drawing.below(figure, panels.flat[0])
+    drawing.save(figure, path)

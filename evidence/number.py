@@ -8,7 +8,7 @@ over sqrt(n).
 
 import math
 
-from fabric_kernel import page, plot
+from fabric_kernel import drawing, page
 
 from .impact import CASES, DEFAULT, ROUNDING, Setting, impact, scene_of
 from .statistics import deviation, mean
@@ -48,10 +48,10 @@ def answer(study):
         rows.append(row)
         sizes = [2**k for k in range(int(math.log2(max(len(good), 1))) + 1)]
         series.append(
-            plot.Series(f"{case.name}, {name}", [(n * cost, row["absorbed J: deviation %"] / math.sqrt(n)) for n in sizes])
+            drawing.Series(f"{case.name}, {name}", [(n * cost, row["absorbed J: deviation %"] / math.sqrt(n)) for n in sizes])
         )
     study.write("number", rows)
-    plot.errors(
+    drawing.errors(
         study.folder / "runs_absorbed_steps.svg",
         "Statistical error of the mean absorbed energy, 40 J",
         "node-steps of all runs together",

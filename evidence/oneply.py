@@ -15,7 +15,7 @@ import math
 import os
 import subprocess
 
-from fabric_kernel import Simulation, page, plot
+from fabric_kernel import Simulation, drawing, page
 
 from .hits import bracket, impact, sheet
 from .study import FULL, TOP
@@ -301,7 +301,7 @@ def drawn(study):
     import numpy
 
     width, spacing = 0.012 if study.effort != FULL else 0.051, sheet({"name": KEVLAR}, 0.051, 1.0)["sheet.spacing"]
-    figure, plots = plot.new(7, 4.2, 2)
+    figure, plots = drawing.new(7, 4.2, 2)
     shots = (
         ("friction 0.05 between yarns, none on the sphere", rubbing(0.05, 0.0), "window", 75e-6),
         ("friction 0.2 and 0.2", rubbing(0.2, 0.2), "crossing", 125e-6),
@@ -328,7 +328,7 @@ def drawn(study):
             f"{1e6 * time:.0f} µs",
             fontsize=10,
         )
-    plot.save(figure, study.folder / "oneply.png")
+    drawing.save(figure, study.folder / "oneply.png")
     study.picture("oneply.png", "oneply.png")
 
 

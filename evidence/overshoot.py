@@ -21,8 +21,8 @@ contact becomes slower than the kink with its k m/s: 1 to 4 us for R = 6.35 mm. 
 import math
 from typing import NamedTuple
 
-from fabric_kernel import Scene, Simulation, page, plot
-from fabric_kernel.plot import Series
+from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel.drawing import Series
 
 from .impact import DEFAULT
 from .study import FULL, SMOKE
@@ -235,7 +235,7 @@ def draw(study, thin, profiles):
     length, strain = 1e3 * HALF * thin, 100 * (smith(Strip(NONE, thin, 1).scene(PICTURE), PICTURE)[0] - 1)
     series = [Series(name, points, "line") for name, points in profiles.items()]
     series.append(Series("Smith", [(0, strain), (TRAVEL * length, strain), (TRAVEL * length, 0), (length, 0)], "dashed"))
-    plot.draw(
+    drawing.draw(
         study.folder / "overshoot_strain.svg",
         f"Strip hit at 400 m/s by a cylinder of {1e3 * thin:.2f} mm",
         "distance from the middle at rest (mm)",

@@ -18,8 +18,8 @@ import math
 import tomllib
 from typing import NamedTuple
 
-from fabric_kernel import page, plot
-from fabric_kernel.plot import Series
+from fabric_kernel import drawing, page
+from fabric_kernel.drawing import Series
 from fabric_kernel.textile import cunniff_velocity
 
 from .comparison import Comparison, Point, about, mean_of
@@ -219,7 +219,7 @@ def judged(study, rows):
         tuple((row["measured V50 m/s"] + side * V50_INTERVAL) / row["(U*)^(1/3) m/s"] for side in (-1, 1)) for row in measured
     ]
     series.append(Series("Twaron, measured", points, "points", bars))
-    plot.draw(
+    drawing.draw(
         study.folder / "packs.svg",
         "Ballistic limit on Cunniff's axes: Kevlar KM2 S706, Twaron CT612, fragment of 1.10 g",
         "areal density × presented area / mass",

@@ -10,8 +10,8 @@ import math
 from types import SimpleNamespace
 
 import numpy
-from fabric_kernel import page, plot, yarn_of_fibrils, yarns_of_fibrils
-from fabric_kernel.plot import Series
+from fabric_kernel import drawing, page, yarn_of_fibrils, yarns_of_fibrils
+from fabric_kernel.drawing import Series
 
 from . import claims, short
 from .paper_runs import (
@@ -161,7 +161,7 @@ def report(study, runs, micro, found):
     html, folder = page.Page("Powell and Zohdi (2009), reproduced"), study.folder
 
     def figure(name, caption, title, x, y, lines, *axes, **more):
-        plot.draw(folder / f"{name}.svg", title, x, y, lines, *axes, **more)
+        drawing.draw(folder / f"{name}.svg", title, x, y, lines, *axes, **more)
         html.figure(folder / f"{name}.svg", caption)
 
     html.text(runs.scope)

@@ -12,8 +12,8 @@ The measured packs are in packs.py.
 
 import math
 
-from fabric_kernel import page, plot
-from fabric_kernel.plot import Series
+from fabric_kernel import drawing, page
+from fabric_kernel.drawing import Series
 
 from . import friction
 from .hits import BISECTION, impact, limit, sheet, shot
@@ -260,6 +260,6 @@ def draw(rows, path):
                 form, [(plies, limit.value) for plies, limit in means], "marked", [(limit.low, limit.high) for _, limit in means]
             )
         )
-    plot.draw(
+    drawing.draw(
         path, "Ballistic limit of Kevlar KM2 S706, sphere of 0.69 g", "plies", "ballistic limit (m/s)", series, "logarithmic x"
     )

@@ -8,7 +8,7 @@ Limit: turns are bonded plies; one velocity, one fabric. What a case does to a f
 
 import math
 
-from fabric_kernel import Scene, Simulation, page, plot
+from fabric_kernel import Scene, Simulation, drawing, page
 
 from .hits import between
 from .statistics import mean
@@ -174,8 +174,8 @@ def answer(study):
     rows = [{"pre-strain": strain, "absorbed J": r[0], "open": r[3]} for strain, own in taut for r in own]
     study.write("rings", rows)
     ends = [(100 * strain, mean([r[0] for r in own]), min(r[0] for r in own), max(r[0] for r in own)) for strain, own in taut]
-    series = [plot.Series("", [(x, y) for x, y, *_ in ends], bars=[(low, high) for *_, low, high in ends])]
-    plot.draw(
+    series = [drawing.Series("", [(x, y) for x, y, *_ in ends], bars=[(low, high) for *_, low, high in ends])]
+    drawing.draw(
         study.folder / "rings.svg",
         "Energy that a ring absorbs, hit at 110 m/s",
         "hoop pre-strain (%)",

@@ -15,8 +15,8 @@ differ by their place in a cell. The energy is that at twice a velocity near the
 
 import math
 
-from fabric_kernel import page, plot
-from fabric_kernel.plot import Series
+from fabric_kernel import drawing, page
+from fabric_kernel.drawing import Series
 
 from .comparison import Comparison, Point, about, mean_of
 from .hits import BISECTION, impact, limit, sheet, shot
@@ -104,7 +104,7 @@ def converged(study, rows):
         )
         for (what, viscosity), points in found.items()
     ]
-    plot.draw(
+    drawing.draw(
         study.folder / "spacing.svg",
         "Absorbed energy at about twice the ballistic limit",
         "yarns per bar",

@@ -6,7 +6,7 @@ projectile does with it is the finding; extreme scenes whose outcome is known ar
 
 import math
 
-from fabric_kernel import Failed, Scene, Simulation, page, plot
+from fabric_kernel import Failed, Scene, Simulation, drawing, page
 
 NODES, TIME = 41, 150e-6
 FRACTIONS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)
@@ -96,8 +96,8 @@ def percent(part):
 def draw(cells, path):
     """A cell for each run, coloured by class, with a residual above 1 % in percent; refused steps are right of a line."""
     columns, rows = (sorted({cell[key] for cell in cells}) for key in ("dt/dt_crit", "velocity m/s"))
-    figure, axis = plot.new(5.6, 1.8 + 0.28 * len(rows))
-    patches = plot.matplotlib.patches
+    figure, axis = drawing.new(5.6, 1.8 + 0.28 * len(rows))
+    patches = drawing.matplotlib.patches
     for cell in cells:
         # Fast ones at the top.
         x, y = columns.index(cell["dt/dt_crit"]), rows.index(cell["velocity m/s"])
@@ -121,4 +121,4 @@ def draw(cells, path):
     figure.suptitle("Energy that the time step creates, % of the impact energy", fontsize=11)
     keys = [patches.Patch(facecolor=colour, label=words) for _, colour, words in CLASSES]
     figure.legend(handles=keys, loc="outside lower center", ncols=3, fontsize=9, columnspacing=1.0, handlelength=1.2)
-    plot.save(figure, path)
+    drawing.save(figure, path)

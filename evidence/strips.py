@@ -16,8 +16,8 @@ import tomllib
 
 import numpy
 import scipy.optimize
-from fabric_kernel import Scene, Simulation, page, plot
-from fabric_kernel.plot import Series
+from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel.drawing import Series
 
 from . import strength
 from .comparison import about
@@ -262,7 +262,7 @@ def answer(study):
         series.append(Series(name, list(enumerate(load, 1)), "line"))
     rows.append(["all other yarns rigid, closed form", *(f"{rigid(k - 0.5):.2f}" for k in at), "1"])
     series.append(Series("all other yarns rigid, closed form", [(k, rigid(k - 0.5)) for k in range(1, 67)], "dashed"))
-    plot.draw(
+    drawing.draw(
         study.folder / "strips.svg",
         "Load of a cut yarn at a strain of 1.3 %",
         "distance from the cut (bars)",

@@ -15,13 +15,13 @@ import sys
 import time
 
 import fabric_kernel
-from fabric_kernel import Scene, ensembles, plot
+from fabric_kernel import Scene, drawing, ensembles
 from fabric_kernel.about import scene_hash
 from fabric_kernel.files import csv_of, written
 
 from . import short
 
-plot.use()
+drawing.use()
 
 TOP = pathlib.Path(__file__).parent.parent
 FULL, QUICK, SMOKE = "full", "quick", "smoke"

@@ -17,8 +17,8 @@ import math
 from typing import NamedTuple
 
 import numpy
-from fabric_kernel import Scene, Simulation, page, plot
-from fabric_kernel.plot import Series
+from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel.drawing import Series
 
 from .comparison import Comparison, Point, about, exact
 from .overshoot import NONE, PLATEAU, TRAVEL, VISCOUS, least, lying, smith, transverse, viscosity_name, viscous
@@ -209,7 +209,7 @@ def waves_text(study, rows):
                 for v in dict.fromkeys(row["viscosity"] for row in own)
             ),
         ]
-    plot.draw(
+    drawing.draw(
         study.folder / "yarn.svg",
         "One yarn hit across: strain after the longitudinal front",
         "impact velocity (m/s)",

@@ -13,7 +13,7 @@ import sys
 import numpy as np
 import pandas
 from balances import answer, plies_of, result_rows, went_through
-from fabric_kernel import Scene, Simulation, page, plot, sheets
+from fabric_kernel import Scene, Simulation, drawing, page, sheets
 
 ZYLON = "Zylon AS, 500 denier, 35 yarns an inch, by its data sheet (data/fabrics/zylon_as_500_35.toml)"
 PAPER = "the yarn of Powell and Zohdi (2009)"
@@ -89,16 +89,16 @@ def saved(folder, results):
     )
 
 
-@plot.styled
+@drawing.styled
 def draw(folder, results):
     drawn, contact = list(saved(folder, results)), results["first_contact"]
     # As much room for all as the last one needs.
-    figure, panels = plot.new(11.0, 8.4, 2, 2, sharex=True, sharey=True)
+    figure, panels = drawing.new(11.0, 8.4, 2, 2, sharex=True, sharey=True)
     for panel, sheet, time in zip(panels.flat, drawn, results["pictures"]):
         sheet.draw_oblique(panel)
         panel.set_title(f"{1e6 * (time - contact):.0f} µs after first contact", fontsize=10)
     sheets.bar(figure, panels, drawn[-1], "strain (%)")
-    plot.save(figure, folder / "sheet.png")
+    drawing.save(figure, folder / "sheet.png")
 
 
 def plots(folder, results):
@@ -117,9 +117,9 @@ def plots(folder, results):
     marks, times = [(1e6 * (time - zero), name) for time, name in events], 1e6 * (rows["time"] - zero)
     for name, label, columns, _ in PLOTS:
         series = [
-            plot.Series(words, list(zip(times, scale * rows[column])), "line") for column, (words, scale) in columns.items()
+            drawing.Series(words, list(zip(times, scale * rows[column])), "line") for column, (words, scale) in columns.items()
         ]
-        plot.draw(
+        drawing.draw(
             folder / f"{name}.svg",
             "",
             "time since first contact (µs)",

@@ -11,7 +11,7 @@ import numpy
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
-from . import plot, sheets
+from . import drawing, sheets
 from ._kernel import Scene, Simulation
 from .files import Place
 from .runs import UNTIL
@@ -53,17 +53,17 @@ def colours() -> Any:
     return numpy.clip([*cloth, *body, *([k / 15] * 3 for k in range(16))], 0, 1)
 
 
-@plot.styled
+@drawing.styled
 def written(frames: Any, path: Place, seconds: float = 6.0) -> None:
     """The oblique view of some sheets, one behind the other."""
     frames = [frames[k] for k in numpy.unique(numpy.linspace(0, len(frames) - 1, MOST_PICTURES).round().astype(int))]
-    axis = plot.new()[1]
+    axis = drawing.new()[1]
     frames[-1].draw_oblique(axis)
     (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
     images: list[Any] = []
     for sheet in frames:
         # As much room in every picture as the last one needs.
-        figure, axis = plot.new(6.4, 5.2 * (high - low) / (right - left) + 0.5)
+        figure, axis = drawing.new(6.4, 5.2 * (high - low) / (right - left) + 0.5)
         sheet.draw_oblique(axis, meshes=1.0)
         axis.set(xlim=(left, right), ylim=(low, high))
         sheets.bar(figure, axis, sheet, "strain (%)")

@@ -29,7 +29,8 @@ from .about import cautions, command, described, of_a_scene, positive
 from .files import Place, csv_of, written
 from .model_error import model_error
 from .page import Page, printed
-from .v50 import Shooter, Shot, Unknown
+from .shooter import Shooter, Unknown
+from .v50 import Shot
 from .window import Window
 
 RESAMPLES = 200

@@ -25,8 +25,8 @@ from scipy.spatial.distance import cdist
 from . import ensembles
 from ._kernel import Scene
 from .runs import flown
+from .shooter import Shooter
 from .textile import spacings, strength
-from .v50 import Shooter
 from .window import ladder
 
 WIDTH, STRIDE = 1.03, 1.08
@@ -118,6 +118,7 @@ def variants(scene: Scene) -> dict[str, Scene]:
 def turn(scene: Scene) -> tuple[int, str, tuple[float, ...]]:
     """By how many degrees and about which axis the body is turned, and its orientation then: by 90 about x or y, but by 45 about
     x, an edge ahead, where these map it onto itself, as a cube."""
+    # Only here, as it loads matplotlib.
     from .sheets import outline, turned
 
     w, x, y, z = scene["projectile.orientation"]

@@ -12,7 +12,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-from . import plot
+from . import drawing
 from ._kernel import Scene
 from .checks import Array
 from .files import Place
@@ -375,32 +375,32 @@ def bar(figure: Figure, axis: Any, sheet: Sheet, label: str = "strain (%), up to
     )
 
 
-@plot.styled
+@drawing.styled
 def picture(sheet: Sheet, path: Place | None, title: str) -> Any:
     """One large picture of the sheet."""
     if sheet.radius:
         return picture_of_curve(sheet, path, title)
-    figure, axis = plot.new(10.5, 7.2)
+    figure, axis = drawing.new(10.5, 7.2)
     sheet.draw_oblique(axis)
     bar(figure, axis, sheet)
     axis.set_title(title)
-    return plot.saved(figure, path)
+    return drawing.saved(figure, path)
 
 
-@plot.styled
+@drawing.styled
 def profile(sheet: Sheet, path: Place | None, title: str) -> Any:
     """The back face, cut along both yarns under the projectile."""
-    figure, axis = plot.new(8.5, 4.2)
+    figure, axis = drawing.new(8.5, 4.2)
     for number, (name, places, heights) in enumerate(sheet.profiles()):
-        axis.plot(1e3 * places, 1e3 * heights, color=plot.COLOURS[number], label=f"along {name}")
+        axis.plot(1e3 * places, 1e3 * heights, color=drawing.COLOURS[number], label=f"along {name}")
     axis.set(title=title, xlabel="place along the sheet at rest (mm)", ylabel="deflection (mm)")
     axis.legend()
-    return plot.saved(figure, path)
+    return drawing.saved(figure, path)
 
 
 def picture_of_curve(sheet: Sheet, path: Place | None, title: str) -> Any:
     """A curved sheet where it is hit and as a whole, a section along its middle row, and its failures on the sheet unrolled."""
-    figure, ((near, whole), (section, unrolled)) = plot.new(12.6, 9.4, 2, 2)
+    figure, ((near, whole), (section, unrolled)) = drawing.new(12.6, 9.4, 2, 2)
     sheet.draw_oblique(near)
     sheet.draw_oblique(whole, near=False)
     bar(figure, near, sheet, "strain (%)")
@@ -438,13 +438,13 @@ def picture_of_curve(sheet: Sheet, path: Place | None, title: str) -> Any:
     unrolled.legend(loc="upper right", fontsize=8)
     section.grid(False)
     figure.suptitle(title)
-    return plot.saved(figure, path)
+    return drawing.saved(figure, path)
 
 
-@plot.styled
+@drawing.styled
 def damage_map(sheet: Sheet, path: Place, title: str) -> None:
     """Damage on the grid of nodes: the part where there is any, at least a third of the sheet."""
-    figure, axis = plot.new(7.2, 7.2)
+    figure, axis = drawing.new(7.2, 7.2)
     sheet.draw_damage(axis)
     axis.set(title=title)
     damaged = sheet.segments[sheet.alpha < 1].ravel()
@@ -454,13 +454,13 @@ def damage_map(sheet: Sheet, path: Place, title: str) -> None:
         axis.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
     axis.legend(loc="upper right", frameon=True, fontsize=8)
     axis.grid(False)
-    plot.save(figure, path)
+    drawing.save(figure, path)
 
 
-@plot.styled
+@drawing.styled
 def picture_of_stack(sheets: Sequence[Sheet], path: Place, title: str) -> None:
     """Of separate plies a section along x through the middle, and how many segments failed in each."""
-    figure, (left, right) = plot.new(12.6, 6.4, 2)
+    figure, (left, right) = drawing.new(12.6, 6.4, 2)
     for number, sheet in enumerate(sheets):
         lines, alpha = sheet.section()
         live, damaged = alpha > 0, (alpha > 0) & (alpha < 1)
@@ -483,4 +483,4 @@ def picture_of_stack(sheets: Sequence[Sheet], path: Place, title: str) -> None:
     right.set(xlabel="failed segments", ylabel="ply, from the side that is hit", title="failed segments of each ply")
     left.grid(False)
     figure.suptitle(title)
-    plot.save(figure, path)
+    drawing.save(figure, path)

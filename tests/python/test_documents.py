@@ -1,5 +1,7 @@
 """The programs of the documents, as a reader would run them, and their links."""
 
+import ast
+import graphlib
 import pathlib
 import re
 import subprocess
@@ -73,3 +75,17 @@ def test_pictures():
     pages = "".join(file.read_text() for file in files() if file.suffix == ".md")
     for picture in (TOP / "docs" / "images").iterdir():
         assert f"images/{picture.name}" in pages, picture.name
+
+
+def test_no_import_of_the_package_leads_back():
+    """Imports inside of functions and for types count too."""
+    files = {file.stem: ast.parse(file.read_text()) for file in (TOP / "python/fabric_kernel").glob("*.py")}
+    imports = {
+        name: {part for one in ast.walk(tree) if isinstance(one, ast.ImportFrom) and one.level for part in named(one)}
+        for name, tree in files.items()
+    }
+    graphlib.TopologicalSorter({name: found & set(files) for name, found in imports.items()}).prepare()
+
+
+def named(one):
+    return [one.module] if one.module else [alias.name for alias in one.names]
