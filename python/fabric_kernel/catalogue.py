@@ -71,11 +71,11 @@ def fabrics(arguments: Sequence[str]) -> None:
                 shown(1e6 * one["area"], 5),
                 shown(one["wave_speed"], 0),
                 shown(one["critical_stretch"], 5),
-                one["title"],
             ]
             for name, one in found.items()
         ]
-        print(page.printed(["name", "g/m2", "spacing mm", "area mm2", "wave m/s", "U_c", "title"], rows))
+        print(page.printed(["name", "g/m2", "spacing mm", "area mm2", "wave m/s", "U_c"], rows))
+        print("\n".join(f"{name}: {one['title']}" for name, one in found.items()))
         print("sources: fabric fabrics NAME", flush=True)
 
 

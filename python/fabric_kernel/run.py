@@ -126,7 +126,7 @@ def flown(
         while simulation.step_count < steps and not any(name in until for name in simulation.outcomes()):
             simulation.run(until, min(every, steps - simulation.step_count))
             look()
-            say(rows[-1])
+            say(simulation)
     except Failed as failed:
         failure = f"the run failed at step {simulation.counters()['steps']}: {failed}"
     return simulation, rows, failure
@@ -412,10 +412,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             raise ValueError(f"--out: there is no folder {out.parent}")
         frames = Frames(out, given.movie, given.vtk)
         with tqdm.tqdm(bar_format="{desc}", disable=not sys.stderr.isatty(), leave=False, delay=1.0) as bar:
-            say = lambda row: bar.set_description_str(
-                f"{name}: {1e6 * row['time']:.0f} us, {math.hypot(row['velocity_x'], row['velocity_y'], row['velocity_z']):.1f} "
-                f"m/s, {row['work']:.2f} J absorbed"
-            )
+            say = lambda simulation: bar.set_description_str(f"{name}: {runs.where(simulation)}")
             simulation, rows, failure = flown(
                 scene, given.until, given.steps, given.sample, frames=frames, say=say, capsule=given.capsule
             )

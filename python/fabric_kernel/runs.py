@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import scipy.ndimage
@@ -111,8 +111,17 @@ def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS)
     return row
 
 
-def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False) -> dict[str, Any]:
-    """What `fly` returns, without its warnings at the end, and while it flies if not asked for."""
+def where(simulation: Simulation) -> str:
+    """How far a run is, for who waits for it."""
+    speed, work = math.hypot(*simulation.projectile()["velocity"]), simulation.contact()["work"]
+    return f"{1e6 * simulation.time:.0f} us, {speed:.1f} m/s, {work:.2f} J absorbed"
+
+
+def flown(
+    scene: Scene, until: Sequence[str], steps: int, watch: Callable[[Simulation], None] | None = None, *, warns: bool = False
+) -> dict[str, Any]:
+    """What `fly` returns, without its warnings at the end, and while it flies if not asked for. watch: looks every SAMPLE
+    steps."""
     if "through" in until and not scene["track_through"]:
         scene = scene.replace(track_through=True)
     simulation = Simulation(scene, warns=warns)
@@ -123,6 +132,8 @@ def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False
         while True:
             simulation.run(until, min(SAMPLE, steps - simulation.step_count))
             deepest = max(deepest, simulation.fabric()["max_deflection"])
+            if watch:
+                watch(simulation)
             if simulation.step_count >= steps or any(name in until for name in simulation.outcomes()):
                 break
     except Failed as failed:

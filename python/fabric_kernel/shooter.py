@@ -5,11 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import tqdm
+
 from ._kernel import Refused, Scene
 from .about import noted
 from .ensembles import append, kept, run_key, vary, within_mesh
 from .files import Place
-from .runs import STEPS, doubts, flown
+from .runs import STEPS, doubts, flown, where
 
 
 class Unknown(RuntimeError):
@@ -68,7 +70,10 @@ class Shooter:
         self.was_kept = key in self.rows
         if not self.was_kept:
             try:
-                self.rows[key] = flown(one, self.until, self.steps)
+                # On a terminal a shot of more than two seconds says where it is.
+                with tqdm.tqdm(bar_format="{desc}", disable=None, leave=False, delay=2.0) as bar:
+                    say = lambda simulation: bar.set_description_str(f"shot {shot + 1}: {where(simulation)}")
+                    self.rows[key] = flown(one, self.until, self.steps, None if bar.disable else say)
             except Refused as refused:
                 # Of a scene that is sound at its own velocity.
                 if shot and refused.field == "projectile.velocity":

@@ -117,7 +117,7 @@ def test_reports_begin_with_it_and_the_exit_status_says_it(tmp_path):
         (residual, residual.main, ["--velocities", *(str(v) for v in range(90, 130, 3))]),
         (fragments, fragments.main, ["--velocities", "90", "95", "105", "110", "--shots", "4", "--on", "1"]),
     ):
-        with mock.patch("fabric_kernel.v50.flown", flown), mock.patch("fabric_kernel.ensembles.flown", flown):
+        with mock.patch("fabric_kernel.shooter.flown", flown), mock.patch("fabric_kernel.ensembles.flown", flown):
             said, errors, code = called(tmp_path, main, scene, *words, out=module.__name__)
         assert code == window.STATUS, errors
         page = (tmp_path / module.__name__ / "report.html").read_text()
