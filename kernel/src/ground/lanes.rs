@@ -82,6 +82,11 @@ impl InstructionSet {
         }
     }
 
+    /// Whether the target has faster sets, which nearly every machine of today has: less code is compiled for it.
+    pub(crate) fn is_slow(self) -> bool {
+        cfg!(target_arch = "x86_64") && WIDER && matches!(self, InstructionSet::Scalar | InstructionSet::Sse2)
+    }
+
     /// The widest set this machine has.
     pub fn widest() -> InstructionSet {
         InstructionSet::ALL.into_iter().rev().find(|set| set.available()).unwrap_or(InstructionSet::Scalar)
@@ -339,6 +344,26 @@ impl Splat {
         L::load(&L::groups(&self.0)[0])
     }
 }
+
+/// Does something with each lane group of a chunk. Written out, so that every place in the chunk is a constant. No lane that is run with it
+/// has another width than 2, 4 or 8.
+macro_rules! each_group {
+    ($lane:ty, |$group:ident| $body:expr) => {{
+        let $group = 0;
+        $body;
+        if <$lane>::WIDTH < CHUNK {
+            let $group = 1;
+            $body;
+        }
+        if <$lane>::WIDTH < CHUNK / 2 {
+            let $group = 2;
+            $body;
+            let $group = 3;
+            $body;
+        }
+    }};
+}
+pub(crate) use each_group;
 
 /// Work that is written once for all lanes.
 pub trait Job {

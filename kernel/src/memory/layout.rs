@@ -309,6 +309,11 @@ impl Layout {
         self.has(Feature::Viscosity) || self.has(Feature::Rate)
     }
 
+    /// Whether anything but elasticity and damage acts in the sweep.
+    pub(crate) fn has_effects(&self) -> bool {
+        self.takes_energy() || self.has(Feature::Slack) || self.has(Feature::Casing)
+    }
+
     /// Whether segments have constants of their own: drawn ones, those of a graded network, or those of plies with radii of their own.
     pub fn has_constants(&self) -> bool {
         self.has(Feature::Drawn) || self.has(Feature::Grading) || self.has(Feature::Curved) && self.is_stack()

@@ -10,6 +10,7 @@
 use crate::ground::lanes::{Lane, Splat, at};
 use crate::ground::planes::{self, Axis, CHUNK, Chunk};
 use crate::yarn::law::{Rest, RestLanes, RestSplats};
+use core::hint::black_box;
 
 /// Planes of a line of nodes and of the segments that begin at them.
 pub const COLUMN_PLANES: usize = 10;
@@ -96,9 +97,9 @@ impl Net<'_> {
         })
     }
 
-    /// 1 over the widths of column i and of row j.
-    pub fn inverse_widths(&self, i: usize, j: usize) -> [f64; 2] {
-        [(self.columns, i), (self.lines, j)].map(|(line, k)| planes::get(line, INVERSE_WIDTH, k).unwrap_or(1.0))
+    /// 1 over the widths of column i and of row j of a graded network.
+    pub fn inverse_widths(&self, i: usize, j: usize) -> Option<[f64; 2]> {
+        Some([planes::get(self.columns, INVERSE_WIDTH, i)?, planes::get(self.lines, INVERSE_WIDTH, j)?])
     }
 
     /// Bar from node (i, j) of a graded network: segments in series, and yarns in parallel. None without grading.
@@ -111,25 +112,25 @@ impl Net<'_> {
     }
 }
 
-/// Lane group of a row.
-#[derive(Clone, Copy)]
-pub struct At {
-    /// Its chunk.
-    pub chunk: usize,
-    /// Its number in the chunk.
-    pub group: usize,
-}
-
 /// Constants of the bars from a lane group and of its nodes.
 pub struct Bars<L> {
     /// Bars along x and along y at rest, the direction of each in a flat sheet first.
     pub rests: [RestLanes<L>; 2],
-    /// 1 over the widths of the columns and of the row.
-    pub inverse_widths: [L; 2],
+    /// 1 over the widths of the columns and of the row; None where all are 1.
+    pub inverse_widths: Option<[L; 2]>,
 }
 
 /// Geometry of a row at rest.
-pub trait Geometry {
+pub trait Geometry<'a> {
+    /// Geometry of row j of a ply whose segments along x and along y lie so in a flat sheet. `net`: lines of the ply.
+    fn of(net: &Net<'a>, rests: [&Rest; 2], j: usize) -> Self;
+
+    /// The same where its constants stay in memory over a loop: in registers they would take those of the segments.
+    #[inline(always)]
+    fn in_memory(&self) -> &Self {
+        self
+    }
+
     /// Constants of the columns of a chunk, which [`Geometry::bars`] reads.
     #[inline(always)]
     fn columns(&self, _chunk: usize) -> &Columns {
@@ -149,10 +150,15 @@ pub trait Geometry {
 /// Geometry of the paper's sheet: all segments lie at their natural length, 1.
 pub struct Plain;
 
-impl Geometry for Plain {
+impl<'a> Geometry<'a> for Plain {
+    #[inline(always)]
+    fn of(_: &Net<'a>, _: [&Rest; 2], _: usize) -> Plain {
+        Plain
+    }
+
     #[inline(always)]
     fn bars<L: Lane>(&self, _: &Columns, _: usize) -> Bars<L> {
-        Bars { rests: [Rest::PLAIN.lanes(), Rest::PLAIN.lanes()], inverse_widths: [L::splat(1.0), L::splat(1.0)] }
+        Bars { rests: [Rest::PLAIN.lanes(), Rest::PLAIN.lanes()], inverse_widths: None }
     }
 
     #[inline(always)]
@@ -161,21 +167,23 @@ impl Geometry for Plain {
     }
 }
 
-/// Geometry of a row of a flat sheet without grading.
+/// Geometry of a flat sheet without grading.
 pub struct Rests([RestSplats; 2]);
 
-impl Rests {
-    /// Geometry of a row with segments that lie so along x and along y.
+impl<'a> Geometry<'a> for Rests {
     #[inline(always)]
-    pub fn of([x, y]: [&Rest; 2]) -> Rests {
+    fn of(_: &Net<'a>, [x, y]: [&Rest; 2], _: usize) -> Rests {
         Rests([RestSplats::of(x), RestSplats::of(y)])
     }
-}
 
-impl Geometry for Rests {
+    #[inline(always)]
+    fn in_memory(&self) -> &Self {
+        black_box(self)
+    }
+
     #[inline(always)]
     fn bars<L: Lane>(&self, _: &Columns, _: usize) -> Bars<L> {
-        Bars { rests: [self.0[0].lanes(), self.0[1].lanes()], inverse_widths: [L::splat(1.0), L::splat(1.0)] }
+        Bars { rests: [self.0[0].lanes(), self.0[1].lanes()], inverse_widths: None }
     }
 }
 
@@ -184,23 +192,18 @@ pub struct Table<'a> {
     /// Line of the columns, empty where all are alike.
     columns: &'a [Chunk<COLUMN_PLANES>],
     /// Columns where all are alike.
-    alike: &'a Columns,
-    /// q_0 along x, and 1 over the width of the row.
-    of_row: [Splat; 2],
+    alike: Columns,
+    /// q_0 along x.
+    twice_strain: Splat,
     /// Bars upwards.
     upwards: RestSplats,
+    /// 1 over the width of the row.
+    inverse_width: Splat,
 }
 
-impl<'a> Table<'a> {
-    /// Columns that are all alike, with segments that lie so along x.
+impl<'a> Geometry<'a> for Table<'a> {
     #[inline(always)]
-    pub fn alike(x: &Rest) -> Columns {
-        [x.spacing, 0.0, x.inverse_square, 1.0].map(|constant| [constant; CHUNK])
-    }
-
-    /// Geometry of row j of a ply whose segments along x and along y lie so. `net`: lines of the ply; `alike`: its columns, if they are.
-    #[inline(always)]
-    pub fn of(net: &Net<'a>, [x, y]: [&Rest; 2], j: usize, alike: &'a Columns) -> Table<'a> {
+    fn of(net: &Net<'a>, [x, y]: [&Rest; 2], j: usize) -> Table<'a> {
         let of_row = |plane| planes::get(net.lines, plane, j);
         let upwards = match (of_row(CHORD), of_row(INVERSE_SQUARE)) {
             (Some(spacing), Some(inverse_square)) => Rest { spacing, inverse_square, ..*y },
@@ -208,27 +211,29 @@ impl<'a> Table<'a> {
         };
         Table {
             columns: net.columns,
-            alike,
-            of_row: [Splat::of(x.twice_strain), Splat::of(of_row(INVERSE_WIDTH).unwrap_or(1.0))],
+            alike: [x.spacing, 0.0, x.inverse_square, 1.0].map(|constant| [constant; CHUNK]),
+            twice_strain: Splat::of(x.twice_strain),
             upwards: RestSplats::of(&upwards),
+            inverse_width: Splat::of(of_row(INVERSE_WIDTH).unwrap_or(1.0)),
         }
     }
-}
 
-impl Geometry for Table<'_> {
+    #[inline(always)]
+    fn in_memory(&self) -> &Self {
+        black_box(self)
+    }
+
     #[inline(always)]
     fn columns(&self, chunk: usize) -> &Columns {
-        self.columns.get(chunk).and_then(|columns| columns.first_chunk()).unwrap_or(self.alike)
+        self.columns.get(chunk).and_then(|columns| columns.first_chunk()).unwrap_or(&self.alike)
     }
 
     #[inline(always)]
     fn bars<L: Lane>(&self, columns: &Columns, g: usize) -> Bars<L> {
         let chord = [at(columns, CHORD, g), at(columns, CHORD_Z, g)];
-        let (inverse_square, [twice_strain, width]) = (at(columns, INVERSE_SQUARE, g), &self.of_row);
-        let along = RestLanes { chord, twice_chord: chord, inverse_square, twice_strain: twice_strain.lanes() };
-        Bars {
-            rests: [along.turned(chord), self.upwards.lanes()],
-            inverse_widths: [at(columns, INVERSE_WIDTH, g), width.lanes()],
-        }
+        let (inverse_square, twice_strain) = (at(columns, INVERSE_SQUARE, g), self.twice_strain.lanes());
+        let along = RestLanes { chord, twice_chord: chord, inverse_square, twice_strain };
+        let inverse_widths = Some([at(columns, INVERSE_WIDTH, g), self.inverse_width.lanes()]);
+        Bars { rests: [along.turned(chord), self.upwards.lanes()], inverse_widths }
     }
 }

@@ -4,6 +4,7 @@ pub(crate) mod clamp;
 pub mod columns;
 pub mod direction;
 pub mod draw;
+pub mod effects;
 pub mod grading;
 pub mod images;
 pub mod neighbours;

@@ -7,9 +7,8 @@
 use crate::ground::lanes::{Lane, at};
 use crate::ground::planes::{CHUNK, Chunk, SPEED_X, SPEED_Z};
 use crate::sheet::casing::Cylinder;
-use crate::sheet::columns::{At, COLUMN_PLANES, PLACE, PLACE_Z};
+use crate::sheet::columns::{COLUMN_PLANES, PLACE, PLACE_Z};
 use crate::sheet::neighbours::Around;
-use crate::sheet::segments::Effect;
 
 /// Case under a row of a ring.
 pub struct OnCasing<'a> {
@@ -25,20 +24,37 @@ pub struct OnCasing<'a> {
     pub pushes: &'a mut [[f64; CHUNK]],
 }
 
-impl Effect for OnCasing<'_> {
+impl OnCasing<'_> {
+    /// Case under chunk c; None after the last.
     #[inline(always)]
-    fn constrain<L: Lane>(&mut self, change: [L; 3], around: &Around<'_>, At { chunk, group: g }: At) -> [L; 3] {
-        let Some(columns) = self.columns.get(chunk) else { return change };
-        let x = at::<L, COLUMN_PLANES>(columns, PLACE, g).add(at(around.here, 0, g));
-        let z = at::<L, COLUMN_PLANES>(columns, PLACE_Z, g).add(at(around.here, 2, g));
+    pub fn on_chunk(&mut self, c: usize) -> Option<CasingChunk<'_>> {
+        let OnCasing { case, columns, place_y, pushed, pushes } = self;
+        let (columns, pushes) = (columns.get(c)?, pushes.get_mut(c)?);
+        Some(CasingChunk { case, columns, place_y: *place_y, pushed, pushes })
+    }
+}
+
+/// Case under a chunk of a ring.
+pub struct CasingChunk<'c> {
+    case: &'c Cylinder,
+    columns: &'c Chunk<COLUMN_PLANES>,
+    place_y: f64,
+    pushed: &'c mut [[f64; CHUNK]; 3],
+    pushes: &'c mut [f64; CHUNK],
+}
+
+impl CasingChunk<'_> {
+    /// Change of velocity with the push of the case, of lane group g that the yarns would change by `change`.
+    #[inline(always)]
+    pub fn constrain<L: Lane>(&mut self, change: [L; 3], around: &Around<'_>, g: usize) -> [L; 3] {
+        let x = at::<L, COLUMN_PLANES>(self.columns, PLACE, g).add(at(around.here, 0, g));
+        let z = at::<L, COLUMN_PLANES>(self.columns, PLACE_Z, g).add(at(around.here, 2, g));
         let place = [x, L::splat(self.place_y).add(at(around.here, 1, g)), z];
         let before = [at(around.here, SPEED_X, g), at(around.here, SPEED_Z, g)];
         let [to_x, to_z, taken] = &mut *self.pushed;
         let sums = [&mut L::groups_mut(to_x)[g], &mut L::groups_mut(to_z)[g], &mut L::groups_mut(taken)[g]];
         let (push, along) = self.case.push(place, before, [change[0], change[2]], sums);
-        if let Some(pushes) = self.pushes.get_mut(chunk) {
-            push.store(&mut L::groups_mut(pushes)[g]);
-        }
+        push.store(&mut L::groups_mut(self.pushes)[g]);
         [change[0].add(along[0]), change[1], change[2].add(along[1])]
     }
 }

@@ -3,19 +3,19 @@
 //! Method: strain and stress by the yarn law (`yarn/law.rs`) with the stiffness kk = alpha E A_0 dt^2/(2 m h l), damage of what is strained
 //! beyond all before, then what effects change, then the forces. Sums of forces give the change of velocity of the nodes.
 //! Each function is generic over the lanes, over the geometry at rest (`columns.rs`) and over the effects, each in its own file: viscosity
-//! (`viscous.rs`), slack balance (`slack.rs`), dependence on the rate (`strain_rate.rs`), case (`casing.rs`).
+//! (`viscous.rs`), slack balance (`slack.rs`), dependence on the rate (`strain_rate.rs`), case (`on_casing.rs`).
 //! Limits: a q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: docs/model.md, "The step".
 
-use crate::ground::lanes::{Lane, at};
+use crate::ground::lanes::Lane;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, STRENGTH_PLANES, X, YARN_PLANES, vertical_axes};
-use crate::sheet::columns::{At, Bars, Columns, Geometry};
+use crate::sheet::columns::Bars;
 use crate::sheet::direction::{Along, Direction};
 use crate::sheet::neighbours::Around;
 use crate::sheet::symmetry::Line;
 use crate::yarn::law::{self, DamageLaw, LOST};
 use crate::yarn::rate::Rates;
-use core::hint::black_box;
+use core::ops::Range;
 
 /// Segments of one lane group on their way from displacement to force: along x and along y, side by side, so that a processor has two
 /// chains of operations to overlap. (No closures and no array maps: they would not be compiled for the instruction set.)
@@ -44,6 +44,26 @@ impl<L: Lane> Segments<L> {
         Segments { d, q, before, stiffness: before, stress: q }
     }
 
+    /// Elastic stress, after damage by strains at or beyond `limits`.
+    #[inline(always)]
+    pub fn settle(
+        &mut self,
+        limits: [L; 2],
+        slots: Slots<'_, L>,
+        column: usize,
+        yarns: &mut Yarns<'_>,
+        effect: &mut impl Effect,
+    ) {
+        let Slots { histories: [history_x, history_y], stiffnesses: [stiffness_x, stiffness_y] } = slots;
+        if L::any_not_below_either(self.q, limits) {
+            let slots = [[&mut *history_x, &mut *stiffness_x], [&mut *history_y, &mut *stiffness_y]];
+            yarns.damage_beyond(self.q, limits, column, slots);
+            let now = [L::load(stiffness_x), L::load(stiffness_y)];
+            effect.note_damage([self.q, self.before, now], column, yarns);
+        }
+        self.relax([L::load(stiffness_x), L::load(stiffness_y)]);
+    }
+
     /// Elastic stress at this stiffness.
     #[inline(always)]
     pub fn relax(&mut self, stiffness: [L; 2]) {
@@ -60,282 +80,97 @@ impl<L: Lane> Segments<L> {
     }
 }
 
+/// Places of what damage changes in a lane group of segments, along x and along y.
+pub struct Slots<'a, L: Lane> {
+    /// Largest strains so far.
+    pub histories: [&'a mut L::Group; 2],
+    /// Stiffnesses.
+    pub stiffnesses: [&'a mut L::Group; 2],
+}
+
 /// (M22) Change of velocity of nodes by one component of their forces, of which `vertical` is up - down. The order of the sum is exactly
-/// mirror-symmetric.
+/// mirror-symmetric. `widths`: 1 over those of column and row; None where all are 1.
 #[inline(always)]
-pub fn per_mass<L: Lane>(right: L, left: L, vertical: L, [column, row]: [L; 2]) -> L {
-    right.sub(left).mul(column).add(vertical.mul(row))
-}
-
-/// Planes of [`Segments`] in a [`Stage`].
-const STAGE_PLANES: usize = 14;
-
-/// Segments of a chunk between two stages of a sweep.
-#[repr(align(64))]
-pub struct Stage(Chunk<STAGE_PLANES>);
-
-impl Stage {
-    /// Without segments.
-    pub const EMPTY: Stage = Stage([[0.0; CHUNK]; STAGE_PLANES]);
-
-    /// Keeps the segments of group g.
-    #[inline(always)]
-    pub fn keep<L: Lane>(&mut self, segments: &Segments<L>, g: usize) {
-        let Segments { d: [along, upwards], q, before, stiffness, stress } = segments;
-        for (k, d) in [along, upwards].into_iter().enumerate() {
-            self.put(3 * k, d[0], g);
-            self.put(3 * k + 1, d[1], g);
-            self.put(3 * k + 2, d[2], g);
-            self.put(6 + k, q[k], g);
-            self.put(8 + k, before[k], g);
-            self.put(10 + k, stiffness[k], g);
-            self.put(12 + k, stress[k], g);
-        }
-    }
-
-    /// Keeps what an effect may have changed of the segments of group g.
-    #[inline(always)]
-    pub fn change<L: Lane>(&mut self, segments: &Segments<L>, g: usize) {
-        for k in 0..2 {
-            self.put(10 + k, segments.stiffness[k], g);
-            self.put(12 + k, segments.stress[k], g);
-        }
-    }
-
-    #[inline(always)]
-    fn put<L: Lane>(&mut self, plane: usize, numbers: L, g: usize) {
-        numbers.store(&mut L::groups_mut(&mut self.0[plane])[g]);
-    }
-
-    /// Segments of group g.
-    #[inline(always)]
-    pub fn segments<L: Lane>(&self, g: usize) -> Segments<L> {
-        let Stage(planes) = self;
-        Segments {
-            d: [
-                [at(planes, 0, g), at(planes, 1, g), at(planes, 2, g)],
-                [at(planes, 3, g), at(planes, 4, g), at(planes, 5, g)],
-            ],
-            q: [at(planes, 6, g), at(planes, 7, g)],
-            before: [at(planes, 8, g), at(planes, 9, g)],
-            stiffness: [at(planes, 10, g), at(planes, 11, g)],
-            stress: [at(planes, 12, g), at(planes, 13, g)],
-        }
+pub fn per_mass<L: Lane>(right: L, left: L, vertical: L, widths: Option<[L; 2]>) -> L {
+    let along = right.sub(left);
+    match widths {
+        None => along.add(vertical),
+        Some([column, row]) => along.mul(column).add(vertical.mul(row)),
     }
 }
 
-/// Segments whose stiffness may have fallen in this pass.
-pub struct Fall<L> {
-    /// Twice the strain.
-    pub q: [L; 2],
-    /// Stiffness before and after.
-    pub stiffness: [[L; 2]; 2],
-    /// First column.
-    pub column: usize,
+/// Lane group of segments in which some stiffness has fallen in this pass.
+pub struct Fall {
+    /// Twice the strain, stiffness before and after, each along x and along y.
+    numbers: [[[f64; CHUNK]; 2]; 3],
+    /// Columns: from the first to before the last.
+    columns: Range<usize>,
 }
 
-impl<L: Lane> Fall<L> {
-    /// Shows each segment whose stiffness has fallen to `see`, column by column: its lane, axis, twice its strain, and stiffness before and
-    /// after.
+impl Fall {
+    /// Segments that start from this column on: twice the strain, stiffness before and after. None if no stiffness has fallen.
     #[inline(always)]
+    pub fn of<L: Lane>(lanes: [[L; 2]; 3], column: usize) -> Option<Fall> {
+        let [_, before, now] = lanes;
+        if !(before[0].any_above(now[0]) || before[1].any_above(now[1])) {
+            return None;
+        }
+        let mut numbers = [[[0.0; CHUNK]; 2]; 3];
+        for (numbers, [x, y]) in numbers.iter_mut().zip(lanes) {
+            x.store(&mut L::groups_mut(&mut numbers[0])[0]);
+            y.store(&mut L::groups_mut(&mut numbers[1])[0]);
+        }
+        Some(Fall { numbers, columns: column..column + L::WIDTH })
+    }
+
+    /// Shows each segment whose stiffness has fallen to `see`, column by column: its column, axis, twice its strain, and stiffness before
+    /// and after.
     pub fn each(&self, mut see: impl FnMut(usize, Axis, f64, [f64; 2])) {
-        let mut numbers = [L::ZEROS; 6];
-        let [before, now] = self.stiffness;
-        for (group, lanes) in numbers.iter_mut().zip([self.q[0], self.q[1], before[0], before[1], now[0], now[1]]) {
-            lanes.store(group);
-        }
-        let at = |plane: usize, lane: usize| numbers.get(plane).and_then(|group| group.as_ref().get(lane)).copied();
-        for (lane, axis) in (0..L::WIDTH).flat_map(|lane| [(lane, Axis::Horizontal), (lane, Axis::Vertical)]) {
-            let k = axis as usize;
-            if let (Some(q), Some(before), Some(now)) = (at(k, lane), at(2 + k, lane), at(4 + k, lane))
-                && now != before
-            {
-                see(lane, axis, q, [before, now]);
+        let [q, before, now] = &self.numbers;
+        for (lane, column) in self.columns.clone().enumerate() {
+            for axis in [Axis::Horizontal, Axis::Vertical] {
+                let at = |numbers: &[[f64; CHUNK]; 2]| numbers[axis as usize].get(lane).copied().unwrap_or(0.0);
+                if at(now) != at(before) {
+                    see(column, axis, at(q), [at(before), at(now)]);
+                }
             }
         }
     }
 }
 
-/// Chunk on which effects act.
-pub struct Place<'a, G> {
-    /// Geometry of its row.
-    pub geometry: &'a G,
-    /// Its columns.
-    pub columns: &'a Columns,
-    /// Its nodes and their neighbours.
+/// Place of a lane group of segments.
+pub struct Place<'a, L> {
+    /// Its geometry.
+    pub bars: &'a Bars<L>,
+    /// Its chunk of nodes and their neighbours.
     pub around: Around<'a>,
-    /// Its number.
-    pub chunk: usize,
+    /// Its number in the chunk.
+    pub group: usize,
 }
 
-/// What changes the motion besides elasticity and damage. Each method does nothing by default.
+/// What changes the motion of a chunk's nodes besides elasticity and damage. Each method does nothing by default.
 pub trait Effect {
     /// Changes stiffness and stress of a lane group.
     #[inline(always)]
-    fn act<L: Lane>(&mut self, _: &mut Segments<L>, _: &Bars<L>, _: &Around<'_>, _: At, _: &mut Dissipation) {}
+    fn act<L: Lane>(&mut self, _: &mut Segments<L>, _: &Place<'_, L>) {}
 
-    /// Learns which stiffnesses damage has changed.
+    /// Learns of a lane group of segments, from a column on, that may have been damaged: twice the strain, stiffness before and after.
     #[inline(always)]
-    fn note_fall<L: Lane>(&mut self, _: &Fall<L>, _: &Yarns<'_>, _: At, _: &mut Dissipation) {}
+    fn note_damage<L: Lane>(&mut self, _: [[L; 2]; 3], _column: usize, _: &Yarns<'_>) {}
 
     /// Adds to the forces on the first nodes.
     #[inline(always)]
-    fn add_forces<L: Lane>(&self, _: &mut [[L; 3]; 2], _: At) {}
+    fn add_forces<L: Lane>(&self, _: &mut [[L; 3]; 2], _group: usize) {}
 
     /// Change of velocity of nodes that the yarns would change by `change`.
     #[inline(always)]
-    fn constrain<L: Lane>(&mut self, change: [L; 3], _: &Around<'_>, _: At) -> [L; 3] {
+    fn constrain<L: Lane>(&mut self, change: [L; 3], _: &Around<'_>, _group: usize) -> [L; 3] {
         change
-    }
-
-    /// [`Effect::act`] on all groups of a chunk in a stage of its own.
-    #[inline(always)]
-    fn act_on_chunk<L: Lane, G: Geometry>(
-        &mut self,
-        stage: &mut Stage,
-        place: &Place<'_, G>,
-        dissipation: &mut Dissipation,
-    ) {
-        self.act_on_group::<L, G>(stage, place, 0, dissipation);
-        if L::WIDTH < CHUNK {
-            self.act_on_group::<L, G>(stage, place, 1, dissipation);
-        }
-        if L::WIDTH < CHUNK / 2 {
-            self.act_on_group::<L, G>(stage, place, 2, dissipation);
-            self.act_on_group::<L, G>(stage, place, 3, dissipation);
-        }
-    }
-
-    /// [`Effect::act`] on a group.
-    #[inline(always)]
-    fn act_on_group<L: Lane, G: Geometry>(
-        &mut self,
-        stage: &mut Stage,
-        Place { geometry, columns, around, chunk }: &Place<'_, G>,
-        group: usize,
-        dissipation: &mut Dissipation,
-    ) {
-        let mut segments = stage.segments::<L>(group);
-        self.act(&mut segments, &geometry.bars(columns, group), around, At { chunk: *chunk, group }, dissipation);
-        stage.change(&segments, group);
-    }
-
-    /// Whether the effect acts in a stage of its own, and not in the registers of the one loop.
-    #[inline(always)]
-    fn is_staged() -> bool {
-        false
     }
 }
 
 /// No effect.
 impl Effect for () {}
-
-/// An effect that only some sheets have: asked for once in a chunk. The compiler is not to see that it is always the same one: constants of all
-/// effects, kept over the loop, would take kilobytes of stack.
-impl<E: Effect> Effect for Option<E> {
-    #[inline(always)]
-    fn act<L: Lane>(
-        &mut self,
-        segments: &mut Segments<L>,
-        bars: &Bars<L>,
-        around: &Around<'_>,
-        at: At,
-        dissipation: &mut Dissipation,
-    ) {
-        if let Some(effect) = black_box(self) {
-            effect.act(segments, bars, around, at, dissipation);
-        }
-    }
-
-    #[inline(always)]
-    fn note_fall<L: Lane>(&mut self, fall: &Fall<L>, yarns: &Yarns<'_>, at: At, dissipation: &mut Dissipation) {
-        if let Some(effect) = black_box(self) {
-            effect.note_fall(fall, yarns, at, dissipation);
-        }
-    }
-
-    #[inline(always)]
-    fn add_forces<L: Lane>(&self, forces: &mut [[L; 3]; 2], at: At) {
-        if let Some(effect) = black_box(self) {
-            effect.add_forces(forces, at);
-        }
-    }
-
-    #[inline(always)]
-    fn constrain<L: Lane>(&mut self, change: [L; 3], around: &Around<'_>, at: At) -> [L; 3] {
-        match black_box(self) {
-            Some(effect) => effect.constrain(change, around, at),
-            None => change,
-        }
-    }
-
-    #[inline(always)]
-    fn act_on_chunk<L: Lane, G: Geometry>(
-        &mut self,
-        stage: &mut Stage,
-        place: &Place<'_, G>,
-        dissipation: &mut Dissipation,
-    ) {
-        if let Some(effect) = black_box(self) {
-            effect.act_on_chunk::<L, G>(stage, place, dissipation);
-        }
-    }
-
-    #[inline(always)]
-    fn is_staged() -> bool {
-        true
-    }
-}
-
-/// Two effects, the first one first.
-impl<A: Effect, B: Effect> Effect for (A, B) {
-    #[inline(always)]
-    fn act<L: Lane>(
-        &mut self,
-        segments: &mut Segments<L>,
-        bars: &Bars<L>,
-        around: &Around<'_>,
-        at: At,
-        dissipation: &mut Dissipation,
-    ) {
-        self.0.act(segments, bars, around, at, dissipation);
-        self.1.act(segments, bars, around, at, dissipation);
-    }
-
-    #[inline(always)]
-    fn note_fall<L: Lane>(&mut self, fall: &Fall<L>, yarns: &Yarns<'_>, at: At, dissipation: &mut Dissipation) {
-        self.0.note_fall(fall, yarns, at, dissipation);
-        self.1.note_fall(fall, yarns, at, dissipation);
-    }
-
-    #[inline(always)]
-    fn add_forces<L: Lane>(&self, forces: &mut [[L; 3]; 2], at: At) {
-        self.0.add_forces(forces, at);
-        self.1.add_forces(forces, at);
-    }
-
-    #[inline(always)]
-    fn constrain<L: Lane>(&mut self, change: [L; 3], around: &Around<'_>, at: At) -> [L; 3] {
-        let change = self.0.constrain(change, around, at);
-        self.1.constrain(change, around, at)
-    }
-
-    #[inline(always)]
-    fn act_on_chunk<L: Lane, G: Geometry>(
-        &mut self,
-        stage: &mut Stage,
-        place: &Place<'_, G>,
-        dissipation: &mut Dissipation,
-    ) {
-        self.0.act_on_chunk::<L, G>(stage, place, dissipation);
-        self.1.act_on_chunk::<L, G>(stage, place, dissipation);
-    }
-
-    #[inline(always)]
-    fn is_staged() -> bool {
-        A::is_staged() || B::is_staged()
-    }
-}
 
 /// Energy that viscosity and a dependence on the rate dissipate in a row, over 1/4 l^2 of a horizontal segment.
 pub struct Dissipation {
@@ -403,17 +238,6 @@ pub enum Constants<'a> {
     Stochastic(&'a [Chunk<YARN_PLANES>]),
 }
 
-impl<'a> YarnRow<'a> {
-    /// Constants from chunk c on.
-    pub fn from(&self, c: usize) -> YarnRow<'a> {
-        let constants = match self.constants {
-            Constants::Stochastic(row) => Constants::Stochastic(row.get(c..).unwrap_or_default()),
-            uniform => uniform,
-        };
-        YarnRow { constants, strength: self.strength.get(c..).unwrap_or_default() }
-    }
-}
-
 impl YarnRow<'_> {
     /// Undamaged stiffness and damage rate of the segment that starts at column i; zero stiffness where none exists.
     pub fn constants(&self, axis: Axis, i: usize) -> (f64, f64) {
@@ -438,11 +262,11 @@ impl YarnRow<'_> {
 /// Damage of the segments that start in a row: the cold path.
 pub struct Yarns<'a> {
     /// What the segments of a direction have in common.
-    pub directions: Along<'a>,
+    pub directions: &'a Along<'a>,
     /// Dependence on the rate of strain.
     pub rates: &'a Rates,
     /// Constants of the segments.
-    pub row: YarnRow<'a>,
+    pub row: &'a YarnRow<'a>,
     /// A row of nodes.
     pub line: Line,
     /// Columns before which horizontal and vertical segments start.
@@ -459,22 +283,21 @@ impl Yarns<'_> {
         if horizontal.rate.depends() { self.rates.limits } else { [horizontal.critical, vertical.critical] }
     }
 
-    /// Damages the segments from a column on of which some q is at or beyond the limit and above all before. `history`, `stiffness`: along x
-    /// and along y.
+    /// Damages the segments from a column on of which some q is at or beyond the limit and above all before. `slots`: their histories and
+    /// stiffnesses, along x and along y.
     #[inline(always)]
-    pub fn damage_beyond<L: Lane>(
+    fn damage_beyond<L: Lane>(
         &mut self,
         q: [L; 2],
         limits: [L; 2],
         column: usize,
-        [history_x, history_y]: [&mut L::Group; 2],
-        [stiffness_x, stiffness_y]: [&mut L::Group; 2],
+        [slots_x, slots_y]: [[&mut L::Group; 2]; 2],
     ) {
-        if q[0].any_not_below(limits[0]) && q[0].any_above(L::load(history_x)) {
-            self.damage(q[0], (Axis::Horizontal, column), [history_x, stiffness_x]);
+        if q[0].any_not_below(limits[0]) && q[0].any_above(L::load(slots_x[0])) {
+            self.damage(q[0], (Axis::Horizontal, column), slots_x);
         }
-        if q[1].any_not_below(limits[1]) && q[1].any_above(L::load(history_y)) {
-            self.damage(q[1], (Axis::Vertical, column), [history_y, stiffness_y]);
+        if q[1].any_not_below(limits[1]) && q[1].any_above(L::load(slots_y[0])) {
+            self.damage(q[1], (Axis::Vertical, column), slots_y);
         }
     }
 

@@ -19,11 +19,10 @@
 
 use crate::ground::lanes::{Job, Lane};
 use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, OWED_PLANES, SPEED_X, vertical_axes};
-use crate::sheet::columns::{At, Bars, Geometry, Table};
+use crate::sheet::columns::{Geometry, Table};
 use crate::sheet::neighbours::Around;
-use crate::sheet::segments::{Dissipation, Effect, Fall, Segments, Yarns};
+use crate::sheet::segments::{Fall, Place, Segments, Yarns};
 use crate::yarn::law::RestLanes;
-use core::slice::from_mut;
 
 /// Largest stress given, over k |r|.
 const LARGEST: f64 = 0.3;
@@ -83,59 +82,67 @@ pub struct SlackBalance<'a> {
     /// Energy error and last stress of each segment.
     pub owed: &'a mut [Chunk<OWED_PLANES>],
     /// 1 along each axis in which segments keep them, else 0.
-    keeps: [f64; 2],
+    pub keeps: [f64; 2],
 }
 
 impl<'a> SlackBalance<'a> {
     /// Balance of a row with these energy errors, in whose directions of these bits segments have been slack.
     #[inline(always)]
     pub fn of(owed: &'a mut [Chunk<OWED_PLANES>], bits: u32) -> SlackBalance<'a> {
-        let keeps = |axis: Axis| f64::from(u8::from(bits & bit(axis) != 0));
-        SlackBalance { owed, keeps: [keeps(Axis::Horizontal), keeps(Axis::Vertical)] }
+        SlackBalance { owed, keeps: keeps(bits) }
     }
 
-    /// Balance of one chunk alone, of which this is a copy.
-    pub fn with<'b>(&self, owed: &'b mut Chunk<OWED_PLANES>) -> SlackBalance<'b> {
-        SlackBalance { owed: from_mut(owed), keeps: self.keeps }
+    /// Balance of chunk c; None after the last.
+    #[inline(always)]
+    pub fn on_chunk(&mut self, c: usize) -> Option<SlackChunk<'_>> {
+        Some(SlackChunk { owed: self.owed.get_mut(c)?, keeps: self.keeps })
     }
 }
 
-impl Effect for SlackBalance<'_> {
+/// Balance of energy of the slack segments of a chunk.
+pub struct SlackChunk<'c> {
+    /// Energy error and last stress of each segment.
+    pub owed: &'c mut Chunk<OWED_PLANES>,
+    /// 1 along each axis in which segments keep them, else 0.
+    pub keeps: [f64; 2],
+}
+
+impl SlackChunk<'_> {
+    /// Adds the stresses that correct the energy of a lane group.
     #[inline(always)]
-    fn act<L: Lane>(
-        &mut self,
-        segments: &mut Segments<L>,
-        bars: &Bars<L>,
-        around: &Around<'_>,
-        At { chunk, group: g }: At,
-        _: &mut Dissipation,
-    ) {
-        let Some([energy_x, energy_y, given_x, given_y]) = self.owed.get_mut(chunk) else { return };
+    pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, Place { bars, around, group: g }: &Place<'_, L>) {
+        let [energy_x, energy_y, given_x, given_y] = &mut *self.owed;
         let [of_x, of_y] = [Owed { energy: energy_x, given: given_x }, Owed { energy: energy_y, given: given_y }];
         let keeps = [L::splat(self.keeps[0]), L::splat(self.keeps[1])];
         let (Segments { d, q, before, stiffness, .. }, [along, upwards]) = (*segments, &bars.rests);
-        let w = around.differences::<L>(SPEED_X, g);
+        let w = around.differences::<L>(SPEED_X, *g);
         let x = [along.end_to_end(d[0]), upwards.end_to_end(vertical_axes(d[1]))];
         let stiffnesses = [
             [before[0].mul(keeps[0]), stiffness[0].mul(keeps[0])],
             [before[1].mul(keeps[1]), stiffness[1].mul(keeps[1])],
         ];
-        let given_x = of_x.stress(along, stiffnesses[0], q[0], [x[0], w[0]], g);
-        let given_y = of_y.stress(upwards, stiffnesses[1], q[1], [x[1], vertical_axes(w[1])], g);
+        let given_x = of_x.stress(along, stiffnesses[0], q[0], [x[0], w[0]], *g);
+        let given_y = of_y.stress(upwards, stiffnesses[1], q[1], [x[1], vertical_axes(w[1])], *g);
         segments.stress = [segments.stress[0].add(given_x), segments.stress[1].add(given_y)];
     }
 
-    #[inline(always)]
-    fn note_fall<L: Lane>(&mut self, fall: &Fall<L>, yarns: &Yarns<'_>, at: At, _: &mut Dissipation) {
-        let Some(owed) = self.owed.get_mut(at.chunk) else { return };
-        fall.each(|lane, axis, _, [before, now]| {
-            let slot = owed[axis as usize].get_mut(at.group * L::WIDTH + lane);
+    /// Adds what damage dissipates to the energy errors.
+    pub fn note_fall(&mut self, fall: &Fall, yarns: &Yarns<'_>) {
+        fall.each(|column, axis, _, [before, now]| {
+            let slot = self.owed[axis as usize].get_mut(column % CHUNK);
             if let Some(energy) = slot.filter(|_| self.keeps[axis as usize] != 0.0) {
-                *energy += 4.0 * yarns.dissipated(axis, fall.column + lane, now);
-                *energy += -4.0 * yarns.dissipated(axis, fall.column + lane, before);
+                *energy += 4.0 * yarns.dissipated(axis, column, now);
+                *energy += -4.0 * yarns.dissipated(axis, column, before);
             }
         });
     }
+}
+
+/// 1 along each axis whose bit is set, else 0.
+#[inline(always)]
+pub(crate) fn keeps(bits: u32) -> [f64; 2] {
+    let keeps = |axis: Axis| f64::from(u8::from(bits & bit(axis) != 0));
+    [keeps(Axis::Horizontal), keeps(Axis::Vertical)]
 }
 
 /// The bit that says of a row that segments of this direction have been slack.

@@ -7,26 +7,32 @@
 
 use crate::ground::lanes::Lane;
 use crate::ground::planes::Axis;
-use crate::sheet::columns::{At, Bars};
 use crate::sheet::direction::Along;
-use crate::sheet::neighbours::Around;
-use crate::sheet::segments::{Dissipation, Effect, Fall, Segments, Yarns};
-use crate::yarn::rate::{RateLaw, Rates};
+use crate::sheet::segments::{Dissipation, Fall, Segments, Yarns};
+use crate::yarn::rate::{RateLaw, RateSplats, Rates};
 
 /// Dependence of the segments of a row on the rate of strain.
-pub struct StrainRate {
-    /// Laws along x and along y at the time of the pass.
-    laws: [RateLaw; 2],
+pub struct StrainRate<'a> {
+    /// Laws along x and along y, at no time.
+    laws: [&'a RateLaw; 2],
+    /// Time of the pass, s.
+    time: f64,
+    /// Their constants at that time.
+    constants: [RateSplats; 2],
     /// [`Rates::relaxing`].
     relaxing: f64,
 }
 
-impl StrainRate {
+impl<'a> StrainRate<'a> {
     /// Dependence of segments in these directions; None without.
     #[inline(always)]
-    pub fn of(Along { horizontal, vertical, .. }: Along<'_>, rates: &Rates) -> Option<StrainRate> {
-        let laws = [horizontal.rate.at(rates.time), vertical.rate.at(rates.time)];
-        horizontal.rate.depends().then_some(StrainRate { laws, relaxing: rates.relaxing })
+    pub fn of(Along { horizontal, vertical, .. }: Along<'a>, rates: &Rates) -> Option<StrainRate<'a>> {
+        if !horizontal.rate.depends() {
+            return None;
+        }
+        let (laws, time) = ([&horizontal.rate, &vertical.rate], rates.time);
+        let constants = [laws[0].at(time).splats(), laws[1].at(time).splats()];
+        Some(StrainRate { laws, time, constants, relaxing: rates.relaxing })
     }
 
     /// Stiffening of a lane group of segments along x and of one along y, one by one.
@@ -36,28 +42,21 @@ impl StrainRate {
         let mut groups = [L::ZEROS; 2];
         for ((group, law), q) in groups.iter_mut().zip(&self.laws).zip(q) {
             q.store(group);
+            let law = law.at(self.time);
             group.as_mut().iter_mut().for_each(|q| *q = law.stiffening(*q));
         }
         [L::load(&groups[0]), L::load(&groups[1])]
     }
-}
 
-impl Effect for StrainRate {
+    /// Changes the stiffness of lane group g, and adds what relaxation dissipates.
     #[inline(always)]
-    fn act<L: Lane>(
-        &mut self,
-        segments: &mut Segments<L>,
-        _: &Bars<L>,
-        _: &Around<'_>,
-        at: At,
-        dissipation: &mut Dissipation,
-    ) {
-        let (Segments { q, before, stiffness, .. }, [of_x, of_y]) = (*segments, &self.laws);
+    pub fn act<L: Lane>(&self, segments: &mut Segments<L>, g: usize, dissipation: &mut Dissipation) {
+        let (Segments { q, before, stiffness, .. }, [of_x, of_y]) = (*segments, &self.constants);
         let (of_x, of_y) = (of_x.lanes::<L>(), of_y.lanes::<L>());
         let beyond = [of_x.beyond(q[0]), of_y.beyond(q[1])];
         // Before the damage of this pass.
         let relaxing = [of_x.relaxing(before[0], beyond[0]), of_y.relaxing(before[1], beyond[1])];
-        dissipation.add(relaxing, L::splat(self.relaxing), at.group);
+        dissipation.add(relaxing, L::splat(self.relaxing), g);
         let is_within = of_x.within(beyond[0]).max(of_y.within(beyond[1])).any_above(L::splat(0.0));
         let factors =
             if is_within { self.stiffenings(q) } else { [of_x.stiffening(beyond[0]), of_y.stiffening(beyond[1])] };
@@ -65,10 +64,9 @@ impl Effect for StrainRate {
     }
 
     /// Adds what rupture dissipates beyond the law of the reference rate, which the balance counts (`step/energy.rs`).
-    #[inline(always)]
-    fn note_fall<L: Lane>(&mut self, fall: &Fall<L>, yarns: &Yarns<'_>, _: At, dissipation: &mut Dissipation) {
-        fall.each(|lane, axis, q, [before, now]| {
-            let (column, law) = (fall.column + lane, &self.laws[axis as usize]);
+    pub fn note_fall(&self, fall: &Fall, yarns: &Yarns<'_>, dissipation: &mut Dissipation) {
+        fall.each(|column, axis, q, [before, now]| {
+            let law = self.laws[axis as usize].at(self.time);
             let multiplicity = match axis {
                 Axis::Horizontal => yarns.line.segment_weight(column),
                 Axis::Vertical => dissipation.share * yarns.line.node_weight(column),

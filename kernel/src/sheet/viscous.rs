@@ -9,12 +9,11 @@
 //! Limits: velocity Verlet, no graded network. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
-use crate::ground::lanes::{Job, Lane, at};
+use crate::ground::lanes::{self, Job, Lane, at};
 use crate::ground::planes::{CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z};
-use crate::sheet::columns::{At, Bars};
 use crate::sheet::direction::Along;
-use crate::sheet::neighbours::{Around, NOTHING, right_of};
-use crate::sheet::segments::{Dissipation, Effect, Segments};
+use crate::sheet::neighbours::{NOTHING, right_of};
+use crate::sheet::segments::{Dissipation, Segments};
 use crate::yarn::law::{self, ViscosityLanes, ViscositySplats};
 
 /// Past of a row with viscosity: strain and viscous stress of its segments in the last pass, and moments of its nodes in this one.
@@ -27,30 +26,54 @@ pub struct ViscousRow<'a> {
 
 /// Viscosity of the segments of a row.
 pub struct Viscous<'a> {
-    constants: [ViscositySplats; 2],
+    constants: ViscousAlong,
     row: ViscousRow<'a>,
 }
 
-impl<'a> ViscousRow<'a> {
-    /// Viscosity of the row's segments in these directions.
+/// Viscosity of segments along x and along y.
+type ViscousAlong = [ViscositySplats; 2];
+
+impl<'a> Viscous<'a> {
+    /// Viscosity of a row's segments in these directions.
     #[inline(always)]
-    pub fn along(self, Along { horizontal, vertical, .. }: Along<'_>) -> Viscous<'a> {
-        Viscous { constants: [horizontal.viscosity.splats(), vertical.viscosity.splats()], row: self }
+    pub fn of(directions: Along<'_>, row: ViscousRow<'a>) -> Viscous<'a> {
+        Viscous { constants: along(directions), row }
+    }
+
+    /// Viscosity of chunk c; None after the last.
+    #[inline(always)]
+    pub fn on_chunk(&mut self, c: usize) -> Option<ViscousChunk<'_>> {
+        let Viscous { constants, row: ViscousRow { past, above } } = self;
+        let (past, tail) = past.get_mut(c..)?.split_first_mut()?;
+        let (next, above) = (tail.first().unwrap_or(&NO_PAST), above.get(c).unwrap_or(&NO_PAST));
+        Some(ViscousChunk { constants, past, next, above })
     }
 }
 
-impl Effect for Viscous<'_> {
+/// Viscosity of segments in these directions.
+#[inline(always)]
+pub fn along(Along { horizontal, vertical, .. }: Along<'_>) -> ViscousAlong {
+    [horizontal.viscosity.splats(), vertical.viscosity.splats()]
+}
+
+/// Viscosity of the segments of a chunk.
+pub struct ViscousChunk<'c> {
+    /// Constants along x and along y.
+    pub constants: &'c ViscousAlong,
+    /// Past of the chunk.
+    pub past: &'c mut Chunk<PAST_PLANES>,
+    /// Past of the next chunk of the row.
+    pub next: &'c Chunk<PAST_PLANES>,
+    /// Past of the chunk of the row above.
+    pub above: &'c Chunk<PAST_PLANES>,
+}
+
+impl ViscousChunk<'_> {
+    /// Adds the viscous stress of lane group g, and what it dissipates.
     #[inline(always)]
-    fn act<L: Lane>(
-        &mut self,
-        segments: &mut Segments<L>,
-        _: &Bars<L>,
-        _: &Around<'_>,
-        At { chunk, group: g }: At,
-        dissipation: &mut Dissipation,
-    ) {
-        let Some([q_x, q_y, x, y, ..]) = self.row.past.get_mut(chunk) else { return };
-        let ([of_x, of_y], Segments { q, stiffness, .. }) = (&self.constants, *segments);
+    pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, g: usize, dissipation: &mut Dissipation) {
+        let ([q_x, q_y, x, y, ..], [of_x, of_y]) = (&mut *self.past, self.constants);
+        let Segments { q, stiffness, .. } = *segments;
         let (stress_y, taken_y) = Past { twice_strain: q_y, stress: y }.stress(&of_y.lanes(), stiffness[1], q[1], g);
         let (stress_x, taken_x) = Past { twice_strain: q_x, stress: x }.stress(&of_x.lanes(), stiffness[0], q[0], g);
         segments.stress = [stress_x, stress_y];
@@ -59,12 +82,10 @@ impl Effect for Viscous<'_> {
 
     /// Adds the forces along z of the moments at both ends.
     #[inline(always)]
-    fn add_forces<L: Lane>(&self, [along, upwards]: &mut [[L; 3]; 2], At { chunk, group: g }: At) {
-        let [here, next, above] = [self.row.past.get(chunk), self.row.past.get(chunk + 1), self.row.above.get(chunk)]
-            .map(|past| past.unwrap_or(&NO_PAST));
-        let (x, y): (L, L) = (at(here, MOMENT, g), at(here, MOMENT + 1, g));
-        along[2] = along[2].add(right_of(x, &here[MOMENT], &next[MOMENT], g).sub(x));
-        upwards[2] = upwards[2].add(at::<L, PAST_PLANES>(above, MOMENT + 1, g).sub(y));
+    pub fn add_forces<L: Lane>(&self, [along, upwards]: &mut [[L; 3]; 2], g: usize) {
+        let (x, y): (L, L) = (at(self.past, MOMENT, g), at(self.past, MOMENT + 1, g));
+        along[2] = along[2].add(right_of(x, &self.past[MOMENT], &self.next[MOMENT], g).sub(x));
+        upwards[2] = upwards[2].add(at::<L, PAST_PLANES>(self.above, MOMENT + 1, g).sub(y));
     }
 }
 
@@ -152,15 +173,7 @@ impl<L: Lane> Moments<L> {
     /// Finds those of eight columns. `past`: theirs; `taken`: twice what they take is added, by columns.
     #[inline(always)]
     pub fn find(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, taken: &mut [f64; CHUNK]) {
-        // Written out, so that every place in the chunk is a constant, as in the sweep.
-        self.group(nodes, past, taken, 0);
-        if L::WIDTH < CHUNK {
-            self.group(nodes, past, taken, 1);
-        }
-        if L::WIDTH < CHUNK / 2 {
-            self.group(nodes, past, taken, 2);
-            self.group(nodes, past, taken, 3);
-        }
+        lanes::each_group!(L, |g| self.group(nodes, past, taken, g));
     }
 
     #[inline(always)]

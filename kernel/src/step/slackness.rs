@@ -3,7 +3,7 @@
 use crate::ground::lanes;
 use crate::ground::planes::{self, Axis};
 use crate::memory::system::System;
-use crate::sheet::columns::Table;
+use crate::sheet::columns::{Geometry, Table};
 use crate::sheet::images::place_image_column;
 use crate::sheet::slack::{FindSlack, bit};
 
@@ -26,12 +26,11 @@ pub(crate) fn search(system: &mut System<'_>) {
                 place_image_column(planes::row_mut(system.arrays.rows.hot, chunks, j), line);
             }
             let along = system.directions_of_row(j);
-            let alike = Table::alike(&along.horizontal.rest);
             // Above the top row of a ply the stiffnesses are 0.
             let job = FindSlack {
                 row: planes::row(system.arrays.rows.hot, chunks, j),
                 above: planes::row(system.arrays.rows.hot, chunks, j + 1),
-                geometry: Table::of(&system.net(ply), along.rests(), j, &alike),
+                geometry: Table::of(&system.net(ply), along.rests(), j),
             };
             let found = lanes::dispatch(system.instructions, job);
             if let Some(been_slack) = system.arrays.rows.been_slack.get_mut(j) {

@@ -28,11 +28,12 @@ use crate::memory::arrays::{Arrays, Noted, RowArrays};
 use crate::memory::state::COUNT_MAX;
 use crate::memory::system::{System, mean_acceleration};
 use crate::scene::parts::Integrator;
-use crate::sheet::columns::{Net, Table};
+use crate::sheet::columns::Net;
 use crate::sheet::images::{place_image_column, place_image_row};
-use crate::sheet::neighbours::NOTHING;
+use crate::sheet::neighbours::{Around, NOTHING};
+
 use crate::sheet::segments::per_mass;
-use crate::sheet::sweep::PeekRow;
+use crate::sheet::sweep::Peek;
 use crate::sheet::weave::in_runs;
 use crate::step::motion;
 use crate::step::rows::terms::Terms;
@@ -193,7 +194,6 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let net = Net { columns, lines };
     let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
     let (pass, mut sound) = (terms.pass(net, 0), true);
-    let alike = Table::alike(&pass.directions.horizontal.rest);
     let (mut here, mut right, mut over) = (NOTHING, NOTHING, NOTHING);
     let (mut along, mut up) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
     for j in 0..layout.nodes_y {
@@ -201,16 +201,14 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         let (row, above) = (planes::row_mut(below, chunks, j), planes::row(above, chunks, 0));
         let rows = planes::row(hot, chunks, j).iter().zip(planes::row(history, chunks, j));
         let yarn = terms.yarn_row(yarn, strength, j, 0);
-        let geometry = Table::of(&net, pass.directions.rests(), j, &alike);
-        let of_row = PeekRow { pass: &pass, has_verticals: layout.has_verticals(j), yarn: &yarn, geometry };
+        let mut peek = Peek::of(&pass, j, &yarn, layout.has_verticals(j));
         let mut left = [0.0; 3];
         for (c, (hot, history)) in rows.enumerate() {
             set_guessed(&mut here, row.get(c), Some(hot));
             set_guessed(&mut right, row.get(c + 1), None);
             set_guessed(&mut over, above.get(c), None);
-            let mut history = *history;
-            let mut peek = of_row.chunk(c, &mut here, [&right, &over], &mut history);
-            peek.all(&mut (None, (None, (None, None))), &mut along, &mut up);
+            let around = Around { here: &here, right: &right, above: &over };
+            peek.all(c, &around, history, &mut (), [&mut along, &mut up]);
             sound &= !peek.is_lost();
             let (Some(chunk), Some(carry)) = (row.get_mut(c), carry.get_mut(c)) else { break };
             for lane in 0..CHUNK.min(layout.nodes_x.saturating_sub(c * CHUNK)) {

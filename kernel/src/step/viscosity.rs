@@ -119,7 +119,7 @@ pub(crate) fn acceleration(system: &System<'_>, i: usize, j: usize) -> [f64; 3] 
     let left = segment_force(system, Axis::Horizontal, system.layout.x.before(i), Some(j));
     let up = segment_force(system, Axis::Vertical, Some(i), Some(j));
     let down = segment_force(system, Axis::Vertical, Some(i), j.checked_sub(1));
-    system.carried(i, j, [0, 1, 2].map(|k| per_mass(right[k], left[k], up[k] - down[k], [1.0; 2])))
+    system.carried(i, j, [0, 1, 2].map(|k| per_mass(right[k], left[k], up[k] - down[k], None)))
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@
 //! Limits: one event that begins with the first contact. Velocity Verlet; no pre-tension.
 //! Reference: docs/model.md, "Rate of strain".
 
-use crate::ground::lanes::Lane;
+use crate::ground::lanes::{Lane, Splat};
 use crate::ground::math;
 use crate::scene::features::Feature;
 use crate::scene::parts::Scene;
@@ -104,17 +104,13 @@ impl RateLaw {
         Feature::Rate.is_built() && self.reference != 0.0
     }
 
-    /// Rate law for several segments at once.
+    /// Constants as all lanes read them.
     #[inline(always)]
-    pub fn lanes<L: Lane>(&self) -> RateLanes<L> {
+    pub fn splats(&self) -> RateSplats {
         let [first, last] = self.range();
-        RateLanes {
-            first: L::splat(first),
-            twice_first: L::splat(2.0 * first),
-            // Yarn that is faster than the highest rate as soon as it is taut has the largest stiffness, too.
-            width: L::splat(math::max(last - first, LEAST)),
-            stiffest: L::splat(self.modulus * self.largest),
-        }
+        // Yarn that is faster than the highest rate as soon as it is taut has the largest stiffness, too.
+        let width = math::max(last - first, LEAST);
+        RateSplats([first, 2.0 * first, width, self.modulus * self.largest].map(Splat::of))
     }
 
     fn at_reference(&self) -> f64 {
@@ -182,6 +178,23 @@ impl RateLaw {
     /// What rupture dissipates at q beyond what it would at the strain that damage sees, over the latter.
     pub fn excess(&self, q: f64, seen: f64) -> f64 {
         self.stored(1.0, q) / law::strain_energy(1.0, seen) - 1.0
+    }
+}
+
+/// [`RateLaw`] as all lanes read it.
+pub struct RateSplats([Splat; 4]);
+
+impl RateSplats {
+    /// Constants of a lane group.
+    #[inline(always)]
+    pub fn lanes<L: Lane>(&self) -> RateLanes<L> {
+        let [first, twice_first, width, stiffest] = &self.0;
+        RateLanes {
+            first: first.lanes(),
+            twice_first: twice_first.lanes(),
+            width: width.lanes(),
+            stiffest: stiffest.lanes(),
+        }
     }
 }
 

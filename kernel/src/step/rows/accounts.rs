@@ -17,11 +17,14 @@ pub(crate) struct TakenOfRow {
 
 impl TakenOfRow {
     /// Account of no row.
-    pub const NONE: TakenOfRow = TakenOfRow { units: [0.0; 2], sums: Dissipation::NONE, of_last: [0.0; 2] };
+    const NONE: TakenOfRow = TakenOfRow { units: [0.0; 2], sums: Dissipation::NONE, of_last: [0.0; 2] };
 
     /// Nothing of row j yet.
     #[inline(always)]
-    pub fn nothing(layout: &Layout, along: Along<'_>, j: usize) -> TakenOfRow {
+    pub fn of(layout: &Layout, along: Along<'_>, j: usize) -> TakenOfRow {
+        if !layout.takes_energy() {
+            return TakenOfRow::NONE;
+        }
         let lengths = [along.horizontal.rest.length * along.turn, along.vertical.rest.length];
         let [x, y] = lengths.map(|length| 0.25 * length * length);
         let units = [layout.y.node_weight(j) * x, layout.y.segment_weight(j) * y];
@@ -40,7 +43,7 @@ impl TakenOfRow {
             let direction = pass.directions.along(axis);
             let q: f64 = direction.rest.twice_strain(axis.own_axes([a - x, b - y, c - z]));
             let stiffness = planes::get(row, 6 + axis as usize, last).unwrap_or(0.0);
-            let rate = direction.rate.at(pass.rates.time).lanes();
+            let rate = direction.rate.at(pass.rates.time).splats().lanes();
             self.of_last[axis as usize] = pass.rates.relaxing * rate.relaxing(stiffness, rate.beyond(q));
         }
     }

@@ -14,6 +14,7 @@ use crate::memory::layout::Layout;
 use crate::scene::features::Feature;
 use crate::sheet::clamp::ClampedRow;
 use crate::sheet::columns::{COLUMN_PLANES, FLAT, Net};
+use crate::sheet::effects::EffectState;
 use crate::sheet::images::{place_image_column, place_image_speeds};
 use crate::sheet::neighbours::own;
 use crate::sheet::on_casing::OnCasing;
@@ -124,36 +125,38 @@ impl Rows<'_> {
             keep_fixed(slips.then_some(layout.nodes_x), row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
-            let mut counted =
-                if layout.takes_energy() { TakenOfRow::nothing(layout, pass.directions, j) } else { TakenOfRow::NONE };
-            if layout.x.is_mirrored() && layout.has(Feature::Rate) {
+            let mut counted = layout.has_effects().then(|| TakenOfRow::of(layout, pass.directions, j));
+            if layout.x.is_mirrored()
+                && layout.has(Feature::Rate)
+                && let Some(counted) = &mut counted
+            {
                 counted.relax_last(&pass, [row, above]);
             }
-            let of_viscosity = is_viscous.then(|| viscous.row(layout, (k, rows, first)));
-            let (viscosity, last) = of_viscosity.map_or((None, Last::default()), |(row, last)| (Some(row), last));
-            let keeps = been_slack.get(k).copied().unwrap_or(0);
-            let is_slack = layout.has(Feature::Slack) && keeps != 0;
-            let slack = is_slack.then(|| SlackBalance::of(planes::row_mut(owed, chunks, k), keeps));
-            // Whole rows of a ring are held, or none of it.
-            let on_casing = if layout.has(Feature::Casing) && run[0] == run[1] {
-                case_under(terms, &pass, j, pushed.get_mut(k), pushes.get_mut(k * chunks..(k + 1) * chunks))
-            } else {
-                None
-            };
-            let mut row_job = Row {
-                pass: &pass,
-                j,
-                row: &mut *row,
-                history,
-                above,
-                carry,
-                yarn: &yarn,
-                viscosity,
-                slack,
-                on_casing,
-                dissipation: &mut counted.sums,
-            };
-            let (met, reach) = row_job.step();
+            let mut last = Last::default();
+            let mut job = Row { pass: &pass, j, row: &mut *row, history, above, carry, yarn: &yarn, effects: None };
+            if let Some(counted) = &mut counted {
+                let viscosity = if is_viscous {
+                    let (row, of_last) = viscous.row(layout, (k, rows, first));
+                    last = of_last;
+                    Some(row)
+                } else {
+                    None
+                };
+                let keeps = been_slack.get(k).copied().unwrap_or(0);
+                let slack = if layout.has(Feature::Slack) && keeps != 0 {
+                    Some(SlackBalance::of(planes::row_mut(owed, chunks, k), keeps))
+                } else {
+                    None
+                };
+                // Whole rows of a ring are held, or none of it.
+                let on_casing = if layout.has(Feature::Casing) && run[0] == run[1] {
+                    case_under(terms, &pass, j, pushed.get_mut(k), pushes.get_mut(k * chunks..(k + 1) * chunks))
+                } else {
+                    None
+                };
+                job.effects = Some(EffectState { viscosity, slack, on_casing, dissipation: &mut counted.sums });
+            }
+            let (met, reach) = job.step();
             report = report.merged(met);
             let pulled = if slips {
                 let end = RowEnd { range, reach, holds, slid, clamped, k, columns: pass.net.columns };
@@ -164,7 +167,7 @@ impl Rows<'_> {
             if let Some(pulls) = pulls.get_mut(k) {
                 *pulls = pulled;
             }
-            if let Some(taken) = taken.get_mut(k) {
+            if let Some((taken, counted)) = taken.get_mut(k).zip(counted.as_mut()) {
                 if is_viscous && layout.x.is_mirrored() {
                     let of_last = viscous.taken_of_last(layout, k, &last);
                     counted.of_last = [0, 1].map(|axis| counted.of_last[axis] + of_last[axis]);
