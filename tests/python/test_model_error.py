@@ -142,7 +142,7 @@ def test_whatever_is_drawn_or_listed_is_compared():
         with pytest.raises(ValueError, match=f"^{name}: must be"):
             model_error(scene, confidence)
     with mock.patch(
-        "fabric_kernel.v50.flown",
+        "fabric_kernel.shooter.flown",
         return_value={"stopped": True, "speed": 0.0, "absorbed": 0.0, "steps": 1, "initial_kinetic": 1.0}
         | dict.fromkeys(("unconverged", "energy_residual", "beyond_fine"), 0),
     ):
