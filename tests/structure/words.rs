@@ -26,24 +26,7 @@ const IN_SPACE: [&str; 8] = [
 const TWICE: [&str; 2] = ["Nodes", "Place"];
 
 /// Files whose comments are older than these rules.
-const OLDER: [&str; 16] = [
-    "ground/lanes.rs",
-    "memory/layout.rs",
-    "sheet/columns.rs",
-    "sheet/effects.rs",
-    "sheet/on_casing.rs",
-    "sheet/segments.rs",
-    "sheet/slack.rs",
-    "sheet/strain_rate.rs",
-    "sheet/sweep.rs",
-    "sheet/viscous.rs",
-    "step/rows/accounts.rs",
-    "step/rows/mod.rs",
-    "step/slackness.rs",
-    "step/theta.rs",
-    "step/viscosity.rs",
-    "yarn/rate.rs",
-];
+const OLDER: [&str; 2] = ["ground/lanes.rs", "memory/layout.rs"];
 
 /// Each file of the kernel by its name from `kernel/src` on.
 fn kernel() -> Vec<(String, String)> {

@@ -1,9 +1,11 @@
-//! Geometry of the sheet at rest by column and by row: the one table that the sweep, contact and the read-outs use for flat, graded and
-//! curved sheets, and the constants of segments and nodes that follow from it.
+//! Geometry of the sheet at rest by column and by row: the one table that the sweep, contact and the
+//! read-outs use for flat, graded and curved sheets, and the constants of segments and nodes that follow from
+//! it.
 //!
-//! Method: a row of nodes has one line of constants, chunk by chunk of its columns, where the columns differ (graded network, curved sheet,
-//! of which each ply has its own); a graded network has a second line for its rows. Without a line all columns are alike.
-//! A width of 1, a natural length of 1 and a rest vector without a part along z are exact factors and terms, so one expression serves all.
+//! Method: a row of nodes has one line of constants, chunk by chunk of its columns, where the columns differ
+//! (graded network, curved sheet, of which each ply has its own); a graded network has a second line for its
+//! rows. Without a line all columns are alike. A width of 1, a natural length of 1 and a rest vector without
+//! a part along z are exact factors and terms, so one expression serves all.
 //! Limits: a curved sheet is not graded.
 //! Reference: docs/model.md, "Graded networks" and "Curved sheets and rings".
 
@@ -24,7 +26,8 @@ pub const INVERSE_SQUARE: usize = 2;
 /// 1 over the width of the node.
 pub const INVERSE_WIDTH: usize = 3;
 // Planes of contact and of the read-outs.
-/// Rest place along the line, spacings: from the middle of a flat sheet along its line, from the axis of a curved one along x.
+/// Rest place along the line, spacings: from the middle of a flat sheet along its line, from the axis of a
+/// curved one along x.
 pub const PLACE: usize = 4;
 /// Rest place along z, spacings from the axis of a curved sheet.
 pub const PLACE_Z: usize = 5;
@@ -89,7 +92,8 @@ impl Net<'_> {
         planes::get(self.lines, WIDTH, j).unwrap_or(1.0)
     }
 
-    /// Whether the bars from the nodes of chunk c of row j are single segments of single yarns, as all are without grading.
+    /// Whether the bars from the nodes of chunk c of row j are single segments of single yarns, as all are
+    /// without grading.
     pub fn is_fine(&self, c: usize, j: usize) -> bool {
         let Some(columns) = self.columns.get(c) else { return true };
         [SEGMENTS, WIDTH].into_iter().all(|plane| {
@@ -102,7 +106,8 @@ impl Net<'_> {
         Some([planes::get(self.columns, INVERSE_WIDTH, i)?, planes::get(self.lines, INVERSE_WIDTH, j)?])
     }
 
-    /// Bar from node (i, j) of a graded network: segments in series, and yarns in parallel. None without grading.
+    /// Bar from node (i, j) of a graded network: segments in series, and yarns in parallel. None without
+    /// grading.
     pub fn bar(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
         let (along, k, across, line) = match axis {
             Axis::Horizontal => (self.columns, i, self.lines, j),
@@ -122,10 +127,12 @@ pub struct Bars<L> {
 
 /// Geometry of a row at rest.
 pub trait Geometry<'a> {
-    /// Geometry of row j of a ply whose segments along x and along y lie so in a flat sheet. `net`: lines of the ply.
+    /// Geometry of row j of a ply whose segments along x and along y lie so in a flat sheet. `net`: lines of
+    /// the ply.
     fn of(net: &Net<'a>, rests: [&Rest; 2], j: usize) -> Self;
 
-    /// The same where its constants stay in memory over a loop: in registers they would take those of the segments.
+    /// Geometry whose constants stay in memory over a loop: in registers they would take those of the
+    /// segments.
     #[inline(always)]
     fn in_memory(&self) -> &Self {
         self

@@ -1,7 +1,8 @@
 //! All effects of a row together, and viscosity alone: what the sweep calls, chunk by chunk.
 //!
-//! Method: an effect is a type with its constants and its state in one file: dependence on the rate (`strain_rate.rs`), viscosity
-//! (`viscous.rs`), slack balance (`slack.rs`), case (`on_casing.rs`). They act in that order.
+//! Method: an effect is a type with its constants and its state in one file: dependence on the rate
+//! (`strain_rate.rs`), viscosity (`viscous.rs`), slack balance (`slack.rs`), case (`on_casing.rs`). They act
+//! in that order.
 //! Limits: those of each effect.
 //! Reference: docs/model.md, "The step".
 
@@ -31,15 +32,17 @@ pub struct EffectState<'a> {
 
 /// Effects of a row.
 pub trait Effects<'a>: Sized {
-    /// Those of a chunk.
+    /// Effects of a chunk.
     type OnChunk<'c>: Effect
     where
         Self: 'c;
 
-    /// Effects with this state, which they take, on segments in these directions. None without what they need.
+    /// Effects with this state, which they take, on segments in these directions. None without what they
+    /// need.
     fn of(state: &mut Option<EffectState<'a>>, directions: Along<'a>, rates: &Rates) -> Option<Self>;
 
-    /// The same where their constants stay in memory over a loop: in registers they would take those of the segments.
+    /// Effects whose constants stay in memory over a loop: in registers they would take those of the
+    /// segments.
     #[inline(always)]
     fn in_memory(&mut self) -> &mut Self {
         self

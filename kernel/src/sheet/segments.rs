@@ -1,9 +1,12 @@
-//! Segments from displacement to force: the one evaluator of the yarns' forces, for lane groups of the sweep and for single segments.
+//! Segments from displacement to force: the one evaluator of the yarns' forces, for lane groups of the sweep
+//! and for single segments.
 //!
-//! Method: strain and stress by the yarn law (`yarn/law.rs`) with the stiffness kk = alpha E A_0 dt^2/(2 m h l), damage of what is strained
-//! beyond all before, then what effects change, then the forces. Sums of forces give the change of velocity of the nodes.
-//! Each function is generic over the lanes, over the geometry at rest (`columns.rs`) and over the effects, each in its own file: viscosity
-//! (`viscous.rs`), slack balance (`slack.rs`), dependence on the rate (`strain_rate.rs`), case (`on_casing.rs`).
+//! Method: strain and stress by the yarn law (`yarn/law.rs`) with the stiffness
+//! kk = alpha E A_0 dt^2/(2 m h l), damage of what is strained beyond all before, then what effects change,
+//! then the forces. Sums of forces give the change of velocity of the nodes. Each function is generic over
+//! the lanes, over the geometry at rest (`columns.rs`) and over the effects, each in its own file: viscosity
+//! (`viscous.rs`), slack balance (`slack.rs`), dependence on the rate (`strain_rate.rs`), case
+//! (`on_casing.rs`).
 //! Limits: a q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: docs/model.md, "The step".
 
@@ -17,8 +20,9 @@ use crate::yarn::law::{self, DamageLaw, LOST};
 use crate::yarn::rate::Rates;
 use core::ops::Range;
 
-/// Segments of one lane group on their way from displacement to force: along x and along y, side by side, so that a processor has two
-/// chains of operations to overlap. (No closures and no array maps: they would not be compiled for the instruction set.)
+/// Segments of one lane group on their way from displacement to force: along x and along y, side by side, so
+/// that a processor has two chains of operations to overlap. (No closures and no array maps: they would not
+/// be compiled for the instruction set.)
 #[derive(Clone, Copy)]
 pub struct Segments<L> {
     /// Relative displacement of the ends in the axes of the sheet, spacings.
@@ -88,8 +92,9 @@ pub struct Slots<'a, L: Lane> {
     pub stiffnesses: [&'a mut L::Group; 2],
 }
 
-/// (M22) Change of velocity of nodes by one component of their forces, of which `vertical` is up - down. The order of the sum is exactly
-/// mirror-symmetric. `widths`: 1 over those of column and row; None where all are 1.
+/// (M22) Change of velocity of nodes by one component of their forces, of which `vertical` is up - down. The
+/// order of the sum is exactly mirror-symmetric. `widths`: 1 over those of column and row; None where all are
+/// 1.
 #[inline(always)]
 pub fn per_mass<L: Lane>(right: L, left: L, vertical: L, widths: Option<[L; 2]>) -> L {
     let along = right.sub(left);
@@ -108,7 +113,8 @@ pub struct Fall {
 }
 
 impl Fall {
-    /// Segments that start from this column on: twice the strain, stiffness before and after. None if no stiffness has fallen.
+    /// Segments that start from this column on: twice the strain, stiffness before and after. None if no
+    /// stiffness has fallen.
     #[inline(always)]
     pub fn of<L: Lane>(lanes: [[L; 2]; 3], column: usize) -> Option<Fall> {
         let [_, before, now] = lanes;
@@ -123,8 +129,8 @@ impl Fall {
         Some(Fall { numbers, columns: column..column + L::WIDTH })
     }
 
-    /// Shows each segment whose stiffness has fallen to `see`, column by column: its column, axis, twice its strain, and stiffness before
-    /// and after.
+    /// Shows each segment whose stiffness has fallen to `see`, column by column: its column, axis, twice its
+    /// strain, and stiffness before and after.
     pub fn each(&self, mut see: impl FnMut(usize, Axis, f64, [f64; 2])) {
         let [q, before, now] = &self.numbers;
         for (lane, column) in self.columns.clone().enumerate() {
@@ -140,21 +146,23 @@ impl Fall {
 
 /// Place of a lane group of segments.
 pub struct Place<'a, L> {
-    /// Its geometry.
+    /// Geometry of the segments.
     pub bars: &'a Bars<L>,
-    /// Its chunk of nodes and their neighbours.
+    /// Chunk of their nodes, with its neighbours.
     pub around: Around<'a>,
-    /// Its number in the chunk.
+    /// Number of the group in the chunk.
     pub group: usize,
 }
 
-/// What changes the motion of a chunk's nodes besides elasticity and damage. Each method does nothing by default.
+/// Effect on a chunk's nodes that is neither elasticity nor damage. Each method does nothing by
+/// default.
 pub trait Effect {
     /// Changes stiffness and stress of a lane group.
     #[inline(always)]
     fn act<L: Lane>(&mut self, _: &mut Segments<L>, _: &Place<'_, L>) {}
 
-    /// Learns of a lane group of segments, from a column on, that may have been damaged: twice the strain, stiffness before and after.
+    /// Learns of a lane group of segments, from a column on, that may have been damaged: twice the strain,
+    /// stiffness before and after.
     #[inline(always)]
     fn note_damage<L: Lane>(&mut self, _: [[L; 2]; 3], _column: usize, _: &Yarns<'_>) {}
 
@@ -172,7 +180,8 @@ pub trait Effect {
 /// No effect.
 impl Effect for () {}
 
-/// Energy that viscosity and a dependence on the rate dissipate in a row, over 1/4 l^2 of a horizontal segment.
+/// Energy that viscosity and a dependence on the rate dissipate in a row, over 1/4 l^2 of a horizontal
+/// segment.
 pub struct Dissipation {
     /// l^2 times the multiplicity of a vertical segment over that of a horizontal one.
     pub share: f64,
@@ -239,7 +248,8 @@ pub enum Constants<'a> {
 }
 
 impl YarnRow<'_> {
-    /// Undamaged stiffness and damage rate of the segment that starts at column i; zero stiffness where none exists.
+    /// Undamaged stiffness and damage rate of the segment that starts at column i; zero stiffness where none
+    /// exists.
     pub fn constants(&self, axis: Axis, i: usize) -> (f64, f64) {
         match self.constants {
             Constants::Uniform(directions) => {
@@ -283,8 +293,8 @@ impl Yarns<'_> {
         if horizontal.rate.depends() { self.rates.limits } else { [horizontal.critical, vertical.critical] }
     }
 
-    /// Damages the segments from a column on of which some q is at or beyond the limit and above all before. `slots`: their histories and
-    /// stiffnesses, along x and along y.
+    /// Damages the segments from a column on of which some q is at or beyond the limit and above all before.
+    /// `slots`: their histories and stiffnesses, along x and along y.
     #[inline(always)]
     fn damage_beyond<L: Lane>(
         &mut self,
@@ -301,7 +311,8 @@ impl Yarns<'_> {
         }
     }
 
-    /// Damages a lane group in which some q is at or beyond the critical one and above all before, or no number.
+    /// Damages a lane group in which some q is at or beyond the critical one and above all before, or no
+    /// number.
     #[cold]
     #[inline(never)]
     fn damage<L: Lane>(&mut self, q: L, (axis, first): (Axis, usize), [history, stiffness]: [&mut L::Group; 2]) {
@@ -316,8 +327,9 @@ impl Yarns<'_> {
         }
     }
 
-    /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then. The
-    /// history of drawn strength begins at the segment's own critical q, so no other test is needed here.
+    /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential
+    /// runs only then. The history of drawn strength begins at the segment's own critical q, so no other test
+    /// is needed here.
     fn damage_segment(&self, q: f64, axis: Axis, column: usize, [history, stiffness]: [&mut f64; 2]) -> Report {
         let usable = q <= LOST || q <= *history;
         if !usable {
@@ -337,7 +349,8 @@ impl Yarns<'_> {
         Report { newly_failed: u64::from(damage.alpha == 0.0 && !failed_before), non_finite: false }
     }
 
-    /// Energy that a segment has dissipated when its stiffness has become `stiffness`, in the unit of stiffness.
+    /// Energy that a segment has dissipated when its stiffness has become `stiffness`, in the unit of
+    /// stiffness.
     #[inline(never)]
     pub fn dissipated(&self, axis: Axis, column: usize, stiffness: f64) -> f64 {
         let law = &self.directions.along(axis).law;

@@ -1,21 +1,25 @@
 //! The energy that a step makes of segments that become slack or taut, and how each gives it back.
 //!
-//! Method: in a step velocity Verlet changes the energy 1/2 m v_{n-1/2} v_{n+1/2} + W_n + D_n by what the strain energy W and the dissipated
-//! energy D of a segment grow by, less the work of the trapezoid rule on it. That is known exactly: with the vector x from end to end at
-//! t_n, its last change w, the natural length l, r = 2 x.w/l^2 and p = |w|^2/l^2, q was q_0 = q - r + p, so with the stress k q+ + g of each
-//! step, k_0 and g_0 in the last one, a segment makes
+//! Method: in a step velocity Verlet changes the energy 1/2 m v_{n-1/2} v_{n+1/2} + W_n + D_n by what the
+//! strain energy W and the dissipated energy D of a segment grow by, less the work of the trapezoid rule on
+//! it. That is known exactly: with the vector x from end to end at t_n, its last change w, the natural length
+//! l, r = 2 x.w/l^2 and p = |w|^2/l^2, q was q_0 = q - r + p, so with the stress k q+ + g of each step, k_0
+//! and g_0 in the last one, a segment makes
 //!
 //! ```text
-//! k q+ (q+ - r) - k_0 q_0+ (q_0+ + r - 2 p) + 4 (D - D_0) - g_0 (r - 2 p) - g r,  in units of l^2/4 m h^2/dt^2.
+//! k q+ (q+ - r) - k_0 q_0+ (q_0+ + r - 2 p) + 4 (D - D_0) - g_0 (r - 2 p) - g r,
+//!     in units of l^2/4 m h^2/dt^2.
 //! ```
 //!
-//! The sum of all but the last part is what it owes, b. The stress g = b/(2 r) takes half of that in its own step and half in the next one.
-//! It acts along the segment, also while it is slack, so momentum and angular momentum stay exact.
-//! The segments of a row along x, or upwards from it, keep this from the first slack one of them on, crimped ones from the start. Before,
-//! g is 0, and what a taut segment makes is of third order.
-//! Limits: g is at most 0.3 k |r|, so a slack segment may push or pull that much, and what it owes waits until it moves. A broken one gives
-//! nothing back. The motion itself is not mended. Velocity Verlet; no dependence on the rate.
-//! Reference: docs/model.md, "Slack and taut"; discrete gradients: O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449.
+//! The sum of all but the last part is what it owes, b. The stress g = b/(2 r) takes half of that in its own
+//! step and half in the next one. It acts along the segment, also while it is slack, so momentum and angular
+//! momentum stay exact. The segments of a row along x, or upwards from it, keep this from the first slack one
+//! of them on, crimped ones from the start. Before, g is 0, and what a taut segment makes is of third order.
+//! Limits: g is at most 0.3 k |r|, so a slack segment may push or pull that much, and what it owes waits
+//! until it moves. A broken one gives nothing back. The motion itself is not mended. Velocity Verlet; no
+//! dependence on the rate.
+//! Reference: docs/model.md, "Slack and taut"; discrete gradients: O. Gonzalez, J. Nonlinear Sci. 6 (1996)
+//! 449.
 
 use crate::ground::lanes::{Job, Lane};
 use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, OWED_PLANES, SPEED_X, vertical_axes};
@@ -41,8 +45,8 @@ pub(crate) struct Owed<'a> {
 }
 
 impl Owed<'_> {
-    /// (M9) The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one; `x`, `w`: from end to end, and how
-    /// the ends move relative to each other.
+    /// (M9) The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one;
+    /// `x`, `w`: from end to end, and how the ends move relative to each other.
     #[inline(always)]
     pub fn stress<L: Lane>(
         self,
@@ -68,7 +72,8 @@ impl Owed<'_> {
     }
 }
 
-/// r and r - 2 p: what q grows by in the last step, from the direction that the segment has at its end and at its start.
+/// r and r - 2 p: what q grows by in the last step, from the direction that the segment has at its end and at
+/// its start.
 #[inline(always)]
 pub(crate) fn growths<L: Lane>(rest: &RestLanes<L>, [x, w]: [[L; 3]; 2]) -> [L; 2] {
     let two = L::splat(2.0).mul(rest.inverse_square);
@@ -189,7 +194,8 @@ mod tests {
     use super::*;
     use crate::yarn::law::Rest;
 
-    /// A crossing from q_0 to q at any rate, without and with the strain of the motion across: k q_0 q either way, less what the turn does.
+    /// A crossing from q_0 to q at any rate, without and with the strain of the motion across: k q_0 q either
+    /// way, less what the turn does.
     #[test]
     fn a_crossing_makes_the_product_of_both_strains() {
         let (rest, k) = (Rest::of(1.0, 0.99), 0.3);

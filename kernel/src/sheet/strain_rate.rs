@@ -1,7 +1,9 @@
-//! Dependence on the rate of strain within the sweep: stiffness of each segment at its mean rate, and what relaxation and rupture dissipate.
+//! Dependence on the rate of strain within the sweep: stiffness of each segment at its mean rate, and what
+//! relaxation and rupture dissipate.
 //!
-//! Method: the law of `yarn/rate.rs` at the time of the pass. Most segments are slower than the reference rate or faster than the highest,
-//! where the logarithm is constant; a lane group with a rate within takes the exact law of each segment.
+//! Method: the law of `yarn/rate.rs` at the time of the pass. Most segments are slower than the reference
+//! rate or faster than the highest, where the logarithm is constant; a lane group with a rate within takes
+//! the exact law of each segment.
 //! Limits: velocity Verlet.
 //! Reference: docs/model.md, "Rate of strain".
 
@@ -63,7 +65,8 @@ impl<'a> StrainRate<'a> {
         segments.relax([stiffness[0].mul(factors[0]), stiffness[1].mul(factors[1])]);
     }
 
-    /// Adds what rupture dissipates beyond the law of the reference rate, which the balance counts (`step/energy.rs`).
+    /// Adds what rupture dissipates beyond the law of the reference rate, which the balance counts
+    /// (`step/energy.rs`).
     pub fn note_fall(&self, fall: &Fall, yarns: &Yarns<'_>, dissipation: &mut Dissipation) {
         fall.each(|column, axis, q, [before, now]| {
             let law = self.laws[axis as usize].at(self.time);

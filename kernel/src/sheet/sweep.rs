@@ -1,10 +1,12 @@
-//! The one hot pass: damage, velocity and position of every node, row by row, in place. Knows nothing of contact.
+//! The one hot pass: damage, velocity and position of every node, row by row, in place. Knows nothing of
+//! contact.
 //!
-//! Method: velocity Verlet in staggered form with displacements in units of the spacing h and velocities in h/dt. A segment's
-//! force (`segments.rs`) is the change of velocity that it gives its first node. No root and no division below the critical stretch.
-//! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
-//! One loop serves all sheets, composed at compile time of a geometry (`columns.rs`) and of effects (`effects.rs`): for the paper's sheet, for
-//! flat ones, for any without effects, for flat ones with viscosity alone, and for any with any effects.
+//! Method: velocity Verlet in staggered form with displacements in units of the spacing h and velocities in
+//! h/dt. A segment's force (`segments.rs`) is the change of velocity that it gives its first node. No root
+//! and no division below the critical stretch. Each segment is computed once: the horizontal force is carried
+//! along the row, the vertical one to the row above. One loop serves all sheets, composed at compile time of
+//! a geometry (`columns.rs`) and of effects (`effects.rs`): for the paper's sheet, for flat ones, for any
+//! without effects, for flat ones with viscosity alone, and for any with any effects.
 //! Limits: dt <= 0.5 dt_crit (see `parts.rs`).
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
@@ -51,11 +53,11 @@ pub struct Pass<'a> {
 pub struct Row<'a> {
     /// Constants of the pass.
     pub pass: &'a Pass<'a>,
-    /// Its number.
+    /// Number of the row.
     pub j: usize,
-    /// Its hot chunks.
+    /// Hot chunks of the row.
     pub row: &'a mut [Chunk<HOT_PLANES>],
-    /// Its history.
+    /// History of the row.
     pub history: &'a mut [Chunk<HISTORY_PLANES>],
     /// The row above, empty for the top row.
     pub above: &'a [Chunk<HOT_PLANES>],
@@ -107,7 +109,8 @@ impl<'a> Row<'a> {
         lanes::dispatch(self.pass.instructions, RowJob::<G, E>(self, left, PhantomData))
     }
 
-    /// Force of the segment from the last node of a ring to its first, on the last; nothing is committed. 0 of an open row.
+    /// Force of the segment from the last node of a ring to its first, on the last; nothing is committed. 0
+    /// of an open row.
     #[inline(always)]
     fn force_across_the_seam(&self) -> [f64; 3] {
         if Feature::Curved.is_built() && self.pass.x.closed { self.peek_across_the_seam() } else { [0.0; 3] }
@@ -191,8 +194,9 @@ impl<'a, G: Geometry<'a>, E: Effects<'a>> Job for RowJob<'_, 'a, G, E> {
         for (number, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((here, tail)) = rest.split_first_mut() else { break };
             let above = above.get(number).unwrap_or(&NOTHING);
-            // The pass reads three planes of the row above and leaves out five, which a processor does not take for a stream that
-            // it should fetch by itself. All eight are fetched together: the next row needs the other five.
+            // The pass reads three planes of the row above and leaves out five, which a processor does not
+            // take for a stream that it should fetch by itself. All eight are fetched together: the next row
+            // needs the other five.
             if fetches {
                 lanes::fetch(above, AHEAD);
             }
@@ -227,8 +231,8 @@ impl Nodes<'_> {
     }
 }
 
-/// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
-/// that is not inlined.
+/// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent
+/// to a function that is not inlined.
 struct Carried<L> {
     /// q from which damage is looked for, of horizontal and vertical segments.
     limits: [L; 2],
@@ -294,7 +298,8 @@ impl<L: Lane> Carried<L> {
     }
 }
 
-/// Forces of the segments of a row while nothing is stepped and no damage is committed, as the sweep would find them.
+/// Forces of the segments of a row while nothing is stepped and no damage is committed, as the sweep would
+/// find them.
 pub(crate) struct Peek<'a> {
     geometry: Table<'a>,
     yarns: Yarns<'a>,
@@ -361,8 +366,8 @@ impl<'a> Peek<'a> {
     }
 }
 
-/// Vertical forces of row j, `row`, on the row `above`, as [`Row::step`] would leave them in the carry; nothing is stepped and no damage is
-/// committed. For a band that starts at `above`.
+/// Vertical forces of row j, `row`, on the row `above`, as [`Row::step`] would leave them in the carry;
+/// nothing is stepped and no damage is committed. For a band that starts at `above`.
 pub(crate) struct Lift<'a> {
     pub pass: &'a Pass<'a>,
     pub j: usize,

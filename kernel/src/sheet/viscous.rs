@@ -1,11 +1,14 @@
-//! Viscosity of taut yarn within the hot pass (`sweep.rs`): the stress of each segment, and the moments of a row.
+//! Viscosity of taut yarn within the hot pass (`sweep.rs`): the stress of each segment, and the moments of a
+//! row.
 //!
-//! Method: (M16) takes what the strain of a segment has grown by since the last pass, which is kept for it, so stress and viscous part
-//! are one force. (M17) along z needs the velocities of nodes two away, all as they were: the moments of row j + 1 are found before
-//! row j is swept, here as -M_i. The forces belong to t_n and their rates to t_{n-1/2}, an error of first order in dt of a force that
-//! vanishes with the spacing; the tensions that open the moments are those of t_{n-1}, at the latest damage. As a force of the segment between nodes i and i + 1 the moments are M_i - M_{i+1}.
-//! What viscosity takes in a step is force times the mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a pass
-//! takes half of the rate behind it times the forces of the last pass and of its own (`step/viscosity.rs` adds what is open).
+//! Method: (M16) takes what the strain of a segment has grown by since the last pass, which is kept for it,
+//! so stress and viscous part are one force. (M17) along z needs the velocities of nodes two away, all as
+//! they were: the moments of row j + 1 are found before row j is swept, here as -M_i. The forces belong to
+//! t_n and their rates to t_{n-1/2}, an error of first order in dt of a force that vanishes with the spacing;
+//! the tensions that open the moments are those of t_{n-1}, at the latest damage. As a force of the segment
+//! between nodes i and i + 1 the moments are M_i - M_{i+1}. What viscosity takes in a step is force times the
+//! mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a pass takes half of the rate
+//! before it times the forces of the last pass and of its own (`step/viscosity.rs` adds what is open).
 //! Limits: velocity Verlet, no graded network. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
@@ -16,7 +19,8 @@ use crate::sheet::neighbours::{NOTHING, right_of};
 use crate::sheet::segments::{Dissipation, Segments};
 use crate::yarn::law::{self, ViscosityLanes, ViscositySplats};
 
-/// Past of a row with viscosity: strain and viscous stress of its segments in the last pass, and moments of its nodes in this one.
+/// Past of a row with viscosity: strain and viscous stress of its segments in the last pass, and moments of
+/// its nodes in this one.
 pub struct ViscousRow<'a> {
     /// Past of the row.
     pub past: &'a mut [Chunk<PAST_PLANES>],
@@ -92,14 +96,15 @@ impl ViscousChunk<'_> {
 /// Without a past.
 pub(crate) const NO_PAST: Chunk<PAST_PLANES> = [[0.0; CHUNK]; PAST_PLANES];
 
-/// The same of eight segments of one direction.
+/// Past of eight segments of one direction.
 struct Past<'a> {
     twice_strain: &'a mut [f64; CHUNK],
     stress: &'a mut [f64; CHUNK],
 }
 
 impl Past<'_> {
-    /// Stress of group g with its viscous part, whose past becomes the present; and what it takes, over 1/4 l^2.
+    /// Stress of group g with its viscous part, whose past becomes the present; and what it takes, over 1/4
+    /// l^2.
     #[inline(always)]
     pub fn stress<L: Lane>(self, viscosity: &ViscosityLanes<L>, stiffness: L, q: L, g: usize) -> (L, L) {
         let (before, last) = (&mut L::groups_mut(self.twice_strain)[g], &mut L::groups_mut(self.stress)[g]);
@@ -114,7 +119,8 @@ impl Past<'_> {
     }
 }
 
-/// The moments of a row of nodes, along z, of the yarns along x and y. Gives twice what they take in a pass, by columns.
+/// The moments of a row of nodes, along z, of the yarns along x and y. Gives twice what they take in a pass,
+/// by columns.
 pub(crate) struct MomentsOfRow<'a> {
     pub directions: Along<'a>,
     pub row: &'a [Chunk<HOT_PLANES>],
@@ -123,7 +129,7 @@ pub(crate) struct MomentsOfRow<'a> {
     pub past_below: &'a [Chunk<PAST_PLANES>],
     /// Empty above the last.
     pub above: &'a [Chunk<HOT_PLANES>],
-    /// Its past, whose moments they replace.
+    /// Past of the row, whose moments they replace.
     pub past: &'a mut [Chunk<PAST_PLANES>],
 }
 
@@ -147,7 +153,7 @@ impl Job for MomentsOfRow<'_> {
 /// Eight columns of what the moments of a row follow from.
 pub(crate) struct Nodes<'a> {
     pub chunk: &'a Chunk<HOT_PLANES>,
-    /// The chunk behind it.
+    /// Next chunk of the row.
     pub next: &'a Chunk<HOT_PLANES>,
     pub above: &'a Chunk<HOT_PLANES>,
     pub below: &'a Chunk<HOT_PLANES>,

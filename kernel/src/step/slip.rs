@@ -2,11 +2,11 @@
 //!
 //! Method: F_w and F_f are what the two segments of the warp and of the weft together do to a node. Pinned,
 //! both yarns move alike, so each is given |F_w - F_f|/2 by the other, of which the part in the plane of the
-//! two counts. Friction and adhesion give f_0 + mu N at most. With tension the yarns press on each other because they wind: the heights of their
-//! waves add up to the thickness D of the ply, and each turns by twice its height over the spacing, so 2 T_w
-//! d_w/h_x = 2 T_f d_f/h_y = N, d_w + d_f = D, and with one spacing h and Theta = D/h: N = 2 Theta T_w
-//! T_f/(T_w + T_f). On the body the outer yarn also presses with its own force across the plane; the network
-//! does not know which one it is, so the mean of both counts.
+//! two counts. Friction and adhesion give f_0 + mu N at most. With tension the yarns press on each other
+//! because they wind: the heights of their waves add up to the thickness D of the ply, and each turns by
+//! twice its height over the spacing, so 2 T_w d_w/h_x = 2 T_f d_f/h_y = N, d_w + d_f = D, and with one
+//! spacing h and Theta = D/h: N = 2 Theta T_w T_f/(T_w + T_f). On the body the outer yarn also presses with
+//! its own force across the plane; the network does not know which one it is, so the mean of both counts.
 //! Limits: of forces while pinned, so it says where slip begins, not how far it goes; yarns of equal mass; a
 //! bar is one yarn, and coarse parts of a graded network are left out; without viscosity, what slack yarns
 //! owe, and friction on the body; not of curved sheets.

@@ -2,13 +2,15 @@
 //!
 //! Method: with accelerations a_n at the start and a^K at the latest guess of the step's end,
 //!   g = theta [(1 - theta) a_n + theta a^K],  x^{K+1} = x_n + v+ + g,  a^{K+1} = forces(x^{K+1}),
-//! until no node moves by more than the tolerance; then v_{n+1} = v+ + (1 - theta) a_n + theta a^{K+1}. (Units: h and dt.)
-//! v+ is v_n after the contact impulses of this step. They are found anew in every iteration from the gaps at t_n and the
-//! speeds v_n + g, and act in full on position and velocity: weighted with theta they would make an elastic bounce.
-//! Damage is always taken from the history at t_n and committed once, after convergence, like body and sums.
-//! The state is synchronous: positions, velocities and damage all at t_n. Every row is stepped, also those at rest.
-//! Limits: the iteration contracts by (dt/dt_crit)^2 for theta = 1/2, so it needs the same steps as velocity Verlet; its error
-//! constant is twice Verlet's. Without convergence the step fails with the state kept at t_n.
+//! until no node moves by more than the tolerance; then v_{n+1} = v+ + (1 - theta) a_n + theta a^{K+1}.
+//! (Units: h and dt.) v+ is v_n after the contact impulses of this step. They are found anew in every
+//! iteration from the gaps at t_n and the speeds v_n + g, and act in full on position and velocity: weighted
+//! with theta they would make an elastic bounce. Damage is always taken from the history at t_n and committed
+//! once, after convergence, like body and sums. The state is synchronous: positions, velocities and damage
+//! all at t_n. Every row is stepped, also those at rest.
+//! Limits: the iteration contracts by (dt/dt_crit)^2 for theta = 1/2, so it needs the same steps as velocity
+//! Verlet; its error constant is twice Verlet's. Without convergence the step fails with the state kept at
+//! t_n.
 //! Reference: Powell and Zohdi (2009), their temporal discretisation and adaptive iteration.
 
 use crate::body::pose::Vector;
@@ -59,8 +61,8 @@ pub(crate) fn iterate(
         system.state.body = rates;
         motion::load_body(system);
         approach_with_forces(system, rule, count);
-        // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
-        // not end.
+        // Who gets past the body is found once, and from then on only taken back: an iteration that changed
+        // its mind would not end.
         kept = if iteration == 1 { edge::set_aside(system, count, gathered.deepest) } else { kept };
         let solved;
         (solved, kept) = edge::solve_contact(system, kept, count, solve::solve_first);
@@ -152,7 +154,8 @@ fn push_candidates(system: &mut System<'_>, count: usize) {
     }
 }
 
-/// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a number.
+/// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a
+/// number.
 #[inline(never)]
 fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
     let chunks = system.layout.chunks;
@@ -178,7 +181,8 @@ fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
     if finite { largest } else { f64::INFINITY }
 }
 
-/// Accelerations at the guess, with damage from the history at t_n, by the sweep's evaluator of forces. false if the state would be lost.
+/// Accelerations at the guess, with damage from the history at t_n, by the sweep's evaluator of forces. false
+/// if the state would be lost.
 fn forces_at_guess(system: &mut System<'_>) -> bool {
     let System { layout, directions, arrays, instructions, .. } = system;
     let (chunks, rates) = (layout.chunks, Rates::NONE);

@@ -1,7 +1,9 @@
-//! Viscosity between passes: what it starts from, the energy of the pass that is open, and the force on one node.
+//! Viscosity between passes: what it starts from, the energy of the pass that is open, and the force on one
+//! node.
 //!
-//! Method: the forces of `sheet/viscous.rs`, node by node. A pass has counted half of what its own forces take, with the rate after it;
-//! the other half, with the rate of t_{n+1/2}, is open until the next pass and is added to a balance in between.
+//! Method: the forces of `sheet/viscous.rs`, node by node. A pass has counted half of what its own forces
+//! take, with the rate after it; the other half, with the rate of t_{n+1/2}, is open until the next pass and
+//! is added to a balance in between.
 //! Reference: docs/model.md, "Viscosity".
 
 use crate::ground::planes::{self, Axis, MOMENT, SPEED_Z, VISCOUS_STRESS};
@@ -10,7 +12,8 @@ use crate::scene::features::Feature;
 use crate::sheet::segments::per_mass;
 use crate::yarn::law;
 
-/// Starts from the present state: the strain of the last pass is that of the displacements less the velocities, and nothing has acted.
+/// Starts from the present state: the strain of the last pass is that of the displacements less the
+/// velocities, and nothing has acted.
 #[inline(never)]
 pub(crate) fn start(system: &mut System<'_>) {
     if !system.layout.has(Feature::Viscosity) {
@@ -55,7 +58,8 @@ pub(crate) fn open(system: &System<'_>) -> f64 {
     taken * system.model.unit_energy
 }
 
-/// Twice the strain in the last pass of the segment from node (i, j), the viscous part of its stress, and the node's moment.
+/// Twice the strain in the last pass of the segment from node (i, j), the viscous part of its stress, and the
+/// node's moment.
 fn past(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
     let row = planes::row(system.arrays.rows.past, system.layout.chunks, j);
     [0, VISCOUS_STRESS, MOMENT]
@@ -112,8 +116,8 @@ fn segment_force(system: &System<'_>, axis: Axis, i: Option<usize>, j: Option<us
     [x, y, z + (there - here)]
 }
 
-/// Change of velocity in the next pass that the yarns give a node, viscosity included; nothing is committed. The same expressions in the
-/// same order as the sweep.
+/// Change of velocity in the next pass that the yarns give a node, viscosity included; nothing is committed.
+/// Expressions and order of the sweep.
 pub(crate) fn acceleration(system: &System<'_>, i: usize, j: usize) -> [f64; 3] {
     let right = segment_force(system, Axis::Horizontal, Some(i), Some(j));
     let left = segment_force(system, Axis::Horizontal, system.layout.x.before(i), Some(j));
@@ -130,7 +134,8 @@ mod tests {
     use crate::scene::parts::{Scene, Symmetry};
     use crate::tests::{sheet, sim};
 
-    /// The rows' expressions and the single node's are written apart: they must give the same bits, at edges, planes and tears.
+    /// The rows' expressions and the single node's are written apart: they must give the same bits, at edges,
+    /// planes and tears.
     #[test]
     fn rows_and_single_nodes_agree_to_the_bit() {
         let plain = {

@@ -1,14 +1,17 @@
-//! Rate of strain: yarn that is stiffer and bears more strain the faster it is loaded, by the logarithm of the rate.
+//! Rate of strain: yarn that is stiffer and bears more strain the faster it is loaded, by the logarithm of
+//! the rate.
 //!
-//! Method: the rate of a segment is its mean rate since the load began, r = (e - e_0)/t, with the Green-Lagrange strain e, that of
-//! the flat sheet e_0, and the time t since the first contact or since motion was given by hand. So it needs no history, and, as
-//! the momentary rate is not, it is no matter of the oscillation of the network. With L = ln(r/r_0), held within 0 and ln(r_1/r_0):
+//! Method: the rate of a segment is its mean rate since the load began, r = (e - e_0)/t, with the
+//! Green-Lagrange strain e, that of the flat sheet e_0, and the time t since the first contact or since
+//! motion was given by hand. So it needs no history, and, as the momentary rate is not, it is no matter of
+//! the oscillation of the network. With L = ln(r/r_0), held within 0 and ln(r_1/r_0):
 //!   S = alpha E e (1 + C_E L), and damage sees the strain e/(1 + C_U L).
-//! At a fixed strain the stress falls with the logarithm of the time: yarn relaxes. The strain energy W(e, t) is the integral of S
-//! over e; -dW/dt = alpha E C_E (c^2 - a^2)/(2t) is what relaxation dissipates, with c the strain held within a = e(r_0) and
-//! b = e(r_1). It is never negative, so no way of loading gains energy. A segment breaks at a higher strain than damage sees, and
-//! what rupture dissipates beyond the law of the reference rate is counted too.
-//! The sweep finds rate, relaxation and rupture of each segment from the strain that it has at hand.
+//! At a fixed strain the stress falls with the logarithm of the time: yarn relaxes. The strain energy W(e, t)
+//! is the integral of S over e; -dW/dt = alpha E C_E (c^2 - a^2)/(2t) is what relaxation dissipates, with c
+//! the strain held within a = e(r_0) and b = e(r_1). It is never negative, so no way of loading gains energy.
+//! A segment breaks at a higher strain than damage sees, and what rupture dissipates beyond the law of the
+//! reference rate is counted too. The sweep finds rate, relaxation and rupture of each segment from the
+//! strain that it has at hand.
 //! Limits: one event that begins with the first contact. Velocity Verlet; no pre-tension.
 //! Reference: docs/model.md, "Rate of strain".
 
@@ -156,7 +159,8 @@ impl RateLaw {
         if self.modulus == 0.0 || q <= 0.0 {
             return base;
         }
-        // x = q - q_0 from where the yarn is taut and faster than the reference rate, up to the present or to the highest rate.
+        // x = q - q_0 from where the yarn is taut and faster than the reference rate, up to the present or to
+        // the highest rate.
         let first = math::max(self.least, -self.rest);
         let last = math::min(q - self.rest, self.least * self.ratio);
         let integral = |x: f64| {
@@ -205,7 +209,8 @@ impl<L: Lane> RateLanes<L> {
         q.sub(self.first).max(L::splat(0.0)).min(self.width)
     }
 
-    /// What relaxation takes while the logarithm of the time grows by 1, over 1/4 C_E, in units of [`RateLaw::stored`].
+    /// What relaxation takes while the logarithm of the time grows by 1, over 1/4 C_E, in units of
+    /// [`RateLaw::stored`].
     #[inline(always)]
     pub fn relaxing(&self, stiffness: L, beyond: L) -> L {
         stiffness.mul(beyond.mul(beyond.add(self.twice_first)))

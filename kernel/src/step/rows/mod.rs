@@ -45,13 +45,14 @@ pub(crate) struct Rows<'r> {
     pub carry: &'r mut [Chunk<CARRY_PLANES>],
     /// Displacements of the fixed nodes of a row.
     pub kept: &'r mut [[f64; 3]],
-    /// What the sheet pulls at the two runs of fixed nodes of each row, in units of m h/dt; empty where nobody asks.
+    /// What the sheet pulls at the two runs of fixed nodes of each row, in units of m h/dt; empty where
+    /// nobody asks.
     pub pulls: &'r mut [[[f64; 3]; 2]],
 }
 
 impl<'r> Rows<'r> {
-    /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `in_block`: the step of a
-    /// block.
+    /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `in_block`: the
+    /// step of a block.
     pub fn of(
         arrays: &'r mut Arrays<'_>,
         layout: &Layout,
@@ -205,8 +206,8 @@ fn case_under<'a>(
     Some(OnCasing { case, columns: pass.net.columns, place_y, pushed: pushed?, pushes: pushes? })
 }
 
-/// After the sweep of row j: puts its fixed nodes back and notes how far it reaches, which is `reach` along y. Returns the pull of the
-/// sheet on each run of fixed nodes. `weighed`: where nodes stand for several.
+/// After the sweep of row j: puts its fixed nodes back and notes how far it reaches, which is `reach` along
+/// y. Returns the pull of the sheet on each run of fixed nodes. `weighed`: where nodes stand for several.
 #[inline(always)]
 fn end_row(
     terms: &Terms<'_>,
@@ -331,7 +332,8 @@ impl<const CURVED: bool> Job for Keep<'_, CURVED> {
     }
 }
 
-/// Remembers the displacements of a row's fixed nodes. `sliding`: the number of nodes in a row, where clamps may slip.
+/// Remembers the displacements of a row's fixed nodes. `sliding`: the number of nodes in a row, where clamps
+/// may slip.
 #[inline(always)]
 fn keep_fixed(sliding: Option<usize>, row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
     if let Some(nodes) = sliding {
@@ -356,8 +358,8 @@ fn keep_speeds(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4],
     }
 }
 
-/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; beyond
-/// mirror planes that of all images together, before any is turned.
+/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m
+/// h/dt; beyond mirror planes that of all images together, before any is turned.
 #[inline]
 fn restore_fixed(
     row: &mut [Chunk<HOT_PLANES>],
