@@ -1,13 +1,13 @@
 //! Contact for solves that sweeps do not finish: the candidates are coupled by the six rates of the body
 //! alone, which Newton's method finds.
 //!
-//! Method: while the body changes its rates by d, each candidate answers by itself: lambda = max(0, lambda_0
-//! - rho g(d)), with the gap rate g and the impulse lambda_0 so far, and its friction by the nearest point of
-//! its disc. For a free node rho is its mass and the answer the exact one. A fixed node does not give way;
-//! there rho is large, and this is a step of the method of multipliers, which is taken again from the
-//! impulses found until none changes. The rates of each step solve six equations that are piecewise smooth:
-//! semismooth Newton, a way that does not bring the equations nearer to 0 is halved. So the work is some
-//! passes over the candidates, however they lie. Without friction each step is one of the convex dual problem
+//! Method: while the body changes its rates by d, each candidate answers by itself: its impulse is
+//! lambda = max(0, lambda_0 - rho g(d)), with the gap rate g and the impulse lambda_0 so far, and its friction
+//! the nearest point of its disc. For a free node rho is its mass and the answer is exact. A fixed node has no
+//! compliance: there rho is large, and the step is one of the method of multipliers, repeated from the impulses
+//! found until none changes. The rates of each step solve six equations that are piecewise smooth, by the
+//! semismooth Newton method; the step length is halved while the residual does not fall. The work is some
+//! passes over the candidates, in any arrangement. Without friction each step is one of the convex dual problem
 //! and never adds energy; a step whose equations are not solved is not taken.
 //! Limits: with friction the equations need not be monotone, and Newton's method may find no way on; then
 //! what is left over is counted.
