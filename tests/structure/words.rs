@@ -53,7 +53,7 @@ fn comments_begin_with_nouns_and_are_narrow() {
             };
             let is_wide = line.chars().count() > COLUMNS;
             let is_after = has_word(comment, "behind") && !IN_SPACE.contains(&name.as_str());
-            if NO_NOUNS.iter().any(|word| begins(word)) || is_wide || is_after || has_word(comment, "besides") {
+            if NO_NOUNS.iter().any(begins) || is_wide || is_after || has_word(comment, "besides") {
                 wrong.push(format!("{name}:{}: {}", number + 1, line.trim()));
             }
         }

@@ -1,14 +1,14 @@
 //! Contact for solves that sweeps do not finish: the candidates are coupled by the six rates of the body
 //! alone, which Newton's method finds.
 //!
-//! Method: while the body changes its rates by d, each candidate answers by itself: its impulse is
-//! lambda = max(0, lambda_0 - rho g(d)), with the gap rate g and the impulse lambda_0 so far, and its friction
-//! the nearest point of its disc. For a free node rho is its mass and the answer is exact. A fixed node has no
-//! compliance: there rho is large, and the step is one of the method of multipliers, repeated from the impulses
-//! found until none changes. The rates of each step solve six equations that are piecewise smooth, by the
-//! semismooth Newton method; the step length is halved while the residual does not fall. The work is some
-//! passes over the candidates, in any arrangement. Without friction each step is one of the convex dual problem
-//! and never adds energy; a step whose equations are not solved is not taken.
+//! Method: while the body changes its rates by d, each candidate answers by itself: its impulse is lambda =
+//! max(0, lambda_0 - rho g(d)), with the gap rate g and the impulse lambda_0 so far, and its friction the
+//! nearest point of its disc. For a free node rho is its mass and the answer is exact. A fixed node has no
+//! compliance: there rho is large, and the step is one of the method of multipliers, repeated from the
+//! impulses found until none changes. The rates of each step solve six equations that are piecewise smooth,
+//! by the semismooth Newton method; the step length is halved while the residual does not fall. The work is
+//! some passes over the candidates, in any arrangement. Without friction each step is one of the convex
+//! dual problem and never adds energy; a step whose equations are not solved is not taken.
 //! Limits: with friction the equations need not be monotone, and Newton's method may find no way on; then
 //! what is left over is counted.
 //! Reference: L. Qi, J. Sun, Math. Program. 58 (1993) 353; P. Alart, A. Curnier, Comput. Methods Appl. Mech.
