@@ -1,7 +1,9 @@
-//! The functions of FMI 2.0 and 3.0 that this FMU does not offer: those of types that no variable has, of optional features, of other
-//! interface types, and of statuses that there are not. Each is refused and logged.
+//! The functions of FMI 2.0 and 3.0 that this FMU does not offer: those of types that no variable has, of
+//! optional features, of other interface types, and of statuses that there are not. Each is refused and
+//! logged.
 //!
-//! They look at the first arguments only, which under these calling conventions are all that they need to declare.
+//! They look at the first arguments only, which under these calling conventions are all that they need to
+//! declare.
 //!
 //! # Safety of all functions here
 //! The instance is as [`Handle::given`] asks, still. No other pointer is followed.
@@ -53,7 +55,8 @@ macro_rules! not_offered {
 
 not_offered! { no_status; fmi2GetIntegerStatus fmi2GetStringStatus }
 
-// The acceleration is an input variable, so that no derivatives of inputs are needed; nothing runs in the background.
+// The acceleration is an input variable, so that no derivatives of inputs are needed; nothing runs in the
+// background.
 not_offered! { unsupported;
     fmi2GetDirectionalDerivative fmi2SetRealInputDerivatives fmi2GetRealOutputDerivatives fmi2CancelStep
     fmi3GetNumberOfVariableDependencies fmi3GetVariableDependencies fmi3GetDirectionalDerivative fmi3GetAdjointDerivative

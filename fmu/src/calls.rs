@@ -1,5 +1,5 @@
-//! What every exported function does first: check the instance, its phase and the host's arrays, and set the floating-point
-//! environment.
+//! What every exported function does first: check the instance, its phase and the host's arrays, and set the
+//! floating-point environment.
 
 use crate::instance::Instance;
 use crate::kept::Phase;
@@ -22,8 +22,9 @@ pub(crate) enum Version {
     Three,
 }
 
-/// An instance as its host names it, for one call: to C a plain pointer. The host vouches for it as for an [`Input`]: null, or
-/// what an instantiating function gave it and it has not freed; no other call on that instance is under way.
+/// An instance as its host names it, for one call: to C a plain pointer. The host vouches for it as for an
+/// [`Input`]: null, or what an instantiating function gave it and it has not freed; no other call on that
+/// instance is under way.
 #[repr(transparent)]
 pub struct Handle(*mut Instance);
 
@@ -126,13 +127,14 @@ pub(crate) fn create(log: Log, name: Option<&CStr>, token: Option<&CStr>) -> Opt
 /// Frees an instance with everything it holds.
 pub(crate) fn destroy(handle: Handle) {
     if let Some(place) = NonNull::new(handle.0) {
-        // SAFETY: made by `create`, which puts nothing behind it; the host vouches that it has not freed it, and for not using
-        // it again.
+        // SAFETY: made by `create`, which puts nothing behind it; the host vouches that it has not freed it,
+        // and for not using it again.
         drop(unsafe { Owned::from_pointer(place) });
     }
 }
 
-/// The function's name in refusals for the phase. The six below are allowed in every phase, so that it is never told.
+/// The function's name in refusals for the phase. The six below are allowed in every phase, so that it is
+/// never told.
 const STATES: &str = "FMU state";
 
 /// Copies the state; a state given by the host is used again.
@@ -227,8 +229,8 @@ pub(crate) fn array_mut<T>(start: &mut Output<T>, count: usize) -> Option<&mut [
     if count == 0 { Some(&mut []) } else { start.elements(count) }
 }
 
-/// Whether a variable of the table is read and written through functions for `kind`. Choices go with integers in FMI 2.0 and
-/// by themselves in FMI 3.0.
+/// Whether a variable of the table is read and written through functions for `kind`. Choices go with integers
+/// in FMI 2.0 and by themselves in FMI 3.0.
 fn fits(version: Version, variable: &Variable, kind: Kind) -> bool {
     match (variable.kind, kind) {
         (Kind::Choice(_), Kind::Choice(_)) => true,

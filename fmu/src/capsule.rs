@@ -1,6 +1,7 @@
 //! A capsule in the host's log: what the host does to the simulation, as lines that `fabric replay` reads.
 //!
-//! An FMU has no files of its own; the log is what every host keeps and can send. Each line has up to 100 bytes as hexadecimal digits.
+//! An FMU has no files of its own; the log is what every host keeps and can send. Each line has up to 100
+//! bytes as hexadecimal digits.
 
 use crate::log::{Category, Line, Log};
 use core::fmt::Write;

@@ -1,10 +1,12 @@
 //! Drive `prescribed`: where the projectile should be at the end of a communication step.
 //!
-//! Method: the host's pose at the communication point is carried on with its velocity, angular velocity and acceleration to the
-//! time of the step's last tick. The acceleration is the host's if it gives one, else last mean force over mass, else 0. The kernel
-//! then leads the body there on a path without jumps in pose or rate.
-//! Tools start signals at zero and leave ports unconnected. As long as position and velocity have been nothing but zero, the body
-//! flies on from where the fabric has it; with a quaternion of zeros it turns on as it does.
+//! Method: the host's pose at the communication point is carried on with its velocity, angular velocity and
+//! acceleration to the time of the step's last tick. The acceleration is the host's if it gives one, else
+//! last mean force over mass, else 0. The kernel then leads the body there on a path without jumps in pose or
+//! rate.
+//! Tools start signals at zero and leave ports unconnected. As long as position and velocity have been
+//! nothing but zero, the body flies on from where the fabric has it; with a quaternion of zeros it turns on
+//! as it does.
 //! Reference: docs/model.md, "Prescribed projectile"; M. Arnold, in: Co-simulation (2010).
 
 use crate::parameters::Parameters;
@@ -46,7 +48,8 @@ pub enum Refusal {
     TooFar(f64, [[f64; 3]; 2]),
 }
 
-/// Refuses NaN, infinities and quaternions that are neither of unit length nor zero. True if the quaternion needed normalising.
+/// Refuses NaN, infinities and quaternions that are neither of unit length nor zero. True if the quaternion
+/// needed normalising.
 pub fn check_inputs(motion: &Motion) -> Result<bool, Refusal> {
     finite("projectile.position", &motion.position)?;
     finite("projectile.velocity", &motion.velocity)?;
@@ -69,8 +72,8 @@ pub fn finite(field: &'static str, values: &[f64]) -> Result<(), Refusal> {
     if values.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Refusal::Input(field, "not a finite number")) }
 }
 
-/// The path of one communication step of `ticks` > 0 internal steps. `force` is the last mean force, N; `driven`: whether the host
-/// has given a position or velocity before.
+/// The path of one communication step of `ticks` > 0 internal steps. `force` is the last mean force, N;
+/// `driven`: whether the host has given a position or velocity before.
 pub fn plan(
     inputs: &Parameters,
     sim: &Sim,

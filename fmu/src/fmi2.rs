@@ -1,10 +1,12 @@
-//! The functions of FMI 2.0 for co-simulation. Each is a call of [`Instance`]; signatures are those of `fmi2Functions.h`.
+//! The functions of FMI 2.0 for co-simulation. Each is a call of [`Instance`]; signatures are those of
+//! `fmi2Functions.h`.
 //!
 //! For all of them: a null instance gives Error; a call that does not fit the state is refused and logged.
 //!
 //! # Safety of all functions here
-//! The pointers are as their types' [`Handle::given`], [`Text::given`], [`Input::given`] and [`Output::given`] ask, still, and the
-//! counts beside them are theirs. Pointers that are plain here are never followed.
+//! The pointers are as their types' [`Handle::given`], [`Text::given`], [`Input::given`] and
+//! [`Output::given`] ask, still, and the counts beside them are theirs. Pointers that are plain here are
+//! never followed.
 #![allow(non_snake_case)] // the standard's names
 #![allow(clippy::missing_safety_doc)] // said once, above
 

@@ -40,7 +40,8 @@ impl Running {
     pub fn new(scene: &fabric_kernel::Scene) -> Result<Running, Trouble> {
         let layout = Layout::of(scene).map_err(Trouble::Refused)?;
         let mut block = Block::new(layout.lines()).ok_or(Trouble::OutOfMemory(layout.bytes()))?;
-        // SAFETY: carved once; `Running` keeps the block as long as the simulation, which is dropped before it.
+        // SAFETY: carved once; `Running` keeps the block as long as the simulation, which is dropped before
+        // it.
         let memory = unsafe { block.carve() };
         let sim = Sim::new(scene, memory).map_err(Trouble::Refused)?;
         Ok(Running { sim, _block: block })
@@ -90,8 +91,8 @@ pub struct Instance {
     pub log: Log,
     /// Everything but the simulation.
     pub kept: Kept,
-    /// The simulation: from the end of initialisation on, and before that while the parameters are those it was made of, for hosts
-    /// that read outputs.
+    /// The simulation: from the end of initialisation on, and before that while the parameters are those it
+    /// was made of, for hosts that read outputs.
     pub running: Option<Running>,
     /// States the host holds.
     pub states: States,
@@ -139,7 +140,8 @@ impl Instance {
         if category == Category::Discard { Status::Discard } else { Status::Error }
     }
 
-    /// Logs once, as an event, that a quaternion of nearly unit length is taken normalised: a host that integrates one gives such.
+    /// Logs once, as an event, that a quaternion of nearly unit length is taken normalised: a host that
+    /// integrates one gives such.
     fn log_normalised(&mut self, normalised: bool) {
         if normalised && !self.normalised_logged {
             self.normalised_logged = true;
@@ -216,7 +218,8 @@ impl Instance {
         Status::Ok
     }
 
-    /// Begins the simulation. If it is refused nothing has changed, and the host may correct its parameters and try again.
+    /// Begins the simulation. If it is refused nothing has changed, and the host may correct its parameters
+    /// and try again.
     pub fn exit_initialization(&mut self) -> Status {
         if let Err(status) = self.make() {
             return status;
@@ -291,7 +294,7 @@ impl Instance {
         self.cache = Cache::default();
     }
 
-    // ---- Variables ------------------------------------------------------------------------------------------------
+    // ---- Variables ----------------------------------------------------------------------------------------
 
     /// All elements of a variable.
     pub fn get(&mut self, variable: &Variable, values: &mut [f64; MOST_ELEMENTS]) -> Status {
@@ -367,7 +370,7 @@ impl Instance {
         Ok(())
     }
 
-    // ---- Stepping -------------------------------------------------------------------------------------------------
+    // ---- Stepping -----------------------------------------------------------------------------------------
 
     /// The discrete outputs as they are now.
     fn discrete(&self) -> Discrete {
@@ -488,8 +491,8 @@ impl Instance {
         }
     }
 
-    /// Step means, and what host and fabric differ by at the step's start. A step shorter than an internal step may have none: then
-    /// all stays as it is.
+    /// Step means, and what host and fabric differ by at the step's start. A step shorter than an internal
+    /// step may have none: then all stays as it is.
     fn account(&mut self, dt: f64, before: Sums, plan: Option<&Plan>) {
         let after = self.sums();
         let ticks = after.3.saturating_sub(before.3);
@@ -578,7 +581,8 @@ impl Instance {
         Ok(StepEnd { status: Status::Ok, event: false, terminate: outcome_came && stop_on_event, early })
     }
 
-    /// Tells once that the energies no longer add up to 1 %, if the host wants warnings: reading the energies is a pass over the sheet.
+    /// Tells once that the energies no longer add up to 1 %, if the host wants warnings: reading the energies
+    /// is a pass over the sheet.
     fn log_open_balance(&mut self) {
         let Some(Running { sim, .. }) = &self.running else { return };
         if self.open_logged || !self.log.wants(Category::Warning) {
@@ -587,7 +591,8 @@ impl Instance {
         let (body, node) = (&sim.scene().projectile, sim.scene().lumped_mass());
         let speed = math::length(body.velocity);
         let Ok(energy) = self.cache.readings.energy(sim) else { return };
-        // Of a prescribed body the mass need not be known; then its work counts, from that of meeting 100 nodes on.
+        // Of a prescribed body the mass need not be known; then its work counts, from that of meeting 100
+        // nodes on.
         let known = math::max(0.5 * body.mass, 100.0 * node) * (speed * speed);
         if math::abs(energy.residual) > 0.01 * math::max(known, math::abs(energy.contact_work)) {
             self.open_logged = true;
@@ -634,7 +639,8 @@ type Sums = ([f64; 3], [f64; 3], f64, u64);
 const MOST_TICKS: f64 = (1_u64 << 52) as f64;
 
 impl Cache {
-    /// The plies from one on; nothing for those that there are not. That of a single sheet is in its energies.
+    /// The plies from one on; nothing for those that there are not. That of a single sheet is in its
+    /// energies.
     fn plies(&mut self, sim: &Sim, first: u32) -> Result<[Ply; PLIES_SHOWN], Failure> {
         if let Some((of, plies)) = self.plies
             && of == first

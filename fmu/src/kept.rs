@@ -40,7 +40,8 @@ impl Phase {
     pub const ANY: u32 = 63;
 }
 
-/// Everything about an instance but the simulation itself: what a saved state holds besides the kernel's image.
+/// Everything about an instance but the simulation itself: what a saved state holds besides the kernel's
+/// image.
 #[derive(Clone, Copy)]
 pub struct Kept {
     /// Where the instance is in its life.
@@ -128,8 +129,8 @@ impl Owned<Saved> {
     }
 }
 
-/// The states of an instance that its host holds; freed with it. The host names a state by its address, which is looked up
-/// here and never trusted.
+/// The states of an instance that its host holds; freed with it. The host names a state by its address, which
+/// is looked up here and never trusted.
 #[derive(Default)]
 pub struct States(Option<Owned<Saved>>);
 

@@ -1,15 +1,19 @@
 //! The FMU: FMI 2.0 and 3.0 co-simulation over the fabric kernel.
 //!
-//! One table of variables ([`table::VARIABLES`]) gives the getters, the setters, both model descriptions and the [`token`].
-//! One [`instance::Instance`] does the work; [`fmi2`] and [`fmi3`] are thin layers over it, one C function each.
+//! One table of variables ([`table::VARIABLES`]) gives the getters, the setters, both model descriptions and
+//! the [`token`].
+//! One [`instance::Instance`] does the work; [`fmi2`] and [`fmi3`] are thin layers over it, one C function
+//! each.
 //!
-//! What a host hands over nothing here can check: null is refused, all else is as the host says. So the exported functions are
-//! unsafe to Rust, while a C host makes its promise by calling. That trust stands in [`Input`], [`Output`],
-//! [`calls::Handle`], [`calls::Text`] and the loggers of [`log`]; the functions themselves have no unsafe code.
+//! What a host hands over nothing here can check: null is refused, all else is as the host says. So the
+//! exported functions are unsafe to Rust, while a C host makes its promise by calling. That trust stands in
+//! [`Input`], [`Output`], [`calls::Handle`], [`calls::Text`] and the loggers of [`log`]; the functions
+//! themselves have no unsafe code.
 //!
-//! Promises: memory comes from the C library's `calloc`, the large block once per instance when initialisation ends; no
-//! allocation while stepping, no thread, no global state; the floating-point environment of the host is saved, set and
-//! restored; a refused call says why in the log and changes nothing.
+//! Promises: memory comes from the C library's `calloc`, the large block once per instance when
+//! initialisation ends; no allocation while stepping, no thread, no global state; the floating-point
+//! environment of the host is saved, set and restored; a refused call says why in the log and changes
+//! nothing.
 #![no_std]
 // Without the C functions not all is used that only they need.
 #![cfg_attr(target_family = "wasm", allow(dead_code))]

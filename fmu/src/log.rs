@@ -39,8 +39,8 @@ pub enum Category {
 /// Place of "logAll" in [`LOG_CATEGORIES`].
 const ALL: usize = 6;
 
-/// Logger of FMI 2.0: environment, instance name, status, category, format, arguments. A C host vouches for its logger; a Rust
-/// host can only give one that is safe with any arguments.
+/// Logger of FMI 2.0: environment, instance name, status, category, format, arguments. A C host vouches for
+/// its logger; a Rust host can only give one that is safe with any arguments.
 pub type Logger2 = extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
 /// Logger of FMI 3.0: environment, status, category, message. As [`Logger2`].
 pub type Logger3 = extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
@@ -78,7 +78,8 @@ pub struct Log {
 }
 
 impl Log {
-    /// A log for an instance. Refusals, errors and a capsule are always wanted, events only if the host switched logging on, and warnings, which cost a pass over the sheet.
+    /// A log for an instance. Refusals, errors and a capsule are always wanted, events only if the host
+    /// switched logging on, and warnings, which cost a pass over the sheet.
     pub fn new(logger: Logger, environment: *mut c_void, name: &CStr, logging_on: bool) -> Log {
         let mut copy: heapless::Vec<u8, 128> = name.to_bytes().iter().copied().take(127).collect();
         // There is room: 127 bytes at most were taken.

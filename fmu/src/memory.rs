@@ -1,5 +1,5 @@
-//! Memory from the C library, or as a component for WebAssembly from its own allocator: one block at a time, zeroed, freed when
-//! dropped.
+//! Memory from the C library, or as a component for WebAssembly from its own allocator: one block at a time,
+//! zeroed, freed when dropped.
 
 use core::ffi::c_void;
 use core::ops::{Deref, DerefMut};
@@ -56,7 +56,8 @@ mod library {
 
 /// A value in a block of its own, with bytes behind it. Dropped, the value is dropped and the block freed.
 pub struct Owned<T> {
-    /// Taken: aligned for every type of ours (checked in [`Owned::new`]), with `size_of::<T>() + extra` bytes.
+    /// Taken: aligned for every type of ours (checked in [`Owned::new`]), with `size_of::<T>() + extra`
+    /// bytes.
     start: NonNull<T>,
     extra: usize,
 }
@@ -151,7 +152,8 @@ impl Block {
     pub unsafe fn carve(&mut self) -> &'static mut [CacheLine] {
         let start = self.bytes.pointer().cast::<u8>();
         let skip = start.align_offset(align_of::<CacheLine>()).min(size_of::<CacheLine>());
-        // SAFETY: the block holds a line more than these, zeroed by calloc, and the caller promises to hold no others.
+        // SAFETY: the block holds a line more than these, zeroed by calloc, and the caller promises to hold
+        // no others.
         unsafe { core::slice::from_raw_parts_mut(start.add(skip).cast::<CacheLine>(), self.lines) }
     }
 }

@@ -90,8 +90,9 @@ impl Parameters {
         self.scene.drive == Drive::Prescribed
     }
 
-    /// Whether a value may be set: one of the choices; of an Integer not below 0. The scene's numbers are checked when
-    /// initialisation ends, by the kernel, whose words say more, and then by [`Parameters::out_of_range`].
+    /// Whether a value may be set: one of the choices; of an Integer not below 0. The scene's numbers are
+    /// checked when initialisation ends, by the kernel, whose words say more, and then by
+    /// [`Parameters::out_of_range`].
     pub fn acceptable(variable: &Variable, value: f64) -> bool {
         match (variable.kind, variable.field()) {
             (Kind::Real, _) => true,
@@ -100,7 +101,8 @@ impl Parameters {
         }
     }
 
-    /// The first parameter of the scene that is not a number within its range, though the scene may not read it, and the number.
+    /// The first parameter of the scene that is not a number within its range, though the scene may not read
+    /// it, and the number.
     pub fn out_of_range(&mut self) -> Option<(&'static Variable, f64)> {
         VARIABLES.iter().filter(|variable| variable.role == Role::Fixed).find_map(|variable| {
             let mut values = [0.0; MOST_ELEMENTS];
@@ -131,7 +133,8 @@ impl Parameters {
         }
     }
 
-    /// Passes every number through `word`, which returns what to keep: one traversal for writing and reading an image.
+    /// Passes every number through `word`, which returns what to keep: one traversal for writing and reading
+    /// an image.
     /// False if a word makes no sense.
     pub fn visit(&mut self, word: &mut impl FnMut(u64) -> u64) -> bool {
         let mut known = true;

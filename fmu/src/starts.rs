@@ -1,6 +1,7 @@
 //! Start values: the scene that an instance has if its host sets nothing.
 //!
-//! The 10 in sheet, or the scene that `fabric fmu` has put into the library's file: the library has a reserved block of data for it.
+//! The 10 in sheet, or the scene that `fabric fmu` has put into the library's file: the library has a
+//! reserved block of data for it.
 //! The program finds the block by its first two words, and fills in all words after the third.
 
 use crate::parameters::Parameters;
@@ -9,7 +10,8 @@ use core::hint::black_box;
 use fabric_kernel::fields::SLOTS;
 use fabric_kernel::{Hash, Scene};
 
-/// Words of the block: its mark (2), layout, build, token, checksum, and those of the scene in the order of the kernel's table.
+/// Words of the block: its mark (2), layout, build, token, checksum, and those of the scene in the order of
+/// the kernel's table.
 type Block = [u64; 6 + SLOTS];
 
 /// Mark of the block. No code compares it, so that it occurs in a file once.
@@ -56,7 +58,8 @@ impl Starts {
     /// # Errors
     /// Why the block is refused.
     pub fn read() -> Result<Starts, &'static str> {
-        // Without it the compiler would take the value that it knows. tests/fmi/test_filled.py fails on a platform where it does.
+        // Without it the compiler would take the value that it knows. tests/fmi/test_filled.py fails on a
+        // platform where it does.
         Starts::of(black_box(&BLOCK))
     }
 

@@ -1,7 +1,9 @@
 //! Saved states: copies of an instance in memory, and their form as bytes.
 //!
-//! A state holds everything of [`Kept`] and the kernel's snapshot image. As bytes: little-endian 64-bit words, no pointers:
-//! magic, version, token, length, the words of `Kept`, the image, a checksum. Another process on another machine can restore it.
+//! A state holds everything of [`Kept`] and the kernel's snapshot image. As bytes: little-endian 64-bit
+//! words, no pointers:
+//! magic, version, token, length, the words of `Kept`, the image, a checksum. Another process on another
+//! machine can restore it.
 
 use crate::instance::{Instance, Running, Trouble};
 use crate::kept::{Kept, Phase, Saved};
@@ -176,7 +178,8 @@ impl Instance {
     }
 }
 
-/// Passes every word of `kept` through `word`, which returns what to keep: one traversal for writing and reading.
+/// Passes every word of `kept` through `word`, which returns what to keep: one traversal for writing and
+/// reading.
 /// False if a word makes no sense.
 fn visit(kept: &mut Kept, word: &mut impl FnMut(u64) -> u64) -> bool {
     let number = word(kept.phase as u32 as u64);

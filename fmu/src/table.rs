@@ -1,12 +1,13 @@
 //! The variables: one table from which getters, setters and both model descriptions come.
 //!
-//! The scene's parameters and most outputs are the rows of the kernel's tables ([`FIELDS`], [`OUTPUTS`]), with their names, value
-//! references, ranges and meanings. Listed here is only what the FMU adds: inputs, settings of the FMU itself, what it knows of its
-//! host's steps, and events.
+//! The scene's parameters and most outputs are the rows of the kernel's tables ([`FIELDS`], [`OUTPUTS`]),
+//! with their names, value references, ranges and meanings. Listed here is only what the FMU adds: inputs,
+//! settings of the FMU itself, what it knows of its host's steps, and events.
 //! Start values are those of `Parameters::default`.
 //!
-//! A variable's value reference never changes once released; a new variable takes a new one. In FMI 3.0 an array has the
-//! table's reference; in FMI 2.0 its elements have that reference and the following ones, row by row.
+//! A variable's value reference never changes once released; a new variable takes a new one. In FMI 3.0 an
+//! array has the table's reference; in FMI 2.0 its elements have that reference and the following ones, row
+//! by row.
 
 use fabric_kernel::MAX_PLIES;
 use fabric_kernel::Outcome;
@@ -74,7 +75,8 @@ pub enum Role {
     Tunable,
     /// Continuous output.
     Continuous,
-    /// Output that changes at events only. In FMI 3.0 with event mode a change is shown from the next event mode on.
+    /// Output that changes at events only. In FMI 3.0 with event mode a change is shown from the next event
+    /// mode on.
     Discrete,
 }
 
@@ -132,7 +134,8 @@ impl Variable {
         if let Id::Scene(row) = self.id { FIELDS.get(row) } else { None }
     }
 
-    /// Least and greatest value: those of the kernel's table as far as the type and the quantity have them, or the FMU's own.
+    /// Least and greatest value: those of the kernel's table as far as the type and the quantity have them,
+    /// or the FMU's own.
     pub fn limits(&self) -> [f64; 2] {
         let [least, greatest] = match (self.field(), self.kind) {
             (Some(field), _) => field.limits(),

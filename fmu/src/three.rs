@@ -1,5 +1,6 @@
-//! What the functions of FMI 3.0 do, whoever calls them: the C functions of [`crate::fmi3`] or the component for WebAssembly. Each
-//! looks itself whether the state of the instance allows the call, and logs why it refuses one.
+//! What the functions of FMI 3.0 do, whoever calls them: the C functions of [`crate::fmi3`] or the component
+//! for WebAssembly. Each looks itself whether the state of the instance allows the call, and logs why it
+//! refuses one.
 
 use crate::calls::{self, Version, check, none_of_this_type, within};
 use crate::instance::{Early, Instance, StepEnd};
@@ -73,7 +74,8 @@ pub fn enter_event_mode(instance: &mut Instance) -> Status {
     })
 }
 
-/// Whether the host is asked to end; discrete outputs are already up to date, and nothing else is ever reported.
+/// Whether the host is asked to end; discrete outputs are already up to date, and nothing else is ever
+/// reported.
 ///
 /// # Errors
 /// The state does not allow it.

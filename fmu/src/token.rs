@@ -3,8 +3,8 @@
 use crate::parameters::Parameters;
 use crate::table::{Kind, MOST_ELEMENTS, VARIABLES};
 
-/// A hash of the model's name, of the table (names, references, types, roles, sizes), of the start values and of the kernel's version and
-/// image format; as many bits as a token shows.
+/// A hash of the model's name, of the table (names, references, types, roles, sizes), of the start values and
+/// of the kernel's version and image format; as many bits as a token shows.
 pub fn hash(mut starts: Parameters) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325;
     let mut take =

@@ -45,7 +45,8 @@ pub fn failed(failure: fabric_kernel::Failure) -> PyErr {
     of(failure.into())
 }
 
-/// Why a simulation of a scene cannot be made: a refusal, with what must be said of its projectile, or the lack of memory.
+/// Why a simulation of a scene cannot be made: a refusal, with what must be said of its projectile, or the
+/// lack of memory.
 pub fn of_making(scene: &fabric_kernel::Scene, error: Box<dyn std::error::Error>) -> PyErr {
     let doubt = fabric_scene::notes::unlikely_body(scene).map_or(String::new(), |note| format!("; {note}"));
     error

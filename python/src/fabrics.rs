@@ -5,7 +5,8 @@ use fabric_scene::textile;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
-/// Named fabrics: of each its name, its title, the text of its file, and its numbers, NaN where they are of a yarn alone.
+/// Named fabrics: of each its name, its title, the text of its file, and its numbers, NaN where they are of a
+/// yarn alone.
 #[pyfunction]
 pub fn fabrics(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let all = textile::all().map_err(errors::of_scene)?;

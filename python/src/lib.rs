@@ -1,8 +1,8 @@
-//! The Python module `fabric_kernel._kernel`: scenes and simulations of the kernel. `python/fabric_kernel/_kernel.pyi` has its types
-//! and documentation, docs/python.md shows how it is used.
+//! The Python module `fabric_kernel._kernel`: scenes and simulations of the kernel.
+//! `python/fabric_kernel/_kernel.pyi` has its types and documentation, docs/python.md shows how it is used.
 //!
-//! What computes releases the interpreter and runs with the kernel's rounding mode, whatever other modules have set, so the bits are
-//! those of Rust.
+//! What computes releases the interpreter and runs with the kernel's rounding mode, whatever other modules
+//! have set, so the bits are those of Rust.
 
 mod errors;
 mod fabrics;

@@ -15,8 +15,8 @@ const DEEPEST: usize = 4;
 /// No parameter has more elements or rows.
 const LONGEST: usize = 1000;
 
-/// The rows of the table of parameters: a dictionary for each, with its name, shape, unit, least and greatest value, choices and
-/// meaning.
+/// The rows of the table of parameters: a dictionary for each, with its name, shape, unit, least and greatest
+/// value, choices and meaning.
 #[pyfunction]
 pub fn parameters(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     FIELDS.iter().map(|field| row(py, field)).collect()
@@ -121,8 +121,8 @@ pub fn array<const N: usize>(name: &str, given: Option<&Bound<'_, PyAny>>, defau
     Ok(std::array::from_fn(|k| numbers[k]))
 }
 
-/// The numbers of an array of this shape in the order of its indices, however they lie in memory. Whole numbers and other floats are
-/// converted, if a double holds each of their type.
+/// The numbers of an array of this shape in the order of its indices, however they lie in memory. Whole
+/// numbers and other floats are converted, if a double holds each of their type.
 pub fn numbers(name: &str, given: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Vec<f64>> {
     let py = given.py();
     let wanted = match shape {

@@ -27,7 +27,8 @@ const DIGESTS: u64 = 100;
 /// One impact. It may be used by any thread, but by one at a time.
 #[pyclass(module = "fabric_kernel")]
 pub struct Simulation {
-    /// It refers to the lines below, which it outlives in no way: it is private, and nothing it lends leaves a call.
+    /// It refers to the lines below, which it outlives in no way: it is private, and nothing it lends leaves
+    /// a call.
     sim: Sim<'static>,
     _lines: Vec<CacheLine>,
     scene: Py<Scene>,
@@ -50,7 +51,8 @@ impl Simulation {
     fn of(made_of: Py<Scene>, warns: bool, capsule: Option<PathBuf>) -> PyResult<Simulation> {
         let scene = &made_of.get().scene;
         let mut lines = Buffers::of(scene).map_err(|error| errors::of_making(scene, error))?.into_lines();
-        // SAFETY: the lines stay where they are until the simulation is dropped together with them, and nobody else uses them.
+        // SAFETY: the lines stay where they are until the simulation is dropped together with them, and
+        // nobody else uses them.
         let memory = unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr(), lines.len()) };
         let mut sim =
             in_our_environment(|| Sim::new(scene, memory)).map_err(|error| errors::of_making(scene, error.into()))?;
@@ -79,7 +81,8 @@ impl Simulation {
         }
     }
 
-    /// Steps until `steps` are taken, one of `until` has come or so many segments have failed; looks at signals from time to time.
+    /// Steps until `steps` are taken, one of `until` has come or so many segments have failed; looks at
+    /// signals from time to time.
     /// Returns the steps taken.
     fn advance(&mut self, py: Python<'_>, until: OutcomeSet, steps: u64, failed: Option<u64>) -> PyResult<u64> {
         let stride = (NODES_AT_A_TIME / self.sim.layout().nodes().max(1) as u64).max(1);
@@ -165,7 +168,8 @@ impl Simulation {
     }
 }
 
-/// Single steps until one of `until` has come, so many segments have failed, or `steps` are taken. Returns the steps taken.
+/// Single steps until one of `until` has come, so many segments have failed, or `steps` are taken. Returns
+/// the steps taken.
 fn until_failed(sim: &mut Sim<'_>, until: OutcomeSet, steps: u64, failed: u64) -> Result<u64, Failure> {
     let mut taken = 0;
     while taken < steps && sim.counters().failed_segments < failed && !sim.outcomes().mask.has(until) {
@@ -270,7 +274,8 @@ impl Simulation {
         self.advance(py, OutcomeSet::NONE, steps, None).map(|_| ())
     }
 
-    /// Steps until one of the outcomes has come, so many segments have failed, or so many steps are taken. Returns the steps taken.
+    /// Steps until one of the outcomes has come, so many segments have failed, or so many steps are taken.
+    /// Returns the steps taken.
     #[pyo3(signature = (until, steps, *, failed = None))]
     fn run(
         &mut self,

@@ -1,8 +1,10 @@
-//! The yarn law that steps against itself in 256 bits: largest rounding errors over random laws and stretches, and at the edges.
+//! The yarn law that steps against itself in 256 bits: largest rounding errors over random laws and
+//! stretches, and at the edges.
 //!
-//! Method: the reference takes the same doubles and evaluates the formulas of `yarn.rs` with 256 bits, rounded correctly. An ulp
-//! is the distance of neighbouring doubles at the exact value. alpha falls as exp(-lambda U): what one ulp of the stretch makes of
-//! it is lambda times as much, so alpha's error is also told in ulp of the stretch.
+//! Method: the reference takes the same doubles and evaluates the formulas of `yarn.rs` with 256 bits,
+//! rounded correctly. An ulp is the distance of neighbouring doubles at the exact value. alpha falls as
+//! exp(-lambda U): what one ulp of the stretch makes of it is lambda times as much, so alpha's error is also
+//! told in ulp of the stretch.
 #![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
 
 use dashu_float::FBig;
@@ -66,7 +68,8 @@ fn exact_alpha(law: &DamageLaw, rate: f64, q: f64) -> Exact {
     exact(law.a) * (decay - exact(law.b))
 }
 
-/// Energy dissipated while alpha fell to a value above `alpha_fail`, J/m^3: the integrals of s^k lambda exp(-lambda s).
+/// Energy dissipated while alpha fell to a value above `alpha_fail`, J/m^3: the integrals of s^k lambda
+/// exp(-lambda s).
 fn exact_dissipated(law: &DamageLaw, segment: &Segment, alpha: f64) -> Exact {
     let (half, rate, uc) =
         (exact(0.5) * exact(segment.modulus), exact(segment.damage_rate), exact(law.critical_stretch));
@@ -142,9 +145,10 @@ impl Worst {
 
 const RANDOM_POINTS: u32 = 100_000;
 
-/// Largest errors of strain and force, ulp, of segments turned and stretched at will: in the flat sheet they are one spacing apart and
-/// as long as that, or have another distance and another stretch there, as with crimp, pre-tension and unlike spacings. A strain is the
-/// sum of terms that may cancel: its error is measured against the greatest of them.
+/// Largest errors of strain and force, ulp, of segments turned and stretched at will: in the flat sheet they
+/// are one spacing apart and as long as that, or have another distance and another stretch there, as with
+/// crimp, pre-tension and unlike spacings. A strain is the sum of terms that may cancel: its error is
+/// measured against the greatest of them.
 fn of_directions(seed: u64, plain: bool) -> [f64; 2] {
     let mut random = Random(seed);
     let [mut strain, mut force] = [0.0f64; 2];
@@ -182,9 +186,9 @@ fn of_directions(seed: u64, plain: bool) -> [f64; 2] {
     [strain, force]
 }
 
-/// Each rounding is at most an ulp of what it rounds. Force: three in a row. Strain: two in the first product, one in each square, and
-/// two sums of up to two and three times the greatest term; at rest lengths a scale of three roundings on up to three terms, and one
-/// more sum.
+/// Each rounding is at most an ulp of what it rounds. Force: three in a row. Strain: two in the first
+/// product, one in each square, and two sums of up to two and three times the greatest term; at rest lengths
+/// a scale of three roundings on up to three terms, and one more sum.
 #[test]
 fn strain_and_force_in_any_direction_are_those_of_256_bits_to_rounding() {
     let ([strain, force], [at_rest, force_there]) = (of_directions(22, true), of_directions(23, false));

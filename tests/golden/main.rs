@@ -1,13 +1,14 @@
-//! Golden tests: the bits of a few runs, pinned. They say that something changed, never that it is wrong or right; the physics
-//! tests do that. The scenes use literal numbers only, so that no function of the host has a part in them.
+//! Golden tests: the bits of a few runs, pinned. They say that something changed, never that it is wrong or
+//! right; the physics tests do that. The scenes use literal numbers only, so that no function of the host has
+//! a part in them.
 
 use fabric_kernel::{Code, Scene, Sim};
 use fabric_tests::golden::{self as scenes, SCENES};
 use fabric_tests::sim_of;
 use rayon::prelude::*;
 
-/// Runs a scene and says what is unlike the pin: its digest, or whether segments have failed. A scene that this build was made
-/// without is left out.
+/// Runs a scene and says what is unlike the pin: its digest, or whether segments have failed. A scene that
+/// this build was made without is left out.
 fn unlike(name: &str, scene: &Scene, failures: bool, run: impl FnOnce(&mut Sim<'_>)) -> Option<String> {
     if let Some(error) = scene.check().err().filter(|error| error.code == Code::NotBuilt) {
         println!("left out: {}", error.text());

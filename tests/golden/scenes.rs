@@ -1,4 +1,5 @@
-//! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn and drive.
+//! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn
+//! and drive.
 
 use crate::{as_proposed, drawn, rated, rough, set_off, viscous};
 use fabric_kernel::{
@@ -75,7 +76,8 @@ pub fn sphere_that_rubs() -> Scene {
     scene
 }
 
-/// A small cylinder beside the middle of an oblong graded sheet of drawn yarn and strength, two sides held: bars of up to 8 yarns.
+/// A small cylinder beside the middle of an oblong graded sheet of drawn yarn and strength, two sides held:
+/// bars of up to 8 yarns.
 pub fn cylinder_on_a_graded_sheet() -> Scene {
     let mut scene = sphere_on_drawn_strength();
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (90, 77);
@@ -90,7 +92,8 @@ pub fn cylinder_on_a_graded_sheet() -> Scene {
     scene
 }
 
-/// The same with strength drawn for every segment, in part alike along a yarn, from data at 50 mm; modulus drawn too.
+/// The same with strength drawn for every segment, in part alike along a yarn, from data at 50 mm; modulus
+/// drawn too.
 pub fn sphere_on_drawn_strength() -> Scene {
     let mut scene = uniform_sphere();
     let yarn = &mut scene.yarn;
@@ -99,7 +102,8 @@ pub fn sphere_on_drawn_strength() -> Scene {
     scene
 }
 
-/// Four plies of a drawn, viscous fabric with unlike directions, every other one turned, that touch within the run.
+/// Four plies of a drawn, viscous fabric with unlike directions, every other one turned, that touch within
+/// the run.
 pub fn sphere_through_turned_plies() -> Scene {
     let mut scene = uniform_sphere();
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (31, 29);
@@ -193,7 +197,8 @@ pub fn drawn_yarns_by_the_theta_rule() -> Scene {
     scene
 }
 
-/// Every third segment damaged beforehand, the sheet of [`uniform_sphere`] stretched a little and turning, the sphere under a load.
+/// Every third segment damaged beforehand, the sheet of [`uniform_sphere`] stretched a little and turning,
+/// the sphere under a load.
 pub fn prepare_and_load(sim: &mut Sim<'_>) {
     let damaged = |number: usize| if number.is_multiple_of(3) { 1.031 + 0.0003 * (number % 40) as f64 } else { 1.0 };
     let stretches: Vec<f64> = (0..sim.layout().segments()).map(damaged).collect();

@@ -1,7 +1,9 @@
-//! Balances of momentum and energy: exact in each step, of second order through an impact, to a percent through failure; kept by slack
-//! segments with `slack_balance`, and how far open without it. From read-outs and plain formulas where these give them.
+//! Balances of momentum and energy: exact in each step, of second order through an impact, to a percent
+//! through failure; kept by slack segments with `slack_balance`, and how far open without it. From read-outs
+//! and plain formulas where these give them.
 //!
-//! FABRIC_SHOTS=4000 FABRIC_STEPS=12000 cargo test --release -p fabric-tests --test physics -- --ignored --nocapture worst_balance
+//! FABRIC_SHOTS=4000 FABRIC_STEPS=12000 cargo test --release -p fabric-tests --test physics -- --ignored
+//! --nocapture worst_balance
 
 use crate::fabrics::hit;
 use crate::grading::graded;
@@ -32,7 +34,8 @@ pub(crate) fn linear_momentum(sim: &Sim<'_>) -> V3 {
     velocities(sim).iter().fold(body, |sum, v| add(sum, scale(*v, m)))
 }
 
-/// Angular momentum of projectile and free nodes about the origin, N m s: with velocity Verlet the projectile's velocity is that half a step before.
+/// Angular momentum of projectile and free nodes about the origin, N m s: with velocity Verlet the
+/// projectile's velocity is that half a step before.
 pub(crate) fn angular_momentum(sim: &Sim<'_>) -> V3 {
     let scene = sim.scene();
     let (m, mass, inertia) = (scene.sheet.node_mass, scene.projectile.mass, moments(scene));
@@ -45,8 +48,8 @@ pub(crate) fn angular_momentum(sim: &Sim<'_>) -> V3 {
     nodes.fold(add(spin, cross(place, scale(body.velocity, mass))), |sum, (x, v)| add(sum, cross(x, scale(v, m))))
 }
 
-/// Momentum of the nodes at t_{n-1/2}, from the way they make in the step to come: taken from a loaded copy, so that the
-/// simulation stays where it is.
+/// Momentum of the nodes at t_{n-1/2}, from the way they make in the step to come: taken from a loaded copy,
+/// so that the simulation stays where it is.
 pub(crate) fn half_step_momentum(sim: &mut Sim<'_>, m: f64) -> V3 {
     // v_{n-1/2} of fixed nodes is 0; of the others v_n minus half a kick with the forces at t_n.
     let scene = *sim.scene();
@@ -64,9 +67,9 @@ pub(crate) fn half_step_momentum(sim: &mut Sim<'_>, m: f64) -> V3 {
 
 /// The work-energy identity of every step, contact included:
 /// KE_{n+1/2} - KE_{n-1/2} = sum over nodes of dt F_n.(v_{n-1/2} + v_{n+1/2})/2 - contact loss of the step.
-/// Half-step velocities come from positions, forces from plain formulas; only the loss is the kernel's, and the contact
-/// impulses on the nodes, m (v_{n+1/2} - v_{n-1/2}) - dt F_n, are checked against it: they act on candidates only, push
-/// outward, and are opposite to what the projectile and the kernel's sums received.
+/// Half-step velocities come from positions, forces from plain formulas; only the loss is the kernel's, and
+/// the contact impulses on the nodes, m (v_{n+1/2} - v_{n-1/2}) - dt F_n, are checked against it: they act on
+/// candidates only, push outward, and are opposite to what the projectile and the kernel's sums received.
 pub(crate) fn work_energy_identity(scene: &Scene, steps: u64) -> f64 {
     let m = scene.sheet.node_mass;
     let mass = scene.projectile.mass;
@@ -133,7 +136,8 @@ fn impact(speed: f64, friction: f64) -> Scene {
 /// A part of the energy, J.
 type Part = fn(&Energy) -> f64;
 
-/// What the balances do not close by before the first failure falls with the square of the step, whatever takes part.
+/// What the balances do not close by before the first failure falls with the square of the step, whatever
+/// takes part.
 #[test]
 fn the_balances_of_an_impact_close_to_second_order() {
     let plies = stacked(small_sheet(31, 40.0), 4, 1e-4);
@@ -164,7 +168,8 @@ fn the_balances_of_an_impact_close_to_second_order() {
     }
 }
 
-/// A sheet that is struck through, the steps of it, more segments than so many fail, and a part of the energy is more than a share.
+/// A sheet that is struck through, the steps of it, more segments than so many fail, and a part of the energy
+/// is more than a share.
 type Torn = (&'static str, Scene, u64, u64, Part, f64);
 
 fn torn() -> Vec<Torn> {
@@ -254,8 +259,8 @@ fn residual(scene: &Scene, time: f64) -> f64 {
     sim.energy().unwrap().residual.abs() / first
 }
 
-/// 40 J, four sides, uniform yarn, 220 us, twice as long as the sphere takes to get through: at most 1 % of what it brought, with what
-/// slack segments give back a tenth of that.
+/// 40 J, four sides, uniform yarn, 220 us, twice as long as the sphere takes to get through: at most 1 % of
+/// what it brought, with what slack segments give back a tenth of that.
 #[test]
 fn the_balance_of_a_shot_of_40_joules_closes() {
     let scene = sphere_on_3in(AttachmentKind::FourSides, 40.0, false);
@@ -264,10 +269,10 @@ fn the_balance_of_a_shot_of_40_joules_closes() {
     assert!(plain < 0.01 && balanced < 0.1 * plain, "{plain} {balanced}");
 }
 
-// ---- Slack segments --------------------------------------------------------------------------------------------------
+// ---- Slack segments ---------------------------------------------------------------------------------------
 
-/// The free node of a 3 x 3 sheet, thrown along x between two crimped yarns: what its energy is off by, 10 steps behind each of some
-/// hundred bounces, when both are slack.
+/// The free node of a 3 x 3 sheet, thrown along x between two crimped yarns: what its energy is off by, 10
+/// steps behind each of some hundred bounces, when both are slack.
 fn bounces(scene: Scene, fraction: f64) -> f64 {
     let mut scene = without_projectile(scene);
     (scene.sheet.crimp, scene.time_step) = ([0.02, 0.5], TimeStep::fraction(fraction));
@@ -294,8 +299,8 @@ fn a_bounce_keeps_its_energy_to_rounding() {
     }
 }
 
-/// A free sheet that rattles, with every node thrown, or a ring, or plies of one: from the first step on energy to a thousandth whatever the step,
-/// momentum to rounding, and angular momentum of single plies, too.
+/// A free sheet that rattles, with every node thrown, or a ring, or plies of one: from the first step on
+/// energy to a thousandth whatever the step, momentum to rounding, and angular momentum of single plies, too.
 #[test]
 fn a_rattling_sheet_keeps_energy_and_both_momenta() {
     let (sheet, ring) = (without_projectile(small_sheet(21, 0.0)), ring(48, 9));
@@ -397,8 +402,8 @@ fn shot(k: u64) -> Scene {
     scene
 }
 
-/// By how much the balance is open at most before the first failure and after it, in parts of the impact energy. None for a scene that is
-/// refused.
+/// By how much the balance is open at most before the first failure and after it, in parts of the impact
+/// energy. None for a scene that is refused.
 fn open(scene: &Scene, steps: u64) -> Option<[f64; 2]> {
     let mut memory = vec![fabric_kernel::CacheLine::ZERO; fabric_kernel::Layout::of(scene).ok()?.lines()];
     let mut sim = fabric_kernel::Sim::new(scene, &mut memory).ok()?;

@@ -1,5 +1,5 @@
-//! Attachments that slip, let go and tear out, against closed forms: the wave in a yarn that meets a clamp, the reaction, the balances, and the
-//! limits of a clamp that holds everything or nothing.
+//! Attachments that slip, let go and tear out, against closed forms: the wave in a yarn that meets a clamp,
+//! the reaction, the balances, and the limits of a clamp that holds everything or nothing.
 
 use fabric_kernel::{AttachmentKind, Code, Outcome, Scene, Sim, Symmetry};
 use fabric_tests::reference::{length, sub};
@@ -24,8 +24,8 @@ fn wave(scene: &Scene) -> [f64; 2] {
     [(stiffness * per_length).sqrt(), (stiffness / per_length).sqrt()]
 }
 
-/// A wave of tension T meets the clamp: for 2 T below H the tension doubles; above, the clamp has H and its end moves at (2 T - H)/Z, with the
-/// work H times that way.
+/// A wave of tension T meets the clamp: for 2 T below H the tension doubles; above, the clamp has H and its
+/// end moves at (2 T - H)/Z, with the work H times that way.
 #[test]
 fn a_wave_that_a_clamp_does_not_hold_pulls_its_yarn_through() {
     let mut worst: f64 = 0.0;
@@ -58,14 +58,16 @@ fn a_wave_that_a_clamp_does_not_hold_pulls_its_yarn_through() {
             if slips { [part * tension, (2.0 - part) * tension / impedance * time] } else { [2.0 * tension, 0.0] };
         worst =
             worst.max((force / expected[0] - 1.0).abs()).max((way - expected[1]).abs() * impedance / tension / time);
-        // Work is force times the mean of the velocities before and after a step, so its ends differ from those of the way.
+        // Work is force times the mean of the velocities before and after a step, so its ends differ from
+        // those of the way.
         close(sim.energy().unwrap().attachment - work, 3.0 * expected[0] * way, 1e-5);
     }
     println!("figure 20: a wave that meets a clamp, force and speed off by {worst:.0e} (allowed 1e-3)");
     assert!(worst < 1e-3, "{worst:e}");
 }
 
-/// The sheet of a hit by the preset sphere, 41 x 41, with clamps that hold a part of the yarn's strength of the two sides, four or corners.
+/// The sheet of a hit by the preset sphere, 41 x 41, with clamps that hold a part of the yarn's strength of
+/// the two sides, four or corners.
 fn hit(kind: AttachmentKind, part: f64) -> Scene {
     let mut scene = small_sheet(41, 60.0);
     scene.attachment.kind = kind;
@@ -80,7 +82,8 @@ fn strength(scene: &Scene) -> f64 {
     scene.yarn.modulus_mean * scene.sheet.yarn_area * 0.5 * (u * u - 1.0) * u
 }
 
-/// Balances close as without clamps that slip, the energy of the clamps never falls, and in the plane no support takes more than it holds.
+/// Balances close as without clamps that slip, the energy of the clamps never falls, and in the plane no
+/// support takes more than it holds.
 #[test]
 fn balances_close_while_clamps_slip() {
     let mut worst = [0.0_f64; 2];
@@ -120,8 +123,8 @@ fn balances_close_while_clamps_slip() {
     assert!(worst[0] < 1e-2 && worst[1] < 1e-12, "{worst:?}");
 }
 
-/// A clamp that holds more than a yarn bears gives the bits of one that holds everything; one that holds nothing those of a sheet that is free
-/// in its plane: its nodes keep their momentum there.
+/// A clamp that holds more than a yarn bears gives the bits of one that holds everything; one that holds
+/// nothing those of a sheet that is free in its plane: its nodes keep their momentum there.
 #[test]
 fn strong_clamps_hold_and_weak_ones_do_not() {
     let run = |hold: f64| {
@@ -138,7 +141,8 @@ fn strong_clamps_hold_and_weak_ones_do_not() {
     close(weaker / weak, 0.1, 0.05);
 }
 
-/// Bands, blocks and images keep the bits; mirrored and turned sheets move alike; lengths, masses and times by powers of two scale all.
+/// Bands, blocks and images keep the bits; mirrored and turned sheets move alike; lengths, masses and times
+/// by powers of two scale all.
 #[test]
 fn slipping_clamps_keep_the_bits_and_the_symmetries() {
     let mut scene = hit(AttachmentKind::FourSides, 0.2);
@@ -172,7 +176,8 @@ fn slipping_clamps_keep_the_bits_and_the_symmetries() {
     close(quarter.energy().unwrap().attachment, sim.energy().unwrap().attachment, 1e-6);
 }
 
-/// A strip that flies along itself comes out of both clamps after the length in them, with work H times that length for each yarn end.
+/// A strip that flies along itself comes out of both clamps after the length in them, with work H times that
+/// length for each yarn end.
 #[test]
 fn a_yarn_comes_out_after_its_grip() {
     let mut scene = strip(41);
@@ -212,8 +217,8 @@ fn an_attachment_lets_go_at_its_strength() {
     assert!(sim.energy().unwrap().residual.abs() < 0.01 * 0.5 * scene.projectile.mass * 3600.0);
 }
 
-/// Four bolts, a hit beside the middle: they let go in the order of the forces on them, each in the window in which its force passes the strength
-/// where all of them hold, as no wave has come from another bolt by then.
+/// Four bolts, a hit beside the middle: they let go in the order of the forces on them, each in the window in
+/// which its force passes the strength where all of them hold, as no wave has come from another bolt by then.
 #[test]
 fn bolts_let_go_in_the_order_of_their_forces() {
     let mut scene = between_supports(hit(AttachmentKind::FourCorners, 0.0), 4.0);

@@ -4,8 +4,9 @@ use fabric_kernel::{AttachmentKind, Scene, Shape};
 use fabric_tests::reference::{V3, add, dot, fixed_nodes, forces, length, nose, rest_positions, scale, sub, turn_back};
 use fabric_tests::{close, damage, drawn, positions, sim_of, small_sheet, stepped};
 
-/// Outward distance of a point from the projectile's surface, m: each shape as the intersection of slabs, tubes and balls
-/// (exact near the surface of one of them, too small beyond edges and rims, exact in sign everywhere).
+/// Outward distance of a point from the projectile's surface, m: each shape as the intersection of slabs,
+/// tubes and balls (exact near the surface of one of them, too small beyond edges and rims, exact in sign
+/// everywhere).
 pub(crate) fn gap(scene: &Scene, body: &fabric_kernel::Motion, x: V3) -> f64 {
     let r = sub(x, body.position);
     let local = turn_back(body.orientation, r);
@@ -81,8 +82,9 @@ fn no_node_enters_the_sphere_and_contact_never_adds_energy() {
     assert!(deepest <= 1e-12 * scene.projectile.radius, "{deepest:e}");
 }
 
-/// A flat-ended cylinder, spinning or not, flush on a free sheet that its end covers: V' = V M/(M + N m), the work is N m V'
-/// times the mean of V and V', and from then on the nodes ride with nothing but rounding to be solved.
+/// A flat-ended cylinder, spinning or not, flush on a free sheet that its end covers: V' = V M/(M + N m), the
+/// work is N m V' times the mean of V and V', and from then on the nodes ride with nothing but rounding to be
+/// solved.
 #[test]
 fn nodes_that_ride_on_a_spinning_cylinder_leave_nothing_unsolved() {
     for spin in [0.0, 300.0, 3000.0, 30_000.0] {

@@ -1,5 +1,5 @@
-//! Order of convergence of the sheet alone, with velocity Verlet and with the theta rule: N = 21, four sides held,
-//! v_z = v0 cos cos at the start, no projectile.
+//! Order of convergence of the sheet alone, with velocity Verlet and with the theta rule: N = 21, four sides
+//! held, v_z = v0 cos cos at the start, no projectile.
 
 use crate::second_order;
 use fabric_kernel::{Integrator, TimeStep};
@@ -52,8 +52,8 @@ fn errors(integrator: Integrator, v0: f64, time: u64) -> [f64; 4] {
     [2, 4, 8, 16].map(|division| largest_distance(&run(integrator, v0, time, division).positions, &fine))
 }
 
-/// 150 m/s, 4.2 us: no damage. 1300 m/s, 1.3 us: first damage, no failure. The errors at 0.5 dt_crit are what was measured; the theta
-/// rule's is twice Verlet's.
+/// 150 m/s, 4.2 us: no damage. 1300 m/s, 1.3 us: first damage, no failure. The errors at 0.5 dt_crit are what
+/// was measured; the theta rule's is twice Verlet's.
 #[test]
 fn positions_converge_with_second_order() {
     for (what, integrator, v0, time, error) in [
@@ -107,8 +107,9 @@ fn the_balance_closes_with_second_order() {
     }
 }
 
-/// v0 = 1300 m/s, 2.1 us: through about 216 failures, where positions are chaotic, the dissipated energy is 1.83 J and the
-/// balance closes ever better with smaller steps: dissipation is a state function of alpha. (The count scatters between steps:
+/// v0 = 1300 m/s, 2.1 us: through about 216 failures, where positions are chaotic, the dissipated energy is
+/// 1.83 J and the balance closes ever better with smaller steps: dissipation is a state function of alpha.
+/// (The count scatters between steps:
 /// the theta rule has 184 failures at dt_crit/8 and 204 at dt_crit/64.)
 #[test]
 fn failures_and_dissipation_agree_and_the_balance_closes_through_them() {

@@ -64,8 +64,8 @@ struct Found {
     bent: f64,
 }
 
-/// A run in which the body goes on by 12 spacings, or until several solves have run out of sweeps: faces that bed on supports are not
-/// looked for here.
+/// A run in which the body goes on by 12 spacings, or until several solves have run out of sweeps: faces that
+/// bed on supports are not looked for here.
 fn run(scene: &Scene) -> Found {
     let mut sim = sim_of(scene);
     let (dt, reach) = (sim.step_limits().dt, Solid::of(&scene.projectile).reach());
@@ -83,11 +83,12 @@ fn run(scene: &Scene) -> Found {
     Found { depth: depth / h, bent: bent / h }
 }
 
-/// Without friction and where solves converge, a node gets into a body by no more than turning bends its way in each step. The gap is
-/// closed along the plane that the step begins with; while the body turns by |w| dt a node slides along that plane by at most
-/// (|V| + |v| + |w| r) dt, so that its depth grows by at most the product. Nothing pushes it out again: the products add up. The node's
-/// own speed |v| is at most some twice that of the body's surface. A body that does not turn is
-/// entered by no more than what counts as touching, 1e-9 h.
+/// Without friction and where solves converge, a node gets into a body by no more than turning bends its way
+/// in each step. The gap is closed along the plane that the step begins with; while the body turns by |w| dt
+/// a node slides along that plane by at most (|V| + |v| + |w| r) dt, so that its depth grows by at most the
+/// product. Nothing pushes it out again: the products add up. The node's own speed |v| is at most some twice
+/// that of the body's surface. A body that does not turn is entered by no more than what counts as touching,
+/// 1e-9 h.
 fn search(scenes: Range<u64>) {
     let (mut deepest, mut most, mut count) = (Found { depth: 0.0, bent: 0.0 }, 0.0_f64, 0);
     for k in scenes {
@@ -119,7 +120,8 @@ fn a_longer_search_for_deep_nodes() {
     search(0..1500);
 }
 
-/// A sphere of any size, mass and velocity just before two to five plies, on each other or not, held in any way.
+/// A sphere of any size, mass and velocity just before two to five plies, on each other or not, held in any
+/// way.
 fn stack(k: u64) -> Scene {
     let draw = |m: u64| number(7_000_000 + 1000 * k + m);
     let log = |m: u64, low: f64, high: f64| low * (high / low).powf(draw(m));
@@ -140,8 +142,9 @@ fn stack(k: u64) -> Scene {
     scene
 }
 
-/// A body that does not turn is entered by no more than what counts as touching, by no ply of a stack either: neither by a little in every
-/// step, nor where impulses bring nodes of a column to face each other or take them apart, as in the last scenes.
+/// A body that does not turn is entered by no more than what counts as touching, by no ply of a stack either:
+/// neither by a little in every step, nor where impulses bring nodes of a column to face each other or take
+/// them apart, as in the last scenes.
 fn search_stacks(scenes: impl IntoIterator<Item = u64>) {
     for k in scenes {
         let scene = stack(k);
@@ -165,12 +168,15 @@ fn a_longer_search_for_deep_plies() {
     search_stacks(0..4000);
 }
 
-/// What impulses took from the energy falls where they give some back: forces press a node on again that leaves the body in that step.
+/// What impulses took from the energy falls where they give some back: forces press a node on again that
+/// leaves the body in that step.
 ///
-/// With the gap rates g of the nodes that are pressed, before and after, the loss is -lambda (g + g')/2. After it g' = -phi/dt <= 0, and
-/// g' = g + K + W lambda with what forces add in the step, K = n.a dt, and the matrix W of rates for impulses, which has at least 1/m
-/// on its diagonal besides what the body gives way. So the loss is at least (lambda K + lambda W lambda)/2, and that nowhere below
-/// -m K^2/8 summed over the free nodes that are pressed. Below a flat face of a body that does not turn, g was 0 already: there it never falls.
+/// With the gap rates g of the nodes that are pressed, before and after, the loss is -lambda (g + g')/2.
+/// After it g' = -phi/dt <= 0, and g' = g + K + W lambda with what forces add in the step, K = n.a dt, and
+/// the matrix W of rates for impulses, which has at least 1/m on its diagonal besides what the body gives
+/// way. So the loss is at least (lambda K + lambda W lambda)/2, and that nowhere below
+/// -m K^2/8 summed over the free nodes that are pressed. Below a flat face of a body that does not turn, g
+/// was 0 already: there it never falls.
 fn falls(scenes: Range<u64>) {
     let (mut count, mut most, mut worst, mut straight) = (0, 0.0_f64, [0.0_f64; 2], 0);
     for k in scenes {

@@ -1,5 +1,5 @@
-//! Edges of the body: nodes that it gets past within a step feel nothing, and nodes that it meets are caught none the less. (That none gets
-//! in, whatever the shape and motion, is searched for in `depth`.)
+//! Edges of the body: nodes that it gets past within a step feel nothing, and nodes that it meets are caught
+//! none the less. (That none gets in, whatever the shape and motion, is searched for in `depth`.)
 
 use fabric_kernel::Solid;
 use fabric_kernel::{AttachmentKind, ContactLaw, Drive, Integrator, Projectile, Scene, Shape, TimeStep};
@@ -25,7 +25,8 @@ fn fronts() -> [(Projectile, f64, f64); 4] {
     [(cuboid, a, c), (half_spaces, a, c), (cylinder, r, c), (bullet, r, behind)]
 }
 
-/// The body beside the free upper edge of a sheet: its front `below` the sheet's plane, its side `beside` the last row, m.
+/// The body beside the free upper edge of a sheet: its front `below` the sheet's plane, its side `beside` the
+/// last row, m.
 fn beside(front: &(Projectile, f64, f64), below: f64, beside: f64, velocity: [f64; 3]) -> Scene {
     let (body, across, ahead) = *front;
     let mut scene = small_sheet(41, 0.0);
@@ -44,8 +45,9 @@ fn work(scene: &Scene, fraction: f64) -> f64 {
     sim.contact().unwrap().work
 }
 
-/// Its side a micrometre away from the last row, its front flush with the sheet: the body flies past and touches nothing. Its
-/// front's plane goes through the row within a step; a sphere's tangent planes, and all sides, do not.
+/// Its side a micrometre away from the last row, its front flush with the sheet: the body flies past and
+/// touches nothing. Its front's plane goes through the row within a step; a sphere's tangent planes, and all
+/// sides, do not.
 #[test]
 fn a_flush_body_flies_past_the_edge_of_a_sheet() {
     for front in fronts() {
@@ -67,8 +69,8 @@ fn a_flush_body_flies_past_the_edge_of_a_sheet() {
     }
 }
 
-/// The last row before the front, by half a micrometre: the body flies off sideways at 100 m/s before its front is there, at
-/// 200 m/s, or it is not off in time and takes the row along.
+/// The last row before the front, by half a micrometre: the body flies off sideways at 100 m/s before its
+/// front is there, at 200 m/s, or it is not off in time and takes the row along.
 #[test]
 fn a_body_clears_an_edge_in_time_or_meets_it() {
     for front in fronts() {
@@ -81,8 +83,8 @@ fn a_body_clears_an_edge_in_time_or_meets_it() {
     }
 }
 
-/// The same edge, and a support at the body's other side that stops it from flying off: the node that would have been passed is
-/// caught in the same step.
+/// The same edge, and a support at the body's other side that stops it from flying off: the node that would
+/// have been passed is caught in the same step.
 #[test]
 fn a_body_that_is_kept_from_flying_off_meets_the_node() {
     let theta = Integrator::THETA;
@@ -106,8 +108,8 @@ fn a_body_that_is_kept_from_flying_off_meets_the_node() {
     }
 }
 
-/// A box that falls with an edge on a row of nodes is pushed along the mean of the two faces that are equally near, and so neither aside nor around,
-/// on the row to rounding and beside it in proportion.
+/// A box that falls with an edge on a row of nodes is pushed along the mean of the two faces that are equally
+/// near, and so neither aside nor around, on the row to rounding and beside it in proportion.
 #[test]
 fn a_box_with_its_edge_on_a_row_of_nodes_falls_straight() {
     let aside = |offset: f64| {

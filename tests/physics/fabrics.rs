@@ -1,5 +1,6 @@
-//! Sheets with unlike directions, crimp and pre-tension: closed forms of one segment and of one cell, modes of a taut string and
-//! membrane, equilibrium at rest, balances, and that a sheet turned by a quarter moves as before.
+//! Sheets with unlike directions, crimp and pre-tension: closed forms of one segment and of one cell, modes
+//! of a taut string and membrane, equilibrium at rest, balances, and that a sheet turned by a quarter moves
+//! as before.
 
 use crate::second_order;
 use crate::symmetry::with_wave;
@@ -56,8 +57,8 @@ fn energy_per_q2(scene: &Scene, k: usize) -> f64 {
     areas(scene)[k] * natural_lengths(scene)[k] * modulus(scene, k) / 8.0
 }
 
-/// A 3 x 3 sheet of which one segment is whole, that from the centre node to its left (k = 0) or lower (k = 1) neighbour, and
-/// the centre node moves away from that neighbour at `speed`, m/s.
+/// A 3 x 3 sheet of which one segment is whole, that from the centre node to its left (k = 0) or lower
+/// (k = 1) neighbour, and the centre node moves away from that neighbour at `speed`, m/s.
 fn one_segment(scene: &Scene, k: usize, speed: f64) -> Sim<'static> {
     let mut sim = sim_of(scene);
     let mut stretches = [2.0; 12];
@@ -71,7 +72,8 @@ fn one_segment(scene: &Scene, k: usize, speed: f64) -> Sim<'static> {
 }
 
 /// A weight on a crimped segment flies freely until it is taut, x = l - h, and then turns at the stretch
-/// U = sqrt(1 + sqrt(4 m v^2/(E A_0 l))) of the length l; it comes back with -v. Without crimp l is the spacing.
+/// U = sqrt(1 + sqrt(4 m v^2/(E A_0 l))) of the length l; it comes back with -v. Without crimp l is the
+/// spacing.
 #[test]
 fn a_weight_on_a_segment() {
     // The last has the energy of 8.4 g at 1 m/s.
@@ -133,8 +135,8 @@ fn a_segment_let_go_under_pre_tension() {
     }
 }
 
-/// A segment is damaged beyond the strain energy of its critical stretch, and breaks where it has dissipated A_0 l times the energy density
-/// of the law of its own direction.
+/// A segment is damaged beyond the strain energy of its critical stretch, and breaks where it has dissipated
+/// A_0 l times the energy density of the law of its own direction.
 #[test]
 fn segments_of_each_direction_break_at_their_energy() {
     for k in [0, 1] {
@@ -175,8 +177,8 @@ fn cell() -> Scene {
     between_supports(scene, 1.3)
 }
 
-/// Two segments along x and two along y hold the middle node of a cell: with q = q_0 + z^2/l^2 of each, positive ones only, the
-/// sphere turns where the strain energy has grown by (M + m) V'^2/2.
+/// Two segments along x and two along y hold the middle node of a cell: with q = q_0 + z^2/l^2 of each,
+/// positive ones only, the sphere turns where the strain energy has grown by (M + m) V'^2/2.
 #[test]
 fn a_cell_of_unlike_directions_turns_a_sphere() {
     let mut scene = cell();
@@ -210,7 +212,8 @@ fn a_cell_of_unlike_directions_turns_a_sphere() {
     assert!(sim.counters().contacts == 0 && damage(&sim).iter().all(|&alpha| alpha == 1.0));
 }
 
-/// What the ledger of a cell without crimp does not close by falls with dt^2: of plain yarn at the turning point, and of one held taut.
+/// What the ledger of a cell without crimp does not close by falls with dt^2: of plain yarn at the turning
+/// point, and of one held taut.
 #[test]
 fn the_ledger_of_a_cell_closes_with_second_order() {
     let mut taut = cell();
@@ -227,7 +230,8 @@ fn the_ledger_of_a_cell_closes_with_second_order() {
     }
 }
 
-/// With crimp the stiffness jumps where a segment becomes taut, so the sign of a residual is chance; its size falls with dt^2.
+/// With crimp the stiffness jumps where a segment becomes taut, so the sign of a residual is chance; its size
+/// falls with dt^2.
 #[test]
 fn the_ledger_of_a_crimped_cell_closes_with_second_order() {
     let worst = |fraction: f64| -> f64 {
@@ -245,7 +249,8 @@ fn the_ledger_of_a_crimped_cell_closes_with_second_order() {
     assert!(coarse < 1e-6 && fine < coarse / 8.0, "{coarse:e} {fine:e}");
 }
 
-/// Taut sheets as they are placed: uniform, with yarns drawn one by one, plies, two sides and four, a quarter.
+/// Taut sheets as they are placed: uniform, with yarns drawn one by one, plies, two sides and four, a
+/// quarter.
 fn taut() -> Vec<Scene> {
     let mut scene = unlike(without_projectile(small_sheet(15, 0.0)));
     (scene.sheet.nodes_y, scene.sheet.plies) = (12, 2);
@@ -261,8 +266,8 @@ fn taut() -> Vec<Scene> {
     vec![scene, drawn, strip, theta, quarter]
 }
 
-/// A sheet under pre-tension rests to the bit, its strain energy is that of its segments, and its supports feel N = A_0 U S of
-/// every yarn, in rows at rest too.
+/// A sheet under pre-tension rests to the bit, its strain energy is that of its segments, and its supports
+/// feel N = A_0 U S of every yarn, in rows at rest too.
 #[test]
 fn a_taut_sheet_rests() {
     for scene in taut() {
@@ -337,8 +342,9 @@ fn half_period(scene: &Scene, axis: usize) -> f64 {
     }
 }
 
-/// Small vibrations of a taut string and membrane: omega^2 = 4/m sum over directions of K sin^2(pi/2(n - 1)), where K is the
-/// stiffness of a segment in the direction of the motion: along itself k (3 U^2 - 1)/2, across k (U^2 - 1)/2, k = E A_0/l.
+/// Small vibrations of a taut string and membrane: omega^2 = 4/m sum over directions of K sin^2(pi/2(n - 1)),
+/// where K is the stiffness of a segment in the direction of the motion: along itself k (3 U^2 - 1)/2, across
+/// k (U^2 - 1)/2, k = E A_0/l.
 #[test]
 fn modes_of_a_taut_string_and_membrane() {
     let mut membrane = unlike(without_projectile(small_sheet(19, 0.0)));
@@ -365,7 +371,8 @@ fn modes_of_a_taut_string_and_membrane() {
     }
 }
 
-/// Half the change of place in the first step from rest is a dt^2/2 with the forces of plain formulas, everywhere.
+/// Half the change of place in the first step from rest is a dt^2/2 with the forces of plain formulas,
+/// everywhere.
 #[test]
 fn forces_are_those_of_plain_formulas() {
     for pre_strain in [[0.0; 2], [0.01, 0.0], [0.0, 0.01]] {
@@ -423,7 +430,8 @@ pub(crate) fn hit() -> [(&'static str, Scene); 4] {
     [("crimped", crimped), ("held taut", held), ("corners", corners), ("strip", strip)]
 }
 
-/// A fabric with warp and weft exchanged, under a projectile exchanged likewise, moves alike with x and y exchanged.
+/// A fabric with warp and weft exchanged, under a projectile exchanged likewise, moves alike with x and y
+/// exchanged.
 #[test]
 fn a_fabric_with_its_directions_exchanged_moves_alike() {
     for (_, scene) in hit().into_iter().filter(|(name, _)| *name != "strip") {
@@ -487,7 +495,8 @@ fn a_weft_with_the_numbers_of_the_warp_changes_nothing() {
     assert_eq!(run(&plain), run(&said));
 }
 
-/// The theta rule steps a crimped sheet to the same motion as velocity Verlet, as far as its jumps of stiffness allow.
+/// The theta rule steps a crimped sheet to the same motion as velocity Verlet, as far as its jumps of
+/// stiffness allow.
 #[test]
 fn the_theta_rule_steps_a_crimped_fabric() {
     let mut scene = unlike(without_projectile(small_sheet(15, 0.0)));
@@ -508,7 +517,8 @@ fn the_theta_rule_steps_a_crimped_fabric() {
     assert!(apart < 1e-3 * h, "{:e}", apart / h);
 }
 
-/// The theta rule and velocity Verlet come to the same motion of a fabric as the step falls, with second order.
+/// The theta rule and velocity Verlet come to the same motion of a fabric as the step falls, with second
+/// order.
 #[test]
 fn the_theta_rule_steps_a_fabric() {
     let mut scene = unlike(without_projectile(small_sheet(15, 0.0)));

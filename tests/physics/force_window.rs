@@ -1,4 +1,5 @@
-//! The peak force: the largest mean over windows of `force_window`, and before the first is full the mean over the time elapsed.
+//! The peak force: the largest mean over windows of `force_window`, and before the first is full the mean
+//! over the time elapsed.
 
 use fabric_kernel::{Scene, Sim};
 use fabric_tests::{close, sim_of, small_sheet};
@@ -31,7 +32,8 @@ fn a_run_shorter_than_the_window_has_its_mean_force() {
     }
 }
 
-/// From the first full window on it is the largest of the windows' means; reading it earlier has changed no bit.
+/// From the first full window on it is the largest of the windows' means; reading it earlier has changed no
+/// bit.
 #[test]
 fn after_the_first_window_the_largest_of_their_means_counts() {
     let scene = scene(50);

@@ -25,8 +25,8 @@ fn moved(scene: &Scene, place: V3, q: [f64; 4]) -> Scene {
     moved
 }
 
-/// A small sheet held on four sides, whole and soon taut, hardly amplifies rounding: a moved and turned scene gives
-/// the moved and turned result.
+/// A small sheet held on four sides, whole and soon taut, hardly amplifies rounding: a moved and turned scene
+/// gives the moved and turned result.
 #[test]
 fn a_moved_and_turned_sheet_sees_the_same_physics() {
     let scene = tilted_cylinder(21, 0.3, 60.0);
@@ -68,8 +68,9 @@ fn half_a_turn_about_the_normal_changes_signs_only() {
     assert_eq!(other.projectile().unwrap().velocity, [-v[0], -v[1], v[2]]);
 }
 
-/// n plies multiply node mass and yarn area by n; with n times the projectile's mass every velocity is the same, and every
-/// impulse and energy n times as large. To the bit where n is a power of two, through failure.
+/// n plies multiply node mass and yarn area by n; with n times the projectile's mass every velocity is the
+/// same, and every impulse and energy n times as large. To the bit where n is a power of two, through
+/// failure.
 #[test]
 fn plies_with_as_much_more_projectile_move_alike() {
     for (plies, velocity, steps) in [(3, 60.0, STEPS), (64, 100.0, 4000)] {
@@ -94,8 +95,8 @@ fn plies_with_as_much_more_projectile_move_alike() {
     }
 }
 
-/// A uniform sheet hit in the middle stays mirror-symmetric to rounding over these few steps, and pulls alike on
-/// opposite sides.
+/// A uniform sheet hit in the middle stays mirror-symmetric to rounding over these few steps, and pulls alike
+/// on opposite sides.
 #[test]
 fn the_uniform_sheet_keeps_its_mirror_planes() {
     let scene = small_sheet(21, 60.0);

@@ -27,8 +27,8 @@ fn velocity_is_constant_to_the_bit_and_the_sheet_at_rest() {
     assert_eq!(sim.support().unwrap().total, [0.0; 3]);
 }
 
-/// A constant force: the staggered scheme gives V = V0 + g t and P = P0 + V0 t + g t (t + dt)/2, the given velocity belonging
-/// to half a step before the start. The work of the load is the gain of kinetic energy.
+/// A constant force: the staggered scheme gives V = V0 + g t and P = P0 + V0 t + g t (t + dt)/2, the given
+/// velocity belonging to half a step before the start. The work of the load is the gain of kinetic energy.
 #[test]
 fn a_projectile_under_gravity_falls_as_galileo_says() {
     let mut scene = small_sheet(11, 0.0);

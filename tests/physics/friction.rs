@@ -1,5 +1,6 @@
-//! Friction between yarn and projectile against closed forms: the impulse of one contact, a block that comes to rest, a sphere that is made to
-//! roll, and what friction must never do: add energy, momentum or turning, or depend on the order of the nodes.
+//! Friction between yarn and projectile against closed forms: the impulse of one contact, a block that comes
+//! to rest, a sphere that is made to roll, and what friction must never do: add energy, momentum or turning,
+//! or depend on the order of the nodes.
 
 use fabric_kernel::Solid;
 use fabric_kernel::internals::candidate::{Candidate, Given, Images};
@@ -13,8 +14,9 @@ use fabric_tests::reference::{V3, add, cross, dot, length, rest_positions, scale
 use fabric_tests::{close, positions, rough, sim_of, small_sheet};
 use proptest::prelude::*;
 
-/// A sphere that meets one held node with the velocity V across the line of centres and W along it, and turns at the rate w, is
-/// sticking if mu W >= 2/7 of its slip, and then rolls: it takes 2/7 of the slip as velocity. Else the impulse across is mu M W.
+/// A sphere that meets one held node with the velocity V across the line of centres and W along it, and turns
+/// at the rate w, is sticking if mu W >= 2/7 of its slip, and then rolls: it takes 2/7 of the slip as
+/// velocity. Else the impulse across is mu M W.
 #[test]
 fn a_sphere_on_one_held_node_slides_or_rolls_as_a_rigid_body_does() {
     let sheet = small_sheet(2, 0.0);
@@ -74,7 +76,8 @@ fn a_sphere_on_one_held_node_slides_or_rolls_as_a_rigid_body_does() {
     }
 }
 
-/// A free node under the sphere is taken along by mu times the normal impulse, or wholly; the sphere is turned by the reaction.
+/// A free node under the sphere is taken along by mu times the normal impulse, or wholly; the sphere is
+/// turned by the reaction.
 #[test]
 fn a_free_node_takes_mu_times_the_normal_impulse_or_goes_along() {
     for (mu, v) in [(0.2, 50.0), (0.2, 15.0), (0.9, 50.0), (10.0, 50.0)] {
@@ -97,8 +100,9 @@ fn a_free_node_takes_mu_times_the_normal_impulse_or_goes_along() {
     }
 }
 
-/// A block of 1 kg under the load M g, on four held nodes or on a taut sheet that it covers, comes to rest after V^2/(2 mu g), to
-/// half a step of its way, and stays. The heat is its kinetic energy. The block is flat and does not tip.
+/// A block of 1 kg under the load M g, on four held nodes or on a taut sheet that it covers, comes to rest
+/// after V^2/(2 mu g), to half a step of its way, and stays. The heat is its kinetic energy. The block is
+/// flat and does not tip.
 #[test]
 fn a_block_stops_where_coulomb_says() {
     let (g, speed) = (1e4, 0.5);
@@ -130,8 +134,9 @@ fn a_block_stops_where_coulomb_says() {
     }
 }
 
-/// A cylinder pressed, tilted and rough, on 20 held and 15 free nodes, and a heavy spinning box on 18 held ones: sweeps alone go on for
-/// thousands. The work of a step is bounded, what is given up is little and told, and nothing adds energy.
+/// A cylinder pressed, tilted and rough, on 20 held and 15 free nodes, and a heavy spinning box on 18 held
+/// ones: sweeps alone go on for thousands. The work of a step is bounded, what is given up is little and
+/// told, and nothing adds energy.
 #[test]
 fn rough_bodies_on_held_nodes_take_bounded_work() {
     let sheet = |nodes_x: u32, nodes_y: u32, kind: AttachmentKind, mu: f64| {
@@ -192,7 +197,8 @@ struct Node {
     held: bool,
 }
 
-/// Neither friction nor contact loss gives energy back: not where a spinning box lands on a held edge, either, and its slip turns around within a step.
+/// Neither friction nor contact loss gives energy back: not where a spinning box lands on a held edge,
+/// either, and its slip turns around within a step.
 #[test]
 fn friction_never_gives_energy_back() {
     let (mut lowest, mut fallen) = (0.0_f64, 0.0_f64);
@@ -332,7 +338,8 @@ fn check(crowd: &Crowd, coefficient: f64) -> Result<bool, TestCaseError> {
         let gap_rate = node.gap_over_dt + dot(node.normal, relative);
         prop_assert!(gap_rate > -1e-9 && (lambda == 0.0 || gap_rate < 1e-9), "{gap_rate:e} {lambda:e}");
         let slip = sub(relative, scale(node.normal, dot(node.normal, relative)));
-        // A speed is left over; the impulse that belongs to it is that of the mass that answers, the body's where the node is held.
+        // A speed is left over; the impulse that belongs to it is that of the mass that answers, the body's
+        // where the node is held.
         let answering = if node.held { crowd.inertia.mass } else { NODE_MASS };
         let against = add(scale(slip, coefficient * lambda), scale(across, length(slip)));
         prop_assert!(
@@ -356,7 +363,8 @@ proptest! {
         check(&crowd, mu)?;
     }
 
-    /// Of free nodes, far lighter than the body, to rounding. (Coulomb's law may have several solutions for held or heavy ones.)
+    /// Of free nodes, far lighter than the body, to rounding. (Coulomb's law may have several solutions for
+    /// held or heavy ones.)
     #[test]
     fn the_order_of_the_nodes_does_not_matter(crowd in crowds(Just(false), 5.0..9.0), mu in 0.0..10.0, turn in 0..12usize) {
         prop_assert!(check(&crowd, mu)?, "not converged");

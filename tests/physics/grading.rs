@@ -1,4 +1,5 @@
-//! Graded networks: bars that stand for several yarns and crossings carry the mass, the tension and the waves of what they replace.
+//! Graded networks: bars that stand for several yarns and crossings carry the mass, the tension and the waves
+//! of what they replace.
 //! (Their balances are in `balances`.)
 
 use fabric_kernel::{AttachmentKind, Drive, Grading, Integrator, Scene, Shape, Sim};
@@ -37,8 +38,8 @@ fn a_network_of_single_yarns_is_the_fabric_to_the_bit() {
     }
 }
 
-/// Nodes hold the mass of the fabric and bars its section: a sheet that moves as a whole has its kinetic energy, one that is stretched
-/// evenly its strain energy, and no force on the nodes inside.
+/// Nodes hold the mass of the fabric and bars its section: a sheet that moves as a whole has its kinetic
+/// energy, one that is stretched evenly its strain energy, and no force on the nodes inside.
 #[test]
 fn mass_and_section_are_those_of_the_fabric() {
     for (nodes, half, largest, run, centre) in [
@@ -99,8 +100,10 @@ fn the_theta_rule_agrees() {
     }
 }
 
-/// A strip held taut, along which a Gaussian wave with the standard deviation sigma, spacings, runs to the right from x = -150 h:
-/// longitudinal (axis 0) or across the sheet (2). Place and displacement of its middle row after `time` s, spacings.
+/// A strip held taut, along which a Gaussian wave with the standard deviation sigma, spacings, runs to the
+/// right from x = -150 h:
+/// longitudinal (axis 0) or across the sheet (2). Place and displacement of its middle row after `time` s,
+/// spacings.
 fn wave(scene: &Scene, sigma: f64, axis: usize, time: f64) -> Vec<(f64, f64)> {
     let (h, mut sim) = (scene.sheet.spacing, sim_of(scene));
     let rest: Vec<[f64; 3]> = positions(&sim);
@@ -121,7 +124,8 @@ fn wave(scene: &Scene, sigma: f64, axis: usize, time: f64) -> Vec<(f64, f64)> {
     (0..columns).map(|i| (rest[middle + i][0] / h, (now[middle + i][axis] - rest[middle + i][axis]) / h)).collect()
 }
 
-/// Speed of small waves in yarns held at the strain p: c sqrt((3 U^2 - 1)/2) along them, c sqrt((U^2 - 1)/2) across, per rest length.
+/// Speed of small waves in yarns held at the strain p: c sqrt((3 U^2 - 1)/2) along them, c sqrt((U^2 - 1)/2)
+/// across, per rest length.
 fn wave_speed(scene: &Scene, axis: usize) -> f64 {
     let sheet = &scene.sheet;
     let stretch = 1.0 + sheet.pre_strain[0];
@@ -132,8 +136,8 @@ fn wave_speed(scene: &Scene, axis: usize) -> f64 {
     sheet.spacing * (stiffness * tangent / sheet.node_mass).sqrt()
 }
 
-/// A wave that runs from single yarns into bars of two goes on at its speed; what comes back is 0.2 % of its height if its standard
-/// deviation is 10 spacings, and falls with the square of the spacing over its length.
+/// A wave that runs from single yarns into bars of two goes on at its speed; what comes back is 0.2 % of its
+/// height if its standard deviation is 10 spacings, and falls with the square of the spacing over its length.
 #[test]
 fn waves_run_through_a_grading_step() {
     let mut scene = without_projectile(small_sheet(601, 0.0));
@@ -207,7 +211,8 @@ fn a_hit_beside_the_fine_part_is_counted() {
     }
 }
 
-/// Bars of 64 yarns, and a fine part of a single segment: the largest accepted step is stable, with a body that a host moves.
+/// Bars of 64 yarns, and a fine part of a single segment: the largest accepted step is stable, with a body
+/// that a host moves.
 #[test]
 fn the_step_limit_is_that_of_the_fabric() {
     for (half, largest, run) in [(10.0, 64, 1), (0.3, 64, 1), (0.3, 2, 1), (4.0, 16, 2)] {

@@ -1,8 +1,9 @@
 //! Transverse impact on one long yarn: the exact similarity solution of this yarn law.
 //!
-//! N = A_0 U S is convex in U, so the longitudinal front is a shock. With mu = m/(2h) kg/m (half a node's mass: one of the two
-//! yarns that meet there), s^2 = N/(mu (U - 1)) its speed, w = s (U - 1) the inward speed behind it, c_t = sqrt(N/(mu U)) the
-//! Lagrangian speed of the kink, the impact speed is V^2 = (U c_t)^2 - (U c_t - w)^2 and the contact force 2 N V/(U c_t).
+//! N = A_0 U S is convex in U, so the longitudinal front is a shock. With mu = m/(2h) kg/m (half a node's
+//! mass: one of the two yarns that meet there), s^2 = N/(mu (U - 1)) its speed, w = s (U - 1) the inward
+//! speed behind it, c_t = sqrt(N/(mu U)) the Lagrangian speed of the kink, the impact speed is V^2 = (U
+//! c_t)^2 - (U c_t - w)^2 and the contact force 2 N V/(U c_t).
 
 use fabric_kernel::{Drive, Scene};
 use fabric_tests::{close, positions, sim_of, small_sheet, velocities};
@@ -10,8 +11,9 @@ use fabric_tests::{close, positions, sim_of, small_sheet, velocities};
 /// Segments on each side of the impact: the front (18.3 km/s) does not reach the ends in 72 us.
 const HALF: u32 = 1900;
 
-/// Three rows of which the outer ones and the ends are fixed; the vertical segments are failed beforehand. What is left is
-/// one chain. The prescribed sphere, as small as the node spacing, touches only its middle node and drives it at V.
+/// Three rows of which the outer ones and the ends are fixed; the vertical segments are failed beforehand.
+/// What is left is one chain. The prescribed sphere, as small as the node spacing, touches only its middle
+/// node and drives it at V.
 fn chain(speed: f64) -> Scene {
     let mut scene = small_sheet(3, speed);
     scene.sheet.nodes_x = 2 * HALF + 1;
@@ -89,7 +91,8 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     product / points.iter().map(|(x, _)| (x - mx) * (x - mx)).sum::<f64>()
 }
 
-/// The similarity solution for a given stretch: impact speed, contact force, lab speed of the kink, inward speed.
+/// The similarity solution for a given stretch: impact speed, contact force, lab speed of the kink, inward
+/// speed.
 fn exact(stretch: f64) -> [f64; 4] {
     let scene = small_sheet(3, 0.0);
     let mu = scene.sheet.node_mass / (2.0 * scene.sheet.spacing);

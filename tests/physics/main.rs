@@ -1,5 +1,6 @@
-//! Physics: each test knows its answer from mathematics (a closed form, an order of convergence, a balance), not from an
-//! earlier run. Numbers that the kernel's own unit tests already show (yarn law, shapes, step limit) are not repeated.
+//! Physics: each test knows its answer from mathematics (a closed form, an order of convergence, a balance),
+//! not from an earlier run. Numbers that the kernel's own unit tests already show (yarn law, shapes, step
+//! limit) are not repeated.
 #![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
 
 mod balances;
@@ -39,7 +40,8 @@ fn random(cases: u32) -> proptest::test_runner::Config {
     proptest::test_runner::Config { cases, failure_persistence: None, rng_seed, ..Default::default() }
 }
 
-/// Asserts that errors at steps that are halved from one to the next fall with the square of the step, the order 2 to this much.
+/// Asserts that errors at steps that are halved from one to the next fall with the square of the step, the
+/// order 2 to this much.
 #[track_caller]
 fn second_order(errors: &[f64], off: f64) {
     let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();

@@ -1,11 +1,12 @@
-//! One free node between four fixed ones: the first impact, and the oscillator it makes with the sphere. (A node on one segment is in
+//! One free node between four fixed ones: the first impact, and the oscillator it makes with the sphere. (A
+//! node on one segment is in
 //! `fabrics`.)
 
 use fabric_kernel::{Sim, TimeStep};
 use fabric_tests::{between_supports, close, damage, sim_of, small_sheet};
 
-/// A flat slack sheet exerts no force, so the first step is a plastic impact of one node: V' = V M/(M + m), and the loss is
-/// m M V^2/(2 (M + m)) = 3.2600e-4 J at 100 m/s.
+/// A flat slack sheet exerts no force, so the first step is a plastic impact of one node: V' = V M/(M + m),
+/// and the loss is m M V^2/(2 (M + m)) = 3.2600e-4 J at 100 m/s.
 #[test]
 fn the_first_impact_is_plastic() {
     let scene = small_sheet(11, 100.0);
@@ -44,8 +45,8 @@ fn turning_point(sim: &mut Sim<'_>) -> (f64, f64) {
 }
 
 /// Four yarns pulled sideways make the quartic potential E A_0 z^4/(2 h^3): with V' = V M/(M + m)
-/// z_max = [(M + m) V'^2 h^3/(E A_0)]^(1/4) = 0.120808188 mm, reached after 1.3110287771 z_max/V' = 158.3842 us
-/// (1.3110287771 = the lemniscate constant), U_max = 1.013761109, and the sphere leaves with -V'.
+/// z_max = [(M + m) V'^2 h^3/(E A_0)]^(1/4) = 0.120808188 mm, reached after 1.3110287771 z_max/V' = 158.3842
+/// us (1.3110287771 = the lemniscate constant), U_max = 1.013761109, and the sphere leaves with -V'.
 #[test]
 fn the_quartic_oscillator() {
     let mut scene = between_supports(small_sheet(3, 1.0), 1.0);

@@ -15,7 +15,8 @@ fn outcome(scene: &Scene, steps: u64) -> (OutcomeSet, Status, f64) {
     (outcomes.mask, outcomes.status, sim.contact().unwrap().work)
 }
 
-/// 0.5 J is less than the sheet can hold: the sphere comes to rest, having given all its energy, and flies back.
+/// 0.5 J is less than the sheet can hold: the sphere comes to rest, having given all its energy, and flies
+/// back.
 #[test]
 fn a_slow_sphere_is_arrested_and_pushed_back() {
     let scene = small_sheet(41, speed(0.5, 8.4e-3));
@@ -29,7 +30,8 @@ fn a_slow_sphere_is_arrested_and_pushed_back() {
     assert!(sim.projectile().unwrap().velocity[2] < -1.0);
 }
 
-/// Runs until contact is over, then goes on: the work of the fabric must already have had its final value, to 1 % or 1 mJ.
+/// Runs until contact is over, then goes on: the work of the fabric must already have had its final value, to
+/// 1 % or 1 mJ.
 fn ends_with_its_final_work(scene: &Scene, load: [f64; 3], end: Outcome, steps: u64) -> f64 {
     let mut sim = sim_of(scene);
     sim.set_external_load(load, [0.0; 3]).unwrap();
@@ -58,7 +60,8 @@ fn a_heavy_sphere_exits_when_it_is_through() {
 
 #[test]
 fn contact_is_over_when_a_body_has_left_the_sheet() {
-    // At 80 degrees from the normal it slides along the sheet for a while before it leaves it, on its own side.
+    // At 80 degrees from the normal it slides along the sheet for a while before it leaves it, on its own
+    // side.
     let (mut grazing, (sine, cosine)) = (small_sheet(61, 0.0), 80_f64.to_radians().sin_cos());
     grazing.projectile.velocity = [100.0 * sine, 0.0, 100.0 * cosine];
     grazing.projectile.position[0] = -0.015;
@@ -119,7 +122,8 @@ fn a_sphere_before_a_thrown_sheet_has_not_passed() {
     touches_before_it_passes(&mut sim, 10_000);
 }
 
-/// A host that moves its body a little away and then back has not passed; one that has led it past the sheet has.
+/// A host that moves its body a little away and then back has not passed; one that has led it past the sheet
+/// has.
 #[test]
 fn a_prescribed_sphere_passes_when_it_has_got_past() {
     let mut scene = small_sheet(21, 0.0);
@@ -171,8 +175,9 @@ fn debris_is_no_deflection() {
     assert!((sim.fabric().unwrap().max_deflection - left).abs() < 1e-15);
 }
 
-/// 40 J break through, without ever having stopped. A sphere beside the sheet passes, having lost exactly nothing; one at rest has no
-/// outcome, whatever the time. Where every node is fixed the sheet is a wall: the sphere stops, and all its energy is gone.
+/// 40 J break through, without ever having stopped. A sphere beside the sheet passes, having lost exactly
+/// nothing; one at rest has no outcome, whatever the time. Where every node is fixed the sheet is a wall: the
+/// sphere stops, and all its energy is gone.
 #[test]
 fn each_end_has_its_outcome_status_and_work() {
     let mut beside = small_sheet(21, 100.0);
@@ -190,8 +195,8 @@ fn each_end_has_its_outcome_status_and_work() {
     }
 }
 
-/// A sheet held at its corners and hit hard tears off: when "detached" latches, a search over the live segments from the
-/// fixed nodes reaches no node that touches the sphere, and 64 steps earlier it did.
+/// A sheet held at its corners and hit hard tears off: when "detached" latches, a search over the live
+/// segments from the fixed nodes reaches no node that touches the sphere, and 64 steps earlier it did.
 #[test]
 fn a_torn_off_corner_sheet_is_detached() {
     let mut scene = small_sheet(61, speed(80.0, 8.4e-3));

@@ -1,5 +1,5 @@
-//! Separate plies that push on each other, against closed forms: plies far apart, plies that lie on each other, a ply that falls on another,
-//! and the balances of energy and momentum.
+//! Separate plies that push on each other, against closed forms: plies far apart, plies that lie on each
+//! other, a ply that falls on another, and the balances of energy and momentum.
 
 use fabric_kernel::{AttachmentKind, Outcome, Scene, Shape, Sim, Stack, TimeStep, Yarn};
 use fabric_tests::reference::{V3, dot, largest_distance as apart, length, scale, sub};
@@ -23,7 +23,8 @@ pub(crate) fn of_ply(sim: &Sim<'_>, ply: usize) -> Vec<[f64; 3]> {
     positions(sim)[ply * nodes..(ply + 1) * nodes].to_vec()
 }
 
-/// Where plies lie on each other some nodes of a column stick to the projectile and some slide, and which they are is found, too.
+/// Where plies lie on each other some nodes of a column stick to the projectile and some slide, and which
+/// they are is found, too.
 #[test]
 fn friction_on_plies_that_lie_on_each_other_is_solved() {
     for velocity in [15.0, 42.0] {
@@ -38,8 +39,8 @@ fn friction_on_plies_that_lie_on_each_other_is_solved() {
     }
 }
 
-/// Before it reaches the second ply a projectile knows the first alone, to what the solve of contact leaves; and one that starts between the plies knows the second
-/// alone, which has draws of its own.
+/// Before it reaches the second ply a projectile knows the first alone, to what the solve of contact leaves;
+/// and one that starts between the plies knows the second alone, which has draws of its own.
 #[test]
 fn plies_far_apart_are_shields_of_their_own() {
     [0.0, 0.3].into_iter().for_each(far_apart);
@@ -87,7 +88,8 @@ fn plies_on_each_other_move_as_the_lumped_sheet() {
     }
 }
 
-/// What so many plies on each other are off the lumped sheet: speed of the body, work and strain energy, in parts.
+/// What so many plies on each other are off the lumped sheet: speed of the body, work and strain energy, in
+/// parts.
 pub(crate) fn off_the_lumped(scene: &Scene, plies: u32, steps: u64) -> [f64; 3] {
     let (stack, mut lumped) = (stacked(*scene, plies, 0.0), *scene);
     lumped.sheet.plies = plies;
@@ -103,8 +105,8 @@ pub(crate) fn off_the_lumped(scene: &Scene, plies: u32, steps: u64) -> [f64; 3] 
     [speed, (a.contact_work / b.contact_work - 1.0).abs(), (a.strain / b.strain - 1.0).abs()]
 }
 
-/// A ring of nodes that closes in on a light sphere from a little below its equator squeezes it out upwards, faster than the nodes move. So it meets
-/// in the same step a node above it that nothing seemed to reach.
+/// A ring of nodes that closes in on a light sphere from a little below its equator squeezes it out upwards,
+/// faster than the nodes move. So it meets in the same step a node above it that nothing seemed to reach.
 #[test]
 fn a_sphere_that_is_squeezed_out_meets_what_was_out_of_its_reach() {
     let mut scene = small_sheet(10, 0.0);
@@ -117,7 +119,8 @@ fn a_sphere_that_is_squeezed_out_meets_what_was_out_of_its_reach() {
     scene.time_step = TimeStep::seconds(dt);
     let scene = stacked(scene, 2, 0.0);
     let mut sim = sim_of(&scene);
-    // Both plies are torn to pieces, so that nothing but contact moves their nodes. The middle ones are put about the sphere.
+    // Both plies are torn to pieces, so that nothing but contact moves their nodes. The middle ones are put
+    // about the sphere.
     sim.set_largest_stretch(&vec![10.0; sim.layout().segments()]).unwrap();
     let mut x = positions(&sim);
     let mut v = vec![[0.0; 3]; x.len()];
@@ -151,7 +154,8 @@ fn free_plies(plies: u32, gap: f64) -> Scene {
     scene
 }
 
-/// Free plies are stiff plates in the direction in which they fall. Also where the last ply is of another fabric, three times as heavy.
+/// Free plies are stiff plates in the direction in which they fall. Also where the last ply is of another
+/// fabric, three times as heavy.
 #[test]
 fn a_falling_ply_takes_along_one_after_the_other() {
     let heavy = with_back(free_plies(3, 1e-4), 1, |back| back.node_mass *= 3.0);
@@ -159,8 +163,9 @@ fn a_falling_ply_takes_along_one_after_the_other() {
     takes_along(sim_of(&heavy), &[1.0, 1.0, 3.0], |_| [0.0, 0.0, 1.0]);
 }
 
-/// A ply of speed V meets plies of these masses at rest one after the other, and goes on with them at the common speed of momentum, each
-/// time at the place that follows from the speeds between. `ahead`: unit vector from a node's place.
+/// A ply of speed V meets plies of these masses at rest one after the other, and goes on with them at the
+/// common speed of momentum, each time at the place that follows from the speeds between. `ahead`: unit
+/// vector from a node's place.
 pub(crate) fn takes_along(mut sim: Sim<'_>, masses: &[f64], ahead: impl Fn(V3) -> V3) {
     let (scene, speed, nodes) = (*sim.scene(), 30.0, sim.layout().nodes() / masses.len());
     set_off(&mut sim, |k, x| [x, scale(ahead(x), if k < nodes { speed } else { 0.0 })]);
@@ -184,15 +189,16 @@ pub(crate) fn takes_along(mut sim: Sim<'_>, masses: &[f64], ahead: impl Fn(V3) -
         close(energy.ply_loss, 0.5 * mass * speed * (speed - common), 1e-9);
         assert!(energy.residual.abs() < 1e-9 * first);
         assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * mass * speed);
-        // The meeting was where the ply below has come by then: no ply is through another, and they lie on each other.
+        // The meeting was where the ply below has come by then: no ply is through another, and they lie on
+        // each other.
         assert!(sim.counters().ply_penetration < if scene.sheet.radius > 0.0 { 1e-14 } else { 1e-15 });
         let [above, below] = [met, met - 1].map(|ply| of_ply(&sim, ply));
         assert!(above.into_iter().zip(below).all(|(a, b)| dot(sub(a, b), ahead(a)).abs() < 1e-12));
     }
 }
 
-/// 250 m/s through five plies 0.25 mm apart, smooth and rough, and of two viscous fabrics: whatever tears, momentum is kept, the balances
-/// close, and no ply goes through another before there is a hole.
+/// 250 m/s through five plies 0.25 mm apart, smooth and rough, and of two viscous fabrics: whatever tears,
+/// momentum is kept, the balances close, and no ply goes through another before there is a hole.
 #[test]
 fn balances_of_a_perforated_stack() {
     let mut smooth = stacked(small_sheet(31, 250.0), 5, 2.5e-4);
@@ -227,8 +233,9 @@ fn balances_of_a_perforated_stack() {
     }
 }
 
-/// A flat block on free plies that lie on each other takes them along with its speed; across it each of their nodes gets the coefficient times what it gets
-/// along, or goes along. The block is so heavy that it neither slows down nor tips by more than a millionth.
+/// A flat block on free plies that lie on each other takes them along with its speed; across it each of their
+/// nodes gets the coefficient times what it gets along, or goes along. The block is so heavy that it neither
+/// slows down nor tips by more than a millionth.
 #[test]
 fn a_block_rubs_on_a_pile_as_on_one_ply() {
     for (plies, gap, coefficient, across) in
@@ -260,7 +267,8 @@ fn a_block_rubs_on_a_pile_as_on_one_ply() {
     }
 }
 
-/// Plies without tension in any motion, under a body in any motion: what they do to each other in a step is all that happens.
+/// Plies without tension in any motion, under a body in any motion: what they do to each other in a step is
+/// all that happens.
 #[derive(Clone, Debug)]
 struct Meeting {
     scene: Scene,
@@ -312,7 +320,8 @@ fn meetings(coefficient: std::ops::Range<f64>, share: std::ops::Range<f64>) -> i
     )
 }
 
-/// The same on a curve of 40 spacings, with the body as much lower as the sheet's edges: outwards is there what z is here.
+/// The same on a curve of 40 spacings, with the body as much lower as the sheet's edges: outwards is there
+/// what z is here.
 fn on_a_curve(meeting: Meeting) -> Meeting {
     let Meeting { mut scene, mut positions, mut velocities } = meeting;
     let radius = 40.0 * scene.sheet.spacing;
@@ -335,7 +344,8 @@ fn axes_of(scene: &Scene, k: usize) -> impl Fn([f64; 3], f64) -> [f64; 3] + use<
     move |[x, y, z], sign| [cosine * x + sign * sine * z, y, cosine * z - sign * sine * x]
 }
 
-/// Steps once and checks the balances, whether the solve has converged or not. What plies and what the body lost, of the energy before.
+/// Steps once and checks the balances, whether the solve has converged or not. What plies and what the body
+/// lost, of the energy before.
 fn meet(meeting: &Meeting) -> Result<[f64; 2], TestCaseError> {
     let mut sim = sim_of(&meeting.scene);
     sim.set_motion(&meeting.positions, &meeting.velocities).unwrap();
@@ -349,7 +359,8 @@ fn meet(meeting: &Meeting) -> Result<[f64; 2], TestCaseError> {
     prop_assert!(end <= start * (1.0 + 1e-12), "{:e} of {start:e} gained", end - start);
     let lost = energy.contact_loss + energy.friction + energy.ply_loss;
     prop_assert!((start - end - lost).abs() < 1e-11 * start, "{energy:?}");
-    // Pairs that part before the body pushes them together take a share that another pair or the body loses: only the sum never gains.
+    // Pairs that part before the body pushes them together take a share that another pair or the body loses:
+    // only the sum never gains.
     let at_rest = meeting.velocities.iter().all(|v| *v == 0.0);
     prop_assert!(!at_rest || energy.ply_loss >= -1e-12 * start, "{energy:?}");
     let size = 6000.0 * meeting.scene.projectile.mass + 120.0 * 2000.0 * meeting.scene.largest_mass();
@@ -367,7 +378,8 @@ fn meet(meeting: &Meeting) -> Result<[f64; 2], TestCaseError> {
     Ok([energy.ply_loss / start, (energy.contact_loss + energy.friction) / start])
 }
 
-/// Runs 500 meetings. The body meets plies in most of them, and plies push on each other in many: half of the gaps are open at the start.
+/// Runs 500 meetings. The body meets plies in most of them, and plies push on each other in many: half of the
+/// gaps are open at the start.
 fn meet_all(meetings: impl Strategy<Value = Meeting>) {
     let (of_plies, of_body) = (Cell::new(0), Cell::new(0));
     let met = |counter: &Cell<u32>, yes: bool| counter.set(counter.get() + u32::from(yes));
@@ -408,7 +420,8 @@ fn and_so_do_plies_of_two_masses() {
     }
 }
 
-/// The stack with its projectile between two plies that are far apart, and the second of them by itself, until a segment fails.
+/// The stack with its projectile between two plies that are far apart, and the second of them by itself,
+/// until a segment fails.
 fn behind_the_first(mut stack: Scene, mut alone: Scene) -> [Sim<'static>; 2] {
     stack.projectile.position[2] = stack.stack.gap - stack.projectile.radius;
     (alone.sheet.position[2], alone.projectile.position) = (stack.stack.gap, stack.projectile.position);
@@ -527,8 +540,9 @@ fn a_ply_of_another_fabric_far_behind_is_a_shield_of_it() {
     }
 }
 
-/// The second of two shields in series, of the same fabric or of another, is hit by what the first has left. The fragments of the first
-/// that fly on and the chaos after the first failure leave some percent of what two shields take.
+/// The second of two shields in series, of the same fabric or of another, is hit by what the first has left.
+/// The fragments of the first that fly on and the chaos after the first failure leave some percent of what
+/// two shields take.
 #[test]
 fn a_projectile_goes_through_two_plies_as_through_two_shields() {
     let mut scene = small_sheet(31, 200.0);
@@ -552,7 +566,8 @@ fn a_projectile_goes_through_two_plies_as_through_two_shields() {
     }
 }
 
-/// A pull on a yarn runs along it at sqrt(E A_0/mu), with the mass mu that it drags along: in each ply with its own numbers.
+/// A pull on a yarn runs along it at sqrt(E A_0/mu), with the mass mu that it drags along: in each ply with
+/// its own numbers.
 #[test]
 fn the_wave_in_each_ply_has_its_own_speed() {
     let mut scene = without_projectile(small_sheet(161, 0.0));
@@ -564,7 +579,8 @@ fn the_wave_in_each_ply_has_its_own_speed() {
         let (i, j) = (k % 161, k / 161 % 161);
         [x, [if i == 0 || i > 80 || j == 0 || j == 160 { 0.0 } else { -20.0 }, 0.0, 0.0]]
     });
-    // Where a node of the middle row has half the speed behind the front: the front has gone c t from the middle.
+    // Where a node of the middle row has half the speed behind the front: the front has gone c t from the
+    // middle.
     let front = |sim: &Sim<'_>, ply: usize| {
         let all = velocities(sim);
         let row = &all[ply * 161 * 161 + 80 * 161..][..161];

@@ -16,8 +16,8 @@ fn recorded(scene: &Scene, steps: usize) -> (Vec<Motion>, Vec<[f64; 3]>, f64, [f
     (motions, positions(&sim), contact.work, contact.impulse)
 }
 
-/// The path of a free run, replayed step by step on a prescribed body, moves the fabric in the same way: work and impulse are
-/// what the free body lost, and fabric energy closes with the work.
+/// The path of a free run, replayed step by step on a prescribed body, moves the fabric in the same way: work
+/// and impulse are what the free body lost, and fabric energy closes with the work.
 #[track_caller]
 fn replay(mut scene: Scene) {
     let steps = 400;
@@ -51,8 +51,8 @@ fn a_replayed_body_does_the_work_of_the_free_one() {
     [small_sheet(31, 60.0), tilted_cylinder(31, 0.3, 60.0), rubs].into_iter().for_each(replay);
 }
 
-/// Between its ends a path is the cubic through end positions and velocities: a constant velocity is met exactly, a
-/// constant acceleration too.
+/// Between its ends a path is the cubic through end positions and velocities: a constant velocity is met
+/// exactly, a constant acceleration too.
 #[test]
 fn a_path_is_the_cubic_through_its_ends() {
     let mut scene = small_sheet(5, 0.0);

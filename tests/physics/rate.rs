@@ -1,5 +1,5 @@
-//! Dependence on the rate of strain against closed forms: a segment pulled at three measured rates, one held still, a cell pulled both
-//! ways. (The balances of a sheet are in `balances`.)
+//! Dependence on the rate of strain against closed forms: a segment pulled at three measured rates, one held
+//! still, a cell pulled both ways. (The balances of a sheet are in `balances`.)
 
 use crate::strength::stretch_at;
 use fabric_kernel::{AttachmentKind, Scene, Sim, TimeStep};
@@ -38,8 +38,8 @@ fn start(sim: &mut Sim<'_>, strain: [f64; 2], rate: [f64; 2]) {
     set_off(sim, |_, [x, y, z]| [[x * (1.0 + strain[0]), y * (1.0 + strain[1]), z], [x * rate[0], y * rate[1], 0.0]]);
 }
 
-/// Nodes so heavy that the pull goes on at a constant rate: modulus at 0.5 % and largest nominal stress of one segment, Pa, from what
-/// its pull takes of their speed.
+/// Nodes so heavy that the pull goes on at a constant rate: modulus at 0.5 % and largest nominal stress of
+/// one segment, Pa, from what its pull takes of their speed.
 fn pulled(rate: f64) -> (f64, f64) {
     let mut scene = cell(1e4);
     scene.time_step = TimeStep { seconds: 0.02 / rate / 4000.0, ..scene.time_step };
@@ -64,7 +64,8 @@ fn pulled(rate: f64) -> (f64, f64) {
     (modulus.unwrap(), strength)
 }
 
-/// Those of the outer two are given, so they must come out to what a secant differs from a tangent; the middle one within 10 %.
+/// Those of the outer two are given, so they must come out to what a secant differs from a tangent; the
+/// middle one within 10 %.
 #[test]
 fn modulus_and_strength_are_as_measured_at_three_rates() {
     for ((rate, modulus, strength), tolerance) in MEASURED.into_iter().zip([0.015, 0.1, 0.015]) {
@@ -107,8 +108,9 @@ fn closed_form(scene: &Scene, e: f64, t: f64) -> (f64, f64) {
     (0.5 * e * e + c * extra, e * (1.0 + c * logarithm))
 }
 
-/// A segment that is stretched at once by 0.8 % and held keeps the stress of the highest rate until its mean rate has fallen to it, then
-/// relaxes with the logarithm of the time, to the stress of the reference rate; what its strain energy loses is taken.
+/// A segment that is stretched at once by 0.8 % and held keeps the stress of the highest rate until its mean
+/// rate has fallen to it, then relaxes with the logarithm of the time, to the stress of the reference rate;
+/// what its strain energy loses is taken.
 #[test]
 fn a_held_segment_relaxes_as_the_formula_says() {
     let mut scene = cell(1e-3);
@@ -127,7 +129,8 @@ fn a_held_segment_relaxes_as_the_formula_says() {
         sim.step().unwrap();
         let impulse = length(sim.support().unwrap().attachments[0]);
         if n % 10 == 0 {
-            // The pull of this step belongs to its start; the count begins with the step in which the load does.
+            // The pull of this step belongs to its start; the count begins with the step in which the load
+            // does.
             let (energy, t) = (sim.energy().unwrap(), (n + 1) as f64 * dt);
             let (stored, stress) = closed_form(&scene, e, t);
             let force = 2.0 * scene.yarn.modulus_mean * scene.sheet.yarn_area * (1.0 + strain) * stress;
@@ -144,8 +147,8 @@ fn a_held_segment_relaxes_as_the_formula_says() {
     close(closed_form(&scene, e, fast).1 / e, MEASURED[2].1 / MEASURED[0].1, 1e-12);
 }
 
-/// A cell pulled both ways at different rates: each of its segments is that of its own rate, so the energies of the cell, two segments
-/// along x and two along y, are closed forms; nothing is lost of momentum.
+/// A cell pulled both ways at different rates: each of its segments is that of its own rate, so the energies
+/// of the cell, two segments along x and two along y, are closed forms; nothing is lost of momentum.
 #[test]
 fn a_cell_pulled_both_ways_is_the_sum_of_its_segments() {
     let mut scene = cell(1e4);
@@ -197,7 +200,8 @@ fn no_cycle_gains_energy() {
     assert!(taken > 0.003 * first, "{taken} {first}");
 }
 
-/// The default step follows from the largest tangent modulus and critical stretch; a network as stiff as that is stable up to it.
+/// The default step follows from the largest tangent modulus and critical stretch; a network as stiff as that
+/// is stable up to it.
 #[test]
 fn the_step_is_that_of_the_stiffest_yarn() {
     let (scene, mut stiff) = (rated(small_sheet(41, 120.0), 1700.0), small_sheet(41, 120.0));

@@ -1,4 +1,5 @@
-//! Curved sheets: arcs and rings against closed forms, and the balances and outcomes of bodies that hit them from inside and outside.
+//! Curved sheets: arcs and rings against closed forms, and the balances and outcomes of bodies that hit them
+//! from inside and outside.
 
 use crate::plies::{of_ply, stacked};
 use crate::second_order;
@@ -42,7 +43,8 @@ pub(crate) fn tension(scene: &Scene, stretch: f64) -> f64 {
     0.5 * scene.yarn.modulus_mean * scene.sheet.yarn_area * stretch * (stretch * stretch - 1.0)
 }
 
-/// Ply k rests at R + k gap, with segments around it as much longer than a spacing, and stays where it is to the bit.
+/// Ply k rests at R + k gap, with segments around it as much longer than a spacing, and stays where it is to
+/// the bit.
 #[test]
 fn nodes_rest_on_their_circle() {
     let plies = stacked(ring(48, 3), 4, 0.3 * ring(48, 3).sheet.spacing);
@@ -64,7 +66,8 @@ fn nodes_rest_on_their_circle() {
     }
 }
 
-/// Every node is moved at random; in a step each gets the forces of straight yarn, those across the joint among them.
+/// Every node is moved at random; in a step each gets the forces of straight yarn, those across the joint
+/// among them.
 #[test]
 fn forces_are_those_of_straight_yarn_between_the_nodes() {
     let mut worst: f64 = 0.0;
@@ -87,8 +90,8 @@ fn forces_are_those_of_straight_yarn_between_the_nodes() {
     assert!(worst < 1e-11, "{worst:e}");
 }
 
-/// A free ring set off outwards by little is an oscillator of omega = (2 c/h) sin(pi/n) with c^2 = E A_0 h/m, in steps of dt of
-/// (2/dt) arcsin(omega dt/2). (Large motion: `wraps`.)
+/// A free ring set off outwards by little is an oscillator of omega = (2 c/h) sin(pi/n) with c^2 = E A_0 h/m,
+/// in steps of dt of (2/dt) arcsin(omega dt/2). (Large motion: `wraps`.)
 #[test]
 fn a_ring_breathes() {
     let scene = ring(48, 3);
@@ -134,7 +137,8 @@ fn a_turning_ring_is_stretched_by_its_own_pull() {
     close(m / scene.sheet.spacing * speed * speed, tension(&scene, stretch), 0.02);
 }
 
-/// Nodes that all move alike feel no force, to the bit. Spacing and step are powers of two, so that no place is rounded.
+/// Nodes that all move alike feel no force, to the bit. Spacing and step are powers of two, so that no place
+/// is rounded.
 #[test]
 fn a_ring_that_flies_on_feels_nothing() {
     let mut scene = ring(48, 4);
@@ -197,7 +201,8 @@ fn a_large_radius_is_flat() {
     second_order(&means, 0.3);
 }
 
-/// Bodies of each shape hit arcs and rings from inside and outside: momentum closes to rounding and energy to 1 %, and nothing is entered.
+/// Bodies of each shape hit arcs and rings from inside and outside: momentum closes to rounding and energy to
+/// 1 %, and nothing is entered.
 #[test]
 fn balances_close() {
     let (mut most_energy, mut most_momentum, mut depth) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -295,8 +300,8 @@ pub(crate) fn on_casing(strain: f64) -> Scene {
     scene
 }
 
-/// With half of its case gone, a taut ring pulls on the other half: on each column with 2 N sin(pi/n) in every row, 2 N in each row along the
-/// axis of symmetry, until waves arrive.
+/// With half of its case gone, a taut ring pulls on the other half: on each column with 2 N sin(pi/n) in
+/// every row, 2 N in each row along the axis of symmetry, until waves arrive.
 #[test]
 fn a_taut_ring_pulls_on_the_half_of_its_case_that_is_left() {
     let mut scene = on_casing(0.01);
@@ -311,7 +316,8 @@ fn a_taut_ring_pulls_on_the_half_of_its_case_that_is_left() {
     assert!(x.abs() < 1e-12 * z.abs() && y == 0.0);
 }
 
-/// Without its case a taut ring shrinks as it would breathe: its radius follows one equation until the yarn is slack.
+/// Without its case a taut ring shrinks as it would breathe: its radius follows one equation until the yarn
+/// is slack.
 #[test]
 fn a_taut_ring_without_its_case_shrinks() {
     let mut scene = on_casing(0.01);
@@ -357,8 +363,8 @@ fn what_is_no_ring_is_refused_by_field() {
     }
 }
 
-/// The k-th random arc or ring: bare, on a case with or without a window or taut on it, of viscous yarn or not, hit by a body of any shape,
-/// attitude and spin from inside or outside.
+/// The k-th random arc or ring: bare, on a case with or without a window or taut on it, of viscous yarn or
+/// not, hit by a body of any shape, attitude and spin from inside or outside.
 fn random(k: u64) -> Scene {
     let mut draws = 1000 * k;
     let mut draw = |least: f64, greatest: f64| {
@@ -419,14 +425,15 @@ fn random_plies(k: u64) -> Scene {
     scene
 }
 
-/// What a random scene shows: energy gained and lost, in parts of what was brought; momentum open, in parts of that of the body and of the
-/// case's pushes; depth, spacings; work; its number.
+/// What a random scene shows: energy gained and lost, in parts of what was brought; momentum open, in parts
+/// of that of the body and of the case's pushes; depth, spacings; work; its number.
 type Shot = ([f64; 3], f64, f64, u64);
 
 /// What a random scene shows in 6,000 steps; None if it cannot start or is lost.
 ///
-/// Each impulse of a solve rounds the velocity V of the body by at most u = 2^-53 of itself, so n of them leave up to n u M V of momentum: in
-/// the worst scene, 965, a sphere of 200 m/s is in contact with up to 270 nodes for 2,600 steps, n u = 4e-11, and 5e-12 are left.
+/// Each impulse of a solve rounds the velocity V of the body by at most u = 2^-53 of itself, so n of them
+/// leave up to n u M V of momentum: in the worst scene, 965, a sphere of 200 m/s is in contact with up to 270
+/// nodes for 2,600 steps, n u = 4e-11, and 5e-12 are left.
 fn shot(scene: &Scene, k: u64) -> Option<Shot> {
     let mut memory = vec![fabric_kernel::CacheLine::ZERO; fabric_kernel::Layout::of(scene).ok()?.lines()];
     let mut sim = Sim::new(scene, &mut memory).ok()?;
@@ -447,15 +454,17 @@ fn shot(scene: &Scene, k: u64) -> Option<Shot> {
     Some(([gained, lost, open / scale], depth, sim.contact().ok()?.work / brought, k))
 }
 
-/// Plies that a body from outside presses on their case stay out of it: of all random scenes this one is pressed hardest.
+/// Plies that a body from outside presses on their case stay out of it: of all random scenes this one is
+/// pressed hardest.
 #[test]
 fn plies_pressed_on_their_case_stay_out_of_the_body() {
     let (_, depth, ..) = shot(&random_plies(128), 128).unwrap();
     assert!(depth < 2e-3, "{depth} spacings");
 }
 
-/// A body that meets a ring from outside presses nodes on the case and is stopped there: its nearest nodes, less than h/2 away along both lines, leave
-/// its surface no deeper than (h^2/8)(2/r + 1/R) in the case. A prescribed one goes on, and through the nodes.
+/// A body that meets a ring from outside presses nodes on the case and is stopped there: its nearest nodes,
+/// less than h/2 away along both lines, leave its surface no deeper than (h^2/8)(2/r + 1/R) in the case. A
+/// prescribed one goes on, and through the nodes.
 #[test]
 fn a_body_from_outside_is_stopped_by_the_case() {
     for k in 0..32 {
@@ -495,8 +504,9 @@ fn a_body_from_outside_is_stopped_by_the_case() {
     }
 }
 
-/// Of 1,000 random curved scenes none gains more energy than slack yarn makes, which `slack_balance` gives back, none loses momentum, and none is
-/// entered deeper than a flat sheet of a turning body; nor do 250 of several plies.
+/// Of 1,000 random curved scenes none gains more energy than slack yarn makes, which `slack_balance` gives
+/// back, none loses momentum, and none is entered deeper than a flat sheet of a turning body; nor do 250 of
+/// several plies.
 ///
 /// cargo test --release -p fabric-tests --test physics -- --ignored --nocapture worst_balance_of_random_rings
 #[test]

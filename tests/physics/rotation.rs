@@ -6,7 +6,8 @@ use fabric_kernel::{Body, Inertia, Motion};
 use fabric_tests::reference::{V3, length, moments, sub, turn, turn_back};
 use fabric_tests::{AT_REST, sim_of, tilted_cylinder};
 
-/// A body with I = (1, 2, 3) and w(0) = (1, 0, 1), drifted for `steps` steps: the case of the Jacobi functions.
+/// A body with I = (1, 2, 3) and w(0) = (1, 0, 1), drifted for `steps` steps: the case of the Jacobi
+/// functions.
 fn drifted(dt: f64, steps: u64) -> Body {
     let solid = Solid::Cylinder { radius: 1.0, half_length: 1.0 };
     let mut inertia = Inertia::of(&solid, 1.0, true);
@@ -22,8 +23,8 @@ fn rate(body: &Body) -> V3 {
     body.angular_velocity.into()
 }
 
-/// Euler's equations: w = (cn, sn, dn)(t | m = 1/3). The scheme is of second order, so (4 fine - coarse)/3 meets the table
-/// to its rounding. The motion of w has the period 4 K(m = 1/3) = 6.93566754103174.
+/// Euler's equations: w = (cn, sn, dn)(t | m = 1/3). The scheme is of second order, so (4 fine - coarse)/3
+/// meets the table to its rounding. The motion of w has the period 4 K(m = 1/3) = 6.93566754103174.
 #[test]
 fn the_tumbling_body_follows_the_jacobi_functions_and_has_their_period() {
     let table: [(u64, V3); 4] = [
@@ -44,7 +45,8 @@ fn the_tumbling_body_follows_the_jacobi_functions_and_has_their_period() {
     assert!(length(sub(after, [1.0, 0.0, 1.0])) < 2e-7);
 }
 
-/// Implicit midpoint with the Cayley map keeps the spatial angular momentum vector and the kinetic energy to rounding.
+/// Implicit midpoint with the Cayley map keeps the spatial angular momentum vector and the kinetic energy to
+/// rounding.
 #[test]
 fn spatial_angular_momentum_is_kept_over_ten_thousand_steps() {
     let body = drifted(0.1, 10_000);
@@ -58,8 +60,8 @@ fn spatial_angular_momentum_is_kept_over_ten_thousand_steps() {
     assert!((energy / 4.0 - 1.0).abs() < 1e-13);
 }
 
-/// A cylinder tumbling past the sheet, through the simulation: spatial angular momentum constant, and the transverse rate
-/// precesses in the body at (I_a - I_t)/I_t = -0.846153846 of the axial spin.
+/// A cylinder tumbling past the sheet, through the simulation: spatial angular momentum constant, and the
+/// transverse rate precesses in the body at (I_a - I_t)/I_t = -0.846153846 of the axial spin.
 #[test]
 fn a_free_cylinder_precesses_in_the_simulation() {
     let mut scene: Scene = tilted_cylinder(5, 0.3, 0.0);

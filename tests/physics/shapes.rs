@@ -34,7 +34,8 @@ pub(crate) fn ahead(body: &Projectile) -> f64 {
     Solid::of(body).support(&into_body(&pose::normalised(body.orientation), &[0.0, 0.0, 1.0].into()))
 }
 
-/// A body that strikes askew, with spin, on a sheet of 41 x 41: its foremost point starts 1 um short of the sheet.
+/// A body that strikes askew, with spin, on a sheet of 41 x 41: its foremost point starts 1 um short of the
+/// sheet.
 fn oblique(body: Projectile, kind: AttachmentKind) -> Scene {
     let mut scene = small_sheet(41, 0.0);
     scene.attachment.kind = kind;
@@ -50,7 +51,8 @@ fn oblique(body: Projectile, kind: AttachmentKind) -> Scene {
     scene
 }
 
-/// No force from outside: linear and angular momentum of projectile and sheet are constant to rounding, smooth or rough.
+/// No force from outside: linear and angular momentum of projectile and sheet are constant to rounding,
+/// smooth or rough.
 #[test]
 fn a_free_sheet_and_any_body_keep_linear_and_angular_momentum() {
     for (body, friction) in bodies().into_iter().flat_map(|body| [(body, 0.0), (body, 0.4)]) {
@@ -74,7 +76,8 @@ fn a_free_sheet_and_any_body_keep_linear_and_angular_momentum() {
     }
 }
 
-/// What projectile and sheet lose, the supports take, in each component and through failure: of any body, and however the sheet is held.
+/// What projectile and sheet lose, the supports take, in each component and through failure: of any body, and
+/// however the sheet is held.
 #[test]
 fn supports_take_what_any_body_and_the_sheet_lose() {
     let askew = bodies().map(|body| {
@@ -109,7 +112,8 @@ fn supports_take_what_any_body_and_the_sheet_lose() {
     }
 }
 
-/// The work-energy identity of every step (see `balances`), with the spin's energy from this file's own moments.
+/// The work-energy identity of every step (see `balances`), with the spin's energy from this file's own
+/// moments.
 #[test]
 fn work_energy_identity_of_every_step_with_any_body() {
     for body in bodies() {
@@ -157,7 +161,8 @@ fn turning_bodies_are_entered_to_first_order_only_and_contact_never_adds_energy(
     }
 }
 
-/// A box face-on, its face over 9 x 9 nodes: they take its velocity at once, V' = V M/(M + 81 m), and it does not turn.
+/// A box face-on, its face over 9 x 9 nodes: they take its velocity at once, V' = V M/(M + 81 m), and it does
+/// not turn.
 /// The same body as six half-spaces, and as a prism of its cross-section, does the same.
 #[test]
 fn a_flat_face_takes_the_nodes_before_it_along() {
@@ -191,8 +196,8 @@ fn a_flat_face_takes_the_nodes_before_it_along() {
     close(later[2], later[0], 1e-10);
 }
 
-/// A tilted hemispherical nose on one node: lambda = V/(1/m + 1/M + (r x n).I^-1 (r x n)) with n = z and r from the centre
-/// of mass to the node.
+/// A tilted hemispherical nose on one node: lambda = V/(1/m + 1/M + (r x n).I^-1 (r x n)) with n = z and r
+/// from the centre of mass to the node.
 #[test]
 fn a_tilted_nose_on_one_node() {
     let mut scene = small_sheet(41, 100.0);
@@ -223,6 +228,7 @@ fn the_disc_sector_preset_tears_the_sheet() {
     let sim = stepped(&scene, 7000);
     let (energy, counters) = (sim.energy().unwrap(), sim.counters());
     assert!(energy.contact_work > 0.1 && counters.failed_segments > 0 && counters.unconverged == 0);
-    // Ruptures within a step cost the ledger what they cost it under the sphere: less than a hundredth of the work.
+    // Ruptures within a step cost the ledger what they cost it under the sphere: less than a hundredth of the
+    // work.
     assert!(energy.residual.abs() < 1e-2 * energy.contact_work, "{:e}", energy.residual);
 }

@@ -1,4 +1,5 @@
-//! Flat faces that slide over held nodes: the nodes take the motion along the face's normal and leave the rest as it is.
+//! Flat faces that slide over held nodes: the nodes take the motion along the face's normal and leave the
+//! rest as it is.
 
 use crate::contact::gap;
 use fabric_kernel::{Faces, Projectile, Scene, Sector, Shape, Sim, Solid, TimeStep, pose, prism};
@@ -7,15 +8,16 @@ use fabric_tests::{close, number, sim_of, small_sheet};
 use rayon::prelude::*;
 use std::cell::Cell;
 
-/// Gaps between a face and the nodes below it, parts of R: touching, and off by a rounding or by what roundings add up to.
+/// Gaps between a face and the nodes below it, parts of R: touching, and off by a rounding or by what
+/// roundings add up to.
 const GAPS: [f64; 5] = [0.0, 1e-16, -1e-16, 1e-12, -1e-12];
 
 fn spacing() -> f64 {
     small_sheet(2, 0.0).sheet.spacing
 }
 
-/// Held nodes, and a body that slides over them. All is given in axes of its own, in which the flat face looks along z, and is
-/// turned by `turn` into the sheet's.
+/// Held nodes, and a body that slides over them. All is given in axes of its own, in which the flat face
+/// looks along z, and is turned by `turn` into the sheet's.
 struct Slide {
     points: Vec<V3>,
     body: Projectile,
@@ -82,8 +84,9 @@ impl Slide {
     }
 }
 
-/// Bodies that look along z with a flat face, and how far that is from the centre of mass, m: a box, a prism over an uneven
-/// pentagon, a polyhedron with slanting sides, a cylinder on its end, one with a hemisphere above its flat end, and a sector of a disc.
+/// Bodies that look along z with a flat face, and how far that is from the centre of mass, m: a box, a prism
+/// over an uneven pentagon, a polyhedron with slanting sides, a cylinder on its end, one with a hemisphere
+/// above its flat end, and a sector of a disc.
 fn bodies() -> [(Projectile, f64); 6] {
     let (h, base) = (spacing(), Projectile { mass: 0.01, ..small_sheet(2, 0.0).projectile });
     let cuboid = Projectile { shape: Shape::Box, size: [20.0 * h, 6.0 * h, 8.0 * h], ..base };
@@ -121,16 +124,18 @@ fn turns() -> [[f64; 4]; 3] {
     [[1.0, 0.0, 0.0, 0.0], [0.9, 0.1, -0.3, 0.2], [0.3, -0.8, 0.1, 0.5]]
 }
 
-/// Speed at which the widest of the gaps at the start closes within the first step, m/s: so much is left after it, and goes in the next.
+/// Speed at which the widest of the gaps at the start closes within the first step, m/s: so much is left
+/// after it, and goes in the next.
 /// With it what rounding leaves of gaps, four last places of where the body is.
 fn closing(slide: &Slide, sim: &Sim<'_>) -> f64 {
     let rounding = 4.0 * f64::EPSILON * length(sim.projectile().unwrap().position);
     (1e-12 * slide.body.position[2].abs() + rounding) / sim.step_limits().dt
 }
 
-/// What a body must have after its face has landed. The face takes M V_z along its normal, and mu M V_z against its way, at the height d below
-/// the middle. Impulses of the nodes can hold the moment mu M V_z d as long as mu d is less than the face reaches on over the nodes ahead of
-/// the middle; then the body does not tip, and goes on at V_x - mu V_z. What is rubbed away is mu M V_z times the mean of both velocities.
+/// What a body must have after its face has landed. The face takes M V_z along its normal, and mu M V_z
+/// against its way, at the height d below the middle. Impulses of the nodes can hold the moment mu M V_z d as
+/// long as mu d is less than the face reaches on over the nodes ahead of the middle; then the body does not
+/// tip, and goes on at V_x - mu V_z. What is rubbed away is mu M V_z times the mean of both velocities.
 fn lands_and_slides(slide: &Slide, sim: &Sim<'_>, name: &str) {
     let (mass, mu, [x, _, z]) = (slide.body.mass, slide.friction, slide.body.velocity);
     let (motion, left) = (sim.projectile().unwrap(), closing(slide, sim));
@@ -146,8 +151,9 @@ fn lands_and_slides(slide: &Slide, sim: &Sim<'_>, name: &str) {
     assert!(counters.worst_penetration < 2e-9 * spacing(), "{name}: {:e}", counters.worst_penetration);
 }
 
-/// Two rails, one below the middle, and three: a body whose face comes down on them at 10 m/s while it goes along at 100 m/s loses
-/// M V_z^2/2 and goes on along, from node to node; with friction it loses what Coulomb says.
+/// Two rails, one below the middle, and three: a body whose face comes down on them at 10 m/s while it goes
+/// along at 100 m/s loses M V_z^2/2 and goes on along, from node to node; with friction it loses what Coulomb
+/// says.
 #[test]
 fn a_face_goes_on_over_held_rails() {
     let h = spacing();
@@ -169,7 +175,8 @@ fn a_face_goes_on_over_held_rails() {
     }
 }
 
-/// A box on a row of the nodes of a sheet held on four sides, and on two of them: what its face does not meet it does not lose.
+/// A box on a row of the nodes of a sheet held on four sides, and on two of them: what its face does not meet
+/// it does not lose.
 #[test]
 fn a_box_loses_what_the_rows_of_a_sheet_stop() {
     let h = spacing();
@@ -210,7 +217,8 @@ fn a_rough_box_under_load_is_slowed_down_by_coulomb_from_node_to_node() {
     );
 }
 
-/// With an edge down in a groove of held nodes, along which it slides: two faces stop what is across the groove, and no more.
+/// With an edge down in a groove of held nodes, along which it slides: two faces stop what is across the
+/// groove, and no more.
 #[test]
 fn an_edge_goes_on_along_a_groove_of_held_nodes() {
     let (h, r) = (spacing(), 0.5f64.sqrt());
@@ -244,21 +252,26 @@ fn an_edge_goes_on_along_a_groove_of_held_nodes() {
     }
 }
 
-/// Random boxes with any spin come down flush on a held grid, at any angle to it, and the whole at any angle to the sheet's axes.
+/// Random boxes with any spin come down flush on a held grid, at any angle to it, and the whole at any angle
+/// to the sheet's axes.
 ///
-/// The impulses act along the face's normal, which is a principal axis: they change V_z and the spin about x and y, and not the motion
-/// in the face's plane. So the loss is at most what these three hold, E = M V_z^2/2 + (I_x w_x^2 + I_y w_y^2)/2. It is all of it
-/// if impulses of the nodes can stop the three: pushes, whose sum is M V_z at the centre of percussion
-/// (I_y w_y, -I_x w_x)/(M V_z). They can if that point lies within the hull of the nodes under the face, and then rest is the
-/// solution, which is unique. All four nodes of the mesh around a point lie within sqrt(2) h of it: the hull holds the face less a rim of
-/// sqrt(2) h. At rest along z the face stays in its plane and meets no node any more, however it turns about z.
+/// The impulses act along the face's normal, which is a principal axis: they change V_z and the spin about x
+/// and y, and not the motion in the face's plane. So the loss is at most what these three hold,
+/// E = M V_z^2/2 + (I_x w_x^2 + I_y w_y^2)/2. It is all of it if impulses of the nodes can stop the three:
+/// pushes, whose
+/// sum is M V_z at the centre of percussion (I_y w_y, -I_x w_x)/(M V_z). They can if that point lies within
+/// the hull of the nodes under the face, and then rest is the solution, which is unique. All four nodes of
+/// the mesh around a point lie within sqrt(2) h of it: the hull holds the face less a rim of sqrt(2) h. At
+/// rest along z the face stays in its plane and meets no node any more, however it turns about z.
 ///
-/// With friction the pushes' sum P = M V_z must stop the spin about x and y against the moment of friction, too: the centre of
-/// percussion moves on by at most mu d along the way, d the height of the middle, and must stay within the hull. Friction is at most mu P.
+/// With friction the pushes' sum P = M V_z must stop the spin about x and y against the moment of friction,
+/// too: the centre of percussion moves on by at most mu d along the way, d the height of the middle, and must
+/// stay within the hull. Friction is at most mu P.
 ///
-/// Every other box spins about the axis across its way alone, if at all. The centre of percussion is then on the line of the way, all nodes
-/// slide along it, and the body goes on at V - mu V_z without spin. The moment of friction, mu P d about the axis across, works on the spin w
-/// there: of the loss of both, mu P d w/2 goes from the pushes to friction.
+/// Every other box spins about the axis across its way alone, if at all. The centre of percussion is then on
+/// the line of the way, all nodes slide along it, and the body goes on at V - mu V_z without spin. The moment
+/// of friction, mu P d about the axis across, works on the spin w there: of the loss of both, mu P d w/2 goes
+/// from the pushes to friction.
 #[test]
 fn random_boxes_on_a_held_grid_lose_the_motion_along_the_normal_and_what_coulomb_says() {
     let h = spacing();
@@ -332,8 +345,9 @@ fn random_boxes_on_a_held_grid_lose_the_motion_along_the_normal_and_what_coulomb
 
 /// Boxes come down on a held grid with their rear first, rock and slap down on it while they slide forward.
 ///
-/// In every step all impulses act along the normal of the face at the step's start, until the lower edge in front comes below the
-/// grid, where nodes really meet the side in front. By less than twice the depth of the others it is below by the error of turning.
+/// In every step all impulses act along the normal of the face at the step's start, until the lower edge in
+/// front comes below the grid, where nodes really meet the side in front. By less than twice the depth of the
+/// others it is below by the error of turning.
 #[test]
 fn tilted_boxes_are_pushed_along_the_normal_of_their_face() {
     let h = spacing();
@@ -356,7 +370,8 @@ fn tilted_boxes_are_pushed_along_the_normal_of_their_face() {
         };
         let rows: Vec<f64> = (-6..=6).map(f64::from).collect();
         let slide = Slide { points: rails(&rows, -24, 24), body, turn: turns()[k as usize % 3], friction: 0.0 };
-        // Impulse so far and the face's normal, steps flush with the grid, whether the front comes below it and has struck nodes.
+        // Impulse so far and the face's normal, steps flush with the grid, whether the front comes below it
+        // and has struck nodes.
         let (scene, placed) = (slide.scene(), slide.points.iter().map(|x| slide.placed(*x)).collect::<Vec<V3>>());
         let (last, flush) = (Cell::new([[0.0; 3]; 2]), Cell::new(0));
         let (below, struck) = (Cell::new(true), Cell::new(false));

@@ -3,9 +3,10 @@
 use fabric_kernel::{Scene, StepCheck, TimeStep};
 use fabric_tests::{close, set_off, sim_of, small_sheet, without_projectile};
 
-/// Kinetic energy after `steps` steps of dt, s, over that at the start, of a sheet whose nodes are put at `stretch` times their places
-/// and kicked a little: every mode gets its share; the stiffest, a chequerboard, a larger one. A stable step multiplies the velocity of
-/// a mode by up to 1/sqrt(1 - (omega dt/2)^2), so its energy at 0.99 of the limit by 50; an unstable one multiplies it without end.
+/// Kinetic energy after `steps` steps of dt, s, over that at the start, of a sheet whose nodes are put at
+/// `stretch` times their places and kicked a little: every mode gets its share; the stiffest, a chequerboard,
+/// a larger one. A stable step multiplies the velocity of a mode by up to 1/sqrt(1 - (omega dt/2)^2), so its
+/// energy at 0.99 of the limit by 50; an unstable one multiplies it without end.
 pub(crate) fn growth(scene: &Scene, stretch: f64, dt: f64, steps: u64) -> f64 {
     let scene = Scene { time_step: TimeStep::seconds(dt), step_check: StepCheck::None, ..*scene };
     let mut sim = sim_of(&scene);
@@ -23,8 +24,9 @@ pub(crate) fn growth(scene: &Scene, stretch: f64, dt: f64, steps: u64) -> f64 {
     sim.energy().unwrap().fabric_kinetic / first
 }
 
-/// A sheet at stretch U has omega_max^2 = (k/m) [2 (3 U^2 - 1) + 2 (U^2 - 1)]; at U_c this is the bound that dt_crit is made
-/// of, at 1 the limit 2/omega is sqrt(m/k) = 1.059 dt_crit. A sheet of 21 nodes a side reaches it within (pi/40)^2/2 = 0.3 %.
+/// A sheet at stretch U has omega_max^2 = (k/m) [2 (3 U^2 - 1) + 2 (U^2 - 1)]; at U_c this is the bound that
+/// dt_crit is made of, at 1 the limit 2/omega is sqrt(m/k) = 1.059 dt_crit. A sheet of 21 nodes a side
+/// reaches it within (pi/40)^2/2 = 0.3 %.
 #[test]
 fn the_limit_of_a_taut_sheet_is_where_the_formula_says() {
     let scene = without_projectile(small_sheet(21, 0.0));

@@ -4,7 +4,8 @@ use fabric_kernel::{Scene, TimeStep};
 use fabric_tests::reference::{largest_distance, length};
 use fabric_tests::{between_supports, close, damage, positions, sim_of, small_sheet, velocities};
 
-/// A run broken off and started again elsewhere from positions and velocities goes on as if nothing had happened.
+/// A run broken off and started again elsewhere from positions and velocities goes on as if nothing had
+/// happened.
 #[test]
 fn a_restart_from_positions_and_velocities_goes_on() {
     let scene = small_sheet(21, 60.0);
@@ -30,7 +31,8 @@ fn a_restart_from_positions_and_velocities_goes_on() {
     assert!(apart < 1e-11);
 }
 
-/// Damage given by the largest stretch so far follows the exponential law, and softens the quartic oscillator:
+/// Damage given by the largest stretch so far follows the exponential law, and softens the quartic
+/// oscillator:
 /// z_max grows by alpha^(-1/4).
 #[test]
 fn a_pre_damaged_sheet_is_softer() {
@@ -60,7 +62,8 @@ fn a_pre_damaged_sheet_is_softer() {
     }
 }
 
-/// With every segment failed no force acts: nodes fly straight on, and the momentum of projectile and debris is constant.
+/// With every segment failed no force acts: nodes fly straight on, and the momentum of projectile and debris
+/// is constant.
 #[test]
 fn a_sheet_of_dead_yarns_is_debris() {
     let mut scene = small_sheet(15, 100.0);

@@ -1,5 +1,5 @@
-//! Drawn strength: chains pulled until their weakest segment gives way, the published strengths of one yarn at six lengths. (The
-//! balances of such a sheet are in `balances`.)
+//! Drawn strength: chains pulled until their weakest segment gives way, the published strengths of one yarn
+//! at six lengths. (The balances of such a sheet are in `balances`.)
 
 use fabric_kernel::{AttachmentKind, Integrator, Scene, Sim, StrengthDraw};
 use fabric_tests::{close, damage, memory_of, set_off, sim_of, small_sheet, without_projectile};
@@ -8,13 +8,15 @@ use fabric_tests::{close, damage, memory_of, set_off, sim_of, small_sheet, witho
 /// 13th International Conference on Fracture (2013), papers 386 and 389.
 const MEASURED: [(f64, f64); 6] =
     [(50.0, 1933.0), (125.0, 1829.0), (200.0, 1795.0), (275.0, 1724.0), (350.0, 1726.0), (425.0, 1652.0)];
-/// Weibull shape and the scale at 50 mm, MPa: the straight line through the logarithms of the six, by least squares.
+/// Weibull shape and the scale at 50 mm, MPa: the straight line through the logarithms of the six, by least
+/// squares.
 const SHAPE: f64 = 14.74;
 const SCALE: f64 = 1944.3;
 /// Spacing of 17 yarns an inch, m.
 const SPACING: f64 = 0.0254 / 17.0;
 
-/// A free sheet of two equal chains of this length, m, without projectile. The yarn's modulus makes `critical_stretch` that of SCALE.
+/// A free sheet of two equal chains of this length, m, without projectile. The yarn's modulus makes
+/// `critical_stretch` that of SCALE.
 fn chains(length: f64, seed: u64) -> Scene {
     let mut scene = without_projectile(small_sheet(2, 0.0));
     let segments = length / SPACING;
@@ -39,8 +41,8 @@ pub(crate) fn stretch_at(stress: f64, modulus: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Nominal stress, Pa, at which the first chain of the scene gives way, as the kernel finds it: it is held at a uniform stretch, and
-/// stepped once.
+/// Nominal stress, Pa, at which the first chain of the scene gives way, as the kernel finds it: it is held at
+/// a uniform stretch, and stepped once.
 fn strength(scene: &Scene) -> f64 {
     let mut memory = memory_of(scene);
     let nx = scene.sheet.nodes_x as usize;
@@ -58,7 +60,8 @@ fn strength(scene: &Scene) -> f64 {
     0.5 * scene.yarn.modulus_mean * low * (low * low - 1.0)
 }
 
-/// The Weibull scale of 150 chains of each length by its logarithm (mean ln scale - gamma/m): the standard error is 0.7 %.
+/// The Weibull scale of 150 chains of each length by its logarithm (mean ln scale - gamma/m): the standard
+/// error is 0.7 %.
 #[test]
 fn a_yarn_is_as_strong_as_measured_at_six_gauge_lengths() {
     const CHAINS: u64 = 150;

@@ -1,10 +1,12 @@
-//! Supports are obstacles: a fixed node takes the impulse that stops a free body, and its attachment records it.
+//! Supports are obstacles: a fixed node takes the impulse that stops a free body, and its attachment records
+//! it.
 
 use fabric_kernel::{AttachmentKind, Code, Drive, Integrator, Scene, Sim, Symmetry};
 use fabric_tests::reference::{V3, add, dot, length, rest_positions, scale, sub};
 use fabric_tests::{close, image_of, memory_of, positions, sim_of, small_sheet, stepped, tilted_cylinder};
 
-/// The preset sphere before the node of this number, touching it from the direction of `normal`, at a velocity.
+/// The preset sphere before the node of this number, touching it from the direction of `normal`, at a
+/// velocity.
 fn sphere_at(scene: &Scene, node: usize, normal: V3, velocity: V3) -> Scene {
     let mut scene = *scene;
     let centre = sub(rest_positions(&scene)[node], scale(normal, scene.projectile.radius));
@@ -12,7 +14,8 @@ fn sphere_at(scene: &Scene, node: usize, normal: V3, velocity: V3) -> Scene {
     scene
 }
 
-/// The sphere's velocity loses exactly its part along the line of centres, at once, and the support takes M n (n.V).
+/// The sphere's velocity loses exactly its part along the line of centres, at once, and the support takes M n
+/// (n.V).
 #[test]
 fn one_fixed_node_takes_the_normal_velocity() {
     let sheet = small_sheet(2, 0.0);
@@ -45,8 +48,9 @@ fn one_fixed_node_takes_the_normal_velocity() {
     }
 }
 
-/// Five times five nodes, the sides held: the sphere meets the middle one, and the supports get nothing of its work. The same from the side
-/// of a held one: all of the work goes there. A saved state holds it, and the digest knows it.
+/// Five times five nodes, the sides held: the sphere meets the middle one, and the supports get nothing of
+/// its work. The same from the side of a held one: all of the work goes there. A saved state holds it, and
+/// the digest knows it.
 #[test]
 fn work_on_supports_is_told_apart_from_work_on_the_fabric() {
     let sheet = small_sheet(5, 0.0);
@@ -67,8 +71,8 @@ fn work_on_supports_is_told_apart_from_work_on_the_fabric() {
     }
 }
 
-/// What a run says: speed along z, m/s, deepest penetration over the spacing, largest residuals of energy and momentum over
-/// what the projectile brought.
+/// What a run says: speed along z, m/s, deepest penetration over the spacing, largest residuals of energy and
+/// momentum over what the projectile brought.
 struct Told {
     speed: f64,
     depth: f64,
@@ -91,7 +95,8 @@ fn run(scene: &Scene, steps: u64) -> Told {
     Told { speed: sim.projectile().unwrap().velocity[2], depth, energy, momentum }
 }
 
-/// On a corner and on an edge, on a node, between two and askew: the sphere stops or slides off, and enters nothing.
+/// On a corner and on an edge, on a node, between two and askew: the sphere stops or slides off, and enters
+/// nothing.
 #[test]
 fn a_sphere_does_not_pass_through_a_clamped_edge_or_corner() {
     for kind in [AttachmentKind::FourSides, AttachmentKind::TwoSides] {
@@ -111,7 +116,8 @@ fn a_sphere_does_not_pass_through_a_clamped_edge_or_corner() {
     }
 }
 
-/// A flat-ended cylinder, flush on a clamped edge: stopped; turning: entered to first order in the step only, as by free nodes.
+/// A flat-ended cylinder, flush on a clamped edge: stopped; turning: entered to first order in the step only,
+/// as by free nodes.
 #[test]
 fn a_cylinder_does_not_pass_through_a_clamped_edge() {
     let mut scene = tilted_cylinder(31, 0.0, 100.0);
@@ -125,8 +131,8 @@ fn a_cylinder_does_not_pass_through_a_clamped_edge() {
     }
 }
 
-/// A sphere larger than the sheet breaks its middle and wedges between the supports, which take its momentum, whatever the
-/// scheme.
+/// A sphere larger than the sheet breaks its middle and wedges between the supports, which take its momentum,
+/// whatever the scheme.
 #[test]
 fn a_sphere_larger_than_the_sheet_is_stopped_by_its_supports() {
     let base = small_sheet(15, 60.0);
@@ -151,7 +157,8 @@ fn a_sphere_larger_than_the_sheet_is_stopped_by_its_supports() {
     }
 }
 
-/// Nothing is at hand that could give way between a prescribed body and a support: it passes, and the depth says so.
+/// Nothing is at hand that could give way between a prescribed body and a support: it passes, and the depth
+/// says so.
 #[test]
 fn a_prescribed_body_passes_through_supports_and_is_told() {
     let mut scene = small_sheet(15, 60.0);
@@ -179,7 +186,8 @@ fn a_prescribed_body_passes_through_supports_and_is_told() {
     close(error.value, -0.5 * scene.sheet.spacing, 1e-9);
 }
 
-/// A fixed node set into a free body is refused; a body that meets the edge of a sheet that is held displaced, stops there too.
+/// A fixed node set into a free body is refused; a body that meets the edge of a sheet that is held
+/// displaced, stops there too.
 #[test]
 fn supports_that_are_displaced_are_met_where_they_are() {
     for integrator in [Integrator::VERLET, Integrator::THETA] {

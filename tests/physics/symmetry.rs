@@ -1,5 +1,6 @@
-//! Half and quarter models: the same motion as the mirrored whole sheet. Without contact every expression is the same, so
-//! every bit is, through failure too; with contact the sum over the nodes is taken in another order.
+//! Half and quarter models: the same motion as the mirrored whole sheet. Without contact every expression is
+//! the same, so every bit is, through failure too; with contact the sum over the nodes is taken in another
+//! order.
 
 use crate::fabrics::unlike;
 use fabric_kernel::AttachmentKind::{FourCorners, FourSides, Free, TwoSides};
@@ -16,7 +17,8 @@ const PLANES: [Symmetry; 3] = [
 ];
 const QUARTER: Symmetry = PLANES[2];
 
-/// A sheet that is set in motion by itself: v_z = v0 cos cos, or v0 and sideways where it is free. The projectile is far away.
+/// A sheet that is set in motion by itself: v_z = v0 cos cos, or v0 and sideways where it is free. The
+/// projectile is far away.
 pub(crate) fn with_wave(scene: &Scene, v0: f64) -> Sim<'static> {
     let mut sim = sim_of(scene);
     let fixed = fabric_tests::reference::fixed_nodes(&Scene { symmetry: Symmetry::default(), ..*scene });
@@ -37,7 +39,8 @@ fn modelled_nodes(whole: &Sim<'_>, part: &Sim<'_>) -> Vec<usize> {
     (0..rows).flat_map(|j| (0..columns).map(move |i| j * nx + i)).collect()
 }
 
-/// Sheets with every kind of yarn and fabric, far from a projectile, and the speed of the wave that is to tear them.
+/// Sheets with every kind of yarn and fabric, far from a projectile, and the speed of the wave that is to
+/// tear them.
 fn without_contact() -> Vec<(&'static str, Scene, f64)> {
     let mut scenes = Vec::new();
     for (nx, ny) in [(20, 21), (21, 20), (15, 16)] {
@@ -101,8 +104,8 @@ fn without_contact_every_bit_is_that_of_the_whole_sheet() {
     }
 }
 
-/// A hit at the middle, planes that it leaves alone, and how near to the whole sheet a model with these comes: in places, spacings, and in
-/// sums over the nodes, parts.
+/// A hit at the middle, planes that it leaves alone, and how near to the whole sheet a model with these
+/// comes: in places, spacings, and in sums over the nodes, parts.
 type Hit = (String, Scene, Symmetry, f64, f64);
 
 fn hits() -> Vec<Hit> {
@@ -132,8 +135,8 @@ fn hits() -> Vec<Hit> {
     hits
 }
 
-/// Only for 400 steps (8.5 us): soon after, contact itself amplifies any rounding a millionfold, in two whole sheets whose velocities
-/// differ by 1e-14 just as here.
+/// Only for 400 steps (8.5 us): soon after, contact itself amplifies any rounding a millionfold, in two whole
+/// sheets whose velocities differ by 1e-14 just as here.
 #[test]
 fn a_centred_hit_is_that_of_the_whole_sheet() {
     for (name, scene, symmetry, places, sums) in hits() {

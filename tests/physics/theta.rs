@@ -1,4 +1,5 @@
-//! The theta rule with contact: against velocity Verlet, and its own balances. Its order is in `convergence.rs`.
+//! The theta rule with contact: against velocity Verlet, and its own balances. Its order is in
+//! `convergence.rs`.
 
 use crate::balances::{angular_momentum, linear_momentum};
 use fabric_kernel::{AttachmentKind, Integrator, RotationRule, Scene, Sim, TimeStep};
@@ -44,12 +45,14 @@ fn momentum_of_a_free_sheet_and_a_turning_cylinder_is_kept() {
     assert!(given > 1e-4 && twisted > 1e-7);
     assert!(length(sub(now.0, first.0)) < 1e-12 * length(first.0));
     assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * length(first.0));
-    // Forces act at both ends of a step on nodes that move in between: angular momentum is kept to second order.
+    // Forces act at both ends of a step on nodes that move in between: angular momentum is kept to second
+    // order.
     assert!(length(sub(now.1, first.1)) < 1e-4 * twisted, "{:e}", length(sub(now.1, first.1)) / twisted);
 }
 
-/// KE_{n+1} - KE_n = sum over nodes of dt (F_n + F_{n+1})/2 . (v+ + v_{n+1})/2 - contact loss of the step, to rounding, where
-/// v+ = v_{n+1} - dt (F_n + F_{n+1})/2m is the velocity after contact; forces from plain formulas; through failure.
+/// KE_{n+1} - KE_n = sum over nodes of dt (F_n + F_{n+1})/2 . (v+ + v_{n+1})/2 - contact loss of the step, to
+/// rounding, where v+ = v_{n+1} - dt (F_n + F_{n+1})/2m is the velocity after contact; forces from plain
+/// formulas; through failure.
 #[test]
 fn work_energy_identity_of_every_step() {
     let mut scene = by_theta(drawn(small_sheet(21, 120.0)));
@@ -86,8 +89,9 @@ fn work_energy_identity_of_every_step() {
     println!("figure 16b: theta rule, sphere through failure: {worst:.1e}");
 }
 
-/// The rule for the projectile's rotation is chosen by itself. On a flight of a cylinder, whose transverse rates turn by a
-/// linear law, theta = 1/2 is the midpoint rule and theta = 1 differs from it by first order in dt.
+/// The rule for the projectile's rotation is chosen by itself. On a flight of a cylinder, whose transverse
+/// rates turn by a linear law, theta = 1/2 is the midpoint rule and theta = 1 differs from it by first order
+/// in dt.
 #[test]
 fn the_rotation_rule_is_an_option_of_either_integrator() {
     let mut scene = tilted_cylinder(21, 0.4, 50.0);

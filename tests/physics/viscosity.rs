@@ -1,5 +1,5 @@
-//! Viscosity of taut yarn against closed forms: the decay of single modes, the step limit, nothing from slack yarn, and the energy balance of
-//! an impact.
+//! Viscosity of taut yarn against closed forms: the decay of single modes, the step limit, nothing from slack
+//! yarn, and the energy balance of an impact.
 
 use crate::balances::angular_momentum;
 use crate::stability::growth;
@@ -25,8 +25,9 @@ fn courant(scene: &Scene, dt: f64) -> f64 {
     dt * (stiffness / sheet.node_mass).sqrt()
 }
 
-/// (M16) The force of a segment of stretch U whose ends move apart at the rate r: b_1 mu c h r U^2 + b_2 mu (h r)^2 U^3, the second part
-/// while it is stretched. In units of m, h and dt: mu c h = sqrt(2 kk), mu h^2 = 1.
+/// (M16) The force of a segment of stretch U whose ends move apart at the rate r: b_1 mu c h r U^2 + b_2 mu
+/// (h r)^2 U^3, the second part while it is stretched. In units of m, h and dt: mu c h = sqrt(2 kk), mu h^2 =
+/// 1.
 #[test]
 fn the_viscous_force_is_that_of_the_formula() {
     let (b1, b2, kk) = (0.06, 1.5, 0.08_f64);
@@ -40,8 +41,9 @@ fn the_viscous_force_is_that_of_the_formula() {
     }
 }
 
-/// One free node between four, displaced by little along `axis`. Its scheme is x_{n+1} - 2 x_n + x_{n-1} + Omega^2 x_n +
-/// K (x_n - x_{n-1}) = 0, so D_n = x_{n+1} x_{n-1} - x_n^2 falls by the factor 1 - K in every step, whatever Omega.
+/// One free node between four, displaced by little along `axis`. Its scheme is x_{n+1} - 2 x_n + x_{n-1} +
+/// Omega^2 x_n + K (x_n - x_{n-1}) = 0, so D_n = x_{n+1} x_{n-1} - x_n^2 falls by the factor 1 - K in every
+/// step, whatever Omega.
 fn decay(scene: &Scene, axis: usize) -> f64 {
     let mut sim = sim_of(scene);
     set_off(&mut sim, |k, mut x| {
@@ -63,7 +65,8 @@ fn a_node_between_four_decays_as_the_scheme_says() {
     for [linear, bending] in [[0.0, 0.0], [0.2, 0.0], [0.0, 0.05], [0.06, 0.06]] {
         let scene = viscous(pre_strained(3, strain), [linear, 0.0, bending]);
         let c = courant(&scene, scene.step_limits().unwrap().dt);
-        // Two segments along x of which each resists by C b_1 U^2; across the sheet a moment in each of the two yarns, by 4 C b_3.
+        // Two segments along x of which each resists by C b_1 U^2; across the sheet a moment in each of the
+        // two yarns, by 4 C b_3.
         let along = 2.0 * c * linear * (1.0 + strain).powi(2);
         close(decay(&scene, 0), 1.0 - along, 1e-5);
         close(decay(&scene, 1), 1.0 - along, 1e-5);
@@ -71,8 +74,9 @@ fn a_node_between_four_decays_as_the_scheme_says() {
     }
 }
 
-/// A mode is stable while Omega^2 + 2 K < 4: of the chequerboard in the plane K = 4 C b_1 U^2, across it K = 32 C b_3. The sheet of 31
-/// nodes reaches it within 1 %. The largest step that the kernel takes, which allows for both in one mode, lies below.
+/// A mode is stable while Omega^2 + 2 K < 4: of the chequerboard in the plane K = 4 C b_1 U^2, across it K =
+/// 32 C b_3. The sheet of 31 nodes reaches it within 1 %. The largest step that the kernel takes, which
+/// allows for both in one mode, lies below.
 #[test]
 fn the_limit_of_a_viscous_sheet_is_where_the_formula_says() {
     let strain = 0.02_f64;
@@ -119,7 +123,8 @@ fn slack_yarn_has_no_viscosity() {
     assert_eq!(run(&scene), run(&as_proposed(scene)));
 }
 
-/// A crimped sheet, taut and slack all the time, gains energy before anything fails; viscous, as textiles are, it does not.
+/// A crimped sheet, taut and slack all the time, gains energy before anything fails; viscous, as textiles
+/// are, it does not.
 #[test]
 fn viscosity_stops_the_energy_gain_of_crimped_sheets() {
     let residual = |scene: Scene| {
@@ -136,9 +141,9 @@ fn viscosity_stops_the_energy_gain_of_crimped_sheets() {
     assert!(without > 0.003 && with.abs() < 0.1 * without, "{without:e} {with:e}");
 }
 
-/// Angular momentum of a free sheet that a tilted cylinder strikes, and of one struck far from its middle, over what was
-/// exchanged about the origin. The viscosity along the yarn acts along the line between two nodes, so it is exact; the moment
-/// resists the turning of a kinked yarn too, which costs a thousandth.
+/// Angular momentum of a free sheet that a tilted cylinder strikes, and of one struck far from its middle,
+/// over what was exchanged about the origin. The viscosity along the yarn acts along the line between two
+/// nodes, so it is exact; the moment resists the turning of a kinked yarn too, which costs a thousandth.
 #[test]
 fn the_moment_alone_touches_angular_momentum_and_little() {
     let off = |viscosity: [f64; 3], far: bool| {

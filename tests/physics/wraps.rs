@@ -1,4 +1,5 @@
-//! Rings of one ply and of separate ones against closed forms: circles of their own, one on another, on the case, and the balances.
+//! Rings of one ply and of separate ones against closed forms: circles of their own, one on another, on the
+//! case, and the balances.
 
 use crate::plies::{another, of_ply, off_the_lumped, stacked, takes_along, with_back};
 use crate::rings::{on_casing, radius_of, ring, tension, with_sphere};
@@ -19,8 +20,9 @@ fn outwards(x: V3, speed: f64) -> V3 {
     scale([x[0], 0.0, x[2]], speed / radius_of(x))
 }
 
-/// Each node of a ring that is set off outwards feels -2 N(U) sin(pi/n), so that its radius follows one equation, stepped here by itself. Plies
-/// that do not touch breathe each by that of its own radius, viscous ones too; what the balance leaves open is of second order.
+/// Each node of a ring that is set off outwards feels -2 N(U) sin(pi/n), so that its radius follows one
+/// equation, stepped here by itself. Plies that do not touch breathe each by that of its own radius, viscous
+/// ones too; what the balance leaves open is of second order.
 #[test]
 fn each_ply_breathes_by_itself() {
     let (mut worst, speed): (f64, _) = (0.0, 40.0);
@@ -67,7 +69,8 @@ fn each_ply_breathes_by_itself() {
     assert!(worst < 1e-12, "{worst:e}");
 }
 
-/// Plies that lie on each other and are alike are the lumped ring of their mass, rubbed or not, with a case or without.
+/// Plies that lie on each other and are alike are the lumped ring of their mass, rubbed or not, with a case
+/// or without.
 #[test]
 fn plies_on_each_other_move_as_the_lumped_ring() {
     let mut worst = [0.0_f64; 2];
@@ -96,7 +99,8 @@ fn a_ply_that_moves_outwards_takes_along_one_after_the_other() {
     takes_along(sim, &[1.0, 1.0, 3.0], |x| outwards(x, 1.0));
 }
 
-/// Slack plies that fall on a case, or on one that lies there, stop on it, and what they bring, m v^2/2 of each node, is lost.
+/// Slack plies that fall on a case, or on one that lies there, stop on it, and what they bring, m v^2/2 of
+/// each node, is lost.
 #[test]
 fn plies_that_fall_on_their_case_stop() {
     for (count, moving, allowed) in [(1, 0, 1e-13), (3, 0, 1e-12), (3, 1, 1e-12), (2, 1, 1e-12)] {
@@ -150,8 +154,8 @@ fn taut_plies_rest_on_their_case() {
     }
 }
 
-/// Through the window at an angle, with bare, taut and viscous plies, one and several, of two fabrics and with friction: momentum and energy close, and no ply
-/// is entered.
+/// Through the window at an angle, with bare, taut and viscous plies, one and several, of two fabrics and
+/// with friction: momentum and energy close, and no ply is entered.
 #[test]
 fn balances_of_a_perforated_wrap() {
     let (mut most_energy, mut most_momentum) = (0.0_f64, 0.0_f64);

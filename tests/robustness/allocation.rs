@@ -1,4 +1,5 @@
-//! The kernel takes no memory of its own: an allocator that counts sees nothing between set-up and the last image.
+//! The kernel takes no memory of its own: an allocator that counts sees nothing between set-up and the last
+//! image.
 
 use fabric_kernel::{CacheLine, Layout, Outcome, Scene, Sim};
 use fabric_tests::{drawn, memory_of, small_sheet, tilted_cylinder};

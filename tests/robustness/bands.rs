@@ -1,5 +1,5 @@
-//! Row bands: whatever the cut, the order of the bands and the threads, the bits are those of plain steps, through failure; a
-//! band out of turn is refused and changes nothing.
+//! Row bands: whatever the cut, the order of the bands and the threads, the bits are those of plain steps,
+//! through failure; a band out of turn is refused and changes nothing.
 
 use fabric_kernel::internals::layout::MAX_BANDS;
 use fabric_kernel::{AttachmentKind, Bands, CacheLine, Code, Error, InstructionSet, Outcome, Scene, Sim, Symmetry};
@@ -26,7 +26,8 @@ pub fn in_turn(sim: &mut Sim<'_>, of: u32, steps: u64) -> Result<(), Error> {
     Ok(())
 }
 
-/// Runs threads to their end. They are joined one by one: of the end of a scope ThreadSanitizer knows nothing.
+/// Runs threads to their end. They are joined one by one: of the end of a scope ThreadSanitizer knows
+/// nothing.
 fn side_by_side(count: u32, run: impl Fn(u32) + Sync) {
     std::thread::scope(|threads| {
         let run = &run;
@@ -50,7 +51,8 @@ fn on_threads(sim: &mut Sim<'_>, of: u32, steps: u64) {
     });
 }
 
-/// Runs a scene plainly and in bands of several numbers, in two parts, prepared as told. (`invariance.rs` does so with every pair of options.)
+/// Runs a scene plainly and in bands of several numbers, in two parts, prepared as told. (`invariance.rs`
+/// does so with every pair of options.)
 #[track_caller]
 fn same_bits(scene: &Scene, steps: u64, prepare: impl Fn(&mut Sim<'_>)) {
     let mut plain = sim_of(scene);

@@ -1,4 +1,5 @@
-//! Places for the nodes under the projectile: by default there is one for every node, so that no scene can run out of them.
+//! Places for the nodes under the projectile: by default there is one for every node, so that no scene can
+//! run out of them.
 
 use fabric_kernel::{AttachmentKind, Draw, Failure, Scene, Shape, Symmetry};
 use fabric_tests::{cuboid_faces, image_of, positions, sim_of, small_sheet};
@@ -8,8 +9,8 @@ const SHAPES: [Shape; 5] =
 const KINDS: [AttachmentKind; 4] =
     [AttachmentKind::TwoSides, AttachmentKind::FourSides, AttachmentKind::FourCorners, AttachmentKind::Free];
 
-/// A small body, `size` spacings from its middle to its ends, a third of a spacing before a sheet: the sheet is many times what
-/// wraps it.
+/// A small body, `size` spacings from its middle to its ends, a third of a spacing before a sheet: the sheet
+/// is many times what wraps it.
 fn small_body(nodes: [u32; 2], shape: Shape, size: f64, kind: AttachmentKind) -> Scene {
     let mut scene = small_sheet(3, 0.0);
     [scene.sheet.nodes_x, scene.sheet.nodes_y] = nodes;
@@ -62,7 +63,8 @@ fn every_free_node_of_the_sheet_finds_a_place_under_the_body() {
     }
 }
 
-/// Room changes no bit of the motion, and an image taken with little room goes on with more: the cure where the room was too little.
+/// Room changes no bit of the motion, and an image taken with little room goes on with more: the cure where
+/// the room was too little.
 #[test]
 fn an_image_goes_on_with_more_room() {
     let little = Scene { contact_capacity: 120, ..small_sheet(31, 300.0) };
@@ -83,8 +85,9 @@ fn an_image_goes_on_with_more_room() {
     assert_eq!(cured.digest(), whole.digest());
 }
 
-/// A sheet once round a cylinder with its ends folded over the caps, the rest of it behind: every node of the piece that wraps
-/// the body is near it, and the number that docs/embedding.md gives for a held sheet has room for half as many more.
+/// A sheet once round a cylinder with its ends folded over the caps, the rest of it behind: every node of the
+/// piece that wraps the body is near it, and the number that docs/embedding.md gives for a held sheet has
+/// room for half as many more.
 #[test]
 fn a_sheet_wrapped_about_a_cylinder_fits_in_the_number_of_the_docs() {
     let mut scene = small_sheet(3, 0.0);

@@ -36,7 +36,8 @@ fn called(scene: &Scene, call: impl FnOnce(&mut Sim<'_>) -> Result<(), Error>) -
     Some(call(&mut sim_of(scene)).expect_err("refused").code)
 }
 
-/// What a call in Rust gives; None for codes that only C has (bare pointers, numbers for choices) or no build like this.
+/// What a call in Rust gives; None for codes that only C has (bare pointers, numbers for choices) or no build
+/// like this.
 fn in_rust(code: Code) -> Option<Code> {
     if let Some(scene) = refused_scene(code) {
         // Memory enough for every scene of the table that is refused.
@@ -86,12 +87,14 @@ fn in_rust(code: Code) -> Option<Code> {
     }
 }
 
-/// What a call in C gives for the codes that only C has: bare pointers, sizes of structures, numbers for choices. (That a call in C gives the
-/// code that it gives in Rust, whatever it is, `tests/fuzz/src/calls.rs` asserts.)
+/// What a call in C gives for the codes that only C has: bare pointers, sizes of structures, numbers for
+/// choices. (That a call in C gives the code that it gives in Rust, whatever it is, `tests/fuzz/src/calls.rs`
+/// asserts.)
 fn in_c(code: Code) -> Option<i32> {
     let plain = fk_scene::of(small_sheet(9, 50.0));
     let sized = |scene: *const fk_scene| {
-        // SAFETY: a structure of this function, or a place in it that is refused before it is read; a number of this function.
+        // SAFETY: a structure of this function, or a place in it that is refused before it is read; a number
+        // of this function.
         unsafe { fk_memory_size(Input::given(scene), Output::given(&mut 0)) }
     };
     let with = |place: usize, word| {

@@ -17,7 +17,8 @@ pub struct Case {
 }
 
 impl Case {
-    /// Runs into the failure. One that a step finds before it has moved anything leaves the state of its start.
+    /// Runs into the failure. One that a step finds before it has moved anything leaves the state of its
+    /// start.
     pub fn run(&self) -> (Sim<'static>, Vec<u8>) {
         let mut sim = sim_of(&self.scene);
         sim.advance(self.before).unwrap();
@@ -39,7 +40,8 @@ impl Case {
     }
 }
 
-/// The sheet of 9 x 9 nodes at rest, but for one that is put there along z, in spacings, or has this velocity, m/s.
+/// The sheet of 9 x 9 nodes at rest, but for one that is put there along z, in spacings, or has this
+/// velocity, m/s.
 fn flung(sim: &mut Sim<'_>, place: f64, speed: f64) {
     let z = place * sim.scene().sheet.spacing;
     set_off(sim, |k, x| if k == 30 { [[x[0], x[1], z], [0.0, 0.0, speed]] } else { [x, [0.0; 3]] });
@@ -50,8 +52,8 @@ fn flung(sim: &mut Sim<'_>, place: f64, speed: f64) {
     sim.load(&given).unwrap();
 }
 
-/// Room for one node under the projectile. One is near the surface at the nose, and more only later: a small sphere seen from a
-/// corner of the lattice.
+/// Room for one node under the projectile. One is near the surface at the nose, and more only later: a small
+/// sphere seen from a corner of the lattice.
 fn crowded() -> Scene {
     let mut scene = small_sheet(21, 100.0);
     (scene.contact_capacity, scene.projectile.position[2]) = (1, -6.35e-3 - 8.0e-4);
@@ -179,8 +181,8 @@ fn motion_beyond_all_fabric_is_refused() {
     assert_eq!(image_of(&sim), image);
 }
 
-/// Far too long a step blows up a sheet that never breaks, B < 0. Whatever it passes through on its way to the failure is a state
-/// that an image keeps and load takes, with energies that are numbers.
+/// Far too long a step blows up a sheet that never breaks, B < 0. Whatever it passes through on its way to
+/// the failure is a state that an image keeps and load takes, with energies that are numbers.
 #[test]
 fn a_sheet_that_blows_up_keeps_to_numbers_until_it_fails() {
     let mut scene = without_projectile(small_sheet(9, 0.0));

@@ -1,5 +1,5 @@
-//! The cases of bad input, each with its exact code and field (`fabric_tests::inputs`), through the Rust interface. The C host
-//! and the FMI tests go through the same cases as tests/inputs lists them.
+//! The cases of bad input, each with its exact code and field (`fabric_tests::inputs`), through the Rust
+//! interface. The C host and the FMI tests go through the same cases as tests/inputs lists them.
 
 use fabric_kernel::fields::{FIELDS, Image};
 use fabric_kernel::internals::fingerprint::fingerprint;
@@ -11,8 +11,8 @@ const NODES: u32 = 100;
 /// What memory holds before.
 const SEVENS: CacheLine = CacheLine([7.5; 8]);
 
-/// What the kernel says. A refusal must come from the constructor with its memory untouched, and from [`Scene::check`] and
-/// [`Scene::step_limits`] alike if they look at what is wrong.
+/// What the kernel says. A refusal must come from the constructor with its memory untouched, and from
+/// [`Scene::check`] and [`Scene::step_limits`] alike if they look at what is wrong.
 fn said(scene: &Scene, memory: &mut [CacheLine]) -> Expected {
     let early = Layout::of(scene).err();
     let early = early.map(|error| Expected::Refused(error.code, error.field));
@@ -66,7 +66,8 @@ fn the_committed_list_is_that_of_the_table() {
     assert!(committed == inputs::listed(), "run `cargo run -p fabric-tests --bin inputs` and read what changes");
 }
 
-/// An image must not load into a scene in which a number that it depends on is another; the start of the body is none of these.
+/// An image must not load into a scene in which a number that it depends on is another; the start of the body
+/// is none of these.
 #[test]
 fn every_number_that_counts_and_no_other_changes_the_fingerprint() {
     // The correlation of drawn strength is read for a back fabric alone, too.

@@ -1,5 +1,5 @@
-//! The bits of a run depend on the scene and the number of steps alone, not on how the calls are made. Nearly every scene here
-//! runs past its first failures, where any difference of rounding would grow.
+//! The bits of a run depend on the scene and the number of steps alone, not on how the calls are made. Nearly
+//! every scene here runs past its first failures, where any difference of rounding would grow.
 
 use crate::bands::in_turn;
 use fabric_kernel::internals::layout::MAX_BANDS;
@@ -14,7 +14,8 @@ use std::sync::OnceLock;
 
 const STEPS: u64 = 400;
 
-/// Scenes that hold every pair of options that goes together, how their plain runs end, and the pairs that do not.
+/// Scenes that hold every pair of options that goes together, how their plain runs end, and the pairs that do
+/// not.
 type Mixed = (Vec<(Mix, End)>, Vec<[&'static str; 2]>);
 
 fn mixed() -> &'static Mixed {
@@ -47,7 +48,8 @@ fn run(mix: &Mix, way: impl Fn(&mut Sim<'_>)) -> End {
     End { digest: sim.digest(), failed, touched }
 }
 
-/// Bits of positions and velocities, and the projectile, after a plain run. (A digest is also of what is not motion.)
+/// Bits of positions and velocities, and the projectile, after a plain run. (A digest is also of what is not
+/// motion.)
 fn end_of(scene: &Scene) -> ([Vec<u64>; 2], Motion) {
     let sim = stepped(scene, 1000);
     assert!(sim.counters().failed_segments > 0);
@@ -65,7 +67,8 @@ fn same_bits(special: impl Fn(&Mix, &mut Sim<'_>) + Sync) {
     assert!(other.is_empty(), "{} of {}: {other:#?}", other.len(), mixes.len());
 }
 
-/// Every pair of options that the kernel takes is in a mix, and all of them are run in each of the ways below.
+/// Every pair of options that the kernel takes is in a mix, and all of them are run in each of the ways
+/// below.
 #[test]
 fn the_mixes_hold_every_pair_of_options() {
     let (mixes, apart) = mixed();
@@ -124,7 +127,8 @@ fn bands_are_alike() {
     }
 }
 
-/// One call sweeps a large stack in several runs of rows, bands sweep it ply by ply. At rest rows are left out at first.
+/// One call sweeps a large stack in several runs of rows, bands sweep it ply by ply. At rest rows are left
+/// out at first.
 #[test]
 fn plies_swept_in_runs_move_as_in_bands() {
     let mut plain = small_sheet(65, 300.0);
@@ -227,7 +231,8 @@ fn saving_and_loading_in_the_middle_goes_on_alike() {
     }
 }
 
-/// In memory that is longer than needed and holds what other runs left there, and in turns with another simulation.
+/// In memory that is longer than needed and holds what other runs left there, and in turns with another
+/// simulation.
 #[test]
 fn other_memory_and_other_simulations_change_nothing() {
     for dirt in [f64::NAN, f64::NEG_INFINITY, 1e300, f64::from_bits(u64::MAX)] {

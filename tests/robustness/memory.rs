@@ -28,8 +28,8 @@ fn a_simulation_made_in_its_place_is_the_same() {
     assert_eq!(sim.digest(), stepped(&scene, 500).digest());
 }
 
-/// Memory, bands' scratch and images of every length below what is needed, of the smallest scene there is, and of a usual one
-/// without one number, or without any: refused, and no byte written, inside or beside it.
+/// Memory, bands' scratch and images of every length below what is needed, of the smallest scene there is,
+/// and of a usual one without one number, or without any: refused, and no byte written, inside or beside it.
 #[test]
 fn every_shorter_length_is_refused_and_nothing_is_written() {
     const GUARD: usize = 16;

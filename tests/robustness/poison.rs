@@ -1,6 +1,6 @@
-//! A poisoned state never goes on in silence. The one way to put a number into a state that no simulation has is an image with
-//! its checksum made right: NaN, infinities, impossible histories and motion whose energy would not be finite are refused by
-//! load, so nothing of them is ever read out or stepped.
+//! A poisoned state never goes on in silence. The one way to put a number into a state that no simulation has
+//! is an image with its checksum made right: NaN, infinities, impossible histories and motion whose energy
+//! would not be finite are refused by load, so nothing of them is ever read out or stepped.
 
 use crate::snapshots::forged;
 use fabric_kernel::{Code, Scene, Sim, StrengthDraw};
@@ -73,7 +73,8 @@ fn a_poisoned_state_is_refused() {
         }
         let image = image_of(&sim);
         let before = sim.digest();
-        // First, last and middle node, and all others: some are fixed, some in contact, some have failed segments.
+        // First, last and middle node, and all others: some are fixed, some in contact, some have failed
+        // segments.
         for (node, entry, word) in entries(&sim, &image) {
             for poison in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {
                 tried += 1;

@@ -1,5 +1,5 @@
-//! Refusals that take more than one number (`inputs.rs` tries each by itself): the code, the field it names, and that nothing
-//! was written. Then those of calls on a living simulation.
+//! Refusals that take more than one number (`inputs.rs` tries each by itself): the code, the field it names,
+//! and that nothing was written. Then those of calls on a living simulation.
 
 use fabric_kernel::Code::{self, *};
 use fabric_kernel::{
@@ -18,8 +18,8 @@ fn changed(base: &str, changes: &Changes) -> Scene {
     scene
 }
 
-/// Asserts that a scene is refused with this code and field, by checks and constructor alike where they look, and that the
-/// constructor leaves its memory as it was.
+/// Asserts that a scene is refused with this code and field, by checks and constructor alike where they look,
+/// and that the constructor leaves its memory as it was.
 #[track_caller]
 fn refused(scene: &Scene, code: Code, field: &str) -> Error {
     // Enough for every scene below; the pattern would show any write.
@@ -44,7 +44,8 @@ const REFUSED: &[(&str, &Changes, Code, &str)] = &[
     ("box", &[("projectile.position[2]", 0.0)], InitialOverlap, "projectile.position"),
     ("cube", &[("projectile.position[2]", 0.0)], InitialOverlap, "projectile.position"),
     ("stack", &[("projectile.position[2]", 0.0)], InitialOverlap, "projectile.position"),
-    // Pre-tension: edges that are not held, more than the law of any yarn bears, plies turned under the pull of one direction.
+    // Pre-tension: edges that are not held, more than the law of any yarn bears, plies turned under the pull
+    // of one direction.
     ("uniform", &[("attachment.kind", 3.0), ("sheet.pre_strain[0]", 0.01)], NotInEquilibrium, "sheet.pre_strain"),
     ("uniform", &[("attachment.kind", 0.0), ("sheet.pre_strain[1]", 0.01)], NotInEquilibrium, "sheet.pre_strain"),
     ("uniform", &[("weft.critical_stretch", 1.02), ("sheet.pre_strain[0]", 0.01), ("sheet.pre_strain[1]", 0.0201)],
@@ -55,10 +56,12 @@ const REFUSED: &[(&str, &Changes, Code, &str)] = &[
         ("back.crimp[0]", 0.01)], DoesNotGoWith, "back.crimp"),
     ("hybrid", &[("back.weibull_shape", 10.0), ("yarn.weibull_correlation", f64::NAN)],
         NotFinite, "yarn.weibull_correlation"),
-    // No step is short enough: within one a segment may become taut, and go on as far as to its critical stretch.
+    // No step is short enough: within one a segment may become taut, and go on as far as to its critical
+    // stretch.
     ("wide", &[("yarn.viscosity_quadratic", 10.0)], OutOfRange, "yarn.viscosity_quadratic"),
     ("fraction", &[("time_step.fraction", 0.4), ("yarn.viscosity_bending", 0.2)], OutOfRange, "time_step.fraction"),
-    // Unchecked, up to k dt^2/m = 1e6: some thousand times the stable step. Nodes so heavy that a sheet's momentum is no number.
+    // Unchecked, up to k dt^2/m = 1e6: some thousand times the stable step. Nodes so heavy that a sheet's
+    // momentum is no number.
     ("unchecked", &[("time_step.fraction", 1e4)], StepLimitUnusable, "time_step.seconds"),
     ("fraction", &[("drive", 1.0), ("projectile.mass", 0.0), ("projectile.velocity[2]", 0.0),
         ("sheet.node_mass", 1e91)], StepLimitUnusable, "time_step.seconds"),
@@ -69,7 +72,8 @@ const REFUSED: &[(&str, &Changes, Code, &str)] = &[
     // The surface of a sphere that spins counts where it rubs.
     ("sphere", &[("contact.friction", 0.1), ("projectile.angular_velocity[2]", 1e9)],
         ProjectileTooFast, "projectile.velocity"),
-    // The discs keep clear of what a box covers as it lies, corners included: 35 mm from the centre they leave 25 or 21 mm.
+    // The discs keep clear of what a box covers as it lies, corners included: 35 mm from the centre they
+    // leave 25 or 21 mm.
     ("box", &[("sheet.nodes_x", 105.0), ("sheet.nodes_y", 105.0), ("attachment.kind", 2.0),
         ("attachment.disc_inset", 13e-3), ("attachment.disc_radius", 14e-3), ("projectile.size[0]", 0.03),
         ("projectile.size[1]", 0.03)], DiscTouchesProjectile, "attachment.disc_radius"),
@@ -201,8 +205,9 @@ fn a_refusal_names_the_field_that_its_limit_follows_from() {
     }
 }
 
-/// Scenes of a billion nodes and more: what init would say of them takes it minutes, or more memory than there is. What is checked in
-/// some milliseconds is what it would say, the more so where a part of the segments shows it.
+/// Scenes of a billion nodes and more: what init would say of them takes it minutes, or more memory than
+/// there is. What is checked in some milliseconds is what it would say, the more so where a part of the
+/// segments shows it.
 #[test]
 fn a_check_of_any_scene_takes_milliseconds() {
     #[rustfmt::skip]
@@ -293,8 +298,9 @@ fn a_turning_cylinder_counts_its_reach_and_its_turn() {
     sim_of(&scene);
 }
 
-/// Discs of 0.4 mm centred in a mesh of 0.73 mm hold no node: without the refusal that is a free sheet. The error names the radius
-/// that reaches a node, whole or with mirror planes, in Rust and so in C and FMI; with a little more each disc holds its node.
+/// Discs of 0.4 mm centred in a mesh of 0.73 mm hold no node: without the refusal that is a free sheet. The
+/// error names the radius that reaches a node, whole or with mirror planes, in Rust and so in C and FMI; with
+/// a little more each disc holds its node.
 #[test]
 fn corner_discs_that_hold_no_node_are_refused() {
     for (mirror_x, mirror_y) in [(false, false), (true, false), (false, true), (true, true)] {
@@ -311,8 +317,8 @@ fn corner_discs_that_hold_no_node_are_refused() {
     }
 }
 
-/// Soft yarn allows a step in which a usual speed crosses more than a spacing: the error says which step is small enough for it, and
-/// that step is accepted as it stands; a turning body and a path likewise.
+/// Soft yarn allows a step in which a usual speed crosses more than a spacing: the error says which step is
+/// small enough for it, and that step is accepted as it stands; a turning body and a path likewise.
 #[test]
 fn a_projectile_too_fast_for_the_step_is_told_the_largest_step() {
     let mut soft = base();
@@ -360,7 +366,7 @@ fn a_step_refusal_names_the_largest_step_and_taking_that_step_works() {
     sim_of(&scene);
 }
 
-// ---- Calls on a living simulation ------------------------------------------------------------------------------------
+// ---- Calls on a living simulation -------------------------------------------------------------------------
 
 /// Asserts that a call is refused and leaves the simulation's bits alone.
 #[track_caller]
@@ -420,8 +426,9 @@ fn motions_set_by_hand_are_checked() {
             call_refused(&mut sim, NotFinite, "velocities", |s| s.set_motion(&x, &with(&v, at, bad)));
         }
     }
-    // Node 0 is fixed; node 40 is the middle of 9 x 9, and 3 mm below the plane it is inside the sphere, whose centre is its radius
-    // and 1 nm before the plane. Of two plies 0.1 mm apart the first is 0.15 mm down. What is told is the number in SI units.
+    // Node 0 is fixed; node 40 is the middle of 9 x 9, and 3 mm below the plane it is inside the sphere,
+    // whose centre is its radius and 1 nm before the plane. Of two plies 0.1 mm apart the first is 0.15 mm
+    // down. What is told is the number in SI units.
     let mut pair = sim_of(&changed("stack", &[("stack.plies", 2.0)]));
     let both = positions(&pair).as_flattened().to_vec();
     let deep = scene.projectile.position[2].abs() - 3e-3 - scene.projectile.radius;

@@ -1,5 +1,5 @@
-//! Images that are cut, altered or forged are refused, and the simulation stays as it was. (`inputs` tells which numbers make an image
-//! one of another scene.)
+//! Images that are cut, altered or forged are refused, and the simulation stays as it was. (`inputs` tells
+//! which numbers make an image one of another scene.)
 
 use fabric_kernel::{Code, Hash, Scene, Sim};
 use fabric_tests::{between_supports, drawn, image_of, sim_of, small_sheet};
@@ -94,8 +94,8 @@ fn forged_images_are_refused_or_harmless() {
             let before = target.digest();
             match target.load(&forged(&image, word, value)) {
                 Ok(()) => {
-                    // A value that a simulation can have: such a state can be saved and loaded like any other, and whatever
-                    // it does, it says so and does not panic.
+                    // A value that a simulation can have: such a state can be saved and loaded like any
+                    // other, and whatever it does, it says so and does not panic.
                     let (taken, again) = (target.digest(), image_of(&target));
                     target.reset();
                     target.load(&again).unwrap();
@@ -118,7 +118,8 @@ fn forged_images_are_refused_or_harmless() {
     assert!(refused > 2 * (words - 40), "{refused}");
 }
 
-/// An image that never left the program is taken without its checksum, but only if a simulation can have what it holds.
+/// An image that never left the program is taken without its checksum, but only if a simulation can have what
+/// it holds.
 #[test]
 fn a_kept_image_is_refused_for_all_but_its_checksum() {
     let (sim, image, mut target) = driven();

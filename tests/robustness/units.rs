@@ -1,5 +1,5 @@
-//! No result depends on the units of length, mass and time: a scene with all its numbers given in other units, powers of two times the
-//! old ones, ends with the same bits, and its outcomes come at the same steps.
+//! No result depends on the units of length, mass and time: a scene with all its numbers given in other
+//! units, powers of two times the old ones, ends with the same bits, and its outcomes come at the same steps.
 
 use fabric_kernel::fields::FIELDS;
 use fabric_kernel::{AttachmentKind, Outcome, Scene};

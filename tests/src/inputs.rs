@@ -1,8 +1,8 @@
-//! The cases of bad input that the kernel, the C interface and the FMUs are tried with (`cases`): every number of a scene within,
-//! at and beyond its range, and what is said of it.
+//! The cases of bad input that the kernel, the C interface and the FMUs are tried with (`cases`): every
+//! number of a scene within, at and beyond its range, and what is said of it.
 //!
-//! A number that is good or bad by itself is tried by its row of the kernel's table of parameters. Where a number that is good by
-//! itself makes another one bad (a heavy node, a light projectile) a row here says so.
+//! A number that is good or bad by itself is tried by its row of the kernel's table of parameters. Where a
+//! number that is good by itself makes another one bad (a heavy node, a light projectile) a row here says so.
 
 use fabric_kernel::Code::{self, *};
 use fabric_kernel::Scene;
@@ -27,7 +27,8 @@ enum Up {
     Below(f64),
     /// To this number.
     To(f64),
-    /// To somewhere here: a limit that another field sets and that is known only roughly. No number near it is tried.
+    /// To somewhere here: a limit that another field sets and that is known only roughly. No number near it
+    /// is tried.
     About(f64),
     /// To the end.
     End,
@@ -120,8 +121,8 @@ const START: &[(&str, f64)] =
 /// Numbers tried of every real field.
 const REALS: [f64; 9] = [0.0, -0.0, 5e-324, -5e-324, f64::MIN_POSITIVE, 1.0, -1.0, f64::MAX, -f64::MAX];
 
-/// Largest and smallest numbers of a quaternion's scalar alone: its length may be off by less than 1e-3, and these decimals
-/// lie just inside and just outside of it.
+/// Largest and smallest numbers of a quaternion's scalar alone: its length may be off by less than 1e-3, and
+/// these decimals lie just inside and just outside of it.
 const TURN: [(Up, Expected); 5] = [
     (Below(-1.001), Refused(BadQuaternion, "")),
     (Below(-0.999), Accepted),
@@ -162,7 +163,8 @@ fn rows() -> Vec<Row> {
     let at_least_two = [not_positive, (Below(2.0 * h), own(ProjectileTooSmall))];
     let line = |first: &[(Up, Expected)], then: &[(Up, Expected)]| [first, then].concat();
     let mut rows = vec![
-        // ---- Sheet. A small node or spacing, a thick or stiff yarn, make the stable step smaller, and at last no number.
+        // ---- Sheet. A small node or spacing, a thick or stiff yarn, make the stable step smaller, and at
+        // last no number.
         real("sphere", &["sheet.spacing"], &[not_positive, (About(1e-296), no_limit), (About(3e-5), too_long), (To(6.35e-3), Accepted), (End, Refused(ProjectileTooSmall, "projectile.radius"))], &[1e-300, 1e-6, 1e-3]),
         real("sphere", &["sheet.node_mass"], &[not_positive, (About(1e-299), no_limit), (About(3e-9), too_long), (To(8.4e-3), Accepted), (End, Refused(ProjectileTooLight, "projectile.mass"))], &[1e-20, 1e-6]),
         real("sphere", &["sheet.yarn_area"], &[not_positive, (About(1e-296), no_step), (About(3e-6), Accepted), (About(1e290), too_long), (End, no_limit)], &[1e-8, 1e-5]),
@@ -205,7 +207,8 @@ fn rows() -> Vec<Row> {
         real("graded", &["yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), (To(0.2), apart), beyond], &[0.02]),
         count("graded", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (To(1000.0), apart), beyond], &[]),
         not_read("sphere", &["sheet.grading.centre[0]", "sheet.grading.centre[1]", "sheet.grading.half_width[0]", "sheet.grading.half_width[1]"]),
-        // ---- Curved sheets, and the case under a ring. The sphere of the flat sheet is met by a nearly closed arc.
+        // ---- Curved sheets, and the case under a ring. The sphere of the flat sheet is met by a nearly
+        // closed arc.
         real("sphere", &["sheet.radius"], &[negative, (To(0.0), Accepted), (About(1.0609e-3), own(OutOfRange)), (About(1.35e-3), overlap), (To(1e6 * h), Accepted), beyond], &[1e-3, 1.2e-3, 2e-3]),
         real("ring", &["sheet.radius"], &[negative, (To(0.0), own(NotPositive)), (About(RING - 1.2e-9), own(OutOfRange)), (About(RING + 1.2e-9), Accepted), beyond], &[RING - 0.9e-9, RING + 0.9e-9]),
         real("theta", &["sheet.radius"], &[negative, (To(0.0), Accepted), (End, apart)], &[]),
@@ -307,7 +310,8 @@ fn rows() -> Vec<Row> {
     rows
 }
 
-/// The row of a number that is good or bad by itself: in a scene that reads it, what the table of parameters says.
+/// The row of a number that is good or bad by itself: in a scene that reads it, what the table of parameters
+/// says.
 fn by_itself(field: &'static Field) -> Row {
     let base = bases().find(|base| (field.read)(&scene(base)) > 0).expect("a sound scene that reads it");
     let own = |code| Refused(code, "");
@@ -429,7 +433,8 @@ pub fn assign(scene: &mut Scene, name: &str, value: f64) -> bool {
 ///
 /// - `text CODE WORDS`: what a code is called,
 /// - `set BASE NAME BITS`: a change of the preset that makes a sound scene,
-/// - `case BASE NAME BITS CODE FIELD`: a change of that scene, and what is expected (0 and `-` if it is accepted).
+/// - `case BASE NAME BITS CODE FIELD`: a change of that scene, and what is expected (0 and `-` if it is
+///   accepted).
 ///
 /// NAME is the path in `fk_scene`, BITS are those of the value as an f64.
 pub fn listed() -> String {

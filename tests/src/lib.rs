@@ -1,5 +1,5 @@
-//! What the tests share: memory for a simulation, small scenes, and plain formulas to check against. All panic where a scene is refused, a
-//! simulation has failed or a name is not known.
+//! What the tests share: memory for a simulation, small scenes, and plain formulas to check against. All
+//! panic where a scene is refused, a simulation has failed or a name is not known.
 #![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
 
 use fabric_kernel::{AttachmentKind, CacheLine, Faces, Layout, Motion, Scene, Sim};
@@ -34,7 +34,8 @@ pub fn image_of(sim: &Sim<'_>) -> Vec<u8> {
     image
 }
 
-/// Sets a new simulation off: `motion` gives position, m, and velocity, m/s, of the node of a number that rests at a place.
+/// Sets a new simulation off: `motion` gives position, m, and velocity, m/s, of the node of a number that
+/// rests at a place.
 pub fn set_off(sim: &mut Sim<'_>, motion: impl Fn(usize, [f64; 3]) -> [[f64; 3]; 2]) {
     let given: Vec<_> = positions(sim).into_iter().enumerate().map(|(k, x)| motion(k, x)).collect();
     let [x, v] = [0, 1].map(|part| given.iter().flat_map(|node| node[part]).collect::<Vec<f64>>());
@@ -82,7 +83,8 @@ pub fn sphere_on_3in(kind: AttachmentKind, kinetic_energy: f64, stochastic: bool
     scene
 }
 
-/// A square sheet of `nodes` x `nodes`, four sides held, uniform yarn, the preset sphere at `velocity` m/s along +z.
+/// A square sheet of `nodes` x `nodes`, four sides held, uniform yarn, the preset sphere at `velocity` m/s
+/// along +z.
 pub fn small_sheet(nodes: u32, velocity: f64) -> Scene {
     let mut scene = Scene::sheet_3in_sphere();
     scene.sheet.nodes_x = nodes;
@@ -92,15 +94,16 @@ pub fn small_sheet(nodes: u32, velocity: f64) -> Scene {
     scene
 }
 
-/// With a sphere of the same mass that fits between the supports of a small sheet: of this radius in node spacings, just
-/// touching the sheet.
+/// With a sphere of the same mass that fits between the supports of a small sheet: of this radius in node
+/// spacings, just touching the sheet.
 pub fn between_supports(mut scene: Scene, radius: f64) -> Scene {
     scene.projectile.radius = radius * scene.sheet.spacing;
     scene.projectile.position = [0.0, 0.0, -scene.projectile.radius];
     scene
 }
 
-/// The preset flat cylinder, tilted by `tilt` rad about x, its lowest rim point just short of the sheet, at `velocity` m/s.
+/// The preset flat cylinder, tilted by `tilt` rad about x, its lowest rim point just short of the sheet, at
+/// `velocity` m/s.
 pub fn tilted_cylinder(nodes: u32, tilt: f64, velocity: f64) -> Scene {
     let mut scene = small_sheet(nodes, velocity);
     let (radius, length) = (6.35e-3, 0.0381);

@@ -1,4 +1,5 @@
-//! The sheet in plain formulas, written without looking at the kernel's: what the tests compare its numbers with.
+//! The sheet in plain formulas, written without looking at the kernel's: what the tests compare its numbers
+//! with.
 
 use fabric_kernel::Scene;
 
@@ -61,7 +62,8 @@ fn segments_across(scene: &Scene) -> usize {
     scene.sheet.nodes_x as usize - usize::from(!scene.sheet.closed)
 }
 
-/// The two nodes of every segment in the order of the segments' numbers: horizontal row by row, then vertical.
+/// The two nodes of every segment in the order of the segments' numbers: horizontal row by row, then
+/// vertical.
 pub fn segment_ends(scene: &Scene) -> Vec<[usize; 2]> {
     let (nx, ny, across) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize, segments_across(scene));
     let along = (0..ny).flat_map(|j| (0..across).map(move |i| [j * nx + i, j * nx + (i + 1) % nx]));
@@ -121,7 +123,8 @@ pub fn fixed_nodes(scene: &Scene) -> Vec<bool> {
     (0..nx * ny).map(edge).collect()
 }
 
-/// Elastic force on every node, N: each segment pulls its ends together with A_0 U S, S = alpha E (U^2 - 1)/2, in tension.
+/// Elastic force on every node, N: each segment pulls its ends together with A_0 U S, S = alpha E (U^2 -
+/// 1)/2, in tension.
 /// `alpha` and the moduli by segment number.
 pub fn forces(scene: &Scene, positions: &[V3], alpha: &[f64]) -> Vec<V3> {
     let mut forces = vec![[0.0; 3]; positions.len()];
@@ -152,7 +155,8 @@ pub fn moments(scene: &Scene) -> V3 {
             [across, across, 0.5 * m * r2]
         }
         fabric_kernel::Shape::HemisphericalCylinder => {
-            // About the middle of the hemisphere's flat, where the parts meet, then moved to the centre of mass.
+            // About the middle of the hemisphere's flat, where the parts meet, then moved to the centre of
+            // mass.
             let shank = body.length - body.radius;
             let rod = m * shank / (shank + 2.0 * body.radius / 3.0);
             let there = rod * (0.25 * r2 + shank * shank / 3.0) + (m - rod) * 0.4 * r2;
@@ -168,7 +172,8 @@ pub fn moments(scene: &Scene) -> V3 {
     }
 }
 
-/// Distance of the hemisphere's centre from the centre of mass of a hemispherical cylinder, along its axis, m.
+/// Distance of the hemisphere's centre from the centre of mass of a hemispherical cylinder, along its axis,
+/// m.
 pub fn nose(scene: &Scene) -> f64 {
     let (r, shank) = (scene.projectile.radius, scene.projectile.length - scene.projectile.radius);
     let (rod, cap) = (shank, 2.0 * r / 3.0);

@@ -1,4 +1,5 @@
-//! Projectiles: from as light as a node to 10^9 times heavier, to 30 km/s, striking in every way, rubbing, and through plies.
+//! Projectiles: from as light as a node to 10^9 times heavier, to 30 km/s, striking in every way, rubbing,
+//! and through plies.
 
 use crate::{End, ROUNDING, Row, all, changed, near, row, turned};
 use fabric_kernel::{AttachmentKind, Drive, Outcome, Scene, Shape};
@@ -37,8 +38,8 @@ fn velocities_from_subnormal_to_30_km_s() {
     ]);
 }
 
-/// Above 1301 m/s the yarns break at first contact: the sphere sweeps up nodes, each of which takes m V^2/2 as motion and as much
-/// as loss. About half of what is absorbed is loss, and the sum grows with V^2.
+/// Above 1301 m/s the yarns break at first contact: the sphere sweeps up nodes, each of which takes m V^2/2
+/// as motion and as much as loss. About half of what is absorbed is loss, and the sum grows with V^2.
 #[test]
 fn very_fast_projectiles_sweep_up_nodes() {
     let expected = "exits, closed, absorbed what it swept up, half of it as loss";

@@ -1,6 +1,8 @@
-//! Extreme scenes that are accepted, each with what must come of it: nothing may end in a silent wrong answer, a panic, a hang or a NaN.
+//! Extreme scenes that are accepted, each with what must come of it: nothing may end in a silent wrong
+//! answer, a panic, a hang or a NaN.
 //!
-//! What is refused stands in `tests/src/inputs.rs`; the map of time step against velocity is `python -m evidence stability`.
+//! What is refused stands in `tests/src/inputs.rs`; the map of time step against velocity is
+//! `python -m evidence stability`.
 #![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
 
 mod bodies;
@@ -87,7 +89,8 @@ impl Row {
 
 /// What a run ended with.
 struct End<'a> {
-    /// What energy and momentum do not close by, over what there was at the start; as they are where that is 0.
+    /// What energy and momentum do not close by, over what there was at the start; as they are where that is
+    /// 0.
     off: [f64; 2],
     energy: Energy,
     contact: Contact,
@@ -143,9 +146,10 @@ impl End<'_> {
         self.counters.worst_penetration <= depth
     }
 
-    /// How deep a node may get because the body turns, m. Contact is exact for a body that only moves; a turn by w dt leaves in
-    /// every step an error of second order, w dt (reach w dt/2 + v dt), which nothing takes back. v, along the surface: that of
-    /// the body and of a yarn's end that recoils at c (U_c - 1), c^2 = E A h/m, when the yarn breaks.
+    /// How deep a node may get because the body turns, m. Contact is exact for a body that only moves; a turn
+    /// by w dt leaves in every step an error of second order, w dt (reach w dt/2 + v dt), which nothing takes
+    /// back. v, along the surface: that of the body and of a yarn's end that recoils at c (U_c - 1), c^2 = E
+    /// A h/m, when the yarn breaks.
     fn turning_allows(&self) -> f64 {
         let scene = self.sim.scene();
         let (sheet, yarn, reach) = (&scene.sheet, &scene.yarn, Solid::of(&scene.projectile).reach());
@@ -173,7 +177,8 @@ fn changed(mut scene: Scene, change: impl FnOnce(&mut Scene)) -> Scene {
     scene
 }
 
-/// The projectile turned about an axis (any length) by an angle, rad, its foremost point on the sheet's plane.
+/// The projectile turned about an axis (any length) by an angle, rad, its foremost point on the sheet's
+/// plane.
 fn turned(scene: Scene, axis: [f64; 3], angle: f64) -> Scene {
     changed(scene, |scene| {
         let (sine, cosine) = (0.5 * angle).sin_cos();

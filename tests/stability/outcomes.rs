@@ -1,9 +1,10 @@
 //! Random bodies and hits: no outcome before it is true, none missed.
 //!
-//! A scene is drawn from its seed (fabric, attachment, body, motion, load). It runs until it is arrested, has exited or passed, and then
-//! goes on: the work must stay what it was when "exited" or "rebounded" latched, and zero after "passed". A run without an outcome so many steps behind
-//! its first contact is missed if over its last third nothing was touched, or work of note did not change; but a load against the motion
-//! may bring the body back. What comes later than `AFTER` steps behind an outcome is not seen.
+//! A scene is drawn from its seed (fabric, attachment, body, motion, load). It runs until it is arrested, has
+//! exited or passed, and then goes on: the work must stay what it was when "exited" or "rebounded" latched,
+//! and zero after "passed". A run without an outcome so many steps behind its first contact is missed if over
+//! its last third nothing was touched, or work of note did not change; but a load against the motion may
+//! bring the body back. What comes later than `AFTER` steps behind an outcome is not seen.
 
 use crate::changed;
 use fabric_kernel::internals::random::splitmix64;
@@ -42,7 +43,8 @@ fn check(seeds: std::ops::Range<u64>) {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The outcome that came, and rightly; or what is wrong: one before it was true, one that was missed, or a failure.
+/// The outcome that came, and rightly; or what is wrong: one before it was true, one that was missed, or a
+/// failure.
 fn fly(seed: u64) -> Result<Option<Outcome>, String> {
     let (scene, load) = draw(seed);
     let mut memory = memory_of(&scene);

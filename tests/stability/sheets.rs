@@ -91,8 +91,9 @@ fn steps_that_are_accepted_and_one_that_is_not() {
     all(rows);
 }
 
-/// Time and place, s and m, at which a sphere on one free node between four held ones (N = 3) turns back: the quartic oscillator,
-/// z = ((M + m) V'^2 h^3/(E A))^(1/4) after 1.3110287771 z/V'. Exact for slow impacts, whose yarns stretch little.
+/// Time and place, s and m, at which a sphere on one free node between four held ones (N = 3) turns back: the
+/// quartic oscillator, z = ((M + m) V'^2 h^3/(E A))^(1/4) after 1.3110287771 z/V'. Exact for slow impacts,
+/// whose yarns stretch little.
 fn turns_back(scene: &Scene) -> (f64, f64) {
     let (mass, node, h) = (scene.projectile.mass, scene.sheet.node_mass, scene.sheet.spacing);
     let after = scene.projectile.velocity[2] * mass / (mass + node);

@@ -1,8 +1,9 @@
-//! Random oblique hits, 0 to 85 degrees from the normal, on sheets from either side and on rings from inside and outside: which side the body
-//! is on when contact is over, judged by a rule that shares nothing with the kernel's.
+//! Random oblique hits, 0 to 85 degrees from the normal, on sheets from either side and on rings from inside
+//! and outside: which side the body is on when contact is over, judged by a rule that shares nothing with the
+//! kernel's.
 //!
-//! The judge flies on for `AFTER` steps and then straight for good, and looks where the body ends and whether yarn has failed: whole cloth
-//! lets nothing to its other side but around an edge.
+//! The judge flies on for `AFTER` steps and then straight for good, and looks where the body ends and whether
+//! yarn has failed: whole cloth lets nothing to its other side but around an edge.
 
 use crate::changed;
 use crate::outcomes::Numbers;
@@ -87,12 +88,14 @@ fn fly(seed: u64) -> Result<(Place, Option<Outcome>), String> {
     }
     _ = sim.advance(AFTER);
     let later = sim.projectile().unwrap();
-    // Where a straight line has come when it is far from the sheet; a body within a ring: when it is as far from the axis as the yarn.
+    // Where a straight line has come when it is far from the sheet; a body within a ring: when it is as far
+    // from the axis as the yarn.
     let (x, v) = (later.position, later.velocity);
     let goes_to_the_other_side = match place {
         Place::Sheet => v[2] * scene.projectile.position[2] < 0.0,
         Place::Within => true,
-        // One that misses a ring has flown past it; else it is within, or has been and left across from where it entered.
+        // One that misses a ring has flown past it; else it is within, or has been and left across from where
+        // it entered.
         Place::Around => {
             let within = f64::hypot(at.position[0], at.position[2]) < scene.sheet.radius;
             let left_across = at.position[2] < 0.0;

@@ -1,7 +1,7 @@
 //! The equations of docs/model.md, numbered (M1), (M2), ..., and the places of the sources that compute them.
 //!
-//! A comment that begins with the number, `/// (M5) Damage variable ...`, says "computed here". A number elsewhere in a comment only
-//! mentions the equation.
+//! A comment that begins with the number, `/// (M5) Damage variable ...`, says "computed here". A number
+//! elsewhere in a comment only mentions the equation.
 
 use crate::{files, top};
 use std::collections::BTreeMap;

@@ -1,9 +1,11 @@
-//! Files stand in floors: among the modules of a crate no import leads back to where it came from. In the kernel each file stands in a
-//! room, which is a folder of `kernel/src`, each room on a floor, and an import leads into the same room or to a floor below.
+//! Files stand in floors: among the modules of a crate no import leads back to where it came from. In the
+//! kernel each file stands in a room, which is a folder of `kernel/src`, each room on a floor, and an import
+//! leads into the same room or to a floor below.
 //!
-//! Method: an import is a path `crate::a::b` or `super::a` in the code of a file, unit tests and comments aside; it leads to the file of
-//! that module, the deepest that there is. A name that the root of the crate hands on leads to the file that it comes from, and a call of
-//! a method that another file than its type's gives to the type (`impl Scene` in `grading.rs`) leads to that file.
+//! Method: an import is a path `crate::a::b` or `super::a` in the code of a file, unit tests and comments
+//! aside; it leads to the file of that module, the deepest that there is. A name that the root of the crate
+//! hands on leads to the file that it comes from, and a call of a method that another file than its type's
+//! gives to the type (`impl Scene` in `grading.rs`) leads to that file.
 
 use crate::{files, top};
 use std::collections::{BTreeMap, BTreeSet};

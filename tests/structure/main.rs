@@ -1,5 +1,5 @@
-//! The order of the sources: equations and where they are computed, files that import each other, what a host may use,
-//! and words.
+//! The order of the sources: equations and where they are computed, files that import each other, what a host
+//! may use, and words.
 
 mod equations;
 mod floors;

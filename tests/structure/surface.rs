@@ -1,5 +1,5 @@
-//! What a host may use of the kernel: its public names, and the public functions of its public types. A change of any is a change of
-//! surface.txt.
+//! What a host may use of the kernel: its public names, and the public functions of its public types. A
+//! change of any is a change of surface.txt.
 
 use crate::{files, top};
 use std::collections::BTreeSet;

@@ -1,4 +1,4 @@
-//! Words of the kernel's sources: how comments begin, how wide they are, and names of types.
+//! Words of the sources: how comments begin in the kernel, how wide they are, and names of types.
 
 use crate::{files, top};
 use std::collections::BTreeMap;
@@ -59,6 +59,22 @@ fn comments_begin_with_nouns_and_are_narrow() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Rows of tables may be wider. (Comments of `capi` and `crates/capsule` are those of the header.)
+#[test]
+fn comments_beside_the_kernel_are_narrow() {
+    let mut sources = Vec::new();
+    for folder in ["crates/host", "crates/scene", "evidence", "fmu", "python", "tests", "xtask"] {
+        files(&top().join(folder), &mut sources);
+    }
+    for file in sources.iter().filter(|file| file.extension().is_some_and(|kind| kind == "rs")) {
+        let text = fs::read_to_string(file).unwrap();
+        let is_wide = |line: &&str| {
+            line.trim_start().starts_with("//") && !line.contains(" | ") && line.chars().count() > COLUMNS
+        };
+        assert_eq!(text.lines().find(is_wide), None, "{}", file.display());
+    }
 }
 
 #[test]

@@ -44,8 +44,8 @@ fn symbols() -> Result<usize, String> {
     Err(format!("tests/c/abi/symbols.txt: new {new:?} (add them), lost {lost:?} (old hosts need them)"))
 }
 
-/// tests/c/abi/layout.c compiles as C and C++ for every target whose compiler is here. Only its header is needed, so no C
-/// library of the target has to be. The number of targets.
+/// tests/c/abi/layout.c compiles as C and C++ for every target whose compiler is here. Only its header is
+/// needed, so no C library of the target has to be. The number of targets.
 fn layouts() -> Result<usize, String> {
     let mut checked = Vec::new();
     let languages = [("C", ["-xc", "-std=c11"]), ("C++", ["-xc++", "-std=c++17"])];

@@ -18,8 +18,9 @@ pub fn installed() -> Outcome {
 const COMPILERS: [([&str; 2], &str, usize); 2] =
     [(["gcc", "g++"], "KINDS=shared static", 8), (["clang", "clang++"], "KINDS=shared", 4)];
 
-/// Installs the library and runs C99, C11, C++17 and C++20 hosts against it, built by a makefile with pkg-config. Each must
-/// print the digests of tests/golden/pins, which are those of the kernel called from Rust.
+/// Installs the library and runs C99, C11, C++17 and C++20 hosts against it, built by a makefile with
+/// pkg-config. Each must print the digests of tests/golden/pins, which are those of the kernel called from
+/// Rust.
 pub fn run() -> Outcome {
     needs(&["g++", "make", "pkg-config"])?;
     installed()?;
@@ -52,8 +53,9 @@ pub fn run() -> Outcome {
     command("g++", &[&syntax[..], &["-Iinclude", "tests/cpp/host.cpp"]].concat())
 }
 
-/// The C99 and the C++17 host with AddressSanitizer and the checks for undefined behaviour; a short C host under valgrind, which
-/// sees the library too (the long one changes the rounding mode, which valgrind does not know): no complaint, the same digests.
+/// The C99 and the C++17 host with AddressSanitizer and the checks for undefined behaviour; a short C host
+/// under valgrind, which sees the library too (the long one changes the rounding mode, which valgrind does
+/// not know): no complaint, the same digests.
 fn watched(wanted: &[(String, String)]) -> Outcome {
     let folder = emptied(target().join("hosts/watched"))?;
     let library = prefix().join("lib/libfabric_kernel.a").to_string_lossy().into_owned();

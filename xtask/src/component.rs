@@ -23,7 +23,8 @@ pub fn build(source: &Path, target: &Path) -> Result<PathBuf, String> {
         .arg(target)
         .args(compiler.options_with("core,alloc"))
         .env("CARGO_TARGET_WASM32_WASIP2_LINKER", &linker)
-        // Vectors of two numbers. The same source gives the same bytes: places in the code of others are named by this.
+        // Vectors of two numbers. The same source gives the same bytes: places in the code of others are
+        // named by this.
         .env(
             "CARGO_TARGET_WASM32_WASIP2_RUSTFLAGS",
             format!(

@@ -1,5 +1,5 @@
-//! `cargo xtask demo`: a rotorburst fragment, flown by a host in Python, hits the fabric FMU, one ply of it and a pack that stops it;
-//! tables, plots and a report come out.
+//! `cargo xtask demo`: a rotorburst fragment, flown by a host in Python, hits the fabric FMU, one ply of it
+//! and a pack that stops it; tables, plots and a report come out.
 
 use crate::platforms::Targets;
 use crate::tools::{self, Outcome};
@@ -7,8 +7,8 @@ use std::path::Path;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// The 3 in sheet and a disc sector of half the size instead of the 10 in sheet: some seconds instead of a minute; writes
-    /// target/demo-quick instead of target/demo.
+    /// The 3 in sheet and a disc sector of half the size instead of the 10 in sheet: some seconds instead of
+    /// a minute; writes target/demo-quick instead of target/demo.
     #[arg(long)]
     pub quick: bool,
 }

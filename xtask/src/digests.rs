@@ -1,5 +1,5 @@
-//! `cargo xtask digests`: the same scenes (tests/digests/scenes.h) by the same library on every target, compared in bits with
-//! tests/golden/pins.
+//! `cargo xtask digests`: the same scenes (tests/digests/scenes.h) by the same library on every target,
+//! compared in bits with tests/golden/pins.
 
 use crate::platforms;
 use crate::targets::{self, BOARD as BOARD_TRIPLE, HARD, Tool, WASM};
@@ -106,8 +106,8 @@ pub fn short() -> Outcome {
     run(&Options { targets, only_available: true })
 }
 
-/// Those that run with every change: 32 bits, a machine without an operating system and one without a processor. The tests of the
-/// kernel compare the instruction sets of x86-64.
+/// Those that run with every change: 32 bits, a machine without an operating system and one without a
+/// processor. The tests of the kernel compare the instruction sets of x86-64.
 const WITH_EVERY_CHANGE: [&str; 4] = ["x86-64-freestanding", "i686", "cortex-m7-hard", "wasm32"];
 
 /// What became of a target.
@@ -156,8 +156,8 @@ pub fn run(options: &Options) -> Outcome {
 /// The library that the firmware of examples/cortex-m7 links.
 const FIRMWARE: Library = Library::Of(BOARD_TRIPLE, HARD);
 
-/// Builds and runs the firmware of examples/cortex-m7 by its makefile; its digest must be that of the same file on this machine,
-/// also if it rounds and flushes otherwise. Prints the figures of docs/embedding.md.
+/// Builds and runs the firmware of examples/cortex-m7 by its makefile; its digest must be that of the same
+/// file on this machine, also if it rounds and flushes otherwise. Prints the figures of docs/embedding.md.
 fn firmware(library: &Path) -> Outcome {
     let folder = target().join("digests").join("programs");
     let make = |what: &[&str]| {
@@ -244,8 +244,8 @@ struct Built {
     path: PathBuf,
 }
 
-/// Builds the libraries of all targets that can run, two at a time. Each has a folder of its own, so the builds do not wait for
-/// one another.
+/// Builds the libraries of all targets that can run, two at a time. Each has a folder of its own, so the
+/// builds do not wait for one another.
 fn build(targets: &[&Target]) -> Result<Vec<Built>, String> {
     let mut wanted = Vec::new();
     for target in targets {
@@ -320,7 +320,8 @@ fn link_module(object: &Path, library: &Path, exports: &[String], program: &Path
     finish(linker.arg(object).arg(library).arg("-o").arg(program)).map(|_| ())
 }
 
-/// The kernel for browsers, with vectors of two numbers, and the scenes of digests.c in it; an error says which tool is missing.
+/// The kernel for browsers, with vectors of two numbers, and the scenes of digests.c in it; an error says
+/// which tool is missing.
 pub fn module(program: &Path) -> Outcome {
     let target = TARGETS.iter().find(|target| target.name == "wasm32").ok_or("there is no target wasm32")?;
     ready(target)?;

@@ -5,8 +5,8 @@ use crate::digests::pins;
 use crate::tools::{Outcome, cargo_tool, cmake, emptied, found, needs, output, read, run as command, target, wait};
 use std::path::Path;
 
-/// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and the static one,
-/// and compares the last line that each prints with tests/golden/pins.
+/// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and
+/// the static one, and compares the last line that each prints with tests/golden/pins.
 pub fn run() -> Outcome {
     needs(&["cmake", "g++"])?;
     crate::chosts::installed()?;
@@ -80,7 +80,8 @@ fn cost() -> Outcome {
         let counts = format!("{program}.counts");
         let file = format!("--callgrind-out-file={counts}");
         let mut least = u64::MAX;
-        // Where the stack begins depends on the length of arguments and environment, and on it what copies cost: 32 bytes apart or not.
+        // Where the stack begins depends on the length of arguments and environment, and on it what copies
+        // cost: 32 bytes apart or not.
         for shift in ["x", "xxxxxxxxxxxxxxxxx"] {
             output("valgrind", &["--quiet", "--tool=callgrind", "--toggle-collect=measured", &file, &program, shift])?;
             let counts = read(&counts)?;

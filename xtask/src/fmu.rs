@@ -1,5 +1,5 @@
-//! `cargo xtask fmu`: the model descriptions, their page and parameter sets, the tables of parameters and outputs of the documents,
-//! and the types of the Python package, from the tables in code; and the archives.
+//! `cargo xtask fmu`: the model descriptions, their page and parameter sets, the tables of parameters and
+//! outputs of the documents, and the types of the Python package, from the tables in code; and the archives.
 
 use crate::component;
 use crate::platforms::{self, Library, Targets};
@@ -33,7 +33,8 @@ pub fn run(options: &Options) -> Outcome {
     Ok(())
 }
 
-/// Builds and packs the FMUs with what is committed: FMI 2.0, then FMI 3.0. `checked`: what the libraries ask of their hosts, too.
+/// Builds and packs the FMUs with what is committed: FMI 2.0, then FMI 3.0. `checked`: what the libraries ask
+/// of their hosts, too.
 pub fn packed(targets: Targets, checked: bool) -> Result<[PathBuf; 2], String> {
     let (target, out) = (tools::target(), tools::target().join("fmu"));
     let libraries = platforms::build(&tools::top(), &target, targets)?;

@@ -50,10 +50,12 @@ pub fn run(options: &Options) -> Outcome {
     if crashes == 0 { Ok(()) } else { Err("an input broke something: see above".into()) }
 }
 
-/// A command of cargo-fuzz. Sanitizers are no stable feature of the compiler: it is switched on with RUSTC_BOOTSTRAP, here alone.
+/// A command of cargo-fuzz. Sanitizers are no stable feature of the compiler: it is switched on with
+/// RUSTC_BOOTSTRAP, here alone.
 fn fuzz(subcommand: &str, name: &str) -> Result<Command, String> {
     let mut command = cargo_tool("cargo-fuzz")?;
-    // Comparisons are not traced: the inputs are decoded by the byte, so that there is nothing to guess, and it is twice as fast.
+    // Comparisons are not traced: the inputs are decoded by the byte, so that there is nothing to guess, and
+    // it is twice as fast.
     command.args([
         "fuzz",
         subcommand,
@@ -75,7 +77,8 @@ fn folder(kind: &str, name: &str) -> Result<PathBuf, String> {
     make_folder(target().join("fuzz").join(kind).join(name))
 }
 
-/// One target for some seconds, from the committed corpus and what earlier runs have found. libFuzzer stops at the first crash.
+/// One target for some seconds, from the committed corpus and what earlier runs have found. libFuzzer stops
+/// at the first crash.
 fn campaign(name: &str, seconds: u64) -> Result<Run, String> {
     let (corpus, crashes) = (folder("corpus", name)?, folder("crashes", name)?);
     let tally = target().join("fuzz").join(format!("{name}.tally"));

@@ -6,7 +6,8 @@ use std::process::Command;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Folder that receives include/, lib/ and share/, e.g. /usr/local or ~/.local. It may be moved afterwards.
+    /// Folder that receives include/, lib/ and share/, e.g. /usr/local or ~/.local. It may be moved
+    /// afterwards.
     #[arg(long, value_name = "FOLDER")]
     prefix: PathBuf,
 }
@@ -15,7 +16,8 @@ pub fn run(options: &Options) -> Outcome {
     into(&std::path::absolute(&options.prefix).map_err(|error| error.to_string())?)
 }
 
-/// Packs what `install` lays out: target/archive/fabric_kernel-VERSION-TARGET.tar.gz. The same libraries give the same archive.
+/// Packs what `install` lays out: target/archive/fabric_kernel-VERSION-TARGET.tar.gz. The same libraries give
+/// the same archive.
 pub fn archive() -> Result<PathBuf, String> {
     let target_name = output("rustc", &["--print", "host-tuple"])?;
     let name = format!("fabric_kernel-{}-{}", env!("CARGO_PKG_VERSION"), target_name.trim());
@@ -94,8 +96,8 @@ fn soname(library: &Path) -> Result<String, String> {
     name.ok_or(format!("{} has no soname", library.display()))
 }
 
-/// Copies a file to a place whose folder may not be there yet. What is there is removed first, not written over: a program
-/// that runs with the old library keeps it.
+/// Copies a file to a place whose folder may not be there yet. What is there is removed first, not written
+/// over: a program that runs with the old library keeps it.
 fn copy(from: &Path, to: &Path) -> Outcome {
     make_folder(to.parent().unwrap_or(Path::new(".")).into())?;
     let _ = std::fs::remove_file(to);

@@ -33,17 +33,21 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Set up everything, build the FMUs, fly a rotorburst fragment into a sheet of Zylon and write target/demo/report.html.
+    /// Set up everything, build the FMUs, fly a rotorburst fragment into a sheet of Zylon and write
+    /// target/demo/report.html.
     Demo(demo::Options),
-    /// Run what a change must pass: format, clippy, unit and physics tests, C and C++ hosts, FMPy, Python; with `--all` everything.
+    /// Run what a change must pass: format, clippy, unit and physics tests, C and C++ hosts, FMPy, Python;
+    /// with `--all` everything.
     Test(tests::Options),
-    /// Print the Debian packages that `test` needs and that are not here, and in a second line those that it can use.
+    /// Print the Debian packages that `test` needs and that are not here, and in a second line those that it
+    /// can use.
     Packages,
     /// Run the long checks: ensembles against the paper's numbers, full studies.
     Verify,
     /// Write target/fmu/FabricShield-fmi2.fmu and -fmi3.fmu.
     Fmu(fmu::Options),
-    /// Build the rotorburst example as a host in C and as an SSP package, and compare both with the host in Python.
+    /// Build the rotorburst example as a host in C and as an SSP package, and compare both with the host in
+    /// Python.
     Rotorburst(rotorburst::Options),
     /// Build the C and C++ library and install it with its headers, CMake package and pkg-config file.
     Install(install::Options),
@@ -51,11 +55,13 @@ enum Command {
     Release(release::Options),
     /// Write include/fabric_kernel.h and tests/c/abi/scene.inc.
     Header,
-    /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/pins.
+    /// Run the same scenes on every target whose tools are here and compare their digests with
+    /// tests/golden/pins.
     Digests(digests::Options),
     /// Write target/web/index.html: the kernel live in a web page.
     Web(web::Options),
-    /// Write target/site/html/index.html: all pages and references as a site with a search, and an archive of it.
+    /// Write target/site/html/index.html: all pages and references as a site with a search, and an archive of
+    /// it.
     Site,
     /// Measure ns per node-step, parts and peers; `python -m evidence bench` compares them with the goals.
     Bench(tests::BenchOptions),

@@ -70,7 +70,8 @@ pub fn cargo_has(name: &str) -> bool {
     answers(Command::new(cargo_program()).args([name, "--version"]))
 }
 
-/// An error that names all that `cargo xtask test` misses; what it will leave out is printed, and an error if nothing may be.
+/// An error that names all that `cargo xtask test` misses; what it will leave out is printed, and an error if
+/// nothing may be.
 pub fn test(complete: bool) -> Outcome {
     named(&for_test_missing())?;
     let others = missing(for_some());

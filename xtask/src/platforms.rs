@@ -20,7 +20,8 @@ pub struct Library {
     pub path: PathBuf,
 }
 
-/// Builds the wanted libraries from the checkout in `source` into `target`, and says what was left out and why.
+/// Builds the wanted libraries from the checkout in `source` into `target`, and says what was left out and
+/// why.
 pub fn build(source: &Path, target: &Path, targets: Targets) -> Result<Vec<Library>, String> {
     let host = host()?;
     compile(source, target, &own(), &[])?;
@@ -73,13 +74,14 @@ pub struct Compiler {
 }
 
 impl Compiler {
-    /// Cargo, told to use this compiler; options that the kind of compiler needs come with [`Compiler::options`].
+    /// Cargo, told to use this compiler; options that the kind of compiler needs come with
+    /// [`Compiler::options`].
     pub fn command(&self) -> Command {
         self.told_to(Command::new(&self.cargo))
     }
 
-    /// A program that calls cargo, told to use this compiler. Where that has no standard library for the target but its source, the
-    /// library is built along.
+    /// A program that calls cargo, told to use this compiler. Where that has no standard library for the
+    /// target but its source, the library is built along.
     pub fn lent_to(&self, program: Command) -> Command {
         let mut program = self.told_to(program);
         program.env("CARGO", &self.cargo);
@@ -117,8 +119,9 @@ pub fn own() -> Compiler {
     Compiler { cargo, rustc: None, build_core: false }
 }
 
-/// A compiler for another platform: ours if it has the target (`rustup target add`), else ours or the distribution's with the
-/// source of `core` (`rustup component add rust-src`; Debian: rustc-web, cargo-web and rust-web-src).
+/// A compiler for another platform: ours if it has the target (`rustup target add`), else ours or the
+/// distribution's with the source of `core` (`rustup component add rust-src`; Debian: rustc-web, cargo-web
+/// and rust-web-src).
 fn compiler(platform: &Target) -> Result<Compiler, String> {
     if Command::new(linker(platform)).arg("--version").output().is_err() {
         return Err(platform.compiler.missing());
@@ -131,7 +134,8 @@ fn compiler(platform: &Target) -> Result<Compiler, String> {
     Ok(compiler)
 }
 
-/// What links for another platform: a program that is installed, or for macOS the one that lies beside our compiler's libraries.
+/// What links for another platform: a program that is installed, or for macOS the one that lies beside our
+/// compiler's libraries.
 fn linker(platform: &Target) -> PathBuf {
     let name = platform.compiler.0[0];
     let besides = beside_our_compiler(name).ok().filter(|_| platform.extension == "dylib");
@@ -202,7 +206,8 @@ fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target]
         if platform.extension == "dylib" {
             command.env("MACOSX_DEPLOYMENT_TARGET", format!("{}.{}", MACOS.0, MACOS.1));
             if !others.is_empty() {
-                // The linker makes the library's number (LC_UUID) from all that it writes, and stripping comes after it: without
+                // The linker makes the library's number (LC_UUID) from all that it writes, and stripping
+                // comes after it: without
                 // -S and -x it would write names of folders and local symbols.
                 flags += " -Clinker-flavor=ld64.lld -Clink-arg=-S -Clink-arg=-x";
             }
@@ -216,7 +221,8 @@ fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target]
     tools::said(&format!("Compiling the FMU's library for {}", names.join(", ")), || tools::wait(&mut command))
 }
 
-/// What the linker needs to know of macOS where Apple's tools are missing: the names of the functions that the library may ask for.
+/// What the linker needs to know of macOS where Apple's tools are missing: the names of the functions that
+/// the library may ask for.
 fn stub(target: &Path) -> Result<PathBuf, String> {
     let top = target.join("macos");
     let file = top.join("usr/lib/libSystem.tbd");

@@ -1,5 +1,6 @@
-//! Runs the Python program of docs/fmi.md and the C++ program of docs/embedding.md as a reader would. (The Python programs of README.md
-//! and docs/python.md are run by the tests of the package, the Rust program of kernel/README.md is a doctest.)
+//! Runs the Python program of docs/fmi.md and the C++ program of docs/embedding.md as a reader would. (The
+//! Python programs of README.md and docs/python.md are run by the tests of the package, the Rust program of
+//! kernel/README.md is a doctest.)
 
 use crate::chosts::prefix;
 use crate::platforms::Targets;

@@ -1,5 +1,5 @@
-//! `cargo xtask release`: everything that a release holds, in one folder; the same from a clone of the commit elsewhere, byte by byte;
-//! and what a stranger can try of it with nothing else of the project.
+//! `cargo xtask release`: everything that a release holds, in one folder; the same from a clone of the commit
+//! elsewhere, byte by byte; and what a stranger can try of it with nothing else of the project.
 
 use crate::platforms::Targets;
 use crate::tools::{

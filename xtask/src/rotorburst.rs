@@ -1,4 +1,5 @@
-//! `cargo xtask rotorburst`: the rotorburst example as a host in C and as an SSP package, compared with the host in Python.
+//! `cargo xtask rotorburst`: the rotorburst example as a host in C and as an SSP package, compared with the
+//! host in Python.
 
 use crate::tools::{Outcome, make_folder, output, python, run as command, target, top};
 use crate::{chosts, fmu, platforms};
@@ -44,8 +45,8 @@ fn host(out: &Path) -> Result<PathBuf, String> {
     Ok(program)
 }
 
-/// FragmentTrajectory.fmu and the shield of its scene for this platform, and Rotorburst.ssp with both. The FMI headers are those that
-/// FMPy brings.
+/// FragmentTrajectory.fmu and the shield of its scene for this platform, and Rotorburst.ssp with both. The
+/// FMI headers are those that FMPy brings.
 fn package(python: &Path, out: &Path) -> Result<PathBuf, String> {
     let headers = output(python, &["-c", "import fmpy, os; print(os.path.dirname(fmpy.__file__) + '/c-code')"])?;
     let library = out.join("FragmentTrajectory.so");

@@ -1,4 +1,5 @@
-//! `cargo xtask sanitize`: the library's tests in Rust under AddressSanitizer, those with threads under ThreadSanitizer.
+//! `cargo xtask sanitize`: the library's tests in Rust under AddressSanitizer, those with threads under
+//! ThreadSanitizer.
 
 use crate::tools::{Outcome, cargo_program, make_folder, output, target, top, wait, write};
 use std::process::Command;
@@ -34,7 +35,8 @@ const SANITIZERS: [Sanitizer; 2] = [
 /// The test harness hands over results through a channel of the standard library.
 const NOT_OURS: &str = "race:test::event::CompletedTest\n";
 
-/// Runs both. The standard library is as it comes, for its source is not part of the compiler: only what is compiled here is watched.
+/// Runs both. The standard library is as it comes, for its source is not part of the compiler: only what is
+/// compiled here is watched.
 pub fn run() -> Outcome {
     let platform = output("rustc", &["--print", "host-tuple"])?;
     for Sanitizer { name, tests, wrong, finding } in SANITIZERS {
@@ -45,7 +47,8 @@ pub fn run() -> Outcome {
         for tests in tests {
             println!("{name}: {}", tests.join(" "));
             let mut command = Command::new(cargo_program());
-            // A sanitizer is no stable feature of the compiler. With --target build scripts and macros are compiled without it.
+            // A sanitizer is no stable feature of the compiler. With --target build scripts and macros are
+            // compiled without it.
             command.env("RUSTC_BOOTSTRAP", "1").env("RUSTFLAGS", &flags);
             command.args(["test", "--quiet", "--target", platform.trim()]);
             // Tests let go of memory with `leak` for their simulations; the library allocates none.

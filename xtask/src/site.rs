@@ -1,5 +1,5 @@
-//! `cargo xtask site`: all pages, the reference of the Python package, the C header and the crate's documentation as a site with a search
-//! (docs/site).
+//! `cargo xtask site`: all pages, the reference of the Python package, the C header and the crate's
+//! documentation as a site with a search (docs/site).
 
 use crate::tools::{Outcome, cargo, first_found, python_with, run as command, step_left_out, target};
 use std::path::PathBuf;

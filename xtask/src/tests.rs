@@ -12,7 +12,8 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Also the steps that only a release or continuous integration waits for: other platforms, sets of features, studies.
+    /// Also the steps that only a release or continuous integration waits for: other platforms, sets of
+    /// features, studies.
     #[arg(long)]
     all: bool,
     /// Run only the steps whose name contains this text (repeatable).
@@ -39,8 +40,8 @@ use When::{All, Always, Short};
 
 struct Step(When, &'static str, fn() -> Outcome);
 
-/// Checks of a change, in two halves that take the same time side by side: the first compiles for development and for the targets
-/// of the digests, the second what is shipped.
+/// Checks of a change, in two halves that take the same time side by side: the first compiles for development
+/// and for the targets of the digests, the second what is shipped.
 const FIRST: &[Step] = &[
     Step(Always, "documentation: words and sentences of the pages", || {
         command("python3", &["tests/structure/pages.py"])
@@ -186,8 +187,8 @@ pub fn run(options: &Options) -> Outcome {
     ended(&steps(chosen, || false))
 }
 
-/// The first half of the steps here and the second in another process of this program: many a step keeps one processor busy only. If
-/// one half fails, the other ends after the step that it is in.
+/// The first half of the steps here and the second in another process of this program: many a step keeps one
+/// processor busy only. If one half fails, the other ends after the step that it is in.
 fn side_by_side<'a>(options: &Options, first: impl Iterator<Item = &'a Step>) -> Outcome {
     crate::needs::test(options.complete)?;
     let folder = emptied(target().join("checks"))?;
@@ -227,7 +228,8 @@ pub fn bench(options: &BenchOptions) -> Outcome {
     benchmark(&options)
 }
 
-/// Prints the number of each kind of line alone on a line, then what was skipped and failed; the first failure.
+/// Prints the number of each kind of line alone on a line, then what was skipped and failed; the first
+/// failure.
 fn ended(done: &[String]) -> Outcome {
     let of = |kind: &str| -> Vec<&str> { done.iter().filter_map(|line| line.strip_prefix(kind)).collect() };
     let [passed, skipped, failed] = ["passed", "skipped ", "failed "].map(of);
@@ -239,8 +241,8 @@ fn ended(done: &[String]) -> Outcome {
     failed.first().map_or(Ok(()), |what| Err((*what).into()))
 }
 
-/// Runs the steps in order, stops at the first that fails, or if the word is given. A line for each that passed, with its time and that
-/// of processors, was skipped, in whole or in part, or failed.
+/// Runs the steps in order, stops at the first that fails, or if the word is given. A line for each that
+/// passed, with its time and that of processors, was skipped, in whole or in part, or failed.
 fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() -> bool) -> Vec<String> {
     let mut done = Vec::new();
     for Step(_, name, step) in steps {
@@ -264,7 +266,8 @@ fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() ->
     done
 }
 
-/// What the programs that this one has started and that have ended took of processors, s, as Linux keeps it (proc(5)).
+/// What the programs that this one has started and that have ended took of processors, s, as Linux keeps it
+/// (proc(5)).
 fn processor_seconds() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = text.rsplit(')').next().unwrap_or_default().split_whitespace();

@@ -19,7 +19,8 @@ pub fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| top().join("target"), PathBuf::from)
 }
 
-/// Runs a program in the top folder and waits; its output goes to the terminal. An exit code other than 0 is an error.
+/// Runs a program in the top folder and waits; its output goes to the terminal. An exit code other than 0 is
+/// an error.
 pub fn run(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Outcome {
     wait(Command::new(program).args(arguments).current_dir(top()))
 }
@@ -89,7 +90,8 @@ pub fn cargo_program() -> std::ffi::OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
-/// A command of cargo's that is a program of its own, run in the top folder; installed from crates.io if it is not here.
+/// A command of cargo's that is a program of its own, run in the top folder; installed from crates.io if it
+/// is not here.
 pub fn cargo_tool(name: &str) -> Result<Command, String> {
     let own = target().join("bin").join(name);
     let here = first_found(&[name]).is_some();
@@ -223,7 +225,8 @@ pub fn found(programs: &[&str], what: &str) -> bool {
     missing.inspect(|program| left_out(what, &format!("no {program}"))).is_none()
 }
 
-/// The Python of the project's virtual environment, which is made and filled from `requirements.txt` if need be.
+/// The Python of the project's virtual environment, which is made and filled from `requirements.txt` if need
+/// be.
 pub fn python() -> Result<PathBuf, String> {
     python_with("requirements.txt")
 }

@@ -1,5 +1,5 @@
-//! `cargo xtask web`: the kernel for WebAssembly through the C interface, in one page without anything loaded from elsewhere
-//! (web/, docs/web.md); and the page's test in a browser.
+//! `cargo xtask web`: the kernel for WebAssembly through the C interface, in one page without anything loaded
+//! from elsewhere (web/, docs/web.md); and the page's test in a browser.
 
 use crate::needs::BROWSERS;
 use crate::tools::{
@@ -76,7 +76,8 @@ pub fn build() -> Result<PathBuf, String> {
     Ok(out)
 }
 
-/// Installs what web/package-lock.json names, if it is not installed. No package may run a program of its own.
+/// Installs what web/package-lock.json names, if it is not installed. No package may run a program of its
+/// own.
 fn packages() -> Outcome {
     let wanted = read(top().join("web/package-lock.json"))?;
     if wanted.contains("\"resolved\"") {

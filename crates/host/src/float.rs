@@ -1,10 +1,12 @@
 //! The floating-point environment: the host's is saved, ours set, the host's restored.
 //!
-//! Hosts built with fast-math flush subnormals to zero or round otherwise; the same bits then come only if every call computes
-//! in one environment: round to nearest, no flushing, no traps. Status flags raised inside are hidden from the host.
+//! Hosts built with fast-math flush subnormals to zero or round otherwise; the same bits then come only if
+//! every call computes in one environment: round to nearest, no flushing, no traps. Status flags raised
+//! inside are hidden from the host.
 //!
-//! That is done where the compiler tells that there is such a control word: on x86 with SSE2, x86-64, AArch64 and hard-float
-//! Arm. WebAssembly and floating point in software round to nearest only. On other processors (RISC-V) the host must leave it at that.
+//! That is done where the compiler tells that there is such a control word: on x86 with SSE2, x86-64, AArch64
+//! and hard-float Arm. WebAssembly and floating point in software round to nearest only. On other processors
+//! (RISC-V) the host must leave it at that.
 
 /// Runs `work` with rounding to nearest and subnormals kept.
 pub fn in_our_environment<R>(work: impl FnOnce() -> R) -> R {
@@ -42,10 +44,12 @@ const OURS: u64 = 0x1f80;
 #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
 const OURS: u64 = 0;
 
-/// Bits that the host keeps inside, too: of FPSCR the three that say how loops end or how long vectors are, not how to round.
+/// Bits that the host keeps inside, too: of FPSCR the three that say how loops end or how long vectors are,
+/// not how to round.
 const KEPT: u64 = if cfg!(target_arch = "arm") { 7 << 16 } else { 0 };
 
-// With SSE2 the x87 does no arithmetic. It only loads, stores and converts 64-bit integers: exact up to 2^53, however it rounds.
+// With SSE2 the x87 does no arithmetic. It only loads, stores and converts 64-bit integers: exact up to 2^53,
+// however it rounds.
 #[cfg(any(target_arch = "x86_64", all(target_arch = "x86", target_feature = "sse2")))]
 fn read() -> u64 {
     let mut word = 0_u32;
@@ -57,15 +61,16 @@ fn read() -> u64 {
 #[cfg(any(target_arch = "x86_64", all(target_arch = "x86", target_feature = "sse2")))]
 fn write(word: u64) {
     let word = word as u32;
-    // SAFETY: reads a local of the register's size. Its value was read from the register, is the default, or sets only bits that
-    // every processor with SSE2 has; a reserved bit would be a fault.
+    // SAFETY: reads a local of the register's size. Its value was read from the register, is the default, or
+    // sets only bits that every processor with SSE2 has; a reserved bit would be a fault.
     unsafe { core::arch::asm!("ldmxcsr [{}]", in(reg) &word, options(nostack, readonly)) };
 }
 
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 fn read() -> u64 {
     let word: u32;
-    // SAFETY: reads the control register, which every processor with this calling convention has; no memory is touched.
+    // SAFETY: reads the control register, which every processor with this calling convention has; no memory
+    // is touched.
     unsafe { core::arch::asm!("vmrs {}, fpscr", out(reg) word, options(nostack, nomem, preserves_flags)) };
     u64::from(word)
 }

@@ -1,10 +1,11 @@
 //! What a C host hands over: pointers that nothing vouches for but the host's word.
 //!
-//! To C the types below are plain pointers. Rust makes one only with [`Input::given`] or [`Output::given`], whose caller gives the
-//! promise; a C host gives it by calling, since the header and the FMI standard ask it of every pointer: null, or so many elements
-//! as stand beside it (one if no number does; of a structure that starts with its size so many bytes), of which nobody else
-//! changes anything during the call, and which overlap no other place of the call. The number is not yet known when the type is
-//! made: who makes one promises for every number that it will be used with. So an exported function that takes one is unsafe, and
+//! To C the types below are plain pointers. Rust makes one only with [`Input::given`] or [`Output::given`],
+//! whose caller gives the promise; a C host gives it by calling, since the header and the FMI standard ask it
+//! of every pointer: null, or so many elements as stand beside it (one if no number does; of a structure that
+//! starts with its size so many bytes), of which nobody else changes anything during the call, and which
+//! overlap no other place of the call. The number is not yet known when the type is made: who makes one
+//! promises for every number that it will be used with. So an exported function that takes one is unsafe, and
 //! asks for the promise still to hold. What trusts it stands here, once.
 
 /// A place the host lets us read. Null may stand for nothing.
@@ -19,7 +20,8 @@ impl<T> Input<T> {
     /// A pointer as a host would give it.
     ///
     /// # Safety
-    /// The promise above, for every number of elements that [`Input::elements`] is asked for; what is there is a valid `T`.
+    /// The promise above, for every number of elements that [`Input::elements`] is asked for; what is there
+    /// is a valid `T`.
     pub const unsafe fn given(pointer: *const T) -> Input<T> {
         Input(pointer)
     }
@@ -29,10 +31,11 @@ impl<T> Input<T> {
         self.0
     }
 
-    /// The elements, whose number the host has given beside the pointer. None if it is null or misaligned, or if no memory could
-    /// hold so many.
+    /// The elements, whose number the host has given beside the pointer. None if it is null or misaligned, or
+    /// if no memory could hold so many.
     pub fn elements(&self, count: usize) -> Option<&[T]> {
-        // SAFETY: not null, aligned, of a length that a slice can have; the host vouches for so many values, which nobody changes.
+        // SAFETY: not null, aligned, of a length that a slice can have; the host vouches for so many values,
+        // which nobody changes.
         holds(self.0, count).then(|| unsafe { core::slice::from_raw_parts(self.0, count) })
     }
 }
@@ -41,9 +44,10 @@ impl<T> Output<T> {
     /// A pointer as a host would give it.
     ///
     /// # Safety
-    /// The promise above, for every number of elements that [`Output::elements`] is asked for, and for one if [`Output::put`] is
-    /// called; what is there is a valid `T`, or every bit pattern is one. It may be uninitialised where a call only writes, as every
-    /// call does that is not documented to read the place first.
+    /// The promise above, for every number of elements that [`Output::elements`] is asked for, and for one if
+    /// [`Output::put`] is called; what is there is a valid `T`, or every bit pattern is one. It may be
+    /// uninitialised where a call only writes, as every call does that is not documented to read the place
+    /// first.
     pub const unsafe fn given(pointer: *mut T) -> Output<T> {
         Output(pointer)
     }
@@ -55,8 +59,10 @@ impl<T> Output<T> {
 
     /// The elements, as [`Input::elements`].
     pub fn elements(&mut self, count: usize) -> Option<&mut [T]> {
-        // SAFETY: not null, aligned, of a length that a slice can have; the host vouches for the memory, which nobody else uses.
-        // A host may not have initialised it: then nothing is read before it is written, and any bits are a `T`.
+        // SAFETY: not null, aligned, of a length that a slice can have; the host vouches for the memory,
+        // which nobody else uses.
+        // A host may not have initialised it: then nothing is read before it is written, and any bits are a
+        // `T`.
         holds(self.0, count).then(|| unsafe { core::slice::from_raw_parts_mut(self.0, count) })
     }
 

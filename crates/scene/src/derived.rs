@@ -1,6 +1,7 @@
-//! Keys of scene files from which parameters follow: the width of a sheet, a coarser network of its fabric, a projectile of a material
-//! and where it hits.
-//! Meaning and defaults: data/fabrics/README.md. A file that gives one of these and a parameter that follows from it is refused.
+//! Keys of scene files from which parameters follow: the width of a sheet, a coarser network of its fabric, a
+//! projectile of a material and where it hits.
+//! Meaning and defaults: data/fabrics/README.md. A file that gives one of these and a parameter that follows
+//! from it is refused.
 
 use crate::density::{LIGHTEST, density, volume};
 use crate::notes::unlikely_body;
@@ -11,7 +12,8 @@ use fabric_kernel::{Drive, MAX_FACES, Projectile, Scene, Shape, Solid};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use toml::{Table, Value};
 
-/// A key, its SI unit (that of a material is a name), and the parameters and keys that follow from it, which are not given beside it.
+/// A key, its SI unit (that of a material is a name), and the parameters and keys that follow from it, which
+/// are not given beside it.
 pub type Key = (&'static str, &'static str, &'static [&'static str]);
 /// The keys.
 pub const KEYS: [Key; 14] = [
@@ -90,7 +92,8 @@ pub fn radius(given: &Given) -> Result<Option<f64>> {
     Ok(positive(given, "projectile.diameter")?.map(|diameter| 0.5 * diameter))
 }
 
-/// Force at which one yarn of the scene breaks, N: that of its law at the critical stretch U, E A (U^2 - 1)/2 U, of a bar of one ply.
+/// Force at which one yarn of the scene breaks, N: that of its law at the critical stretch U, E A (U^2 - 1)/2
+/// U, of a bar of one ply.
 pub fn yarn_strength(scene: &Scene) -> f64 {
     let stretch = scene.yarn.critical_stretch;
     scene.yarn.modulus_mean * scene.sheet.yarn_area * (0.5 * (stretch * stretch - 1.0)) * stretch
@@ -174,7 +177,8 @@ fn density_of(name: &Value) -> Result<f64> {
     )
 }
 
-/// The line of a scene file from which the projectile's mass follows, behind its source; none if the mass is another one.
+/// The line of a scene file from which the projectile's mass follows, behind its source; none if the mass is
+/// another one.
 pub fn written_material(textiles: &Table, scene: &Scene) -> Option<String> {
     let body = textiles.get("projectile")?.as_table()?;
     let given = body.iter().map(|(key, value)| (format!("projectile.{key}"), value.clone())).collect();
@@ -190,7 +194,8 @@ pub fn written_material(textiles: &Table, scene: &Scene) -> Option<String> {
     same.then(|| format!("# The mass, {} kg, follows from it.\n{source}{body}", again.projectile.mass))
 }
 
-/// Gives the projectile faces, mass and moments, if the file has a fragment simulator or vertices, and returns whether it has. `density` and
+/// Gives the projectile faces, mass and moments, if the file has a fragment simulator or vertices, and
+/// returns whether it has. `density` and
 /// `mass`: those of the file, kg/m^3 and kg; `steel`: density of a fragment simulator.
 fn shape(given: &Given, body: &mut Projectile, density: Option<f64>, mass: Option<f64>, steel: f64) -> Result<bool> {
     const VERTICES: &str = "projectile.vertices";
@@ -244,7 +249,8 @@ fn size(given: &Given, mass: Option<f64>) -> Result<(f64, f64)> {
     found.map_or_else(|| bad(key, text), Ok)
 }
 
-/// Shape of a polyhedron, mass of a material, and where the projectile hits. `weighed`: whether the file has the mass.
+/// Shape of a polyhedron, mass of a material, and where the projectile hits. `weighed`: whether the file has
+/// the mass.
 pub fn projectile(given: &Given, scene: &mut Scene, weighed: bool) -> Result<()> {
     let material = of(given, "projectile.material").map(density_of).transpose()?;
     let density = positive(given, "projectile.density")?.or(material);
@@ -299,12 +305,13 @@ fn hoop_angle(scene: &Scene, along: f64) -> Option<f64> {
     scene.is_curved().then(|| along / scene.sheet.radius)
 }
 
-/// Where the projectile's centre must be, m, in the host's frame, so that it has this distance from the first ply in its way with its
-/// foremost point, and flies through a point of it, given in the sheet's plane, or along its hoop and its axis, from its middle, m.
+/// Where the projectile's centre must be, m, in the host's frame, so that it has this distance from the first
+/// ply in its way with its foremost point, and flies through a point of it, given in the sheet's plane, or
+/// along its hoop and its axis, from its middle, m.
 ///
 /// # Errors
-/// A body that is too large for the ring that it starts in. A point that lies more than a mesh beside the sheet, by its `key`: a millimetre is easily written as a metre. A velocity that leads
-/// along the sheet.
+/// A body that is too large for the ring that it starts in. A point that lies more than a mesh beside the
+/// sheet, by its `key`: a millimetre is easily written as a metre. A velocity that leads along the sheet.
 pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Result<[f64; 3]> {
     let ([x, y], [half_x, half_y]) = (point, scene.half_size());
     let mesh = scene.largest_spacing();
@@ -340,9 +347,9 @@ pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Resul
     bad("projectile.velocity", "projectile.velocity: does not lead to the sheet".into())
 }
 
-/// Where a body must be on its way to a place of a curved sheet, by its angle and along the axis, so that all of it is within the sheet's
-/// cylinder, or outside of it, by the stand-off. `support`: how far it reaches along a direction; `reach`: along any. None if there is no
-/// such place.
+/// Where a body must be on its way to a place of a curved sheet, by its angle and along the axis, so that all
+/// of it is within the sheet's cylinder, or outside of it, by the stand-off. `support`: how far it reaches
+/// along a direction; `reach`: along any. None if there is no such place.
 fn before_curve(
     radius: f64,
     [hoop, y]: [f64; 2],
@@ -354,7 +361,8 @@ fn before_curve(
     let ([vx, vy, vz], [sine, cosine]) = (velocity, [sin(hoop), cos(hoop)]);
     let outwards = vx * sine + vz * cosine;
     let at = |t: f64| [radius * sine - vx * t, y - vy * t, radius * cosine - vz * t];
-    // Greatest over the directions: how far the body reaches from the axis, or the nearest plane before it. Convex in the time t.
+    // Greatest over the directions: how far the body reaches from the axis, or the nearest plane before it.
+    // Convex in the time t.
     let far = |t: f64| {
         let ([x, _, z], side) = (at(t), if outwards > 0.0 { 1.0 } else { -1.0 });
         let turns = (0..DIRECTIONS).map(|k| f64::from(k) * (TAU / f64::from(DIRECTIONS)));
@@ -381,7 +389,8 @@ fn before_curve(
     Some(at(ends[1]))
 }
 
-/// A sentence on a file that says what flies but not where it begins: then place and speed are those of the preset.
+/// A sentence on a file that says what flies but not where it begins: then place and speed are those of the
+/// preset.
 pub fn unplaced(file: &Table, scene: &Scene) -> Option<String> {
     let body = file.get("projectile")?.as_table()?;
     let sized = ["shape", "radius", "diameter", "length", "size", "sector", "vertices"]
@@ -398,7 +407,8 @@ pub fn unplaced(file: &Table, scene: &Scene) -> Option<String> {
     })
 }
 
-/// Refuses a free projectile that flies away from the sheet or along it, and one that is lighter than any body of its size.
+/// Refuses a free projectile that flies away from the sheet or along it, and one that is lighter than any
+/// body of its size.
 pub fn refuse_what_cannot_be_meant(scene: &Scene) -> Result<()> {
     let (body, pose) = (&scene.projectile, Pose::of_sheet(&scene.sheet));
     let (height, speed) = (pose.point_in(body.position)[2], pose.vector_in(body.velocity)[2]);
@@ -466,7 +476,8 @@ mod tests {
         let [half_x, half_y] = coarse.half_size();
         assert!((half_x - 0.05).abs() < 0.38e-3 && (half_y - 0.03).abs() < 0.43e-3, "{half_x} {half_y}");
         assert_eq!((fine.sheet.nodes_x, coarse.sheet.nodes_x), (135, 68));
-        // Of a sheet without a width that of the preset; of a scene that has its back fabric already that, too.
+        // Of a sheet without a width that of the preset; of a scene that has its back fabric already that,
+        // too.
         let mut again = fine;
         again.attachment.hold = 20.0;
         let table = "sheet.yarns_per_bar = 2".parse().unwrap();

@@ -1,6 +1,7 @@
-//! Scenes as TOML, and memory for their simulations. A scene file has a preset, and whatever differs from it; with a fabric, a
-//! projectile and an aim the preset may be left out and is that of the 3 in sheet. Keys are the names of
-//! the table of parameters ([`fabric_kernel::fields`]), which are the paths in [`fabric_kernel::Scene`]; an unknown key is an error.
+//! Scenes as TOML, and memory for their simulations. A scene file has a preset, and whatever differs from it;
+//! with a fabric, a projectile and an aim the preset may be left out and is that of the 3 in sheet. Keys are
+//! the names of the table of parameters ([`fabric_kernel::fields`]), which are the paths in
+//! [`fabric_kernel::Scene`]; an unknown key is an error.
 //!
 //! ```toml
 //! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder", "turbine_disc_sector", "ring_40in"
@@ -21,10 +22,12 @@
 //!
 //! `sheet.grading = "automatic"` chooses a graded network for an error of 1 %, once all other keys are read.
 //!
-//! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric scene PRESET`, which writes such a file.
+//! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric scene PRESET`, which writes
+//! such a file.
 //!
-//! A key that the scene does not read (`weibull_shape` without drawn strength) is refused if it changes the number, and so is one of the
-//! sheet that `[fabric]` determines. The table `[unread]` keeps such numbers, with their whole names.
+//! A key that the scene does not read (`weibull_shape` without drawn strength) is refused if it changes the
+//! number, and so is one of the sheet that `[fabric]` determines. The table `[unread]` keeps such numbers,
+//! with their whole names.
 //!
 //! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given.
 
@@ -302,7 +305,8 @@ pub fn is_kept(field: &Field, scene: &Scene, textiles: &Table) -> bool {
     !is_read(field, scene) || textiles.contains_key("fabric") && textile::determined(field.name).is_some()
 }
 
-/// Whether the table of the sheet says `grading = "automatic"`, which may leave a network whole; takes it out.
+/// Whether the table of the sheet says `grading = "automatic"`, which may leave a network whole; takes it
+/// out.
 pub fn takes_automatic_grading(file: &mut Table) -> bool {
     let Some(Value::Table(sheet)) = file.get_mut("sheet") else { return false };
     let automatic = sheet.get("grading").and_then(Value::as_str) == Some("automatic");
@@ -332,8 +336,9 @@ pub fn preset(name: Option<Value>) -> Result<Scene> {
     )
 }
 
-/// A scene as a scene file with every key, with its textiles ([`textile::of`]) and their sources, every key and what it is; under `[unread]` those that
-/// it does not read, or that its textile determines, and the preset has otherwise.
+/// A scene as a scene file with every key, with its textiles ([`textile::of`]) and their sources, every key
+/// and what it is; under `[unread]` those that it does not read, or that its textile determines, and the
+/// preset has otherwise.
 pub fn write(name: &str, scene: &Scene, textiles: &Table) -> String {
     let mut copy = *scene;
     let mut base = base(name, scene, textiles);
@@ -622,7 +627,8 @@ mod tests {
         }
     }
 
-    /// Of a long or a large input a message repeats no more than 200 characters, and a file that has no end is given up.
+    /// Of a long or a large input a message repeats no more than 200 characters, and a file that has no end
+    /// is given up.
     #[test]
     fn messages_are_short_and_files_have_a_limit() {
         let long = "a".repeat(100_000);
@@ -743,8 +749,8 @@ mod tests {
         assert!(bare.to_string().contains("fabric.linear_density, count: missing or 0"), "{bare}");
     }
 
-    /// The preset has the numbers of the fabric's file; a ring of a fabric has as many nodes as its radius takes, and what it refuses is left
-    /// out, but not where it is asked for.
+    /// The preset has the numbers of the fabric's file; a ring of a fabric has as many nodes as its radius
+    /// takes, and what it refuses is left out, but not where it is asked for.
     #[test]
     fn a_ring_of_a_fabric_closes() {
         let bare = Scene::ring_40in();

@@ -17,7 +17,8 @@ impl Buffers {
         Buffers::within(scene, installed())
     }
 
-    /// Says at once what [`Buffers::of`] and [`Buffers::sim`] would refuse ([`Scene::check_start`]), without the memory itself.
+    /// Says at once what [`Buffers::of`] and [`Buffers::sim`] would refuse ([`Scene::check_start`]), without
+    /// the memory itself.
     ///
     /// # Errors
     /// As theirs.
@@ -54,7 +55,8 @@ fn installed() -> Option<u64> {
     Some(1024 * line.split_whitespace().nth(1)?.parse::<u64>().ok()?)
 }
 
-/// Room for the lines of a scene on a machine of so many bytes, and how many there are. Nothing is written: it takes no time.
+/// Room for the lines of a scene on a machine of so many bytes, and how many there are. Nothing is written:
+/// it takes no time.
 fn reserve(scene: &Scene, memory: Option<u64>) -> Result<(Vec<CacheLine>, usize)> {
     let (layout, mut lines) = (Layout::of(scene)?, Vec::new());
     // A system may promise what it does not have, and end the program when it is used.

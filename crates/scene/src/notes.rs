@@ -4,11 +4,12 @@ use crate::density::{LIGHTEST, density};
 use fabric_kernel::math::sqrt;
 use fabric_kernel::{Error, Scene, Shape, Sim, Solid};
 
-/// Part of the velocity at which a yarn breaks at once from which sharp edges are named. Bars at the edge of a flat face were seen to
-/// break within 6 us from 0.31 of it on (docs/tables/edges.md).
+/// Part of the velocity at which a yarn breaks at once from which sharp edges are named. Bars at the edge of
+/// a flat face were seen to break within 6 us from 0.31 of it on (docs/tables/edges.md).
 const NAMED_FROM: f64 = 0.25;
 
-/// A sentence on the sharp edges of a projectile with flat faces that flies as the scene says, but at this speed, m/s; none if it is slow.
+/// A sentence on the sharp edges of a projectile with flat faces that flies as the scene says, but at this
+/// speed, m/s; none if it is slow.
 pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
     let part = speed / breaking_velocity(scene);
     if part < NAMED_FROM || scene.projectile.shape == Shape::Sphere || is_nose_first(scene) {
@@ -24,8 +25,9 @@ pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
 /// Densities of solid bodies, kg/m3: osmium has 22,590.
 const DENSITIES: [f64; 2] = [500.0, 25_000.0];
 
-/// A sentence on a projectile that is too heavy or too light for its size, or reaches farther from its centre than the sheet is across: most
-/// likely a length in mm or a mass in g. A polyhedron is lighter than the sphere around it.
+/// A sentence on a projectile that is too heavy or too light for its size, or reaches farther from its centre
+/// than the sheet is across: most likely a length in mm or a mass in g. A polyhedron is lighter than the
+/// sphere around it.
 pub fn unlikely_body(scene: &Scene) -> Option<String> {
     let (body, density) = (&scene.projectile, density(&scene.projectile));
     let least = if body.shape == Shape::Polyhedron { LIGHTEST } else { DENSITIES[0] };
@@ -60,8 +62,8 @@ const OPEN: f64 = 0.01;
 pub const SLACK_ADDS: &str = "yarn that goes slack and taut adds energy. Take \
                               slack_balance = true (docs/model.md, \"Slack and taut\")";
 
-/// What is said where the energy residual exceeds 1 % of the impact energy: none of a body without energy. `impact_energy`
-/// and `residual`, J.
+/// What is said where the energy residual exceeds 1 % of the impact energy: none of a body without energy.
+/// `impact_energy` and `residual`, J.
 ///
 /// # Errors
 /// The simulation has failed.
@@ -85,7 +87,8 @@ pub fn open_balance(sim: &Sim<'_>, impact_energy: f64, residual: f64) -> Result<
     )))
 }
 
-/// Velocity of Smith's relation for the critical strain of a yarn along x, m/s: c sqrt(2 e sqrt(e (1 + e)) - e^2).
+/// Velocity of Smith's relation for the critical strain of a yarn along x, m/s: c sqrt(2 e sqrt(e (1 + e)) -
+/// e^2).
 fn breaking_velocity(scene: &Scene) -> f64 {
     let [h_x, h_y] = scene.spacings();
     let (sheet, e) = (&scene.sheet, scene.yarn.critical_stretch - 1.0);
@@ -107,7 +110,8 @@ fn is_nose_first(scene: &Scene) -> bool {
 mod tests {
     use super::*;
 
-    /// Kevlar KM2 S706: e = 0.0355 and c = 7666 m/s, so 7666 sqrt(2 x 0.0355 x 0.191731 - 0.00126025) = 852 m/s.
+    /// Kevlar KM2 S706: e = 0.0355 and c = 7666 m/s, so 7666 sqrt(2 x 0.0355 x 0.191731 - 0.00126025) = 852
+    /// m/s.
     #[test]
     fn a_flat_face_is_named_from_a_quarter_of_the_breaking_velocity_on() {
         let mut scene = crate::parse("preset = \"sheet_10in_cylinder\"\n[fabric]\nname = \"kevlar_km2_s706\"").unwrap();

@@ -1,9 +1,10 @@
-//! Polyhedra by their vertices, and fragment simulators, as the kernel has them: planes about the centre of mass in principal axes,
-//! mass and principal moments.
+//! Polyhedra by their vertices, and fragment simulators, as the kernel has them: planes about the centre of
+//! mass in principal axes, mass and principal moments.
 //!
-//! A fragment simulator (MIL-P-46593A, STANAG 2920) is a steel cylinder with a chisel nose: a flat strip across it, and two bevels that
-//! fall off from the strip by 35 degrees. Its length follows from its mass. The kernel has 16 faces, so 12 sides stand for
-//! the cylinder, with its cross-section: they are 1.2 % nearer to the axis than its surface, their edges 2.3 % farther away.
+//! A fragment simulator (MIL-P-46593A, STANAG 2920) is a steel cylinder with a chisel nose: a flat strip
+//! across it, and two bevels that fall off from the strip by 35 degrees. Its length follows from its mass.
+//! The kernel has 16 faces, so 12 sides stand for the cylinder, with its cross-section: they are 1.2 % nearer
+//! to the axis than its surface, their edges 2.3 % farther away.
 //! Mass and cross-section are those of the round body, volume and moments within 0.05 % (test).
 
 use fabric_kernel::math::{abs, cos, length, sin, sqrt};
@@ -12,7 +13,8 @@ use fabric_kernel::{Faces, Projectile, Scene, Shape, Solid};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::f64::consts::PI;
 
-/// Width of the strip of a chisel nose over the diameter: 2.54 of 5.46 mm, 9.27 of 19.9 mm (MIL-P-46593A, from memory).
+/// Width of the strip of a chisel nose over the diameter: 2.54 of 5.46 mm, 9.27 of 19.9 mm (MIL-P-46593A,
+/// from memory).
 const STRIP: f64 = 0.465;
 
 /// Angle between strip and bevel, rad.
@@ -73,8 +75,9 @@ pub fn hull(numbers: &[f64]) -> Vec<Plane> {
     planes
 }
 
-/// Volume, m^3, and integrals of the place, m^4, and of the products of its coordinates, m^5, over the polyhedron of these planes: sums over
-/// tetrahedra of the point inside, the middle of a face and an edge of it.
+/// Volume, m^3, and integrals of the place, m^4, and of the products of its coordinates, m^5, over the
+/// polyhedron of these planes: sums over tetrahedra of the point inside, the middle of a face and an edge of
+/// it.
 fn integrals(planes: &[Plane]) -> (f64, Vector, Matrix3<f64>) {
     let mut sums = (0.0, Vector::zeros(), Matrix3::zeros());
     let body =
@@ -95,8 +98,8 @@ fn integrals(planes: &[Plane]) -> (f64, Vector, Matrix3<f64>) {
     sums
 }
 
-/// Makes a projectile the polyhedron of these planes, with a density that depends on its volume, kg/m^3. Its axes become the principal ones, its
-/// origin the centre of mass; the orientation turns along.
+/// Makes a projectile the polyhedron of these planes, with a density that depends on its volume, kg/m^3. Its
+/// axes become the principal ones, its origin the centre of mass; the orientation turns along.
 pub fn set(body: &mut Projectile, planes: &[Plane], density: impl Fn(f64) -> f64) {
     let (volume, first, second) = integrals(planes);
     let (density, centre) = (density(volume), first / volume);

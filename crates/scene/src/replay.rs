@@ -27,7 +27,8 @@ pub struct Found {
     pub cut: Option<Broken>,
 }
 
-/// Replays a capsule, or the log of an FMU's host with one. `look` sees the steps taken, those of all calls, and where it stands; false ends the replay there.
+/// Replays a capsule, or the log of an FMU's host with one. `look` sees the steps taken, those of all calls,
+/// and where it stands; false ends the replay there.
 ///
 /// # Errors
 /// Bytes that are no capsule, a scene that is refused or takes too much memory, the end by `look`.
@@ -70,7 +71,8 @@ pub fn replay(bytes: &[u8], mut look: impl FnMut(u64, u64, &str) -> bool) -> Res
     Ok(Found { version, calls, step, digests: replay.digests, digest, ended: capsule.ended, difference, cut })
 }
 
-/// The last capsule in the log of an FMU's host, lines that hold "capsule: " and hexadecimal digits; None if there is none.
+/// The last capsule in the log of an FMU's host, lines that hold "capsule: " and hexadecimal digits; None if
+/// there is none.
 fn from_log(bytes: &[u8]) -> Option<Vec<u8>> {
     let text = std::str::from_utf8(bytes).ok()?;
     let mut found = Vec::new();

@@ -9,8 +9,9 @@
 //! weft.crimp = 0.01
 //! ```
 //!
-//! The table `[back_fabric]` has the same keys for the last plies of a stack. Keys are the fields of [`fabric_kernel::Textile`]; `linear_density`, `count`
-//! and `crimp` are those of both directions, below `warp` and `weft` those of one. A number written `{ value, unit }` may have its
+//! The table `[back_fabric]` has the same keys for the last plies of a stack. Keys are the fields of
+//! [`fabric_kernel::Textile`]; `linear_density`, `count` and `crimp` are those of both directions, below
+//! `warp` and `weft` those of one. A number written `{ value, unit }` may have its
 //! `source` and `mark`; those of the folder must.
 
 use crate::{BadKey, Result, bad, short, units};
@@ -29,7 +30,8 @@ const FILES: [(&str, &str); 4] = [
 
 type Place = fn(&mut Textile) -> &mut f64;
 
-/// The numbers by their keys, with their SI units. The density goes first: a unit of strength per linear density needs it.
+/// The numbers by their keys, with their SI units. The density goes first: a unit of strength per linear
+/// density needs it.
 const NUMBERS: [(&str, Place, &str); 15] = [
     ("fibre_density", |t| &mut t.fibre_density, "kg/m3"),
     ("modulus", |t| &mut t.modulus, "Pa"),
@@ -48,7 +50,8 @@ const NUMBERS: [(&str, Place, &str); 15] = [
     ("weft.crimp", |t| &mut t.weft.crimp, "1"),
 ];
 
-/// What the network does not read, but what is said of one ply does: SI units and ranges. A number that is not given is unknown.
+/// What the network does not read, but what is said of one ply does: SI units and ranges. A number that is
+/// not given is unknown.
 const WEAVE: [(&str, &str, [f64; 2]); 4] = [
     ("thickness", "m", [1e-6, 1e-2]),
     ("width", "m", [1e-6, 1e-2]),
@@ -59,8 +62,8 @@ const WEAVE: [(&str, &str, [f64; 2]); 4] = [
 /// Key that [`Textile::areal_density`] is compared with.
 const AREAL_DENSITY: &str = "areal_density";
 
-/// Largest part by which the areal density of a data sheet may differ from that of count, crimp and linear density: it is often
-/// given with finish, or rounded.
+/// Largest part by which the areal density of a data sheet may differ from that of count, crimp and linear
+/// density: it is often given with finish, or rounded.
 const AREAL_DIFFERENCE: f64 = 0.1;
 
 /// The tables of the sheet, and of the last plies of a stack.
@@ -89,7 +92,8 @@ fn refused<T>(table: &str, error: fabric_kernel::Error) -> Result<T> {
     bad(&error.field.replace("textile", table), format!("{text}{help}"))
 }
 
-/// The textiles of a scene file, `fabric` and `back_fabric`, as it has them; and of `projectile` the material or the density.
+/// The textiles of a scene file, `fabric` and `back_fabric`, as it has them; and of `projectile` the material
+/// or the density.
 pub fn of(file: &Table) -> Table {
     let keys = [FRONT, BACK];
     let mut all: Table = keys.iter().filter_map(|key| Some((key.to_string(), file.get(*key)?.clone()))).collect();
@@ -133,8 +137,8 @@ pub fn write(textiles: &Table) -> String {
     text
 }
 
-/// Thickness of the ply and width of a yarn in it, m, and friction between yarns, of the fabric of the sheet, by their keys; none that is unknown. And
-/// the larger spacing of its yarns, m.
+/// Thickness of the ply and width of a yarn in it, m, and friction between yarns, of the fabric of the sheet,
+/// by their keys; none that is unknown. And the larger spacing of its yarns, m.
 pub fn weave(textiles: &Table) -> Result<Vec<(&'static str, f64)>> {
     let Some(values) = textiles.get(FRONT) else { return Ok(Vec::new()) };
     let mut found = weave_of(FRONT, &given(FRONT, values)?)?;
@@ -257,8 +261,8 @@ pub fn determined(name: &str) -> Option<BadKey> {
     Some(BadKey { key: name.to_string(), text })
 }
 
-/// The numbers of a table by their whole keys, each with the key that it was given by: one of both directions is that of each which has
-/// none of its own.
+/// The numbers of a table by their whole keys, each with the key that it was given by: one of both directions
+/// is that of each which has none of its own.
 fn numbers(table: &str, given: Table) -> Result<BTreeMap<String, (String, Value)>> {
     let mut all = BTreeMap::new();
     let (sides, both): (Table, Table) = given.into_iter().partition(|(key, _)| key == "warp" || key == "weft");
@@ -317,8 +321,8 @@ fn unknown<T>(table: &str, key: &str) -> Result<T> {
 
 /// A number, its range in SI units and in words.
 type Usual = (&'static str, [f64; 2], &'static str);
-/// What textiles have: a number outside has the wrong unit. Below 100 of `damage_rate` a yarn would go on beyond its failure strain for more
-/// than 5 % of strain.
+/// What textiles have: a number outside has the wrong unit. Below 100 of `damage_rate` a yarn would go on
+/// beyond its failure strain for more than 5 % of strain.
 const USUAL: [Usual; 8] = [
     ("fibre_density", [500.0, 10_000.0], "0.5 to 10 g/cm3"),
     ("modulus", [1e8, 1e12], "0.1 to 1000 GPa"),
@@ -347,7 +351,8 @@ fn refuse_wrong_unit(key: &str, number: f64, value: &Value, si: &str, usual: &Us
 const TENACITIES: [(&str, f64); 4] =
     [("cN/dtex", 1.0), ("cN/tex", 0.1), ("N/tex", 10.0), ("g/den", units::GRAMS_PER_DENIER)];
 
-/// A number in SI units, or with a unit; of stress also one of tenacity, which needs the fibre's density. `key`: its whole name.
+/// A number in SI units, or with a unit; of stress also one of tenacity, which needs the fibre's density.
+/// `key`: its whole name.
 fn number(key: &str, given: &Value, si: &str, density: f64, [least, most]: [f64; 2]) -> Result<f64> {
     let names = TENACITIES.map(|(name, _)| name).join(", ");
     let tenacity = if si == "Pa" { format!(", {names}") } else { String::new() };
@@ -493,7 +498,8 @@ mod tests {
         }
     }
 
-    /// Published areal densities are met: that of the fabric, and that of the paper's sheet, whose nodes weigh 6.52e-8 kg.
+    /// Published areal densities are met: that of the fabric, and that of the paper's sheet, whose nodes
+    /// weigh 6.52e-8 kg.
     #[test]
     fn named_textiles_weigh_what_they_weigh() {
         let density = |name: &str| of(&format!("[fabric]\nname = \"{name}\"")).unwrap().areal_density();

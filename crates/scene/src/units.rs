@@ -1,4 +1,5 @@
-//! Units of numbers in scene files, one rule for the whole file: a number is in SI units; a text has its unit, `"16 g"`; and so has
+//! Units of numbers in scene files, one rule for the whole file: a number is in SI units; a text has its
+//! unit, `"16 g"`; and so has
 //! `{ value = 16, unit = "g" }`. A number of an array may be such a text, too.
 
 use crate::{Result, bad, short};
@@ -17,7 +18,8 @@ fn moved(x: f64, places: i32) -> f64 {
 /// Grams of force per denier in cN/dtex.
 pub const GRAMS_PER_DENIER: f64 = 0.9 * 0.980665;
 
-/// The units beside those of SI. Inch, foot, yard, ounce and grain are those of the international yard and pound, which are exact.
+/// The units beside those of SI. Inch, foot, yard, ounce and grain are those of the international yard and
+/// pound, which are exact.
 const UNITS: [Unit; 31] = [
     ("mm", "m", |x| moved(x, -3)),
     ("cm", "m", |x| moved(x, -2)),
@@ -112,7 +114,8 @@ fn of_kind(si: &str) -> Vec<&'static str> {
     UNITS.iter().filter(|(_, kind, _)| *kind == si).map(|(name, ..)| *name).collect()
 }
 
-/// Ways to write a number so that it fits: as it is, in SI units, or with the units of its kind that make a value which `fits`.
+/// Ways to write a number so that it fits: as it is, in SI units, or with the units of its kind that make a
+/// value which `fits`.
 pub fn likely(number: f64, si: &str, fits: &dyn Fn(f64) -> bool) -> Vec<String> {
     if number.is_finite() && fits(number) {
         return vec![format!("{number} without quotes")];
@@ -122,7 +125,8 @@ pub fn likely(number: f64, si: &str, fits: &dyn Fn(f64) -> bool) -> Vec<String> 
     known.filter(|text| self::number(&text.trim_matches('"').into(), si).is_some_and(fits)).collect()
 }
 
-/// What somebody meant who wrote this of a number that `fits`: a decimal comma, a unit in other letters, or none.
+/// What somebody meant who wrote this of a number that `fits`: a decimal comma, a unit in other letters, or
+/// none.
 pub fn meant(value: &Value, si: &str, fits: &dyn Fn(f64) -> bool) -> String {
     match value {
         Value::Array(all) => {

@@ -18,8 +18,8 @@ pub fn load() -> Option<f64> {
 /// What [`Clock`] measures, for table headings.
 pub const CLOCK_NAME: &str = if cfg!(unix) { "thread CPU time" } else { "wall time" };
 
-/// A clock for the calling thread: its CPU time where the system offers it, because time slices of other programs do not
-/// count; otherwise wall time.
+/// A clock for the calling thread: its CPU time where the system offers it, because time slices of other
+/// programs do not count; otherwise wall time.
 pub struct Clock {
     #[cfg(unix)]
     start: f64,

@@ -1,6 +1,8 @@
-//! `cargo xtask bench`: ns per node-step of the bare sweep and of whole runs over sheet sizes and instruction sets.
+//! `cargo xtask bench`: ns per node-step of the bare sweep and of whole runs over sheet sizes and instruction
+//! sets.
 //!
-//! Everything that is printed or written is reproducible to the bit, except times and what is computed from them.
+//! Everything that is printed or written is reproducible to the bit, except times and what is computed from
+//! them.
 #![allow(clippy::disallowed_methods)] // A host program: std floats do no harm here.
 #![warn(clippy::print_stdout, clippy::print_stderr)] // They panic when their reader has gone: say.rs.
 

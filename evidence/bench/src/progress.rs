@@ -1,4 +1,5 @@
-//! Progress of long work: a bar on a terminal, a plain line every few seconds otherwise, always on standard error.
+//! Progress of long work: a bar on a terminal, a plain line every few seconds otherwise, always on standard
+//! error.
 
 use crate::say;
 use indicatif::{ProgressBar, ProgressStyle};

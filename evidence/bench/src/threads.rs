@@ -1,7 +1,7 @@
 //! Steps of one simulation on several threads: a band of its rows each.
 //!
-//! A thread that has to wait for the others spins briefly, which is quickest while all are at work, and then parks, so that a
-//! busy machine loses no more than a switch. The bits are those of one thread.
+//! A thread that has to wait for the others spins briefly, which is quickest while all are at work, and then
+//! parks, so that a busy machine loses no more than a switch. The bits are those of one thread.
 
 use crate::Result;
 use fabric_kernel::{Bands, Failure, OutcomeSet, Sim};
@@ -34,7 +34,8 @@ pub fn advance_until(
         }
         work(0);
     });
-    // A block that is begun ends before an outcome stops the threads, so dropping the bands takes no step more.
+    // A block that is begun ends before an outcome stops the threads, so dropping the bands takes no step
+    // more.
     Ok(bands.failure().map_or(Ok(bands.steps()), Err))
 }
 

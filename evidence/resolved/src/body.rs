@@ -1,4 +1,5 @@
-//! The rigid body: a sphere, or a cylinder that flies along its axis with its flat face ahead. It does not turn.
+//! The rigid body: a sphere, or a cylinder that flies along its axis with its flat face ahead. It does not
+//! turn.
 
 #[derive(Clone, Copy, Default, PartialEq)]
 pub enum Shape {
@@ -40,7 +41,8 @@ impl Body {
         0.25 * self.mass * (square(self.v) + square(self.old)) + self.taken - 0.25 * self.mass * self.half()
     }
 
-    /// Depth of a point, given relative to the body's place, below the surface at the distance `off` from the body, and the normal there.
+    /// Depth of a point, given relative to the body's place, below the surface at the distance `off` from the
+    /// body, and the normal there.
     pub fn depth(&self, p: [f64; 3], off: f64) -> Option<(f64, [f64; 3])> {
         match self.shape {
             Shape::Sphere => {

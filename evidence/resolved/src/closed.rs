@@ -1,4 +1,5 @@
-//! Against closed forms, and the balance of energy. A force linear in the Green-Lagrange strain, as the network's.
+//! Against closed forms, and the balance of energy. A force linear in the Green-Lagrange strain, as the
+//! network's.
 
 use crate::body::Body;
 use crate::cloth::{Cloth, End, Sim, dot};
@@ -22,7 +23,8 @@ fn near(name: &str, found: f64, expected: f64, part: f64) {
     assert!((found / expected - 1.0).abs() < part, "{name}: {found} instead of {expected}");
 }
 
-/// Strain, front of the kink in the laboratory and velocity that go with a stretch: docs/validation.md, "One yarn hit across".
+/// Strain, front of the kink in the laboratory and velocity that go with a stretch: docs/validation.md, "One
+/// yarn hit across".
 fn smith(c: &Cloth, stretch: f64) -> (f64, f64) {
     let force = c.stiffness * 0.5 * stretch * (stretch * stretch - 1.0);
     let (inwards, kink) = ((force * (stretch - 1.0) / c.line_mass).sqrt(), (force * stretch / c.line_mass).sqrt());
@@ -41,7 +43,8 @@ fn a_yarn_hit_across_has_the_strain_and_the_kink_of_theory() {
             if smith(&c, middle).1 < 200.0 { low = middle } else { high = middle }
         }
         let half = 300.0 * c.spacing;
-        // Where the straight line between the body and the kink would meet the yarn at rest: the kink itself spreads with time.
+        // Where the straight line between the body and the kink would meet the yarn at rest: the kink itself
+        // spreads with time.
         let kink = |sim: &Sim| {
             let (x, z, n) = (&sim.axes[0].at, &sim.axes[2].at, sim.nodes[0]);
             let deep = z[..n].iter().fold(0.0_f64, |a, b| a.max(*b));
@@ -96,8 +99,9 @@ fn a_wave_runs_with_the_speed_of_sound() {
     near("plateau behind the wave, N", sim.tension(0, n / 2), plateau, 0.01);
 }
 
-/// A wave of tension T from a moved end meets a clamp that holds up to F. It comes back with as much, so 2 T less than F is held; else the clamp slips
-/// with (2 T - F)/Z, Z = T over the velocity of the moved end, and takes F times the way.
+/// A wave of tension T from a moved end meets a clamp that holds up to F. It comes back with as much, so 2 T
+/// less than F is held; else the clamp slips with (2 T - F)/Z, Z = T over the velocity of the moved end, and
+/// takes F times the way.
 #[test]
 fn a_clamp_slips_where_the_reflected_wave_exceeds_its_force() {
     for clamp in [3.0, 5.2] {
@@ -140,8 +144,8 @@ fn a_weave_at_rest_stays_so() {
     assert!(moved < 1e-6 * sim.cloth.thickness && sim.energy() < 1e-12);
 }
 
-/// A warp among stretched wefts is pulled at one end against a force at the other: forces at both ends, sum of the angles by which it turns at
-/// crossings, of their normal forces, their number, and how far it moved.
+/// A warp among stretched wefts is pulled at one end against a force at the other: forces at both ends, sum
+/// of the angles by which it turns at crossings, of their normal forces, their number, and how far it moved.
 fn pulled(more: &str, tail: f64, pre: f64) -> [f64; 5] {
     let (mut c, body) = cloth(&format!("velocity=1 damping=0.5 linear=0 quadratic=0 bending=0 slack=1 {more}"));
     c.yarns = [5, 12];

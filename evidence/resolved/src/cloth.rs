@@ -1,16 +1,21 @@
 //! One ply of plain weave as curves in space, and the step.
 //!
-//! Each yarn is a chain of nodes joined by bars, `pieces` of them a spacing, with the axial law, damage and viscosity of the network, equations (M1)
-//! to (M5), (M16) and (M17) of docs/model.md. Where yarns touch, a yarn is the quadratic B-spline of its nodes, whose tangent is continuous.
-//! Warp i and weft j touch at one pair of points at most, the closest ones, whose arc coordinates are kept and moved along both yarns with one step of
-//! Newton's method: no search, and a pair ends where an end of a broken yarn runs through it. The side on which the warp lies is kept too, so that yarns
-//! cannot pass through each other.
-//! Neighbours of one direction are round tubes of the yarn width: points of their material in the middle of each spacing, paired anew every 16 steps,
-//! as long as no yarn of the two is broken. All contacts are linear springs with some damping and Coulomb friction.
-//! Leapfrog: positions at t_n, velocities at t_(n-1/2). Springs and bars have a potential; every other impulse is summed for each node, and its work is
-//! that impulse times the mean of the velocities before and after, so that the balance of energy tests potentials and closest points.
-//! Limits: no bending stiffness, no spreading of fibres, yarns keep their width; a yarn touches its next neighbour, not the one behind it; the body
-//! does not turn. Contact at a crossing is at one point, between round yarns of half the thickness of the ply.
+//! Each yarn is a chain of nodes joined by bars, `pieces` of them a spacing, with the axial law, damage and
+//! viscosity of the network, equations (M1) to (M5), (M16) and (M17) of docs/model.md. Where yarns touch, a
+//! yarn is the quadratic B-spline of its nodes, whose tangent is continuous.
+//! Warp i and weft j touch at one pair of points at most, the closest ones, whose arc coordinates are kept
+//! and moved along both yarns with one step of Newton's method: no search, and a pair ends where an end of a
+//! broken yarn runs through it. The side on which the warp lies is kept too, so that yarns cannot pass
+//! through each other.
+//! Neighbours of one direction are round tubes of the yarn width: points of their material in the middle of
+//! each spacing, paired anew every 16 steps, as long as no yarn of the two is broken. All contacts are linear
+//! springs with some damping and Coulomb friction.
+//! Leapfrog: positions at t_n, velocities at t_(n-1/2). Springs and bars have a potential; every other
+//! impulse is summed for each node, and its work is that impulse times the mean of the velocities before and
+//! after, so that the balance of energy tests potentials and closest points.
+//! Limits: no bending stiffness, no spreading of fibres, yarns keep their width; a yarn touches its next
+//! neighbour, not the one behind it; the body does not turn. Contact at a crossing is at one point, between
+//! round yarns of half the thickness of the ply.
 
 use crate::body::Body;
 
@@ -52,13 +57,15 @@ pub struct Cloth {
 }
 
 impl Cloth {
-    /// Length of the yarn over that of the cloth, less 1: of a cosine with the thickness as its double amplitude, to the fourth order of its slope.
+    /// Length of the yarn over that of the cloth, less 1: of a cosine with the thickness as its double
+    /// amplitude, to the fourth order of its slope.
     pub fn crimp(&self) -> f64 {
         let slope = std::f64::consts::PI * 0.5 * self.thickness / self.spacing;
         slope * slope / 4.0 - 3.0 * slope.powi(4) / 64.0
     }
 
-    /// Amplitude of nodes whose bars have that crimp. The curve between them is lower: by 8 % with 3 bars a spacing, by 2 % with 6.
+    /// Amplitude of nodes whose bars have that crimp. The curve between them is lower: by 8 % with 3 bars a
+    /// spacing, by 2 % with 6.
     fn crest(&self) -> f64 {
         let (p, part) = (self.pieces, self.spacing / self.pieces as f64);
         let wave = |k: usize| (std::f64::consts::PI * k as f64 / p as f64).cos();
@@ -84,7 +91,8 @@ pub enum End {
     Moves(f64),
 }
 
-/// One component of all nodes: position, velocity, velocity before the last kick, and what dissipation took of it.
+/// One component of all nodes: position, velocity, velocity before the last kick, and what dissipation took
+/// of it.
 #[derive(Default)]
 pub struct Axis {
     pub at: Vec<f64>,
@@ -190,12 +198,14 @@ pub struct Sim {
     pub book: Book,
     pub side: Vec<crate::contact::Side>,
     pub near: Vec<usize>,
-    /// Coefficients of the bars of the yarn at hand, elastic and viscous, and the work of dissipation on each node.
+    /// Coefficients of the bars of the yarn at hand, elastic and viscous, and the work of dissipation on each
+    /// node.
     scratch: [Vec<f64>; 3],
     work: Vec<f64>,
 }
 
-/// What left the balance, J: by damage; what contacts that ended had stored; and what the clamps rubbed away, a share of the dissipation.
+/// What left the balance, J: by damage; what contacts that ended had stored; and what the clamps rubbed away,
+/// a share of the dissipation.
 #[derive(Default, Clone)]
 pub struct Book {
     pub damage: f64,

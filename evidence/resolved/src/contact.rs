@@ -2,7 +2,8 @@
 
 use crate::cloth::{Crossing, Sim, Spot, dot, three, two};
 
-/// A point of one yarn, in the middle of a spacing, and one of the next yarn. Both are of the yarns' material between two searches.
+/// A point of one yarn, in the middle of a spacing, and one of the next yarn. Both are of the yarns' material
+/// between two searches.
 #[derive(Clone, Copy)]
 pub struct Side {
     first: [usize; 2],
@@ -27,7 +28,8 @@ impl Sim {
         three(|a| spot.of(&self.axes[a].at, w))
     }
 
-    /// The closest points of crossing c, from the arc coordinates s on; None where a yarn ends or is broken, and where they have parted.
+    /// The closest points of crossing c, from the arc coordinates s on; None where a yarn ends or is broken,
+    /// and where they have parted.
     #[inline(always)]
     fn closest(&self, c: usize, s: [f64; 2]) -> Option<Touch> {
         let yarns = self.cloth.yarns;
@@ -72,7 +74,8 @@ impl Sim {
         Some(Touch { spots, depth: self.cloth.thickness - side * distance, normal, shift })
     }
 
-    /// Two points of yarns side by side, and how far the second must move along its yarn to be the closest one.
+    /// Two points of yarns side by side, and how far the second must move along its yarn to be the closest
+    /// one.
     fn beside(&self, side: &Side) -> Touch {
         let spots = two(|k| Spot::new(side.first[k], side.s[k]));
         let [place, other] = two(|k| self.of(&spots[k], &spots[k].w));
@@ -183,8 +186,8 @@ impl Sim {
         }
     }
 
-    /// Nodes near the body, and pairs of yarns side by side, whose second points move to the closest ones. A new pair must not touch yet, and broken
-    /// yarns have none. What this changes of the energy is booked.
+    /// Nodes near the body, and pairs of yarns side by side, whose second points move to the closest ones. A
+    /// new pair must not touch yet, and broken yarns have none. What this changes of the energy is booked.
     #[inline(never)]
     pub fn search(&mut self) {
         let margin = 0.5 * self.cloth.spacing;

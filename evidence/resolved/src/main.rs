@@ -1,4 +1,5 @@
-//! `resolved KEY=VALUE ...`: one shot at one ply of resolved yarns, told as a line of JSON. `cloth.rs` has the method and its limits.
+//! `resolved KEY=VALUE ...`: one shot at one ply of resolved yarns, told as a line of JSON. `cloth.rs` has
+//! the method and its limits.
 
 #![allow(clippy::disallowed_methods)] // Its bits need not be those of every target.
 
@@ -14,14 +15,16 @@ use std::fmt::Write;
 use body::{Body, Shape};
 use cloth::{Cloth, End, Sim};
 
-/// What a shot is besides cloth and body: where it hits, in spacings from a crossing, its longest time, and a file for the shape of the yarns.
+/// What a shot is besides cloth and body: where it hits, in spacings from a crossing, its longest time, and a
+/// file for the shape of the yarns.
 struct Shot {
     aim: [f64; 2],
     longest: f64,
     shape: Option<String>,
 }
 
-/// What the arguments say. Without them the fabric is data/fabrics/kevlar_km2_s706.toml and the body a sphere of 5.556 mm.
+/// What the arguments say. Without them the fabric is data/fabrics/kevlar_km2_s706.toml and the body a sphere
+/// of 5.556 mm.
 fn given(arguments: &[String]) -> Result<(Cloth, Body, Shot), String> {
     let mut left = BTreeMap::new();
     for argument in arguments {
@@ -86,7 +89,8 @@ fn given(arguments: &[String]) -> Result<(Cloth, Body, Shot), String> {
     }
 }
 
-/// The body where it just touches the cloth, above a place that is so many spacings from the crossing nearest to the middle.
+/// The body where it just touches the cloth, above a place that is so many spacings from the crossing nearest
+/// to the middle.
 fn placed(cloth: Cloth, mut body: Body, aim: [f64; 2]) -> Sim {
     for (a, aim) in aim.into_iter().enumerate() {
         let even = cloth.yarns[1 - a].is_multiple_of(2);
@@ -98,7 +102,8 @@ fn placed(cloth: Cloth, mut body: Body, aim: [f64; 2]) -> Sim {
     Sim::new(cloth, body)
 }
 
-/// Shoots until the body stops, time is up, or it is through: the cloth slows it by less than 0.5 % in 20 us, and a slow body has no node ahead.
+/// Shoots until the body stops, time is up, or it is through: the cloth slows it by less than 0.5 % in 20 us,
+/// and a slow body has no node ahead.
 fn shoot(sim: &mut Sim, longest: f64) -> (&'static str, f64) {
     let (first, start, span) = (sim.body.v[2], 0.5 * sim.body.mass * sim.body.v[2] * sim.body.v[2], 20e-6);
     let (mut worst, mut checked) = (0.0_f64, (0.0, first));
@@ -134,7 +139,8 @@ fn ahead(sim: &Sim) -> bool {
     (0..z.len()).any(|k| z[k] > w && (x[k] - u).hypot(y[k] - v) < 0.5 * sim.body.radius)
 }
 
-/// Largest slip of a crossing along a yarn, spacings; crossings within 5 and 10 spacings of the middle that slipped by a tenth of one; broken yarns.
+/// Largest slip of a crossing along a yarn, spacings; crossings within 5 and 10 spacings of the middle that
+/// slipped by a tenth of one; broken yarns.
 fn damage(sim: &Sim) -> (f64, [usize; 2], usize) {
     let (p, [warps, wefts]) = (sim.cloth.pieces as f64, sim.cloth.yarns);
     let (mut largest, mut slipped) = (0.0_f64, [0; 2]);

@@ -1,7 +1,8 @@
-//! The shared library of the FMU: it exports the `fmi2*` and `fmi3*` functions of `fabric-fmu` and nothing else.
+//! The shared library of the FMU: it exports the `fmi2*` and `fmi3*` functions of `fabric-fmu` and nothing
+//! else.
 //!
-//! Shipped form: `cargo build --profile ship -p fmu-lib --features bare`. With the feature `gate` a panic that could be reached
-//! from an exported function becomes a link error.
+//! Shipped form: `cargo build --profile ship -p fmu-lib --features bare`. With the feature `gate` a panic
+//! that could be reached from an exported function becomes a link error.
 #![no_std]
 
 pub use fabric_fmu::{absent, fmi2, fmi3};

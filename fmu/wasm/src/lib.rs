@@ -1,8 +1,8 @@
-//! The FMU as a component for WebAssembly, after the working draft of FMI-LS-WASM (`wit/fmi3.wit`): each function is one of
-//! [`fabric_fmu::three`], which the C functions of FMI 3.0 call too.
+//! The FMU as a component for WebAssembly, after the working draft of FMI-LS-WASM (`wit/fmi3.wit`): each
+//! function is one of [`fabric_fmu::three`], which the C functions of FMI 3.0 call too.
 //!
-//! It imports the host's logger and nothing of WASI. A component is not entered while it calls its host, so that no instance is
-//! ever borrowed twice; a host that did so would be refused.
+//! It imports the host's logger and nothing of WASI. A component is not entered while it calls its host, so
+//! that no instance is ever borrowed twice; a host that did so would be refused.
 #![cfg_attr(target_family = "wasm", no_std)]
 #![allow(missing_docs)] // of what is generated
 

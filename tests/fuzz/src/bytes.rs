@@ -1,4 +1,5 @@
-//! Decoding of a fuzzer's bytes. Bytes that have run out are zeros, so that every byte string means something.
+//! Decoding of a fuzzer's bytes. Bytes that have run out are zeros, so that every byte string means
+//! something.
 
 use arbitrary::Unstructured;
 

@@ -1,9 +1,9 @@
 //! C calls in any order with odd numbers, against a model.
 //!
-//! The model of a simulation is one in Rust that takes the same steps, and a little bookkeeping: whether bands have it, what
-//! failure is latched, what fk_get_fault should say. It predicts the status of every call; after every call the state must be
-//! the model's, bit for bit, so that a refused call that changed anything is found at once. Pointers, sizes and handles that are
-//! wrong are tried in tests/c/host.c.
+//! The model of a simulation is one in Rust that takes the same steps, and a little bookkeeping: whether
+//! bands have it, what failure is latched, what fk_get_fault should say. It predicts the status of every
+//! call; after every call the state must be the model's, bit for bit, so that a refused call that changed
+//! anything is found at once. Pointers, sizes and handles that are wrong are tried in tests/c/host.c.
 
 use crate::bytes::Bytes;
 use crate::memory::{Block, at, from, into, nowhere, to};
@@ -71,7 +71,8 @@ impl Slot {
         unsafe { ToLookAt::given(self.handle) }
     }
 
-    /// What a call on the sound handle is refused with whatever else it says. `lives`: a latched failure does not stop it.
+    /// What a call on the sound handle is refused with whatever else it says. `lives`: a latched failure does
+    /// not stop it.
     fn stopped(&self, lives: bool) -> Option<i32> {
         if self.bands.is_some() {
             return Some(TURN);

@@ -1,4 +1,5 @@
-//! Capsules made of any bytes: refused by name, or replayed to an end without a panic; a sound one gives the same bits.
+//! Capsules made of any bytes: refused by name, or replayed to an end without a panic; a sound one gives the
+//! same bits.
 
 use crate::bytes::Bytes;
 use crate::small;
@@ -48,7 +49,8 @@ fn forge(file: &mut [u8]) {
     }
 }
 
-/// Whether a replay comes to its end with the same bits; None of one that would take long, or has no simulation.
+/// Whether a replay comes to its end with the same bits; None of one that would take long, or has no
+/// simulation.
 fn replayed(file: &[u8]) -> Option<bool> {
     let capsule = Capsule::open(file).ok()?;
     let scene = capsule.scene().ok()?;

@@ -1,8 +1,9 @@
 //! Calls of FMI 2.0 and 3.0 in any order with odd numbers, against the standard's state machine.
 //!
-//! `tests/fmi/calls/states.inc` has the answer to each call in each state. A call that is refused, or that has a bad number,
-//! returns Error (a step with bad inputs: Discard) and changes nothing: the bytes of the serialised state before and after
-//! are equal. A state that is restored gives the bytes it was saved with. Wrong pointers, lengths and types are tried in
+//! `tests/fmi/calls/states.inc` has the answer to each call in each state. A call that is refused, or that
+//! has a bad number, returns Error (a step with bad inputs: Discard) and changes nothing: the bytes of the
+//! serialised state before and after are equal. A state that is restored gives the bytes it was saved with.
+//! Wrong pointers, lengths and types are tried in
 //! `tests/fmi/calls`.
 
 use crate::bytes::Bytes;
@@ -149,7 +150,7 @@ impl Player<'_> {
         if sound && self.allowed(function) { OK } else { ERROR }
     }
 
-    // ---- Life --------------------------------------------------------------------------------------------------------
+    // ---- Life ---------------------------------------------------------------------------------------------
 
     /// A new instance, with a small sheet.
     fn instantiate(&mut self) {
@@ -256,7 +257,7 @@ impl Player<'_> {
         status
     }
 
-    // ---- Calls -------------------------------------------------------------------------------------------------------
+    // ---- Calls --------------------------------------------------------------------------------------------
 
     /// One call. Whether it may have changed the state.
     fn call(&mut self) -> bool {
@@ -322,7 +323,8 @@ impl Player<'_> {
                 _ => h = 2.0 * (stop - t),
             }
         }
-        // The host may be off by a thousandth of its step, and by rounding; a step that rounding swallows is none.
+        // The host may be off by a thousandth of its step, and by rounding; a step that rounding swallows is
+        // none.
         let slack = 1e-3 * h + 4.0 * f64::EPSILON * t.abs();
         let sound = t.is_finite()
             && h.is_finite()
@@ -491,7 +493,7 @@ impl Player<'_> {
         false
     }
 
-    // ---- States ------------------------------------------------------------------------------------------------------
+    // ---- States -------------------------------------------------------------------------------------------
 
     /// The serialised state; None of a failed one.
     fn image(&self) -> Option<Vec<u8>> {
@@ -594,7 +596,8 @@ impl Player<'_> {
                 bytes.truncate(length);
             }
             3 => {
-                // The kernel's image alone, at the end: forged parameters are a sound scene, as large as asked for.
+                // The kernel's image alone, at the end: forged parameters are a sound scene, as large as
+                // asked for.
                 let (places, _) = bytes.as_chunks_mut::<8>();
                 let place = words - 2 - (self.bytes.byte() as usize % 200).min(words / 8);
                 let old = f64::from_bits(u64::from_le_bytes(places[place]));
@@ -625,7 +628,7 @@ impl Player<'_> {
         false
     }
 
-    // ---- The rest ----------------------------------------------------------------------------------------------------
+    // ---- The rest -----------------------------------------------------------------------------------------
 
     /// Into and out of event mode.
     fn modes(&mut self) {

@@ -98,7 +98,8 @@ pub fn run(data: &[u8]) -> bool {
     } else {
         assert!(forged || image == sound, "an altered image accepted");
         assert_eq!(sim.failure(), None);
-        // What stands behind a flag that is 0 is not taken over; all else is, and what is saved loads to the same bits.
+        // What stands behind a flag that is 0 is not taken over; all else is, and what is saved loads to the
+        // same bits.
         let (mut saved, digest) = (vec![0; image.len()], sim.digest());
         assert_eq!(sim.save(&mut saved), Ok(()));
         assert!(image != sound || saved == image, "not the state of the image");

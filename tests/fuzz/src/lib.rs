@@ -1,9 +1,10 @@
 //! What fuzzing tries: functions of a byte string that assert what the libraries promise for any input.
 //!
-//! Each target's `run` decodes its bytes into something that is mostly sound and partly odd (random bytes alone would be
-//! refused at the first check), makes the calls, and asserts what must hold. It returns whether a simulation came of it and
-//! took a step: the share of inputs that got past the first check. [`fuzz_targets`](../../fuzz_targets) hands the functions to
-//! libFuzzer; `tests/replay.rs` runs the committed corpora through them without it.
+//! Each target's `run` decodes its bytes into something that is mostly sound and partly odd (random bytes
+//! alone would be refused at the first check), makes the calls, and asserts what must hold. It returns
+//! whether a simulation came of it and took a step: the share of inputs that got past the first check.
+//! [`fuzz_targets`](../../fuzz_targets) hands the functions to libFuzzer; `tests/replay.rs` runs the
+//! committed corpora through them without it.
 
 pub mod bytes;
 pub mod calls;

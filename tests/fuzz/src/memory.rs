@@ -1,5 +1,5 @@
-//! Memory of exactly the bytes asked for, so that AddressSanitizer sees one too many, filled with a pattern; and memory as a host
-//! hands it over.
+//! Memory of exactly the bytes asked for, so that AddressSanitizer sees one too many, filled with a pattern;
+//! and memory as a host hands it over.
 
 use fabric_capi::{Input, Output};
 use std::alloc::{Layout, alloc, dealloc, handle_alloc_error};
@@ -41,7 +41,8 @@ impl Block {
     pub fn untouched(&self) -> bool {
         // SAFETY: initialised bytes that nothing else uses during this call.
         let bytes = unsafe { std::slice::from_raw_parts(self.start, self.bytes()) };
-        // One comparison of the block with itself, a byte further on: a loop would be slow under instrumentation.
+        // One comparison of the block with itself, a byte further on: a loop would be slow under
+        // instrumentation.
         bytes[0] == FILL && bytes[1..] == bytes[..bytes.len() - 1]
     }
 }

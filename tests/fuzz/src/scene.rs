@@ -1,4 +1,5 @@
-//! Scenes made of any bytes: refused by a documented status with nothing written, or run without a panic, alike in C and Rust.
+//! Scenes made of any bytes: refused by a documented status with nothing written, or run without a panic,
+//! alike in C and Rust.
 
 use crate::bytes::Bytes;
 use crate::image::look;
@@ -19,8 +20,8 @@ const OF_A_FIELD: [Code; 20] = [
     Code::DiscTouchesProjectile, Code::BadNormal, Code::UnboundedFaces, Code::ImpossibleMoments, Code::NotSymmetric,
     Code::NotBuilt, Code::HoldsNothing, Code::NotInEquilibrium, Code::DoesNotGoWith,
 ];
-/// What fk_scene_check adds, of the step and of the start; out of range is a quadratic viscosity that no step allows for the
-/// strengths drawn, or a mass.
+/// What fk_scene_check adds, of the step and of the start; out of range is a quadratic viscosity that no step
+/// allows for the strengths drawn, or a mass.
 #[rustfmt::skip]
 const OF_THE_START: [Code; 7] = [
     Code::StepTooLarge, Code::StepLimitUnusable, Code::DamageRateTooSmall, Code::OutOfRange, Code::InitialOverlap,
@@ -92,7 +93,8 @@ fn fault_status(fault: &fk_fault) -> i32 {
     fault.status
 }
 
-/// A textile of a data sheet with a few numbers that may be anything: refused with the scene as it was, or set as in Rust.
+/// A textile of a data sheet with a few numbers that may be anything: refused with the scene as it was, or
+/// set as in Rust.
 fn set_textile(bytes: &mut Bytes, scene: &fk_scene) {
     let warp = fk_threads { linear_density: 6.7e-5, count: 1340.0, crimp: 0.01 };
     let mut textile = fk_textile {
@@ -189,7 +191,8 @@ pub fn run(data: &[u8]) -> bool {
         }
         assert_eq!(checked, FK_OK);
 
-        // The same scene in Rust, with an instruction set of the fuzzer's choice: the same bits, or the same failure.
+        // The same scene in Rust, with an instruction set of the fuzzer's choice: the same bits, or the same
+        // failure.
         let rust = fk_scene::scene(&scene.words).expect("accepted through C");
         let layout = Layout::of(&rust).expect("accepted through C");
         let mut memory = vec![CacheLine::ZERO; layout.lines()];
@@ -252,7 +255,8 @@ pub fn bytes_of<T>() -> u64 {
 /// A structure of the C interface as a host hands it over to be filled.
 pub fn empty<T: Copy>() -> T {
     let value = std::mem::MaybeUninit::<T>::zeroed();
-    // SAFETY: every structure of the C interface holds integers and floating-point numbers only, for which zero is a value.
+    // SAFETY: every structure of the C interface holds integers and floating-point numbers only, for which
+    // zero is a value.
     unsafe { value.assume_init() }
 }
 

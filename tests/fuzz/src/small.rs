@@ -1,4 +1,5 @@
-//! Small sound scenes: every shape, attachment, yarn and rule, with few nodes, near enough for contact in a few steps.
+//! Small sound scenes: every shape, attachment, yarn and rule, with few nodes, near enough for contact in a
+//! few steps.
 
 use crate::bytes::Bytes;
 use fabric_kernel::{
@@ -176,7 +177,8 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
     scene
 }
 
-/// An arc, or a ring with or without a case, of a sheet that may be one, hit from outside: in half of the choices below 8.
+/// An arc, or a ring with or without a case, of a sheet that may be one, hit from outside: in half of the
+/// choices below 8.
 fn curve(scene: &mut Scene, choice: usize) {
     let (h, kind) = (scene.sheet.spacing, scene.attachment.kind);
     let pulls_in = scene.sheet.pre_strain != [0.0; 2] || kind == AttachmentKind::FourCorners;

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 static ALL: AtomicU64 = AtomicU64::new(0);
 static DEEP: AtomicU64 = AtomicU64::new(0);
 
-/// Counts one input. Every 1024 the counts so far are written to the file that the environment variable FABRIC_FUZZ_TALLY
-/// names.
+/// Counts one input. Every 1024 the counts so far are written to the file that the environment variable
+/// FABRIC_FUZZ_TALLY names.
 pub fn count(deep: bool) {
     let all = ALL.fetch_add(1, Relaxed) + 1;
     let deep = DEEP.fetch_add(u64::from(deep), Relaxed) + u64::from(deep);

@@ -1,5 +1,5 @@
-//! Every committed input once more, without libFuzzer: the corpora, an archive a target, and what once broke something
-//! (`regressions`).
+//! Every committed input once more, without libFuzzer: the corpora, an archive a target, and what once broke
+//! something (`regressions`).
 
 use fabric_fuzz::TARGETS;
 use fabric_fuzz::bytes::Bytes;

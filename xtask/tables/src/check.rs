@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 use xtask::targets::{BINDER, FROM_LINUX, FROM_MACOS, LIBSYSTEM, MACOS, Target, of};
 use xtask::tools::{Outcome, version};
 
-/// The libraries it may ask of Windows; what of them depends on the linker's own start-up code, mathematics excepted.
+/// The libraries it may ask of Windows; what of them depends on the linker's own start-up code, mathematics
+/// excepted.
 const FROM_WINDOWS: [&str; 2] = ["KERNEL32.dll", "msvcrt.dll"];
 const MATHEMATICS: [&str; 12] =
     ["exp", "log", "pow", "sqrt", "sin", "cos", "tan", "acos", "asin", "atan", "atan2", "floor"];
@@ -31,7 +32,8 @@ pub fn run(libraries: &[&str]) -> Outcome {
     Ok(())
 }
 
-/// The exported functions, and a line about the library; an error if it exports or imports what it should not.
+/// The exported functions, and a line about the library; an error if it exports or imports what it should
+/// not.
 fn check(platform: &Target, path: &str) -> Result<(BTreeSet<String>, String), String> {
     let data = std::fs::read(path).map_err(|error| error.to_string())?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -99,8 +101,9 @@ fn check(platform: &Target, path: &str) -> Result<(BTreeSet<String>, String), St
     Ok((exported, format!("{} bytes, {FUNCTIONS} functions exported, needs {needs}{symbols}", data.len())))
 }
 
-/// Whether macOS would take the library: its oldest version, the name without a folder of ours, the library it needs, and for Arm the
-/// signature that every program there must have, made by the linker without a key ("ad hoc").
+/// Whether macOS would take the library: its oldest version, the name without a folder of ours, the library
+/// it needs, and for Arm the signature that every program there must have, made by the linker without a key
+/// ("ad hoc").
 /// The layout of a signature: cs_blobs.h of Apple's XNU.
 fn check_macos(file: &MachOFile64<Endianness>, platform: &Target) -> Outcome {
     let endian = file.endian();
@@ -123,7 +126,8 @@ fn check_macos(file: &MachOFile64<Endianness>, platform: &Target) -> Outcome {
                         data.get(at as usize..).and_then(|data| data.first_chunk()).copied().unwrap_or_default();
                     u32::from_be_bytes(bytes)
                 };
-                // A set of blobs, the first of which lists the hashes of the pages: it must reach to where the signature begins.
+                // A set of blobs, the first of which lists the hashes of the pages: it must reach to where
+                // the signature begins.
                 let list = word(16);
                 let adhoc = word(list.saturating_add(12)) & 2 != 0;
                 signed = word(0) == 0xfade_0cc0

@@ -93,8 +93,8 @@ fn types(out: &mut Xml, two: bool) {
     }
 }
 
-/// What stands before the variables: the abilities of the library, which have other names in each version, units, types, log and
-/// experiment.
+/// What stands before the variables: the abilities of the library, which have other names in each version,
+/// units, types, log and experiment.
 fn before_variables(out: &mut Xml, two: bool, abilities: &[Attribute]) {
     out.leaf("CoSimulation", abilities);
     units(out);
@@ -137,7 +137,8 @@ fn finite(value: f64) -> Option<String> {
     value.is_finite().then(|| number(Kind::Real, value))
 }
 
-/// Declared type, unit (again, for hosts that do not look at types), and range and nominal where they are not the type's.
+/// Declared type, unit (again, for hosts that do not look at types), and range and nominal where they are not
+/// the type's.
 fn value_attributes(variable: &Variable, two: bool) -> Vec<Attribute> {
     let limits = variable.limits();
     let least = variable.quantity.map_or(f64::NEG_INFINITY, |quantity| quantity.least);
@@ -169,8 +170,8 @@ fn at_once(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> Attrib
     ("dependencies", some(known.map_or(String::new(), name_of)))
 }
 
-/// What an output depends on in initialisation: nothing (it is zero), the parameter of the same meaning, or, where the attribute is
-/// left out, all inputs and parameters. Rounding in the sheet's axes is no dependency.
+/// What an output depends on in initialisation: nothing (it is zero), the parameter of the same meaning, or,
+/// where the attribute is left out, all inputs and parameters. Rounding in the sheet's axes is no dependency.
 fn at_start(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> Attribute {
     let known = match (variable.name, variable.name.strip_prefix("state.")) {
         ("step.fraction" | "energy.strain" | "ply.strain" | "fabric.max_stretch", _) => None,

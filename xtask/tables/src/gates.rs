@@ -1,5 +1,5 @@
-//! What the shipped libraries must not contain, looked up in the linked libraries themselves and in their source. Each gate
-//! prints its row of docs/reliability.md ("figure N: ...").
+//! What the shipped libraries must not contain, looked up in the linked libraries themselves and in their
+//! source. Each gate prints its row of docs/reliability.md ("figure N: ...").
 
 use crate::stack;
 use fabric_kernel::FEATURES;
@@ -35,9 +35,10 @@ pub fn run() -> Outcome {
     Ok(())
 }
 
-/// Links a library in which the panic handler calls a function that does not exist: it links only if no panic can be reached
-/// from any exported function. It keeps its symbols, and the compiler notes the frame of each function, which changes no code
-/// (but is not a stable feature: hence the variable). Calls of its own functions do not go through the table of symbols.
+/// Links a library in which the panic handler calls a function that does not exist: it links only if no panic
+/// can be reached from any exported function. It keeps its symbols, and the compiler notes the frame of each
+/// function, which changes no code (but is not a stable feature: hence the variable). Calls of its own
+/// functions do not go through the table of symbols.
 fn linked(package: &str, library: &str, options: &[&str]) -> Result<PathBuf, String> {
     let folder = target().join("gate");
     let mut command = Command::new(cargo_program());
@@ -55,7 +56,8 @@ fn linked(package: &str, library: &str, options: &[&str]) -> Result<PathBuf, Str
     Ok(folder.join("ship").join(library))
 }
 
-/// libfabric_kernel with this feature of the kernel only, none if it is empty, or `default,capsule`, which is all.
+/// libfabric_kernel with this feature of the kernel only, none if it is empty, or `default,capsule`, which is
+/// all.
 pub fn kernel(feature: &str) -> Result<PathBuf, String> {
     linked("capi-lib", "libfabric_kernel.so", &["--no-default-features", "--features", &of_kernel(feature)])
 }
@@ -74,7 +76,8 @@ pub struct Code {
 /// Modules that belong to one feature, as mangled names hold them: each part with its length before it.
 const LEFT_OUT: [&str; 6] =
     ["4step5theta", "4step9viscosity", "4step5bands", "4step6blocks", "4step4slip", "7contact5joint"];
-/// Machine code of the library before features could be left out, bytes; without any it is to be at most a third of that.
+/// Machine code of the library before features could be left out, bytes; without any it is to be at most a
+/// third of that.
 const ALWAYS_BUILT: u64 = 648_073;
 
 /// What a library holds that has kept its symbols.
@@ -104,7 +107,8 @@ const UNSAFE_IN_KERNEL: [&str; 2] = ["kernel/src/step/bands/", "kernel/src/groun
 /// Unsafe blocks that the two interfaces may have.
 const UNSAFE_AT_MOST: usize = 40;
 
-/// Counts unsafe blocks in the source. That each has its SAFETY line is clippy's to see (`undocumented_unsafe_blocks`).
+/// Counts unsafe blocks in the source. That each has its SAFETY line is clippy's to see
+/// (`undocumented_unsafe_blocks`).
 fn unsafe_blocks() -> Outcome {
     let (mut kernel, mut interfaces) = (0, 0);
     for (path, text) in sources(&["kernel/src", "capi", "fmu", "crates/host"])? {
@@ -175,7 +179,8 @@ fn short(name: &str) -> String {
 /// Sets of features that are more than one and less than all: the kernel's Cargo.toml says what each is for.
 pub const SETS: [&str; 2] = ["paper", "real"];
 
-/// Pinned scenes that are also run by a build of just the features that each asks for, as `fabric scene --features` lists them.
+/// Pinned scenes that are also run by a build of just the features that each asks for, as
+/// `fabric scene --features` lists them.
 const JUST_ENOUGH: [&str; 5] = [
     "sphere_that_rubs",
     "sphere_through_turned_plies",
@@ -184,8 +189,8 @@ const JUST_ENOUGH: [&str; 5] = [
     "disc_sector",
 ];
 
-/// Builds the kernel with nothing, with each feature left out, and with sets that a host may use, and runs the pinned scenes of the
-/// first and the last of these. The steps before have done so with all features.
+/// Builds the kernel with nothing, with each feature left out, and with sets that a host may use, and runs
+/// the pinned scenes of the first and the last of these. The steps before have done so with all features.
 pub fn every_feature_set() -> Outcome {
     let check = |set: &str| {
         println!("  {}", if set.is_empty() { "nothing" } else { set });

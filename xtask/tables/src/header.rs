@@ -1,6 +1,7 @@
-//! include/fabric_kernel.h: functions, and structures but for the scene's, by cbindgen from capi/src and the kernel's read-outs;
-//! the scene's structure and the constants of its choices from the kernel's table of parameters, those of the statuses from the
-//! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
+//! include/fabric_kernel.h: functions, and structures but for the scene's, by cbindgen from capi/src and the
+//! kernel's read-outs; the scene's structure and the constants of its choices from the kernel's table of
+//! parameters, those of the statuses from the list of its codes. With it tests/c/abi/scene.inc: where each
+//! number of the scene must be.
 
 use fabric_kernel::MAX_NODES_PER_SIDE;
 use fabric_kernel::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
@@ -45,8 +46,9 @@ fn header() -> Result<String, String> {
 
 /// What goes at the end of the header.
 const BY_VALUE: &str = "\
-// A scene with a preset's values (FK_PRESET_...). If the library does not know the preset, or is older than this header and knows
-// only shorter scenes, struct_size is 0: every call then refuses the scene with FK_STRUCT_SIZE.
+// A scene with a preset's values (FK_PRESET_...). If the library does not know the preset, or is older than
+// this header and knows only shorter scenes, struct_size is 0: every call then refuses the scene with
+// FK_STRUCT_SIZE.
 static inline fk_scene fk_scene_preset(uint32_t preset)
 {
     fk_scene scene;
@@ -62,8 +64,8 @@ static inline fk_scene fk_scene_default(void)
 }
 ";
 
-/// The functions as C sees them: the types that carry a host's promise are plain pointers to it. cbindgen would make a typedef of
-/// each, which C has no use for; so it is shown the pointers themselves.
+/// The functions as C sees them: the types that carry a host's promise are plain pointers to it. cbindgen
+/// would make a typedef of each, which C has no use for; so it is shown the pointers themselves.
 fn with_plain_pointers(calls: &str) -> String {
     let pointers = [("ToChange", "*mut fk_sim"), ("ToLookAt", "*const fk_sim"), ("Lent", "*mut core::ffi::c_void")];
     let named =
@@ -76,7 +78,8 @@ fn with_plain_pointers(calls: &str) -> String {
     })
 }
 
-/// The structures of a crate that types.rs gives names of C, under these names: cbindgen does not look into other crates.
+/// The structures of a crate that types.rs gives names of C, under these names: cbindgen does not look into
+/// other crates.
 fn read_outs(types: &str, name: &str, folder: &str) -> Result<String, String> {
     let (_, list) = types
         .split_once(&format!("pub use {name}::{{"))

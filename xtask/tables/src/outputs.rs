@@ -1,4 +1,5 @@
-//! What is made of the kernel's table of outputs: the table of the documents, and the types of the Python package.
+//! What is made of the kernel's table of outputs: the table of the documents, and the types of the Python
+//! package.
 
 use fabric_kernel::outputs::{COUNT, Get, OUTPUTS, Output};
 use xtask::tools::{read, top};

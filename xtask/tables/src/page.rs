@@ -1,5 +1,5 @@
-//! The page in the archives, documentation/index.html: a picture, how to use the model, and a table of its variables from the tables
-//! in code.
+//! The page in the archives, documentation/index.html: a picture, how to use the model, and a table of its
+//! variables from the tables in code.
 
 use crate::description::{description, starts};
 use crate::xml::escaped;

@@ -10,7 +10,8 @@ use fabric_fmu::table::{Role, VARIABLES};
 use fabric_kernel::Scene;
 use fabric_kernel::fields::{self, Choice, FIELDS, Field, Place};
 
-/// The other presets, a stack, and a real fabric, as parameter sets of SSP 1.0 for the FMU of FMI 2.0: what differs from its start values.
+/// The other presets, a stack, and a real fabric, as parameter sets of SSP 1.0 for the FMU of FMI 2.0: what
+/// differs from its start values.
 pub fn sets() -> Result<Vec<(String, String)>, String> {
     let name_of = |name: &str| format!("examples/parameters/{name}.ssv");
     let others = fabric_scene::PRESETS.iter().filter(|(_, make)| make() != Scene::sheet_10in_cylinder());

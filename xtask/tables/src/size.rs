@@ -1,4 +1,5 @@
-//! `cargo xtask size`: machine code, stack and memory of the library with few features, and the table of them in the documents.
+//! `cargo xtask size`: machine code, stack and memory of the library with few features, and the table of them
+//! in the documents.
 
 use crate::{gates, stack};
 
@@ -60,7 +61,8 @@ fn code(library: &Path) -> Result<u64, String> {
     let mut bytes = 0;
     for member in archive.members() {
         let member = member.map_err(|error| failed(&error))?;
-        // Besides it the archive holds all of the compiler's own functions, of which a host links what it needs.
+        // Besides it the archive holds all of the compiler's own functions, of which a host links what it
+        // needs.
         if member.name().starts_with(b"fabric_kernel") {
             let object = object::File::parse(member.data(&*data).map_err(|error| failed(&error))?);
             let sections = object.map_err(|error| failed(&error))?;
@@ -70,8 +72,8 @@ fn code(library: &Path) -> Result<u64, String> {
     if bytes > 0 { Ok(bytes) } else { Err(format!("{}: no machine code of the project", library.display())) }
 }
 
-/// Bytes a node of a sheet of 105 x 105 nodes with the first option of the tests that asks for this feature alone; none if there is
-/// none, for what no scene asks for and for sets.
+/// Bytes a node of a sheet of 105 x 105 nodes with the first option of the tests that asks for this feature
+/// alone; none if there is none, for what no scene asks for and for sets.
 fn bytes_a_node(name: &str) -> Option<usize> {
     let preset = Scene::sheet_3in_sphere();
     // Without drawn yarn, and with a step that is short enough for any.

@@ -1,11 +1,14 @@
-//! Stack that a call into the kernel's C library may need: the frames of the deepest chain of calls from every `fk_*` function.
+//! Stack that a call into the kernel's C library may need: the frames of the deepest chain of calls from
+//! every `fk_*` function.
 //!
-//! Method: the compiler notes the frame of every function (section `.stack_sizes`); the calls come from the disassembly of the
-//! linked library. A frame counts with the return address that the call itself pushes. A function that ends by jumping to
-//! another has given up its own frame by then. Functions of the host (memcpy, memset, memmove, memcmp) are not counted.
-//! Calls through a pointer are of three kinds, and anything else is an error: functions of the host whose address a register
-//! keeps; the formatting of an error's text, whose callees are listed here; and the loops over the kernel's tables of parameters and features,
-//! each of which may call every function of the table. A chain that comes back to itself is an error.
+//! Method: the compiler notes the frame of every function (section `.stack_sizes`); the calls come from the
+//! disassembly of the linked library. A frame counts with the return address that the call itself pushes. A
+//! function that ends by jumping to another has given up its own frame by then. Functions of the host
+//! (memcpy, memset, memmove, memcmp) are not counted.
+//! Calls through a pointer are of three kinds, and anything else is an error: functions of the host whose
+//! address a register keeps; the formatting of an error's text, whose callees are listed here; and the loops
+//! over the kernel's tables of parameters and features, each of which may call every function of the table. A
+//! chain that comes back to itself is an error.
 
 use object::{Object, ObjectSection};
 use std::collections::BTreeMap;
@@ -34,7 +37,8 @@ pub struct Chain {
     pub frames: Vec<(String, u64)>,
 }
 
-/// Who calls through pointers, and which functions these can be: texts of `core::fmt`, made only for an error.
+/// Who calls through pointers, and which functions these can be: texts of `core::fmt`, made only for an
+/// error.
 const POINTERS: [(&str, &[&str]); 5] = [
     ("core::fmt::write", &["<&str as core::fmt::Display>::fmt", "<u64 as core::fmt::Display>::fmt", "write_str"]),
     ("<u64 as core::fmt::Display>::fmt", &["write_str", "write_char"]),
@@ -202,8 +206,8 @@ fn slots(library: &Path) -> Result<BTreeMap<u64, u64>, String> {
         .collect())
 }
 
-/// Whether a jump through a register stays in the function, as those of a switch do: its place is taken from a table of
-/// distances, or the function's frame, if it has one, is still there.
+/// Whether a jump through a register stays in the function, as those of a switch do: its place is taken from
+/// a table of distances, or the function's frame, if it has one, is still there.
 fn is_switch(register: &str, before: &[&str]) -> bool {
     let from_table = |line: &&str| line.starts_with("movslq (") && line.ends_with(&format!(",{register}"));
     let framed = before.first().is_some_and(|line| line.starts_with("push ") || line.starts_with("sub "));
@@ -211,8 +215,8 @@ fn is_switch(register: &str, before: &[&str]) -> bool {
     before.iter().any(from_table) || (framed && !before.iter().rev().take(10).any(unwinds))
 }
 
-/// Whether all that this function ever loads into a register from the table of the host's functions is one of these, and
-/// there is such a load.
+/// Whether all that this function ever loads into a register from the table of the host's functions is one of
+/// these, and there is such a load.
 fn from_host(register: &str, body: &[&str]) -> bool {
     let loads: Vec<_> = body
         .iter()
@@ -221,7 +225,8 @@ fn from_host(register: &str, body: &[&str]) -> bool {
     !loads.is_empty() && loads.iter().all(|line| names_host(line))
 }
 
-/// Whether a register was last written, before a call, with the content of one that [`from_host`] says this of.
+/// Whether a register was last written, before a call, with the content of one that [`from_host`] says this
+/// of.
 fn is_copied_from_host(register: &str, before: &[&str], body: &[&str]) -> bool {
     let last = before.iter().rev().find(|line| line.ends_with(&format!(",{register}")));
     let source = last.and_then(|line| line.strip_prefix("mov ")?.trim().split_once(','));

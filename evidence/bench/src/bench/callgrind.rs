@@ -1,6 +1,7 @@
 //! Instructions per node-step, counted by valgrind's callgrind: figures that no load disturbs.
 //!
-//! Method: this program steps one case under callgrind, for few steps and for more; the difference holds the steps alone.
+//! Method: this program steps one case under callgrind, for few steps and for more; the difference holds the
+//! steps alone.
 
 use super::Bench;
 use super::programs::output;

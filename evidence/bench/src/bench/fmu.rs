@@ -1,7 +1,9 @@
-//! What the FMU costs beyond the stepping: doStep, get, and its states; FMI 2.0 and 3.0 through their own functions.
+//! What the FMU costs beyond the stepping: doStep, get, and its states; FMI 2.0 and 3.0 through their own
+//! functions.
 //!
-//! Method: a sheet of 5 x 5 nodes that nothing touches and one internal step a call, so that next to nothing is stepped; the
-//! kernel's own time for the same step is taken off. States are those of the default scene, 350 x 350 nodes.
+//! Method: a sheet of 5 x 5 nodes that nothing touches and one internal step a call, so that next to nothing
+//! is stepped; the kernel's own time for the same step is taken off. States are those of the default scene,
+//! 350 x 350 nodes.
 #![allow(unsafe_code)] // The functions under test are C functions.
 
 use super::Bench;
@@ -107,7 +109,8 @@ pub fn calls(bench: &mut Bench) -> Result<()> {
     Ok(())
 }
 
-/// States of the default scene: in memory, and as bytes with a checksum. (FMI 3.0 goes through the same functions.)
+/// States of the default scene: in memory, and as bytes with a checksum. (FMI 3.0 goes through the same
+/// functions.)
 pub fn states(bench: &mut Bench) -> Result<()> {
     let mut instance = begun(false, false)?;
     for number in 0..20 {
@@ -117,7 +120,8 @@ pub fn states(bench: &mut Bench) -> Result<()> {
     let (mut state, mut size) = (ptr::null_mut(), 0);
     for _ in 0..bench.effort.rounds {
         let mut copy = ptr::null_mut();
-        // SAFETY: the instance lives and nothing else refers to it; states are its own; the array is as long as said.
+        // SAFETY: the instance lives and nothing else refers to it; states are its own; the array is as long
+        // as said.
         unsafe {
             let mut fmu = || Handle::given(ptr::from_mut(&mut *instance));
             let clock = Clock::start();

@@ -1,14 +1,16 @@
-//! The benchmark: ns per node-step over sizes, instruction sets and threads; what parts cost; peers. `python -m evidence bench`
-//! compares it with the goals and writes the tables of docs/performance.md.
+//! The benchmark: ns per node-step over sizes, instruction sets and threads; what parts cost; peers.
+//! `python -m evidence bench` compares it with the goals and writes the tables of docs/performance.md.
 //!
-//! One node-step is one node advanced by one step, with its two segments. Two cases come first. "sweep": a moving sheet
-//! without a projectile, nothing tracked: the hot pass alone. "run": the preset sphere at 300 m/s on four held sides, taken up
-//! after 1000 steps, when contact is wide and the first segments fail or are about to, with supports and detachment tracked.
+//! One node-step is one node advanced by one step, with its two segments. Two cases come first. "sweep": a
+//! moving sheet without a projectile, nothing tracked: the hot pass alone. "run": the preset sphere at 300
+//! m/s on four held sides, taken up after 1000 steps, when contact is wide and the first segments fail or are
+//! about to, with supports and detachment tracked.
 //!
-//! Method: everything that is compared starts from the same image and takes the same steps; rounds go through all of it in
-//! turn, so that a change of the machine's load meets all alike. The least time is the machine's, the median says how quiet it
-//! was; ratios are medians of the ratios of each round. Time is CPU time: of the thread for the kernel (wall time where it has
-//! several), of the process for peers. All instruction sets must end in the same bits.
+//! Method: everything that is compared starts from the same image and takes the same steps; rounds go through
+//! all of it in turn, so that a change of the machine's load meets all alike. The least time is the
+//! machine's, the median says how quiet it was; ratios are medians of the ratios of each round. Time is CPU
+//! time: of the thread for the kernel (wall time where it has several), of the process for peers. All
+//! instruction sets must end in the same bits.
 
 mod callgrind;
 mod fmu;
@@ -34,8 +36,8 @@ use std::time::Instant;
 /// Options of `bench`.
 #[derive(Args)]
 pub struct Options {
-    /// Few rounds, no sheet above 1000 x 1000, and none above 350 x 350 for the peers: two to three minutes on 2 quiet
-    /// cores.
+    /// Few rounds, no sheet above 1000 x 1000, and none above 350 x 350 for the peers: two to three minutes
+    /// on 2 quiet cores.
     #[arg(long)]
     quick: bool,
     /// Small sheets, very few rounds, and of the peers only plain C: does it work?
@@ -73,8 +75,8 @@ const SMALL: &[u32] = &[35, 105];
 const ONCE: &[u32] = &[0];
 const NOT: &[u32] = &[];
 
-/// Every group: its sizes in full, with --quick and with --smoke. The first steps of the largest peers alone take longer than the rest of
-/// the short form.
+/// Every group: its sizes in full, with --quick and with --smoke. The first steps of the largest peers alone
+/// take longer than the rest of the short form.
 const GROUPS: [(&str, [&[u32]; 3], Measure); 15] = [
     ("ports", [ONCE, ONCE, ONCE], |bench, _| ports::measure(bench)),
     ("sweep", [LARGE, LARGE.split_at(5).0, SMALL], |bench, size| sheets::measure(bench, &sheets::sweep(size))),

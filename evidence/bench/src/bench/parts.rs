@@ -65,10 +65,12 @@ pub fn rest(bench: &mut Bench, size: u32) -> Result<()> {
     Ok(())
 }
 
-/// `contact_capacity` for tight memory under the 10 in preset: 1.6 times the nodes that wrap its cylinder (docs/embedding.md).
+/// `contact_capacity` for tight memory under the 10 in preset: 1.6 times the nodes that wrap its cylinder
+/// (docs/embedding.md).
 const TIGHT_CAPACITY: u32 = 7250;
 
-/// Bytes per node of the 10 in preset, 350 x 350, everything counted; neither the body nor the supports matter.
+/// Bytes per node of the 10 in preset, 350 x 350, everything counted; neither the body nor the supports
+/// matter.
 pub fn memory(bench: &mut Bench) -> Result<()> {
     let report = &mut bench.report;
     let mut scene = Scene::sheet_10in_cylinder();

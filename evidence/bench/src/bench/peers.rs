@@ -1,7 +1,9 @@
-//! Other programs on the same grid with the same sphere, in rounds with the kernel: time over the kernel's, round by round.
+//! Other programs on the same grid with the same sphere, in rounds with the kernel: time over the kernel's,
+//! round by round.
 //!
-//! Every peer is a process that takes the first steps, says what it has reached, and waits for rounds; see evidence/bench/peers. It
-//! reports its own CPU time. A peer that cannot be built, installed or run is named among what is missing.
+//! Every peer is a process that takes the first steps, says what it has reached, and waits for rounds; see
+//! evidence/bench/peers. It reports its own CPU time. A peer that cannot be built, installed or run is named
+//! among what is missing.
 
 use super::Bench;
 use super::programs::{folder, output, python, top};

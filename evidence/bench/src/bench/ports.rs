@@ -7,8 +7,9 @@ use fabric_kernel::InstructionSet;
 use fabric_kernel::internals::lanes::{Job, Lane, dispatch};
 use std::hint::black_box;
 
-/// Additions and maxima that the law needs per node-step: two segments of 7 additions and a maximum each, 3 axes of 3
-/// additions to sum the forces and 2 to kick and drift. (The hot pass does two more comparisons and two range checks.)
+/// Additions and maxima that the law needs per node-step: two segments of 7 additions and a maximum each, 3
+/// axes of 3 additions to sum the forces and 2 to kick and drift. (The hot pass does two more comparisons and
+/// two range checks.)
 pub const ADDITIONS: f64 = 31.0;
 
 /// Independent sums: more than ports times latency on any core.

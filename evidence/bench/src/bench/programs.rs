@@ -17,7 +17,8 @@ pub fn folder(name: &str) -> Result<PathBuf> {
     Ok(folder)
 }
 
-/// Runs a program and returns what it wrote to standard output and standard error; an error if it cannot or fails.
+/// Runs a program and returns what it wrote to standard output and standard error; an error if it cannot or
+/// fails.
 pub fn output(command: &mut Command) -> Result<(String, String)> {
     let shown = command.get_program().to_string_lossy().into_owned();
     let output = command.output().map_err(|error| format!("cannot start {shown}: {error}"))?;
@@ -30,7 +31,8 @@ pub fn output(command: &mut Command) -> Result<(String, String)> {
     Err(format!("{shown} failed ({}): {last}", output.status).into())
 }
 
-/// The Python of the peers' virtual environment, made and filled from evidence/bench/peers/requirements.txt if need be.
+/// The Python of the peers' virtual environment, made and filled from evidence/bench/peers/requirements.txt
+/// if need be.
 pub fn python() -> Result<PathBuf> {
     let venv = folder("peers")?.join("venv");
     let python = venv.join("bin").join("python");

@@ -1,4 +1,5 @@
-//! The cases that are stepped, and how one is timed: every way to step it in turn, from the same image, round by round.
+//! The cases that are stepped, and how one is timed: every way to step it in turn, from the same image, round
+//! by round.
 
 use super::Bench;
 use super::rows::{Row, SINGLE_STEPS};
@@ -101,7 +102,8 @@ fn ring(scene: &mut Scene) {
     scene.sheet.radius = scene.closed_radius();
 }
 
-/// A case of the paper's sheet with a sheet of Kevlar KM2, style S706, in its place: viscous, as textiles are. The sphere comes at 150 m/s.
+/// A case of the paper's sheet with a sheet of Kevlar KM2, style S706, in its place: viscous, as textiles
+/// are. The sphere comes at 150 m/s.
 pub fn of_kevlar(case: Case, name: &'static str) -> Result<Case> {
     let named = textile::all()?.into_iter().find(|named| named.name == "kevlar_km2_s706").ok_or("no textile KM2")?;
     let mut scene = case.scene;
@@ -157,7 +159,8 @@ pub const COUNTED: [(&str, OfSize); 13] = [
     ("plies", |size| Ok(plies(size))),
 ];
 
-/// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail or are about to.
+/// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail
+/// or are about to.
 pub fn whole_run(size: u32) -> Case {
     let mut scene = held(size);
     scene.projectile.velocity = [0.0, 0.0, 300.0];
@@ -202,8 +205,8 @@ fn throw(sim: &mut Sim<'_>, speed: f64) -> Result<()> {
     Ok(())
 }
 
-/// A simulation that has taken the steps before the measured ones, and its image. From here on rows at rest are stepped too,
-/// so that no figure depends on how far the wave has come.
+/// A simulation that has taken the steps before the measured ones, and its image. From here on rows at rest
+/// are stepped too, so that no figure depends on how far the wave has come.
 pub fn prepare<'a>(case: &Case, buffers: &'a mut Buffers) -> Result<(Sim<'a>, Vec<u8>)> {
     let mut sim = buffers.sim(&case.scene)?;
     (case.start)(&mut sim)?;

@@ -30,7 +30,8 @@ impl Draws {
     }
 }
 
-/// A body of some size of the sheet, flat or tilted, of ten milligrams to three kilograms, just short of 105 x 105 nodes.
+/// A body of some size of the sheet, flat or tilted, of ten milligrams to three kilograms, just short of 105
+/// x 105 nodes.
 fn scene(draws: &mut Draws) -> Scene {
     let mut scene = Scene::sheet_3in_sphere();
     scene.yarn.stochastic = false;
