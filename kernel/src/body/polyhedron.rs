@@ -308,7 +308,6 @@ impl Polyhedron {
 
 /// Refuses planes without a unit normal, not about the centre of mass, nearer to it than the node spacing, or
 /// that enclose nothing. There are at most [`MAX_FACES`].
-#[inline(never)]
 pub(crate) fn check<P: Iterator<Item = [f64; 4]>>(planes: impl Fn() -> P, spacing: f64) -> Result<(), Error> {
     const FIELD: &str = "projectile.faces.planes";
     for [x, y, z, distance] in planes() {

@@ -93,7 +93,6 @@ pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
 }
 
 /// Refuses a sector that is too small, or an edge of which is a millionth of the rest.
-#[inline(never)]
 fn check_sector(sector: &Sector, spacing: f64) -> Result<(), Error> {
     const RADIUS: &str = "projectile.sector.outer_radius";
     const THICKNESS: &str = "projectile.sector.thickness";
@@ -188,7 +187,6 @@ impl Solid {
         self.set_polyhedron(box_faces([a, b, c]).into_iter(), gyration);
     }
 
-    #[inline(never)]
     fn set_sector(&mut self, sector: &Sector, mass: f64) {
         let profile = prism::of_sector(sector);
         // With a mass those of a polyhedron of these moments, to the last bit.

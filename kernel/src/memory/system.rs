@@ -278,7 +278,6 @@ impl System<'_> {
     }
 
     /// Largest impulse of the clamp on every held node in a step.
-    #[inline(never)]
     fn fill_holds(&mut self) {
         let [nx, ny] = [self.layout.x.nodes as usize, self.layout.y.nodes as usize];
         let dt = self.model.limits.dt;

@@ -124,7 +124,6 @@ impl Scene {
     }
 
     /// A case lies within a ring, and its window along it.
-    #[inline(never)]
     pub(crate) fn check_casing(&self) -> Result<(), Error> {
         let (casing, ring) = (&self.casing, self.sheet.radius);
         if !Feature::Casing.is_built() || casing.radius == 0.0 {

@@ -257,7 +257,6 @@ impl Scene {
     }
 
     /// What the front fabric must be holds for the back one, too.
-    #[inline(never)]
     fn check_back(&self) -> Result<(), Error> {
         let shape = self.back.weibull_shape;
         if shape != 0.0 && shape < WEIBULL_SHAPES[0] {
@@ -437,7 +436,6 @@ impl Scene {
     }
 
     /// What clamps hold must be more than what the sheet pulls before anything has happened.
-    #[inline(never)]
     fn check_clamps(&self) -> Result<(), Error> {
         let Attachment { hold, grip, strength, .. } = self.attachment;
         if grip > 0.0 && hold == 0.0 {
@@ -460,7 +458,6 @@ impl Scene {
         Ok(())
     }
 
-    #[inline(never)]
     fn check_attachment(&self) -> Result<(), Error> {
         if self.attachment.kind != AttachmentKind::FourCorners {
             return Ok(());

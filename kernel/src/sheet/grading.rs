@@ -117,7 +117,6 @@ impl Scene {
 
     /// Where the projectile's centre meets the sheet's plane, and the half extents of its box there, m,
     /// sheet's frame.
-    #[inline(never)]
     fn expected_hit(&self) -> ([f64; 2], [f64; 3]) {
         let (pose, body) = (Pose::of_sheet(&self.sheet), &self.projectile);
         let ([x, y, z], [vx, vy, vz]) = (pose.point_in(body.position), pose.vector_in(body.velocity));

@@ -189,7 +189,6 @@ impl Scene {
     }
 
     /// Radius, and how the ends are held, of a curved sheet.
-    #[inline(never)]
     pub(crate) fn check_curve(&self) -> Result<(), Error> {
         let (radius, kind) = (self.sheet.radius, self.attachment.kind);
         if !self.is_curved() {
