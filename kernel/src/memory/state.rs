@@ -219,7 +219,6 @@ impl Sums {
         }
     }
 
-    #[inline(never)]
     fn add_to_supports(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
         for turn in symmetry.images() {
             if let Some(sum) = self.support.get_mut(symmetry::attachment_image(kind, attachment, turn)) {

@@ -29,7 +29,6 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
 
 /// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. After a
 /// path it coasts with the rates the path ended with.
-#[inline(never)]
 pub(crate) fn prescribe_rates(system: &mut System<'_>) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
     if system.scene.is_free() {
         return None;

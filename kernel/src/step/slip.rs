@@ -47,7 +47,6 @@ struct YarnAtNode {
 }
 
 /// Counts, with a pass over the sheet. Commits nothing.
-#[inline(never)]
 pub(crate) fn slip(system: &System<'_>, thickness: f64, friction: f64, adhesion: f64) -> Result<Slip, Error> {
     system.sound()?;
     positive("thickness", thickness)?;
