@@ -4,10 +4,10 @@
 //!
 //! Method: for every candidate node (gap phi < h at t_n) an impulse lambda >= 0 along the outward normal n,
 //! complementary to the gap rate phi/dt + n.(v - V' - w' x r) >= 0 at the end of the step (0 in place of
-//! phi/dt for a node already inside), solved together by projected Gauss-Seidel in node order from lambda =
-//! 0. The gap of a convex body is convex, so the node stays outside; no position is projected and no energy
-//! is put into the yarns. Who is a candidate: `search.rs`, and which of them the body gets past beside an
-//! edge: `edge.rs`. What sweeps do not settle goes on in `newton.rs`.
+//! phi/dt for a node already inside), solved together by projected Gauss-Seidel in node order from
+//! lambda = 0. The gap of a convex body is convex, so the node stays outside; no position is projected and no
+//! energy is put into the yarns. Who is a candidate: `search.rs`, and which of them the body gets past beside
+//! an edge: `edge.rs`. What sweeps do not settle goes on in `newton.rs`.
 //! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add
 //! energy: impulses that would are all scaled back). A prescribed body passes through fixed nodes: neither
 //! gives way. Rotation makes the non-penetration second order in dt.

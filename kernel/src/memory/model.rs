@@ -125,8 +125,8 @@ impl Model {
         Ok(())
     }
 
-    /// Speed bound of a path: the derivative of the cubic lies in the hull of its ends and 3 (P1 - P0)/T - V0
-    /// - V1.
+    /// Speed bound of a path: the derivative of the cubic lies in the hull of its ends and
+    /// 3 (P1 - P0)/T - V0 - V1.
     pub(crate) fn check_track(&self, track: &Track) -> Result<(), Error> {
         let duration = track.steps as f64 * self.limits.dt;
         let (start, end) = (&track.start, &track.end);
