@@ -1364,8 +1364,9 @@ int32_t fk_replay(struct fk_sim *sim,
 }  // extern "C"
 #endif  // __cplusplus
 
-// A scene with a preset's values (FK_PRESET_...). If the library does not know the preset, or is older than this header and knows
-// only shorter scenes, struct_size is 0: every call then refuses the scene with FK_STRUCT_SIZE.
+// A scene with a preset's values (FK_PRESET_...). If the library does not know the preset, or is older than
+// this header and knows only shorter scenes, struct_size is 0: every call then refuses the scene with
+// FK_STRUCT_SIZE.
 static inline fk_scene fk_scene_preset(uint32_t preset)
 {
     fk_scene scene;
