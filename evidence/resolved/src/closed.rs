@@ -23,8 +23,7 @@ fn near(name: &str, found: f64, expected: f64, part: f64) {
     assert!((found / expected - 1.0).abs() < part, "{name}: {found} instead of {expected}");
 }
 
-/// Strain, front of the kink in the laboratory and velocity that go with a stretch: docs/validation.md, "One
-/// yarn hit across".
+/// Front of the kink in the laboratory and velocity at a stretch: docs/validation.md, "One yarn hit across".
 fn smith(c: &Cloth, stretch: f64) -> (f64, f64) {
     let force = c.stiffness * 0.5 * stretch * (stretch * stretch - 1.0);
     let (inwards, kink) = ((force * (stretch - 1.0) / c.line_mass).sqrt(), (force * stretch / c.line_mass).sqrt());

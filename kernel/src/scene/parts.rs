@@ -51,8 +51,8 @@ pub struct Sheet {
 }
 
 /// A graded network: fine about the expected hit, and towards the edges bars that stand for 2, 4, 8 ... yarns
-/// and as many crossings. Read-outs of nodes and segments give the network's own. See docs/model.md, "Graded
-/// networks".
+/// and as many crossings. Read-outs of nodes and segments give the network's own.
+/// See docs/model.md, "Graded networks".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grading {
     /// Most yarns that a bar stands for: 2, 4, 8 ... 64; 0 or 1: no grading, and the other numbers are not
