@@ -28,6 +28,8 @@ MOST_UNCONVERGED = 0.01
 """Contact solves that do not converge are harmless below this share of the steps (docs/accuracy.md)."""
 MOST_GAINED = 0.01
 """Largest part of the impact energy by which an energy balance may be open (docs/model.md, "Slack and taut")."""
+PARTS = ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "attachment", "contact_loss")
+"""Parts of the energy balance, J, without those of the projectile and the supports."""
 UNITS = {
     "m": ("position_", "ply_penetration", "max_deflection", "point_"),
     "s": ("time", "detached", "wall"),
@@ -42,15 +44,7 @@ UNITS = {
         "absorbed",
         "support_work",
         "projectile_kinetic",
-        "fabric_kinetic",
-        "strain",
-        "dissipated",
-        "viscous",
-        "friction",
-        "ply_loss",
-        "casing_loss",
-        "attachment",
-        "contact_loss",
+        *PARTS,
         "energy_residual",
         "residual",
     ),
@@ -155,18 +149,7 @@ def flown(
     row |= {f"angular_velocity_{axis}": part for axis, part in zip("xyz", body.get("angular_velocity", [None] * 3))}
     row |= {"initial_kinetic": initial, "residual_kinetic": energy.get("projectile_kinetic"), "absorbed": contact.get("work")}
     row |= {"support_work": energy.get("support_work"), "force_peak": contact.get("force_peak")}
-    parts = (
-        "fabric_kinetic",
-        "strain",
-        "dissipated",
-        "viscous",
-        "friction",
-        "ply_loss",
-        "casing_loss",
-        "attachment",
-        "contact_loss",
-    )
-    row |= {name: energy.get(name) for name in parts} | {"energy_residual": energy.get("residual")}
+    row |= {name: energy.get(name) for name in PARTS} | {"energy_residual": energy.get("residual")}
     row["max_deflection"] = None if broken else deepest
     row["failed_near_held"] = None if broken else near_held(simulation) if counters["failed_segments"] else 0
     row |= {name: counters[name] for name in ("failed_segments", "unconverged", "ply_penetration", "beyond_fine")}

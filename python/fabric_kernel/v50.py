@@ -402,16 +402,22 @@ def at(
     }
 
 
-def print_at(given: Any, scene: Scene) -> None:
-    """The answer of --at: a line, and at.json."""
-    shoot = Shooter(
+def shooter(given: Any, scene: Scene, to_the_end: bool = False) -> Shooter:
+    """Shots at a scene as the options say."""
+    return Shooter(
         scene,
         seed=given.seed,
         point=None if given.as_aimed else (0.0, 0.0),
         attitude=given.attitude,
         keep=given.out / "runs.jsonl",
         steps=given.steps,
+        to_the_end=to_the_end,
     )
+
+
+def print_at(given: Any, scene: Scene) -> None:
+    """The answer of --at: a line, and at.json."""
+    shoot = shooter(given, scene)
     found = at(
         shoot, given.at, 20 if given.shots is None else given.shots, given.confidence, functools.partial(print, flush=True)
     )
@@ -479,15 +485,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             return
         shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20
         plan = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
-        shoot = Shooter(
-            scene,
-            seed=given.seed,
-            point=None if given.as_aimed else (0.0, 0.0),
-            attitude=given.attitude,
-            keep=given.out / "runs.jsonl",
-            steps=given.steps,
-            to_the_end=given.to_the_end,
-        )
+        shoot = shooter(given, scene, to_the_end=given.to_the_end)
         test = v50(
             shoot,
             plan,
