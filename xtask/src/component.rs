@@ -4,11 +4,8 @@ use crate::platforms;
 use crate::tools;
 use std::path::{Path, PathBuf};
 
-/// Its target, and its folder in an archive.
+/// Its target.
 pub const PLATFORM: &str = "wasm32-wasip2";
-/// The layered standard's manifest in an archive: as the draft calls it, and as FMI 3.0's schema does.
-pub const MANIFESTS: [&str; 2] =
-    ["extra/org.modelica.fmi-ls-wasm/manifest.xml", "extra/org.modelica.fmi-ls-wasm/fmi-ls-manifest.xml"];
 
 /// Builds it from the checkout in `source` below `target`; an error says what is missing.
 pub fn build(source: &Path, target: &Path) -> Result<PathBuf, String> {

@@ -6,9 +6,6 @@ use crate::platforms::{self, Library, Targets};
 use crate::tools::{self, Outcome};
 use std::path::{Path, PathBuf};
 
-/// Name of the model.
-const NAME: &str = "FabricShield";
-
 #[derive(clap::Args, Default)]
 pub struct Options {
     /// Only compare the committed files with the tables in code.
@@ -48,34 +45,12 @@ pub fn packed(targets: Targets, checked: bool) -> Result<[PathBuf; 2], String> {
         Targets::Host => None,
         Targets::All => component::build_if_ready(&tools::top(), &target.join("cross"))?,
     };
-    let file = |name: &str, path: &str| (name.to_string(), tools::top().join("modelDescription").join(path));
-    let mut two = vec![file("modelDescription.xml", "fmi2.xml"), file("model.png", "icon.png")];
-    let sets = tools::top().join("examples/parameters");
-    let names = tools::listed(&sets)?.into_iter().filter(|set| set.ends_with(".ssv"));
-    two.extend(names.map(|set| (format!("documentation/parameters/{set}"), sets.join(set))));
-    let mut three = vec![
-        file("modelDescription.xml", "fmi3.xml"),
-        file("terminalsAndIcons/icon.png", "icon.png"),
-        file("terminalsAndIcons/terminalsAndIcons.xml", "terminalsAndIcons.xml"),
-    ];
-    if let Some(component) = component {
-        three.push((format!("binaries/{}/{NAME}.wasm", component::PLATFORM), component));
-        three.extend(component::MANIFESTS.map(|name| file(name, "fmi-ls-wasm.xml")));
-    }
-    for (entries, version) in [(&mut two, 2), (&mut three, 3)] {
-        let documents = ["documentation/index.html", "documentation/licenses/license.txt"];
-        entries.extend(documents.map(|name| file(name, name)));
-        entries.extend(libraries.iter().map(|Library { platform, path }| {
-            let folder = platform.fmu[version - 2];
-            (format!("binaries/{folder}/{NAME}.{}", platform.extension), path.clone())
-        }));
-    }
-    tools::make_folder(out.to_path_buf())?;
-    let archives = ["fmi2", "fmi3"].map(|version| out.join(format!("{NAME}-{version}.fmu")));
-    for (archive, entries) in archives.iter().zip([two, three]) {
-        pack(archive, &entries)?;
-    }
-    Ok(archives)
+    let folders = |Library { platform, path }: &Library| format!("{}={}", platform.fmu.join(","), path.display());
+    let mut words = vec!["fmu/pack/pack.py".into(), "shield".into(), out.to_string_lossy().into_owned()];
+    words.extend(component.map(|file| file.to_string_lossy().into_owned()));
+    words.extend(libraries.iter().map(folders));
+    tools::run("python3", &words.iter().map(String::as_str).collect::<Vec<_>>())?;
+    Ok(["fmi2", "fmi3"].map(|version| out.join(format!("FabricShield-{version}.fmu"))))
 }
 
 /// An FMU of FMI 2.0 with the start values of a scene, from the one that is packed.
@@ -87,9 +62,9 @@ pub fn of_scene(name: &str, file: &Path) -> Result<PathBuf, String> {
     Ok(out.join(format!("{name}-fmi2.fmu")))
 }
 
-/// Packs files so that the same files give the same bytes: sorted, with one fixed time and mode.
+/// Packs files; the same files give the same bytes.
 pub fn pack(archive: &Path, entries: &[(String, PathBuf)]) -> Outcome {
     let entries: Vec<_> = entries.iter().map(|(name, path)| format!("{name}={}", path.display())).collect();
-    let words = ["xtask/pack.py", &archive.to_string_lossy()].map(String::from);
+    let words = ["fmu/pack/pack.py", &archive.to_string_lossy()].map(String::from);
     tools::run("python3", &words.iter().chain(&entries).map(String::as_str).collect::<Vec<_>>())
 }

@@ -1,15 +1,9 @@
 //! xtask-tables: what is made of the tables in code, and what is checked in compiled libraries.
 
 mod check;
-mod description;
 mod gates;
-mod header;
-mod outputs;
-mod page;
-mod parameters;
 mod size;
 mod stack;
-mod xml;
 
 use xtask::tools::{Outcome, made, top};
 
@@ -20,8 +14,8 @@ fn main() -> std::process::ExitCode {
 
 fn run(words: &[&str]) -> Outcome {
     match words {
-        ["header", check @ ..] => header::run(check == ["--check"]),
-        ["fmu", check @ ..] => fmu(check == ["--check"]),
+        ["header", check @ ..] => written(capi_header::files()?, check, "cargo xtask header"),
+        ["fmu", check @ ..] => written(fmu_pack::files()?, check, "cargo xtask fmu"),
         ["check", libraries @ ..] => check::run(libraries),
         ["gates"] => gates::run(),
         ["features"] => gates::every_feature_set(),
@@ -30,16 +24,8 @@ fn run(words: &[&str]) -> Outcome {
     }
 }
 
-/// What `cargo xtask fmu` makes of the tables, or the comparison with what is committed.
-fn fmu(check: bool) -> Outcome {
-    let tables = [
-        ("modelDescription/fmi2.xml".into(), description::fmi2()),
-        ("modelDescription/fmi3.xml".into(), description::fmi3()),
-        ("modelDescription/documentation/index.html".into(), page::page()),
-        ("docs/tables/scene.md".into(), parameters::table()),
-        ("docs/tables/outputs.md".into(), outputs::table()),
-    ];
-    let files = tables.into_iter().chain(parameters::sets()?).chain([outputs::types()?]);
-    let files: Vec<_> = files.map(|(name, text)| (top().join(name), text)).collect();
-    made(&files, check, "cargo xtask fmu")
+/// Writes what is made of the tables in code, or compares it with what is committed.
+fn written(files: Vec<(String, String)>, check: &[&str], command: &str) -> Outcome {
+    let files: Vec<_> = files.into_iter().map(|(name, text)| (top().join(name), text)).collect();
+    made(&files, check == ["--check"], command)
 }

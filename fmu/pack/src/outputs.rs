@@ -30,8 +30,8 @@ const ENDS: [&str; 2] =
 pub fn types() -> Result<(String, String), String> {
     let text = read(top().join(TYPES))?;
     let parts = text.split_once(ENDS[0]).and_then(|(before, rest)| Some((before, rest.split_once(ENDS[1])?.1)));
-    let (before, behind) = parts.ok_or(format!("{TYPES} has no place for the outputs"))?;
-    Ok((TYPES.into(), [before, ENDS[0], &classes(), ENDS[1], behind].concat()))
+    let (before, after) = parts.ok_or(format!("{TYPES} has no place for the outputs"))?;
+    Ok((TYPES.into(), [before, ENDS[0], &classes(), ENDS[1], after].concat()))
 }
 
 /// Longest line in Python, as in pyproject.toml.

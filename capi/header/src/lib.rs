@@ -7,13 +7,14 @@ use fabric_kernel::MAX_NODES_PER_SIDE;
 use fabric_kernel::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
 use fabric_kernel::{Code, Scene};
 use std::fmt::Write;
-use xtask::tools::{Outcome, emptied, made, read, sources, target, top, write};
+use xtask::tools::{emptied, read, sources, target, top, write};
 
-/// `cargo xtask header`: writes the header and the scene's layout, or compares what is committed.
-pub fn run(check: bool) -> Outcome {
-    let (header, layout) =
-        ((top().join("include/fabric_kernel.h"), header()?), (top().join("tests/c/abi/scene.inc"), layout()));
-    made(&[header, layout], check, "cargo xtask header")
+/// The header and the scene's layout: path below the top folder, and text.
+///
+/// # Errors
+/// A source that is not there or has not the form that is expected: which, and what is missing.
+pub fn files() -> Result<Vec<(String, String)>, String> {
+    Ok(vec![("include/fabric_kernel.h".into(), header()?), ("tests/c/abi/scene.inc".into(), layout())])
 }
 
 fn header() -> Result<String, String> {

@@ -1,7 +1,6 @@
 //! The scene's parameters: parameter sets (SSP 1.0) for the FMU, and their table in the documents.
 
 use crate::description::{self, element_name};
-use crate::header;
 use crate::xml::{Xml, some, tag};
 use fabric_fmu::MODEL_IDENTIFIER;
 use fabric_fmu::parameters::Parameters;
@@ -70,7 +69,7 @@ pub fn table() -> String {
         let named =
             |choice: &Choice, k: u64| format!("`{}`", choice.items.get(k as usize).map_or("", |(name, _)| name));
         let scenes = [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()];
-        let [ten, three] = scenes.map(|scene| header::values(field, scene, named));
+        let [ten, three] = scenes.map(|scene| capi_header::values(field, scene, named));
         let default = if ten == three { ten } else { format!("{ten}; 3 in: {three}") };
         let unit = field.quantity.map_or("", |quantity| quantity.unit);
         let cells =
@@ -103,6 +102,6 @@ fn typed(field: &Field) -> String {
 fn range(field: &Field) -> String {
     match field.place {
         Place::Flag(_) | Place::Choice(..) => String::new(),
-        _ => header::range(field).unwrap_or_default(),
+        _ => capi_header::range(field).unwrap_or_default(),
     }
 }
