@@ -3,9 +3,8 @@
 //! or depend on the order of the nodes.
 
 use fabric_kernel::Solid;
-use fabric_kernel::internals::candidate::{Candidate, Given, Images};
-use fabric_kernel::internals::friction::Tangential;
-use fabric_kernel::internals::layout::CANDIDATE_REALS;
+use fabric_kernel::internals::candidate::{Given, signed_images};
+use fabric_kernel::internals::records::{Candidate, Tangential};
 use fabric_kernel::internals::solve::solve;
 use fabric_kernel::pose::{self, Vector};
 use fabric_kernel::{AttachmentKind, Shape, Symmetry};
@@ -264,21 +263,18 @@ struct Solution {
 
 fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
     let q = crowd.body.orientation;
-    let mut slots = vec![[0.0; CANDIDATE_REALS]; crowd.nodes.len()];
+    let mut candidates = Vec::new();
     let mut tangential = Vec::new();
-    for (node, slot) in crowd.nodes.iter().zip(&mut slots) {
+    for node in &crowd.nodes {
         let (r, n, v) = (Vector::from(node.place), Vector::from(node.normal), Vector::from(node.velocity));
-        Candidate {
+        candidates.push(Candidate {
             normal: n,
             arm: fabric_kernel::pose::into_body(&q, &r.cross(&n)),
-            images: Images::of(1.0, node.held),
+            signed_images: signed_images(1.0, node.held),
             approach: node.gap_over_dt + n.dot(&v),
-            ..Candidate::read(slot)
-        }
-        .write(slot);
-        let mut place = [0.0; fabric_kernel::internals::layout::TANGENTIAL_REALS];
-        Tangential::at(&r, &n, &v, &crowd.body).write(&mut place);
-        tangential.push(place);
+            ..Candidate::default()
+        });
+        tangential.push(Tangential::at(&r, &n, &v, &crowd.body));
     }
     let given = Given {
         body: &crowd.body,
@@ -287,13 +283,13 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
         symmetry: Symmetry::default(),
         friction: coefficient,
     };
-    let found = solve(&mut slots, &mut tangential, &given);
+    let found = solve(&mut candidates, &mut tangential, &given);
     Solution {
         converged: found.converged,
         velocity: found.velocity.into(),
         rate: found.angular_velocity.into(),
-        normal: slots.iter().map(|slot| Candidate::read(slot).impulse).collect(),
-        across: tangential.iter().map(Tangential::read).map(|t| t.push(t.impulse).into()).collect(),
+        normal: candidates.iter().map(|c| c.impulse).collect(),
+        across: tangential.iter().map(|t| t.as_vector(t.impulse).into()).collect(),
     }
 }
 

@@ -2,11 +2,11 @@
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::Body;
-use crate::contact::candidate::{Candidate, Solved};
-use crate::contact::friction::Tangential;
+use crate::contact::candidate::Solved;
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
+use crate::memory::records::{Candidate, Tangential};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 
@@ -75,7 +75,7 @@ impl Totals {
     fn give(&mut self, candidate: &Candidate, rubbing: Option<&Tangential>) -> [f64; 2] {
         let images = candidate.images();
         if let Some(t) = rubbing {
-            self.impulse -= t.push(t.impulse) * images;
+            self.impulse -= t.as_vector(t.impulse) * images;
             self.arm -= t.twist(t.impulse) * images;
             let done = self.rub(t) * images;
             self.work += done;
@@ -127,10 +127,10 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
     for c in 0..count {
-        let (Some(slot), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c)) else {
+        let (Some(&candidate), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c))
+        else {
             break;
         };
-        let candidate = Candidate::read(slot);
         if candidate.impulse <= 0.0 {
             continue;
         }
@@ -140,9 +140,9 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
             (start, share) = (node as usize - i, system.mass_share_of_row(j));
         }
         let mut push = candidate.normal * (candidate.impulse / (system.model.unit_impulse * share));
-        let rubbing = system.arrays.tangential.get(c).map(Tangential::read);
+        let rubbing = system.arrays.tangential.get(c).copied();
         if let Some(t) = &rubbing {
-            push += t.push(t.impulse) * (1.0 / (system.model.unit_impulse * share));
+            push += t.as_vector(t.impulse) * (1.0 / (system.model.unit_impulse * share));
         }
         if let Some(flags) = system.arrays.flags.get_mut(node as usize / 32) {
             *flags |= 1 << (node % 32);

@@ -10,8 +10,9 @@
 //! slide get into it in second order.
 
 use crate::body::pose::Vector;
-use crate::contact::candidate::{Candidate, Images};
+use crate::contact::candidate::signed_images;
 use crate::ground::math;
+use crate::memory::records::Candidate;
 use crate::memory::system::System;
 
 /// Adds after the completed candidates the places of the case that back them; of a prescribed body, takes
@@ -28,7 +29,7 @@ pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
         };
         if is_free {
             let Some(slot) = system.arrays.candidates.get_mut(all) else { break };
-            held.write(slot);
+            *slot = held;
             if let Some(place) = system.arrays.candidate_nodes.get_mut(all) {
                 *place = node;
             }
@@ -52,7 +53,7 @@ pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
 /// candidate.
 #[inline(never)]
 fn place_of_case(system: &System<'_>, c: usize, node: u32) -> Option<Candidate> {
-    let candidate = system.arrays.candidates.get(c).map(Candidate::read).filter(|candidate| !candidate.is_fixed())?;
+    let candidate = system.arrays.candidates.get(c).filter(|candidate| !candidate.is_fixed())?;
     let (i, j) = system.layout.column_and_row(node as usize);
     let x = Vector::from(system.rest(i, j)) + Vector::from(candidate.displacement);
     let from_axis = Vector::new(x.x, 0.0, x.z);
@@ -64,6 +65,6 @@ fn place_of_case(system: &System<'_>, c: usize, node: u32) -> Option<Candidate> 
     let height = 1.0 - system.directions.casing?.room(x.into(), [outwards.x, outwards.z], -1.0);
     let left = math::max(height + outwards.dot(&Vector::from(system.node(i, j).1)), 0.0);
     let approach = math::max(candidate.approach + left / against * system.model.unit_speed, 0.0);
-    let held = Candidate { images: Images::of(candidate.images(), true), approach, ..candidate };
+    let held = Candidate { signed_images: signed_images(candidate.images(), true), approach, ..*candidate };
     (height < 1.0 && left < against).then_some(held)
 }

@@ -14,7 +14,7 @@
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::{Arrays, RowArrays};
-use crate::memory::layout::COLUMN_REALS;
+use crate::memory::records::{Node, Pool};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::ring;
@@ -22,64 +22,21 @@ use crate::sheet::ring;
 /// Steps for the speed of a pool with candidates; in each at least one of them lets go or is met.
 const MAX_NEWTON: u32 = 60;
 
-/// A node in a column, as it lies in the scratch block.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Node {
-    /// Velocity along z before contact, spacings a pass.
-    pub before: f64,
-    /// Velocity along z, with what friction changes of it: before and then after the plies push on each
-    /// other, spacings a pass.
-    pub speed: f64,
-    /// By how much it may come nearer to the node before it in this pass, spacings; infinite if they do not
-    /// face each other.
-    pub room: f64,
-    /// The rooms up to it, added up.
-    offset: f64,
-    /// Mass, over that of a node of the front fabric.
-    pub mass: f64,
-    /// Contact stiffness of a candidate: n_z^2 over its other compliance, over that of a node; with the sign
-    /// of n_z. 0 of another node.
-    pub grip: f64,
-    /// Velocity along z of a candidate at which the projectile's impulse on it ends.
-    pub release: f64,
-    /// The projectile's impulse on it along z, in masses of a node and spacings a pass.
-    pub push: f64,
-}
-
-impl Node {
-    pub fn read(place: &[f64; COLUMN_REALS]) -> Node {
-        let [before, speed, room, offset, mass, grip, release, push, ..] = *place;
-        Node { before, speed, room, offset, mass, grip, release, push }
-    }
-
-    pub fn write(&self, place: &mut [f64; COLUMN_REALS]) {
-        let [before, speed, room, offset, mass, grip, release, push, ..] = place;
-        (*before, *speed, *room, *offset) = (self.before, self.speed, self.room, self.offset);
-        (*mass, *grip, *release, *push) = (self.mass, self.grip, self.release, self.push);
-    }
-}
-
-/// Facing nodes that press on each other and move on together, with what the projectile does to them:
-/// velocities with the rooms added up. The n-th pool lies after the n-th node.
-#[derive(Clone, Copy)]
-struct Pool {
-    /// Velocities of the nodes, each with its mass, and those at which pressed candidates are let go, each
-    /// with its grip.
-    sum: f64,
-    /// Masses, and grips of the pressed candidates.
-    weight: f64,
-    /// The common velocity, sum over weight.
-    mean: f64,
-    /// As long as it lies between these no other candidates are pressed.
-    limits: [f64; 2],
-    nodes: f64,
-}
-
 impl Pool {
+    /// Pool of no node.
+    const NONE: Pool = Pool {
+        sum: 0.0,
+        weight: 0.0,
+        mean: 0.0,
+        limits: [-f64::INFINITY, f64::INFINITY],
+        nodes: 0.0,
+        unused: [0.0; 2],
+    };
+
     /// Pool of one node, which is alone.
     fn of(node: &Node) -> Pool {
         let speed = node.speed + node.offset;
-        let mut pool = Pool { sum: 0.0, weight: 0.0, mean: speed, limits: [-f64::INFINITY, f64::INFINITY], nodes: 0.0 };
+        let mut pool = Pool { mean: speed, ..Pool::NONE };
         pool.add(node, speed);
         pool.mean = if node.grip == 0.0 { speed } else { pool.sum / pool.weight };
         pool
@@ -105,7 +62,7 @@ impl Pool {
         let ([a, b], [c, d]) = (self.limits, next.limits);
         let (sum, weight) = (self.sum + next.sum, self.weight + next.weight);
         let nodes = self.nodes + next.nodes;
-        Pool { sum, weight, mean: sum / weight, limits: [math::max(a, c), math::min(b, d)], nodes }
+        Pool { sum, weight, mean: sum / weight, limits: [math::max(a, c), math::min(b, d)], nodes, ..Pool::NONE }
     }
 
     /// Whether just those candidates are pressed that it takes for pressed.
@@ -117,11 +74,11 @@ impl Pool {
     /// piece each, kept between velocities that are known to be too small and too great.
     #[cold]
     #[inline(never)]
-    fn settled(&self, nodes: &[[f64; COLUMN_REALS]]) -> Pool {
+    fn settled(&self, nodes: &[Node]) -> Pool {
         let (mut pool, mut speed, [mut low, mut high]) = (*self, self.mean, [-f64::INFINITY, f64::INFINITY]);
         for _ in 0..MAX_NEWTON {
-            pool = Pool { sum: 0.0, weight: 0.0, mean: 0.0, limits: [-f64::INFINITY, f64::INFINITY], nodes: 0.0 };
-            nodes.iter().for_each(|place| pool.add(&Node::read(place), speed));
+            pool = Pool::NONE;
+            nodes.iter().for_each(|node| pool.add(node, speed));
             pool.mean = pool.sum / pool.weight;
             if pool.is_settled() || pool.mean == speed {
                 break;
@@ -130,16 +87,6 @@ impl Pool {
             speed = if low < pool.mean && pool.mean < high { pool.mean } else { 0.5 * (low + high) };
         }
         pool
-    }
-
-    fn read(place: &[f64; COLUMN_REALS]) -> Pool {
-        let [.., sum, weight, mean, low, high, nodes] = *place;
-        Pool { sum, weight, mean, limits: [low, high], nodes }
-    }
-
-    fn write(&self, place: &mut [f64; COLUMN_REALS]) {
-        let [.., sum, weight, mean, low, high, nodes] = place;
-        (*sum, *weight, *mean, [*low, *high], *nodes) = (self.sum, self.weight, self.mean, self.limits, self.nodes);
     }
 }
 
@@ -150,22 +97,20 @@ fn is_pressed(grip: f64, less: f64) -> bool {
 
 /// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may, and
 /// finds what the projectile gives its candidates meanwhile.
-pub(super) fn project(column: &mut [[f64; COLUMN_REALS]]) {
-    // Pool n stands at place n, which is never after the nodes read so far.
-    let (mut pools, mut first, mut offset) = (0, 0, 0.0);
+pub(super) fn project(column: &mut [Node], pools: &mut [Pool]) {
+    // Of the pools so far, the first one of the nodes that face each other.
+    let (mut count, mut first, mut offset) = (0, 0, 0.0);
     for k in 0..column.len() {
-        let Some(place) = column.get_mut(k) else { return };
-        let mut node = Node::read(place);
+        let Some(node) = column.get_mut(k) else { return };
         if node.room == f64::INFINITY {
-            (first, offset) = (pools, 0.0);
+            (first, offset) = (count, 0.0);
         } else {
             offset += node.room;
         }
         node.offset = offset;
-        node.write(place);
-        let mut pool = Pool::of(&node);
-        while pools > first {
-            let Some(below) = column.get(pools - 1).map(Pool::read) else { return };
+        let mut pool = Pool::of(node);
+        while count > first {
+            let Some(below) = pools.get(count - 1) else { return };
             if below.mean <= pool.mean {
                 break;
             }
@@ -174,69 +119,63 @@ pub(super) fn project(column: &mut [[f64; COLUMN_REALS]]) {
                 let start = (k + 1).saturating_sub(pool.nodes as usize);
                 pool = pool.settled(column.get(start..=k).unwrap_or(&[]));
             }
-            pools -= 1;
+            count -= 1;
         }
-        let Some(place) = column.get_mut(pools) else { return };
-        pool.write(place);
-        pools += 1;
+        let Some(place) = pools.get_mut(count) else { return };
+        *place = pool;
+        count += 1;
     }
-    each_pool(column, move_together);
+    each_pool(column, pools, move_together);
 }
 
 /// The pools of a solved column and their nodes.
-fn each_pool(column: &mut [[f64; COLUMN_REALS]], mut each: impl FnMut(&mut [[f64; COLUMN_REALS]], &Pool)) {
-    let (mut start, mut pool) = (0, 0);
-    while start < column.len() {
-        let Some(found) = column.get(pool).map(Pool::read) else { return };
-        let end = start + (found.nodes as usize).max(1);
-        let Some(nodes) = column.get_mut(start..end) else { return };
-        each(nodes, &found);
-        (start, pool) = (end, pool + 1);
+fn each_pool(mut column: &mut [Node], pools: &[Pool], mut each: impl FnMut(&mut [Node], &Pool)) {
+    for pool in pools {
+        let Some((nodes, rest)) = column.split_at_mut_checked((pool.nodes as usize).max(1)) else { return };
+        each(nodes, pool);
+        column = rest;
     }
 }
 
 /// Takes a column back to what was loaded.
-pub(super) fn restart(column: &mut [[f64; COLUMN_REALS]]) {
-    for place in column {
-        let node = Node::read(place);
-        Node { speed: node.before, grip: 0.0, push: 0.0, ..node }.write(place);
+pub(super) fn restart(column: &mut [Node]) {
+    for node in column {
+        (node.speed, node.grip, node.push) = (node.before, 0.0, 0.0);
     }
 }
 
 /// What holds each pool of a column that was solved without candidates: its mass, and grips that are
 /// positive; left in `release` of its nodes.
-pub(super) fn hold(column: &mut [[f64; COLUMN_REALS]]) {
-    each_pool(column, |nodes, pool| {
-        let release = nodes.iter().fold(pool.weight, |held, place| held + math::max(Node::read(place).grip, 0.0));
-        nodes.iter_mut().for_each(|place| Node { release, ..Node::read(place) }.write(place));
+pub(super) fn hold(column: &mut [Node], pools: &[Pool]) {
+    each_pool(column, pools, |nodes, pool| {
+        let release = nodes.iter().fold(pool.weight, |held, node| held + math::max(node.grip, 0.0));
+        nodes.iter_mut().for_each(|node| node.release = release);
     });
 }
 
 /// By how much the speed of each pool changes if its nodes get the impulses `push` and, for each change of
 /// speed, less by `grip`; left in `release` of its nodes.
-pub(super) fn shift(column: &mut [[f64; COLUMN_REALS]]) {
-    each_pool(column, |nodes, pool| {
-        let [push, held] = nodes
-            .iter()
-            .map(Node::read)
-            .fold([0.0, pool.weight], |[push, held], node| [push + node.push, held + node.grip]);
+pub(super) fn shift(column: &mut [Node], pools: &[Pool]) {
+    each_pool(column, pools, |nodes, pool| {
+        let sums = |[push, held]: [f64; 2], node: &Node| [push + node.push, held + node.grip];
+        let [push, held] = nodes.iter().fold([0.0, pool.weight], sums);
         let release = if math::abs(held) > 1e-9 * pool.weight { push / held } else { 0.0 };
-        nodes.iter_mut().for_each(|place| Node { release, ..Node::read(place) }.write(place));
+        nodes.iter_mut().for_each(|node| node.release = release);
     });
 }
 
 /// Moves the nodes of a pool.
-fn move_together(nodes: &mut [[f64; COLUMN_REALS]], pool: &Pool) {
-    if let [place] = nodes
-        && pool.weight == Node::read(place).mass
+fn move_together(nodes: &mut [Node], pool: &Pool) {
+    if let [node] = nodes
+        && pool.weight == node.mass
     {
         // Alone, and pressed by nothing.
         return;
     }
     // What the rounding of the common velocity has left: the grips would make much of it.
     let mut rest = 0.0;
-    if nodes.iter().any(|place| Node::read(place).grip != 0.0) {
-        for node in nodes.iter().map(Node::read) {
+    if nodes.iter().any(|node| node.grip != 0.0) {
+        for node in nodes.iter() {
             let speed = pool.mean - node.offset;
             let less = node.release - speed;
             rest += node.mass * (node.speed - speed);
@@ -246,24 +185,21 @@ fn move_together(nodes: &mut [[f64; COLUMN_REALS]], pool: &Pool) {
         }
         rest /= pool.weight;
     }
-    for place in nodes {
-        let mut node = Node::read(place);
+    for node in nodes {
         node.speed = pool.mean - node.offset;
         let less = node.release - node.speed;
         if is_pressed(node.grip, less) {
             node.push = math::abs(node.grip) * (less - rest);
         }
-        node.write(place);
     }
 }
 
 /// Holds the nodes back that face the first of a column where the case holds it: no lower than at this
 /// velocity. Returns what the case gives them, and what that takes of their energy, from the velocities
 /// `before` the sweep on, in masses of a node and units of (h/dt)^2.
-pub(super) fn hold_back(column: &mut [[f64; COLUMN_REALS]], floor: f64, before: impl Fn(usize) -> f64) -> [f64; 2] {
+pub(super) fn hold_back(column: &mut [Node], floor: f64, before: impl Fn(usize) -> f64) -> [f64; 2] {
     let (mut given, mut taken) = (0.0, 0.0);
-    for (ply, place) in column.iter_mut().enumerate() {
-        let mut node = Node::read(place);
+    for (ply, node) in column.iter_mut().enumerate() {
         if ply > 0 && node.room == f64::INFINITY {
             break;
         }
@@ -272,7 +208,6 @@ pub(super) fn hold_back(column: &mut [[f64; COLUMN_REALS]], floor: f64, before: 
             node.speed += lift;
             given += node.mass * lift;
             taken -= node.mass * (lift * (0.5 * (before(ply) + node.speed)));
-            node.write(place);
         }
     }
     [given, taken]
@@ -313,7 +248,7 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
         presses |= speed_below > speed;
         speed_below = speed;
         let mass = shares[usize::from(directions.is_back(ply))];
-        Node { before: v, speed: v, room, offset, mass, grip: 0.0, release: v, push: 0.0 }.write(place);
+        *place = Node { before: v, speed: v, room, offset, mass, grip: 0.0, release: v, push: 0.0 };
         below = Some([x, y, z, v]);
     }
     (deepest, presses)
@@ -323,20 +258,8 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
 mod tests {
     use super::*;
     use crate::tests::number;
+    use std::vec;
     use std::vec::Vec;
-
-    fn column(nodes: &[[f64; 2]]) -> Vec<[f64; COLUMN_REALS]> {
-        let place = |&[speed, room]: &[f64; 2]| {
-            let mut place = [0.0; COLUMN_REALS];
-            Node { speed, room, mass: 1.0, ..Node::read(&place) }.write(&mut place);
-            place
-        };
-        nodes.iter().map(place).collect()
-    }
-
-    fn weigh(place: &mut [f64; COLUMN_REALS], mass: f64) {
-        Node { mass, ..Node::read(place) }.write(place);
-    }
 
     /// The conditions that make a solution the nearest one: no pair nearer than it may be, no impulse that
     /// pulls, none across a pair that is not as near as it may be. And so momentum is kept, and energy is
@@ -352,13 +275,13 @@ mod tests {
                     [draw(3 * k + 2), room]
                 })
                 .collect();
-            let mut solved = column(&nodes);
+            let node = |&[speed, room]: &[f64; 2]| Node { speed, room, mass: 1.0, ..Node::default() };
+            let mut solved: Vec<_> = nodes.iter().map(node).collect();
             let (back, of_back) = (count / 2, if case % 2 == 0 { 1.0 } else { math::exp(4.6 * draw(999)) });
-            solved.iter_mut().skip(back as usize).for_each(|place| weigh(place, of_back));
-            project(&mut solved);
+            solved.iter_mut().skip(back as usize).for_each(|node| node.mass = of_back);
+            project(&mut solved, &mut vec![Pool::NONE; nodes.len()]);
             let mut impulse = 0.0;
             let (mut before, mut after) = (0.0, 0.0);
-            let solved: Vec<_> = solved.iter().map(Node::read).collect();
             for (k, (node, [speed, room])) in solved.iter().zip(&nodes).enumerate() {
                 // The impulse between this node and the one below it: what those below have lost.
                 if k > 0 {

@@ -9,8 +9,9 @@
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::{self, Body};
 use crate::body::shape::Solid;
-use crate::contact::candidate::{Candidate, Solved};
+use crate::contact::candidate::Solved;
 use crate::ground::math;
+use crate::memory::records::Candidate;
 use crate::memory::system::System;
 
 /// Solves of a step in which the body may meet more of the nodes that were set aside.
@@ -104,7 +105,7 @@ pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> 
     let test = EdgeTest::new(&system.solid, body, system.model.limits.dt);
     let (mut c, mut kept) = (0, count);
     while c < kept {
-        let candidate = system.arrays.candidates.get(c).map(Candidate::read);
+        let candidate = system.arrays.candidates.get(c);
         let passes = candidate.is_some_and(|candidate| {
             let pressed = candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0;
             let [x, y] = if pressed || candidate.is_fixed() { free_way(system, c) } else { [Vector::zeros(); 2] };
@@ -123,11 +124,11 @@ pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> 
 
 /// Where a candidate's node is at the pass's start and, without an impulse, at its end, m.
 fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
-    let (Some(slot), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c)) else {
+    let (Some(candidate), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c)) else {
         return [Vector::zeros(); 2];
     };
     let (i, j) = system.layout.column_and_row(node as usize);
-    let ([x, y, z], [ux, uy, uz]) = (system.rest(i, j), Candidate::read(slot).displacement);
+    let ([x, y, z], [ux, uy, uz]) = (system.rest(i, j), candidate.displacement);
     let (from, way) = (Vector::new(x + ux, y + uy, z + uz), system.free_velocity(i, j));
     [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]
 }
@@ -168,7 +169,7 @@ fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count
     let mut kept = alone;
     for c in alone..count {
         let [x, y] = free_way(system, c);
-        let held = system.arrays.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
+        let held = system.arrays.candidates.get(c).is_some_and(Candidate::is_fixed);
         if !test.stays_outside(&x, &y, if held { held_touching } else { touching }) {
             system.arrays.swap_candidates(c, kept);
             kept += 1;
@@ -182,8 +183,8 @@ fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count
 /// they are from each other, at most twice as deep.
 fn deepest_support(system: &System<'_>, test: &EdgeTest<'_>, kept: usize) -> f64 {
     let mut deepest = 0.0;
-    for (c, slot) in system.arrays.candidates.iter().enumerate().take(kept) {
-        if Candidate::read(slot).is_fixed() {
+    for (c, candidate) in system.arrays.candidates.iter().enumerate().take(kept) {
+        if candidate.is_fixed() {
             let [_, y] = free_way(system, c);
             let depth = test.depth_at_end(&y);
             deepest = math::max(depth, deepest);

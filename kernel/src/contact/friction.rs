@@ -16,25 +16,8 @@ use crate::body::pose::{self, Vector};
 use crate::body::projectile::{Body, Inertia};
 use crate::contact::laws;
 use crate::ground::math;
-use crate::memory::layout::TANGENTIAL_REALS;
+use crate::memory::records::Tangential;
 use crate::scene::parts::Symmetry;
-
-/// The tangential part of a candidate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tangential {
-    /// Two unit vectors at right angles to the normal and to each other, sheet's frame.
-    pub tangents: [Vector; 2],
-    /// r x t of each in body axes, m: the arms of the impulses.
-    pub arms: [Vector; 2],
-    /// t.v at t_{n-1/2}, m/s.
-    pub speed_before: [f64; 2],
-    /// t.v with the node's velocity v in this step before any impulse, m/s.
-    pub speed: [f64; 2],
-    /// 1/W, kg, 0 if nothing gives way.
-    pub effective_mass: f64,
-    /// Impulses on the node, N s.
-    pub impulse: [f64; 2],
-}
 
 impl Tangential {
     /// Tangential part of a node at `r` from the body's centre, m, with this normal and velocity, m/s,
@@ -64,34 +47,9 @@ impl Tangential {
         }
     }
 
-    /// From its place in the scratch block.
-    pub fn read(slot: &[f64; TANGENTIAL_REALS]) -> Tangential {
-        let [tx, ty, tz, sx, sy, sz, ax, ay, az, bx, by, bz, t0, s0, t1, s1, effective_mass, p, q] = *slot;
-        Tangential {
-            tangents: [Vector::new(tx, ty, tz), Vector::new(sx, sy, sz)],
-            arms: [Vector::new(ax, ay, az), Vector::new(bx, by, bz)],
-            speed_before: [t0, s0],
-            speed: [t1, s1],
-            effective_mass,
-            impulse: [p, q],
-        }
-    }
-
-    /// Into its place in the scratch block.
-    pub fn write(&self, slot: &mut [f64; TANGENTIAL_REALS]) {
-        let ([t, s], [a, b]) = (self.tangents, self.arms);
-        let ([t0, s0], [t1, s1], [p, q]) = (self.speed_before, self.speed, self.impulse);
-        *slot = [t.x, t.y, t.z, s.x, s.y, s.z, a.x, a.y, a.z, b.x, b.y, b.z, t0, s0, t1, s1, self.effective_mass, p, q];
-    }
-
-    /// Tangential part with the node's velocity v in this step, m/s.
-    pub fn with_velocity(&self, v: &Vector) -> Tangential {
-        Tangential { speed: self.along(v), ..*self }
-    }
-
     /// Begins without impulse on a node of this inverse mass, 1/kg, that appears so often in the whole sheet.
     #[inline]
-    pub fn begin(&mut self, inertia: &Inertia, own: f64, symmetry: Symmetry, images: f64) {
+    pub(crate) fn begin(&mut self, inertia: &Inertia, own: f64, symmetry: Symmetry, images: f64) {
         let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
         let ([t0, t1], [a0, a1]) = (self.tangents, self.arms);
         // What an impulse along the second tangent changes of the speed along the first.
@@ -105,40 +63,40 @@ impl Tangential {
     }
 
     /// The parts of a velocity along the tangents.
-    pub fn along(&self, v: &Vector) -> [f64; 2] {
+    pub(crate) fn along(&self, v: &Vector) -> [f64; 2] {
         self.tangents.map(|t| t.dot(v))
     }
 
     /// Impulses times speeds, J.
-    pub fn work(&self, [s, t]: [f64; 2]) -> f64 {
+    pub(crate) fn work(&self, [s, t]: [f64; 2]) -> f64 {
         let [p, q] = self.impulse;
         p * s + q * t
     }
 
     /// Slip along each tangent before any impulse on the node, while the body has these rates, m/s.
-    pub fn slip(&self, velocity: &Vector, rate: &Vector) -> [f64; 2] {
+    pub(crate) fn slip(&self, velocity: &Vector, rate: &Vector) -> [f64; 2] {
         let [p, q] = self.surface_speed(velocity, rate);
         [self.speed[0] - p, self.speed[1] - q]
     }
 
     /// Speed of the body's surface along each tangent, m/s.
-    pub fn surface_speed(&self, velocity: &Vector, rate: &Vector) -> [f64; 2] {
+    pub(crate) fn surface_speed(&self, velocity: &Vector, rate: &Vector) -> [f64; 2] {
         let ([t, s], [a, b]) = (self.tangents, self.arms);
         [t.dot(velocity) + a.dot(rate), s.dot(velocity) + b.dot(rate)]
     }
 
     /// An impulse with these parts along the tangents as a vector, sheet's frame, N s.
-    pub fn push(&self, [p, q]: [f64; 2]) -> Vector {
+    pub fn as_vector(&self, [p, q]: [f64; 2]) -> Vector {
         self.tangents[0] * p + self.tangents[1] * q
     }
 
     /// Moment of an impulse with these parts about the body's centre, body axes, N m s.
-    pub fn twist(&self, [p, q]: [f64; 2]) -> Vector {
+    pub(crate) fn twist(&self, [p, q]: [f64; 2]) -> Vector {
         self.arms[0] * p + self.arms[1] * q
     }
 
     /// (M21) The next impulses, of a node that now slips so, m/s, and whose friction is at most this, N s.
-    pub fn next(&self, [s, t]: [f64; 2], most: f64) -> [f64; 2] {
+    pub(crate) fn next(&self, [s, t]: [f64; 2], most: f64) -> [f64; 2] {
         let trial = [self.impulse[0] - s * self.effective_mass, self.impulse[1] - t * self.effective_mass];
         laws::limited(trial, most)
     }

@@ -19,15 +19,15 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
-use crate::contact::candidate::{self, Candidate, Solved};
-use crate::contact::column::{Node, load, project, restart};
-use crate::contact::friction::Tangential;
+use crate::contact::candidate::Solved;
+use crate::contact::column::{load, project, restart};
 use crate::contact::laws::{self, Gain};
 use crate::contact::solve::MAX_SWEEPS;
-use crate::contact::touch::{self, Link, Pace, Touch};
+use crate::contact::touch::{self, Link};
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::Arrays;
+use crate::memory::records::{Candidate, Pace, Tangential, Touch};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
@@ -85,11 +85,10 @@ fn link(system: &mut System<'_>, count: usize) {
             *last = touch::NONE;
         }
     }
-    for (c, (&node, slot)) in candidate_nodes.iter().zip(candidates.iter()).take(count).enumerate() {
+    for (c, (&node, candidate)) in candidate_nodes.iter().zip(candidates.iter()).take(count).enumerate() {
         let (ply, place) = ((node / places) as usize, (node % places) as usize);
         let Some(last) = last.get_mut(place) else { return };
-        let fixed = Candidate::read(slot).is_fixed();
-        let next = if fixed { None } else { touch::number(core::mem::replace(last, c as u32)) };
+        let next = if candidate.is_fixed() { None } else { touch::number(core::mem::replace(last, c as u32)) };
         if let Some(led) = next.and_then(|before| links.get_mut(before)) {
             Link { leads: false, ..Link::read(led) }.write(led);
         }
@@ -178,11 +177,9 @@ impl<'s, 'a> Joint<'s, 'a> {
                 fastest = math::max(math::abs(slip), fastest);
                 farthest = math::max(arm.dot(&arm), farthest);
             }
-            if let Some([.., p, q]) = self.system.arrays.tangential.get_mut(c) {
-                (*p, *q) = (0.0, 0.0);
-            }
+            self.set_tangential(c, &Tangential { impulse: [0.0; 2], ..t });
             if let Some(pace) = self.system.arrays.paces.get_mut(c) {
-                Pace::FULL.write(pace);
+                *pace = Pace { part: 1.0, way: [0.0; 2] };
             }
         }
         [fastest, farthest, rate]
@@ -240,7 +237,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                 }
                 let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
                 let slide = math::max(members * of_body, EVEN[1] * own);
-                self.set_touch(k, Touch { give, own, stale: true, slide, ..self.touch(k) });
+                self.set_touch(k, Touch { give, own, stale: 1.0, slide, ..self.touch(k) });
                 next = self.next(k);
             }
         }
@@ -331,22 +328,22 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     pub(super) fn candidate(&self, c: usize) -> Candidate {
-        self.system.arrays.candidates.get(c).map(Candidate::read).unwrap_or_default()
+        self.system.arrays.candidates.get(c).copied().unwrap_or_default()
     }
 
     pub(super) fn tangential(&self, c: usize) -> Option<Tangential> {
-        self.system.arrays.tangential.get(c).map(Tangential::read)
+        self.system.arrays.tangential.get(c).copied()
     }
 
     pub(super) fn set_tangential(&mut self, c: usize, t: &Tangential) {
         if let Some(place) = self.system.arrays.tangential.get_mut(c) {
-            t.write(place);
+            *place = *t;
         }
     }
 
     pub(super) fn set_impulse(&mut self, c: usize, impulse: f64) {
         if let Some(slot) = self.system.arrays.candidates.get_mut(c) {
-            candidate::set_impulse(slot, impulse);
+            slot.impulse = impulse;
         }
     }
 
@@ -373,12 +370,12 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     pub(super) fn touch(&self, c: usize) -> Touch {
-        self.system.arrays.touches.get(c).map(Touch::read).unwrap_or_default()
+        self.system.arrays.touches.get(c).copied().unwrap_or_default()
     }
 
     pub(super) fn set_touch(&mut self, c: usize, touch: Touch) {
         if let Some(slot) = self.system.arrays.touches.get_mut(c) {
-            touch.write(slot);
+            *slot = touch;
         }
     }
 
@@ -398,7 +395,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
         let mut push = Vector::from(touch.normal) * candidate.impulse;
         if let Some(t) = rubbing {
-            push += self.own_axes(c, t.push(t.impulse));
+            push += self.own_axes(c, t.as_vector(t.impulse));
         }
         [push.x * touch.own, push.y * touch.own]
     }
@@ -422,13 +419,13 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (unit_speed, friction) = (self.system.model.unit_speed, self.system.layout.has(Feature::Friction));
         let unsettled = if friction { f64::INFINITY } else { math::max(HARMLESS * unit_speed, self.tolerance) };
         let error = self.error(c, unsettled);
-        if !self.touch(c).stale && error <= self.tolerance {
+        if self.touch(c).stale == 0.0 && error <= self.tolerance {
             return true;
         }
         let lifted = if self.candidate(c).is_fixed() { self.push_fixed(c) } else { self.solve_column(c) };
         if error > unsettled {
             // Whatever has moved.
-            self.set_touch(c, Touch { stale: false, ..self.touch(c) });
+            self.set_touch(c, Touch { stale: 0.0, ..self.touch(c) });
             return false;
         }
         let moved = self.rub(c);
@@ -484,9 +481,8 @@ impl<'s, 'a> Joint<'s, 'a> {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch);
             let (up, ply) = (touch.normal[2], self.ply(c));
-            let rubbed = if let Some(t) = &rubbing { self.own_axes(c, t.push(t.impulse)).z } else { 0.0 };
-            let Some(place) = self.system.arrays.column.get_mut(ply) else { break };
-            let mut node = Node::read(place);
+            let rubbed = if let Some(t) = &rubbing { self.own_axes(c, t.as_vector(t.impulse)).z } else { 0.0 };
+            let Some(node) = self.system.arrays.column.get_mut(ply) else { break };
             node.grip = up * math::abs(up) * self.give / touch.give;
             if up != 0.0 {
                 node.release = node.before + (touch.give * candidate.impulse - rate) / (up * unit_speed);
@@ -494,11 +490,10 @@ impl<'s, 'a> Joint<'s, 'a> {
             if rubbing.is_some() {
                 node.speed += rubbed / (unit_impulse * node.mass);
             }
-            node.write(place);
             next = self.next(c);
         }
-        project(self.system.arrays.column);
-        for node in self.system.arrays.column.iter().map(Node::read).filter(|node| node.grip == 0.0) {
+        project(self.system.arrays.column, self.system.arrays.pools);
+        for node in self.system.arrays.column.iter().filter(|node| node.grip == 0.0) {
             self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
         }
         // All answer to the body as it is now.
@@ -506,7 +501,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, mut touch) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let Some(node) = self.system.arrays.column.get(self.ply(c)).map(Node::read) else { break };
+            let Some(node) = self.system.arrays.column.get(self.ply(c)) else { break };
             let (up, lift) = (touch.normal[2], (node.speed - node.before) * unit_speed);
             let impulse = if math::abs(node.grip) > node.mass {
                 node.push * unit_impulse / up
@@ -544,17 +539,15 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mut next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
-            let rubbed = rubbing.map_or(0.0, |t| self.own_axes(c, t.push(t.impulse)).z);
+            let rubbed = rubbing.map_or(0.0, |t| self.own_axes(c, t.as_vector(t.impulse)).z);
             let push = self.touch(c).normal[2] * candidate.impulse + rubbed;
-            if let Some(place) = self.system.arrays.column.get_mut(ply) {
-                let mut node = Node::read(place);
+            if let Some(node) = self.system.arrays.column.get_mut(ply) {
                 node.push = push / self.system.model.unit_impulse;
                 node.speed += node.push / node.mass;
-                node.write(place);
             }
             next = self.next(c);
         }
-        project(self.system.arrays.column);
+        project(self.system.arrays.column, self.system.arrays.pools);
     }
 
     /// What the plies of a column do to each other under the candidates' impulses: impulses times relative
@@ -564,7 +557,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.load_column(leader);
         self.push_column(leader);
         let (mut work, mut moved, mut from_below) = (0.0, 0.0, 0.0);
-        for node in self.system.arrays.column.iter().map(Node::read) {
+        for node in self.system.arrays.column.iter() {
             let change = node.speed - node.before;
             if node.room != f64::INFINITY {
                 work += from_below * node.room;
@@ -586,14 +579,13 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// while it does not turn. The impulses stay in the cone, and what is left to go counts in full.
     fn paced(&mut self, c: usize, candidate: &Candidate, [p, q]: [f64; 2], next: [f64; 2]) -> [f64; 2] {
         let way = [next[0] - p, next[1] - q];
-        let Some(slot) = self.system.arrays.paces.get_mut(c) else { return next };
-        let last = Pace::read(slot);
+        let Some(pace) = self.system.arrays.paces.get_mut(c) else { return next };
         let part = match self.sweeps {
-            0..PATIENCE => last.part,
-            _ if way[0] * last.way[0] + way[1] * last.way[1] < 0.0 => 0.5 * last.part,
-            _ => math::min(GROWTH * last.part, 1.0),
+            0..PATIENCE => pace.part,
+            _ if way[0] * pace.way[0] + way[1] * pace.way[1] < 0.0 => 0.5 * pace.part,
+            _ => math::min(GROWTH * pace.part, 1.0),
         };
-        Pace { part, way }.write(slot);
+        *pace = Pace { part, way };
         if part == 1.0 {
             return next;
         }
@@ -615,7 +607,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                 let next = self.rubbed(c, &candidate, t, &touch);
                 t.impulse = self.paced(c, &candidate, [p, q], next);
                 let change = [t.impulse[0] - p, t.impulse[1] - q];
-                self.velocity -= t.push(change) * self.inertia.inverse_mass;
+                self.velocity -= t.as_vector(change) * self.inertia.inverse_mass;
                 self.rate -= t.twist(change).component_mul(&self.inertia.inverse_moments);
                 self.set_tangential(c, t);
                 let size = math::max(math::abs(change[0]), math::abs(change[1]));
@@ -629,7 +621,7 @@ impl<'s, 'a> Joint<'s, 'a> {
             moved = math::max(change, moved);
             next = self.next(c);
         }
-        self.set_touch(leader, Touch { stale, ..self.touch(leader) });
+        self.set_touch(leader, Touch { stale: f64::from(u8::from(stale)), ..self.touch(leader) });
         moved
     }
 }

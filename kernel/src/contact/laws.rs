@@ -12,7 +12,7 @@ use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia};
 use crate::contact::candidate::Solved;
 use crate::ground::math;
-use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
+use crate::memory::records::{Candidate, Tangential};
 
 /// Violation of complementarity by a contact with this impulse along its normal, N s, and this gap rate, m/s.
 pub(crate) fn violation(impulse: f64, gap_rate: f64) -> f64 {
@@ -66,8 +66,8 @@ impl Gain {
     /// it.
     pub fn scale_back(
         &self,
-        candidates: &mut [[f64; CANDIDATE_REALS]],
-        tangential: &mut [[f64; TANGENTIAL_REALS]],
+        candidates: &mut [Candidate],
+        tangential: &mut [Tangential],
         body: &Body,
         solved: Solved,
     ) -> Solved {
@@ -75,11 +75,9 @@ impl Gain {
         if part == 1.0 {
             return solved;
         }
-        for (k, [.., impulse]) in candidates.iter_mut().enumerate() {
-            if let Some([.., p, q]) = tangential.get_mut(k) {
-                (*p, *q) = (*p * part, *q * part);
-            }
-            *impulse *= part;
+        candidates.iter_mut().for_each(|candidate| candidate.impulse *= part);
+        for t in tangential.iter_mut().take(candidates.len()) {
+            t.impulse = t.impulse.map(|impulse| impulse * part);
         }
         Solved { velocity: body.velocity + dv * part, angular_velocity: body.angular_velocity + dw * part, ..solved }
     }

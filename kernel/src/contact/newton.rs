@@ -16,11 +16,10 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
-use crate::contact::candidate::{self, Candidate, Given, Solved};
-use crate::contact::friction::Tangential;
+use crate::contact::candidate::{Given, Solved};
 use crate::contact::laws;
 use crate::ground::math;
-use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
+use crate::memory::records::{Candidate, Tangential};
 
 /// Passes over the candidates after which no step is begun; one begun takes at most five more.
 pub const MAX_PASSES: u32 = 95;
@@ -50,9 +49,9 @@ type Six = [f64; 6];
 
 /// Candidates whose impulses are sought, from those that they have.
 pub(crate) struct Newton<'c> {
-    pub candidates: &'c mut [[f64; CANDIDATE_REALS]],
+    pub candidates: &'c mut [Candidate],
     /// One for each candidate; none without friction.
-    pub tangential: &'c mut [[f64; TANGENTIAL_REALS]],
+    pub tangential: &'c mut [Tangential],
     pub given: &'c Given<'c>,
     /// rho of a fixed node over the mass by which the body gives way to it.
     pub stiff: f64,
@@ -108,15 +107,14 @@ impl Newton<'_> {
     #[inline(never)]
     pub fn residual(&self, solved: &Solved) -> f64 {
         let mut worst = 0.0;
-        for (k, slot) in self.candidates.iter().enumerate() {
-            let c = Candidate::read(slot);
+        for (k, c) in self.candidates.iter().enumerate() {
             if c.effective_mass == 0.0 {
                 continue;
             }
-            let (own, rate) = self.rate(&c, solved);
+            let (own, rate) = self.rate(c, solved);
             let impulse = math::max(c.impulse - rate * c.effective_mass, 0.0);
             worst = math::max(math::abs(impulse - c.impulse) / c.effective_mass, worst);
-            if let Some(t) = self.tangential.get(k).map(Tangential::read)
+            if let Some(t) = self.tangential.get(k)
                 && t.effective_mass > 0.0
             {
                 let [p, q] = t.impulse;
@@ -226,8 +224,8 @@ impl Newton<'_> {
         for (k, row) in at.slope.iter_mut().enumerate() {
             row[k] = 1.0;
         }
-        for (k, slot) in self.candidates.iter().enumerate() {
-            self.answer(k, slot, solved, frozen, change, |way, given, slope| at.add(way, given, slope));
+        for (k, c) in self.candidates.iter().enumerate() {
+            self.answer(k, c, solved, frozen, change, |way, given, slope| at.add(way, given, slope));
         }
     }
 
@@ -237,23 +235,23 @@ impl Newton<'_> {
     fn take(&mut self, solved: &mut Solved, frozen: bool, change: &Six) {
         let mut sum = [0.0; 6];
         for k in 0..self.candidates.len() {
-            let Some(slot) = &self.candidates.get(k).copied() else { return };
+            let Some(&c) = self.candidates.get(k) else { return };
             let [normal, p, q] =
-                self.answer(k, slot, solved, frozen, change, |way, given, _| sum = combined(&sum, given, &way.to_body));
+                self.answer(k, &c, solved, frozen, change, |way, given, _| sum = combined(&sum, given, &way.to_body));
             if let Some(slot) = self.candidates.get_mut(k) {
-                candidate::set_impulse(slot, normal);
+                slot.impulse = normal;
             }
-            let Some(mut t) = self.tangential.get(k).map(Tangential::read) else { continue };
+            let Some(mut t) = self.tangential.get(k).copied() else { continue };
             // With frozen friction the normal impulse may now allow less.
             t.impulse = laws::limited([p, q], self.given.friction * normal);
             if frozen {
-                let images = Candidate::read(slot).images();
+                let images = c.images();
                 for (d, given) in [(0, t.impulse[0] - p), (1, t.impulse[1] - q)] {
                     sum = combined(&sum, given, &self.way(&t.tangents[d], &t.arms[d], images).to_body);
                 }
             }
             if let Some(place) = self.tangential.get_mut(k) {
-                t.write(place);
+                *place = t;
             }
         }
         let [a, b, c, d, e, f] = sum;
@@ -267,21 +265,20 @@ impl Newton<'_> {
     fn answer(
         &self,
         k: usize,
-        slot: &[f64; CANDIDATE_REALS],
+        c: &Candidate,
         solved: &Solved,
         frozen: bool,
         change: &Six,
         mut each: impl FnMut(&Way, f64, &Six),
     ) -> [f64; 3] {
-        let c = Candidate::read(slot);
-        let (own, rate) = self.rate(&c, solved);
+        let (own, rate) = self.rate(c, solved);
         let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.given.node_mass };
         let normal = self.way(&c.normal, &c.arm, c.images());
         let trial = c.impulse - rho * (rate - dot(&normal.of_body, change));
         let impulse = math::max(trial, 0.0);
         let slope = if trial > 0.0 { normal.of_body.map(|x| rho * x) } else { [0.0; 6] };
         each(&normal, impulse - c.impulse, &slope);
-        let Some(t) = self.tangential.get(k).map(Tangential::read) else { return [impulse, 0.0, 0.0] };
+        let Some(t) = self.tangential.get(k) else { return [impulse, 0.0, 0.0] };
         let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.given.node_mass };
         let ways = [0, 1].map(|d| self.way(&t.tangents[d], &t.arms[d], c.images()));
         let slip = t.slip(&solved.velocity, &solved.angular_velocity);

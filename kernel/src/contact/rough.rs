@@ -20,13 +20,12 @@
 //! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math.
 //! Program. 58 (1993) 353; D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
 
-use crate::contact::column::{Node, hold, shift};
-use crate::contact::friction::Tangential;
+use crate::contact::column::{hold, shift};
 use crate::contact::joint::Joint;
 use crate::contact::laws;
 use crate::contact::solve::MAX_SWEEPS;
-use crate::contact::touch::{Spring, Touch};
 use crate::ground::math;
+use crate::memory::records::{Node, Spring, Tangential, Touch};
 
 /// Steps for a column in a sweep at the most.
 const MOST_STEPS: u32 = 30;
@@ -131,7 +130,7 @@ impl Joint<'_, '_> {
     pub(super) fn visit_rough(&mut self, leader: usize) -> bool {
         let (unit_speed, touch) = (self.system.model.unit_speed, self.touch(leader));
         let [enough, settled] = ROUGH.map(|part| math::max(part * unit_speed, self.tolerance));
-        if touch.stale {
+        if touch.stale != 0.0 {
             if self.sweeps == 0 {
                 self.solve_column(leader);
                 self.rub(leader);
@@ -146,7 +145,7 @@ impl Joint<'_, '_> {
             let last = self.newton(leader, first, [enough, settled]);
             stale = last == first && last > enough;
             // What steps have tried does not count.
-            for node in self.system.arrays.column.iter().map(Node::read).filter(|node| node.push == 0.0) {
+            for node in self.system.arrays.column.iter().filter(|node| node.push == 0.0) {
                 self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
             }
         }
@@ -158,14 +157,14 @@ impl Joint<'_, '_> {
                 self.rub(leader);
             }
         }
-        self.set_touch(leader, Touch { stale, ..self.touch(leader) });
+        self.set_touch(leader, Touch { stale: f64::from(u8::from(stale)), ..self.touch(leader) });
         first <= enough
     }
 
     /// Steps of Newton's method for a column whose springs are known, until it is settled, or fails the laws
     /// by little enough and steps bring no more. Returns by how much it fails the laws then, m/s.
     fn newton(&mut self, leader: usize, first: f64, [enough, settled]: [f64; 2]) -> f64 {
-        if !self.touch(leader).stale {
+        if self.touch(leader).stale == 0.0 {
             self.load_column(leader);
             self.balance(leader);
         }
@@ -201,11 +200,11 @@ impl Joint<'_, '_> {
     }
 
     fn spring(&self, c: usize) -> Spring {
-        self.system.arrays.springs.get(c).map(Spring::read).unwrap_or_default()
+        self.system.arrays.springs.get(c).copied().unwrap_or_default()
     }
 
     fn node(&self, c: usize) -> Node {
-        self.system.arrays.column.get(self.ply(c)).map(Node::read).unwrap_or_default()
+        self.system.arrays.column.get(self.ply(c)).copied().unwrap_or_default()
     }
 
     fn contact(&self, c: usize) -> Option<RoughContact> {
@@ -238,8 +237,8 @@ impl Joint<'_, '_> {
         let mut next = Some(leader);
         while let Some(c) = next {
             let node = self.node(c);
-            if let Some(slot) = self.system.arrays.touches.get_mut(c) {
-                Touch::set_lift(slot, (node.speed - node.before) * unit_speed);
+            if let Some(touch) = self.system.arrays.touches.get_mut(c) {
+                touch.lift = (node.speed - node.before) * unit_speed;
             }
             next = self.next(c);
         }
@@ -275,18 +274,15 @@ impl Joint<'_, '_> {
         let push = (contact.lift(&spring.base) - contact.lift(&contact.impulse)) / unit_impulse;
         let grip = -contact.lift(&spring.slope) * (unit_speed / unit_impulse);
         if let Some(slot) = self.system.arrays.springs.get_mut(c) {
-            let before = Spring::read(slot).before;
-            Spring { before, push, grip, ..*spring }.write(slot);
+            *slot = Spring { before: slot.before, push, grip, ..*spring };
         }
     }
 
     /// Hangs the spring of a candidate on its node.
     fn hang(&mut self, c: usize) {
         let (ply, Spring { push, grip, .. }) = (self.ply(c), self.spring(c));
-        if let Some(place) = self.system.arrays.column.get_mut(ply) {
-            let mut node = Node::read(place);
+        if let Some(node) = self.system.arrays.column.get_mut(ply) {
             (node.push, node.grip) = (push, grip);
-            node.write(place);
         }
     }
 
@@ -294,16 +290,16 @@ impl Joint<'_, '_> {
     fn step(&mut self, leader: usize) {
         let (unit_speed, mut next) = (self.system.model.unit_speed, Some(leader));
         while let Some(c) = next {
-            if let Some([.., normal]) = self.system.arrays.candidates.get(c)
-                && let Some([.., p, q]) = self.system.arrays.tangential.get(c)
-                && let Some(slot) = self.system.arrays.springs.get_mut(c)
+            if let Some(candidate) = self.system.arrays.candidates.get(c)
+                && let Some(t) = self.system.arrays.tangential.get(c)
+                && let Some(spring) = self.system.arrays.springs.get_mut(c)
             {
-                Spring { before: [*normal, *p, *q], ..Spring::read(slot) }.write(slot);
+                spring.before = [candidate.impulse, t.impulse[0], t.impulse[1]];
             }
             self.hang(c);
             next = self.next(c);
         }
-        hold(self.system.arrays.column);
+        hold(self.system.arrays.column, self.system.arrays.pools);
         next = Some(leader);
         while let Some(c) = next {
             let node = self.node(c);
@@ -319,7 +315,7 @@ impl Joint<'_, '_> {
             }
             next = self.next(c);
         }
-        shift(self.system.arrays.column);
+        shift(self.system.arrays.column, self.system.arrays.pools);
         next = Some(leader);
         while let Some(c) = next {
             let (spring, change) = (self.spring(c), self.node(c).release * unit_speed);
@@ -337,7 +333,7 @@ impl Joint<'_, '_> {
         let Some(t) = self.tangential(c) else { return };
         let impulse = laws::limited([p, q], self.system.scene.contact.friction * normal);
         let (given, along) = (normal - candidate.impulse, [0, 1].map(|k| impulse[k] - t.impulse[k]));
-        self.velocity -= (candidate.normal * given + t.push(along)) * self.inertia.inverse_mass;
+        self.velocity -= (candidate.normal * given + t.as_vector(along)) * self.inertia.inverse_mass;
         self.rate -= (candidate.arm * given + t.twist(along)).component_mul(&self.inertia.inverse_moments);
         self.set_tangential(c, &Tangential { impulse, ..t });
         self.set_impulse(c, normal);

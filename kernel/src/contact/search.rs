@@ -6,14 +6,14 @@
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::Body;
 use crate::body::shape::{self, Solid};
-use crate::contact::candidate::{Candidate, FoundCandidate, Images};
-use crate::contact::friction::Tangential;
+use crate::contact::candidate::signed_images;
 use crate::ground::error::Failure;
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::ground::ranges::{NOT_KEPT, end_of_range, range_of, spread};
 use crate::memory::arrays::{Arrays, RowArrays};
+use crate::memory::records::{Candidate, Tangential};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, Symmetry};
@@ -335,21 +335,19 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = v();
                 let images = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
-                // With no velocity so far: see `FoundCandidate`.
-                let found = Candidate {
+                *slot = Candidate {
                     displacement: planes::displacement(chunk, lane),
                     normal,
                     arm,
-                    images: Images::of(images, fixed),
+                    signed_images: signed_images(images, fixed),
                     speed_before: normal.dot(&v) * unit_speed,
                     approach: math::max(gap, 0.0) / dt,
                     effective_mass: 0.0,
                     impulse: 0.0,
                 };
-                found.write(slot);
                 *node = (j * nx + i) as u32;
                 if let Some(place) = tangential.get_mut(count) {
-                    Tangential::at(&r, &normal, &(v * unit_speed), body).write(place);
+                    *place = Tangential::at(&r, &normal, &(v * unit_speed), body);
                 }
                 count += 1;
             }
@@ -369,7 +367,7 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
     let slots = candidates.get_mut(..count).unwrap_or(&mut []);
     let mut places = tangential.iter_mut();
-    for (slot, &node) in slots.iter_mut().zip(candidate_nodes.iter()) {
+    for (candidate, &node) in slots.iter_mut().zip(candidate_nodes.iter()) {
         let node = node as usize;
         let mut i = node.wrapping_sub(start);
         if i >= nx {
@@ -379,9 +377,9 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
         let lane = i % CHUNK;
         let Some(chunk) = row.get(i / CHUNK) else { break };
         let v = Vector::from(planes::velocity(chunk, lane));
-        FoundCandidate::read(slot).with_velocity(&v, unit_speed).write(slot);
-        if let Some(place) = places.next() {
-            Tangential::read(place).with_velocity(&(v * unit_speed)).write(place);
+        candidate.approach += candidate.normal.dot(&v) * unit_speed;
+        if let Some(t) = places.next() {
+            t.speed = t.along(&(v * unit_speed));
         }
     }
 }

@@ -6,14 +6,13 @@
 
 use crate::body::pose::Vector;
 use crate::contact::apply::press;
-use crate::contact::candidate::Candidate;
-use crate::contact::column::{Node, hold_back, load, project};
-use crate::contact::friction::Tangential;
+use crate::contact::column::{hold_back, load, project};
 use crate::contact::touch::{self, Link};
-use crate::ground::lanes::{self, Job, Lane};
+use crate::ground::lanes::{self, Item, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, SPEED_X, SPEED_Z, X, Z};
 use crate::memory::arrays::{Arrays, RowArrays};
+use crate::memory::records::{Node, Pool};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::columns::{COLUMN_PLANES, FLAT, NORMAL_X, NORMAL_Z};
@@ -98,7 +97,7 @@ fn pushed<'s>(system: &'s System<'_>, i: usize, row: usize, count: usize) -> imp
     let first = last.get(place).copied().and_then(touch::number).and_then(here);
     let column =
         core::iter::successors(first, move |&c| links.get(c).and_then(|link| Link::read(link).next).and_then(here));
-    column.filter(|&c| candidates.get(c).is_some_and(|slot| Candidate::read(slot).impulse > 0.0))
+    column.filter(|&c| candidates.get(c).is_some_and(|candidate| candidate.impulse > 0.0))
 }
 
 /// Separates the columns of one row in which plies press on each other. CURVED: of a curved sheet, whose
@@ -118,7 +117,8 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
             hoop: hoop.get(chunk).unwrap_or(&FLAT),
             hot: system.arrays.rows.hot.get_mut(at + chunk..).unwrap_or(&mut []),
             before: system.arrays.rows.before.get(at + chunk..).unwrap_or(&[]),
-            column: system.arrays.column.as_flattened_mut().as_chunks_mut().0.as_chunks_mut().0,
+            speeds: Node::numbers(system.arrays.column).as_chunks_mut().0,
+            ends: Pool::numbers(system.arrays.pools).as_chunks_mut().0,
             next,
             front: system.scene.front_plies() as usize,
             back_share: system.model.back_share,
@@ -228,8 +228,10 @@ struct PlyColumns<'a, const CURVED: bool> {
     hot: &'a mut [Chunk<HOT_PLANES>],
     before: &'a [[f64; CHUNK]],
     next: usize,
-    /// Velocities of each ply with rooms added up, and those that it ends with.
-    column: &'a mut [[[f64; CHUNK]; 2]],
+    /// Velocities of each ply with rooms added up.
+    speeds: &'a mut [[f64; CHUNK]],
+    /// Velocities that it ends with.
+    ends: &'a mut [[f64; CHUNK]],
     /// Plies of the front fabric, and mass of a node of the back one over that of one of these.
     front: usize,
     back_share: f64,
@@ -255,9 +257,7 @@ impl<const CURVED: bool> Job for PlyColumns<'_, CURVED> {
             let mut below = &NOTHING;
             let (mut speed_below, mut pressed, mut depth) = (L::splat(-f64::INFINITY), zero, zero);
             let (mut offset, mut apart_x, mut apart_y) = (zero, zero, zero);
-            for (k, (above, [speeds, _])) in
-                self.hot.iter().step_by(self.next.max(1)).zip(&mut *self.column).enumerate()
-            {
+            for (k, (above, speeds)) in self.hot.iter().step_by(self.next.max(1)).zip(&mut *self.speeds).enumerate() {
                 let ([x, y, z], [a, b, v]) = (own(above, X), own(above, SPEED_X));
                 if k > 0 {
                     let ([x_below, y_below, z_below], [a_below, b_below, v_below]) =
@@ -300,11 +300,11 @@ impl<const CURVED: bool> PlyColumns<'_, CURVED> {
     fn take_apart<L: Lane>(&mut self, g: usize) -> L {
         let zero = L::splat(0.0);
         let share = |ply: usize| if ply < self.front { 1.0 } else { self.back_share };
-        for k in 0..self.column.len() {
-            let Some((earlier, [[speeds, ends], ..])) = self.column.split_at_mut_checked(k) else { break };
+        for (k, ends) in self.ends.iter_mut().enumerate() {
+            let Some((earlier, [speeds, ..])) = self.speeds.split_at_checked(k) else { break };
             let last = L::load(&L::groups(speeds)[g]);
             let (mut sum, mut mass, mut most) = (zero, share(k), zero);
-            for (j, [speeds, _]) in earlier.iter().enumerate().rev() {
+            for (j, speeds) in earlier.iter().enumerate().rev() {
                 let share = share(j);
                 sum = sum.add(L::splat(share).mul(L::load(&L::groups(speeds)[g]).sub(last)));
                 mass += share;
@@ -313,10 +313,10 @@ impl<const CURVED: bool> PlyColumns<'_, CURVED> {
             last.add(most).store(&mut L::groups_mut(ends)[g]);
         }
         let (mut end, mut lost) = (L::splat(f64::INFINITY), L::splat(0.0));
-        for k in (0..self.column.len()).rev() {
+        for k in (0..self.speeds.len()).rev() {
             let at = k * self.next;
-            let (Some([speeds, ends]), Some(chunk), Some(before)) =
-                (self.column.get(k), self.hot.get_mut(at), self.before.get(at))
+            let (Some(speeds), Some(ends), Some(chunk), Some(before)) =
+                (self.speeds.get(k), self.ends.get(k), self.hot.get_mut(at), self.before.get(at))
             else {
                 break;
             };
@@ -354,7 +354,7 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) 
     if !presses {
         return;
     }
-    project(system.arrays.column);
+    project(system.arrays.column, system.arrays.pools);
     // Nodes that the projectile pushes get the push of the case with the next sweep, as those of a single
     // ply.
     let rests = layout.has(Feature::Casing) && pushed(system, i, row, count).next().is_none();
@@ -363,11 +363,9 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) 
     for ply in 0..layout.plies {
         let j = ply * rows + row;
         let Arrays { rows: RowArrays { hot, before, .. }, column, .. } = &mut system.arrays;
-        let (Some(Node { before: v, speed, mass, .. }), Some(chunk), Some(before)) = (
-            column.get(ply).map(Node::read),
-            planes::row_mut(hot, chunks, j).get_mut(i / CHUNK),
-            before.get(j * chunks + i / CHUNK),
-        ) else {
+        let (Some(&Node { before: v, speed, mass, .. }), Some(chunk), Some(before)) =
+            (column.get(ply), planes::row_mut(hot, chunks, j).get_mut(i / CHUNK), before.get(j * chunks + i / CHUNK))
+        else {
             return;
         };
         let lane = i % CHUNK;
@@ -409,10 +407,10 @@ fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2
     let (_, row) = system.layout.ply_and_row(j);
     let of_node = |&c: &usize| system.arrays.candidate_nodes.get(c) == Some(&((j * system.layout.nodes_x + i) as u32));
     let Some(c) = pushed(system, i, row, count).find(of_node) else { return };
-    let Some(candidate) = system.arrays.candidates.get(c).map(Candidate::read) else { return };
+    let Some(candidate) = system.arrays.candidates.get(c) else { return };
     let given = given * (0.5 * system.model.unit_speed);
     system.state.sums.loss -= candidate.impulse * candidate.normal.dot(&given);
-    if let Some(t) = system.arrays.tangential.get(c).map(Tangential::read) {
+    if let Some(t) = system.arrays.tangential.get(c) {
         system.state.sums.friction -= t.work(t.along(&given));
     }
 }
@@ -422,7 +420,7 @@ fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2
 #[inline(never)]
 fn rest_on_casing(system: &mut System<'_>, i: usize, row: usize) -> f64 {
     let (layout, [sine, cosine]) = (system.layout, system.normal(i));
-    let Some((case, first)) = system.directions.casing.zip(system.arrays.column.first().map(Node::read)) else {
+    let Some((case, first)) = system.directions.casing.zip(system.arrays.column.first().copied()) else {
         return 0.0;
     };
     let ([x, y, z], ([u, v, w], _)) = (system.rest(i, row), system.node(i, row));
@@ -442,7 +440,6 @@ fn rest_on_casing(system: &mut System<'_>, i: usize, row: usize) -> f64 {
 mod tests {
     use super::*;
     use crate::ground::lanes::InstructionSet;
-    use crate::memory::layout::COLUMN_REALS;
     use crate::tests::number;
 
     /// Eight columns at once end as each by itself, of one fabric and of two, with every instruction set;
@@ -458,13 +455,14 @@ mod tests {
                 (hot[k][Z][lane], hot[k][SPEED_Z][lane]) = (0.1 * draw(0), 0.2 * draw(1));
             }
             for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
-                let (mut moved, mut column) = (hot, [[[0.0; CHUNK]; 2]; 8]);
+                let (mut moved, mut speeds, mut ends) = (hot, [[0.0; CHUNK]; 8], [[0.0; CHUNK]; 8]);
                 let columns = PlyColumns::<false> {
                     hoop: &FLAT,
                     hot: &mut moved[..plies],
                     before: &[[0.0; CHUNK]; 8],
                     next: 1,
-                    column: &mut column[..plies],
+                    speeds: &mut speeds[..plies],
+                    ends: &mut ends[..plies],
                     front,
                     back_share,
                     gap,
@@ -474,7 +472,7 @@ mod tests {
                 };
                 assert!(matches!(lanes::dispatch(set, columns), Pressing::Separated { .. }));
                 for lane in 0..CHUNK {
-                    let mut alone = [[0.0; COLUMN_REALS]; 8];
+                    let mut alone = [Node::default(); 8];
                     for k in 0..plies {
                         let [z, speed] = [Z, SPEED_Z].map(|plane| hot[k][plane][lane]);
                         let [below, below_speed] =
@@ -482,13 +480,11 @@ mod tests {
                         let start = gap + (z - below) - (speed - below_speed);
                         let room = if k > 0 { start.max(0.0) } else { f64::INFINITY };
                         let mass = if k < front { 1.0 } else { back_share };
-                        let mut node = Node::default();
-                        (node.speed, node.room, node.mass) = (speed, room, mass);
-                        node.write(&mut alone[k]);
+                        alone[k] = Node { speed, room, mass, ..Node::default() };
                     }
-                    project(&mut alone[..plies]);
+                    project(&mut alone[..plies], &mut [Pool::default(); 8]);
                     for k in 0..plies {
-                        let (after, before) = (Node::read(&alone[k]).speed, hot[k][SPEED_Z][lane]);
+                        let (after, before) = (alone[k].speed, hot[k][SPEED_Z][lane]);
                         let found = moved[k][SPEED_Z][lane];
                         assert!((found - after).abs() < 1e-15, "{case}, {set:?}, ply {k}: {found}, {after}");
                         assert!((after == before) == (found == before), "{case}, {set:?}, ply {k}");

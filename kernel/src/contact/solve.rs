@@ -16,12 +16,11 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia};
-use crate::contact::candidate::{self, Begun, Candidate, Given, Images, Solved};
-use crate::contact::friction::Tangential;
+use crate::contact::candidate::{Given, Solved};
 use crate::contact::laws::Gain;
 use crate::contact::newton::{Newton, STIFF};
 use crate::ground::math;
-use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
+use crate::memory::records::{Candidate, Tangential};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
@@ -50,11 +49,7 @@ const LEFT_OUT_ABOVE: f64 = 0.01;
 /// they do together to the body is `images` times the part of one that the planes leave. Where sweeps do not
 /// settle, Newton's method goes on from there. `tangential`: one for each candidate with friction (M21), none
 /// without.
-pub fn solve(
-    candidates: &mut [[f64; CANDIDATE_REALS]],
-    tangential: &mut [[f64; TANGENTIAL_REALS]],
-    given: &Given<'_>,
-) -> Solved {
+pub fn solve(candidates: &mut [Candidate], tangential: &mut [Tangential], given: &Given<'_>) -> Solved {
     let Given { body, inertia, node_mass, symmetry, friction } = *given;
     let rubs = Feature::Friction.is_built() && !tangential.is_empty();
     let (solved, settled) = if rubs {
@@ -136,7 +131,7 @@ impl<'s> Pushed<'s> {
 
     #[inline(always)]
     fn is_alone(&self, c: &Candidate) -> bool {
-        self.whole && c.images == Images::ITSELF
+        self.whole && c.signed_images == 1.0
     }
 
     #[inline(always)]
@@ -177,18 +172,17 @@ impl<'s> Pushed<'s> {
 
     /// Prepares all candidates but for their masses.
     #[inline(always)]
-    fn begin(&mut self, candidates: &mut [[f64; CANDIDATE_REALS]], rates: &BodyRates) -> Sizes {
+    fn begin(&mut self, candidates: &mut [Candidate], rates: &BodyRates) -> Sizes {
         let mut sizes = Sizes::default();
-        for slot in candidates {
-            let c = Candidate::read(slot);
+        for c in candidates {
             self.supported |= c.is_fixed();
             sizes.most_images = math::max(c.images(), sizes.most_images);
-            let gap_rate = self.closing(&c, rates);
+            let gap_rate = self.closing(c, rates);
             sizes.fastest = math::max(math::abs(gap_rate), sizes.fastest);
             if self.turns {
                 sizes.farthest = math::max(c.arm.dot(&c.arm), sizes.farthest);
             }
-            Begun::begin(slot, gap_rate);
+            c.impulse = 0.0;
         }
         sizes
     }
@@ -196,35 +190,31 @@ impl<'s> Pushed<'s> {
     /// Prepares the tangential parts of the candidates.
     fn begin_friction(
         &self,
-        candidates: &[[f64; CANDIDATE_REALS]],
-        tangential: &mut [[f64; TANGENTIAL_REALS]],
+        candidates: &[Candidate],
+        tangential: &mut [Tangential],
         rates: &BodyRates,
         sizes: &mut Sizes,
     ) {
-        for (slot, place) in candidates.iter().zip(tangential) {
-            let (c, mut t) = (Candidate::read(slot), Tangential::read(place));
-            t.begin(self.inertia, self.give(&c), self.symmetry, c.images());
+        for (c, t) in candidates.iter().zip(tangential) {
+            t.begin(self.inertia, self.give(c), self.symmetry, c.images());
             for (slip, arm) in t.slip(&rates.velocity, &rates.angular_velocity).into_iter().zip(t.arms) {
                 sizes.fastest = math::max(math::abs(slip), sizes.fastest);
                 sizes.farthest = math::max(arm.dot(&arm), sizes.farthest);
             }
-            t.write(place);
         }
     }
 
     /// The masses of candidates that begin. Of what is out of reach it is 0, so that no sweep changes it.
-    fn set_masses_in_reach(&self, candidates: &mut [[f64; CANDIDATE_REALS]], out_of_reach: f64) {
-        for slot in candidates {
-            let Begun { gap_rate, candidate } = Begun::read(slot);
-            candidate::set_mass(slot, if gap_rate > out_of_reach { 0.0 } else { self.effective_mass(&candidate) });
+    fn set_masses_in_reach(&self, candidates: &mut [Candidate], rates: &BodyRates, out_of_reach: f64) {
+        for c in candidates {
+            let is_far = self.closing(c, rates) > out_of_reach;
+            c.effective_mass = if is_far { 0.0 } else { self.effective_mass(c) };
         }
     }
 
     /// The masses of all.
-    fn set_masses(&self, candidates: &mut [[f64; CANDIDATE_REALS]]) {
-        for slot in candidates {
-            candidate::set_mass(slot, self.effective_mass(&Candidate::read(slot)));
-        }
+    fn set_masses(&self, candidates: &mut [Candidate]) {
+        candidates.iter_mut().for_each(|c| c.effective_mass = self.effective_mass(c));
     }
 
     /// One sweep over all candidates, in their order. Returns the largest change of an impulse, in that of a
@@ -232,15 +222,15 @@ impl<'s> Pushed<'s> {
     #[inline(always)]
     fn sweep<const FRICTION: bool>(
         &self,
-        candidates: &mut [[f64; CANDIDATE_REALS]],
-        tangential: &mut [[f64; TANGENTIAL_REALS]],
+        candidates: &mut [Candidate],
+        tangential: &mut [Tangential],
         coefficient: f64,
         rates: &mut BodyRates,
         changes: &mut f64,
     ) -> f64 {
         let mut largest_change = 0.0;
         for (k, slot) in candidates.iter_mut().enumerate() {
-            let mut c = Candidate::read(slot);
+            let mut c = *slot;
             if !FRICTION && c.effective_mass == 0.0 {
                 continue;
             }
@@ -258,7 +248,7 @@ impl<'s> Pushed<'s> {
                     let turned = self.twist(&c).component_mul(&self.inertia.inverse_moments);
                     rates.angular_velocity -= turned * change;
                 }
-                candidate::set_impulse(slot, impulse);
+                slot.impulse = impulse;
                 let mut size = math::abs(change);
                 *changes += size;
                 if fixed {
@@ -267,8 +257,8 @@ impl<'s> Pushed<'s> {
                 }
                 largest_change = math::max(size, largest_change);
             }
-            if FRICTION && let Some(place) = tangential.get_mut(k) {
-                let size = self.rub(&c, coefficient * impulse, place, rates);
+            if FRICTION && let Some(t) = tangential.get_mut(k) {
+                let size = self.rub(&c, coefficient * impulse, t, rates);
                 largest_change = math::max(size, largest_change);
             }
         }
@@ -277,8 +267,8 @@ impl<'s> Pushed<'s> {
 
     /// Friction of one candidate up to the impulse `most`. Returns the change.
     #[inline(always)]
-    fn rub(&self, c: &Candidate, most: f64, place: &mut [f64; TANGENTIAL_REALS], rates: &mut BodyRates) -> f64 {
-        let (mut t, own) = (Tangential::read(place), self.give(c));
+    fn rub(&self, c: &Candidate, most: f64, t: &mut Tangential, rates: &mut BodyRates) -> f64 {
+        let own = self.give(c);
         let [s0, s1] = t.slip(&rates.velocity, &rates.angular_velocity);
         let [p, q] = t.impulse;
         let next = t.next([s0 + p * own, s1 + q * own], most);
@@ -286,11 +276,10 @@ impl<'s> Pushed<'s> {
         if change == [0.0; 2] {
             return 0.0;
         }
-        rates.velocity -= t.push(change).component_mul(&self.masks[0]) * (c.images() * self.inertia.inverse_mass);
+        rates.velocity -= t.as_vector(change).component_mul(&self.masks[0]) * (c.images() * self.inertia.inverse_mass);
         let twist = t.twist(change).component_mul(&self.masks[1]) * c.images();
         rates.angular_velocity -= twist.component_mul(&self.inertia.inverse_moments);
         t.impulse = next;
-        t.write(place);
         let size = math::max(math::abs(change[0]), math::abs(change[1]));
         if c.is_fixed() { size * (self.node_mass / t.effective_mass) } else { size }
     }
@@ -301,8 +290,8 @@ impl<'s> Pushed<'s> {
 /// would be read again for every candidate: here each is an argument.
 #[inline(never)]
 fn sweeps<const FRICTION: bool>(
-    candidates: &mut [[f64; CANDIDATE_REALS]],
-    tangential: &mut [[f64; TANGENTIAL_REALS]],
+    candidates: &mut [Candidate],
+    tangential: &mut [Tangential],
     coefficient: f64,
     body: &Body,
     inertia: &Inertia,
@@ -324,7 +313,7 @@ fn sweeps<const FRICTION: bool>(
     // impulse.
     let follows = sizes.most_images * (inertia.inverse_mass + sizes.farthest * inertia.inverse_moments.max());
     let mut out_of_reach = if FRICTION { f64::INFINITY } else { LEFT_OUT_ABOVE * moving };
-    pushed.set_masses_in_reach(candidates, out_of_reach);
+    pushed.set_masses_in_reach(candidates, &rates, out_of_reach);
     let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
     let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));
     while sweeps < most && !converged {
@@ -337,7 +326,7 @@ fn sweeps<const FRICTION: bool>(
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
             rates = BodyRates::of(body);
             pushed.set_masses(candidates);
-            candidates.iter_mut().for_each(|slot| candidate::set_impulse(slot, 0.0));
+            candidates.iter_mut().for_each(|c| c.impulse = 0.0);
         }
     }
     if !converged {
@@ -350,19 +339,18 @@ fn sweeps<const FRICTION: bool>(
 /// Impulses that were given up on, scaled back until they add no energy.
 #[inline(never)]
 fn scale_back(
-    candidates: &mut [[f64; CANDIDATE_REALS]],
-    tangential: &mut [[f64; TANGENTIAL_REALS]],
+    candidates: &mut [Candidate],
+    tangential: &mut [Tangential],
     given: &Given<'_>,
     solved: Solved,
 ) -> Solved {
     let Given { body, inertia, node_mass, .. } = *given;
     let mut gain = Gain::of_body(body, inertia, &solved);
-    for (k, slot) in candidates.iter().enumerate() {
-        let c = Candidate::read(slot);
+    for (k, c) in candidates.iter().enumerate() {
         // With the gap's part of the speed this is an upper bound.
         let mut work = c.impulse * c.gap_rate(&body.velocity, &body.angular_velocity);
         let mut squared = c.impulse * c.impulse;
-        if let Some(t) = tangential.get(k).map(Tangential::read) {
+        if let Some(t) = tangential.get(k) {
             let [p, q] = t.impulse;
             work += t.work(t.slip(&body.velocity, &body.angular_velocity));
             squared += p * p + q * q;
@@ -407,13 +395,7 @@ mod tests {
         (solid, Body::of(&Motion { velocity: [0.0, 0.0, 100.0], ..AT_REST }))
     }
 
-    fn solve(
-        slots: &mut [[f64; CANDIDATE_REALS]],
-        body: &Body,
-        inertia: &Inertia,
-        node_mass: f64,
-        symmetry: Symmetry,
-    ) -> Solved {
+    fn solve(slots: &mut [Candidate], body: &Body, inertia: &Inertia, node_mass: f64, symmetry: Symmetry) -> Solved {
         super::solve(slots, &mut [], &Given { body, inertia, node_mass, symmetry, friction: 0.0 })
     }
 
@@ -429,18 +411,12 @@ mod tests {
     }
     const NODE: f64 = 1e-3;
 
-    fn armed(normal: Vector, arm: Vector, images: f64, approach: f64) -> [f64; CANDIDATE_REALS] {
-        let mut slot = [0.0; CANDIDATE_REALS];
-        let candidate =
-            Candidate { normal, arm, images: Images::of(images, false), approach, ..Candidate::read(&slot) };
-        candidate.write(&mut slot);
-        slot
+    fn armed(normal: Vector, arm: Vector, images: f64, approach: f64) -> Candidate {
+        Candidate { normal, arm, signed_images: images, approach, ..Candidate::default() }
     }
 
-    fn fixed(slot: [f64; CANDIDATE_REALS]) -> [f64; CANDIDATE_REALS] {
-        let mut held = slot;
-        Candidate { images: Images::of(1.0, true), ..Candidate::read(&slot) }.write(&mut held);
-        held
+    fn fixed(free: Candidate) -> Candidate {
+        Candidate { signed_images: -1.0, ..free }
     }
 
     #[test]
@@ -457,7 +433,7 @@ mod tests {
             let (mass, moments) = (5.0 * NODE, inertia.moments);
             let give = if movable { 1.0 / mass + arm.component_mul(&arm).component_div(&moments).sum() } else { 0.0 };
             let impulse = closing / (1.0 / NODE + give);
-            let found = Candidate::read(&slots[0]);
+            let found = slots[0];
             assert!(solved.converged && solved.sweeps <= 3 && closing > 0.0);
             close(found.impulse, impulse, 1e-13);
             close(found.effective_mass, 1.0 / (1.0 / NODE + give), 1e-14);
@@ -470,7 +446,7 @@ mod tests {
 
     /// Twenty nodes of one normal, their speeds along it within `spread`, m/s, before a body of the mass of
     /// `share` nodes.
-    fn crowd(share: f64, spread: f64) -> (Vec<[f64; CANDIDATE_REALS]>, Solved, Body, Inertia) {
+    fn crowd(share: f64, spread: f64) -> (Vec<Candidate>, Solved, Body, Inertia) {
         let (inertia, mut body) = rod(share, true);
         body.angular_velocity = Vector::zeros();
         let mut slots: Vec<_> = (0..20).map(|k| armed(Vector::z(), Vector::zeros(), 1.0, spread * number(k))).collect();
@@ -495,7 +471,7 @@ mod tests {
                 given_up += 1;
                 continue;
             }
-            for c in slots.iter().map(Candidate::read) {
+            for c in slots {
                 let surface = c.normal.dot(&solved.velocity) + c.arm.dot(&solved.angular_velocity);
                 let gap_rate = c.approach + c.impulse / NODE - surface;
                 assert!(c.impulse >= 0.0 && gap_rate > -1e-10, "{k} {gap_rate:e}");
@@ -517,10 +493,7 @@ mod tests {
         let far = armed(-Vector::z(), Vector::zeros(), 1.0, 3.0);
         for mut slots in [[up, far], [far, up]] {
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
-            assert!(
-                solved.velocity.z < -2.5 && slots.iter().all(|slot| Candidate::read(slot).impulse > 0.0),
-                "{solved:?}"
-            );
+            assert!(solved.velocity.z < -2.5 && slots.iter().all(|c| c.impulse > 0.0), "{solved:?}");
         }
     }
 
@@ -548,10 +521,10 @@ mod tests {
             let alone = solve(&mut near, &body, &inertia, NODE, Symmetry::default());
             let among = solve(&mut all, &body, &inertia, NODE, Symmetry::default());
             assert_eq!(alone, among);
-            let left_out = all.iter().filter(|slot| Candidate::read(slot).effective_mass == 0.0).count();
+            let left_out = all.iter().filter(|c| c.effective_mass == 0.0).count();
             assert!(!heavy || left_out >= 13, "{left_out}");
-            let pushed = |slots: &[[f64; CANDIDATE_REALS]]| -> Vec<f64> {
-                slots.iter().map(|slot| Candidate::read(slot).impulse).filter(|impulse| *impulse > 0.0).collect()
+            let pushed = |slots: &[Candidate]| -> Vec<f64> {
+                slots.iter().map(|c| c.impulse).filter(|impulse| *impulse > 0.0).collect()
             };
             assert_eq!(pushed(&near), pushed(&all));
         }
@@ -566,8 +539,8 @@ mod tests {
         assert!(solved.residual <= 1e-13 * body.velocity.z);
         let energy = |speed: f64, nodes: f64| 0.5 * inertia.mass * speed * speed + 0.5 * NODE * nodes;
         let nodes = |after: f64| -> f64 {
-            let speed = |c: Candidate| c.approach + after * c.impulse / NODE;
-            slots.iter().map(|slot| speed(Candidate::read(slot)) * speed(Candidate::read(slot))).sum()
+            let speed = |c: &Candidate| c.approach + after * c.impulse / NODE;
+            slots.iter().map(|c| speed(c) * speed(c)).sum()
         };
         assert!(energy(solved.velocity.z, nodes(1.0)) <= energy(body.velocity.z, nodes(0.0)));
     }
@@ -585,7 +558,7 @@ mod tests {
             let mut slots = [held(angle), held(-angle)];
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
             assert!(solved.converged && solved.sweeps <= MAX_SWEEPS + 100, "{angle}: {solved:?}");
-            let [left, right] = slots.map(|slot| Candidate::read(&slot));
+            let [left, right] = slots;
             let surfaces = [&left, &right].map(|c| c.normal.dot(&solved.velocity));
             let presses = 40.0 * math::sin(angle) > 2.0 * math::cos(angle);
             assert!(surfaces.iter().all(|speed| *speed < 1e-9), "{angle}: {surfaces:?}");
@@ -635,7 +608,7 @@ mod tests {
             let solved = solve(&mut slots, &body, &inertia, NODE, symmetry);
             let give = 1.0 / NODE + images * normal.dot(&moved) / (3.0 * NODE);
             let impulse = (0.64 * 100.0 + 7.0) / give;
-            let found = Candidate::read(&slots[0]);
+            let found = slots[0];
             assert!(solved.converged && solved.sweeps <= 2, "{solved:?}");
             close(found.effective_mass, 1.0 / give, 1e-14);
             close(found.impulse, impulse, 1e-13);

@@ -8,6 +8,7 @@
 
 use crate::ground::math;
 use crate::ground::planes::{CHUNK, Chunk};
+use nalgebra::Vector3;
 
 /// One cache line of the caller's memory, aligned to 64 bytes. Its content does not matter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,76 @@ impl CacheLine {
         unsafe { core::slice::from_raw_parts_mut(start, count) }
     }
 }
+
+/// Item of an array in memory: a number, an array of items, or a record (`records!`).
+///
+/// # Safety
+/// An item is NUMBERS numbers of its kind without padding, and any numbers of that kind are an item.
+pub(crate) unsafe trait Item: Copy + 'static {
+    /// Kind of its numbers.
+    type Number: 'static;
+    /// Numbers of an item.
+    const NUMBERS: usize;
+
+    /// Numbers as items. Numbers left over are in none.
+    fn of(numbers: &mut [Self::Number]) -> &mut [Self] {
+        let (start, count) = (numbers.as_mut_ptr().cast::<Self>(), numbers.len().checked_div(Self::NUMBERS));
+        // SAFETY: an item is its numbers, aligned as they are, and the slice is given up for the one that is made.
+        unsafe { core::slice::from_raw_parts_mut(start, count.unwrap_or(0)) }
+    }
+
+    /// Items as numbers.
+    fn numbers(items: &mut [Self]) -> &mut [Self::Number] {
+        let (start, count) = (items.as_mut_ptr().cast::<Self::Number>(), Self::NUMBERS * items.len());
+        // SAFETY: as above, the other way round.
+        unsafe { core::slice::from_raw_parts_mut(start, count) }
+    }
+}
+
+// SAFETY: one number.
+unsafe impl Item for f64 {
+    type Number = f64;
+    const NUMBERS: usize = 1;
+}
+
+// SAFETY: one number.
+unsafe impl Item for u32 {
+    type Number = u32;
+    const NUMBERS: usize = 1;
+}
+
+// SAFETY: an array has no padding between its items.
+unsafe impl<I: Item, const N: usize> Item for [I; N] {
+    type Number = I::Number;
+    const NUMBERS: usize = N * I::NUMBERS;
+}
+
+// SAFETY: nalgebra's vector is `#[repr(C)]` over the array of its three numbers.
+unsafe impl Item for Vector3<f64> {
+    type Number = f64;
+    const NUMBERS: usize = 3;
+}
+
+/// Declares records: structures that lie in memory as the list of their fields, each an item of real numbers.
+macro_rules! records {
+    ($($(#[$about:meta])* pub struct $name:ident { $($(#[$meaning:meta])* pub $field:ident: $kind:ty,)* })*) => {$(
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        #[repr(C)]
+        pub struct $name {
+            $($(#[$meaning])* pub $field: $kind,)*
+        }
+
+        // SAFETY: every field is an item, in the order of the list; the assertion finds padding and other numbers.
+        #[allow(unsafe_code)]
+        unsafe impl $crate::ground::lanes::Item for $name {
+            type Number = f64;
+            const NUMBERS: usize = $(<$kind as $crate::ground::lanes::Item>::NUMBERS +)* 0;
+        }
+        const _: () = assert!(size_of::<$name>() == 8 * <$name as $crate::ground::lanes::Item>::NUMBERS);
+    )*};
+}
+pub(crate) use records;
 
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -752,6 +823,31 @@ mod tests {
         assert_eq!(words.len(), 48);
         words.fill(0);
         assert!(lines.iter().all(|line| line.0 == [0.0; 8]));
+    }
+
+    records! {
+        /// Record of a number, a vector and two pairs.
+        pub struct Mixed {
+            /// Number.
+            pub number: f64,
+            /// Vector.
+            pub vector: Vector3<f64>,
+            /// Pairs.
+            pub pairs: [[f64; 2]; 2],
+        }
+    }
+
+    /// Fields of a record are the numbers in the order of its list, and back; numbers left over are in none.
+    #[test]
+    fn records_are_their_numbers_in_order() {
+        let mut numbers: [f64; 19] = core::array::from_fn(|k| k as f64);
+        let records = Mixed::of(&mut numbers);
+        assert_eq!(records.len(), 2);
+        let second = Mixed { number: 8.0, vector: Vector3::new(9.0, 10.0, 11.0), pairs: [[12.0, 13.0], [14.0, 15.0]] };
+        assert_eq!(records[1], second);
+        records[0].vector.z = -3.0;
+        assert_eq!(Mixed::numbers(records)[2..6], [2.0, -3.0, 4.0, 5.0]);
+        assert_eq!((numbers[3], numbers[18]), (-3.0, 18.0));
     }
 
     const A: [f64; 8] = [0.1, -2.0, 3.0, f64::NAN, 5.0, -0.0, 7.0, 1e300];

@@ -2,14 +2,13 @@
 //! here, with checked arithmetic. `planes.rs` says how rows lie in memory.
 
 use crate::ground::error::{Code, Error};
-use crate::ground::lanes::CacheLine;
+use crate::ground::lanes::{CacheLine, Item};
 use crate::ground::planes::{
     Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES,
     STRENGTH_PLANES, YARN_PLANES,
 };
-use crate::memory::layout::{
-    CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, SPRING_REALS, TANGENTIAL_REALS, TOUCH_REALS,
-};
+use crate::memory::layout::Layout;
+use crate::memory::records::{Candidate, Node, Pace, Pool, Spring, Tangential, Touch};
 use crate::scene::features::{Feature, Features};
 use crate::scene::parts::Scene;
 use crate::sheet::columns::COLUMN_PLANES;
@@ -145,20 +144,20 @@ macro_rules! arrays {
                 /// Displacements of the fixed nodes of a row during its sweep, and velocities where clamps
                 /// slip; spacings and steps.
                 kept: [[f64; 3]], true, [1, 1, layout.kept_nodes()];
-                /// Contact candidates (`contact/candidate.rs`).
-                candidates: [[f64; CANDIDATE_REALS]], true, [1, 1, layout.contacts()?];
+                /// Candidates for contact.
+                candidates: [Candidate], true, [1, 1, layout.contacts()?];
                 /// Column of facing nodes (`contact/joint.rs`).
-                column: [[f64; COLUMN_REALS]], layout.is_stack(), [1, 1, layout.plies];
+                column: [Node], layout.is_stack(), [1, 1, layout.plies];
+                /// Pools of the column, first come first.
+                pools: [Pool], layout.is_stack(), [1, 1, layout.plies];
                 /// Effect of the plies on each candidate.
-                touches: [[f64; TOUCH_REALS]], layout.is_stack(), [1, 1, layout.contacts()?];
-                /// Impulse of each candidate as a function of its node's velocity, and before a step of
-                /// Newton's method.
-                springs: [[f64; SPRING_REALS]], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
-                /// Under-relaxation of each candidate's friction impulse: factor in (0, 1], last increment
-                /// before it, N s.
-                paces: [[f64; PACE_REALS]], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
-                /// Tangential parts of the candidates.
-                tangential: [[f64; TANGENTIAL_REALS]], layout.has(Feature::Friction), [1, 1, layout.contacts()?];
+                touches: [Touch], layout.is_stack(), [1, 1, layout.contacts()?];
+                /// Impulse of each candidate as a function of its node's velocity.
+                springs: [Spring], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
+                /// Under-relaxation of each candidate's friction.
+                paces: [Pace], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
+                /// Friction of each candidate.
+                tangential: [Tangential], layout.has(Feature::Friction), [1, 1, layout.contacts()?];
                 /// Gaps of the candidates over dt in the theta rule, m/s.
                 gaps_over_dt: [f64], layout.has(Feature::Theta), [1, 1, layout.contacts()?];
                 /// Number of each candidate's node.
@@ -286,53 +285,26 @@ impl<'a> Memory<'a> {
     /// Items of whole cache lines lie before others, so that all of them begin at one. None: there are not so
     /// many.
     #[inline(never)]
-    fn take<I: Item>(&mut self, kept: bool, factors: [usize; 3]) -> Option<&'a mut [I]> {
+    fn take<I: Item<Number: Kind>>(&mut self, kept: bool, factors: [usize; 3]) -> Option<&'a mut [I]> {
         let count = if kept { factors.into_iter().try_fold(I::NUMBERS, usize::checked_mul)? } else { 0 };
-        I::carver(self).take(count, I::NUMBERS.is_multiple_of(CacheLine::REALS)).map(I::of)
+        I::Number::carver(self).take(count, I::NUMBERS.is_multiple_of(CacheLine::REALS)).map(I::of)
     }
 }
 
-/// Item of an array: a number, or an array of items.
-trait Item: Sized {
-    type Number: 'static;
-    /// Numbers of an item.
-    const NUMBERS: usize;
-    /// Numbers as items.
-    fn of(numbers: &mut [Self::Number]) -> &mut [Self];
-    /// Numbers of this kind.
-    fn carver<'m, 'a>(memory: &'m mut Memory<'a>) -> &'m mut Carver<'a, Self::Number>;
+/// Kind of numbers in memory, with those of it that are left.
+trait Kind: Sized {
+    fn carver<'m, 'a>(memory: &'m mut Memory<'a>) -> &'m mut Carver<'a, Self>;
 }
 
-impl Item for f64 {
-    type Number = f64;
-    const NUMBERS: usize = 1;
-    fn of(numbers: &mut [f64]) -> &mut [f64] {
-        numbers
-    }
+impl Kind for f64 {
     fn carver<'m, 'a>(memory: &'m mut Memory<'a>) -> &'m mut Carver<'a, f64> {
         &mut memory.reals
     }
 }
 
-impl Item for u32 {
-    type Number = u32;
-    const NUMBERS: usize = 1;
-    fn of(numbers: &mut [u32]) -> &mut [u32] {
-        numbers
-    }
+impl Kind for u32 {
     fn carver<'m, 'a>(memory: &'m mut Memory<'a>) -> &'m mut Carver<'a, u32> {
         &mut memory.words
-    }
-}
-
-impl<I: Item, const N: usize> Item for [I; N] {
-    type Number = I::Number;
-    const NUMBERS: usize = N * I::NUMBERS;
-    fn of(numbers: &mut [I::Number]) -> &mut [[I; N]] {
-        I::of(numbers).as_chunks_mut().0
-    }
-    fn carver<'m, 'a>(memory: &'m mut Memory<'a>) -> &'m mut Carver<'a, I::Number> {
-        I::carver(memory)
     }
 }
 

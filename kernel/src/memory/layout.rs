@@ -7,20 +7,6 @@ use crate::scene::features::{Feature, Features};
 use crate::sheet::columns::COLUMN_PLANES;
 use crate::sheet::symmetry::Line;
 
-/// Numbers kept per contact candidate.
-pub const CANDIDATE_REALS: usize = 14;
-/// Numbers kept per contact candidate for friction.
-pub const TANGENTIAL_REALS: usize = 19;
-
-/// Numbers kept per ply of a column of facing nodes, or of the eight columns of a chunk.
-pub(crate) const COLUMN_REALS: usize = 16;
-/// Numbers kept per contact candidate of a stack in addition.
-pub(crate) const TOUCH_REALS: usize = 9;
-/// Numbers kept per contact candidate of a stack for a step of Newton's method, with friction.
-pub(crate) const SPRING_REALS: usize = 11;
-/// Numbers kept per contact candidate of a stack with friction for its under-relaxation.
-pub(crate) const PACE_REALS: usize = 3;
-
 /// Hot rows of more numbers than this do not stay in a core's own caches from one step to the next, so that steps pay in blocks: 4 MiB.
 const OWN_CACHE_REALS: usize = (4 << 20) / 8;
 /// Hot rows of more numbers than this do not stay in any cache, so that a pass fetches them from memory: 12 MiB, less than half of what the cores of a server share.
@@ -337,9 +323,11 @@ impl Layout {
 mod tests {
     use super::*;
     use crate::Scene;
+    use crate::ground::lanes::Item;
     use crate::ground::planes::{
         HISTORY_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES, STRENGTH_PLANES, YARN_PLANES,
     };
+    use crate::memory::records::{Candidate, Tangential};
 
     #[test]
     fn bytes_per_node_of_the_large_sheet() {
@@ -406,7 +394,7 @@ mod tests {
         // Displacements, velocities, stiffness and history of 5 rows; three numbers a column; the candidates. Words: eight a row. Carried forces of
         // a row, in whole lines.
         let rows = 5 * 16 * (HOT_PLANES + HISTORY_PLANES) + 3 * 9;
-        assert_eq!((layout.reals, layout.words), (rows + 10 * CANDIDATE_REALS, 8 * 5 + 10));
+        assert_eq!((layout.reals, layout.words), (rows + 10 * Candidate::NUMBERS, 8 * 5 + 10));
         assert_eq!(layout.shared_lines(), 2 * CARRY_PLANES);
         assert_eq!(layout.lines(), layout.reals.div_ceil(8) + 4 + 6);
         assert_eq!(layout.bytes(), 64 * layout.lines());
@@ -441,7 +429,7 @@ mod tests {
         assert_eq!(with(&rate), (5, 0, 2));
         // The tangential parts of 10 candidates; a word of the image.
         let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
-        assert_eq!(with(&friction), (10 * TANGENTIAL_REALS, 0, 1));
+        assert_eq!(with(&friction), (10 * Tangential::NUMBERS, 0, 1));
         // A bit for every node: 45 in two words. Their labels are in the lines that carried forces have; pulls need 30 numbers more.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 2, 2));
         let shared = |labels, pulls| {
@@ -453,9 +441,9 @@ mod tests {
             [shared(false, false), shared(true, false), shared(false, true), shared(true, true)],
             [6, 6, 10, 10]
         );
-        assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));
+        assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * Candidate::NUMBERS, 5, 0));
         // More than all 45 nodes cannot come.
-        assert_eq!(with(&|scene| scene.contact_capacity = u32::MAX), (35 * CANDIDATE_REALS, 35, 0));
+        assert_eq!(with(&|scene| scene.contact_capacity = u32::MAX), (35 * Candidate::NUMBERS, 35, 0));
         let theta = |scene: &mut Scene| scene.integrator = crate::scene::parts::Integrator::THETA;
         assert_eq!(with(&theta), (5 * 16 * ITERATE_PLANES + 10, 0, 2));
     }
@@ -468,7 +456,7 @@ mod tests {
         // Rows 0 to 2 and the image of row 1; the columns have a segment from each of the three.
         assert_eq!((layout.nodes(), layout.segments()), (27, 3 * 8 + 3 * 9));
         let rows = 16 * (4 * HOT_PLANES + 3 * HISTORY_PLANES) + 3 * 9;
-        assert_eq!(layout.reals, rows + 10 * CANDIDATE_REALS);
+        assert_eq!(layout.reals, rows + 10 * Candidate::NUMBERS);
     }
 
     /// Nodes are numbered by u32: one more would be taken for another.

@@ -1,6 +1,7 @@
 pub mod arrays;
 pub mod layout;
 pub mod model;
+pub mod records;
 pub mod state;
 pub mod system;
 pub mod watch;

@@ -16,7 +16,6 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
 use crate::contact::apply;
-use crate::contact::candidate::{Candidate, FoundCandidate};
 use crate::contact::edge;
 use crate::contact::search::Gathered;
 use crate::contact::solve;
@@ -112,8 +111,8 @@ fn start_pushed(system: &mut System<'_>) {
 
 /// Keeps phi/dt of the nodes found: every iteration starts from it.
 fn keep_gaps(system: &mut System<'_>, count: usize) {
-    for (gap, slot) in system.arrays.gaps_over_dt.iter_mut().zip(system.arrays.candidates.iter()).take(count) {
-        *gap = FoundCandidate::read(slot).gap_over_dt;
+    for (gap, candidate) in system.arrays.gaps_over_dt.iter_mut().zip(system.arrays.candidates.iter()).take(count) {
+        *gap = candidate.approach;
     }
 }
 
@@ -125,12 +124,11 @@ fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize)
         let Some(&node) = system.arrays.candidate_nodes.get(c) else { break };
         let (i, j) = system.layout.column_and_row(node as usize);
         let velocity = system.velocity_with_forces(rule.theta, i, j);
-        let (Some(slot), Some(gap)) = (system.arrays.candidates.get_mut(c), system.arrays.gaps_over_dt.get(c)) else {
+        let (Some(candidate), Some(gap)) = (system.arrays.candidates.get_mut(c), system.arrays.gaps_over_dt.get(c))
+        else {
             break;
         };
-        let mut candidate = Candidate::read(slot);
         candidate.approach = gap + candidate.normal.dot(&velocity) * unit_speed;
-        candidate.write(slot);
     }
 }
 
@@ -138,10 +136,10 @@ fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize)
 #[inline(never)]
 fn push_candidates(system: &mut System<'_>, count: usize) {
     for c in 0..count {
-        let (Some(slot), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c)) else {
+        let (Some(candidate), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c))
+        else {
             break;
         };
-        let candidate = Candidate::read(slot);
         let (i, j) = system.layout.column_and_row(node as usize);
         let (_, v) = system.node(i, j);
         let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);
