@@ -22,8 +22,8 @@ use crate::body::projectile::Inertia;
 use crate::contact::candidate::Solved;
 use crate::contact::column::{load, project, restart};
 use crate::contact::laws::{self, Gain};
+use crate::contact::members;
 use crate::contact::solve::MAX_SWEEPS;
-use crate::contact::touch::{self, Link};
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::Arrays;
@@ -31,6 +31,7 @@ use crate::memory::records::{Candidate, Pace, Tangential, Touch};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
+use core::ops::Range;
 
 /// Least compliance of a candidate in addition to its column's, over that of a node, without and with
 /// friction: candidates of one column that point along z share their impulse by it. The larger it is, the
@@ -72,30 +73,6 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let Joint { velocity, rate, sweeps, .. } = joint;
     let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual };
     if converged || !system.layout.has(Feature::Friction) { solved } else { without_gain(system, count, solved) }
-}
-
-/// Links the candidates of each column of free nodes, the last one first; it leads the column. A fixed node
-/// is a column of its own.
-fn link(system: &mut System<'_>, count: usize) {
-    let Arrays { last, links, candidates, candidate_nodes, .. } = &mut system.arrays;
-    // At least 1, so that no division by zero has to be compiled in.
-    let places = (last.len() as u32).max(1);
-    for &node in candidate_nodes.iter().take(count) {
-        if let Some(last) = last.get_mut((node % places) as usize) {
-            *last = touch::NONE;
-        }
-    }
-    for (c, (&node, candidate)) in candidate_nodes.iter().zip(candidates.iter()).take(count).enumerate() {
-        let (ply, place) = ((node / places) as usize, (node % places) as usize);
-        let Some(last) = last.get_mut(place) else { return };
-        let next = if candidate.is_fixed() { None } else { touch::number(core::mem::replace(last, c as u32)) };
-        if let Some(led) = next.and_then(|before| links.get_mut(before)) {
-            Link { leads: false, ..Link::read(led) }.write(led);
-        }
-        if let Some(link) = links.get_mut(c) {
-            Link { next, ply, leads: true }.write(link);
-        }
-    }
 }
 
 /// Gauss-Seidel over the columns with candidates. Each is solved for all its nodes and candidates at once,
@@ -142,8 +119,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     fn begin(&mut self, count: usize) -> f64 {
         let body = &self.system.state.body;
         (self.velocity, self.rate, self.supported, self.sweeps) = (body.velocity, body.angular_velocity, false, 0);
-        // First of all: a candidate has its ply, and so its mass, from its link.
-        link(self.system, count);
+        members::sort(self.system, count);
         let (mut fastest, mut farthest, mut closing) = (0.0, 0.0, 0.0);
         for c in 0..count {
             let [speed, arm, rate] = self.start(c);
@@ -157,7 +133,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.tolerance = math::max(relative * fastest, rounding * moving);
         (self.arm, self.widest) = (math::sqrt(farthest), 0.0);
         for c in 0..count {
-            if self.leads(c) && !self.candidate(c).is_fixed() {
+            if !self.column(c).is_empty() && !self.candidate(c).is_fixed() {
                 self.widest = math::max(self.spread(c), self.widest);
             }
         }
@@ -201,46 +177,47 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     /// Includes the candidates whose gaps grow by no more than `reach`, m/s. The others are left out of their
-    /// columns' lists, so that no sweep comes to them; but the first one of a column leads it as before.
+    /// columns, so that no sweep comes to them; but the one that leads a column leads it as before.
     fn include(&mut self, count: usize, reach: f64) {
-        for c in 0..count {
-            if !self.leads(c) {
-                continue;
-            }
-            let first = self.candidate(c);
-            let (mut members, mut last, mut near, mut next) = (0.0, c, false, Some(c));
-            while let Some(k) = next {
-                next = self.next(k);
-                members += 1.0;
-                if self.body_rate(&self.candidate(k)) > reach {
-                    continue;
-                }
-                near = true;
-                if k != last {
-                    self.set_link(last, Link { next: Some(k), ..self.link(last) });
-                    last = k;
+        let (mut start, mut kept) = (0, 0);
+        for leader in 0..count {
+            let all = start..self.column(leader).end;
+            start = all.end;
+            let (members, first, mut near) = (all.len() as f64, kept, false);
+            for k in all {
+                let c = self.member(k);
+                let is_near = self.body_rate(&self.candidate(c)) <= reach;
+                near |= is_near;
+                if (is_near || c == leader)
+                    && let Some(member) = self.system.arrays.members.get_mut(kept)
+                {
+                    *member = c as u32;
+                    kept += 1;
                 }
             }
-            self.set_link(last, Link { next: None, ..self.link(last) });
-            if !near {
-                self.set_link(c, Link { leads: false, ..self.link(c) });
-                continue;
+            kept = if near { kept } else { first };
+            if let Some(end) = self.system.arrays.ends.get_mut(leader) {
+                *end = kept as u32;
             }
-            next = Some(c);
-            while let Some(k) = next {
-                let own = self.own_give(k);
-                let give = self.give_besides(k, own, c, members);
-                let mut rubbing = self.tangential(k);
-                if let Some(t) = &mut rubbing {
-                    t.begin(&self.inertia, if first.is_fixed() { 0.0 } else { own }, Symmetry::default(), 1.0);
-                    self.set_tangential(k, t);
-                }
-                let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
-                let slide = math::max(members * of_body, EVEN[1] * own);
-                self.set_touch(k, Touch { give, own, stale: 1.0, slide, ..self.touch(k) });
-                next = self.next(k);
+            for k in first..kept {
+                self.weigh(self.member(k), leader, members);
             }
         }
+    }
+
+    /// Sets the compliances of a candidate, one of so many of a column.
+    fn weigh(&mut self, c: usize, leader: usize, members: f64) {
+        let own = self.own_give(c);
+        let give = self.give_besides(c, own, leader, members);
+        let mut rubbing = self.tangential(c);
+        if let Some(t) = &mut rubbing {
+            let own = if self.candidate(leader).is_fixed() { 0.0 } else { own };
+            t.begin(&self.inertia, own, Symmetry::default(), 1.0);
+            self.set_tangential(c, t);
+        }
+        let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
+        let slide = math::max(members * of_body, EVEN[1] * own);
+        self.set_touch(c, Touch { give, own, stale: 1.0, slide, ..self.touch(c) });
     }
 
     /// Sweeps until nothing changes any more, or too often. Returns whether nothing does.
@@ -249,13 +226,15 @@ impl<'s, 'a> Joint<'s, 'a> {
         let rough = self.system.layout.has(Feature::Friction);
         while self.sweeps < most && !converged {
             converged = true;
+            let mut start = 0;
             for c in 0..count {
-                if !self.leads(c) {
-                    continue;
+                let end = self.column(c).end;
+                if end > start {
+                    // A fixed node is alone, too.
+                    let rubs = rough && end > start + 1;
+                    converged &= if rubs { self.visit_rough(c) } else { self.visit(c) };
                 }
-                // A fixed node is alone, too.
-                let rubs = rough && self.next(c).is_some();
-                converged &= if rubs { self.visit_rough(c) } else { self.visit(c) };
+                start = end;
             }
             self.sweeps += 1;
             if self.supported {
@@ -267,8 +246,7 @@ impl<'s, 'a> Joint<'s, 'a> {
 
     /// By how much the candidates fail the laws of contact and friction at the most, m/s.
     fn residual(&self, count: usize) -> f64 {
-        let errors = (0..count).filter(|&c| self.leads(c)).map(|c| self.error(c, f64::INFINITY));
-        errors.fold(0.0, math::max)
+        (0..count).map(|c| self.error(c, f64::INFINITY)).fold(0.0, math::max)
     }
 
     /// At the most by how much the gap rate of a candidate that was left out has changed, m/s.
@@ -347,26 +325,21 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
     }
 
-    fn link(&self, c: usize) -> Link {
-        self.system.arrays.links.get(c).map(Link::read).unwrap_or_default()
+    /// Column that a candidate leads, as a range of places of [`Joint::member`]; empty if it leads none.
+    pub(super) fn column(&self, leader: usize) -> Range<usize> {
+        members::column(self.system.arrays.ends, leader)
     }
 
-    fn set_link(&mut self, c: usize, link: Link) {
-        if let Some(slot) = self.system.arrays.links.get_mut(c) {
-            link.write(slot);
-        }
+    /// Candidate at a place in the order of columns.
+    pub(super) fn member(&self, k: usize) -> usize {
+        self.system.arrays.members.get(k).map_or(0, |&c| c as usize)
     }
 
-    fn leads(&self, c: usize) -> bool {
-        self.link(c).leads
-    }
-
+    /// Ply of a candidate's node.
     pub(super) fn ply(&self, c: usize) -> usize {
-        self.link(c).ply
-    }
-
-    pub(super) fn next(&self, c: usize) -> Option<usize> {
-        self.link(c).next
+        let Arrays { candidate_nodes, leaders, .. } = &self.system.arrays;
+        // At least 1, so that no division by zero has to be compiled in.
+        candidate_nodes.get(c).map_or(0, |node| node / (leaders.len() as u32).max(1)) as usize
     }
 
     pub(super) fn touch(&self, c: usize) -> Touch {
@@ -437,7 +410,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// after more than `enough` is not looked at.
     fn error(&self, leader: usize, enough: f64) -> f64 {
         let mut error = 0.0;
-        for c in core::iter::successors(Some(leader), |&c| self.next(c)) {
+        for c in self.column(leader).map(|k| self.member(k)) {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch) + touch.normal[2] * touch.lift;
             error = math::max(laws::violation(candidate.impulse, rate), error);
@@ -476,8 +449,8 @@ impl<'s, 'a> Joint<'s, 'a> {
     pub(super) fn solve_column(&mut self, leader: usize) -> f64 {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
         self.load_column(leader);
-        let mut next = Some(leader);
-        while let Some(c) = next {
+        for k in self.column(leader) {
+            let c = self.member(k);
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch);
             let (up, ply) = (touch.normal[2], self.ply(c));
@@ -490,7 +463,6 @@ impl<'s, 'a> Joint<'s, 'a> {
             if rubbing.is_some() {
                 node.speed += rubbed / (unit_impulse * node.mass);
             }
-            next = self.next(c);
         }
         project(self.system.arrays.column, self.system.arrays.pools);
         for node in self.system.arrays.column.iter().filter(|node| node.grip == 0.0) {
@@ -498,8 +470,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
         // All answer to the body as it is now.
         let (mut velocity, mut rate_of_body, mut moved) = (self.velocity, self.rate, 0.0);
-        next = Some(leader);
-        while let Some(c) = next {
+        for k in self.column(leader) {
+            let c = self.member(k);
             let (candidate, rubbing, mut touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let Some(node) = self.system.arrays.column.get(self.ply(c)) else { break };
             let (up, lift) = (touch.normal[2], (node.speed - node.before) * unit_speed);
@@ -521,7 +493,6 @@ impl<'s, 'a> Joint<'s, 'a> {
                 }
                 self.set_impulse(c, impulse);
             }
-            next = self.next(c);
         }
         (self.velocity, self.rate) = (velocity, rate_of_body);
         moved
@@ -536,8 +507,8 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// The nodes of a loaded column under its candidates' impulses.
     pub(super) fn push_column(&mut self, leader: usize) {
         restart(self.system.arrays.column);
-        let mut next = Some(leader);
-        while let Some(c) = next {
+        for k in self.column(leader) {
+            let c = self.member(k);
             let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
             let rubbed = rubbing.map_or(0.0, |t| self.own_axes(c, t.as_vector(t.impulse)).z);
             let push = self.touch(c).normal[2] * candidate.impulse + rubbed;
@@ -545,7 +516,6 @@ impl<'s, 'a> Joint<'s, 'a> {
                 node.push = push / self.system.model.unit_impulse;
                 node.speed += node.push / node.mass;
             }
-            next = self.next(c);
         }
         project(self.system.arrays.column, self.system.arrays.pools);
     }
@@ -597,9 +567,9 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// change of the velocities along the sheet since the column was solved last, of fixed nodes of the slip,
     /// m/s.
     pub(super) fn rub(&mut self, leader: usize) -> f64 {
-        let (mut moved, mut next) = (0.0, Some(leader));
-        let mut stale = false;
-        while let Some(c) = next {
+        let (mut moved, mut stale) = (0.0, false);
+        for k in self.column(leader) {
+            let c = self.member(k);
             let (candidate, mut rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let before = self.along(c, &Candidate { impulse: touch.last, ..candidate }, rubbing.as_ref(), &touch);
             if let Some(t) = &mut rubbing {
@@ -619,7 +589,6 @@ impl<'s, 'a> Joint<'s, 'a> {
             let after = self.along(c, &candidate, rubbing.as_ref(), &touch);
             let change = math::max(math::abs(after[0] - before[0]), math::abs(after[1] - before[1]));
             moved = math::max(change, moved);
-            next = self.next(c);
         }
         self.set_touch(leader, Touch { stale: f64::from(u8::from(stale)), ..self.touch(leader) });
         moved
@@ -643,7 +612,7 @@ fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved
     // Impulses of open gaps count with speeds that are too great.
     let mut gain = Gain::of_body(&body, &inertia, &solved);
     // Of all candidates' columns.
-    link(system, count);
+    members::sort(system, count);
     let (mut joint, mut between, mut lifted) = (Joint::at(system), 0.0, 0.0);
     for c in 0..count {
         let (candidate, Some(t)) = (joint.candidate(c), joint.tangential(c)) else { break };
@@ -653,7 +622,7 @@ fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved
         let share = joint.share(c);
         let [x, y] = joint.along(c, &candidate, Some(&t), &Touch { own: joint.give / share, ..joint.touch(c) });
         gain.change += mass * share * (x * x + y * y);
-        if joint.leads(c) && !candidate.is_fixed() {
+        if !joint.column(c).is_empty() && !candidate.is_fixed() {
             let [work, moved] = joint.of_plies(c);
             (between, lifted) = (between + work, lifted + moved);
         }

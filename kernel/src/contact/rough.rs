@@ -181,11 +181,10 @@ impl Joint<'_, '_> {
                 }
                 continue;
             }
-            let mut next = Some(leader);
-            while let Some(c) = next {
+            for k in self.column(leader) {
+                let c = self.member(k);
                 let before = self.spring(c).before;
                 self.give_impulses(c, before);
-                next = self.next(c);
             }
             (self.velocity, self.rate) = rates;
             self.balance(leader);
@@ -234,21 +233,21 @@ impl Joint<'_, '_> {
     fn balance(&mut self, leader: usize) {
         let unit_speed = self.system.model.unit_speed;
         self.push_column(leader);
-        let mut next = Some(leader);
-        while let Some(c) = next {
+        for k in self.column(leader) {
+            let c = self.member(k);
             let node = self.node(c);
             if let Some(touch) = self.system.arrays.touches.get_mut(c) {
                 touch.lift = (node.speed - node.before) * unit_speed;
             }
-            next = self.next(c);
         }
     }
 
     /// Takes the candidates of a column for springs if they fail the laws of contact and friction by more
     /// than `settled`. Returns by how much they do at the most, m/s.
     fn set_springs(&mut self, leader: usize, settled: f64) -> f64 {
-        let (mut error, mut next, mut left_out) = (0.0, Some(leader), 0);
-        while let Some(c) = next {
+        let (mut error, mut left_out) = (0.0, 0);
+        for k in self.column(leader) {
+            let c = self.member(k);
             let Some(contact) = self.contact(c) else { break };
             let (own, trial) = contact.error();
             error = math::max(own, error);
@@ -257,13 +256,12 @@ impl Joint<'_, '_> {
             } else {
                 left_out += 1;
             }
-            next = self.next(c);
         }
-        next = Some(leader).filter(|_| error > settled);
-        while let Some(c) = next.filter(|_| left_out > 0) {
+        let first = if error > settled { left_out } else { 0 };
+        for k in self.column(leader).take(first) {
+            let c = self.member(k);
             let Some(contact) = self.contact(c) else { break };
             self.set_spring(c, &contact, &contact.spring(contact.error().1));
-            (next, left_out) = (self.next(c), left_out - 1);
         }
         error
     }
@@ -288,8 +286,9 @@ impl Joint<'_, '_> {
 
     /// A step of Newton's method. The impulses before it are kept.
     fn step(&mut self, leader: usize) {
-        let (unit_speed, mut next) = (self.system.model.unit_speed, Some(leader));
-        while let Some(c) = next {
+        let unit_speed = self.system.model.unit_speed;
+        for k in self.column(leader) {
+            let c = self.member(k);
             if let Some(candidate) = self.system.arrays.candidates.get(c)
                 && let Some(t) = self.system.arrays.tangential.get(c)
                 && let Some(spring) = self.system.arrays.springs.get_mut(c)
@@ -297,11 +296,10 @@ impl Joint<'_, '_> {
                 spring.before = [candidate.impulse, t.impulse[0], t.impulse[1]];
             }
             self.hang(c);
-            next = self.next(c);
         }
         hold(self.system.arrays.column, self.system.arrays.pools);
-        next = Some(leader);
-        while let Some(c) = next {
+        for k in self.column(leader) {
+            let c = self.member(k);
             let node = self.node(c);
             // Wedged: the others of its pool hold it where it would give way.
             if node.grip < 0.0
@@ -313,14 +311,12 @@ impl Joint<'_, '_> {
                 self.set_spring(c, &contact, &if lets_go { Spring::default() } else { contact.sticking() });
                 self.hang(c);
             }
-            next = self.next(c);
         }
         shift(self.system.arrays.column, self.system.arrays.pools);
-        next = Some(leader);
-        while let Some(c) = next {
+        for k in self.column(leader) {
+            let c = self.member(k);
             let (spring, change) = (self.spring(c), self.node(c).release * unit_speed);
             self.give_impulses(c, core::array::from_fn(|k| spring.base[k] + spring.slope[k] * change));
-            next = self.next(c);
         }
     }
 

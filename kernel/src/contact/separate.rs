@@ -7,7 +7,7 @@
 use crate::body::pose::Vector;
 use crate::contact::apply::press;
 use crate::contact::column::{hold_back, load, project};
-use crate::contact::touch::{self, Link};
+use crate::contact::members;
 use crate::ground::lanes::{self, Item, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, SPEED_X, SPEED_Z, X, Z};
@@ -85,19 +85,18 @@ fn is_awake(system: &System<'_>, ply: usize, row: usize) -> bool {
     (first..end).contains(&(ply * system.layout.y.modelled() + row))
 }
 
-/// The candidates of a column of free nodes that the projectile pushes, one after the other.
+/// Candidates of a column of free nodes that the projectile pushes.
 fn pushed<'s>(system: &'s System<'_>, i: usize, row: usize, count: usize) -> impl Iterator<Item = usize> + 's {
-    let Arrays { last, links, candidate_nodes, candidates, .. } = &system.arrays;
+    let Arrays { leaders, members, ends, candidate_nodes, candidates, .. } = &system.arrays;
     let place = row * system.layout.nodes_x + i;
     // An earlier step may have left the number of a candidate that is now elsewhere.
-    let here = move |c: usize| {
+    let is_here = move |&c: &usize| {
         let node = candidate_nodes.get(c).filter(|_| c < count);
-        node.is_some_and(|&node| node as usize % last.len().max(1) == place).then_some(c)
+        node.is_some_and(|&node| node as usize % leaders.len().max(1) == place)
     };
-    let first = last.get(place).copied().and_then(touch::number).and_then(here);
-    let column =
-        core::iter::successors(first, move |&c| links.get(c).and_then(|link| Link::read(link).next).and_then(here));
-    column.filter(|&c| candidates.get(c).is_some_and(|candidate| candidate.impulse > 0.0))
+    let column = members::leader(leaders, place).filter(is_here).map_or(0..0, |c| members::column(ends, c));
+    let column = members.get(column).unwrap_or(&[]).iter().map(|&c| c as usize).filter(is_here);
+    column.filter(|&c| candidates.get(c).is_some_and(|c| c.impulse > 0.0 && !c.is_fixed()))
 }
 
 /// Separates the columns of one row in which plies press on each other. CURVED: of a curved sheet, whose

@@ -166,11 +166,12 @@ macro_rules! arrays {
                 flags: [u32], layout.has(Feature::Detachment), [1, 1, layout.nodes().div_ceil(32)];
                 /// Awake rows [first, end) of each ply.
                 awake: [[u32; 2]], layout.is_stack(), [1, 1, layout.plies];
-                /// Last candidate found so far in each column.
-                last: [u32], layout.is_stack(), [1, layout.nodes_x, layout.y.modelled()];
-                /// Next candidate in each candidate's column; twice its ply, and 1 more if it leads the
-                /// column.
-                links: [[u32; 2]], layout.is_stack(), [1, 1, layout.contacts()?];
+                /// Candidate that leads the column at each place (`contact/members.rs`).
+                leaders: [u32], layout.is_stack(), [1, layout.nodes_x, layout.y.modelled()];
+                /// Candidates sorted by column.
+                members: [u32], layout.is_stack(), [1, 1, layout.contacts()?];
+                /// End in `members` of the column that each candidate leads.
+                ends: [u32], layout.is_stack(), [1, 1, layout.contacts()?];
             }
         }
     };
