@@ -286,8 +286,8 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
     let found = solve(&mut candidates, &mut tangential, &given);
     Solution {
         converged: found.converged,
-        velocity: found.velocity.into(),
-        rate: found.angular_velocity.into(),
+        velocity: found.twist.velocity.into(),
+        rate: found.twist.angular_velocity.into(),
         normal: candidates.iter().map(|c| c.impulse).collect(),
         across: tangential.iter().map(|t| t.as_vector(t.impulse).into()).collect(),
     }

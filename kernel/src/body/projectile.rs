@@ -87,6 +87,23 @@ pub struct Body {
     pub angular_velocity: Vector,
 }
 
+/// Velocity of a rigid body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twist {
+    /// Velocity of its centre of mass, sheet's frame, m/s.
+    pub velocity: Vector,
+    /// Angular velocity in body axes, rad/s.
+    pub angular_velocity: Vector,
+}
+
+impl Twist {
+    /// Upper bound of the speed of points within `arm`, m, of the centre, m/s.
+    pub(crate) fn fastest(&self, arm: f64) -> f64 {
+        let ([x, y, z], [a, b, c]) = (self.velocity.into(), self.angular_velocity.into());
+        math::length([x, y, z]) + arm * math::length([a, b, c])
+    }
+}
+
 impl Body {
     /// At rest at the origin.
     pub(crate) const AT_REST: Body = Body {
@@ -105,6 +122,11 @@ impl Body {
             velocity: Vector::from(motion.velocity),
             angular_velocity: into_body(&orientation, &Vector::from(motion.angular_velocity)),
         }
+    }
+
+    /// Velocity of the body.
+    pub(crate) fn twist(&self) -> Twist {
+        Twist { velocity: self.velocity, angular_velocity: self.angular_velocity }
     }
 
     /// The body's motion with the angular velocity in the frame's axes.

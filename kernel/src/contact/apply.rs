@@ -1,7 +1,7 @@
 //! What contact does: rates of the body, motion of the nodes, and the sums of impulse, work and loss.
 
 use crate::body::pose::{self, Vector};
-use crate::body::projectile::Body;
+use crate::body::projectile::{Body, Twist};
 use crate::contact::candidate::Solved;
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
@@ -17,8 +17,8 @@ const PLACE_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The body's rates after contact, and what the solve took.
 pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
-    system.state.body.velocity = solved.velocity;
-    system.state.body.angular_velocity = solved.angular_velocity;
+    let Twist { velocity, angular_velocity } = solved.twist;
+    (system.state.body.velocity, system.state.body.angular_velocity) = (velocity, angular_velocity);
     if solved.sweeps as u64 > system.state.sums.most_sweeps {
         system.state.sums.most_sweeps = solved.sweeps as u64;
     }
@@ -35,9 +35,8 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
 /// What a step's impulses come to. Work is impulse times the mean of the rates before and after, for a free
 /// and a prescribed body alike: the two then agree to second order.
 struct Totals {
-    /// Means of the body's rates before and after.
-    velocity: Vector,
-    rate: Vector,
+    /// Mean of the body's velocities before and after.
+    body: Twist,
     /// On the body, and what they turn it by, in its axes.
     impulse: Vector,
     arm: Vector,
@@ -51,8 +50,10 @@ struct Totals {
 impl Totals {
     fn between(before: &Body, after: &Body) -> Totals {
         Totals {
-            velocity: (before.velocity + after.velocity) * 0.5,
-            rate: (before.angular_velocity + after.angular_velocity) * 0.5,
+            body: Twist {
+                velocity: (before.velocity + after.velocity) * 0.5,
+                angular_velocity: (before.angular_velocity + after.angular_velocity) * 0.5,
+            },
             impulse: Vector::zeros(),
             arm: Vector::zeros(),
             work: 0.0,
@@ -66,7 +67,7 @@ impl Totals {
     /// Work of friction on the body.
     #[inline(always)]
     fn rub(&self, t: &Tangential) -> f64 {
-        t.work(t.surface_speed(&self.velocity, &self.rate))
+        t.work(t.surface_speed(&self.body))
     }
 
     /// What all images of a node give the body; without mirror planes it is the node's own. Returns the
@@ -76,13 +77,14 @@ impl Totals {
         let images = candidate.images();
         if let Some(t) = rubbing {
             self.impulse -= t.as_vector(t.impulse) * images;
-            self.arm -= t.twist(t.impulse) * images;
+            self.arm -= t.moment(t.impulse) * images;
             let done = self.rub(t) * images;
             self.work += done;
             self.rubbed += done;
         }
+        let Twist { velocity, angular_velocity } = &self.body;
         let (given, speed) =
-            (candidate.impulse * images, candidate.normal.dot(&self.velocity) + candidate.arm.dot(&self.rate));
+            (candidate.impulse * images, candidate.normal.dot(velocity) + candidate.arm.dot(angular_velocity));
         self.impulse -= candidate.normal * given;
         self.arm -= candidate.arm * given;
         self.work += given * speed;

@@ -19,7 +19,7 @@ use crate::memory::system::System;
 /// those out that such a place stops. Returns how many candidates there are now.
 #[inline(never)]
 pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
-    let (body, is_free) = (system.state.body, system.scene.is_free());
+    let (body, is_free) = (system.state.body.twist(), system.scene.is_free());
     let (mut c, mut nodes, mut all) = (0, count, count);
     while c < nodes {
         let Some(&node) = system.arrays.candidate_nodes.get(c) else { break };
@@ -39,7 +39,7 @@ pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
                 *place = rubbing;
             }
             (c, all) = (c + 1, all + 1);
-        } else if held.gap_rate(&body.velocity, &body.angular_velocity) < 0.0 {
+        } else if held.gap_rate(&body) < 0.0 {
             (nodes, all) = (nodes - 1, all - 1);
             system.arrays.swap_candidates(c, nodes);
         } else {

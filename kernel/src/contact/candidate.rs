@@ -1,7 +1,6 @@
 //! Candidates for contact, and what a solve for the impulses of all of them is given and returns.
 
-use crate::body::pose::Vector;
-use crate::body::projectile::{Body, Inertia};
+use crate::body::projectile::{Body, Inertia, Twist};
 use crate::memory::records::Candidate;
 use crate::scene::parts::Symmetry;
 
@@ -21,9 +20,9 @@ impl Candidate {
         if self.is_fixed() { -self.signed_images } else { self.signed_images }
     }
 
-    /// Growth of the gap, with phi/dt, as long as the body has these rates, m/s.
-    pub(crate) fn gap_rate(&self, velocity: &Vector, rate: &Vector) -> f64 {
-        self.approach - self.normal.dot(velocity) - self.arm.dot(rate)
+    /// Growth of the gap, with phi/dt, without an impulse on the node, m/s.
+    pub(crate) fn gap_rate(&self, body: &Twist) -> f64 {
+        self.approach - self.normal.dot(&body.velocity) - self.arm.dot(&body.angular_velocity)
     }
 }
 
@@ -49,10 +48,8 @@ pub struct Solved {
     pub sweeps: u32,
     /// false if the sweeps ran out.
     pub converged: bool,
-    /// Body velocity after contact.
-    pub velocity: Vector,
-    /// Body angular velocity after contact, body axes.
-    pub angular_velocity: Vector,
+    /// Velocity of the body after contact.
+    pub twist: Twist,
     /// What one more sweep would change of the fastest gap rate or slip, m/s; 0 if it converged in sweeps.
     pub residual: f64,
 }

@@ -7,7 +7,7 @@
 //! there were no edge.
 
 use crate::body::pose::{self, Vector};
-use crate::body::projectile::{self, Body};
+use crate::body::projectile::{self, Body, Twist};
 use crate::body::shape::Solid;
 use crate::contact::candidate::Solved;
 use crate::ground::math;
@@ -107,7 +107,7 @@ pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> 
     while c < kept {
         let candidate = system.arrays.candidates.get(c);
         let passes = candidate.is_some_and(|candidate| {
-            let pressed = candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0;
+            let pressed = candidate.gap_rate(&body.twist()) < 0.0;
             let [x, y] = if pressed || candidate.is_fixed() { free_way(system, c) } else { [Vector::zeros(); 2] };
             let waits = candidate.is_fixed() && test.starts_before_an_edge(&x, held_touching);
             waits || pressed && test.is_past_an_edge(&x, &y, touching)
@@ -162,7 +162,8 @@ pub(crate) fn solve_contact(
 /// it. Returns how many there are now.
 #[inline(never)]
 fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count: usize) -> usize {
-    let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
+    let Twist { velocity, angular_velocity } = solved.twist;
+    let body = Body { velocity, angular_velocity, ..system.state.body };
     let touching = TOUCHING * system.scene.sheet.spacing;
     let test = EdgeTest::new(&system.solid, &body, system.model.limits.dt);
     let held_touching = math::max(2.0 * deepest_support(system, &test, alone), touching);

@@ -13,7 +13,7 @@
 //! Mech. Engrg. 177 (1999) 235.
 
 use crate::body::pose::{self, Vector};
-use crate::body::projectile::{Body, Inertia};
+use crate::body::projectile::{Body, Inertia, Twist};
 use crate::contact::laws;
 use crate::ground::math;
 use crate::memory::records::Tangential;
@@ -73,16 +73,15 @@ impl Tangential {
         p * s + q * t
     }
 
-    /// Slip along each tangent before any impulse on the node, while the body has these rates, m/s.
-    pub(crate) fn slip(&self, velocity: &Vector, rate: &Vector) -> [f64; 2] {
-        let [p, q] = self.surface_speed(velocity, rate);
+    /// Slip along each tangent without an impulse on the node, m/s.
+    pub(crate) fn slip(&self, body: &Twist) -> [f64; 2] {
+        let [p, q] = self.surface_speed(body);
         [self.speed[0] - p, self.speed[1] - q]
     }
 
     /// Speed of the body's surface along each tangent, m/s.
-    pub(crate) fn surface_speed(&self, velocity: &Vector, rate: &Vector) -> [f64; 2] {
-        let ([t, s], [a, b]) = (self.tangents, self.arms);
-        [t.dot(velocity) + a.dot(rate), s.dot(velocity) + b.dot(rate)]
+    pub(crate) fn surface_speed(&self, body: &Twist) -> [f64; 2] {
+        [0, 1].map(|k| self.tangents[k].dot(&body.velocity) + self.arms[k].dot(&body.angular_velocity))
     }
 
     /// An impulse with these parts along the tangents as a vector, sheet's frame, N s.
@@ -91,14 +90,13 @@ impl Tangential {
     }
 
     /// Moment of an impulse with these parts about the body's centre, body axes, N m s.
-    pub(crate) fn twist(&self, [p, q]: [f64; 2]) -> Vector {
+    pub(crate) fn moment(&self, [p, q]: [f64; 2]) -> Vector {
         self.arms[0] * p + self.arms[1] * q
     }
 
-    /// (M21) The next impulses, of a node that now slips so, m/s, and whose friction is at most this, N s.
-    pub(crate) fn next(&self, [s, t]: [f64; 2], most: f64) -> [f64; 2] {
-        let trial = [self.impulse[0] - s * self.effective_mass, self.impulse[1] - t * self.effective_mass];
-        laws::limited(trial, most)
+    /// (M21) Next impulses of a node with this slip, m/s, and friction of at most this size, N s.
+    pub(crate) fn next(&self, slip: [f64; 2], most: f64) -> [f64; 2] {
+        laws::limited(laws::sticking(self.impulse, slip, self.effective_mass), most)
     }
 }
 

@@ -18,7 +18,7 @@
 //! Reference: as in `column.rs` and `solve.rs`.
 
 use crate::body::pose::Vector;
-use crate::body::projectile::Inertia;
+use crate::body::projectile::{Inertia, Twist};
 use crate::contact::candidate::Solved;
 use crate::contact::column::{load, project, restart};
 use crate::contact::laws::{self, Gain};
@@ -70,8 +70,7 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
         converged = joint.settle(count);
     }
     let residual = if converged { 0.0 } else { joint.residual(count) };
-    let Joint { velocity, rate, sweeps, .. } = joint;
-    let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual };
+    let solved = Solved { sweeps: joint.sweeps, converged, twist: joint.body, residual };
     if converged || !system.layout.has(Feature::Friction) { solved } else { without_gain(system, count, solved) }
 }
 
@@ -98,27 +97,25 @@ pub(super) struct Joint<'s, 'a> {
     pub(super) sweeps: u32,
     /// What Newton's method adds to the body's give, over that of a node (`rough.rs`).
     pub(super) damping: f64,
-    pub(super) velocity: Vector,
-    pub(super) rate: Vector,
+    /// Velocity of the body under the impulses so far.
+    pub(super) body: Twist,
 }
 
 impl<'s, 'a> Joint<'s, 'a> {
     /// With the rates of the body before contact.
     fn at(system: &'s mut System<'a>) -> Joint<'s, 'a> {
-        let (inertia, body) = (system.model.inertia, system.state.body);
+        let (inertia, body) = (system.model.inertia, system.state.body.twist());
         let give = 1.0 / system.model.node_mass;
         let turns = body.angular_velocity != Vector::zeros() || inertia.inverse_moments != Vector::zeros();
         let scene = &system.scene;
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
-        let (velocity, rate) = (body.velocity, body.angular_velocity);
         let (tolerance, arm, widest, supported, sweeps, damping) = (0.0, 0.0, 0.0, false, 0, 0.0);
-        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, supported, sweeps, damping, velocity, rate }
+        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, supported, sweeps, damping, body }
     }
 
     /// Begins before any impulse. Returns the growth of a gap beyond which no impulse is to be expected, m/s.
     fn begin(&mut self, count: usize) -> f64 {
-        let body = &self.system.state.body;
-        (self.velocity, self.rate, self.supported, self.sweeps) = (body.velocity, body.angular_velocity, false, 0);
+        (self.body, self.supported, self.sweeps) = (self.system.state.body.twist(), false, 0);
         members::sort(self.system, count);
         let (mut fastest, mut farthest, mut closing) = (0.0, 0.0, 0.0);
         for c in 0..count {
@@ -127,11 +124,9 @@ impl<'s, 'a> Joint<'s, 'a> {
             closing = math::max(-rate, closing);
         }
         // The speeds that a gap rate is the difference of.
-        let length = |v: &Vector| math::length([v.x, v.y, v.z]);
-        let moving = length(&self.velocity) + math::sqrt(farthest) * length(&self.rate);
-        let [relative, rounding] = SETTLED;
-        self.tolerance = math::max(relative * fastest, rounding * moving);
         (self.arm, self.widest) = (math::sqrt(farthest), 0.0);
+        let [relative, rounding] = SETTLED;
+        self.tolerance = math::max(relative * fastest, rounding * self.body.fastest(self.arm));
         for c in 0..count {
             if !self.column(c).is_empty() && !self.candidate(c).is_fixed() {
                 self.widest = math::max(self.spread(c), self.widest);
@@ -146,10 +141,10 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.set_impulse(c, 0.0);
         let candidate = self.candidate(c);
         self.set_touch(c, Touch { normal: self.own_axes(c, candidate.normal).into(), ..Touch::default() });
-        let rate = self.body_rate(&candidate);
+        let rate = self.gap_rate(&candidate);
         let (mut fastest, mut farthest) = (math::abs(rate), candidate.arm.dot(&candidate.arm));
         if let Some(t) = self.tangential(c) {
-            for (slip, arm) in t.slip(&self.velocity, &self.rate).into_iter().zip(t.arms) {
+            for (slip, arm) in t.slip(&self.body).into_iter().zip(t.arms) {
                 fastest = math::max(math::abs(slip), fastest);
                 farthest = math::max(arm.dot(&arm), farthest);
             }
@@ -186,7 +181,7 @@ impl<'s, 'a> Joint<'s, 'a> {
             let (members, first, mut near) = (all.len() as f64, kept, false);
             for k in all {
                 let c = self.member(k);
-                let is_near = self.body_rate(&self.candidate(c)) <= reach;
+                let is_near = self.gap_rate(&self.candidate(c)) <= reach;
                 near |= is_near;
                 if (is_near || c == leader)
                     && let Some(member) = self.system.arrays.members.get_mut(kept)
@@ -251,9 +246,10 @@ impl<'s, 'a> Joint<'s, 'a> {
 
     /// At the most by how much the gap rate of a candidate that was left out has changed, m/s.
     fn moved(&self) -> f64 {
-        let body = &self.system.state.body;
-        let length = |v: Vector| math::length([v.x, v.y, v.z]);
-        length(self.velocity - body.velocity) + self.arm * length(self.rate - body.angular_velocity) + self.widest
+        let (before, after) = (self.system.state.body, self.body);
+        let velocity = after.velocity - before.velocity;
+        let change = Twist { velocity, angular_velocity: after.angular_velocity - before.angular_velocity };
+        change.fastest(self.arm) + self.widest
     }
 
     /// What a candidate's node gives way by itself, 1/kg.
@@ -352,39 +348,52 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
     }
 
-    /// How fast a candidate's gap grows if its node feels no impulse, m/s.
-    pub(super) fn body_rate(&self, candidate: &Candidate) -> f64 {
-        if self.turns {
-            candidate.gap_rate(&self.velocity, &self.rate)
-        } else {
-            candidate.approach - candidate.normal.dot(&self.velocity)
-        }
+    /// Friction of a candidate in the axes of its column, N s.
+    fn friction(&self, c: usize) -> Vector {
+        self.tangential(c).map_or(Vector::zeros(), |t| self.own_axes(c, t.as_vector(t.impulse)))
     }
 
-    /// The velocity along the sheet that impulses give a candidate's node of this inverse mass, m/s.
-    fn along(&self, c: usize, candidate: &Candidate, rubbing: Option<&Tangential>, touch: &Touch) -> [f64; 2] {
-        if candidate.is_fixed() {
+    /// Velocity along the sheet that friction and this normal impulse give a candidate's node, m/s.
+    fn along(&self, c: usize, impulse: f64) -> [f64; 2] {
+        let touch = self.touch(c);
+        if self.candidate(c).is_fixed() {
             return [0.0; 2];
         }
-        let mut push = Vector::from(touch.normal) * candidate.impulse;
-        if let Some(t) = rubbing {
-            push += self.own_axes(c, t.as_vector(t.impulse));
-        }
+        let push = Vector::from(touch.normal) * impulse + self.friction(c);
         [push.x * touch.own, push.y * touch.own]
     }
 
-    /// How fast its gap grows, but for what its node is moved along z, m/s.
-    fn rate_besides(&self, c: usize, candidate: &Candidate, rubbing: Option<&Tangential>, touch: &Touch) -> f64 {
-        let ([x, y], [along, across, _]) = (self.along(c, candidate, rubbing, touch), touch.normal);
-        self.body_rate(candidate) + (along * x + across * y)
+    /// Growth of a candidate's gap but for the motion of its node along z, m/s.
+    fn rate_besides(&self, c: usize) -> f64 {
+        let (candidate, [along, across, _]) = (self.candidate(c), self.touch(c).normal);
+        let [x, y] = self.along(c, candidate.impulse);
+        self.gap_rate(&candidate) + (along * x + across * y)
     }
 
-    /// The next impulses along the surface of a candidate.
-    fn rubbed(&self, c: usize, candidate: &Candidate, t: &Tangential, touch: &Touch) -> [f64; 2] {
-        let ([x, y], lift) = (self.along(c, candidate, Some(t), touch), touch.lift);
+    /// Next impulses along the surface of a candidate with friction.
+    fn rubbed(&self, c: usize, t: &Tangential) -> [f64; 2] {
+        let (impulse, lift) = (self.candidate(c).impulse, self.touch(c).lift);
+        let [x, y] = self.along(c, impulse);
         let moved = t.tangents.map(|tangent| self.own_axes(c, tangent).dot(&Vector::new(x, y, lift)));
-        let [p, q] = t.slip(&self.velocity, &self.rate);
-        t.next([p + moved[0], q + moved[1]], self.system.scene.contact.friction * candidate.impulse)
+        let [p, q] = t.slip(&self.body);
+        t.next([p + moved[0], q + moved[1]], self.system.scene.contact.friction * impulse)
+    }
+
+    /// Growth of a candidate's gap without an impulse on its node, m/s.
+    pub(super) fn gap_rate(&self, candidate: &Candidate) -> f64 {
+        if self.turns {
+            candidate.gap_rate(&self.body)
+        } else {
+            candidate.approach - candidate.normal.dot(&self.body.velocity)
+        }
+    }
+
+    /// Changes the velocity of the body by a change of a candidate's normal impulse.
+    fn press(&self, body: &mut Twist, candidate: &Candidate, change: f64) {
+        body.velocity -= candidate.normal * (change * self.inertia.inverse_mass);
+        if self.turns {
+            body.angular_velocity -= candidate.arm.component_mul(&self.inertia.inverse_moments) * change;
+        }
     }
 
     /// Solves the column that this candidate leads. Returns whether it was solved already.
@@ -411,14 +420,14 @@ impl<'s, 'a> Joint<'s, 'a> {
     fn error(&self, leader: usize, enough: f64) -> f64 {
         let mut error = 0.0;
         for c in self.column(leader).map(|k| self.member(k)) {
-            let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch) + touch.normal[2] * touch.lift;
-            error = math::max(laws::violation(candidate.impulse, rate), error);
+            let touch = self.touch(c);
+            let rate = self.rate_besides(c) + touch.normal[2] * touch.lift;
+            error = math::max(laws::violation(self.candidate(c).impulse, rate), error);
             if error > enough {
                 break;
             }
-            if let Some(t) = &rubbing {
-                let next = self.rubbed(c, &candidate, t, &touch);
+            if let Some(t) = self.tangential(c) {
+                let next = self.rubbed(c, &t);
                 error = math::max(laws::slip_violation(t.impulse, next, t.effective_mass), error);
             }
         }
@@ -432,14 +441,13 @@ impl<'s, 'a> Joint<'s, 'a> {
             // A prescribed body: neither gives way.
             return 0.0;
         }
-        let trial = candidate.impulse - self.body_rate(&candidate) / give;
+        let trial = candidate.impulse - self.gap_rate(&candidate) / give;
         let impulse = math::max(trial, 0.0);
         self.supported |= impulse > 0.0;
         let change = impulse - candidate.impulse;
-        self.velocity -= candidate.normal * (change * self.inertia.inverse_mass);
-        if self.turns {
-            self.rate -= candidate.arm.component_mul(&self.inertia.inverse_moments) * change;
-        }
+        let mut body = self.body;
+        self.press(&mut body, &candidate, change);
+        self.body = body;
         self.set_impulse(c, impulse);
         give * math::abs(change)
     }
@@ -449,18 +457,17 @@ impl<'s, 'a> Joint<'s, 'a> {
     pub(super) fn solve_column(&mut self, leader: usize) -> f64 {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
         self.load_column(leader);
+        let rubs = self.system.layout.has(Feature::Friction);
         for k in self.column(leader) {
             let c = self.member(k);
-            let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch);
-            let (up, ply) = (touch.normal[2], self.ply(c));
-            let rubbed = if let Some(t) = &rubbing { self.own_axes(c, t.as_vector(t.impulse)).z } else { 0.0 };
+            let (candidate, touch, rubbed) = (self.candidate(c), self.touch(c), self.friction(c).z);
+            let (rate, up, ply) = (self.rate_besides(c), touch.normal[2], self.ply(c));
             let Some(node) = self.system.arrays.column.get_mut(ply) else { break };
             node.grip = up * math::abs(up) * self.give / touch.give;
             if up != 0.0 {
                 node.release = node.before + (touch.give * candidate.impulse - rate) / (up * unit_speed);
             }
-            if rubbing.is_some() {
+            if rubs {
                 node.speed += rubbed / (unit_impulse * node.mass);
             }
         }
@@ -469,16 +476,16 @@ impl<'s, 'a> Joint<'s, 'a> {
             self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
         }
         // All answer to the body as it is now.
-        let (mut velocity, mut rate_of_body, mut moved) = (self.velocity, self.rate, 0.0);
+        let (mut body, mut moved) = (self.body, 0.0);
         for k in self.column(leader) {
             let c = self.member(k);
-            let (candidate, rubbing, mut touch) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let (candidate, mut touch) = (self.candidate(c), self.touch(c));
             let Some(node) = self.system.arrays.column.get(self.ply(c)) else { break };
             let (up, lift) = (touch.normal[2], (node.speed - node.before) * unit_speed);
             let impulse = if math::abs(node.grip) > node.mass {
                 node.push * unit_impulse / up
             } else {
-                let rate = self.rate_besides(c, &candidate, rubbing.as_ref(), &touch) + up * lift;
+                let rate = self.rate_besides(c) + up * lift;
                 candidate.impulse - rate / touch.give
             };
             let impulse = math::max(impulse, 0.0);
@@ -487,14 +494,11 @@ impl<'s, 'a> Joint<'s, 'a> {
             self.set_touch(c, touch);
             let change = impulse - candidate.impulse;
             if change != 0.0 {
-                velocity -= candidate.normal * (change * self.inertia.inverse_mass);
-                if self.turns {
-                    rate_of_body -= candidate.arm.component_mul(&self.inertia.inverse_moments) * change;
-                }
+                self.press(&mut body, &candidate, change);
                 self.set_impulse(c, impulse);
             }
         }
-        (self.velocity, self.rate) = (velocity, rate_of_body);
+        self.body = body;
         moved
     }
 
@@ -509,9 +513,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         restart(self.system.arrays.column);
         for k in self.column(leader) {
             let c = self.member(k);
-            let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
-            let rubbed = rubbing.map_or(0.0, |t| self.own_axes(c, t.as_vector(t.impulse)).z);
-            let push = self.touch(c).normal[2] * candidate.impulse + rubbed;
+            let (push, ply) = (self.touch(c).normal[2] * self.candidate(c).impulse + self.friction(c).z, self.ply(c));
             if let Some(node) = self.system.arrays.column.get_mut(ply) {
                 node.push = push / self.system.model.unit_impulse;
                 node.speed += node.push / node.mass;
@@ -570,23 +572,22 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (mut moved, mut stale) = (0.0, false);
         for k in self.column(leader) {
             let c = self.member(k);
-            let (candidate, mut rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let before = self.along(c, &Candidate { impulse: touch.last, ..candidate }, rubbing.as_ref(), &touch);
-            if let Some(t) = &mut rubbing {
+            let (candidate, before) = (self.candidate(c), self.along(c, self.touch(c).last));
+            if let Some(mut t) = self.tangential(c) {
                 let [p, q] = t.impulse;
-                let next = self.rubbed(c, &candidate, t, &touch);
+                let next = self.rubbed(c, &t);
                 t.impulse = self.paced(c, &candidate, [p, q], next);
                 let change = [t.impulse[0] - p, t.impulse[1] - q];
-                self.velocity -= t.as_vector(change) * self.inertia.inverse_mass;
-                self.rate -= t.twist(change).component_mul(&self.inertia.inverse_moments);
-                self.set_tangential(c, t);
+                self.body.velocity -= t.as_vector(change) * self.inertia.inverse_mass;
+                self.body.angular_velocity -= t.moment(change).component_mul(&self.inertia.inverse_moments);
+                self.set_tangential(c, &t);
                 let size = math::max(math::abs(change[0]), math::abs(change[1]));
                 stale |= size > self.tolerance * t.effective_mass;
                 if candidate.is_fixed() && t.effective_mass > 0.0 {
                     moved = math::max(size / t.effective_mass, moved);
                 }
             }
-            let after = self.along(c, &candidate, rubbing.as_ref(), &touch);
+            let after = self.along(c, candidate.impulse);
             let change = math::max(math::abs(after[0] - before[0]), math::abs(after[1] - before[1]));
             moved = math::max(change, moved);
         }
@@ -608,19 +609,15 @@ fn place(system: &System<'_>, c: usize) -> (usize, usize) {
 /// against the gaps.
 #[inline(never)]
 fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {
-    let (body, inertia, mass) = (system.state.body, system.model.inertia, system.model.node_mass);
-    // Impulses of open gaps count with speeds that are too great.
-    let mut gain = Gain::of_body(&body, &inertia, &solved);
+    let mass = system.model.node_mass;
+    let mut gain = Gain::of_body(system.state.body.twist(), &system.model.inertia, &solved);
     // Of all candidates' columns.
     members::sort(system, count);
     let (mut joint, mut between, mut lifted) = (Joint::at(system), 0.0, 0.0);
     for c in 0..count {
-        let (candidate, Some(t)) = (joint.candidate(c), joint.tangential(c)) else { break };
-        let [p, q] = t.slip(&body.velocity, &body.angular_velocity);
-        let rate = candidate.gap_rate(&body.velocity, &body.angular_velocity);
-        gain.before += candidate.impulse * rate + t.work([p, q]);
-        let share = joint.share(c);
-        let [x, y] = joint.along(c, &candidate, Some(&t), &Touch { own: joint.give / share, ..joint.touch(c) });
+        let (candidate, share) = (joint.candidate(c), joint.share(c));
+        gain.before += gain.work_before(&candidate, joint.tangential(c).as_ref());
+        let [x, y] = joint.along(c, candidate.impulse);
         gain.change += mass * share * (x * x + y * y);
         if !joint.column(c).is_empty() && !candidate.is_fixed() {
             let [work, moved] = joint.of_plies(c);
@@ -630,5 +627,5 @@ fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved
     gain.before += between * system.model.unit_energy;
     gain.change += lifted * system.model.unit_energy;
     let candidates = system.arrays.candidates.get_mut(..count).unwrap_or_default();
-    gain.scale_back(candidates, system.arrays.tangential, &body, solved)
+    gain.scale_back(candidates, system.arrays.tangential, solved)
 }

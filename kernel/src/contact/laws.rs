@@ -9,7 +9,7 @@
 //! Reference: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
 use crate::body::pose::Vector;
-use crate::body::projectile::{Body, Inertia};
+use crate::body::projectile::{Inertia, Twist};
 use crate::contact::candidate::Solved;
 use crate::ground::math;
 use crate::memory::records::{Candidate, Tangential};
@@ -26,6 +26,18 @@ pub(crate) fn slip_violation([p, q]: [f64; 2], next: [f64; 2], mass: f64) -> f64
     if mass > 0.0 { change / mass } else { 0.0 }
 }
 
+/// Normal impulse that leaves no gap rate, m/s, at this effective mass, kg, or 0 if that would pull, N s.
+#[inline(always)]
+pub(crate) fn pressing(impulse: f64, gap_rate: f64, mass: f64) -> f64 {
+    math::max(impulse - gap_rate * mass, 0.0)
+}
+
+/// Friction that leaves no slip, m/s, at this effective mass, kg, N s.
+#[inline(always)]
+pub(crate) fn sticking(impulse: [f64; 2], slip: [f64; 2], mass: f64) -> [f64; 2] {
+    [impulse[0] - slip[0] * mass, impulse[1] - slip[1] * mass]
+}
+
 /// The nearest impulse of no more than this size, N s.
 pub(crate) fn limited(impulse: [f64; 2], most: f64) -> [f64; 2] {
     let size = math::length([impulse[0], impulse[1], 0.0]);
@@ -34,7 +46,8 @@ pub(crate) fn limited(impulse: [f64; 2], most: f64) -> [f64; 2] {
 
 /// Energy that impulses given up on add at the most.
 pub(crate) struct Gain {
-    /// Changes of the body's velocity and angular velocity.
+    /// Velocity of the body before, and its changes.
+    body: Twist,
     changes: [Vector; 2],
     /// Impulses times the relative speeds before, J.
     pub before: f64,
@@ -44,11 +57,19 @@ pub(crate) struct Gain {
 
 impl Gain {
     /// Energy of the body alone, before any candidate is counted.
-    pub fn of_body(body: &Body, inertia: &Inertia, solved: &Solved) -> Gain {
-        let (dv, dw) = (solved.velocity - body.velocity, solved.angular_velocity - body.angular_velocity);
+    pub fn of_body(body: Twist, inertia: &Inertia, solved: &Solved) -> Gain {
+        let Twist { velocity, angular_velocity } = solved.twist;
+        let (dv, dw) = (velocity - body.velocity, angular_velocity - body.angular_velocity);
         let moves = inertia.inverse_mass > 0.0;
         let change = if moves { inertia.mass * dv.dot(&dv) + dw.component_mul(&inertia.moments).dot(&dw) } else { 0.0 };
-        Gain { changes: [dv, dw], before: 0.0, change }
+        Gain { body, changes: [dv, dw], before: 0.0, change }
+    }
+
+    /// Impulses of a candidate times its relative speeds before, J. With the gap's part of the speed this is
+    /// an upper bound.
+    pub fn work_before(&self, candidate: &Candidate, friction: Option<&Tangential>) -> f64 {
+        let work = candidate.impulse * candidate.gap_rate(&self.body);
+        friction.map_or(work, |t| work + t.work(t.slip(&self.body)))
     }
 
     /// Part of the impulses that adds no energy. A part x of them adds at most x before + x^2 change/2.
@@ -64,13 +85,7 @@ impl Gain {
 
     /// Leaves the part of the candidates' impulses that adds no energy. Returns the rates of the body with
     /// it.
-    pub fn scale_back(
-        &self,
-        candidates: &mut [Candidate],
-        tangential: &mut [Tangential],
-        body: &Body,
-        solved: Solved,
-    ) -> Solved {
+    pub fn scale_back(&self, candidates: &mut [Candidate], tangential: &mut [Tangential], solved: Solved) -> Solved {
         let (part, [dv, dw]) = (self.part(), self.changes);
         if part == 1.0 {
             return solved;
@@ -79,6 +94,7 @@ impl Gain {
         for t in tangential.iter_mut().take(candidates.len()) {
             t.impulse = t.impulse.map(|impulse| impulse * part);
         }
-        Solved { velocity: body.velocity + dv * part, angular_velocity: body.angular_velocity + dw * part, ..solved }
+        let velocity = self.body.velocity + dv * part;
+        Solved { twist: Twist { velocity, angular_velocity: self.body.angular_velocity + dw * part }, ..solved }
     }
 }

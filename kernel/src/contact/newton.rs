@@ -112,13 +112,13 @@ impl Newton<'_> {
                 continue;
             }
             let (own, rate) = self.rate(c, solved);
-            let impulse = math::max(c.impulse - rate * c.effective_mass, 0.0);
+            let impulse = laws::pressing(c.impulse, rate, c.effective_mass);
             worst = math::max(math::abs(impulse - c.impulse) / c.effective_mass, worst);
             if let Some(t) = self.tangential.get(k)
                 && t.effective_mass > 0.0
             {
                 let [p, q] = t.impulse;
-                let [s0, s1] = t.slip(&solved.velocity, &solved.angular_velocity);
+                let [s0, s1] = t.slip(&solved.twist);
                 let next = t.next([s0 + p * own, s1 + q * own], self.given.friction * c.impulse);
                 let change = math::length([next[0] - p, next[1] - q, 0.0]);
                 worst = math::max(change / t.effective_mass, worst);
@@ -130,7 +130,7 @@ impl Newton<'_> {
     /// 1/m of a candidate's node, 1/kg, 0 if it is fixed, and how fast its gap grows, m/s.
     fn rate(&self, c: &Candidate, solved: &Solved) -> (f64, f64) {
         let own = if c.is_fixed() { 0.0 } else { 1.0 / self.given.node_mass };
-        (own, c.gap_rate(&solved.velocity, &solved.angular_velocity) + c.impulse * own)
+        (own, c.gap_rate(&solved.twist) + c.impulse * own)
     }
 
     fn way(&self, direction: &Vector, arm: &Vector, images: f64) -> Way {
@@ -255,8 +255,8 @@ impl Newton<'_> {
             }
         }
         let [a, b, c, d, e, f] = sum;
-        solved.velocity -= Vector::new(a, b, c);
-        solved.angular_velocity -= Vector::new(d, e, f);
+        solved.twist.velocity -= Vector::new(a, b, c);
+        solved.twist.angular_velocity -= Vector::new(d, e, f);
     }
 
     /// The impulses with which a candidate answers a change of the body's rates. `each` gets, for each of its
@@ -274,15 +274,15 @@ impl Newton<'_> {
         let (own, rate) = self.rate(c, solved);
         let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.given.node_mass };
         let normal = self.way(&c.normal, &c.arm, c.images());
-        let trial = c.impulse - rho * (rate - dot(&normal.of_body, change));
-        let impulse = math::max(trial, 0.0);
-        let slope = if trial > 0.0 { normal.of_body.map(|x| rho * x) } else { [0.0; 6] };
+        let impulse = laws::pressing(c.impulse, rate - dot(&normal.of_body, change), rho);
+        let slope = if impulse > 0.0 { normal.of_body.map(|x| rho * x) } else { [0.0; 6] };
         each(&normal, impulse - c.impulse, &slope);
         let Some(t) = self.tangential.get(k) else { return [impulse, 0.0, 0.0] };
         let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.given.node_mass };
         let ways = [0, 1].map(|d| self.way(&t.tangents[d], &t.arms[d], c.images()));
-        let slip = t.slip(&solved.velocity, &solved.angular_velocity);
-        let trial = [0, 1].map(|d| t.impulse[d] - rho * (slip[d] + t.impulse[d] * own - dot(&ways[d].of_body, change)));
+        let slip = t.slip(&solved.twist);
+        let slip = [0, 1].map(|d| slip[d] + t.impulse[d] * own - dot(&ways[d].of_body, change));
+        let trial = laws::sticking(t.impulse, slip, rho);
         let (most, grows) = if frozen { (c.impulse, 0.0) } else { (impulse, self.given.friction) };
         let (most, size) = (self.given.friction * most, math::length([trial[0], trial[1], 0.0]));
         let next = laws::limited(trial, most);

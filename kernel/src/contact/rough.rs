@@ -61,7 +61,7 @@ impl RoughContact {
     /// goes.
     fn error(&self) -> (f64, [f64; 2]) {
         let ([normal, p, q], [gap_rate, s, t]) = (self.impulse, self.rate);
-        let trial = [p - s * self.mass, q - t * self.mass];
+        let trial = laws::sticking([p, q], [s, t], self.mass);
         let next = laws::limited(trial, self.friction * normal);
         let slip = laws::slip_violation([p, q], next, self.mass);
         (math::max(slip, laws::violation(normal, gap_rate)), trial)
@@ -168,14 +168,14 @@ impl Joint<'_, '_> {
             self.load_column(leader);
             self.balance(leader);
         }
-        let (mut rates, mut best) = ((self.velocity, self.rate), first);
+        let (mut rates, mut best) = (self.body, first);
         let [least, growth, most] = DAMPING;
         for _ in 0..MOST_STEPS {
             self.step(leader);
             self.balance(leader);
             let error = self.set_springs(leader, settled);
             if error <= settled || error < LEFT[usize::from(self.damping > 0.0 && best > enough)] * best {
-                (rates, best) = ((self.velocity, self.rate), math::min(error, best));
+                (rates, best) = (self.body, math::min(error, best));
                 if best <= settled {
                     break;
                 }
@@ -186,7 +186,7 @@ impl Joint<'_, '_> {
                 let before = self.spring(c).before;
                 self.give_impulses(c, before);
             }
-            (self.velocity, self.rate) = rates;
+            self.body = rates;
             self.balance(leader);
             self.damping = math::max(growth * self.damping, least);
             if self.damping > most || best <= enough {
@@ -220,8 +220,8 @@ impl Joint<'_, '_> {
             mass: t.effective_mass,
             friction: self.system.scene.contact.friction,
         };
-        let [s0, s1] = t.slip(&self.velocity, &self.rate);
-        let (lift, rates) = (contact.lift(&contact.impulse), [self.body_rate(&candidate), s0, s1]);
+        let [s0, s1] = t.slip(&self.body);
+        let (lift, rates) = (contact.lift(&contact.impulse), [self.gap_rate(&candidate), s0, s1]);
         for (k, rate) in rates.into_iter().enumerate() {
             let along = contact.impulse[k] - contact.up[k] * lift;
             contact.rate[k] = rate + touch.own * along + contact.up[k] * touch.lift;
@@ -329,8 +329,9 @@ impl Joint<'_, '_> {
         let Some(t) = self.tangential(c) else { return };
         let impulse = laws::limited([p, q], self.system.scene.contact.friction * normal);
         let (given, along) = (normal - candidate.impulse, [0, 1].map(|k| impulse[k] - t.impulse[k]));
-        self.velocity -= (candidate.normal * given + t.as_vector(along)) * self.inertia.inverse_mass;
-        self.rate -= (candidate.arm * given + t.twist(along)).component_mul(&self.inertia.inverse_moments);
+        self.body.velocity -= (candidate.normal * given + t.as_vector(along)) * self.inertia.inverse_mass;
+        self.body.angular_velocity -=
+            (candidate.arm * given + t.moment(along)).component_mul(&self.inertia.inverse_moments);
         self.set_tangential(c, &Tangential { impulse, ..t });
         self.set_impulse(c, normal);
     }

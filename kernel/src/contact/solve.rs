@@ -15,9 +15,9 @@
 //! Mech. Engrg. 177 (1999) 235.
 
 use crate::body::pose::Vector;
-use crate::body::projectile::{Body, Inertia};
+use crate::body::projectile::{Body, Inertia, Twist};
 use crate::contact::candidate::{Given, Solved};
-use crate::contact::laws::Gain;
+use crate::contact::laws::{self, Gain};
 use crate::contact::newton::{Newton, STIFF};
 use crate::ground::math;
 use crate::memory::records::{Candidate, Tangential};
@@ -90,19 +90,6 @@ struct Pushed<'s> {
     supported: bool,
 }
 
-/// The rates of the body in a solve.
-#[derive(Clone, Copy)]
-struct BodyRates {
-    velocity: Vector,
-    angular_velocity: Vector,
-}
-
-impl BodyRates {
-    fn of(body: &Body) -> BodyRates {
-        BodyRates { velocity: body.velocity, angular_velocity: body.angular_velocity }
-    }
-}
-
 /// Sizes that a solve is judged by.
 #[derive(Clone, Copy, Default)]
 struct Sizes {
@@ -140,7 +127,7 @@ impl<'s> Pushed<'s> {
     }
 
     #[inline(always)]
-    fn twist(&self, c: &Candidate) -> Vector {
+    fn moment(&self, c: &Candidate) -> Vector {
         if self.is_alone(c) { c.arm } else { c.arm.component_mul(&self.masks[1]) * c.images() }
     }
 
@@ -155,24 +142,20 @@ impl<'s> Pushed<'s> {
         if !self.turns && self.is_alone(c) {
             return self.plain_mass;
         }
-        let turning = c.arm.dot(&self.twist(c).component_mul(&self.inertia.inverse_moments));
+        let turning = c.arm.dot(&self.moment(c).component_mul(&self.inertia.inverse_moments));
         let moving = if self.whole { c.images() } else { c.normal.dot(&self.push(c)) };
         let give = self.give(c) + self.inertia.inverse_mass * moving + turning;
         if give > 0.0 { 1.0 / give } else { 0.0 }
     }
 
     #[inline(always)]
-    fn closing(&self, c: &Candidate, rates: &BodyRates) -> f64 {
-        if self.turns {
-            c.gap_rate(&rates.velocity, &rates.angular_velocity)
-        } else {
-            c.approach - c.normal.dot(&rates.velocity)
-        }
+    fn closing(&self, c: &Candidate, rates: &Twist) -> f64 {
+        if self.turns { c.gap_rate(rates) } else { c.approach - c.normal.dot(&rates.velocity) }
     }
 
     /// Prepares all candidates but for their masses.
     #[inline(always)]
-    fn begin(&mut self, candidates: &mut [Candidate], rates: &BodyRates) -> Sizes {
+    fn begin(&mut self, candidates: &mut [Candidate], rates: &Twist) -> Sizes {
         let mut sizes = Sizes::default();
         for c in candidates {
             self.supported |= c.is_fixed();
@@ -192,12 +175,12 @@ impl<'s> Pushed<'s> {
         &self,
         candidates: &[Candidate],
         tangential: &mut [Tangential],
-        rates: &BodyRates,
+        rates: &Twist,
         sizes: &mut Sizes,
     ) {
         for (c, t) in candidates.iter().zip(tangential) {
             t.begin(self.inertia, self.give(c), self.symmetry, c.images());
-            for (slip, arm) in t.slip(&rates.velocity, &rates.angular_velocity).into_iter().zip(t.arms) {
+            for (slip, arm) in t.slip(rates).into_iter().zip(t.arms) {
                 sizes.fastest = math::max(math::abs(slip), sizes.fastest);
                 sizes.farthest = math::max(arm.dot(&arm), sizes.farthest);
             }
@@ -205,7 +188,7 @@ impl<'s> Pushed<'s> {
     }
 
     /// The masses of candidates that begin. Of what is out of reach it is 0, so that no sweep changes it.
-    fn set_masses_in_reach(&self, candidates: &mut [Candidate], rates: &BodyRates, out_of_reach: f64) {
+    fn set_masses_in_reach(&self, candidates: &mut [Candidate], rates: &Twist, out_of_reach: f64) {
         for c in candidates {
             let is_far = self.closing(c, rates) > out_of_reach;
             c.effective_mass = if is_far { 0.0 } else { self.effective_mass(c) };
@@ -225,7 +208,7 @@ impl<'s> Pushed<'s> {
         candidates: &mut [Candidate],
         tangential: &mut [Tangential],
         coefficient: f64,
-        rates: &mut BodyRates,
+        rates: &mut Twist,
         changes: &mut f64,
     ) -> f64 {
         let mut largest_change = 0.0;
@@ -239,13 +222,12 @@ impl<'s> Pushed<'s> {
                 c.approach += if fixed { 0.0 } else { c.impulse / self.node_mass };
             }
             let gap_rate = self.closing(&c, rates);
-            let trial = c.impulse - gap_rate * c.effective_mass;
-            let impulse = math::max(trial, 0.0);
+            let impulse = laws::pressing(c.impulse, gap_rate, c.effective_mass);
             let change = impulse - c.impulse;
             if change != 0.0 {
                 rates.velocity -= self.push(&c) * (change * self.inertia.inverse_mass);
                 if self.turns {
-                    let turned = self.twist(&c).component_mul(&self.inertia.inverse_moments);
+                    let turned = self.moment(&c).component_mul(&self.inertia.inverse_moments);
                     rates.angular_velocity -= turned * change;
                 }
                 slot.impulse = impulse;
@@ -267,9 +249,9 @@ impl<'s> Pushed<'s> {
 
     /// Friction of one candidate up to the impulse `most`. Returns the change.
     #[inline(always)]
-    fn rub(&self, c: &Candidate, most: f64, t: &mut Tangential, rates: &mut BodyRates) -> f64 {
+    fn rub(&self, c: &Candidate, most: f64, t: &mut Tangential, rates: &mut Twist) -> f64 {
         let own = self.give(c);
-        let [s0, s1] = t.slip(&rates.velocity, &rates.angular_velocity);
+        let [s0, s1] = t.slip(rates);
         let [p, q] = t.impulse;
         let next = t.next([s0 + p * own, s1 + q * own], most);
         let change = [next[0] - p, next[1] - q];
@@ -277,8 +259,8 @@ impl<'s> Pushed<'s> {
             return 0.0;
         }
         rates.velocity -= t.as_vector(change).component_mul(&self.masks[0]) * (c.images() * self.inertia.inverse_mass);
-        let twist = t.twist(change).component_mul(&self.masks[1]) * c.images();
-        rates.angular_velocity -= twist.component_mul(&self.inertia.inverse_moments);
+        let moment = t.moment(change).component_mul(&self.masks[1]) * c.images();
+        rates.angular_velocity -= moment.component_mul(&self.inertia.inverse_moments);
         t.impulse = next;
         let size = math::max(math::abs(change[0]), math::abs(change[1]));
         if c.is_fixed() { size * (self.node_mass / t.effective_mass) } else { size }
@@ -299,13 +281,13 @@ fn sweeps<const FRICTION: bool>(
     symmetry: Symmetry,
 ) -> (Solved, f64) {
     let mut pushed = Pushed::of(body, inertia, node_mass, symmetry);
-    let mut rates = BodyRates::of(body);
+    let mut rates = body.twist();
     let mut sizes = pushed.begin(candidates, &rates);
     if FRICTION {
         pushed.begin_friction(candidates, tangential, &rates, &mut sizes);
     }
     // The speeds that a gap rate is the difference of.
-    let moving = length(&rates.velocity) + math::sqrt(sizes.farthest) * length(&rates.angular_velocity);
+    let moving = rates.fastest(math::sqrt(sizes.farthest));
     let (relative, rounding) = (1e-14 * sizes.fastest, ROUNDING * moving);
     let tolerance = node_mass * math::max(relative, rounding);
     // A node whose gap grows is left out, as long as what all changes of the impulses together can do to the
@@ -324,7 +306,7 @@ fn sweeps<const FRICTION: bool>(
         if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
-            rates = BodyRates::of(body);
+            rates = body.twist();
             pushed.set_masses(candidates);
             candidates.iter_mut().for_each(|c| c.impulse = 0.0);
         }
@@ -332,8 +314,7 @@ fn sweeps<const FRICTION: bool>(
     if !converged {
         pushed.set_masses(candidates);
     }
-    let BodyRates { velocity, angular_velocity } = rates;
-    (Solved { sweeps, converged, velocity, angular_velocity, residual: 0.0 }, tolerance / node_mass)
+    (Solved { sweeps, converged, twist: rates, residual: 0.0 }, tolerance / node_mass)
 }
 
 /// Impulses that were given up on, scaled back until they add no energy.
@@ -344,27 +325,16 @@ fn scale_back(
     given: &Given<'_>,
     solved: Solved,
 ) -> Solved {
-    let Given { body, inertia, node_mass, .. } = *given;
-    let mut gain = Gain::of_body(body, inertia, &solved);
+    let mut gain = Gain::of_body(given.body.twist(), given.inertia, &solved);
     for (k, c) in candidates.iter().enumerate() {
-        // With the gap's part of the speed this is an upper bound.
-        let mut work = c.impulse * c.gap_rate(&body.velocity, &body.angular_velocity);
-        let mut squared = c.impulse * c.impulse;
-        if let Some(t) = tangential.get(k) {
-            let [p, q] = t.impulse;
-            work += t.work(t.slip(&body.velocity, &body.angular_velocity));
-            squared += p * p + q * q;
-        }
-        gain.before += c.images() * work;
+        let friction = tangential.get(k);
+        gain.before += c.images() * gain.work_before(c, friction);
         if !c.is_fixed() {
-            gain.change += c.images() * squared / node_mass;
+            let [p, q] = friction.map_or([0.0; 2], |t| t.impulse);
+            gain.change += c.images() * (c.impulse * c.impulse + (p * p + q * q)) / given.node_mass;
         }
     }
-    gain.scale_back(candidates, tangential, body, solved)
-}
-
-fn length(v: &Vector) -> f64 {
-    math::length([v.x, v.y, v.z])
+    gain.scale_back(candidates, tangential, solved)
 }
 
 /// The impulses of the first `count` candidates of a single sheet.
@@ -438,9 +408,9 @@ mod tests {
             close(found.impulse, impulse, 1e-13);
             close(found.effective_mass, 1.0 / (1.0 / NODE + give), 1e-14);
             let taken = if movable { impulse } else { 0.0 };
-            assert!((solved.velocity - (body.velocity - normal * (taken / mass))).norm() < 1e-11);
+            assert!((solved.twist.velocity - (body.velocity - normal * (taken / mass))).norm() < 1e-11);
             let rate = body.angular_velocity - arm.component_div(&moments) * taken;
-            assert!((solved.angular_velocity - rate).norm() < 1e-9);
+            assert!((solved.twist.angular_velocity - rate).norm() < 1e-9);
         }
     }
 
@@ -472,7 +442,7 @@ mod tests {
                 continue;
             }
             for c in slots {
-                let surface = c.normal.dot(&solved.velocity) + c.arm.dot(&solved.angular_velocity);
+                let surface = c.normal.dot(&solved.twist.velocity) + c.arm.dot(&solved.twist.angular_velocity);
                 let gap_rate = c.approach + c.impulse / NODE - surface;
                 assert!(c.impulse >= 0.0 && gap_rate > -1e-10, "{k} {gap_rate:e}");
                 assert!(c.impulse == 0.0 || gap_rate < 1e-10, "{k} {gap_rate:e}");
@@ -493,7 +463,7 @@ mod tests {
         let far = armed(-Vector::z(), Vector::zeros(), 1.0, 3.0);
         for mut slots in [[up, far], [far, up]] {
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
-            assert!(solved.velocity.z < -2.5 && slots.iter().all(|c| c.impulse > 0.0), "{solved:?}");
+            assert!(solved.twist.velocity.z < -2.5 && slots.iter().all(|c| c.impulse > 0.0), "{solved:?}");
         }
     }
 
@@ -542,7 +512,7 @@ mod tests {
             let speed = |c: &Candidate| c.approach + after * c.impulse / NODE;
             slots.iter().map(|c| speed(c) * speed(c)).sum()
         };
-        assert!(energy(solved.velocity.z, nodes(1.0)) <= energy(body.velocity.z, nodes(0.0)));
+        assert!(energy(solved.twist.velocity.z, nodes(1.0)) <= energy(body.velocity.z, nodes(0.0)));
     }
 
     /// Fixed nodes whose normals differ by little: each sweep leaves cos^2 of their angle of an error. A body
@@ -559,13 +529,16 @@ mod tests {
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
             assert!(solved.converged && solved.sweeps <= MAX_SWEEPS + 100, "{angle}: {solved:?}");
             let [left, right] = slots;
-            let surfaces = [&left, &right].map(|c| c.normal.dot(&solved.velocity));
+            let surfaces = [&left, &right].map(|c| c.normal.dot(&solved.twist.velocity));
             let presses = 40.0 * math::sin(angle) > 2.0 * math::cos(angle);
             assert!(surfaces.iter().all(|speed| *speed < 1e-9), "{angle}: {surfaces:?}");
             if presses {
-                assert!(solved.velocity.x.abs() < 1e-8 && solved.velocity.z.abs() < 1e-9, "{angle}: {solved:?}");
+                assert!(
+                    solved.twist.velocity.x.abs() < 1e-8 && solved.twist.velocity.z.abs() < 1e-9,
+                    "{angle}: {solved:?}"
+                );
             }
-            assert!((solved.velocity.y + 7.0).abs() < 1e-12 && left.impulse > 0.0);
+            assert!((solved.twist.velocity.y + 7.0).abs() < 1e-12 && left.impulse > 0.0);
         }
     }
 
@@ -589,7 +562,7 @@ mod tests {
             let mut slots: Vec<_> = (1..=nodes as u64).map(riding).collect();
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
             assert!(solved.converged && solved.sweeps <= 3, "{k}: {} sweeps", solved.sweeps);
-            assert!((solved.velocity - body.velocity).norm() <= 1e-13 * body.velocity.norm());
+            assert!((solved.twist.velocity - body.velocity).norm() <= 1e-13 * body.velocity.norm());
         }
     }
 
@@ -612,7 +585,9 @@ mod tests {
             assert!(solved.converged && solved.sweeps <= 2, "{solved:?}");
             close(found.effective_mass, 1.0 / give, 1e-14);
             close(found.impulse, impulse, 1e-13);
-            assert!((solved.velocity - (body.velocity - moved * (images * impulse / (3.0 * NODE)))).norm() < 1e-12);
+            assert!(
+                (solved.twist.velocity - (body.velocity - moved * (images * impulse / (3.0 * NODE)))).norm() < 1e-12
+            );
         }
     }
 }
