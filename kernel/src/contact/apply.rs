@@ -42,7 +42,7 @@ struct Totals {
     arm: Vector,
     work: f64,
     loss: f64,
-    rubbed: f64,
+    friction: f64,
     held: f64,
     touched: u64,
 }
@@ -58,7 +58,7 @@ impl Totals {
             arm: Vector::zeros(),
             work: 0.0,
             loss: 0.0,
-            rubbed: 0.0,
+            friction: 0.0,
             held: 0.0,
             touched: 0,
         }
@@ -66,21 +66,21 @@ impl Totals {
 
     /// Work of friction on the body.
     #[inline(always)]
-    fn rub(&self, t: &Tangential) -> f64 {
+    fn friction_work(&self, t: &Tangential) -> f64 {
         t.work(t.surface_speed(&self.body))
     }
 
     /// What all images of a node give the body; without mirror planes it is the node's own. Returns the
     /// impulse along the normal, and the speed of the body's surface there.
     #[inline(always)]
-    fn give(&mut self, candidate: &Candidate, rubbing: Option<&Tangential>) -> [f64; 2] {
+    fn give(&mut self, candidate: &Candidate, friction: Option<&Tangential>) -> [f64; 2] {
         let images = candidate.images();
-        if let Some(t) = rubbing {
+        if let Some(t) = friction {
             self.impulse -= t.as_vector(t.impulse) * images;
             self.arm -= t.moment(t.impulse) * images;
-            let done = self.rub(t) * images;
+            let done = self.friction_work(t) * images;
             self.work += done;
-            self.rubbed += done;
+            self.friction += done;
         }
         let Twist { velocity, angular_velocity } = &self.body;
         let (given, speed) =
@@ -94,9 +94,9 @@ impl Totals {
 
     /// What a support takes, which moves nothing, is lost.
     #[inline(always)]
-    fn hold(&mut self, candidate: &Candidate, rubbing: Option<&Tangential>, [given, speed]: [f64; 2]) {
+    fn hold(&mut self, candidate: &Candidate, friction: Option<&Tangential>, [given, speed]: [f64; 2]) {
         self.loss += given * speed;
-        let along = rubbing.map_or(0.0, |t| self.rub(t));
+        let along = friction.map_or(0.0, |t| self.friction_work(t));
         self.held += given * speed + along * candidate.images();
     }
 
@@ -106,16 +106,16 @@ impl Totals {
     fn lose(
         &mut self,
         candidate: &Candidate,
-        rubbing: Option<&Tangential>,
+        friction: Option<&Tangential>,
         [given, speed]: [f64; 2],
         speed_after: f64,
         v: &Vector,
     ) {
         self.loss -= given * (0.5 * (candidate.speed_before + speed_after) - speed);
-        if let Some(t) = rubbing {
+        if let Some(t) = friction {
             let [p, q] = t.along(v);
             let [p_before, q_before] = t.speed_before;
-            self.rubbed -= t.work([0.5 * (p_before + p), 0.5 * (q_before + q)]) * candidate.images();
+            self.friction -= t.work([0.5 * (p_before + p), 0.5 * (q_before + q)]) * candidate.images();
         }
     }
 }
@@ -142,21 +142,21 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
             (start, share) = (node as usize - i, system.mass_share_of_row(j));
         }
         let mut push = candidate.normal * (candidate.impulse / (system.model.unit_impulse * share));
-        let rubbing = system.arrays.tangential.get(c).copied();
-        if let Some(t) = &rubbing {
+        let friction = system.arrays.tangential.get(c).copied();
+        if let Some(t) = &friction {
             push += t.as_vector(t.impulse) * (1.0 / (system.model.unit_impulse * share));
         }
         if let Some(flags) = system.arrays.flags.get_mut(node as usize / 32) {
             *flags |= 1 << (node % 32);
         }
-        let given = totals.give(&candidate, rubbing.as_ref());
+        let given = totals.give(&candidate, friction.as_ref());
         if candidate.is_fixed() {
             if system.layout.has(Feature::Casing) && !system.is_fixed(i, j) {
                 system.state.sums.casing += push * share;
             } else {
                 system.load_support(i, j, &(push * share));
             }
-            totals.hold(&candidate, rubbing.as_ref(), given);
+            totals.hold(&candidate, friction.as_ref(), given);
             continue;
         }
         let Some(v) = move_node(system, &candidate, [i, j], &push) else { break };
@@ -176,7 +176,7 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
         } else {
             candidate.normal.dot(&v) * unit_speed
         };
-        totals.lose(&candidate, rubbing.as_ref(), given, speed_after, &(v * unit_speed));
+        totals.lose(&candidate, friction.as_ref(), given, speed_after, &(v * unit_speed));
     }
     close(system, totals, before);
 }
@@ -236,8 +236,8 @@ fn close(system: &mut System<'_>, mut totals: Totals, before: &Body) {
     }
     sums.work += totals.work;
     // Where normal impulses turn the slip around, friction gives back a part of what they lose: it is theirs.
-    sums.loss += totals.loss + math::min(totals.rubbed, 0.0);
-    sums.friction += math::max(totals.rubbed, 0.0);
+    sums.loss += totals.loss + math::min(totals.friction, 0.0);
+    sums.friction += math::max(totals.friction, 0.0);
     sums.support_work += totals.held;
 }
 

@@ -33,10 +33,10 @@ pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
             if let Some(place) = system.arrays.candidate_nodes.get_mut(all) {
                 *place = node;
             }
-            if let Some(&rubbing) = system.arrays.tangential.get(c)
+            if let Some(&friction) = system.arrays.tangential.get(c)
                 && let Some(place) = system.arrays.tangential.get_mut(all)
             {
-                *place = rubbing;
+                *place = friction;
             }
             (c, all) = (c + 1, all + 1);
         } else if held.gap_rate(&body) < 0.0 {

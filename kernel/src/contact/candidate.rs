@@ -29,9 +29,9 @@ impl Candidate {
 /// What a solve is given in addition to the candidates.
 #[derive(Clone, Copy)]
 pub struct Given<'s> {
-    /// The body, with its rates before contact.
+    /// The body, with its velocity before contact.
     pub body: &'s Body,
-    /// How it gives way.
+    /// Inertia of the body.
     pub inertia: &'s Inertia,
     /// Mass of a free node, kg.
     pub node_mass: f64,

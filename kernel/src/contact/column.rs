@@ -38,22 +38,22 @@ impl Pool {
         let speed = node.speed + node.offset;
         let mut pool = Pool { mean: speed, ..Pool::NONE };
         pool.add(node, speed);
-        pool.mean = if node.grip == 0.0 { speed } else { pool.sum / pool.weight };
+        pool.mean = if node.stiffness == 0.0 { speed } else { pool.sum / pool.weight };
         pool
     }
 
     /// Adds a node, whose candidate is pressed if it is at this velocity.
     fn add(&mut self, node: &Node, speed: f64) {
-        let Node { mass, grip, offset, .. } = *node;
+        let Node { mass, stiffness, offset, .. } = *node;
         (self.sum, self.weight, self.nodes) =
             (self.sum + mass * (node.speed + offset), self.weight + mass, self.nodes + 1.0);
-        if grip == 0.0 {
+        if stiffness == 0.0 {
             return;
         }
         let (release, [low, high]) = (node.release + offset, self.limits);
         self.limits = if speed < release { [low, math::min(release, high)] } else { [math::max(release, low), high] };
-        if is_pressed(grip, release - speed) {
-            (self.sum, self.weight) = (self.sum + math::abs(grip) * release, self.weight + math::abs(grip));
+        if is_pressed(stiffness, release - speed) {
+            (self.sum, self.weight) = (self.sum + math::abs(stiffness) * release, self.weight + math::abs(stiffness));
         }
     }
 
@@ -66,7 +66,7 @@ impl Pool {
     }
 
     /// Whether just those candidates are pressed that it takes for pressed.
-    fn is_settled(&self) -> bool {
+    fn is_consistent(&self) -> bool {
         self.limits[0] <= self.mean && self.mean <= self.limits[1]
     }
 
@@ -74,13 +74,13 @@ impl Pool {
     /// piece each, kept between velocities that are known to be too small and too great.
     #[cold]
     #[inline(never)]
-    fn settled(&self, nodes: &[Node]) -> Pool {
+    fn solved(&self, nodes: &[Node]) -> Pool {
         let (mut pool, mut speed, [mut low, mut high]) = (*self, self.mean, [-f64::INFINITY, f64::INFINITY]);
         for _ in 0..MAX_NEWTON {
             pool = Pool::NONE;
             nodes.iter().for_each(|node| pool.add(node, speed));
             pool.mean = pool.sum / pool.weight;
-            if pool.is_settled() || pool.mean == speed {
+            if pool.is_consistent() || pool.mean == speed {
                 break;
             }
             [low, high] = if pool.mean < speed { [low, speed] } else { [speed, high] };
@@ -90,9 +90,10 @@ impl Pool {
     }
 }
 
-/// Whether a node of this grip is a candidate and pressed, if it moves by so much less than at its release.
-fn is_pressed(grip: f64, less: f64) -> bool {
-    if grip > 0.0 { less > 0.0 } else { grip < 0.0 && less < 0.0 }
+/// Whether a node of this stiffness is a pressed candidate, if its velocity is so much less than at its
+/// release.
+fn is_pressed(stiffness: f64, less: f64) -> bool {
+    if stiffness > 0.0 { less > 0.0 } else { stiffness < 0.0 && less < 0.0 }
 }
 
 /// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may, and
@@ -102,10 +103,10 @@ pub(super) fn project(column: &mut [Node], pools: &mut [Pool]) {
     let (mut count, mut first, mut offset) = (0, 0, 0.0);
     for k in 0..column.len() {
         let Some(node) = column.get_mut(k) else { return };
-        if node.room == f64::INFINITY {
+        if node.gap == f64::INFINITY {
             (first, offset) = (count, 0.0);
         } else {
-            offset += node.room;
+            offset += node.gap;
         }
         node.offset = offset;
         let mut pool = Pool::of(node);
@@ -115,9 +116,9 @@ pub(super) fn project(column: &mut [Node], pools: &mut [Pool]) {
                 break;
             }
             pool = below.with(&pool);
-            if !pool.is_settled() {
+            if !pool.is_consistent() {
                 let start = (k + 1).saturating_sub(pool.nodes as usize);
-                pool = pool.settled(column.get(start..=k).unwrap_or(&[]));
+                pool = pool.solved(column.get(start..=k).unwrap_or(&[]));
             }
             count -= 1;
         }
@@ -140,24 +141,24 @@ fn each_pool(mut column: &mut [Node], pools: &[Pool], mut each: impl FnMut(&mut 
 /// Takes a column back to what was loaded.
 pub(super) fn restart(column: &mut [Node]) {
     for node in column {
-        (node.speed, node.grip, node.push) = (node.before, 0.0, 0.0);
+        (node.speed, node.stiffness, node.push) = (node.before, 0.0, 0.0);
     }
 }
 
-/// What holds each pool of a column that was solved without candidates: its mass, and grips that are
+/// What holds each pool of a column that was solved without candidates: its mass, and stiffnesses that are
 /// positive; left in `release` of its nodes.
 pub(super) fn hold(column: &mut [Node], pools: &[Pool]) {
     each_pool(column, pools, |nodes, pool| {
-        let release = nodes.iter().fold(pool.weight, |held, node| held + math::max(node.grip, 0.0));
+        let release = nodes.iter().fold(pool.weight, |held, node| held + math::max(node.stiffness, 0.0));
         nodes.iter_mut().for_each(|node| node.release = release);
     });
 }
 
 /// By how much the speed of each pool changes if its nodes get the impulses `push` and, for each change of
-/// speed, less by `grip`; left in `release` of its nodes.
+/// speed, less by `stiffness`; left in `release` of its nodes.
 pub(super) fn shift(column: &mut [Node], pools: &[Pool]) {
     each_pool(column, pools, |nodes, pool| {
-        let sums = |[push, held]: [f64; 2], node: &Node| [push + node.push, held + node.grip];
+        let sums = |[push, held]: [f64; 2], node: &Node| [push + node.push, held + node.stiffness];
         let [push, held] = nodes.iter().fold([0.0, pool.weight], sums);
         let release = if math::abs(held) > 1e-9 * pool.weight { push / held } else { 0.0 };
         nodes.iter_mut().for_each(|node| node.release = release);
@@ -172,15 +173,15 @@ fn move_together(nodes: &mut [Node], pool: &Pool) {
         // Alone, and pressed by nothing.
         return;
     }
-    // What the rounding of the common velocity has left: the grips would make much of it.
+    // What the rounding of the common velocity has left: the stiffnesses would make much of it.
     let mut rest = 0.0;
-    if nodes.iter().any(|node| node.grip != 0.0) {
+    if nodes.iter().any(|node| node.stiffness != 0.0) {
         for node in nodes.iter() {
             let speed = pool.mean - node.offset;
             let less = node.release - speed;
             rest += node.mass * (node.speed - speed);
-            if is_pressed(node.grip, less) {
-                rest += math::abs(node.grip) * less;
+            if is_pressed(node.stiffness, less) {
+                rest += math::abs(node.stiffness) * less;
             }
         }
         rest /= pool.weight;
@@ -188,8 +189,8 @@ fn move_together(nodes: &mut [Node], pool: &Pool) {
     for node in nodes {
         node.speed = pool.mean - node.offset;
         let less = node.release - node.speed;
-        if is_pressed(node.grip, less) {
-            node.push = math::abs(node.grip) * (less - rest);
+        if is_pressed(node.stiffness, less) {
+            node.push = math::abs(node.stiffness) * (less - rest);
         }
     }
 }
@@ -200,7 +201,7 @@ fn move_together(nodes: &mut [Node], pool: &Pool) {
 pub(super) fn hold_back(column: &mut [Node], floor: f64, before: impl Fn(usize) -> f64) -> [f64; 2] {
     let (mut given, mut taken) = (0.0, 0.0);
     for (ply, node) in column.iter_mut().enumerate() {
-        if ply > 0 && node.room == f64::INFINITY {
+        if ply > 0 && node.gap == f64::INFINITY {
             break;
         }
         let lift = floor - node.offset - node.speed;
@@ -232,7 +233,7 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
         let ([x, y, z], [a, b, v]) = (own(planes::displacement(chunk, lane)), own(planes::velocity(chunk, lane)));
         // Where it was at the pass's start: the projectile's impulses must not change who faces whom.
         let (x, y) = (x - a, y - b);
-        let room = match below {
+        let allowed = match below {
             Some([x_below, y_below, z_below, v_below])
                 if math::abs(x - x_below) <= 1.0 && math::abs(y - y_below) <= rise =>
             {
@@ -243,12 +244,12 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
             _ => f64::INFINITY,
         };
         (offset, speed_below) =
-            if room == f64::INFINITY { (0.0, -f64::INFINITY) } else { (offset + room, speed_below) };
+            if allowed == f64::INFINITY { (0.0, -f64::INFINITY) } else { (offset + allowed, speed_below) };
         let speed = v + offset;
         presses |= speed_below > speed;
         speed_below = speed;
         let mass = shares[usize::from(directions.is_back(ply))];
-        *place = Node { before: v, speed: v, room, offset, mass, grip: 0.0, release: v, push: 0.0 };
+        *place = Node { before: v, speed: v, gap: allowed, offset, mass, stiffness: 0.0, release: v, push: 0.0 };
         below = Some([x, y, z, v]);
     }
     (deepest, presses)
@@ -275,7 +276,7 @@ mod tests {
                     [draw(3 * k + 2), room]
                 })
                 .collect();
-            let node = |&[speed, room]: &[f64; 2]| Node { speed, room, mass: 1.0, ..Node::default() };
+            let node = |&[speed, room]: &[f64; 2]| Node { speed, gap: room, mass: 1.0, ..Node::default() };
             let mut solved: Vec<_> = nodes.iter().map(node).collect();
             let (back, of_back) = (count / 2, if case % 2 == 0 { 1.0 } else { math::exp(4.6 * draw(999)) });
             solved.iter_mut().skip(back as usize).for_each(|node| node.mass = of_back);

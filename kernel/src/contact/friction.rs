@@ -53,13 +53,14 @@ impl Tangential {
         let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
         let ([t0, t1], [a0, a1]) = (self.tangents, self.arms);
         // What an impulse along the second tangent changes of the speed along the first.
-        let give = |t: &Vector, a: &Vector, t_of: &Vector, a_of: &Vector| {
+        let compliance = |t: &Vector, a: &Vector, t_of: &Vector, a_of: &Vector| {
             let turning = a.dot(&a_of.component_mul(&twist_mask).component_mul(&inertia.inverse_moments));
             images * (inertia.inverse_mass * t.dot(&t_of.component_mul(&push_mask)) + turning)
         };
-        let [g00, g01, g11] = [give(&t0, &a0, &t0, &a0), give(&t0, &a0, &t1, &a1), give(&t1, &a1, &t1, &a1)];
-        let give = own + largest_eigenvalue(g00, g01, g11);
-        (self.effective_mass, self.impulse) = (if give > 0.0 { 1.0 / give } else { 0.0 }, [0.0; 2]);
+        let [g00, g01, g11] =
+            [compliance(&t0, &a0, &t0, &a0), compliance(&t0, &a0, &t1, &a1), compliance(&t1, &a1, &t1, &a1)];
+        let compliance = own + largest_eigenvalue(g00, g01, g11);
+        (self.effective_mass, self.impulse) = (if compliance > 0.0 { 1.0 / compliance } else { 0.0 }, [0.0; 2]);
     }
 
     /// The parts of a velocity along the tangents.

@@ -7,7 +7,7 @@
 //! front one. Their velocities after contact follow from an exact regression (`column.rs`). So momentum is
 //! kept, no energy is ever added (no relative motion at all would be allowed, too), and the order of nodes
 //! does not matter. With the projectile: at given rates of the body a candidate is a spring of one-sided
-//! force on its node, because the node gives way along the sheet and the body a little. So a column is solved
+//! force on its node, by the compliance of the node along the sheet and of the body. So a column is solved
 //! for its nodes and candidates at once, and the columns follow each other as the nodes of a single sheet do
 //! (`solve.rs`). Candidates out of reach are left out; if more comes of the impulses than that allows, all
 //! are solved again. With friction columns of several candidates are solved by `rough.rs`, and impulses that
@@ -27,7 +27,7 @@ use crate::contact::solve::MAX_SWEEPS;
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::Arrays;
-use crate::memory::records::{Candidate, Pace, Tangential, Touch};
+use crate::memory::records::{Candidate, Relaxation, Tangential, Touch};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
@@ -35,21 +35,21 @@ use core::ops::Range;
 
 /// Least compliance of a candidate in addition to its column's, over that of a node, without and with
 /// friction: candidates of one column that point along z share their impulse by it. The larger it is, the
-/// longer small gap rates last; the smaller, the fewer columns that rub are solved.
+/// longer small gap rates last; the smaller, the fewer columns with friction converge.
 const EVEN: [f64; 2] = [1e-9, 1e-6];
-/// Gap rates and slips count as settled below this, in parts of the fastest before contact and of the speeds
-/// that they are differences of.
-const SETTLED: [f64; 2] = [1e-12, 4e-15];
+/// Tolerance of gap rates and slips, in parts of the fastest before contact and of the speeds that they are
+/// differences of.
+const TOLERANCE: [f64; 2] = [1e-12, 4e-15];
 /// A gap rate that does not count if no velocity changes any more, spacings a pass.
 const HARMLESS: f64 = 1e-9;
-/// Sweeps before impulses along the surface that go back and forth take shorter ways, and by how much those
-/// grow that go on.
+/// Sweeps before friction that goes back and forth is under-relaxed.
 const PATIENCE: u32 = 4;
+/// Growth of the relaxation factor in a sweep in which friction goes on.
 const GROWTH: f64 = 1.1;
 /// A candidate whose gap grows by more than so many times the fastest approach, of a candidate or of two
 /// nodes of a column, is left out, unless more comes of it.
 const FAR_APART: f64 = 2.0;
-/// Sweeps after which a solve is given up in which fixed nodes take an impulse. They do not give way, and
+/// Sweeps after which a solve is given up in which fixed nodes take an impulse. They have no compliance, and
 /// neighbours under a wide body leave nearly all of an error in a sweep.
 const MAX_SWEEPS_ON_SUPPORTS: u32 = 4000;
 /// Impulses found after which it is given up earlier.
@@ -62,12 +62,12 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let mut joint = Joint::at(system);
     let reach = joint.begin(count);
     joint.include(count, reach);
-    let mut converged = joint.settle(count);
+    let mut converged = joint.iterate(count);
     if joint.moved() > 0.9 * reach {
         // Once more from the start, with all of them.
         joint.begin(count);
         joint.include(count, f64::INFINITY);
-        converged = joint.settle(count);
+        converged = joint.iterate(count);
     }
     let residual = if converged { 0.0 } else { joint.residual(count) };
     let solved = Solved { sweeps: joint.sweeps, converged, twist: joint.body, residual };
@@ -75,12 +75,12 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
 }
 
 /// Gauss-Seidel over the columns with candidates. Each is solved for all its nodes and candidates at once,
-/// with a body that gives way to several of them a little more than it does, so that they never go too far.
+/// with a body of a little more compliance to several of them than it has, so that they never go too far.
 pub(super) struct Joint<'s, 'a> {
     pub(super) system: &'s mut System<'a>,
     pub(super) inertia: Inertia,
     /// 1/m of a node of the front fabric, 1/kg.
-    give: f64,
+    inverse_node_mass: f64,
     /// A gap rate or a slip that does not count, m/s.
     pub(super) tolerance: f64,
     /// Whether the body turns, now or by contact.
@@ -95,7 +95,7 @@ pub(super) struct Joint<'s, 'a> {
     supported: bool,
     /// Sweeps done.
     pub(super) sweeps: u32,
-    /// What Newton's method adds to the body's give, over that of a node (`rough.rs`).
+    /// Compliance that Newton's method adds to the body's, over that of a node (`rough.rs`).
     pub(super) damping: f64,
     /// Velocity of the body under the impulses so far.
     pub(super) body: Twist,
@@ -105,12 +105,25 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// With the rates of the body before contact.
     fn at(system: &'s mut System<'a>) -> Joint<'s, 'a> {
         let (inertia, body) = (system.model.inertia, system.state.body.twist());
-        let give = 1.0 / system.model.node_mass;
+        let inverse_node_mass = 1.0 / system.model.node_mass;
         let turns = body.angular_velocity != Vector::zeros() || inertia.inverse_moments != Vector::zeros();
         let scene = &system.scene;
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (tolerance, arm, widest, supported, sweeps, damping) = (0.0, 0.0, 0.0, false, 0, 0.0);
-        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, supported, sweeps, damping, body }
+        Joint {
+            system,
+            inertia,
+            inverse_node_mass,
+            tolerance,
+            turns,
+            mass,
+            arm,
+            widest,
+            supported,
+            sweeps,
+            damping,
+            body,
+        }
     }
 
     /// Begins before any impulse. Returns the growth of a gap beyond which no impulse is to be expected, m/s.
@@ -125,7 +138,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
         // The speeds that a gap rate is the difference of.
         (self.arm, self.widest) = (math::sqrt(farthest), 0.0);
-        let [relative, rounding] = SETTLED;
+        let [relative, rounding] = TOLERANCE;
         self.tolerance = math::max(relative * fastest, rounding * self.body.fastest(self.arm));
         for c in 0..count {
             if !self.column(c).is_empty() && !self.candidate(c).is_fixed() {
@@ -149,8 +162,8 @@ impl<'s, 'a> Joint<'s, 'a> {
                 farthest = math::max(arm.dot(&arm), farthest);
             }
             self.set_tangential(c, &Tangential { impulse: [0.0; 2], ..t });
-            if let Some(pace) = self.system.arrays.paces.get_mut(c) {
-                *pace = Pace { part: 1.0, way: [0.0; 2] };
+            if let Some(relaxation) = self.system.arrays.relaxations.get_mut(c) {
+                *relaxation = Relaxation { factor: 1.0, increment: [0.0; 2] };
             }
         }
         [fastest, farthest, rate]
@@ -202,21 +215,21 @@ impl<'s, 'a> Joint<'s, 'a> {
 
     /// Sets the compliances of a candidate, one of so many of a column.
     fn weigh(&mut self, c: usize, leader: usize, members: f64) {
-        let own = self.own_give(c);
-        let give = self.give_besides(c, own, leader, members);
-        let mut rubbing = self.tangential(c);
-        if let Some(t) = &mut rubbing {
-            let own = if self.candidate(leader).is_fixed() { 0.0 } else { own };
+        let inverse_mass = self.inverse_mass(c);
+        let compliance = self.added_compliance(c, inverse_mass, leader, members);
+        let mut friction = self.tangential(c);
+        if let Some(t) = &mut friction {
+            let own = if self.candidate(leader).is_fixed() { 0.0 } else { inverse_mass };
             t.begin(&self.inertia, own, Symmetry::default(), 1.0);
             self.set_tangential(c, t);
         }
-        let of_body = rubbing.map_or(0.0, |t| 1.0 / t.effective_mass - own);
-        let slide = math::max(members * of_body, EVEN[1] * own);
-        self.set_touch(c, Touch { give, own, stale: 1.0, slide, ..self.touch(c) });
+        let of_body = friction.map_or(0.0, |t| 1.0 / t.effective_mass - inverse_mass);
+        let compliance_across = math::max(members * of_body, EVEN[1] * inverse_mass);
+        self.set_touch(c, Touch { compliance, inverse_mass, stale: 1.0, compliance_across, ..self.touch(c) });
     }
 
     /// Sweeps until nothing changes any more, or too often. Returns whether nothing does.
-    fn settle(&mut self, count: usize) -> bool {
+    fn iterate(&mut self, count: usize) -> bool {
         let (mut most, mut converged) = (MAX_SWEEPS, false);
         let rough = self.system.layout.has(Feature::Friction);
         while self.sweeps < most && !converged {
@@ -226,8 +239,8 @@ impl<'s, 'a> Joint<'s, 'a> {
                 let end = self.column(c).end;
                 if end > start {
                     // A fixed node is alone, too.
-                    let rubs = rough && end > start + 1;
-                    converged &= if rubs { self.visit_rough(c) } else { self.visit(c) };
+                    let has_friction = rough && end > start + 1;
+                    converged &= if has_friction { self.visit_rough(c) } else { self.visit(c) };
                 }
                 start = end;
             }
@@ -252,9 +265,9 @@ impl<'s, 'a> Joint<'s, 'a> {
         change.fastest(self.arm) + self.widest
     }
 
-    /// What a candidate's node gives way by itself, 1/kg.
-    fn own_give(&self, c: usize) -> f64 {
-        self.give / self.share(c)
+    /// Inverse mass of a candidate's node, 1/kg.
+    fn inverse_mass(&self, c: usize) -> f64 {
+        self.inverse_node_mass / self.share(c)
     }
 
     /// Mass of a candidate's node over that of one of the front fabric.
@@ -265,30 +278,30 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// Compliance of one of so many candidates of a column in addition to its z motion, 1/kg: its node along
     /// the sheet, and the body.
     ///
-    /// A step of a column never goes too far if the body is taken to give way to each of n candidates n times
-    /// as much as it does. That is exact for one; several that point the same way would pass the impulse on
-    /// between them for long. But a body that outweighs the column need not give way to what they share, two
-    /// times over, because the column's own nodes give way by more.
-    fn give_besides(&self, c: usize, own: f64, leader: usize, members: f64) -> f64 {
+    /// A step of a column never goes too far if the body has n times its compliance to each of n candidates.
+    /// That is exact for one; several with the same normal would pass the impulse on between them for long.
+    /// But a body that outweighs the column needs no more compliance to what they share: that of the column's
+    /// own nodes is larger, two times over.
+    fn added_compliance(&self, c: usize, own: f64, leader: usize, members: f64) -> f64 {
         let (candidate, first) = (&self.candidate(c), &self.candidate(leader));
         let ([x, y, z], [_, _, up]) = (self.touch(c).normal, self.touch(leader).normal);
-        let (of_body, of_first) = (self.body_give(candidate, candidate), self.body_give(first, first));
+        let (of_body, of_first) = (self.body_compliance(candidate, candidate), self.body_compliance(first, first));
         let along = own * (x * x + y * y);
         let even = own * EVEN[usize::from(self.system.layout.has(Feature::Friction))];
         if candidate.is_fixed() {
             return of_body;
         }
-        let outweighs = 2.0 * of_first * self.mass <= 0.5 * self.give * (up * up);
+        let outweighs = 2.0 * of_first * self.mass <= 0.5 * self.inverse_node_mass * (up * up);
         if members == 1.0 || !outweighs {
             return math::max(along + members * of_body, even);
         }
         let share = z / up;
-        let rest = of_body - 2.0 * share * self.body_give(first, candidate) + share * share * of_first;
+        let rest = of_body - 2.0 * share * self.body_compliance(first, candidate) + share * share * of_first;
         along + 2.0 * members * math::max(rest, 0.0) + even
     }
 
-    /// How much the body gives way to one candidate when another pushes, 1/kg.
-    fn body_give(&self, one: &Candidate, other: &Candidate) -> f64 {
+    /// Compliance of the body at one candidate to an impulse on another, 1/kg.
+    fn body_compliance(&self, one: &Candidate, other: &Candidate) -> f64 {
         let turning = one.arm.dot(&other.arm.component_mul(&self.inertia.inverse_moments));
         one.normal.dot(&other.normal) * self.inertia.inverse_mass + turning
     }
@@ -360,18 +373,18 @@ impl<'s, 'a> Joint<'s, 'a> {
             return [0.0; 2];
         }
         let push = Vector::from(touch.normal) * impulse + self.friction(c);
-        [push.x * touch.own, push.y * touch.own]
+        [push.x * touch.inverse_mass, push.y * touch.inverse_mass]
     }
 
     /// Growth of a candidate's gap but for the motion of its node along z, m/s.
-    fn rate_besides(&self, c: usize) -> f64 {
+    fn partial_gap_rate(&self, c: usize) -> f64 {
         let (candidate, [along, across, _]) = (self.candidate(c), self.touch(c).normal);
         let [x, y] = self.along(c, candidate.impulse);
         self.gap_rate(&candidate) + (along * x + across * y)
     }
 
     /// Next impulses along the surface of a candidate with friction.
-    fn rubbed(&self, c: usize, t: &Tangential) -> [f64; 2] {
+    fn next_friction(&self, c: usize, t: &Tangential) -> [f64; 2] {
         let (impulse, lift) = (self.candidate(c).impulse, self.touch(c).lift);
         let [x, y] = self.along(c, impulse);
         let moved = t.tangents.map(|tangent| self.own_axes(c, tangent).dot(&Vector::new(x, y, lift)));
@@ -410,7 +423,7 @@ impl<'s, 'a> Joint<'s, 'a> {
             self.set_touch(c, Touch { stale: 0.0, ..self.touch(c) });
             return false;
         }
-        let moved = self.rub(c);
+        let moved = self.solve_friction(c);
         // What candidates of one column pass on between them moves nothing.
         error <= HARMLESS * unit_speed && math::max(lifted, moved) <= self.tolerance
     }
@@ -421,13 +434,13 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mut error = 0.0;
         for c in self.column(leader).map(|k| self.member(k)) {
             let touch = self.touch(c);
-            let rate = self.rate_besides(c) + touch.normal[2] * touch.lift;
+            let rate = self.partial_gap_rate(c) + touch.normal[2] * touch.lift;
             error = math::max(laws::violation(self.candidate(c).impulse, rate), error);
             if error > enough {
                 break;
             }
             if let Some(t) = self.tangential(c) {
-                let next = self.rubbed(c, &t);
+                let next = self.next_friction(c, &t);
                 error = math::max(laws::slip_violation(t.impulse, next, t.effective_mass), error);
             }
         }
@@ -436,12 +449,12 @@ impl<'s, 'a> Joint<'s, 'a> {
 
     /// The impulse on a fixed node. Returns how much it changes of the gap rate, m/s.
     fn push_fixed(&mut self, c: usize) -> f64 {
-        let (candidate, give) = (self.candidate(c), self.touch(c).give);
-        if give == 0.0 {
-            // A prescribed body: neither gives way.
+        let (candidate, compliance) = (self.candidate(c), self.touch(c).compliance);
+        if compliance == 0.0 {
+            // A prescribed body: neither has a compliance.
             return 0.0;
         }
-        let trial = candidate.impulse - self.gap_rate(&candidate) / give;
+        let trial = candidate.impulse - self.gap_rate(&candidate) / compliance;
         let impulse = math::max(trial, 0.0);
         self.supported |= impulse > 0.0;
         let change = impulse - candidate.impulse;
@@ -449,7 +462,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.press(&mut body, &candidate, change);
         self.body = body;
         self.set_impulse(c, impulse);
-        give * math::abs(change)
+        compliance * math::abs(change)
     }
 
     /// The nodes of a column and its candidates' normal impulses. Returns the largest change of the
@@ -457,22 +470,22 @@ impl<'s, 'a> Joint<'s, 'a> {
     pub(super) fn solve_column(&mut self, leader: usize) -> f64 {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
         self.load_column(leader);
-        let rubs = self.system.layout.has(Feature::Friction);
+        let has_friction = self.system.layout.has(Feature::Friction);
         for k in self.column(leader) {
             let c = self.member(k);
-            let (candidate, touch, rubbed) = (self.candidate(c), self.touch(c), self.friction(c).z);
-            let (rate, up, ply) = (self.rate_besides(c), touch.normal[2], self.ply(c));
+            let (candidate, touch, friction) = (self.candidate(c), self.touch(c), self.friction(c).z);
+            let (rate, up, ply) = (self.partial_gap_rate(c), touch.normal[2], self.ply(c));
             let Some(node) = self.system.arrays.column.get_mut(ply) else { break };
-            node.grip = up * math::abs(up) * self.give / touch.give;
+            node.stiffness = up * math::abs(up) * self.inverse_node_mass / touch.compliance;
             if up != 0.0 {
-                node.release = node.before + (touch.give * candidate.impulse - rate) / (up * unit_speed);
+                node.release = node.before + (touch.compliance * candidate.impulse - rate) / (up * unit_speed);
             }
-            if rubs {
-                node.speed += rubbed / (unit_impulse * node.mass);
+            if has_friction {
+                node.speed += friction / (unit_impulse * node.mass);
             }
         }
         project(self.system.arrays.column, self.system.arrays.pools);
-        for node in self.system.arrays.column.iter().filter(|node| node.grip == 0.0) {
+        for node in self.system.arrays.column.iter().filter(|node| node.stiffness == 0.0) {
             self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
         }
         // All answer to the body as it is now.
@@ -482,15 +495,15 @@ impl<'s, 'a> Joint<'s, 'a> {
             let (candidate, mut touch) = (self.candidate(c), self.touch(c));
             let Some(node) = self.system.arrays.column.get(self.ply(c)) else { break };
             let (up, lift) = (touch.normal[2], (node.speed - node.before) * unit_speed);
-            let impulse = if math::abs(node.grip) > node.mass {
+            let impulse = if math::abs(node.stiffness) > node.mass {
                 node.push * unit_impulse / up
             } else {
-                let rate = self.rate_besides(c) + up * lift;
-                candidate.impulse - rate / touch.give
+                let rate = self.partial_gap_rate(c) + up * lift;
+                candidate.impulse - rate / touch.compliance
             };
             let impulse = math::max(impulse, 0.0);
             moved = math::max(math::abs(lift - touch.lift), moved);
-            (touch.lift, touch.last) = (lift, candidate.impulse);
+            (touch.lift, touch.impulse_before) = (lift, candidate.impulse);
             self.set_touch(c, touch);
             let change = impulse - candidate.impulse;
             if change != 0.0 {
@@ -531,8 +544,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (mut work, mut moved, mut from_below) = (0.0, 0.0, 0.0);
         for node in self.system.arrays.column.iter() {
             let change = node.speed - node.before;
-            if node.room != f64::INFINITY {
-                work += from_below * node.room;
+            if node.gap != f64::INFINITY {
+                work += from_below * node.gap;
             }
             let momentum = node.mass * change;
             work += node.before * (momentum - node.push);
@@ -549,34 +562,36 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// the normal impulse lets go of several times over where the surface is nearly flat, and it limits
     /// friction. So after some sweeps a candidate whose way turns back goes half as far, and farther again
     /// while it does not turn. The impulses stay in the cone, and what is left to go counts in full.
-    fn paced(&mut self, c: usize, candidate: &Candidate, [p, q]: [f64; 2], next: [f64; 2]) -> [f64; 2] {
-        let way = [next[0] - p, next[1] - q];
-        let Some(pace) = self.system.arrays.paces.get_mut(c) else { return next };
-        let part = match self.sweeps {
-            0..PATIENCE => pace.part,
-            _ if way[0] * pace.way[0] + way[1] * pace.way[1] < 0.0 => 0.5 * pace.part,
-            _ => math::min(GROWTH * pace.part, 1.0),
+    fn relaxed(&mut self, c: usize, candidate: &Candidate, [p, q]: [f64; 2], next: [f64; 2]) -> [f64; 2] {
+        let increment = [next[0] - p, next[1] - q];
+        let Some(relaxation) = self.system.arrays.relaxations.get_mut(c) else { return next };
+        let factor = match self.sweeps {
+            0..PATIENCE => relaxation.factor,
+            _ if increment[0] * relaxation.increment[0] + increment[1] * relaxation.increment[1] < 0.0 => {
+                0.5 * relaxation.factor
+            }
+            _ => math::min(GROWTH * relaxation.factor, 1.0),
         };
-        *pace = Pace { part, way };
-        if part == 1.0 {
+        *relaxation = Relaxation { factor, increment };
+        if factor == 1.0 {
             return next;
         }
         let most = self.system.scene.contact.friction * candidate.impulse;
-        laws::limited([p + part * way[0], q + part * way[1]], most)
+        laws::limited([p + factor * increment[0], q + factor * increment[1]], most)
     }
 
     /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest
     /// change of the velocities along the sheet since the column was solved last, of fixed nodes of the slip,
     /// m/s.
-    pub(super) fn rub(&mut self, leader: usize) -> f64 {
+    pub(super) fn solve_friction(&mut self, leader: usize) -> f64 {
         let (mut moved, mut stale) = (0.0, false);
         for k in self.column(leader) {
             let c = self.member(k);
-            let (candidate, before) = (self.candidate(c), self.along(c, self.touch(c).last));
+            let (candidate, before) = (self.candidate(c), self.along(c, self.touch(c).impulse_before));
             if let Some(mut t) = self.tangential(c) {
                 let [p, q] = t.impulse;
-                let next = self.rubbed(c, &t);
-                t.impulse = self.paced(c, &candidate, [p, q], next);
+                let next = self.next_friction(c, &t);
+                t.impulse = self.relaxed(c, &candidate, [p, q], next);
                 let change = [t.impulse[0] - p, t.impulse[1] - q];
                 self.body.velocity -= t.as_vector(change) * self.inertia.inverse_mass;
                 self.body.angular_velocity -= t.moment(change).component_mul(&self.inertia.inverse_moments);

@@ -9,8 +9,8 @@
 //! by the semismooth Newton method; the step length is halved while the residual does not fall. The work is
 //! some passes over the candidates, in any arrangement. Without friction each step is one of the convex
 //! dual problem and never adds energy; a step whose equations are not solved is not taken.
-//! Limits: with friction the equations need not be monotone, and Newton's method may find no way on; then
-//! what is left over is counted.
+//! Limits: with friction the equations need not be monotone, and the line search may fail; then the residual
+//! is counted.
 //! Reference: L. Qi, J. Sun, Math. Program. 58 (1993) 353; P. Alart, A. Curnier, Comput. Methods Appl. Mech.
 //! Engrg. 92 (1991) 353; R. T. Rockafellar, Math. Oper. Res. 1 (1976) 97.
 
@@ -23,25 +23,24 @@ use crate::memory::records::{Candidate, Tangential};
 
 /// Passes over the candidates after which no step is begun; one begun takes at most five more.
 pub const MAX_PASSES: u32 = 95;
-/// rho of a fixed node over the mass by which the body gives way to it: at first, and at least.
+/// rho of a fixed node over its effective mass: at first, and at least.
 pub(crate) const STIFF: f64 = 1e4;
 const SOFTEST: f64 = 10.0;
-/// Where contacts fail their laws by more than so many times what sweeps may leave, a step with the friction
-/// that the impulses so far allow may help where another finds no way.
+/// Residual over the tolerance of sweeps above which a step with the friction that the impulses so far allow
+/// is tried where the line search of another fails.
 const FAR: f64 = 1e8;
-/// What is left of equations counts no more below this part of what sweeps may leave.
+/// Residual of equations that does not count, over the tolerance of sweeps.
 const SLIGHT: f64 = 0.01;
-/// Equations count as solved when the first part of them is left, or the second if Newton's method finds no
-/// way on.
+/// Relative residuals at which equations count as solved: always, and where the line search fails.
 const SOLVED: [f64; 2] = [1e-8, 1e-6];
-/// A step of Newton's method ends where this part of the equations along it is left, or where longer ones by
-/// this part of it are too long. If one so much shorter is too long there is no way on.
+/// Residual along a step of Newton's method, over that before it, at which the line search ends.
 const HALF: f64 = 0.5;
+/// Relative width of the bracket of a kink at which the line search ends.
 const CLOSE: f64 = 0.1;
+/// Step length below which the line search fails.
 const SHORTEST: f64 = 1e-6;
-/// A solve is finished when contacts fail their laws by no more than so many times what sweeps may leave,
-/// with friction before and after a step: of a node that slides with a great impulse one more sweep would
-/// turn the friction by little only.
+/// Residual over the tolerance of sweeps at which a solve has converged, with friction before and after a
+/// step: one more sweep would turn the friction of a node that slides with a great impulse by little only.
 const FINISHED: f64 = 100.0;
 
 /// The changes of the body's six rates: velocity, m/s, and angular velocity in body axes, rad/s.
@@ -53,16 +52,16 @@ pub(crate) struct Newton<'c> {
     /// One for each candidate; none without friction.
     pub tangential: &'c mut [Tangential],
     pub given: &'c Given<'c>,
-    /// rho of a fixed node over the mass by which the body gives way to it.
+    /// rho of a fixed node over its effective mass.
     pub stiff: f64,
 }
 
-/// One direction of a candidate as the body sees it.
-struct Way {
-    /// What the body's six rates add to its speed.
-    of_body: Six,
-    /// What a unit impulse takes of the six rates.
-    to_body: Six,
+/// Row of the contact Jacobian: one direction of a candidate.
+struct JacobianRow {
+    /// Speed of the body's surface along the direction for each of the body's six rates.
+    entries: Six,
+    /// Decrease of the six rates by a unit impulse.
+    response: Six,
 }
 
 /// The six equations at some change of the rates, and their derivative.
@@ -72,15 +71,15 @@ struct Equations {
 }
 
 impl Newton<'_> {
-    /// Goes on from a solve that was given up. `settled`: what sweeps may leave, m/s.
+    /// Goes on from a solve that was given up. `tolerance`: what sweeps may leave, m/s.
     #[inline(never)]
-    pub fn finish(&mut self, given_up: Solved, settled: f64) -> Solved {
+    pub fn finish(&mut self, given_up: Solved, tolerance: f64) -> Solved {
         let mut solved = given_up;
         let (mut passes, mut before, mut was_near) = (0, f64::INFINITY, false);
         loop {
             solved.residual = self.residual(&solved);
             passes += 1;
-            let is_near = solved.residual <= FINISHED * settled;
+            let is_near = solved.residual <= FINISHED * tolerance;
             solved.converged = is_near && (was_near || self.tangential.is_empty());
             if solved.converged || passes >= MAX_PASSES {
                 break;
@@ -90,9 +89,9 @@ impl Newton<'_> {
                 self.stiff = math::max(0.1 * self.stiff, SOFTEST);
             }
             (before, was_near) = (solved.residual, is_near);
-            let mut found = self.root(&solved, false, settled, &mut passes).map(|change| (change, false));
-            if found.is_none() && solved.residual > FAR * settled {
-                found = self.root(&solved, true, settled, &mut passes).map(|change| (change, true));
+            let mut found = self.root(&solved, false, tolerance, &mut passes).map(|change| (change, false));
+            if found.is_none() && solved.residual > FAR * tolerance {
+                found = self.root(&solved, true, tolerance, &mut passes).map(|change| (change, true));
             }
             let Some((change, frozen)) = found else { break };
             self.take(&mut solved, frozen, &change);
@@ -133,19 +132,19 @@ impl Newton<'_> {
         (own, c.gap_rate(&solved.twist) + c.impulse * own)
     }
 
-    fn way(&self, direction: &Vector, arm: &Vector, images: f64) -> Way {
+    fn row(&self, direction: &Vector, arm: &Vector, images: f64) -> JacobianRow {
         let push =
             direction.component_mul(&self.given.symmetry.force_mask()) * (images * self.given.inertia.inverse_mass);
         let twist =
             arm.component_mul(&self.given.symmetry.torque_mask()).component_mul(&self.given.inertia.inverse_moments)
                 * images;
         let six = |v: &Vector, w: &Vector| [v.x, v.y, v.z, w.x, w.y, w.z];
-        Way { of_body: six(direction, arm), to_body: six(&push, &twist) }
+        JacobianRow { entries: six(direction, arm), response: six(&push, &twist) }
     }
 
     /// The change of the rates that solves the six equations, if Newton's method finds it. `frozen`: with the
     /// friction that the impulses so far allow.
-    fn root(&self, solved: &Solved, frozen: bool, settled: f64, passes: &mut u32) -> Option<Six> {
+    fn root(&self, solved: &Solved, frozen: bool, tolerance: f64, passes: &mut u32) -> Option<Six> {
         let mut change = [0.0; 6];
         let mut at = Equations { left: change, slope: [[0.0; 6]; 6] };
         self.set_equations(&mut at, solved, frozen, &change);
@@ -153,14 +152,15 @@ impl Newton<'_> {
         let first = self.product(&at.left, &at.left);
         let [solved_below, enough_below] = SOLVED.map(|part| part * part * first);
         // Rounding is left.
-        let rounding = SLIGHT * settled;
+        let rounding = SLIGHT * tolerance;
         let solved_below = math::max(solved_below, self.given.inertia.mass * (rounding * rounding));
         loop {
             let size = self.product(&at.left, &at.left);
             if size <= solved_below {
                 return Some(change);
             }
-            let found = solution(&at).and_then(|step| self.way_on(solved, frozen, (&change, &step), &mut at, passes));
+            let found =
+                solution(&at).and_then(|step| self.line_search(solved, frozen, (&change, &step), &mut at, passes));
             let Some(next) = found else { return (size <= enough_below).then_some(change) };
             change = next;
         }
@@ -170,7 +170,7 @@ impl Newton<'_> {
     /// the least of what the equations without friction are the gradient of, which is convex. `at`: the
     /// equations there.
     #[inline(never)]
-    fn way_on(
+    fn line_search(
         &self,
         solved: &Solved,
         frozen: bool,
@@ -225,7 +225,7 @@ impl Newton<'_> {
             row[k] = 1.0;
         }
         for (k, c) in self.candidates.iter().enumerate() {
-            self.answer(k, c, solved, frozen, change, |way, given, slope| at.add(way, given, slope));
+            self.answer(k, c, solved, frozen, change, |row, given, slope| at.add(row, given, slope));
         }
     }
 
@@ -237,7 +237,7 @@ impl Newton<'_> {
         for k in 0..self.candidates.len() {
             let Some(&c) = self.candidates.get(k) else { return };
             let [normal, p, q] =
-                self.answer(k, &c, solved, frozen, change, |way, given, _| sum = combined(&sum, given, &way.to_body));
+                self.answer(k, &c, solved, frozen, change, |row, given, _| sum = combined(&sum, given, &row.response));
             if let Some(slot) = self.candidates.get_mut(k) {
                 slot.impulse = normal;
             }
@@ -247,7 +247,7 @@ impl Newton<'_> {
             if frozen {
                 let images = c.images();
                 for (d, given) in [(0, t.impulse[0] - p), (1, t.impulse[1] - q)] {
-                    sum = combined(&sum, given, &self.way(&t.tangents[d], &t.arms[d], images).to_body);
+                    sum = combined(&sum, given, &self.row(&t.tangents[d], &t.arms[d], images).response);
                 }
             }
             if let Some(place) = self.tangential.get_mut(k) {
@@ -269,19 +269,19 @@ impl Newton<'_> {
         solved: &Solved,
         frozen: bool,
         change: &Six,
-        mut each: impl FnMut(&Way, f64, &Six),
+        mut each: impl FnMut(&JacobianRow, f64, &Six),
     ) -> [f64; 3] {
         let (own, rate) = self.rate(c, solved);
         let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.given.node_mass };
-        let normal = self.way(&c.normal, &c.arm, c.images());
-        let impulse = laws::pressing(c.impulse, rate - dot(&normal.of_body, change), rho);
-        let slope = if impulse > 0.0 { normal.of_body.map(|x| rho * x) } else { [0.0; 6] };
+        let normal = self.row(&c.normal, &c.arm, c.images());
+        let impulse = laws::pressing(c.impulse, rate - dot(&normal.entries, change), rho);
+        let slope = if impulse > 0.0 { normal.entries.map(|x| rho * x) } else { [0.0; 6] };
         each(&normal, impulse - c.impulse, &slope);
         let Some(t) = self.tangential.get(k) else { return [impulse, 0.0, 0.0] };
         let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.given.node_mass };
-        let ways = [0, 1].map(|d| self.way(&t.tangents[d], &t.arms[d], c.images()));
+        let rows = [0, 1].map(|d| self.row(&t.tangents[d], &t.arms[d], c.images()));
         let slip = t.slip(&solved.twist);
-        let slip = [0, 1].map(|d| slip[d] + t.impulse[d] * own - dot(&ways[d].of_body, change));
+        let slip = [0, 1].map(|d| slip[d] + t.impulse[d] * own - dot(&rows[d].entries, change));
         let trial = laws::sticking(t.impulse, slip, rho);
         let (most, grows) = if frozen { (c.impulse, 0.0) } else { (impulse, self.given.friction) };
         let (most, size) = (self.given.friction * most, math::length([trial[0], trial[1], 0.0]));
@@ -290,10 +290,10 @@ impl Newton<'_> {
         let slides = size > most;
         let turns = if slides { rho * (most / size) } else { rho };
         let along = if slides { trial.map(|p| p / size) } else { [0.0; 2] };
-        let radial: Six = core::array::from_fn(|l| along[0] * ways[0].of_body[l] + along[1] * ways[1].of_body[l]);
+        let radial: Six = core::array::from_fn(|l| along[0] * rows[0].entries[l] + along[1] * rows[1].entries[l]);
         for d in 0..2 {
-            let slope_of = |l: usize| turns * (ways[d].of_body[l] - along[d] * radial[l]) + grows * along[d] * slope[l];
-            each(&ways[d], next[d] - t.impulse[d], &core::array::from_fn(slope_of));
+            let slope_of = |l: usize| turns * (rows[d].entries[l] - along[d] * radial[l]) + grows * along[d] * slope[l];
+            each(&rows[d], next[d] - t.impulse[d], &core::array::from_fn(slope_of));
         }
         [impulse, next[0], next[1]]
     }
@@ -301,11 +301,11 @@ impl Newton<'_> {
 
 impl Equations {
     #[inline(always)]
-    fn add(&mut self, way: &Way, given: f64, slope: &Six) {
+    fn add(&mut self, row: &JacobianRow, given: f64, slope: &Six) {
         for k in 0..6 {
-            self.left[k] += way.to_body[k] * given;
+            self.left[k] += row.response[k] * given;
             for (sum, part) in self.slope[k].iter_mut().zip(slope) {
-                *sum += way.to_body[k] * part;
+                *sum += row.response[k] * part;
             }
         }
     }

@@ -1,10 +1,10 @@
-//! Columns with several candidates that rub on the projectile: normal and tangential impulses of their
+//! Columns with several candidates and friction: normal and tangential impulses of their
 //! candidates, and the velocities of their nodes, at once.
 //!
 //! Method: semismooth Newton. Under an impulse r in the frame (n, t0, t1) of a candidate its node moves along
 //! the sheet by P r/m; so gap rate and slips change by A dr + q dl, with q the parts of the z axis in the
-//! frame, the change dl of the node's velocity along z, and A = D + (I - q q^T)/m, where D is what the body
-//! gives way by, a little more than it does. A candidate that sticks loses all three; one that slides loses
+//! frame, the change dl of the node's velocity along z, and A = D + (I - q q^T)/m, where D is the
+//! compliance of the body, a little increased. A candidate that sticks loses all three; one that slides loses
 //! its gap rate, and its friction is mu lambda along p - s/W, which turns. Either way r is linear in dl: with
 //! these springs each pool of the column moves on by one number, and then plies are separated anew. A step
 //! that ends higher is undone and tried again with a larger D (Levenberg and Marquardt): where two plies of a
@@ -32,24 +32,25 @@ const MOST_STEPS: u32 = 30;
 /// What is left of an error after a step at the most, undamped and damped: damped steps go on along a face on
 /// which nothing but impulses changes.
 const LEFT: [f64; 2] = [0.9, 1.01];
-/// By how much more the body is taken to give way in a damped step, over what a node does: first, growing by,
-/// and no more than.
+/// Compliance added to the body's in a damped step, over that of a node: first, growth, most.
 const DAMPING: [f64; 3] = [1e-3, 3.0, 0.2];
 /// Gap rates and slips that do not count where several candidates share a column, spacings a pass: to end
 /// with, and of one column.
 const ROUGH: [f64; 2] = [1e-7, 2e-8];
-/// Slopes of a sliding candidate below this, over what its node gives way by, are no slopes.
+/// Slopes of a sliding candidate below this, over the compliance of its node, are no slopes.
 const FLAT: f64 = 1e-6;
 
 /// A candidate as its column sees it.
 struct RoughContact {
     /// The parts of the z axis along normal and tangents.
     up: [f64; 3],
-    /// Impulses, N s, gap rate and slips, m/s, along them.
+    /// Impulses along them, N s.
     impulse: [f64; 3],
+    /// Gap rate and slips along them, m/s.
     rate: [f64; 3],
-    /// 1/m of its node, and what the body gives way by along the normal and across, 1/kg.
+    /// 1/m of its node, 1/kg.
     own: f64,
+    /// Compliance of the body along the normal and across, 1/kg.
     body: [f64; 2],
     /// 1/W of friction, kg, and its coefficient.
     mass: f64,
@@ -70,8 +71,8 @@ impl RoughContact {
     /// The spring that Newton's method takes it for.
     fn spring(&self, trial: [f64; 2]) -> Spring {
         let [_, body] = self.body;
-        let give = self.body[0] + self.own * (1.0 - self.up[0] * self.up[0]);
-        if self.impulse[0] * give <= self.rate[0] || body + self.own == 0.0 {
+        let compliance = self.body[0] + self.own * (1.0 - self.up[0] * self.up[0]);
+        if self.impulse[0] * compliance <= self.rate[0] || body + self.own == 0.0 {
             return Spring::default();
         }
         let (size, most) = (math::length([trial[0], trial[1], 0.0]), self.friction * self.impulse[0]);
@@ -129,20 +130,20 @@ impl Joint<'_, '_> {
     /// Solves the column of several candidates that this one leads. Returns whether it was solved already.
     pub(super) fn visit_rough(&mut self, leader: usize) -> bool {
         let (unit_speed, touch) = (self.system.model.unit_speed, self.touch(leader));
-        let [enough, settled] = ROUGH.map(|part| math::max(part * unit_speed, self.tolerance));
+        let [enough, tolerance] = ROUGH.map(|part| math::max(part * unit_speed, self.tolerance));
         if touch.stale != 0.0 {
             if self.sweeps == 0 {
                 self.solve_column(leader);
-                self.rub(leader);
+                self.solve_friction(leader);
             } else {
                 self.load_column(leader);
             }
             self.balance(leader);
         }
-        let first = self.set_springs(leader, settled);
+        let first = self.set_springs(leader, tolerance);
         let mut stale = false;
-        if first > settled {
-            let last = self.newton(leader, first, [enough, settled]);
+        if first > tolerance {
+            let last = self.newton(leader, first, [enough, tolerance]);
             stale = last == first && last > enough;
             // What steps have tried does not count.
             for node in self.system.arrays.column.iter().filter(|node| node.push == 0.0) {
@@ -154,16 +155,16 @@ impl Joint<'_, '_> {
             let run = if self.sweeps < MAX_SWEEPS { self.sweeps } else { 0 };
             for _ in 0..=run {
                 self.solve_column(leader);
-                self.rub(leader);
+                self.solve_friction(leader);
             }
         }
         self.set_touch(leader, Touch { stale: f64::from(u8::from(stale)), ..self.touch(leader) });
         first <= enough
     }
 
-    /// Steps of Newton's method for a column whose springs are known, until it is settled, or fails the laws
+    /// Steps of Newton's method for a column whose springs are known, until it is tolerance, or fails the laws
     /// by little enough and steps bring no more. Returns by how much it fails the laws then, m/s.
-    fn newton(&mut self, leader: usize, first: f64, [enough, settled]: [f64; 2]) -> f64 {
+    fn newton(&mut self, leader: usize, first: f64, [enough, tolerance]: [f64; 2]) -> f64 {
         if self.touch(leader).stale == 0.0 {
             self.load_column(leader);
             self.balance(leader);
@@ -173,10 +174,10 @@ impl Joint<'_, '_> {
         for _ in 0..MOST_STEPS {
             self.step(leader);
             self.balance(leader);
-            let error = self.set_springs(leader, settled);
-            if error <= settled || error < LEFT[usize::from(self.damping > 0.0 && best > enough)] * best {
+            let error = self.set_springs(leader, tolerance);
+            if error <= tolerance || error < LEFT[usize::from(self.damping > 0.0 && best > enough)] * best {
                 (rates, best) = (self.body, math::min(error, best));
-                if best <= settled {
+                if best <= tolerance {
                     break;
                 }
                 continue;
@@ -192,7 +193,7 @@ impl Joint<'_, '_> {
             if self.damping > most || best <= enough {
                 break;
             }
-            self.set_springs(leader, settled);
+            self.set_springs(leader, tolerance);
         }
         self.damping = 0.0;
         best
@@ -208,15 +209,16 @@ impl Joint<'_, '_> {
 
     fn contact(&self, c: usize) -> Option<RoughContact> {
         let (candidate, t, touch) = (self.candidate(c), self.tangential(c)?, self.touch(c));
-        let softer = self.damping * touch.own;
+        let softer = self.damping * touch.inverse_mass;
         let ([_, _, up], tangents) = (touch.normal, t.tangents);
         let up = [up, self.own_axes(c, tangents[0]).z, self.own_axes(c, tangents[1]).z];
         let mut contact = RoughContact {
             up,
             impulse: [candidate.impulse, t.impulse[0], t.impulse[1]],
             rate: [0.0; 3],
-            own: touch.own,
-            body: [touch.give - touch.own * (1.0 - up[0] * up[0]), touch.slide].map(|d| d + softer),
+            own: touch.inverse_mass,
+            body: [touch.compliance - touch.inverse_mass * (1.0 - up[0] * up[0]), touch.compliance_across]
+                .map(|d| d + softer),
             mass: t.effective_mass,
             friction: self.system.scene.contact.friction,
         };
@@ -224,7 +226,7 @@ impl Joint<'_, '_> {
         let (lift, rates) = (contact.lift(&contact.impulse), [self.gap_rate(&candidate), s0, s1]);
         for (k, rate) in rates.into_iter().enumerate() {
             let along = contact.impulse[k] - contact.up[k] * lift;
-            contact.rate[k] = rate + touch.own * along + contact.up[k] * touch.lift;
+            contact.rate[k] = rate + touch.inverse_mass * along + contact.up[k] * touch.lift;
         }
         Some(contact)
     }
@@ -243,21 +245,21 @@ impl Joint<'_, '_> {
     }
 
     /// Takes the candidates of a column for springs if they fail the laws of contact and friction by more
-    /// than `settled`. Returns by how much they do at the most, m/s.
-    fn set_springs(&mut self, leader: usize, settled: f64) -> f64 {
+    /// than `tolerance`. Returns by how much they do at the most, m/s.
+    fn set_springs(&mut self, leader: usize, tolerance: f64) -> f64 {
         let (mut error, mut left_out) = (0.0, 0);
         for k in self.column(leader) {
             let c = self.member(k);
             let Some(contact) = self.contact(c) else { break };
             let (own, trial) = contact.error();
             error = math::max(own, error);
-            if error > settled {
+            if error > tolerance {
                 self.set_spring(c, &contact, &contact.spring(trial));
             } else {
                 left_out += 1;
             }
         }
-        let first = if error > settled { left_out } else { 0 };
+        let first = if error > tolerance { left_out } else { 0 };
         for k in self.column(leader).take(first) {
             let c = self.member(k);
             let Some(contact) = self.contact(c) else { break };
@@ -270,17 +272,17 @@ impl Joint<'_, '_> {
     fn set_spring(&mut self, c: usize, contact: &RoughContact, spring: &Spring) {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
         let push = (contact.lift(&spring.base) - contact.lift(&contact.impulse)) / unit_impulse;
-        let grip = -contact.lift(&spring.slope) * (unit_speed / unit_impulse);
+        let stiffness = -contact.lift(&spring.slope) * (unit_speed / unit_impulse);
         if let Some(slot) = self.system.arrays.springs.get_mut(c) {
-            *slot = Spring { before: slot.before, push, grip, ..*spring };
+            *slot = Spring { before: slot.before, push, stiffness, ..*spring };
         }
     }
 
     /// Hangs the spring of a candidate on its node.
     fn hang(&mut self, c: usize) {
-        let (ply, Spring { push, grip, .. }) = (self.ply(c), self.spring(c));
+        let (ply, Spring { push, stiffness, .. }) = (self.ply(c), self.spring(c));
         if let Some(node) = self.system.arrays.column.get_mut(ply) {
-            (node.push, node.grip) = (push, grip);
+            (node.push, node.stiffness) = (push, stiffness);
         }
     }
 
@@ -301,10 +303,10 @@ impl Joint<'_, '_> {
         for k in self.column(leader) {
             let c = self.member(k);
             let node = self.node(c);
-            // Wedged: the others of its pool hold it where it would give way.
-            if node.grip < 0.0
+            // Wedged: the others of its pool hold it against its negative stiffness.
+            if node.stiffness < 0.0
                 && self.spring(c).slope[0] > 0.0
-                && -node.grip < node.release
+                && -node.stiffness < node.release
                 && let Some(contact) = self.contact(c)
             {
                 let lets_go = contact.rate[0] > 0.0;

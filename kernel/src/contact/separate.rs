@@ -227,7 +227,7 @@ struct PlyColumns<'a, const CURVED: bool> {
     hot: &'a mut [Chunk<HOT_PLANES>],
     before: &'a [[f64; CHUNK]],
     next: usize,
-    /// Velocities of each ply with rooms added up.
+    /// Velocities of each ply with gaps added up.
     speeds: &'a mut [[f64; CHUNK]],
     /// Velocities that it ends with.
     ends: &'a mut [[f64; CHUNK]],
@@ -293,7 +293,7 @@ impl<const CURVED: bool> Job for PlyColumns<'_, CURVED> {
 }
 
 impl<const CURVED: bool> PlyColumns<'_, CURVED> {
-    /// Takes group g of the columns apart, whose velocities with rooms added up are known. Returns what is
+    /// Takes group g of the columns apart, whose velocities with gaps added up are known. Returns what is
     /// lost.
     #[inline(always)]
     fn take_apart<L: Lane>(&mut self, g: usize) -> L {
@@ -479,7 +479,7 @@ mod tests {
                         let start = gap + (z - below) - (speed - below_speed);
                         let room = if k > 0 { start.max(0.0) } else { f64::INFINITY };
                         let mass = if k < front { 1.0 } else { back_share };
-                        alone[k] = Node { speed, room, mass, ..Node::default() };
+                        alone[k] = Node { speed, gap: room, mass, ..Node::default() };
                     }
                     project(&mut alone[..plies], &mut [Pool::default(); 8]);
                     for k in 0..plies {

@@ -10,7 +10,7 @@
 //! an edge: `edge.rs`. What sweeps do not settle goes on in `newton.rs`.
 //! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add
 //! energy: impulses that would are all scaled back). A prescribed body passes through fixed nodes: neither
-//! gives way. Rotation makes the non-penetration second order in dt.
+//! has a compliance. Rotation makes the non-penetration second order in dt.
 //! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl.
 //! Mech. Engrg. 177 (1999) 235.
 
@@ -40,7 +40,7 @@ pub const LEAST_SWEEPS: u32 = 20;
 const ROUNDING: f64 = 1e-15;
 
 /// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse,
-/// unless the body gives way to the others that far.
+/// unless the others change the velocity of the body that far.
 const LEFT_OUT_ABOVE: f64 = 0.01;
 
 /// (M8) Finds the impulses of all candidates. A node of a graded network stands for several of the mass
@@ -51,8 +51,8 @@ const LEFT_OUT_ABOVE: f64 = 0.01;
 /// without.
 pub fn solve(candidates: &mut [Candidate], tangential: &mut [Tangential], given: &Given<'_>) -> Solved {
     let Given { body, inertia, node_mass, symmetry, friction } = *given;
-    let rubs = Feature::Friction.is_built() && !tangential.is_empty();
-    let (solved, settled) = if rubs {
+    let has_friction = Feature::Friction.is_built() && !tangential.is_empty();
+    let (solved, settled) = if has_friction {
         sweeps::<true>(candidates, tangential, friction, body, inertia, node_mass, symmetry)
     } else {
         sweeps::<false>(candidates, tangential, friction, body, inertia, node_mass, symmetry)
@@ -81,10 +81,9 @@ struct Pushed<'s> {
     masks: [Vector; 2],
     /// Whether there is no mirror plane.
     whole: bool,
-    /// A body that does not turn, now or by contact (a sphere), needs no arms: what they give is exactly
-    /// zero.
+    /// Whether the body turns, now or by contact: the arms of a sphere without friction are exactly zero.
     turns: bool,
-    /// 1/m of a node that stands alone and of the body together, of a body that does not turn.
+    /// Effective mass of a node of multiplicity 1 on a body that does not turn, kg.
     plain_mass: f64,
     /// Whether any node is held.
     supported: bool,
@@ -131,9 +130,9 @@ impl<'s> Pushed<'s> {
         if self.is_alone(c) { c.arm } else { c.arm.component_mul(&self.masks[1]) * c.images() }
     }
 
-    /// Compliance of a node, 1/kg.
+    /// Inverse mass of a node, 1/kg; 0 of a fixed one.
     #[inline(always)]
-    fn give(&self, c: &Candidate) -> f64 {
+    fn inverse_mass(&self, c: &Candidate) -> f64 {
         if c.is_fixed() { 0.0 } else { self.inverse_node_mass }
     }
 
@@ -144,8 +143,8 @@ impl<'s> Pushed<'s> {
         }
         let turning = c.arm.dot(&self.moment(c).component_mul(&self.inertia.inverse_moments));
         let moving = if self.whole { c.images() } else { c.normal.dot(&self.push(c)) };
-        let give = self.give(c) + self.inertia.inverse_mass * moving + turning;
-        if give > 0.0 { 1.0 / give } else { 0.0 }
+        let compliance = self.inverse_mass(c) + self.inertia.inverse_mass * moving + turning;
+        if compliance > 0.0 { 1.0 / compliance } else { 0.0 }
     }
 
     #[inline(always)]
@@ -179,7 +178,7 @@ impl<'s> Pushed<'s> {
         sizes: &mut Sizes,
     ) {
         for (c, t) in candidates.iter().zip(tangential) {
-            t.begin(self.inertia, self.give(c), self.symmetry, c.images());
+            t.begin(self.inertia, self.inverse_mass(c), self.symmetry, c.images());
             for (slip, arm) in t.slip(rates).into_iter().zip(t.arms) {
                 sizes.fastest = math::max(math::abs(slip), sizes.fastest);
                 sizes.farthest = math::max(arm.dot(&arm), sizes.farthest);
@@ -240,7 +239,7 @@ impl<'s> Pushed<'s> {
                 largest_change = math::max(size, largest_change);
             }
             if FRICTION && let Some(t) = tangential.get_mut(k) {
-                let size = self.rub(&c, coefficient * impulse, t, rates);
+                let size = self.solve_friction(&c, coefficient * impulse, t, rates);
                 largest_change = math::max(size, largest_change);
             }
         }
@@ -249,8 +248,8 @@ impl<'s> Pushed<'s> {
 
     /// Friction of one candidate up to the impulse `most`. Returns the change.
     #[inline(always)]
-    fn rub(&self, c: &Candidate, most: f64, t: &mut Tangential, rates: &mut Twist) -> f64 {
-        let own = self.give(c);
+    fn solve_friction(&self, c: &Candidate, most: f64, t: &mut Tangential, rates: &mut Twist) -> f64 {
+        let own = self.inverse_mass(c);
         let [s0, s1] = t.slip(rates);
         let [p, q] = t.impulse;
         let next = t.next([s0 + p * own, s1 + q * own], most);
@@ -401,12 +400,13 @@ mod tests {
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
             let closing = normal.dot(&body.velocity) + arm.dot(&body.angular_velocity) + 7.0;
             let (mass, moments) = (5.0 * NODE, inertia.moments);
-            let give = if movable { 1.0 / mass + arm.component_mul(&arm).component_div(&moments).sum() } else { 0.0 };
-            let impulse = closing / (1.0 / NODE + give);
+            let compliance =
+                if movable { 1.0 / mass + arm.component_mul(&arm).component_div(&moments).sum() } else { 0.0 };
+            let impulse = closing / (1.0 / NODE + compliance);
             let found = slots[0];
             assert!(solved.converged && solved.sweeps <= 3 && closing > 0.0);
             close(found.impulse, impulse, 1e-13);
-            close(found.effective_mass, 1.0 / (1.0 / NODE + give), 1e-14);
+            close(found.effective_mass, 1.0 / (1.0 / NODE + compliance), 1e-14);
             let taken = if movable { impulse } else { 0.0 };
             assert!((solved.twist.velocity - (body.velocity - normal * (taken / mass))).norm() < 1e-11);
             let rate = body.angular_velocity - arm.component_div(&moments) * taken;
@@ -471,7 +471,7 @@ mod tests {
     fn nodes_out_of_reach_change_no_bit() {
         for k in 0..200 {
             let draw = |m: u64| number(100 * k + m);
-            // A light body gives way so far that all are solved, a heavy one does not.
+            // The velocity of a light body changes so far that all are solved, that of a heavy one does not.
             let heavy = k % 2 == 1;
             let (inertia, body) = rod(if heavy { 1e5 } else { 100.0 }, true);
             // The first one sets the tolerance: it is the farthest.
@@ -579,11 +579,11 @@ mod tests {
         {
             let mut slots = [armed(normal, Vector::zeros(), images, -7.0)];
             let solved = solve(&mut slots, &body, &inertia, NODE, symmetry);
-            let give = 1.0 / NODE + images * normal.dot(&moved) / (3.0 * NODE);
-            let impulse = (0.64 * 100.0 + 7.0) / give;
+            let compliance = 1.0 / NODE + images * normal.dot(&moved) / (3.0 * NODE);
+            let impulse = (0.64 * 100.0 + 7.0) / compliance;
             let found = slots[0];
             assert!(solved.converged && solved.sweeps <= 2, "{solved:?}");
-            close(found.effective_mass, 1.0 / give, 1e-14);
+            close(found.effective_mass, 1.0 / compliance, 1e-14);
             close(found.impulse, impulse, 1e-13);
             assert!(
                 (solved.twist.velocity - (body.velocity - moved * (images * impulse / (3.0 * NODE)))).norm() < 1e-12

@@ -8,7 +8,7 @@ use crate::ground::planes::{
     STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::memory::layout::Layout;
-use crate::memory::records::{Candidate, Node, Pace, Pool, Spring, Tangential, Touch};
+use crate::memory::records::{Candidate, Node, Pool, Relaxation, Spring, Tangential, Touch};
 use crate::scene::features::{Feature, Features};
 use crate::scene::parts::Scene;
 use crate::sheet::columns::COLUMN_PLANES;
@@ -155,7 +155,7 @@ macro_rules! arrays {
                 /// Impulse of each candidate as a function of its node's velocity.
                 springs: [Spring], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
                 /// Under-relaxation of each candidate's friction.
-                paces: [Pace], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
+                relaxations: [Relaxation], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
                 /// Friction of each candidate.
                 tangential: [Tangential], layout.has(Feature::Friction), [1, 1, layout.contacts()?];
                 /// Gaps of the candidates over dt in the theta rule, m/s.

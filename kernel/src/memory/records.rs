@@ -19,8 +19,8 @@ records! {
         /// phi/dt, 0 for a node inside, and from the sweep on phi/dt + n.v with the node's velocity v in this
         /// step before any impulse, m/s.
         pub approach: f64,
-        /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node; 0 if neither gives way or the body
-        /// cannot reach the node. With mirror planes the body's part is that of all images together.
+        /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node; 0 if neither has a compliance or
+        /// the body cannot reach the node. With mirror planes the body's part is that of all images together.
         pub effective_mass: f64,
         /// Impulse, N s.
         pub impulse: f64,
@@ -36,7 +36,7 @@ records! {
         pub speed_before: [f64; 2],
         /// t.v with the node's velocity v in this step before any impulse, m/s.
         pub speed: [f64; 2],
-        /// 1/W, kg; 0 if neither gives way.
+        /// 1/W, kg; 0 if neither has a compliance.
         pub effective_mass: f64,
         /// Impulses on the node, N s.
         pub impulse: [f64; 2],
@@ -51,14 +51,14 @@ records! {
         pub speed: f64,
         /// Distance by which it may come nearer to the node below in this pass, spacings; infinite if they do
         /// not face each other.
-        pub room: f64,
-        /// Sum of the rooms up to this node.
+        pub gap: f64,
+        /// Sum of the gaps up to this node.
         pub offset: f64,
         /// Mass, over that of a node of the front fabric.
         pub mass: f64,
         /// Contact stiffness of a candidate: n_z^2 over its other compliance, over that of a node; with the
         /// sign of n_z. 0 of another node.
-        pub grip: f64,
+        pub stiffness: f64,
         /// Velocity along z of a candidate at which the projectile's impulse on it ends.
         pub release: f64,
         /// The projectile's impulse on it along z, in masses of a node and spacings a pass.
@@ -66,12 +66,12 @@ records! {
     }
 
     /// Facing nodes that press on each other and move on together, with the projectile's impulses on them;
-    /// velocities with the rooms added up.
+    /// velocities with the gaps added up.
     pub struct Pool {
         /// Velocities of the nodes, each with its mass, and of the release of pressed candidates, each with
-        /// its grip.
+        /// its stiffness.
         pub sum: f64,
-        /// Masses, and grips of the pressed candidates.
+        /// Masses, and stiffnesses of the pressed candidates.
         pub weight: f64,
         /// Common velocity, sum over weight.
         pub mean: f64,
@@ -88,15 +88,15 @@ records! {
         /// Velocity along z that impulses give its node, m/s.
         pub lift: f64,
         /// Compliance in addition to its column's along z, 1/kg.
-        pub give: f64,
+        pub compliance: f64,
         /// 1/m of its node, 1/kg.
-        pub own: f64,
+        pub inverse_mass: f64,
         /// Normal impulse before the column was solved last, N s.
-        pub last: f64,
+        pub impulse_before: f64,
         /// Whether impulses along the surface have changed since the column that it leads was solved, 1 or 0.
         pub stale: f64,
         /// Compliance of the body across the normal, with friction, 1/kg.
-        pub slide: f64,
+        pub compliance_across: f64,
         /// Outward normal in the axes of its column.
         pub normal: [f64; 3],
     }
@@ -113,14 +113,14 @@ records! {
         /// Change of the impulse on its node along z without a change of velocity, units of the column.
         pub push: f64,
         /// Decrease of that impulse for each change of velocity, units of the column.
-        pub grip: f64,
+        pub stiffness: f64,
     }
 
     /// Under-relaxation of a candidate's friction.
-    pub struct Pace {
+    pub struct Relaxation {
         /// Factor in (0, 1].
-        pub part: f64,
+        pub factor: f64,
         /// Last increment before it, N s.
-        pub way: [f64; 2],
+        pub increment: [f64; 2],
     }
 }
