@@ -162,8 +162,8 @@ impl Joint<'_, '_> {
         first <= enough
     }
 
-    /// Steps of Newton's method for a column whose springs are known, until it is tolerance, or fails the laws
-    /// by little enough and steps bring no more. Returns by how much it fails the laws then, m/s.
+    /// Steps of Newton's method for a column whose springs are known, until its error is below the tolerance,
+    /// or is small enough and steps bring no more. Returns the error then, m/s.
     fn newton(&mut self, leader: usize, first: f64, [enough, tolerance]: [f64; 2]) -> f64 {
         if self.touch(leader).stale == 0.0 {
             self.load_column(leader);
