@@ -1,5 +1,5 @@
-//! What is made of the tables in code for FMUs and the documents: model descriptions, the page in the archives,
-//! parameter sets, the tables of parameters and outputs, the types of the Python package.
+//! What is made of the tables in code for FMUs and the documents: model descriptions, the page in the
+//! archives, parameter sets, the tables of parameters and outputs, the types of the Python package.
 
 mod description;
 mod outputs;
