@@ -10,6 +10,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from ._kernel import PRESETS, VERSION, Scene
 from .files import written
@@ -120,7 +121,13 @@ def of_a_scene(name: str, about: str, files: str) -> argparse.ArgumentParser:
     parser.add_argument("scene", help=f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
     parser.add_argument("--out", type=Path, default=Path(name), help=f"folder for {files}")
+    with_json(parser)
     return parser
+
+
+def with_json(parser: argparse.ArgumentParser) -> None:
+    """The option --json, for `ending`."""
+    parser.add_argument("--json", action="store_true", help="print the answer as JSON, and all else on stderr")
 
 
 @contextlib.contextmanager
@@ -128,7 +135,7 @@ def command(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Itera
     """The work of a command with the scene and the name of its fabric, in a folder that is made that of the scene: what goes
     wrong ends it with one line."""
     interrupted = f"what has ended is in {given.out / 'runs.jsonl'}, and the same command goes on from there"
-    with ending(parser, interrupted):
+    with ending(parser, given, interrupted):
         scene, fabric = scene_named(given.scene)
         is_new = not given.out.exists()
         claim(given.out, scene)
@@ -142,10 +149,14 @@ def command(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Itera
 
 
 @contextlib.contextmanager
-def ending(parser: argparse.ArgumentParser, interrupted: str = "nothing is written") -> Iterator[None]:
-    """The work of a command: what goes wrong ends it with one line, and status 2 for what is refused."""
+def ending(parser: argparse.ArgumentParser, given: argparse.Namespace, interrupted: str = "nothing is written") -> Iterator[None]:
+    """The work of a command: what goes wrong ends it with one line, and status 2 for what is refused. With --json the work sets
+    `given.answer`, which is printed as JSON; what it prints itself goes to stderr."""
     try:
-        yield
+        with contextlib.redirect_stdout(sys.stderr) if given.json else contextlib.nullcontext():
+            yield
+        if given.json:
+            print(json.dumps(plain(given.answer), indent=1))
         sys.stdout.flush()
     except BrokenPipeError:
         # Whoever read has stopped, as `head` does; Python writes the rest at its end.
@@ -157,6 +168,17 @@ def ending(parser: argparse.ArgumentParser, interrupted: str = "nothing is writt
         parser.exit(1, f"error: {error}\n")
     except KeyboardInterrupt:
         parser.exit(130, f"interrupted: {interrupted}\n")
+
+
+def plain(value: Any) -> Any:
+    """A result as JSON has it: null where a number is not finite, an object for what has names, a list for what has elements."""
+    if hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, dict):
+        return {str(name): plain(one) for name, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def claim(out: Path, scene: Scene) -> None:

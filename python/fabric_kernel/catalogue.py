@@ -22,14 +22,22 @@ def scene(arguments: Sequence[str]) -> None:
     parser.add_argument(
         "--features", action="store_true", help="which features of the kernel the scene needs, and how a build has no others"
     )
+    scenes.with_json(parser)
     given = parser.parse_args(arguments)
-    with scenes.ending(parser):
+    with scenes.ending(parser, given):
         if given.features:
             if given.scene is None:
                 raise ValueError("--features: needs a scene")
-            print(needed(scenes.scene_named(given.scene)[0]), flush=True)
+            scene = scenes.scene_named(given.scene)[0]
+            given.answer = scene.features()
+            print(needed(scene), flush=True)
+        elif given.scene is None:
+            given.answer = PRESETS
+            print("\n".join(PRESETS), flush=True)
         else:
-            print("\n".join(PRESETS) if given.scene is None else scenes.scene_named(given.scene)[0].text(), flush=True)
+            scene = scenes.scene_named(given.scene)[0]
+            given.answer = scene.values()
+            print(scene.text(), flush=True)
 
 
 def needed(scene: Scene) -> str:
@@ -54,14 +62,17 @@ def fabrics(arguments: Sequence[str]) -> None:
         prog="fabric fabrics", description="The named fabrics for the table [fabric] of a scene file."
     )
     parser.add_argument("name", nargs="?", help="of one, or the file of one of your own: its numbers with their sources")
+    scenes.with_json(parser)
     given = parser.parse_args(arguments)
-    with scenes.ending(parser):
+    with scenes.ending(parser, given):
         found = {one["name"]: one for one in named_fabrics()}
         if given.name in found:
+            given.answer = found[given.name]
             print(found[given.name]["text"], end="", flush=True)
             return
         if given.name is not None:
             raise ValueError(f"no fabric {given.name}: one of {', '.join(found)}")
+        given.answer = list(found.values())
         shown = lambda number, digits: f"{number:.{digits}f}" if math.isfinite(number) else "-"
         rows = [
             [
@@ -86,9 +97,10 @@ def replay(arguments: Sequence[str]) -> None:
         prog="fabric replay", description="Does a capsule again and compares bit by bit.", epilog=ends
     )
     parser.add_argument("file", type=Path, help="as `fabric run --capsule`, Simulation(..., capsule=FILE), C or an FMU wrote it")
+    scenes.with_json(parser)
     given = parser.parse_args(arguments)
-    with scenes.ending(parser):
-        found = replayed(given.file)
+    with scenes.ending(parser, given):
+        found = given.answer = replayed(given.file)
         if found["version"] != VERSION:
             print(f"warning: {given.file} is of version {found['version']}, this is {VERSION}, which may give other bits")
         if found["difference"] is not None:

@@ -279,6 +279,7 @@ def options() -> argparse.ArgumentParser:
         metavar="FOLDER",
         help="folder for NAME-fmi2.fmu and NAME-fmi3.fmu; default: this one",
     )
+    scenes.with_json(parser)
     return parser
 
 
@@ -286,7 +287,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric fmu`."""
     parser = options()
     given = parser.parse_args(arguments)
-    with scenes.ending(parser):
+    with scenes.ending(parser, given):
         scene = scenes.scene_named(given.scene)[0]
         stem = Path(given.scene).name.removesuffix(".toml")
         name = given.name or "".join(part[:1].upper() + part[1:] for part in re.split(r"[^A-Za-z0-9]+", stem))
@@ -307,6 +308,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             raise ValueError(f"--ssp: needs an FMU of FMI 2.0: {given.source}")
         if given.ssp:
             files[f"{name}.ssp"] = system(name, files[f"{name}-fmi2.fmu"])
+        given.answer = {str(given.out / file): len(data) for file, data in files.items()}
         for file, data in files.items():
             written(given.out / file, data)
             print(f"{given.out / file}: {len(data)} bytes", flush=True)

@@ -327,8 +327,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             )
             print(said)
             written(given.out / "table.h", lookup.c_header(table, "\n".join([*lines, *about, said])))
-    print(
-        f"written to {given.out}: report.html, table.csv, below.csv, map.svg, runs.jsonl" + (", table.h" if given.table else "")
-    )
+        given.answer = {"answer": lines, "cells": table.to_dict("records"), "below": slower.to_dict("records")}
+        files = ["report.html", "table.csv", "below.csv", "map.svg", "runs.jsonl", *(["table.h"] if given.table else [])]
+        print(f"written to {given.out}: {', '.join(files)}")
     if window.NO_LIMIT in lines[0]:
         parser.exit(window.STATUS)

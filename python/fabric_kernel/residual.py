@@ -25,7 +25,7 @@ import scipy.special
 
 from . import checks, limit, window
 from ._kernel import Scene
-from .about import cautions, command, described, of_a_scene, positive
+from .about import cautions, command, described, of_a_scene, plain, positive
 from .files import Place, csv_of, written
 from .model_error import model_error
 from .page import Page, printed
@@ -87,6 +87,15 @@ class Curve(NamedTuple):
     def text(self) -> str:
         tables = [printed(self.heading(), self.rows()), printed(*self.every_shot())]
         return "\n".join([self.title, "", *self.answer, "", *tables, *self.notes]) + "\n"
+
+    def plain(self) -> dict[str, Any]:
+        """Answer, curves and shots as numbers and words."""
+        keys, curves = ("limit", "a", "p"), []
+        for fit in self.fits:
+            low, high = (dict(zip(keys, map(float, end))) for end in fit.ends(fit.refits))
+            curves.append({"curve": fit.name, **fit.best._asdict(), "low": low, "high": high})
+        found: dict[str, Any] = plain({"answer": self.answer, "curves": curves, "shots": self.shots})
+        return found
 
     def write(self, folder: Place) -> None:
         """report.html (everything inside), residual.svg and residual.csv. Raises OSError with the name of the file."""
@@ -257,6 +266,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print()
         print(curve.text())
         curve.write(given.out)
-    print(f"written to {given.out}: report.html, residual.svg, residual.csv, runs.jsonl")
+        given.answer = curve.plain()
+        print(f"written to {given.out}: report.html, residual.svg, residual.csv, runs.jsonl")
     if curve.window:
         parser.exit(window.STATUS)

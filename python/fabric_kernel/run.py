@@ -15,7 +15,7 @@ import pandas
 import tqdm
 
 from . import about as scenes
-from . import movie, page, plot, runs, sheets
+from . import batch, movie, page, plot, runs, sheets
 from ._kernel import PRESETS, Failed, Refused, Scene, Simulation
 from .files import written
 from .textile import spacings
@@ -369,7 +369,13 @@ def options() -> argparse.ArgumentParser:
         "--no-report", action="store_true", help="no pictures and no report: the table, history.csv and summary.json"
     )
     parser.add_argument("--capsule", type=Path, metavar="FILE", help="also a capsule, which `fabric replay` does again")
-    parser.add_argument("--json", action="store_true", help="print summary.json in place of the table")
+    parser.add_argument(
+        "--batch",
+        type=Path,
+        metavar="FILE.csv",
+        help="a run for each row: the first line names parameters, as projectile.velocity[2]; writes batch.csv and runs.jsonl",
+    )
+    scenes.with_json(parser)
     return parser
 
 
@@ -397,7 +403,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric run`."""
     parser = options()
     given = parser.parse_args(arguments)
-    with scenes.ending(parser):
+    with scenes.ending(parser, given):
         scene = scenes.scene_named(given.scene)[0]
         remarks = scene.remarks
         if "through" in given.until:
@@ -410,6 +416,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             raise ValueError(f"{given.scene}: {refused}") from refused
         if not out.parent.exists() and given.out:
             raise ValueError(f"--out: there is no folder {out.parent}")
+        if given.batch:
+            table = batch.flown(scene, given.batch, out, given.until, given.steps)
+            given.answer = batch.plain(table)
+            print(f"{batch.text(table)}written to {out}: batch.csv, runs.jsonl", flush=True)
+            return
         frames = Frames(out, given.movie, given.vtk)
         with tqdm.tqdm(bar_format="{desc}", disable=not sys.stderr.isatty(), leave=False, delay=1.0) as bar:
             say = lambda simulation: bar.set_description_str(f"{name}: {runs.where(simulation)}")
@@ -427,14 +438,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if summary["plies"]:
             heading, cells = table_of_plies(summary["plies"])
             text += "\n" + page.printed(["ply", *heading[3:]], [row[:1] + row[3:] for row in cells])
-        print(json.dumps(summary, indent=1) if given.json else text, flush=True)
+        given.answer = summary
+        print(text, flush=True)
         for warning in summary["warnings"]:
             print(f"warning: {warning}", file=sys.stderr)
         files = ["history.csv", "summary.json", *frames.write(out, simulation)]
         if not given.no_report:
             report(out, summary, simulation, rows, lines, files)
             files.insert(0, "report.html")
-        if not given.json:
-            print(f"written to {out}: {', '.join(files)}", flush=True)
+        print(f"written to {out}: {', '.join(files)}", flush=True)
     if given.until and summary["ended_by"] == "TIMEOUT":
         parser.exit(TIMEOUT)

@@ -18,7 +18,7 @@ import scipy.stats
 
 from . import checks, designs, limit, window
 from ._kernel import Scene
-from .about import cautions, command, described, of_a_scene, positive
+from .about import cautions, command, described, of_a_scene, plain, positive
 from .files import Place, csv_of, written
 from .likelihood import LINKS
 from .model_error import model_error
@@ -160,15 +160,8 @@ class Test(NamedTuple):
 
     def plain(self) -> dict[str, Any]:
         """Everything as numbers and words; an open end or a missing estimate is None."""
-
-        def simple(value: Any) -> Any:
-            if hasattr(value, "_asdict"):
-                return {key: simple(one) for key, one in value._asdict().items()}
-            if isinstance(value, tuple):
-                return [simple(one) for one in value]
-            return None if isinstance(value, float) and not math.isfinite(value) else value
-
-        return simple(self)
+        found: dict[str, Any] = plain(self)
+        return found
 
     def page(self, picture: bytes, tornado: bytes = b"") -> str:
         """The report as one HTML file, with the pictures of the limit and of the sensitivity as SVG."""
@@ -415,7 +408,7 @@ def shooter(given: Any, scene: Scene, to_the_end: bool = False) -> Shooter:
     )
 
 
-def print_at(given: Any, scene: Scene) -> None:
+def print_at(given: Any, scene: Scene) -> dict[str, Any]:
     """The answer of --at: a line, and at.json."""
     shoot = shooter(given, scene)
     found = at(
@@ -428,6 +421,7 @@ def print_at(given: Any, scene: Scene) -> None:
         f"{100 * found['confidence']:g} % interval [{100 * found['low']:.1f}, {100 * found['high']:.1f}] %, of the model alone."
     )
     print(*[model_error([scene]).sentence(), *cautions(scene), *shoot.notes(), shoot.drawn()], sep="\n")
+    return found
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -481,7 +475,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     with command(parser, given) as (scene, fabric):
         if given.at is not None:
-            print_at(given, scene)
+            given.answer = print_at(given, scene)
             return
         shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20
         plan = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
@@ -506,7 +500,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print()
         print(test.text())
         test.write(given.out)
-    print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json, runs.jsonl")
+        given.answer = test.plain()
+        print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     if test.window or (test.sensitivity and any(math.isfinite(one.window) for one in test.sensitivity.changes)):
         parser.exit(window.STATUS)
 

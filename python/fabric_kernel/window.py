@@ -63,7 +63,7 @@ def ladder(velocities: ArrayLike, through: ArrayLike, confidence: float) -> nump
         return numpy.empty(0)
     fit = firth(v[None], y[None], PROBIT)
     mu, top = float(fit.mu[0]), float(v.min())
-    if math.isfinite(mu):
+    if 0.0 < mu < math.inf:  # Of few shots far above the limit it may be below 0, and then says nothing.
         # A scatter that few shots tell as too large must not leave a gap below the limit.
         top = min(max(mu + PROBIT.quantile(0.01) * float(fit.sigma[0]), 0.5 * mu), float(v[~y].max()))
     count = 3 * math.ceil(math.log(1.0 - checks.confident(confidence)) / math.log(0.5))

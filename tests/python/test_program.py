@@ -83,6 +83,69 @@ def test_a_run_has_a_report_with_all_its_pictures_and_its_capsule_the_same_bits(
     assert "cut off" in ran("replay", cut).stdout
 
 
+@pytest.mark.parametrize(
+    ("words", "has"),
+    [
+        (["run", "shot.toml", "--steps", "64", "--until", "none", "--no-report"], {"digest", "steps", "contact"}),
+        (["v50", "shot.toml", "--shots", "8", "--tests", "0"], {"shots", "fit", "confidence"}),
+        (["v50", "shot.toml", "--at", "300", "--shots", "2"], {"velocity", "share", "low", "high"}),
+        (["residual", "shot.toml", "--velocities", "150", "200", "250", "300"], {"answer", "curves", "shots"}),
+        (["fragments", "shot.toml", "--velocities", "200", "300"], {"answer", "cells", "below"}),
+        (["scene", "shot.toml"], {"projectile.mass", "seed"}),
+        (["scene", "shot.toml", "--features"], {"drawn", "detachment"}),
+        (["fabrics", "kevlar_km2_s706"], {"title", "areal_density"}),
+    ],
+    ids=" ".join,
+)
+def test_with_json_one_object_is_all_that_is_printed(tmp_path, words, has):
+    (tmp_path / "shot.toml").write_text(SMALL + FAST)
+    done = ran(*words, "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout, parse_constant=lambda name: pytest.fail(name))
+    assert has <= set(answer)
+
+
+TABLE = "projectile.velocity[2],seed,sheet.nodes_x\n300,1,\n250,2,33\n"
+
+
+def test_a_batch_flies_each_row_as_the_scene_that_it_says(tmp_path):
+    (tmp_path / "shot.toml").write_text(SMALL)
+    (tmp_path / "rows.csv").write_text(TABLE)
+    words = ["run", "shot.toml", "--batch", "rows.csv", "--out", "many"]
+    said, done = ran(*words, cwd=tmp_path), ran(*words, "--json", cwd=tmp_path)
+    assert (said.returncode, done.returncode) == (0, 0), said.stderr + done.stderr
+    assert max(map(len, said.stdout.splitlines())) <= 100
+    scene = fk.Scene.read(tmp_path / "shot.toml")
+    flown = [
+        fk.fly(scene.replace(seed=1, projectile={"velocity": [0.0, 0.0, 300.0]})),
+        fk.fly(scene.replace(seed=2, projectile={"velocity": [0.0, 0.0, 250.0]}, sheet={"nodes_x": 33})),
+    ]
+    assert [row["digest"] for row in json.loads(done.stdout)] == [row["digest"] for row in flown]
+    with (tmp_path / "many" / "batch.csv").open() as file:
+        assert [row["digest"] for row in csv.DictReader(file)] == [row["digest"] for row in flown]
+
+
+@pytest.mark.parametrize(
+    ("table", "reason"),
+    [
+        ("seed\n", "has no row"),
+        ("seed,seed\n1,2\n", "twice"),
+        ("seed,sheet.nodes_x\n1,33\n2\n", "row 2: 2 cells"),
+        ("colour\nred\n", "row 1: unknown key `colour`"),
+        ("projectile.mass\n1e-3\n-1\n", "row 2: projectile.mass"),
+        ("projectile.mass\nheavy\n", "row 1: projectile.mass"),
+        ("projectile.velocity[3]\n1\n", "3 elements"),
+    ],
+)
+def test_a_row_of_a_batch_that_is_refused_is_named_and_nothing_is_written(tmp_path, table, reason):
+    (tmp_path / "shot.toml").write_text(SMALL)
+    (tmp_path / "rows.csv").write_text(table)
+    done = ran("run", "shot.toml", "--batch", "rows.csv", "--out", "many", cwd=tmp_path)
+    assert done.returncode == 2
+    assert reason in done.stderr
+    assert not (tmp_path / "many").exists()
+
+
 def test_a_run_that_is_stopped_leaves_nothing(tmp_path):
     (tmp_path / "shot.toml").write_text(SMALL + "projectile.velocity = [0.0, 0.0, 0.0]")
     # What takes its time to load is there before the alarm.

@@ -68,6 +68,9 @@ def test_the_ladder_has_as_many_shots_as_the_confidence_needs():
     # Nothing is asked where no shot was stopped; where all were, the slowest counts.
     assert len(window.ladder(v, [True] * 20, 0.95)) == 0
     assert window.ladder(v, [False] * 20, 0.95)[-1] < 480.0
+    # Shots far above the limit, of which a fit has its middle below 0.
+    rungs = window.ladder([300, 150, 75, 37.5, 18.75, 28.125, 23.4375, 21.09375], [1, 1, 1, 1, 0, 1, 1, 1], 0.95)
+    assert 0.0 < rungs[0] < rungs[-1] < 18.75
 
 
 def test_one_shot_that_scatters_is_a_doubt_and_no_window():
