@@ -609,7 +609,7 @@ typedef struct fk_scene {
     uint64_t track_detachment;
     // Sum the impulses on the supports; the momentum residual needs them. 0 or 1. Default 1.
     uint64_t track_support;
-    // Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with
+    // Most nodes closer than sheet.spacing to the projectile at once, 120 bytes each (128 with the theta rule, 272 with
     // friction); more are a failure. 0 = every node. Default 0.
     uint64_t contact_capacity;
     // Watch whether held yarn can still stop a free projectile: the outcome through, long before exited. Needs

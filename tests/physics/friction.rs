@@ -3,7 +3,7 @@
 //! or depend on the order of the nodes.
 
 use fabric_kernel::Solid;
-use fabric_kernel::internals::candidate::{Given, signed_images};
+use fabric_kernel::internals::candidate::Given;
 use fabric_kernel::internals::records::{Candidate, Tangential};
 use fabric_kernel::internals::solve::solve;
 use fabric_kernel::pose::{self, Vector};
@@ -270,7 +270,8 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
         candidates.push(Candidate {
             normal: n,
             arm: fabric_kernel::pose::into_body(&q, &r.cross(&n)),
-            signed_images: signed_images(1.0, node.held),
+            multiplicity: 1.0,
+            fixed: u32::from(node.held),
             approach: node.gap_over_dt + n.dot(&v),
             ..Candidate::default()
         });

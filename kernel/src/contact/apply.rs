@@ -74,7 +74,7 @@ impl Totals {
     /// impulse along the normal, and the speed of the body's surface there.
     #[inline(always)]
     fn give(&mut self, candidate: &Candidate, friction: Option<&Tangential>) -> [f64; 2] {
-        let images = candidate.images();
+        let images = candidate.multiplicity;
         if let Some(t) = friction {
             self.impulse -= t.as_vector(t.impulse) * images;
             self.arm -= t.moment(t.impulse) * images;
@@ -97,7 +97,7 @@ impl Totals {
     fn hold(&mut self, candidate: &Candidate, friction: Option<&Tangential>, [given, speed]: [f64; 2]) {
         self.loss += given * speed;
         let along = friction.map_or(0.0, |t| self.friction_work(t));
-        self.held += given * speed + along * candidate.images();
+        self.held += given * speed + along * candidate.multiplicity;
     }
 
     /// What a node, whose velocity is now `v`, m/s, has not taken of the body's work. `speed_after`: its
@@ -115,7 +115,7 @@ impl Totals {
         if let Some(t) = friction {
             let [p, q] = t.along(v);
             let [p_before, q_before] = t.speed_before;
-            self.friction -= t.work([0.5 * (p_before + p), 0.5 * (q_before + q)]) * candidate.images();
+            self.friction -= t.work([0.5 * (p_before + p), 0.5 * (q_before + q)]) * candidate.multiplicity;
         }
     }
 }
@@ -129,10 +129,8 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
     for c in 0..count {
-        let (Some(&candidate), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c))
-        else {
-            break;
-        };
+        let Some(&candidate) = system.arrays.candidates.get(c) else { break };
+        let node = candidate.node;
         if candidate.impulse <= 0.0 {
             continue;
         }

@@ -10,7 +10,6 @@
 //! slide get into it in second order.
 
 use crate::body::pose::Vector;
-use crate::contact::candidate::signed_images;
 use crate::ground::math;
 use crate::memory::records::Candidate;
 use crate::memory::system::System;
@@ -22,17 +21,13 @@ pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
     let (body, is_free) = (system.state.body.twist(), system.scene.is_free());
     let (mut c, mut nodes, mut all) = (0, count, count);
     while c < nodes {
-        let Some(&node) = system.arrays.candidate_nodes.get(c) else { break };
-        let Some(held) = place_of_case(system, c, node) else {
+        let Some(held) = place_of_case(system, c) else {
             c += 1;
             continue;
         };
         if is_free {
             let Some(slot) = system.arrays.candidates.get_mut(all) else { break };
             *slot = held;
-            if let Some(place) = system.arrays.candidate_nodes.get_mut(all) {
-                *place = node;
-            }
             if let Some(&friction) = system.arrays.tangential.get(c)
                 && let Some(place) = system.arrays.tangential.get_mut(all)
             {
@@ -52,9 +47,9 @@ pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
 /// The place of the case that a free node meets within a spacing, if it moves along the normal of this
 /// candidate.
 #[inline(never)]
-fn place_of_case(system: &System<'_>, c: usize, node: u32) -> Option<Candidate> {
+fn place_of_case(system: &System<'_>, c: usize) -> Option<Candidate> {
     let candidate = system.arrays.candidates.get(c).filter(|candidate| !candidate.is_fixed())?;
-    let (i, j) = system.layout.column_and_row(node as usize);
+    let (i, j) = system.layout.column_and_row(candidate.node as usize);
     let x = Vector::from(system.rest(i, j)) + Vector::from(candidate.displacement);
     let from_axis = Vector::new(x.x, 0.0, x.z);
     if candidate.normal.dot(&from_axis) >= 0.0 {
@@ -65,6 +60,6 @@ fn place_of_case(system: &System<'_>, c: usize, node: u32) -> Option<Candidate> 
     let height = 1.0 - system.directions.casing?.room(x.into(), [outwards.x, outwards.z], -1.0);
     let left = math::max(height + outwards.dot(&Vector::from(system.node(i, j).1)), 0.0);
     let approach = math::max(candidate.approach + left / against * system.model.unit_speed, 0.0);
-    let held = Candidate { signed_images: signed_images(candidate.images(), true), approach, ..*candidate };
+    let held = Candidate { fixed: 1, approach, ..*candidate };
     (height < 1.0 && left < against).then_some(held)
 }

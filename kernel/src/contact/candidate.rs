@@ -4,20 +4,10 @@ use crate::body::projectile::{Body, Inertia, Twist};
 use crate::memory::records::Candidate;
 use crate::scene::parts::Symmetry;
 
-/// Multiplicity of a node as a candidate keeps it.
-pub fn signed_images(count: f64, fixed: bool) -> f64 {
-    if fixed { -count } else { count }
-}
-
 impl Candidate {
-    /// Whether its support holds the node: nothing moves it, and the support takes the impulse.
+    /// Whether its support holds the node.
     pub(crate) fn is_fixed(&self) -> bool {
-        self.signed_images < 0.0
-    }
-
-    /// Multiplicity: nodes of the whole fabric that it stands for.
-    pub(crate) fn images(&self) -> f64 {
-        if self.is_fixed() { -self.signed_images } else { self.signed_images }
+        self.fixed != 0
     }
 
     /// Growth of the gap, with phi/dt, without an impulse on the node, m/s.

@@ -124,10 +124,8 @@ pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> 
 
 /// Where a candidate's node is at the pass's start and, without an impulse, at its end, m.
 fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
-    let (Some(candidate), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c)) else {
-        return [Vector::zeros(); 2];
-    };
-    let (i, j) = system.layout.column_and_row(node as usize);
+    let Some(candidate) = system.arrays.candidates.get(c) else { return [Vector::zeros(); 2] };
+    let (i, j) = system.layout.column_and_row(candidate.node as usize);
     let ([x, y, z], [ux, uy, uz]) = (system.rest(i, j), candidate.displacement);
     let (from, way) = (Vector::new(x + ux, y + uy, z + uz), system.free_velocity(i, j));
     [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]

@@ -346,9 +346,9 @@ impl<'s, 'a> Joint<'s, 'a> {
 
     /// Ply of a candidate's node.
     pub(super) fn ply(&self, c: usize) -> usize {
-        let Arrays { candidate_nodes, leaders, .. } = &self.system.arrays;
+        let Arrays { candidates, leaders, .. } = &self.system.arrays;
         // At least 1, so that no division by zero has to be compiled in.
-        candidate_nodes.get(c).map_or(0, |node| node / (leaders.len() as u32).max(1)) as usize
+        candidates.get(c).map_or(0, |candidate| candidate.node / (leaders.len() as u32).max(1)) as usize
     }
 
     pub(super) fn touch(&self, c: usize) -> Touch {
@@ -613,7 +613,7 @@ impl<'s, 'a> Joint<'s, 'a> {
 
 /// The column and the row of a candidate's node in the sheet.
 fn place(system: &System<'_>, c: usize) -> (usize, usize) {
-    let node = system.arrays.candidate_nodes.get(c).copied().unwrap_or(0);
+    let node = system.arrays.candidates.get(c).map_or(0, |candidate| candidate.node);
     let (i, j) = system.layout.column_and_row(node as usize);
     (i, system.layout.ply_and_row(j).1)
 }

@@ -2,32 +2,34 @@
 //! one found first. It leads the column. A fixed node is a column of its own.
 
 use crate::memory::arrays::Arrays;
+use crate::memory::records::Candidate;
 use crate::memory::system::System;
 use core::ops::Range;
 
 /// Sorts the first `count` candidates by column, columns in the order of the candidates that lead them.
 pub(super) fn sort(system: &mut System<'_>, count: usize) {
-    let Arrays { leaders, members, ends, candidates, candidate_nodes, .. } = &mut system.arrays;
+    let Arrays { leaders, members, ends, candidates, .. } = &mut system.arrays;
     let (Some(ends), Some(candidates)) = (ends.get_mut(..count), candidates.get(..count)) else { return };
     // At least 1, so that no division by zero has to be compiled in.
     let places = (leaders.len() as u32).max(1);
-    let nodes = || candidates.iter().zip(candidate_nodes.iter()).map(|(candidate, node)| (candidate, node % places));
-    for (c, (candidate, place)) in nodes().enumerate() {
-        if let Some(leader) = leaders.get_mut(place as usize).filter(|_| !candidate.is_fixed()) {
+    let place = |candidate: &Candidate| candidate.node % places;
+    for (c, candidate) in candidates.iter().enumerate().filter(|(_, candidate)| !candidate.is_fixed()) {
+        if let Some(leader) = leaders.get_mut(place(candidate) as usize) {
             *leader = c as u32;
         }
     }
-    let leader_of = |c: usize, fixed: bool, place: u32| if fixed { Some(c) } else { leader(leaders, place as usize) };
+    let leader_of =
+        |c: usize, of: &Candidate| if of.is_fixed() { Some(c) } else { leader(leaders, place(of) as usize) };
     ends.fill(0);
-    for (c, (candidate, place)) in nodes().enumerate() {
-        if let Some(size) = leader_of(c, candidate.is_fixed(), place).and_then(|leader| ends.get_mut(leader)) {
+    for (c, candidate) in candidates.iter().enumerate() {
+        if let Some(size) = leader_of(c, candidate).and_then(|leader| ends.get_mut(leader)) {
             *size += 1;
         }
     }
     // From sizes to starts, and each moves on to the end as its column fills.
     ends.iter_mut().fold(0, |start, end| start + core::mem::replace(end, start));
-    for (c, (candidate, place)) in nodes().enumerate().rev() {
-        if let Some(end) = leader_of(c, candidate.is_fixed(), place).and_then(|leader| ends.get_mut(leader))
+    for (c, candidate) in candidates.iter().enumerate().rev() {
+        if let Some(end) = leader_of(c, candidate).and_then(|leader| ends.get_mut(leader))
             && let Some(member) = members.get_mut(*end as usize)
         {
             *member = c as u32;

@@ -245,7 +245,7 @@ impl Newton<'_> {
             // With frozen friction the normal impulse may now allow less.
             t.impulse = laws::limited([p, q], self.given.friction * normal);
             if frozen {
-                let images = c.images();
+                let images = c.multiplicity;
                 for (d, given) in [(0, t.impulse[0] - p), (1, t.impulse[1] - q)] {
                     sum = combined(&sum, given, &self.row(&t.tangents[d], &t.arms[d], images).response);
                 }
@@ -273,13 +273,13 @@ impl Newton<'_> {
     ) -> [f64; 3] {
         let (own, rate) = self.rate(c, solved);
         let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.given.node_mass };
-        let normal = self.row(&c.normal, &c.arm, c.images());
+        let normal = self.row(&c.normal, &c.arm, c.multiplicity);
         let impulse = laws::pressing(c.impulse, rate - dot(&normal.entries, change), rho);
         let slope = if impulse > 0.0 { normal.entries.map(|x| rho * x) } else { [0.0; 6] };
         each(&normal, impulse - c.impulse, &slope);
         let Some(t) = self.tangential.get(k) else { return [impulse, 0.0, 0.0] };
         let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.given.node_mass };
-        let rows = [0, 1].map(|d| self.row(&t.tangents[d], &t.arms[d], c.images()));
+        let rows = [0, 1].map(|d| self.row(&t.tangents[d], &t.arms[d], c.multiplicity));
         let slip = t.slip(&solved.twist);
         let slip = [0, 1].map(|d| slip[d] + t.impulse[d] * own - dot(&rows[d].entries, change));
         let trial = laws::sticking(t.impulse, slip, rho);

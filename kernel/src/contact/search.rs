@@ -6,7 +6,6 @@
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::Body;
 use crate::body::shape::{self, Solid};
-use crate::contact::candidate::signed_images;
 use crate::ground::error::Failure;
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::math;
@@ -283,11 +282,11 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
     let (free_body, curved) = (system.scene.is_free(), layout.has(Feature::Curved));
-    let Arrays { rows, candidates, tangential, candidate_nodes, columns, lines, .. } = &mut system.arrays;
+    let Arrays { rows, candidates, tangential, columns, lines, .. } = &mut system.arrays;
     let RowArrays { hot, ranges, runs, slid, .. } = rows;
     let net = Net { columns, lines };
     let near = search.neighbourhood(h);
-    let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut()).take(layout.candidates);
+    let mut slots = candidates.iter_mut().take(layout.candidates);
     let (mut count, mut deepest) = (0, 0.0);
     let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
     // Offsets are exact: those of a row follow from its first.
@@ -332,20 +331,21 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                 if fixed && !free_body {
                     continue;
                 }
-                let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
+                let Some(slot) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = v();
-                let images = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
+                let multiplicity = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
                 *slot = Candidate {
                     displacement: planes::displacement(chunk, lane),
                     normal,
                     arm,
-                    signed_images: signed_images(images, fixed),
+                    node: (j * nx + i) as u32,
+                    fixed: u32::from(fixed),
+                    multiplicity,
                     speed_before: normal.dot(&v) * unit_speed,
                     approach: math::max(gap, 0.0) / dt,
                     effective_mass: 0.0,
                     impulse: 0.0,
                 };
-                *node = (j * nx + i) as u32;
                 if let Some(place) = tangential.get_mut(count) {
                     *place = Tangential::at(&r, &normal, &(v * unit_speed), body);
                 }
@@ -362,13 +362,13 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
 #[inline(never)]
 pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
-    let Arrays { rows: RowArrays { hot, .. }, candidates, candidate_nodes, tangential, .. } = &mut system.arrays;
+    let Arrays { rows: RowArrays { hot, .. }, candidates, tangential, .. } = &mut system.arrays;
     // They come row by row: one division for each row is enough.
     let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
     let slots = candidates.get_mut(..count).unwrap_or(&mut []);
     let mut places = tangential.iter_mut();
-    for (candidate, &node) in slots.iter_mut().zip(candidate_nodes.iter()) {
-        let node = node as usize;
+    for candidate in slots {
+        let node = candidate.node as usize;
         let mut i = node.wrapping_sub(start);
         if i >= nx {
             let (column, j) = system.layout.column_and_row(node);

@@ -33,17 +33,17 @@ impl Apart {
     #[inline(never)]
     pub fn of(system: &System<'_>, count: usize) -> Apart {
         let (rows, nodes_x) = (system.layout.y.modelled(), system.layout.nodes_x.max(1));
-        let nodes = system.arrays.candidate_nodes.get(..count).unwrap_or(&[]);
+        let candidates = system.arrays.candidates.get(..count).unwrap_or(&[]);
         let (mut moving, mut under) = ([0, rows], [rows, 0]);
         for ply in 0..system.layout.plies {
             let [low, high] = system.awake_of(ply).map(|row| row.saturating_sub(ply * rows));
             moving = [low.max(moving[0]), high.min(moving[1])];
             // They come ply by ply and row by row.
             let [from, to] =
-                [ply, ply + 1].map(|ply| nodes.partition_point(|&node| (node as usize) < ply * rows * nodes_x));
-            let of_ply = nodes.get(from..to).unwrap_or(&[]);
-            for &node in of_ply.first().into_iter().chain(of_ply.last()) {
-                let row = (node as usize / nodes_x).saturating_sub(ply * rows);
+                [ply, ply + 1].map(|ply| candidates.partition_point(|c| (c.node as usize) < ply * rows * nodes_x));
+            let of_ply = candidates.get(from..to).unwrap_or(&[]);
+            for c in of_ply.first().into_iter().chain(of_ply.last()) {
+                let row = (c.node as usize / nodes_x).saturating_sub(ply * rows);
                 under = [row.min(under[0]), (row + 1).max(under[1])];
             }
         }
@@ -87,12 +87,12 @@ fn is_awake(system: &System<'_>, ply: usize, row: usize) -> bool {
 
 /// Candidates of a column of free nodes that the projectile pushes.
 fn pushed<'s>(system: &'s System<'_>, i: usize, row: usize, count: usize) -> impl Iterator<Item = usize> + 's {
-    let Arrays { leaders, members, ends, candidate_nodes, candidates, .. } = &system.arrays;
+    let Arrays { leaders, members, ends, candidates, .. } = &system.arrays;
     let place = row * system.layout.nodes_x + i;
     // An earlier step may have left the number of a candidate that is now elsewhere.
     let is_here = move |&c: &usize| {
-        let node = candidate_nodes.get(c).filter(|_| c < count);
-        node.is_some_and(|&node| node as usize % leaders.len().max(1) == place)
+        let candidate = candidates.get(c).filter(|_| c < count);
+        candidate.is_some_and(|candidate| candidate.node as usize % leaders.len().max(1) == place)
     };
     let column = members::leader(leaders, place).filter(is_here).map_or(0..0, |c| members::column(ends, c));
     let column = members.get(column).unwrap_or(&[]).iter().map(|&c| c as usize).filter(is_here);
@@ -404,7 +404,8 @@ fn push_outwards(system: &mut System<'_>, [i, j]: [usize; 2], push: f64) -> Vect
 #[inline(never)]
 fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2], given: &Vector) {
     let (_, row) = system.layout.ply_and_row(j);
-    let of_node = |&c: &usize| system.arrays.candidate_nodes.get(c) == Some(&((j * system.layout.nodes_x + i) as u32));
+    let node = (j * system.layout.nodes_x + i) as u32;
+    let of_node = |&c: &usize| system.arrays.candidates.get(c).is_some_and(|candidate| candidate.node == node);
     let Some(c) = pushed(system, i, row, count).find(of_node) else { return };
     let Some(candidate) = system.arrays.candidates.get(c) else { return };
     let given = given * (0.5 * system.model.unit_speed);

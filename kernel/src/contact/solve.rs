@@ -117,17 +117,17 @@ impl<'s> Pushed<'s> {
 
     #[inline(always)]
     fn is_alone(&self, c: &Candidate) -> bool {
-        self.whole && c.signed_images == 1.0
+        self.whole && c.multiplicity == 1.0
     }
 
     #[inline(always)]
     fn push(&self, c: &Candidate) -> Vector {
-        if self.is_alone(c) { c.normal } else { c.normal.component_mul(&self.masks[0]) * c.images() }
+        if self.is_alone(c) { c.normal } else { c.normal.component_mul(&self.masks[0]) * c.multiplicity }
     }
 
     #[inline(always)]
     fn moment(&self, c: &Candidate) -> Vector {
-        if self.is_alone(c) { c.arm } else { c.arm.component_mul(&self.masks[1]) * c.images() }
+        if self.is_alone(c) { c.arm } else { c.arm.component_mul(&self.masks[1]) * c.multiplicity }
     }
 
     /// Inverse mass of a node, 1/kg; 0 of a fixed one.
@@ -138,11 +138,11 @@ impl<'s> Pushed<'s> {
 
     #[inline(always)]
     fn effective_mass(&self, c: &Candidate) -> f64 {
-        if !self.turns && self.is_alone(c) {
+        if !self.turns && self.is_alone(c) && !c.is_fixed() {
             return self.plain_mass;
         }
         let turning = c.arm.dot(&self.moment(c).component_mul(&self.inertia.inverse_moments));
-        let moving = if self.whole { c.images() } else { c.normal.dot(&self.push(c)) };
+        let moving = if self.whole { c.multiplicity } else { c.normal.dot(&self.push(c)) };
         let compliance = self.inverse_mass(c) + self.inertia.inverse_mass * moving + turning;
         if compliance > 0.0 { 1.0 / compliance } else { 0.0 }
     }
@@ -158,7 +158,7 @@ impl<'s> Pushed<'s> {
         let mut sizes = Sizes::default();
         for c in candidates {
             self.supported |= c.is_fixed();
-            sizes.most_images = math::max(c.images(), sizes.most_images);
+            sizes.most_images = math::max(c.multiplicity, sizes.most_images);
             let gap_rate = self.closing(c, rates);
             sizes.fastest = math::max(math::abs(gap_rate), sizes.fastest);
             if self.turns {
@@ -178,7 +178,7 @@ impl<'s> Pushed<'s> {
         sizes: &mut Sizes,
     ) {
         for (c, t) in candidates.iter().zip(tangential) {
-            t.begin(self.inertia, self.inverse_mass(c), self.symmetry, c.images());
+            t.begin(self.inertia, self.inverse_mass(c), self.symmetry, c.multiplicity);
             for (slip, arm) in t.slip(rates).into_iter().zip(t.arms) {
                 sizes.fastest = math::max(math::abs(slip), sizes.fastest);
                 sizes.farthest = math::max(arm.dot(&arm), sizes.farthest);
@@ -257,8 +257,9 @@ impl<'s> Pushed<'s> {
         if change == [0.0; 2] {
             return 0.0;
         }
-        rates.velocity -= t.as_vector(change).component_mul(&self.masks[0]) * (c.images() * self.inertia.inverse_mass);
-        let moment = t.moment(change).component_mul(&self.masks[1]) * c.images();
+        rates.velocity -=
+            t.as_vector(change).component_mul(&self.masks[0]) * (c.multiplicity * self.inertia.inverse_mass);
+        let moment = t.moment(change).component_mul(&self.masks[1]) * c.multiplicity;
         rates.angular_velocity -= moment.component_mul(&self.inertia.inverse_moments);
         t.impulse = next;
         let size = math::max(math::abs(change[0]), math::abs(change[1]));
@@ -327,10 +328,10 @@ fn scale_back(
     let mut gain = Gain::of_body(given.body.twist(), given.inertia, &solved);
     for (k, c) in candidates.iter().enumerate() {
         let friction = tangential.get(k);
-        gain.before += c.images() * gain.work_before(c, friction);
+        gain.before += c.multiplicity * gain.work_before(c, friction);
         if !c.is_fixed() {
             let [p, q] = friction.map_or([0.0; 2], |t| t.impulse);
-            gain.change += c.images() * (c.impulse * c.impulse + (p * p + q * q)) / given.node_mass;
+            gain.change += c.multiplicity * (c.impulse * c.impulse + (p * p + q * q)) / given.node_mass;
         }
     }
     gain.scale_back(candidates, tangential, solved)
@@ -381,11 +382,11 @@ mod tests {
     const NODE: f64 = 1e-3;
 
     fn armed(normal: Vector, arm: Vector, images: f64, approach: f64) -> Candidate {
-        Candidate { normal, arm, signed_images: images, approach, ..Candidate::default() }
+        Candidate { normal, arm, multiplicity: images, approach, ..Candidate::default() }
     }
 
     fn fixed(free: Candidate) -> Candidate {
-        Candidate { signed_images: -1.0, ..free }
+        Candidate { multiplicity: 1.0, fixed: 1, ..free }
     }
 
     #[test]

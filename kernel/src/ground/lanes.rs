@@ -94,7 +94,12 @@ unsafe impl Item for Vector3<f64> {
     const NUMBERS: usize = 3;
 }
 
-/// Declares records: structures that lie in memory as the list of their fields, each an item of real numbers.
+/// Bytes of an item.
+pub(crate) const fn bytes<I: Item>() -> usize {
+    size_of::<I>()
+}
+
+/// Declares records: structures that lie in memory as the list of their fields, each an item.
 macro_rules! records {
     ($($(#[$about:meta])* pub struct $name:ident { $($(#[$meaning:meta])* pub $field:ident: $kind:ty,)* })*) => {$(
         $(#[$about])*
@@ -104,13 +109,15 @@ macro_rules! records {
             $($(#[$meaning])* pub $field: $kind,)*
         }
 
-        // SAFETY: every field is an item, in the order of the list; the assertion finds padding and other numbers.
+        // SAFETY: every field is an item, in the order of the list, and any bits are its numbers; the assertion
+        // finds padding.
         #[allow(unsafe_code)]
         unsafe impl $crate::ground::lanes::Item for $name {
             type Number = f64;
-            const NUMBERS: usize = $(<$kind as $crate::ground::lanes::Item>::NUMBERS +)* 0;
+            const NUMBERS: usize = size_of::<$name>() / 8;
         }
-        const _: () = assert!(size_of::<$name>() == 8 * <$name as $crate::ground::lanes::Item>::NUMBERS);
+        const _: () = assert!(size_of::<$name>() == $($crate::ground::lanes::bytes::<$kind>() +)* 0);
+        const _: () = assert!(size_of::<$name>().is_multiple_of(8));
     )*};
 }
 pub(crate) use records;
@@ -826,10 +833,10 @@ mod tests {
     }
 
     records! {
-        /// Record of a number, a vector and two pairs.
+        /// Record of two integers, a vector and two pairs.
         pub struct Mixed {
-            /// Number.
-            pub number: f64,
+            /// Integers.
+            pub integers: [u32; 2],
             /// Vector.
             pub vector: Vector3<f64>,
             /// Pairs.
@@ -843,7 +850,12 @@ mod tests {
         let mut numbers: [f64; 19] = core::array::from_fn(|k| k as f64);
         let records = Mixed::of(&mut numbers);
         assert_eq!(records.len(), 2);
-        let second = Mixed { number: 8.0, vector: Vector3::new(9.0, 10.0, 11.0), pairs: [[12.0, 13.0], [14.0, 15.0]] };
+        assert_eq!(records[0].integers, [0; 2]);
+        let second = Mixed {
+            integers: records[1].integers,
+            vector: Vector3::new(9.0, 10.0, 11.0),
+            pairs: [[12.0, 13.0], [14.0, 15.0]],
+        };
         assert_eq!(records[1], second);
         records[0].vector.z = -3.0;
         assert_eq!(Mixed::numbers(records)[2..6], [2.0, -3.0, 4.0, 5.0]);

@@ -160,8 +160,6 @@ macro_rules! arrays {
                 tangential: [Tangential], layout.has(Feature::Friction), [1, 1, layout.contacts()?];
                 /// Gaps of the candidates over dt in the theta rule, m/s.
                 gaps_over_dt: [f64], layout.has(Feature::Theta), [1, 1, layout.contacts()?];
-                /// Number of each candidate's node.
-                candidate_nodes: [u32], true, [1, 1, layout.contacts()?];
                 /// Nodes with an impulse since the last outcome test, a bit each.
                 flags: [u32], layout.has(Feature::Detachment), [1, 1, layout.nodes().div_ceil(32)];
                 /// Awake rows [first, end) of each ply.
@@ -313,7 +311,6 @@ impl Arrays<'_> {
     /// Lets two candidates change places.
     pub(crate) fn swap_candidates(&mut self, a: usize, b: usize) {
         swap(self.candidates, a, b);
-        swap(self.candidate_nodes, a, b);
         swap(self.tangential, a, b);
         swap(self.gaps_over_dt, a, b);
     }

@@ -12,8 +12,12 @@ records! {
         pub normal: Vector,
         /// r x n in body axes, m: the arm of the impulse.
         pub arm: Vector,
-        /// Multiplicity, with the sign minus for a fixed node (`Candidate::images`, `Candidate::is_fixed`).
-        pub signed_images: f64,
+        /// Number of the node.
+        pub node: u32,
+        /// 1 if its support holds the node: nothing moves it, and the support takes the impulse. 0 otherwise.
+        pub fixed: u32,
+        /// Multiplicity: nodes of the whole fabric that it stands for.
+        pub multiplicity: f64,
         /// n.v at t_{n-1/2}, m/s.
         pub speed_before: f64,
         /// phi/dt, 0 for a node inside, and from the sweep on phi/dt + n.v with the node's velocity v in this

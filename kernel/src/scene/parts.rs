@@ -557,8 +557,8 @@ pub struct Scene {
     pub track_through: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
-    /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 116
-    /// bytes (124 with the theta rule, 268 with friction); more is the failure
+    /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 120
+    /// bytes (128 with the theta rule, 272 with friction); more is the failure
     /// [`crate::Failure::ContactCapacity`]. 0 = every node modelled, which cannot be exceeded. A smaller
     /// number is for tight memory: docs/embedding.md, "Memory", says how to choose it.
     pub contact_capacity: u32,

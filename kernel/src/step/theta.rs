@@ -121,7 +121,7 @@ fn keep_gaps(system: &mut System<'_>, count: usize) {
 fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
     let unit_speed = system.model.unit_speed;
     for c in 0..count {
-        let Some(&node) = system.arrays.candidate_nodes.get(c) else { break };
+        let Some(node) = system.arrays.candidates.get(c).map(|candidate| candidate.node) else { break };
         let (i, j) = system.layout.column_and_row(node as usize);
         let velocity = system.velocity_with_forces(rule.theta, i, j);
         let (Some(candidate), Some(gap)) = (system.arrays.candidates.get_mut(c), system.arrays.gaps_over_dt.get(c))
@@ -136,10 +136,8 @@ fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize)
 #[inline(never)]
 fn push_candidates(system: &mut System<'_>, count: usize) {
     for c in 0..count {
-        let (Some(candidate), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c))
-        else {
-            break;
-        };
+        let Some(candidate) = system.arrays.candidates.get(c) else { break };
+        let node = candidate.node;
         let (i, j) = system.layout.column_and_row(node as usize);
         let (_, v) = system.node(i, j);
         let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);

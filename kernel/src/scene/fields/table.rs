@@ -291,7 +291,7 @@ pub const FIELDS: &[Field] = &[
         "Watch whether the touched nodes are still held (4 bytes a node); without it a projectile that carries torn cloth never exits"),
     flag("track_support", |s| &mut s.track_support, 292, "Sum the impulses on the supports; the momentum residual needs them"),
     count("contact_capacity", |s| &mut s.contact_capacity, Range::Any, 293,
-        "Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with friction); more are a failure. 0 = every node")
+        "Most nodes closer than sheet.spacing to the projectile at once, 120 bytes each (128 with the theta rule, 272 with friction); more are a failure. 0 = every node")
         .image(Image::Never),
     flag("track_through", |s| &mut s.track_through, 298,
         "Watch whether held yarn can still stop a free projectile: the outcome through, long before exited. Needs track_detachment to distinguish held yarn from loose yarn")
