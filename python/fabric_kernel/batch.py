@@ -72,15 +72,21 @@ def flown(scene: Scene, path: Path, out: Path, until: list[str], steps: int) -> 
     return table
 
 
+WIDTH = 100
+"""Columns of the printed table; parameters for which there is no room are in batch.csv only."""
+
+
 def text(table: "pandas.DataFrame") -> str:
     """The parameters that differ and the main results, a line for each row."""
-    first = list(table.columns).index("outcome")
-    changed = list(table.columns[1:first])
-    names, units = [*changed, *SHOWN], table.attrs["units"]
-    heads = ["row", *(f"{name} {units.get(name, '')}".strip() for name in changed), *SHOWN.values()]
-    shown = lambda cell: f"{cell:.5g}" if isinstance(cell, float) else str(cell)
-    rows = [[str(row), *(shown(cell) for cell in cells)] for row, cells in enumerate(table[names].itertuples(index=False), 1)]
-    return page.printed(heads, rows)
+    changed = list(table.columns[1 : list(table.columns).index("outcome")])
+    while True:
+        heads = ["row", *(f"{name} {table.attrs['units'].get(name, '')}".strip() for name in changed), *SHOWN.values()]
+        cells = table[[*changed, *SHOWN]].itertuples(index=False)
+        rows = [[row, *(f"{cell:.5g}" if isinstance(cell, float) else cell for cell in one)] for row, one in enumerate(cells, 1)]
+        printed = page.printed(heads, rows)
+        if not changed or printed.index("\n") <= WIDTH:
+            return printed
+        changed.pop()
 
 
 def plain(table: "pandas.DataFrame") -> Any:
