@@ -23,7 +23,6 @@ use crate::sheet::images;
 use crate::sheet::neighbours::NOTHING;
 use crate::sheet::places::{Places, rest_offset};
 use crate::sheet::ring;
-use crate::sheet::segments::per_mass;
 use crate::sheet::slack::{self, GIVEN, NOTHING_OWED, Owed};
 use crate::sheet::weave::{self, in_runs};
 use crate::yarn::law::{self, DamageLaw, Rest, RestLanes};
@@ -404,31 +403,6 @@ impl System<'_> {
             segment.stiffness
         };
         stiffness * stiffening
-    }
-
-    /// Change of velocity per step that the yarns, and the case that it rests on, give a node at t_n, with
-    /// damage up to t_n, without viscosity and what slack segments give; nothing is committed.
-    /// Expressions and order are those of the sweep.
-    pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
-        let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
-            let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
-            let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
-            segment.force(self.stiffness_now(&segment), segment.twice_strain())
-        };
-        let right = force(Axis::Horizontal, Some(i), Some(j));
-        let left = force(Axis::Horizontal, self.layout.x.before(i), Some(j));
-        let up = force(Axis::Vertical, Some(i), Some(j));
-        let down = force(Axis::Vertical, Some(i), j.checked_sub(1));
-        let inverse_widths = self.net(0).inverse_widths(i, j);
-        self.carried(i, j, [0, 1, 2].map(|k| per_mass(right[k], left[k], up[k] - down[k], inverse_widths)))
-    }
-
-    /// The change of velocity of a node that the yarns give this one, with the push of the case that it rests
-    /// on.
-    pub fn carried(&self, i: usize, j: usize, change: [f64; 3]) -> [f64; 3] {
-        let Some(case) = &self.directions.casing else { return change };
-        let (rest, (u, _)) = (self.rest(i, j), self.node(i, j));
-        case.carry([0, 1, 2].map(|k| rest[k] + u[k]), change)
     }
 
     /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.

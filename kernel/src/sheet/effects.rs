@@ -193,7 +193,8 @@ impl Effect for AllOnChunk<'_> {
 
     #[inline(always)]
     fn note_damage<L: Lane>(&mut self, lanes: [[L; 2]; 3], column: usize, yarns: &Yarns<'_>) {
-        if let Some(fall) = Fall::of(lanes, column) {
+        let is_noted = Feature::Rate.is_built() || Feature::Slack.is_built();
+        if let Some(fall) = Fall::of(lanes, column).filter(|_| is_noted) {
             self.note_fall(&fall, yarns);
         }
     }

@@ -24,7 +24,7 @@ use crate::sheet::segments::{Dissipation, Effect, Place, Report, Segments, Slots
 use crate::sheet::slack::{NOTHING_OWED, SlackChunk, bit, keeps};
 use crate::sheet::strain_rate::StrainRate;
 use crate::sheet::symmetry::Line;
-use crate::sheet::viscous::{self, NO_PAST, ViscousChunk};
+use crate::sheet::viscous::{self, NO_PAST, ViscousAlong, ViscousChunk};
 use crate::yarn::rate::Rates;
 use core::marker::PhantomData;
 
@@ -87,7 +87,7 @@ impl<'a> Row<'a> {
         let is_flat = net.columns.is_empty() || !(Feature::Grading.is_built() || Feature::Curved.is_built());
         let is_plain = is_flat && (directions.plain || !(Feature::Crimp.is_built() || Feature::Unlike.is_built()));
         let (is_viscous, others) = self.effects.as_ref().map_or((false, false), |state| {
-            let others = Feature::Rate.is_built() && directions.horizontal.rate.depends()
+            let others = directions.horizontal.rate.depends()
                 || Feature::Slack.is_built() && state.slack.is_some()
                 || Feature::Casing.is_built() && state.on_casing.is_some();
             (Feature::Viscosity.is_built() && state.viscosity.is_some(), others)
@@ -123,41 +123,17 @@ impl<'a> Row<'a> {
         let c = last / CHUNK;
         // After the last node there is an image of the first one.
         let Some((around, history)) = Around::of(row, above, c).zip(history.get(c)) else { return [0.0; 3] };
-        let mut peek = Peek::of(pass, *j, yarn, false);
+        let (mut peek, lane) = (Peek::of(pass, *j, yarn, false), last % CHUNK);
         let [along, _] = match effects {
-            None => peek.forces::<f64>(c, &around, history, last % CHUNK, &mut ()),
-            Some(effects) => {
-                effects.peek(pass, c, |effect| peek.forces::<f64>(c, &around, history, last % CHUNK, effect))
+            None => peek.forces::<f64>(c, &around, history, lane, &mut ()),
+            Some(EffectState { viscosity, slack, .. }) => {
+                let past = viscosity.as_ref().and_then(|viscosity| viscosity.past.get(c));
+                let owed = slack.as_ref().and_then(|slack| Some((slack.owed.get(c)?, slack.keeps)));
+                let state = ChunkState { past: past.map(|past| [past, &NO_PAST, &NO_PAST]), owed };
+                peek.forces::<f64>(c, &around, history, lane, &mut Copies::of(pass).on_chunk(state))
             }
         };
         along
-    }
-}
-
-impl EffectState<'_> {
-    /// Calls `see` with the effects on chunk c, of which it changes copies.
-    #[inline(always)]
-    fn peek<T>(&self, pass: &Pass<'_>, c: usize, see: impl FnOnce(&mut AllOnChunk<'_>) -> T) -> T {
-        let (mut past, mut owed, mut dissipation) = (NO_PAST, NOTHING_OWED, Dissipation::NONE);
-        let constants = viscous::along(pass.directions);
-        let rate = StrainRate::of(pass.directions, pass.rates);
-        let mut effect = AllOnChunk {
-            rate: rate.as_ref(),
-            viscosity: None,
-            slack: None,
-            on_casing: None,
-            dissipation: Some(&mut dissipation),
-        };
-        if let Some(here) = self.viscosity.as_ref().and_then(|row| row.past.get(c)) {
-            past.copy_from_slice(here);
-            effect.viscosity =
-                Some(ViscousChunk { constants: &constants, past: &mut past, next: &NO_PAST, above: &NO_PAST });
-        }
-        if let Some((slack, here)) = self.slack.as_ref().and_then(|slack| Some((slack, slack.owed.get(c)?))) {
-            owed.copy_from_slice(here);
-            effect.slack = Some(SlackChunk { owed: &mut owed, keeps: slack.keeps });
-        }
-        see(&mut effect)
     }
 }
 
@@ -298,8 +274,55 @@ impl<L: Lane> Carried<L> {
     }
 }
 
-/// Forces of the segments of a row while nothing is stepped and no damage is committed, as the sweep would
-/// find them.
+/// State of the effects on a chunk.
+pub(crate) struct ChunkState<'a> {
+    /// Past of the chunk, of the next one and of the one above; None without viscosity.
+    pub past: Option<[&'a Chunk<PAST_PLANES>; 3]>,
+    /// Energy errors of slack segments, and 1 along each axis in which segments keep them; None without any.
+    pub owed: Option<(&'a Chunk<OWED_PLANES>, [f64; 2])>,
+}
+
+/// Effects of a row that change copies of their state.
+pub(crate) struct Copies<'a> {
+    rate: Option<StrainRate<'a>>,
+    viscosity: ViscousAlong,
+    past: Chunk<PAST_PLANES>,
+    owed: Chunk<OWED_PLANES>,
+    dissipation: Dissipation,
+}
+
+impl<'a> Copies<'a> {
+    /// Effects on segments of this pass.
+    #[inline(always)]
+    pub fn of(Pass { directions, rates, .. }: &'a Pass<'_>) -> Copies<'a> {
+        let (rate, viscosity) = (StrainRate::of(*directions, rates), viscous::along(*directions));
+        Copies { rate, viscosity, past: NO_PAST, owed: NOTHING_OWED, dissipation: Dissipation::NONE }
+    }
+
+    /// Effects on a chunk with this state.
+    #[inline(always)]
+    pub fn on_chunk<'c>(&'c mut self, ChunkState { past, owed }: ChunkState<'c>) -> AllOnChunk<'c> {
+        let mut effect = AllOnChunk {
+            rate: self.rate.as_ref().filter(|_| Feature::Rate.is_built()),
+            viscosity: None,
+            slack: None,
+            on_casing: None,
+            dissipation: Some(&mut self.dissipation),
+        };
+        if let Some([past, next, above]) = past.filter(|_| Feature::Viscosity.is_built()) {
+            self.past.copy_from_slice(past);
+            effect.viscosity = Some(ViscousChunk { constants: &self.viscosity, past: &mut self.past, next, above });
+        }
+        if let Some((owed, keeps)) = owed.filter(|_| Feature::Slack.is_built()) {
+            self.owed.copy_from_slice(owed);
+            effect.slack = Some(SlackChunk { owed: &mut self.owed, keeps });
+        }
+        effect
+    }
+}
+
+/// Forces of the segments of a row as the sweep would find them, while nothing is stepped and no damage is
+/// committed.
 pub(crate) struct Peek<'a> {
     geometry: Table<'a>,
     yarns: Yarns<'a>,
@@ -347,7 +370,7 @@ impl<'a> Peek<'a> {
         g: usize,
         effect: &mut impl Effect,
     ) -> [[L; 3]; 2] {
-        let (bars, limits) = (self.geometry.bars(self.geometry.columns(c), g), self.yarns.limits());
+        let (bars, limits) = (self.geometry.bars::<L>(self.geometry.columns(c), g), self.yarns.limits());
         let mut segments = Segments::strained(around, &bars, g);
         let mut copies = [L::ZEROS; 4];
         let [x, y] = segments.before;
@@ -387,29 +410,14 @@ impl Lift<'_> {
     #[inline(never)]
     pub fn find(self) {
         let Lift { pass, j, row, history, above, carry, yarn, owed, viscous: [past, past_above] } = self;
-        let (mut peek, rate) = (Peek::of(pass, j, yarn, true), StrainRate::of(pass.directions, pass.rates));
-        // Of all chunks in turn: copies in the loop would take more stack.
-        let (mut past_here, mut owed_here, constants) = (NO_PAST, NOTHING_OWED, viscous::along(pass.directions));
-        let (mut along, mut dissipation) = ([[0.0; CHUNK]; 3], Dissipation::NONE);
+        let (mut peek, mut copies, mut along) = (Peek::of(pass, j, yarn, true), Copies::of(pass), [[0.0; CHUNK]; 3]);
         for (c, (carry, history)) in carry.iter_mut().zip(history).enumerate() {
             let Some(around) = Around::of(row, above, c) else { break };
-            let mut effect = AllOnChunk {
-                rate: rate.as_ref(),
-                viscosity: None,
-                slack: None,
-                on_casing: None,
-                dissipation: Some(&mut dissipation),
+            let state = ChunkState {
+                past: past.get(c).map(|past| [past, &NO_PAST, past_above.get(c).unwrap_or(&NO_PAST)]),
+                owed: owed.get(c).map(|owed| (owed, keeps(bit(Axis::Vertical)))),
             };
-            if let Some(past) = past.get(c) {
-                past_here.copy_from_slice(past);
-                let (past, above) = (&mut past_here, past_above.get(c).unwrap_or(&NO_PAST));
-                effect.viscosity = Some(ViscousChunk { constants: &constants, past, next: &NO_PAST, above });
-            }
-            if let Some(owed) = owed.get(c) {
-                owed_here.copy_from_slice(owed);
-                effect.slack = Some(SlackChunk { owed: &mut owed_here, keeps: keeps(bit(Axis::Vertical)) });
-            }
-            peek.all(c, &around, history, &mut effect, [&mut along, carry]);
+            peek.all(c, &around, history, &mut copies.on_chunk(state), [&mut along, carry]);
         }
     }
 }

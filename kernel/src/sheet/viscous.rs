@@ -35,7 +35,7 @@ pub struct Viscous<'a> {
 }
 
 /// Viscosity of segments along x and along y.
-type ViscousAlong = [ViscositySplats; 2];
+pub type ViscousAlong = [ViscositySplats; 2];
 
 impl<'a> Viscous<'a> {
     /// Viscosity of a row's segments in these directions.

@@ -25,10 +25,10 @@ use crate::step::bands::Bands;
 use crate::step::blocks;
 use crate::step::energy::{self, Energy, Ply};
 use crate::step::explicit;
+use crate::step::forces;
 use crate::step::outcome;
 use crate::step::readout::GreatestOfRow;
 use crate::step::slip::{self, Slip};
-use crate::step::viscosity;
 use crate::yarn::law;
 use core::mem::MaybeUninit;
 
@@ -645,11 +645,8 @@ impl<'a> Sim<'a> {
         self.copy_nodes("out", out, |sim, i, j| {
             let (_, v) = sim.system.node(i, j);
             let stored = sim.system.layout.has(Feature::Theta) || sim.system.is_fixed(i, j);
-            let a = match sim.system.layout.has(Feature::Viscosity) {
-                _ if stored => [0.0; 3],
-                true => viscosity::acceleration(&sim.system, i, j),
-                false => sim.system.acceleration(i, j),
-            };
+            let viscous = sim.system.layout.has(Feature::Viscosity);
+            let a = if stored { [0.0; 3] } else { forces::acceleration(&sim.system, viscous, i, j) };
             let unit = sim.system.model.unit_speed;
             let v = [0, 1, 2].map(|k| (v[k] + 0.5 * a[k]) * unit);
             sim.system.model.pose.vector_out(v)

@@ -20,6 +20,7 @@ use crate::sheet::ring::Hoop;
 use crate::sheet::weave::{self, in_runs};
 use crate::step::energy;
 use crate::step::explicit;
+use crate::step::forces;
 use crate::yarn::law::twice_strain_at;
 
 /// Largest stretch that a segment may be given beforehand; its square is far from overflow.
@@ -201,7 +202,7 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
         for (i, j) in system.nodes() {
             if !system.is_fixed(i, j) {
                 let (u, v) = system.node(i, j);
-                let a = system.acceleration(i, j);
+                let a = forces::acceleration(system, false, i, j);
                 system.set_node(i, j, u, [v[0] - 0.5 * a[0], v[1] - 0.5 * a[1], v[2] - 0.5 * a[2]]);
             }
         }

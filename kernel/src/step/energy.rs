@@ -222,7 +222,7 @@ fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
 #[inline(never)]
 fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f64, f64) {
     let layout = &system.layout;
-    let ends = [layout.x.segments(), if layout.has_verticals(j) { layout.nodes_x } else { 0 }];
+    let ends = system.ends_of_segments(j);
     let plain = !(layout.has(Feature::Theta) || layout.has(Feature::Rate));
     let Along { horizontal, vertical, .. } = system.directions_of_row(j);
     let areas = [horizontal, vertical].map(|direction| direction.rest.length * direction.rest.length);

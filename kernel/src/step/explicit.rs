@@ -326,6 +326,9 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
 
 /// What a sweep needs of the dependence on the rate of strain.
 pub(crate) fn rates(system: &System<'_>) -> Rates {
+    if !system.layout.has(Feature::Rate) {
+        return Rates::NONE;
+    }
     // Below it damage sees no strain beyond the critical one.
     let limit = |axis: Axis| system.rate_law(axis).limit(system.direction(axis, 0).critical);
     let time = system.load_time();

@@ -2,6 +2,7 @@ pub mod bands;
 pub mod blocks;
 pub mod energy;
 pub mod explicit;
+pub(crate) mod forces;
 pub mod motion;
 pub mod outcome;
 pub mod readout;

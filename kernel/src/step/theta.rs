@@ -32,7 +32,6 @@ use crate::scene::parts::Integrator;
 use crate::sheet::columns::Net;
 use crate::sheet::images::{place_image_column, place_image_row};
 use crate::sheet::neighbours::{Around, NOTHING};
-
 use crate::sheet::segments::per_mass;
 use crate::sheet::sweep::Peek;
 use crate::sheet::weave::in_runs;

@@ -1,0 +1,77 @@
+//! Change of velocity that the yarns give one node, between passes.
+//!
+//! Method: the sweep's evaluator of forces (`sheet/segments.rs`) for the segments from the node, from the one
+//! to its left and from the one below. Damage is that up to t_n; nothing is committed.
+//! Limits: slack segments give no energy back.
+//! Reference: docs/model.md, "The step".
+
+use crate::ground::planes::{self, Axis, CHUNK, MOMENT};
+use crate::memory::system::System;
+use crate::scene::features::Feature;
+use crate::sheet::neighbours::{Around, NOTHING};
+use crate::sheet::segments::per_mass;
+use crate::sheet::sweep::{ChunkState, Copies, Peek};
+use crate::sheet::viscous::NO_PAST;
+use crate::step::explicit::rates;
+use crate::step::rows::terms::Terms;
+use crate::step::viscosity;
+
+/// Change of velocity per step at t_n by the yarns and by the case that the node rests on. `viscous`: with
+/// the viscous forces of the next pass.
+pub(crate) fn acceleration(system: &System<'_>, viscous: bool, i: usize, j: usize) -> [f64; 3] {
+    let viscous = viscous && Feature::Viscosity.is_built();
+    let from = |i: Option<usize>, j: Option<usize>| {
+        i.zip(j).and_then(|(i, j)| forces_from(system, viscous, i, j)).unwrap_or_default()
+    };
+    let ([right, up], [left, _]) = (from(Some(i), Some(j)), from(system.layout.x.before(i), Some(j)));
+    let [_, down] = from(Some(i), j.checked_sub(1));
+    let widths = system.net(0).inverse_widths(i, j);
+    let change = [0, 1, 2].map(|k| per_mass(right[k], left[k], up[k] - down[k], widths));
+    let Some(case) = system.directions.casing.as_ref().filter(|_| Feature::Casing.is_built()) else { return change };
+    let (rest, (u, _)) = (system.rest(i, j), system.node(i, j));
+    case.carry([0, 1, 2].map(|k| rest[k] + u[k]), change)
+}
+
+/// Forces on node (i, j) of the segments that start there, along x and along y; 0 where there is none.
+#[inline(never)] // Called from three places: inlined, it is 4 kB of a library without features.
+fn forces_from(system: &System<'_>, viscous: bool, i: usize, j: usize) -> Option<[[f64; 3]; 2]> {
+    let System { layout, directions, arrays, instructions, .. } = system;
+    let (chunks, (ply, _), (c, lane)) = (layout.chunks, layout.ply_and_row(j), (i / CHUNK, i % CHUNK));
+    // The node and its neighbours alone, which may be images beyond a mirror plane.
+    let [mut here, mut right, mut above] = [NOTHING; 3];
+    let ends = system.ends_of_segments(j);
+    for (x, y) in [(0, 0), (1, 0), (0, 1)] {
+        let (u, _) = system.node(i + x, j + y);
+        let chunk = if y == 1 {
+            &mut above
+        } else if lane + x < CHUNK {
+            &mut here
+        } else {
+            &mut right
+        };
+        for (plane, u) in chunk.iter_mut().zip(u) {
+            plane[(lane + x) % CHUNK] = u;
+        }
+    }
+    here[6..].copy_from_slice(&planes::row(arrays.rows.hot, chunks, j).get(c)?[6..]);
+    let [mut past, mut past_right, mut past_above] = [NO_PAST; 3];
+    if viscous {
+        past.copy_from_slice(planes::row(arrays.rows.past, chunks, j).get(c)?);
+        past[MOMENT][lane] = viscosity::moment(system, Axis::Horizontal, i, j);
+        past[MOMENT + 1][lane] = viscosity::moment(system, Axis::Vertical, i, j);
+        let beside = if lane + 1 < CHUNK { &mut past } else { &mut past_right };
+        beside[MOMENT][(lane + 1) % CHUNK] = viscosity::moment(system, Axis::Horizontal, i + 1, j);
+        past_above[MOMENT + 1][lane] = viscosity::moment(system, Axis::Vertical, i, j + 1);
+    }
+    let state = ChunkState { past: viscous.then_some([&past, &past_right, &past_above]), owed: None };
+    let rates = rates(system);
+    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    let (pass, yarn) =
+        (terms.pass(system.net(ply), ply), terms.yarn_row(arrays.rows.yarn, arrays.rows.strength, j, ply));
+    let history = planes::row(arrays.rows.history, chunks, j).get(c)?;
+    let around = Around { here: &here, right: &right, above: &above };
+    let (mut peek, mut copies) = (Peek::of(&pass, j, &yarn, layout.has_verticals(j)), Copies::of(&pass));
+    let [along, up] = peek.forces(c, &around, history, lane, &mut copies.on_chunk(state));
+    let exists = |end: usize, force| if i < end { force } else { [0.0; 3] };
+    Some([exists(ends[0], along), exists(ends[1], up)])
+}
