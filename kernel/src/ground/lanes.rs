@@ -237,19 +237,26 @@ pub trait Lane: Copy {
     fn left_of(self, previous: Self) -> Self;
 }
 
+/// How numbers in memory are groups of a lane.
+macro_rules! in_groups {
+    ($width:literal) => {
+        type Group = [f64; $width];
+        const WIDTH: usize = $width;
+        const ZEROS: [f64; $width] = [0.0; $width];
+        #[inline(always)]
+        fn groups(numbers: &[f64; CHUNK]) -> &[[f64; $width]] {
+            numbers.as_chunks().0
+        }
+        #[inline(always)]
+        fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; $width]] {
+            numbers.as_chunks_mut().0
+        }
+    };
+}
+
 /// A single number: for read-outs, which share the hot pass's formulas.
 impl Lane for f64 {
-    type Group = [f64; 1];
-    const WIDTH: usize = 1;
-    const ZEROS: [f64; 1] = [0.0; 1];
-    #[inline(always)]
-    fn groups(numbers: &[f64; CHUNK]) -> &[[f64; 1]] {
-        numbers.as_chunks().0
-    }
-    #[inline(always)]
-    fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; 1]] {
-        numbers.as_chunks_mut().0
-    }
+    in_groups!(1);
     #[inline(always)]
     fn splat(x: f64) -> f64 {
         x
@@ -320,17 +327,7 @@ impl Lane for f64 {
 
 /// A pair of numbers in plain Rust. Faster than one at a time: compilers pair the operations up, and the loop is half as long.
 impl Lane for [f64; 2] {
-    type Group = [f64; 2];
-    const WIDTH: usize = 2;
-    const ZEROS: [f64; 2] = [0.0; 2];
-    #[inline(always)]
-    fn groups(numbers: &[f64; CHUNK]) -> &[[f64; 2]] {
-        numbers.as_chunks().0
-    }
-    #[inline(always)]
-    fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; 2]] {
-        numbers.as_chunks_mut().0
-    }
+    in_groups!(2);
     #[inline(always)]
     fn splat(x: f64) -> Self {
         [x; 2]
@@ -510,309 +507,188 @@ mod x86 {
         job.run::<__m512d>()
     }
 
-    impl Lane for __m128d {
-        type Group = [f64; 2];
-        const WIDTH: usize = 2;
-        const ZEROS: [f64; 2] = [0.0; 2];
-        #[inline(always)]
-        fn groups(numbers: &[f64; CHUNK]) -> &[[f64; 2]] {
-            numbers.as_chunks().0
-        }
-        #[inline(always)]
-        fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; 2]] {
-            numbers.as_chunks_mut().0
-        }
-        #[inline(always)]
-        fn splat(x: f64) -> Self {
-            // SAFETY: SSE2 is part of x86-64; here and in all methods of this lane.
-            unsafe { _mm_set1_pd(x) }
-        }
-        #[inline(always)]
-        fn load(group: &[f64; 2]) -> Self {
-            // SAFETY: the group holds WIDTH numbers.
-            unsafe { _mm_loadu_pd(group.as_ptr()) }
-        }
-        #[inline(always)]
-        fn store(self, group: &mut [f64; 2]) {
-            // SAFETY: the group holds WIDTH numbers.
-            unsafe { _mm_storeu_pd(group.as_mut_ptr(), self) }
-        }
-        #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_add_pd(self, other) }
-        }
-        #[inline(always)]
-        fn sub(self, other: Self) -> Self {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_sub_pd(self, other) }
-        }
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_mul_pd(self, other) }
-        }
-        #[inline(always)]
-        fn div(self, other: Self) -> Self {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_div_pd(self, other) }
-        }
-        #[inline(always)]
-        fn sqrt(self) -> Self {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_sqrt_pd(self) }
-        }
-        #[inline(always)]
-        fn max(self, other: Self) -> Self {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_max_pd(self, other) }
-        }
-        #[inline(always)]
-        fn min(self, other: Self) -> Self {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_min_pd(self, other) }
-        }
-        #[inline(always)]
-        fn any_not_below(self, limit: Self) -> bool {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_movemask_pd(_mm_cmpnlt_pd(self, limit)) != 0 }
-        }
-        #[inline(always)]
-        fn any_above(self, limit: Self) -> bool {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_movemask_pd(_mm_cmpnle_pd(self, limit)) != 0 }
-        }
-        #[inline(always)]
-        fn or_zero_below(self, limit: Self) -> Self {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe {
-                let size = _mm_andnot_pd(_mm_set1_pd(-0.0), self);
-                _mm_and_pd(self, _mm_cmpnlt_pd(size, limit))
+    /// Declares a lane: its width, the instructions that memory and the methods with two operands take, and the other
+    /// methods.
+    macro_rules! lane {
+        ($lane:ty, $width:literal, [$splat:ident, $load:ident, $store:ident, $sqrt:ident],
+            [$($method:ident = $instruction:ident),*], { $($other:tt)* }) => {
+            impl Lane for $lane {
+                in_groups!($width);
+                #[inline(always)]
+                fn splat(x: f64) -> Self {
+                    // SAFETY: run only where the lane's instructions are enabled; in all its methods.
+                    unsafe { $splat(x) }
+                }
+                #[inline(always)]
+                fn load(group: &[f64; $width]) -> Self {
+                    // SAFETY: the group holds WIDTH numbers.
+                    unsafe { $load(group.as_ptr()) }
+                }
+                #[inline(always)]
+                fn store(self, group: &mut [f64; $width]) {
+                    // SAFETY: the group holds WIDTH numbers.
+                    unsafe { $store(group.as_mut_ptr(), self) }
+                }
+                #[inline(always)]
+                fn load_right(numbers: &[f64; CHUNK], group: usize) -> Self {
+                    // A group of eight is the last of the eight, and never asked.
+                    let first = if $width == CHUNK { 0 } else { $width * group + 1 };
+                    let right = &numbers[first..first + $width];
+                    // SAFETY: the slice holds WIDTH numbers.
+                    unsafe { $load(right.as_ptr()) }
+                }
+                #[inline(always)]
+                fn sqrt(self) -> Self {
+                    // SAFETY: as in `splat`.
+                    unsafe { $sqrt(self) }
+                }
+                $(#[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    // SAFETY: as in `splat`.
+                    unsafe { $instruction(self, other) }
+                })*
+                $($other)*
             }
-        }
-        #[inline(always)]
-        fn load_right(numbers: &[f64; CHUNK], group: usize) -> Self {
-            let first = 2 * group + 1;
-            let right = &numbers[first..first + 2];
-            // SAFETY: the slice holds WIDTH numbers.
-            unsafe { _mm_loadu_pd(right.as_ptr()) }
-        }
-        #[inline(always)]
-        fn right_of(self, next: Self) -> Self {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_shuffle_pd::<0b01>(self, next) }
-        }
-        #[inline(always)]
-        fn left_of(self, previous: Self) -> Self {
-            // SAFETY: SSE2 is part of x86-64.
-            unsafe { _mm_shuffle_pd::<0b01>(previous, self) }
-        }
+        };
     }
 
-    impl Lane for __m256d {
-        type Group = [f64; 4];
-        const WIDTH: usize = 4;
-        const ZEROS: [f64; 4] = [0.0; 4];
-        #[inline(always)]
-        fn groups(numbers: &[f64; CHUNK]) -> &[[f64; 4]] {
-            numbers.as_chunks().0
-        }
-        #[inline(always)]
-        fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; 4]] {
-            numbers.as_chunks_mut().0
-        }
-        #[inline(always)]
-        fn splat(x: f64) -> Self {
-            // SAFETY: only run inside `avx2`; here and in all methods of this lane.
-            unsafe { _mm256_set1_pd(x) }
-        }
-        #[inline(always)]
-        fn load(group: &[f64; 4]) -> Self {
-            // SAFETY: the group holds WIDTH numbers.
-            unsafe { _mm256_loadu_pd(group.as_ptr()) }
-        }
-        #[inline(always)]
-        fn store(self, group: &mut [f64; 4]) {
-            // SAFETY: the group holds WIDTH numbers.
-            unsafe { _mm256_storeu_pd(group.as_mut_ptr(), self) }
-        }
-        #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx2`.
-            unsafe { _mm256_add_pd(self, other) }
-        }
-        #[inline(always)]
-        fn sub(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx2`.
-            unsafe { _mm256_sub_pd(self, other) }
-        }
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx2`.
-            unsafe { _mm256_mul_pd(self, other) }
-        }
-        #[inline(always)]
-        fn div(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx2`.
-            unsafe { _mm256_div_pd(self, other) }
-        }
-        #[inline(always)]
-        fn sqrt(self) -> Self {
-            // SAFETY: only run inside `avx2`.
-            unsafe { _mm256_sqrt_pd(self) }
-        }
-        #[inline(always)]
-        fn max(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx2`.
-            unsafe { _mm256_max_pd(self, other) }
-        }
-        #[inline(always)]
-        fn min(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx2`.
-            unsafe { _mm256_min_pd(self, other) }
-        }
-        #[inline(always)]
-        fn any_not_below(self, limit: Self) -> bool {
-            // SAFETY: only run inside `avx2`.
-            unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_NLT_UQ>(self, limit)) != 0 }
-        }
-        #[inline(always)]
-        fn any_not_below_either([a, b]: [Self; 2], limits: [Self; 2]) -> bool {
-            // SAFETY: only run inside `avx2`.
-            unsafe {
-                let (a, b) = (_mm256_cmp_pd::<_CMP_NLT_UQ>(a, limits[0]), _mm256_cmp_pd::<_CMP_NLT_UQ>(b, limits[1]));
-                _mm256_movemask_pd(_mm256_or_pd(a, b)) != 0
+    lane!(
+        __m128d,
+        2,
+        [_mm_set1_pd, _mm_loadu_pd, _mm_storeu_pd, _mm_sqrt_pd],
+        [add = _mm_add_pd, sub = _mm_sub_pd, mul = _mm_mul_pd, div = _mm_div_pd, max = _mm_max_pd, min = _mm_min_pd],
+        {
+            #[inline(always)]
+            fn any_not_below(self, limit: Self) -> bool {
+                // SAFETY: SSE2 is part of x86-64; in all methods of this lane.
+                unsafe { _mm_movemask_pd(_mm_cmpnlt_pd(self, limit)) != 0 }
+            }
+            #[inline(always)]
+            fn any_above(self, limit: Self) -> bool {
+                // SAFETY: as above.
+                unsafe { _mm_movemask_pd(_mm_cmpnle_pd(self, limit)) != 0 }
+            }
+            #[inline(always)]
+            fn or_zero_below(self, limit: Self) -> Self {
+                // SAFETY: as above.
+                unsafe {
+                    let size = _mm_andnot_pd(_mm_set1_pd(-0.0), self);
+                    _mm_and_pd(self, _mm_cmpnlt_pd(size, limit))
+                }
+            }
+            #[inline(always)]
+            fn right_of(self, next: Self) -> Self {
+                // SAFETY: as above.
+                unsafe { _mm_shuffle_pd::<0b01>(self, next) }
+            }
+            #[inline(always)]
+            fn left_of(self, previous: Self) -> Self {
+                // SAFETY: as above.
+                unsafe { _mm_shuffle_pd::<0b01>(previous, self) }
             }
         }
-        #[inline(always)]
-        fn any_above(self, limit: Self) -> bool {
-            // SAFETY: only run inside `avx2`.
-            unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_NLE_UQ>(self, limit)) != 0 }
-        }
-        #[inline(always)]
-        fn or_zero_below(self, limit: Self) -> Self {
-            // SAFETY: only run inside `avx2`.
-            unsafe {
-                let size = _mm256_andnot_pd(_mm256_set1_pd(-0.0), self);
-                _mm256_and_pd(self, _mm256_cmp_pd::<_CMP_NLT_UQ>(size, limit))
-            }
-        }
-        #[inline(always)]
-        fn load_right(numbers: &[f64; CHUNK], group: usize) -> Self {
-            let first = 4 * group + 1;
-            let right = &numbers[first..first + 4];
-            // SAFETY: the slice holds WIDTH numbers.
-            unsafe { _mm256_loadu_pd(right.as_ptr()) }
-        }
-        #[inline(always)]
-        fn right_of(self, next: Self) -> Self {
-            // SAFETY: only run inside `avx2`. [a2 a3 b0 b1], then [a1 a2 a3 b0].
-            unsafe { _mm256_shuffle_pd::<0b0101>(self, _mm256_permute2f128_pd::<0x21>(self, next)) }
-        }
-        #[inline(always)]
-        fn left_of(self, previous: Self) -> Self {
-            // SAFETY: only run inside `avx2`. [p2 p3 a0 a1], then [p3 a0 a1 a2].
-            unsafe { _mm256_shuffle_pd::<0b0101>(_mm256_permute2f128_pd::<0x21>(previous, self), self) }
-        }
-    }
+    );
 
-    impl Lane for __m512d {
-        type Group = [f64; 8];
-        const WIDTH: usize = 8;
-        const ZEROS: [f64; 8] = [0.0; 8];
-        #[inline(always)]
-        fn groups(numbers: &[f64; CHUNK]) -> &[[f64; 8]] {
-            numbers.as_chunks().0
-        }
-        #[inline(always)]
-        fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; 8]] {
-            numbers.as_chunks_mut().0
-        }
-        #[inline(always)]
-        fn splat(x: f64) -> Self {
-            // SAFETY: only run inside `avx512`; here and in all methods of this lane.
-            unsafe { _mm512_set1_pd(x) }
-        }
-        #[inline(always)]
-        fn load(group: &[f64; 8]) -> Self {
-            // SAFETY: the group holds WIDTH numbers.
-            unsafe { _mm512_loadu_pd(group.as_ptr()) }
-        }
-        #[inline(always)]
-        fn store(self, group: &mut [f64; 8]) {
-            // SAFETY: the group holds WIDTH numbers.
-            unsafe { _mm512_storeu_pd(group.as_mut_ptr(), self) }
-        }
-        #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx512`.
-            unsafe { _mm512_add_pd(self, other) }
-        }
-        #[inline(always)]
-        fn sub(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx512`.
-            unsafe { _mm512_sub_pd(self, other) }
-        }
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx512`.
-            unsafe { _mm512_mul_pd(self, other) }
-        }
-        #[inline(always)]
-        fn div(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx512`.
-            unsafe { _mm512_div_pd(self, other) }
-        }
-        #[inline(always)]
-        fn sqrt(self) -> Self {
-            // SAFETY: only run inside `avx512`.
-            unsafe { _mm512_sqrt_pd(self) }
-        }
-        #[inline(always)]
-        fn max(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx512`.
-            unsafe { _mm512_max_pd(self, other) }
-        }
-        #[inline(always)]
-        fn min(self, other: Self) -> Self {
-            // SAFETY: only run inside `avx512`.
-            unsafe { _mm512_min_pd(self, other) }
-        }
-        #[inline(always)]
-        fn any_not_below(self, limit: Self) -> bool {
-            // SAFETY: only run inside `avx512`.
-            unsafe { _mm512_cmp_pd_mask::<_CMP_NLT_UQ>(self, limit) != 0 }
-        }
-        #[inline(always)]
-        fn any_above(self, limit: Self) -> bool {
-            // SAFETY: only run inside `avx512`.
-            unsafe { _mm512_cmp_pd_mask::<_CMP_NLE_UQ>(self, limit) != 0 }
-        }
-        #[inline(always)]
-        fn or_zero_below(self, limit: Self) -> Self {
-            // SAFETY: only run inside `avx512`.
-            unsafe { _mm512_maskz_mov_pd(_mm512_cmp_pd_mask::<_CMP_NLT_UQ>(_mm512_abs_pd(self), limit), self) }
-        }
-        #[inline(always)]
-        fn load_right(numbers: &[f64; CHUNK], _: usize) -> Self {
-            // Never asked: a group of eight is the last of the eight.
-            Self::load(numbers)
-        }
-        #[inline(always)]
-        fn right_of(self, next: Self) -> Self {
-            // SAFETY: only run inside `avx512`.
-            unsafe {
-                _mm512_castsi512_pd(_mm512_alignr_epi64::<1>(_mm512_castpd_si512(next), _mm512_castpd_si512(self)))
+    lane!(
+        __m256d,
+        4,
+        [_mm256_set1_pd, _mm256_loadu_pd, _mm256_storeu_pd, _mm256_sqrt_pd],
+        [
+            add = _mm256_add_pd,
+            sub = _mm256_sub_pd,
+            mul = _mm256_mul_pd,
+            div = _mm256_div_pd,
+            max = _mm256_max_pd,
+            min = _mm256_min_pd
+        ],
+        {
+            #[inline(always)]
+            fn any_not_below(self, limit: Self) -> bool {
+                // SAFETY: run only inside `avx2`; all methods of this lane.
+                unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_NLT_UQ>(self, limit)) != 0 }
+            }
+            #[inline(always)]
+            fn any_not_below_either([a, b]: [Self; 2], limits: [Self; 2]) -> bool {
+                // SAFETY: as above.
+                unsafe {
+                    let (a, b) =
+                        (_mm256_cmp_pd::<_CMP_NLT_UQ>(a, limits[0]), _mm256_cmp_pd::<_CMP_NLT_UQ>(b, limits[1]));
+                    _mm256_movemask_pd(_mm256_or_pd(a, b)) != 0
+                }
+            }
+            #[inline(always)]
+            fn any_above(self, limit: Self) -> bool {
+                // SAFETY: as above.
+                unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_NLE_UQ>(self, limit)) != 0 }
+            }
+            #[inline(always)]
+            fn or_zero_below(self, limit: Self) -> Self {
+                // SAFETY: as above.
+                unsafe {
+                    let size = _mm256_andnot_pd(_mm256_set1_pd(-0.0), self);
+                    _mm256_and_pd(self, _mm256_cmp_pd::<_CMP_NLT_UQ>(size, limit))
+                }
+            }
+            #[inline(always)]
+            fn right_of(self, next: Self) -> Self {
+                // SAFETY: as above. [a2 a3 b0 b1], then [a1 a2 a3 b0].
+                unsafe { _mm256_shuffle_pd::<0b0101>(self, _mm256_permute2f128_pd::<0x21>(self, next)) }
+            }
+            #[inline(always)]
+            fn left_of(self, previous: Self) -> Self {
+                // SAFETY: as above. [p2 p3 a0 a1], then [p3 a0 a1 a2].
+                unsafe { _mm256_shuffle_pd::<0b0101>(_mm256_permute2f128_pd::<0x21>(previous, self), self) }
             }
         }
-        #[inline(always)]
-        fn left_of(self, previous: Self) -> Self {
-            // SAFETY: only run inside `avx512`.
-            unsafe {
-                _mm512_castsi512_pd(_mm512_alignr_epi64::<7>(_mm512_castpd_si512(self), _mm512_castpd_si512(previous)))
+    );
+
+    lane!(
+        __m512d,
+        8,
+        [_mm512_set1_pd, _mm512_loadu_pd, _mm512_storeu_pd, _mm512_sqrt_pd],
+        [
+            add = _mm512_add_pd,
+            sub = _mm512_sub_pd,
+            mul = _mm512_mul_pd,
+            div = _mm512_div_pd,
+            max = _mm512_max_pd,
+            min = _mm512_min_pd
+        ],
+        {
+            #[inline(always)]
+            fn any_not_below(self, limit: Self) -> bool {
+                // SAFETY: run only inside `avx512`; all methods of this lane.
+                unsafe { _mm512_cmp_pd_mask::<_CMP_NLT_UQ>(self, limit) != 0 }
+            }
+            #[inline(always)]
+            fn any_above(self, limit: Self) -> bool {
+                // SAFETY: as above.
+                unsafe { _mm512_cmp_pd_mask::<_CMP_NLE_UQ>(self, limit) != 0 }
+            }
+            #[inline(always)]
+            fn or_zero_below(self, limit: Self) -> Self {
+                // SAFETY: as above.
+                unsafe { _mm512_maskz_mov_pd(_mm512_cmp_pd_mask::<_CMP_NLT_UQ>(_mm512_abs_pd(self), limit), self) }
+            }
+            #[inline(always)]
+            fn right_of(self, next: Self) -> Self {
+                // SAFETY: as above.
+                unsafe {
+                    _mm512_castsi512_pd(_mm512_alignr_epi64::<1>(_mm512_castpd_si512(next), _mm512_castpd_si512(self)))
+                }
+            }
+            #[inline(always)]
+            fn left_of(self, previous: Self) -> Self {
+                // SAFETY: as above.
+                unsafe {
+                    _mm512_castsi512_pd(_mm512_alignr_epi64::<7>(
+                        _mm512_castpd_si512(self),
+                        _mm512_castpd_si512(previous),
+                    ))
+                }
             }
         }
-    }
+    );
 }
 
 #[cfg(test)]
