@@ -75,3 +75,80 @@ fn forces_from(system: &System<'_>, viscous: bool, i: usize, j: usize) -> Option
     let exists = |end: usize, force| if i < end { force } else { [0.0; 3] };
     Some([exists(ends[0], along), exists(ends[1], up)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::lanes::InstructionSet;
+    use crate::ground::planes::AT_REST;
+    use crate::scene::parts::{Scene, Symmetry};
+    use crate::tests::{sheet, sim};
+
+    /// Forces on a node are those of the next step to the bit: at edges, mirror planes, seams and tears.
+    #[test]
+    fn forces_on_a_node_are_those_of_the_next_step_to_the_bit() {
+        let plain = {
+            let mut scene = sheet(21, 18);
+            scene.projectile.velocity = [0.0, 0.0, 250.0];
+            let yarn = &mut scene.yarn;
+            (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.1, 1.5, 0.06);
+            scene
+        };
+        let part = |mirror_x, mirror_y| {
+            let mut scene = Scene { symmetry: Symmetry { mirror_x, mirror_y }, ..plain };
+            scene.yarn.stochastic = false;
+            scene
+        };
+        let unlike = {
+            let mut scene = plain;
+            (scene.sheet.spacing_y, scene.sheet.crimp) = (9e-4, [0.0, 0.004]);
+            scene
+        };
+        let curved = {
+            let mut scene = plain;
+            (scene.sheet.radius, scene.sheet.spacing_y, scene.yarn.viscosity_bending) =
+                (30.0 * scene.sheet.spacing, 9e-4, 0.0);
+            scene.projectile.position[2] += scene.sheet.radius;
+            scene
+        };
+        let ring = {
+            let mut scene = curved;
+            (scene.sheet.nodes_x, scene.sheet.closed) = (60, true);
+            let radius = scene.closed_radius();
+            scene.projectile.position[2] += radius - scene.sheet.radius;
+            scene.sheet.radius = radius;
+            scene
+        };
+        for scene in [plain, part(true, false), part(false, true), part(true, true), unlike, curved, ring] {
+            let mut sim = sim(&scene);
+            let mut moved = 0;
+            for k in 0..60 {
+                sim.advance(12).unwrap();
+                sim.system.instructions = InstructionSet::ALL[k % 4];
+                sim.system.place_image_row();
+                let before: std::vec::Vec<_> = sim
+                    .system
+                    .nodes()
+                    .map(|(i, j)| (i, j, sim.system.node(i, j).1, acceleration(&sim.system, true, i, j)))
+                    .collect();
+                sim.step().unwrap();
+                for (i, j, v, a) in before {
+                    let pushed = sim.system.arrays.flags[(j * sim.system.layout.nodes_x + i) / 32]
+                        >> ((j * sim.system.layout.nodes_x + i) % 32)
+                        & 1
+                        == 1;
+                    if sim.system.is_fixed(i, j) || pushed {
+                        continue;
+                    }
+                    let due = [0, 1, 2].map(|k| {
+                        let v = v[k] + a[k];
+                        if v.abs() < AT_REST { 0.0 } else { v }
+                    });
+                    assert_eq!(sim.system.node(i, j).1, due, "({i}, {j}) {:?}", scene.symmetry);
+                    moved += usize::from(due != [0.0; 3]);
+                }
+            }
+            assert!(sim.system.failed_segments > 0 && moved > 4000, "{moved}");
+        }
+    }
+}
