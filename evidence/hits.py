@@ -11,6 +11,7 @@ import math
 
 from fabric_kernel import Scene, Simulation
 from fabric_kernel.runs import STOPPED
+from fabric_kernel.search import bisected
 from fabric_kernel.textile import spacings
 
 # Stride of the search for an arrest below and a perforation above, and width at which bisection ends, in parts of the velocity.
@@ -101,9 +102,7 @@ def bracket(guess, through, stride):
 def between(low, high, through, width):
     """Where a velocity between these two begins to go through, m/s, to half of this width, a ratio: bisection of the
     logarithm."""
-    while high / low > width:
-        middle = math.sqrt(low * high)
-        low, high = (low, middle) if through(middle) else (middle, high)
+    low, high = bisected(low, high, through, ratio=width)
     return math.sqrt(low * high)
 
 

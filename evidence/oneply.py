@@ -16,6 +16,7 @@ import os
 import subprocess
 
 from fabric_kernel import Simulation, drawing, page
+from fabric_kernel.search import bisected
 
 from .hits import bracket, impact, sheet
 from .study import FULL, TOP
@@ -145,10 +146,7 @@ def measured(job):
             shots.append(found | {"speed": velocity, "through": passed})
         return shots[-1]["through"]
 
-    low, high = bracket(job["guess"], through, STRIDE)
-    while high - low > BRACKET:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if through(middle) else (middle, high)
+    low, high = bisected(*bracket(job["guess"], through, STRIDE), through, width=BRACKET)
     slowest = next(shot for shot in shots if shot["speed"] == high)
     return {
         "limit": 0.5 * (low + high),

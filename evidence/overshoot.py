@@ -23,6 +23,8 @@ from typing import NamedTuple
 
 from fabric_kernel import Scene, Simulation, drawing, page
 from fabric_kernel.drawing import Series
+from fabric_kernel.search import bisected
+from scipy.optimize import brentq
 
 from .impact import DEFAULT
 from .study import FULL, SMOKE
@@ -71,12 +73,11 @@ def transverse(scene, stretch):
 
 
 def smith(scene, speed):
-    """The closed form at an impact velocity, at most that of U_c: stretch behind the front and speeds, by bisection."""
-    low, high = 1.0, scene["yarn.critical_stretch"]
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if transverse(scene, middle).speed < speed else (low, middle)
-    return low, transverse(scene, low)
+    """The closed form at an impact velocity, at most that of U_c: stretch behind the front and speeds."""
+    most = scene["yarn.critical_stretch"]
+    reached = transverse(scene, most).speed <= speed
+    stretch = most if reached else brentq(lambda stretch: transverse(scene, stretch).speed - speed, 1.0, most, xtol=1e-15)
+    return stretch, transverse(scene, stretch)
 
 
 def lying(radius, speed, **more):
@@ -156,11 +157,7 @@ def least(strip, high, exact, failure):
     last one by bisection to 1 m/s, as the peaks grow unsteadily."""
     while not hurts(strip, high, failure):
         high += 0.01 * exact
-    low = high - 0.01 * exact
-    while high - low > 1.0:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if hurts(strip, middle, failure) else (middle, high)
-    return high
+    return bisected(high - 0.01 * exact, high, lambda speed: hurts(strip, speed, failure), width=1.0)[1]
 
 
 def hurts(strip, speed, failure):

@@ -11,6 +11,7 @@ import math
 
 import numpy
 from fabric_kernel import Scene, Simulation, page
+from scipy.optimize import brentq
 
 from . import strength
 from .comparison import Comparison, Point, about, exact
@@ -21,12 +22,8 @@ TOLERANCE, LENGTH, MASS, SECANT, PULL, STEPS = 0.1, 0.025, 1e4, 0.005, 0.025, 50
 
 
 def twice_strain_at(stress, modulus):
-    """U^2 - 1 at which the nominal stress E U (U^2 - 1)/2 has this value, by bisection."""
-    low, high = 0.0, 0.2
-    for _ in range(60):
-        q = 0.5 * (low + high)
-        low, high = (q, high) if 0.5 * modulus * math.sqrt(1.0 + q) * q < stress else (low, q)
-    return 0.5 * (low + high)
+    """U^2 - 1 at which the nominal stress E U (U^2 - 1)/2 has this value."""
+    return brentq(lambda q: 0.5 * modulus * math.sqrt(1.0 + q) * q - stress, 0.0, 0.2, xtol=1e-15)
 
 
 def cell(slow, fast):

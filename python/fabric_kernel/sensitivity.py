@@ -25,6 +25,7 @@ from scipy.spatial.distance import cdist
 from . import ensembles
 from ._kernel import Scene
 from .runs import flown
+from .search import bisected
 from .shooter import Shooter
 from .textile import spacings, strength
 from .window import ladder
@@ -151,10 +152,7 @@ def crossing(guess: float, through: Callable[[float], bool]) -> float:
     for _ in range(MOST_STRIDES):
         before, velocity = velocity, velocity / stride if first else velocity * stride
         if through(velocity) != first:
-            low, high = sorted((before, velocity))
-            while high > WIDTH * low:
-                middle = math.sqrt(low * high)
-                low, high = (low, middle) if through(middle) else (middle, high)
+            low, high = bisected(min(before, velocity), max(before, velocity), through, ratio=WIDTH)
             return math.sqrt(low * high)
         stride *= stride
     return math.nan
