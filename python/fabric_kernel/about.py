@@ -162,7 +162,9 @@ def ending(parser: argparse.ArgumentParser, given: argparse.Namespace, interrupt
         # Whoever read has stopped, as `head` does; Python writes the rest at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         parser.exit(141)
-    except (ValueError, OSError, MemoryError) as error:
+    except OSError as error:
+        parser.exit(2, f"error: {f'{error.filename}: {error.strerror}' if error.filename else error}\n")
+    except (ValueError, MemoryError) as error:
         parser.exit(2, f"error: {error}\n")
     except RuntimeError as error:
         parser.exit(1, f"error: {error}\n")

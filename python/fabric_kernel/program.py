@@ -68,6 +68,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if command is None:
         parser.print_help()
         return
+    options = [word.partition("=")[0] for word in words if word.startswith("--")]
+    if len(set(options)) < len(options):
+        parser.exit(2, f"error: {max(options, key=options.count)}: is there twice\n")
     module = importlib.import_module(f".{COMMANDS[command][0]}", __package__)
     if COMMANDS[command][0] == "catalogue":
         getattr(module, command)(words[1:])

@@ -217,6 +217,8 @@ def answer(tmp_path, text):
         ["run", "shot.toml", "--out", "locked/out"],
         ["run", "shot.toml", "--capsule", "no/folder/capsule"],
         ["run", "shot.toml", "--colour"],
+        ["run", "shot.toml", "--steps", "64", "--steps=65"],
+        ["run", "shot.toml", "--batch", "none.csv"],
         ["v50", "shot.toml", "--confidence", "1.5"],
         ["v50", "shot.toml", "--shots", "0"],
         ["v50", "shot.toml", "--low", "fast", "--high", "90"],
@@ -240,6 +242,7 @@ def test_a_mistake_on_the_command_line_gets_one_line_and_status_2_and_nothing_is
     lines = [line for line in errors.splitlines() if not line.startswith(("usage: ", " "))]
     assert (left.value.code, len(lines)) == (2, 1), errors
     assert "error: " in lines[0]
+    assert "Errno" not in lines[0]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["locked", "shot.toml"]
 
 
