@@ -72,7 +72,8 @@ fn forces_from(system: &System<'_>, viscous: bool, i: usize, j: usize) -> Option
     let around = Around { here: &here, right: &right, above: &above };
     let (mut peek, mut copies) = (Peek::of(&pass, j, &yarn, layout.has_verticals(j)), Copies::of(&pass));
     let [along, up] = peek.forces(c, &around, history, lane, &mut copies.on_chunk(state));
-    let exists = |end: usize, force| if i < end { force } else { [0.0; 3] };
+    // Yarn beyond all strains that can be stepped has failed.
+    let exists = |end: usize, force| if i < end && !peek.is_lost() { force } else { [0.0; 3] };
     Some([exists(ends[0], along), exists(ends[1], up)])
 }
 
