@@ -622,7 +622,7 @@ impl Instance {
 }
 
 /// Said once, as a warning.
-const OPEN_BALANCE: &str = "energy.residual: more than 1 % of the impact energy. Yarn that goes slack and taut adds energy: take \
+const OPEN_BALANCE: &str = "energy.residual: more than 1 % of the impact energy. Yarn that goes slack and taut changes the energy: take \
                             slack_balance = true";
 
 /// Said once, as a warning.

@@ -1,7 +1,6 @@
 """`fabric run SCENE --batch FILE.csv`: a run for each row of a table, whose columns are parameters of the scene."""
 
 import csv
-import json
 import re
 import tomllib
 from pathlib import Path
@@ -87,8 +86,3 @@ def text(table: "pandas.DataFrame") -> str:
         if not changed or printed.index("\n") <= WIDTH:
             return printed
         changed.pop()
-
-
-def plain(table: "pandas.DataFrame") -> Any:
-    """The table as JSON has it, an object for each row."""
-    return json.loads(table.to_json(orient="records"))

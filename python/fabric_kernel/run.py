@@ -373,7 +373,8 @@ def options() -> argparse.ArgumentParser:
         "--batch",
         type=Path,
         metavar="FILE.csv",
-        help="a run for each row: the first line names parameters, as projectile.velocity[2]; writes batch.csv and runs.jsonl",
+        help="a run for each row: the first line names parameters, as projectile.velocity[2]; writes batch.csv, which has each "
+        "outcome, and runs.jsonl; exit status 0 whatever they are",
     )
     scenes.with_json(parser)
     return parser
@@ -417,8 +418,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if not out.parent.exists() and given.out:
             raise ValueError(f"--out: there is no folder {out.parent}")
         if given.batch:
+            others = [name for name in ("movie", "vtk", "capsule") if getattr(given, name)]
+            if others:
+                raise ValueError(f"--batch: goes without --{others[0]}")
             table = batch.flown(scene, given.batch, out, given.until, given.steps)
-            given.answer = batch.plain(table)
+            given.answer = table.to_dict("records")
             print(f"{batch.text(table)}written to {out}: batch.csv, runs.jsonl", flush=True)
             return
         frames = Frames(out, given.movie, given.vtk)

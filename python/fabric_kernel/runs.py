@@ -193,7 +193,7 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     if gained:
         found.append(
             f"In {gained} of {len(rows)} runs the energy residual exceeds {100 * MOST_GAINED:g} % of the impact energy "
-            f"(`energy_residual`; at most {100 * max(gains):.4g} %): yarn that goes slack and taut adds energy. Write "
+            f"(`energy_residual`; at most {100 * max(gains):.4g} %): yarn that goes slack and taut changes the energy. Write "
             'slack_balance = true at the top of the scene file (docs/model.md, "Slack and taut").'
         )
     beside = sum(row["beyond_fine"] > 0 for row in rows)

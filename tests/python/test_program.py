@@ -219,6 +219,7 @@ def answer(tmp_path, text):
         ["run", "shot.toml", "--colour"],
         ["run", "shot.toml", "--steps", "64", "--steps=65"],
         ["run", "shot.toml", "--batch", "none.csv"],
+        ["run", "shot.toml", "--batch", "none.csv", "--movie"],
         ["v50", "shot.toml", "--confidence", "1.5"],
         ["v50", "shot.toml", "--shots", "0"],
         ["v50", "shot.toml", "--low", "fast", "--high", "90"],

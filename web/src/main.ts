@@ -379,7 +379,7 @@ function finish(last: Rest): void {
   if (through || ended.includes("arrested")) curve.add({ speed: shown.speed, through, residual: through ? fast : 0 });
   const residual = `velocity ${row.velocity_z_m_per_s.toFixed(1)} m/s, ${row.contact_work_j.toFixed(2)} J absorbed`;
   const name = ended.charAt(0).toUpperCase() + ended.slice(1);
-  const open = Math.abs(row.energy_residual_j) > 0.01 * (history[0]?.projectile_kinetic_j ?? 0) ? "The energy residual exceeds 1 % of the impact energy: slack yarn adds energy, see \"Slack and taut\" in docs/model.md. " : "";
+  const open = Math.abs(row.energy_residual_j) > 0.01 * (history[0]?.projectile_kinetic_j ?? 0) ? "The energy residual exceeds 1 % of the impact energy: slack yarn changes the energy, see \"Slack and taut\" in docs/model.md. " : "";
   outcome.textContent = `${name} ${at}: ${residual}. ${open} ${latched.includes("detached") ? "The sheet has torn off. " : ""}The picture: the sheet at its deepest.`;
 }
 
@@ -434,7 +434,7 @@ function update(): void {
   values.peak.textContent = `${frame.peakForce.toFixed(1)} N`;
   values.failed.textContent = failed.toLocaleString("en");
   const open = row.energy_residual_j / Math.max(start, 1e-12);
-  values.balance.textContent = `residual ${(100 * open).toFixed(4)} %${Math.abs(open) > 0.01 ? ": slack yarn adds energy" : ""}`;
+  values.balance.textContent = `residual ${(100 * open).toFixed(4)} %${Math.abs(open) > 0.01 ? ": slack yarn changes the energy" : ""}`;
   values.outcomes.textContent = latched.join(", ") || "none yet";
   values.digest.textContent = rest?.digest ?? "at the next stop";
   values.end.textContent = end?.rest.digest ?? "at the end";

@@ -59,7 +59,7 @@ pub fn unlikely_body(scene: &Scene) -> Option<String> {
 const OPEN: f64 = 0.01;
 
 /// Why a balance is open, and what helps.
-pub const SLACK_ADDS: &str = "yarn that goes slack and taut adds energy. Take \
+pub const SLACK_CHANGES: &str = "yarn that goes slack and taut changes the energy. Take \
                               slack_balance = true (docs/model.md, \"Slack and taut\")";
 
 /// What is said where the energy residual exceeds 1 % of the impact energy: none of a body without energy.
@@ -82,7 +82,7 @@ pub fn open_balance(sim: &Sim<'_>, impact_energy: f64, residual: f64) -> Result<
     sim.copy_stretch(&mut stretches)?;
     let slack = stretches.iter().filter(|&&stretch| stretch < 1.0 - 1e-9).count() as f64 / stretches.len() as f64;
     Ok(Some(format!(
-        "at {at:.1} us the energy residual is {open:.1} % of the impact energy. {:.0} % of the segments are slack: {SLACK_ADDS}",
+        "at {at:.1} us the energy residual is {open:.1} % of the impact energy. {:.0} % of the segments are slack: {SLACK_CHANGES}",
         100.0 * slack
     )))
 }
