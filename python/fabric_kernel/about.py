@@ -6,11 +6,14 @@ import hashlib
 import json
 import math
 import os
+import re
 import sys
+import tempfile
 import tomllib
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from ._kernel import PRESETS, VERSION, Scene
 from .files import written
@@ -111,23 +114,48 @@ SHOT_AT = "shot_at.toml"
 """The scene whose results a folder has."""
 
 
-def of_a_scene(name: str, about: str, files: str) -> argparse.ArgumentParser:
+class Parser(argparse.ArgumentParser):
+    """Options of which a refusal is one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"error: {message}\n")
+
+
+def options(name: str, about: str, ends: str | None = None) -> Parser:
+    """Options of the command `fabric NAME`, with --json for `ending`. ends: what its exit status says."""
+    parser = Parser(prog=f"fabric {name}", description=about, epilog=ends, allow_abbrev=False)
+    parser.add_argument("--json", action="store_true", help="print the answer as JSON, and all else on stderr")
+    return parser
+
+
+def of_a_scene(name: str, about: str, files: str) -> Parser:
     """What every command `fabric NAME` is given: a scene, a seed, and a folder for these files."""
     ends = (
         "Exit status: 0; 4 if slower shots go through while faster ones are stopped, so that there is no single limit; 1 after "
         "a failure; 2 for what is refused."
     )
-    parser = argparse.ArgumentParser(prog=f"fabric {name}", description=about, epilog=ends)
+    parser = options(name, about, ends)
     parser.add_argument("scene", help=f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
     parser.add_argument("--out", type=Path, default=Path(name), help=f"folder for {files}")
-    with_json(parser)
     return parser
 
 
-def with_json(parser: argparse.ArgumentParser) -> None:
-    """The option --json, for `ending`."""
-    parser.add_argument("--json", action="store_true", help="print the answer as JSON, and all else on stderr")
+@contextlib.contextmanager
+def folder(out: Path) -> Iterator[None]:
+    """A folder for results: refused before the work if it cannot be written, and gone after it if nothing was."""
+    new = [path for path in (out, *out.parents) if not path.exists()]
+    try:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=out).close()
+        except OSError as error:
+            raise ValueError(f"--out: {out} cannot be written: {error.strerror}") from error
+        yield
+    finally:
+        for path in new:
+            with contextlib.suppress(OSError):
+                path.rmdir()
 
 
 @contextlib.contextmanager
@@ -138,22 +166,24 @@ def command(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Itera
     with ending(parser, given, interrupted):
         scene, fabric = scene_named(given.scene)
         is_new = not given.out.exists()
-        claim(given.out, scene)
-        try:
-            yield scene, fabric
-        except ValueError:
-            if is_new and [path.name for path in given.out.iterdir()] == [SHOT_AT]:
-                (given.out / SHOT_AT).unlink()
-                given.out.rmdir()
-            raise
+        with folder(given.out):
+            claim(given.out, scene)
+            try:
+                yield scene, fabric
+            except ValueError:
+                if is_new and [path.name for path in given.out.iterdir()] == [SHOT_AT]:
+                    (given.out / SHOT_AT).unlink()
+                raise
 
 
 @contextlib.contextmanager
 def ending(parser: argparse.ArgumentParser, given: argparse.Namespace, interrupted: str = "nothing is written") -> Iterator[None]:
     """The work of a command: what goes wrong ends it with one line, and status 2 for what is refused. With --json the work sets
     `given.answer`, which is printed as JSON; what it prints itself goes to stderr."""
+    said = lambda message, *_, **__: print(f"warning: {message}", file=sys.stderr)
     try:
-        with contextlib.redirect_stdout(sys.stderr) if given.json else contextlib.nullcontext():
+        with contextlib.redirect_stdout(sys.stderr) if given.json else contextlib.nullcontext(), warnings.catch_warnings():
+            warnings.showwarning = said
             yield
         if given.json:
             print(json.dumps(plain(given.answer), indent=1))
@@ -163,7 +193,8 @@ def ending(parser: argparse.ArgumentParser, given: argparse.Namespace, interrupt
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         parser.exit(141)
     except OSError as error:
-        parser.exit(2, f"error: {f'{error.filename}: {error.strerror}' if error.filename else error}\n")
+        text = re.sub(r" \(os error \d+\)$", "", error.strerror or str(error.args[0]))
+        parser.exit(2, f"error: {error.filename or ''}{': ' if error.filename else ''}{text}\n")
     except (ValueError, MemoryError) as error:
         parser.exit(2, f"error: {error}\n")
     except RuntimeError as error:

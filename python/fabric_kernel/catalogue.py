@@ -1,6 +1,5 @@
 """`fabric scene`, `fabric fabrics` and `fabric replay`: what there is, and a capsule done again."""
 
-import argparse
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,19 +9,17 @@ from . import page
 from ._kernel import PRESETS, VERSION, Scene
 from ._kernel import fabrics as named_fabrics
 from ._kernel import replay as replayed
+from .files import naming
 
 
 def scene(arguments: Sequence[str]) -> None:
     """The command `fabric scene`."""
-    parser = argparse.ArgumentParser(
-        prog="fabric scene",
-        description="A scene file with every parameter, its unit and its meaning; without a name, the presets.",
-    )
+    about = "A scene file with every parameter, its unit and its meaning; without a name, the presets."
+    parser = scenes.options("scene", about)
     parser.add_argument("scene", nargs="?", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
     parser.add_argument(
         "--features", action="store_true", help="which features of the kernel the scene needs, and how a build has no others"
     )
-    scenes.with_json(parser)
     given = parser.parse_args(arguments)
     with scenes.ending(parser, given):
         if given.features:
@@ -58,11 +55,8 @@ def needed(scene: Scene) -> str:
 
 def fabrics(arguments: Sequence[str]) -> None:
     """The command `fabric fabrics`."""
-    parser = argparse.ArgumentParser(
-        prog="fabric fabrics", description="The named fabrics for the table [fabric] of a scene file."
-    )
+    parser = scenes.options("fabrics", "The named fabrics for the table [fabric] of a scene file.")
     parser.add_argument("name", nargs="?", help="of one, or the file of one of your own: its numbers with their sources")
-    scenes.with_json(parser)
     given = parser.parse_args(arguments)
     with scenes.ending(parser, given):
         found = {one["name"]: one for one in named_fabrics()}
@@ -93,14 +87,12 @@ def fabrics(arguments: Sequence[str]) -> None:
 def replay(arguments: Sequence[str]) -> None:
     """The command `fabric replay`."""
     ends = "Exit status: 0 same bits; 1 a difference, or a capsule that is cut off; 2 for what is refused."
-    parser = argparse.ArgumentParser(
-        prog="fabric replay", description="Does a capsule again and compares bit by bit.", epilog=ends
-    )
+    parser = scenes.options("replay", "Does a capsule again and compares bit by bit.", ends)
     parser.add_argument("file", type=Path, help="as `fabric run --capsule`, Simulation(..., capsule=FILE), C or an FMU wrote it")
-    scenes.with_json(parser)
     given = parser.parse_args(arguments)
     with scenes.ending(parser, given):
-        found = given.answer = replayed(given.file)
+        with naming(given.file):
+            found = given.answer = replayed(given.file)
         if found["version"] != VERSION:
             print(f"warning: {given.file} is of version {found['version']}, this is {VERSION}, which may give other bits")
         if found["difference"] is not None:

@@ -4,7 +4,6 @@ Each library in the archive has a reserved block of data (fmu/src/starts.rs). Th
 token and page follow.
 """
 
-import argparse
 import hashlib
 import html
 import io
@@ -250,11 +249,9 @@ def system(name: str, fmu: bytes) -> bytes:
     return packed({"SystemStructure.ssd": ssd.encode(), f"resources/{name}.ssv": ssv.encode(), f"resources/{name}.fmu": fmu})
 
 
-def options() -> argparse.ArgumentParser:
+def options() -> scenes.Parser:
     ends = "Exit status: 0; 2 for what is refused, and then nothing is written."
-    parser = argparse.ArgumentParser(
-        prog="fabric fmu", description="FMUs that start with a scene, from those of a release.", epilog=ends
-    )
+    parser = scenes.options("fmu", "FMUs that start with a scene, from those of a release.", ends)
     parser.add_argument("scene", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--version", type=int, choices=(2, 3), help="of FMI; default: each that there is")
     parser.add_argument(
@@ -272,14 +269,8 @@ def options() -> argparse.ArgumentParser:
     )
     parser.add_argument("--name", help="of the model; default: that of the scene's file, as DiscSector for disc_sector.toml")
     parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        default=Path(),
-        metavar="FOLDER",
-        help="folder for NAME-fmi2.fmu and NAME-fmi3.fmu; default: this one",
+        "--out", type=Path, default=Path(), metavar="FOLDER", help="folder for NAME-fmi2.fmu and NAME-fmi3.fmu; default: this one"
     )
-    scenes.with_json(parser)
     return parser
 
 
@@ -309,9 +300,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if given.ssp:
             files[f"{name}.ssp"] = system(name, files[f"{name}-fmi2.fmu"])
         given.answer = {str(given.out / file): len(data) for file, data in files.items()}
-        for file, data in files.items():
-            written(given.out / file, data)
-            print(f"{given.out / file}: {len(data)} bytes", flush=True)
+        with scenes.folder(given.out):
+            for file, data in files.items():
+                written(given.out / file, data)
+                print(f"{given.out / file}: {len(data)} bytes", flush=True)
         if any(f"/{name}.dylib".encode() in data for _, data in made):
             print("warning: the libraries for macOS need a signature: codesign --force --sign - FILE, on a Mac", file=sys.stderr)
 

@@ -273,6 +273,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with command(parser, given) as (scene, fabric):
         from . import plot
 
+        checks.whole("shots", given.shots, 1)
         attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
         if len(attitudes) < len(given.attitudes):
             checks.refuse("--attitudes", "a name given once each", " ".join(name for name, _ in given.attitudes))

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from ._kernel import PRESETS, VERSION
+from .about import Parser
 
 COMMANDS = {
     "run": ("run", "one impact: a table, pictures and a report"),
@@ -50,7 +51,7 @@ def completion() -> str:
 def main(arguments: Sequence[str] | None = None) -> None:
     words = list(sys.argv[1:] if arguments is None else arguments)
     names = "\n".join(f"  {name:10} {about}" for name, (_, about) in COMMANDS.items())
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="fabric",
         usage="fabric COMMAND ...",
         formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -17,7 +17,7 @@ import tqdm
 from . import about as scenes
 from . import batch, movie, page, plot, runs, sheets
 from ._kernel import PRESETS, Failed, Refused, Scene, Simulation
-from .files import written
+from .files import naming, written
 from .textile import spacings
 
 TIMEOUT = 3
@@ -114,7 +114,8 @@ def flown(
     """The simulation at its end, a row of its history for every `every` steps, and the text of the failure that ended it, if one
     did."""
     rows: list[Row] = []
-    simulation, failure = Simulation(scene, capsule=capsule), ""
+    with naming(capsule or "capsule"):
+        simulation, failure = Simulation(scene, capsule=capsule), ""
 
     def look() -> None:
         frames.keep(simulation)
@@ -338,14 +339,12 @@ def report(
     written(out / "report.html", html.html())
 
 
-def options() -> argparse.ArgumentParser:
+def options() -> scenes.Parser:
     ends = (
         f"Exit status: 0 after an outcome, or after the steps with --until none; {TIMEOUT} if the steps ended the run; 1 after "
         f"a failure; 2 for what is refused."
     )
-    parser = argparse.ArgumentParser(
-        prog="fabric run", description="One impact: a table, its history, pictures and a report.", epilog=ends
-    )
+    parser = scenes.options("run", "One impact: a table, its history, pictures and a report.", ends)
     parser.add_argument("scene", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--out", type=Path, help="folder for report.html and all else; default: fabric-run/SCENE")
     parser.add_argument(
@@ -376,7 +375,6 @@ def options() -> argparse.ArgumentParser:
         help="a run for each row: the first line names parameters, as projectile.velocity[2]; writes batch.csv, which has each "
         "outcome, and runs.jsonl; exit status 0 whatever they are",
     )
-    scenes.with_json(parser)
     return parser
 
 
@@ -400,6 +398,36 @@ def named(scene: str) -> str:
     return name if name.strip(".") else "scene"
 
 
+def one(given: argparse.Namespace, scene: Scene, name: str, out: Path, remarks: list[str]) -> dict[str, Any]:
+    """One run as the options say, and its summary. A failure is raised once history.csv is written."""
+    frames = Frames(out, given.movie, given.vtk)
+    with tqdm.tqdm(bar_format="{desc}", disable=not sys.stderr.isatty(), leave=False, delay=1.0) as bar:
+        say = lambda simulation: bar.set_description_str(f"{name}: {runs.where(simulation)}")
+        simulation, rows, failure = flown(
+            scene, given.until, given.steps, given.sample, frames=frames, say=say, capsule=given.capsule
+        )
+    written(out / "history.csv", history_csv(rows))
+    if failure:
+        raise RuntimeError(failure)
+    summary = summary_of(name, simulation, rows, given.until, plies_of(simulation, scene.fabrics), remarks)
+    written(out / "summary.json", json.dumps(summary, indent=1) + "\n")
+    lines = lines_of(scene, summary)
+    about = [textwrap.fill(sentence, 100) for sentence in scenes.described(scene)[:2]]
+    text = "\n".join([*about, "", page.printed([name, ""], lines)])
+    if summary["plies"]:
+        heading, cells = table_of_plies(summary["plies"])
+        text += "\n" + page.printed(["ply", *heading[3:]], [row[:1] + row[3:] for row in cells])
+    print(text, flush=True)
+    for warning in summary["warnings"]:
+        print(f"warning: {warning}", file=sys.stderr)
+    files = ["history.csv", "summary.json", *frames.write(out, simulation)]
+    if not given.no_report:
+        report(out, summary, simulation, rows, lines, files)
+        files.insert(0, "report.html")
+    print(f"written to {out}: {', '.join(files)}", flush=True)
+    return summary
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric run`."""
     parser = options()
@@ -421,35 +449,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             others = [name for name in ("movie", "vtk", "capsule") if getattr(given, name)]
             if others:
                 raise ValueError(f"--batch: goes without --{others[0]}")
-            table = batch.flown(scene, given.batch, out, given.until, given.steps)
+            with scenes.folder(out):
+                table = batch.flown(scene, given.batch, out, given.until, given.steps)
             given.answer = table.to_dict("records")
             print(f"{batch.text(table)}written to {out}: batch.csv, runs.jsonl", flush=True)
             return
-        frames = Frames(out, given.movie, given.vtk)
-        with tqdm.tqdm(bar_format="{desc}", disable=not sys.stderr.isatty(), leave=False, delay=1.0) as bar:
-            say = lambda simulation: bar.set_description_str(f"{name}: {runs.where(simulation)}")
-            simulation, rows, failure = flown(
-                scene, given.until, given.steps, given.sample, frames=frames, say=say, capsule=given.capsule
-            )
-        written(out / "history.csv", history_csv(rows))
-        if failure:
-            parser.exit(1, f"error: {failure}\n")
-        summary = summary_of(name, simulation, rows, given.until, plies_of(simulation, scene.fabrics), remarks)
-        written(out / "summary.json", json.dumps(summary, indent=1) + "\n")
-        lines = lines_of(scene, summary)
-        about = [textwrap.fill(sentence, 100) for sentence in scenes.described(scene)[:2]]
-        text = "\n".join([*about, "", page.printed([name, ""], lines)])
-        if summary["plies"]:
-            heading, cells = table_of_plies(summary["plies"])
-            text += "\n" + page.printed(["ply", *heading[3:]], [row[:1] + row[3:] for row in cells])
-        given.answer = summary
-        print(text, flush=True)
-        for warning in summary["warnings"]:
-            print(f"warning: {warning}", file=sys.stderr)
-        files = ["history.csv", "summary.json", *frames.write(out, simulation)]
-        if not given.no_report:
-            report(out, summary, simulation, rows, lines, files)
-            files.insert(0, "report.html")
-        print(f"written to {out}: {', '.join(files)}", flush=True)
-    if given.until and summary["ended_by"] == "TIMEOUT":
+        with scenes.folder(out):
+            given.answer = one(given, scene, name, out, remarks)
+    if given.until and given.answer["ended_by"] == "TIMEOUT":
         parser.exit(TIMEOUT)

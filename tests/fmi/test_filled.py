@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 import os
 import pathlib
 import re
@@ -183,7 +184,7 @@ class Filled(unittest.TestCase):
 
     def test_a_package_of_ssp_follows_the_schema_and_has_the_scene(self):
         (self.folder / "mine.toml").write_text(CRIMPED)
-        words = [self.folder / "mine.toml", "--from", TARGET / "fmu", "-o", self.folder, "--ssp"]
+        words = [self.folder / "mine.toml", "--from", TARGET / "fmu", "--out", self.folder, "--ssp"]
         self.assertEqual(ran(*words), (0, ""))
         with zipfile.ZipFile(self.folder / "Mine.ssp") as package:
             for name, schema in (("SystemStructure.ssd", "Description"), ("resources/Mine.ssv", "ParameterValues")):
@@ -192,6 +193,11 @@ class Filled(unittest.TestCase):
                 etree.XMLSchema(etree.parse(str(path))).assertValid(root)
             values = {one.get("name"): one[0].get("value") for one in root.iter("{*}Parameter")}
             self.assertEqual(package.read("resources/Mine.fmu"), (self.folder / "Mine-fmi2.fmu").read_bytes())
+        with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()):
+            fmu.main([*map(str, words), "--json"])
+        self.assertEqual(
+            json.loads(said.getvalue()), {str(path): path.stat().st_size for path in self.folder.glob("Mine[-.]*[up]")}
+        )
         self.assertEqual((values["sheet.nodes_x"], values["contact.friction"], values["yarn.stochastic"]), ("81", "0.2", "false"))
         self.assertEqual(read_ssd(str(self.folder / "Mine.ssp")).system.elements[0].name, "shield")
         self.assertEqual(ran(*words, "--version", 3)[0], 2)
@@ -239,9 +245,9 @@ class Filled(unittest.TestCase):
             ([scene, *source, "--name", "my shield"], "my shield"),
             ([scene, *source, "--name", "while"], "word of C"),
             ([scene, *source, "--name", "FabricShield"], "not FabricShield"),
-            ([scene, *source, "-o", file / "below"], "below"),
+            ([scene, *source, "--out", file / "below"], "below"),
         ]:
-            status, said = ran(*words, *([] if "-o" in words else ["-o", out]))
+            status, said = ran(*words, *([] if "--out" in words else ["--out", out]))
             self.assertEqual(status, 2, words)
             self.assertIn(reason, said)
             self.assertFalse(out.exists(), words)

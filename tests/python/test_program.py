@@ -7,6 +7,7 @@ import importlib
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -94,11 +95,13 @@ def test_a_run_has_a_report_with_all_its_pictures_and_its_capsule_the_same_bits(
         (["scene", "shot.toml"], "projectile.mass seed"),
         (["scene", "shot.toml", "--features"], "drawn detachment"),
         (["fabrics", "kevlar_km2_s706"], "title areal_density"),
+        (["replay", "shot.capsule"], "same digest step"),
     ],
     ids=lambda given: given if isinstance(given, str) else " ".join(given),
 )
 def test_with_json_one_object_is_all_that_is_printed(tmp_path, words, has):
     (tmp_path / "shot.toml").write_text(SMALL + FAST)
+    fk.Simulation(fk.Scene(), capsule=tmp_path / "shot.capsule").step(8)
     done = ran(*words, "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout, parse_constant=lambda name: pytest.fail(name))
@@ -215,6 +218,7 @@ def answer(tmp_path, text):
         ["run", "shot.toml", "--until", ""],
         ["run", "shot.toml", "another.toml"],
         ["run", "shot.toml", "--out", "locked/out"],
+        ["run", "shot.toml", "--steps", "1000000000", "--out", "/proc/x"],
         ["run", "shot.toml", "--capsule", "no/folder/capsule"],
         ["run", "shot.toml", "--colour"],
         ["run", "shot.toml", "--steps", "64", "--steps=65"],
@@ -227,10 +231,17 @@ def answer(tmp_path, text):
         ["v50", "shot.toml", "--plan", "90"],
         ["residual", "shot.toml", "--shots", "2"],
         ["replay", "shot.toml"],
+        ["residual", "shot.toml", "--velocities", "100", "fast"],
+        ["residual", "shot.toml", "--out", "/proc/x"],
         ["replay", "none"],
+        ["replay"],
         ["fabrics", "denim"],
         ["scene", "none.toml"],
         ["fragments", "shot.toml", "--attitudes", "a=1,0,0,0", "a=0,1,0,0"],
+        ["fragments", "shot.toml", "--shots", "0"],
+        ["fragments", "shot.toml", "--point", "0,0"],
+        ["fmu", "shot.toml", "--from", "shot.toml"],
+        ["fmu", "shot.toml", "-o", "here"],
     ],
     ids=" ".join,
 )
@@ -239,12 +250,19 @@ def test_a_mistake_on_the_command_line_gets_one_line_and_status_2_and_nothing_is
     (tmp_path / "locked").write_text("a file")
     with contextlib.chdir(tmp_path), pytest.raises(SystemExit) as left:
         program.main(words)
-    errors = capsys.readouterr().err
-    lines = [line for line in errors.splitlines() if not line.startswith(("usage: ", " "))]
-    assert (left.value.code, len(lines)) == (2, 1), errors
-    assert "error: " in lines[0]
-    assert "Errno" not in lines[0]
+    said, errors = capsys.readouterr()
+    assert (left.value.code, said, errors.count("\n")) == (2, "", 1), errors
+    assert errors.startswith("error: ")
+    assert not re.search("Errno|os error|None", errors)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["locked", "shot.toml"]
+
+
+def test_a_warning_is_one_plain_line(tmp_path):
+    graded = "nodes_y = 31, grading = { largest = 8, run = 1, half_width = [4e-3, 4e-3] }"
+    (tmp_path / "shot.toml").write_text(SMALL.replace("nodes_y = 31", graded) + FAST)
+    done = ran("fragments", "shot.toml", "--velocities", "300", "--shots", "1", "--points", "4e-3,0", cwd=tmp_path)
+    assert (done.returncode, done.stderr.count("\n")) == (0, 1), done.stderr
+    assert done.stderr.startswith("warning: In 1 of 1 runs the projectile met the sheet beyond the fine part")
 
 
 def test_a_reader_that_has_gone_is_no_traceback(tmp_path):

@@ -58,7 +58,7 @@ pub fn of_scene(name: &str, file: &Path) -> Result<PathBuf, String> {
     let (python, out) = (crate::wheel::installed()?, tools::target().join("fmu"));
     let [file, folder] = [file, &out].map(|path| path.to_string_lossy().into_owned());
     let words = ["-m", "fabric_kernel.program", "fmu", &file, "--version", "2", "--name", name];
-    tools::run(python, &[&words[..], &["--from", &folder, "-o", &folder]].concat())?;
+    tools::run(python, &[&words[..], &["--from", &folder, "--out", &folder]].concat())?;
     Ok(out.join(format!("{name}-fmi2.fmu")))
 }
 
