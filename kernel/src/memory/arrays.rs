@@ -7,6 +7,7 @@ use crate::ground::planes::{
     Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES,
     STRENGTH_PLANES, YARN_PLANES,
 };
+use crate::memory::image;
 use crate::memory::layout::Layout;
 use crate::memory::records::{Candidate, Node, Pool, Relaxation, Spring, Tangential, Touch};
 use crate::scene::features::{Feature, Features};
@@ -64,7 +65,7 @@ impl Layout {
         };
         layout.block_steps = layout.find_block_steps()?;
         [layout.reals, layout.words] = Arrays::count(&layout)?;
-        layout.image_words = layout.count_image()?;
+        layout.image_words = image::words(&layout)?;
         // Neither memory nor image may exceed what a slice can hold.
         for (count, bytes) in [(layout.lines(), size_of::<CacheLine>()), (layout.image_words, 8)] {
             if count.checked_mul(bytes)? > isize::MAX as usize {
@@ -233,6 +234,24 @@ macro_rules! define {
     };
 }
 arrays! { define }
+
+impl RowArrays<'_> {
+    /// Numbers of the arrays that an image holds, in the order of [`image::Array`].
+    pub(crate) fn numbers(&self) -> [&[f64]; 5] {
+        let (hot, past) = (self.hot.as_flattened().as_flattened(), self.past.as_flattened().as_flattened());
+        let (history, owed) = (self.history.as_flattened().as_flattened(), self.owed.as_flattened().as_flattened());
+        [hot, self.slid.as_flattened(), past, history, owed]
+    }
+
+    /// [`RowArrays::numbers`], to be changed.
+    pub(crate) fn numbers_mut(&mut self) -> [&mut [f64]; 5] {
+        let (hot, past) =
+            (self.hot.as_flattened_mut().as_flattened_mut(), self.past.as_flattened_mut().as_flattened_mut());
+        let (history, owed) =
+            (self.history.as_flattened_mut().as_flattened_mut(), self.owed.as_flattened_mut().as_flattened_mut());
+        [hot, self.slid.as_flattened_mut(), past, history, owed]
+    }
+}
 
 /// Items of a range, and those after it.
 #[inline(always)]

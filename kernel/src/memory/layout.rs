@@ -18,21 +18,6 @@ pub(crate) const BLOCK_STEPS: u32 = 8;
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
 
-// Words of a snapshot image.
-/// Words before the state: what an image begins with.
-pub(crate) const HEADER_WORDS: usize = 4;
-/// Words of the scalar state (tested against the traversal).
-pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + MARK_WORDS + (6 + 5 + 12);
-/// Words of the scalar state that enter a digest only if they are not 0, and do not count in its header.
-pub(crate) const MARK_WORDS: usize = 4;
-
-/// Words of an image in addition to nodes, segments and flags: header, scalar state and checksum.
-pub fn frame_words(has: Features) -> usize {
-    // Energy that viscosity or rate has taken.
-    let taken = usize::from(has.has(Feature::Viscosity) || has.has(Feature::Rate));
-    HEADER_WORDS + STATE_WORDS + has.words() + taken + 1
-}
-
 /// Sizes of a scene's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
@@ -93,29 +78,6 @@ impl Layout {
         let pays = Blocks.is_built() && plain && reals > OWN_CACHE_REALS;
         let most = if self.has(Viscosity) || reals <= CACHED_REALS { BLOCK_STEPS / 2 } else { BLOCK_STEPS };
         Some(if pays { most } else { 1 })
-    }
-
-    /// Words of an image. Node rows: u and v of every node, then the history, and what it owes if it may, of its horizontal and
-    /// vertical segment where they exist. Before a row in which directions segments have been slack.
-    pub(super) fn count_image(&self) -> Option<usize> {
-        let vertical = self.nodes_x.checked_mul(self.y.segments())?.checked_mul(self.plies)?;
-        let segments = self.x.segments().checked_mul(self.nodes_y)?.checked_add(vertical)?;
-        self.nodes()
-            .checked_mul(6)?
-            .checked_add(segments)?
-            .checked_add(if self.has(Feature::Slack) {
-                segments.checked_mul(2)?.checked_add(self.nodes_y)?
-            } else {
-                0
-            })?
-            .checked_add(if self.has(Feature::Viscosity) {
-                segments.checked_add(self.nodes())?.checked_mul(2)?
-            } else {
-                0
-            })?
-            .checked_add(if self.has(Feature::Clamps) { self.nodes() } else { 0 })?
-            .checked_add(if self.has(Feature::Detachment) { self.nodes().div_ceil(32) } else { 0 })?
-            .checked_add(frame_words(self.has))
     }
 
     /// Length of the memory that a simulation takes, in lines of 64 bytes.
@@ -327,6 +289,7 @@ mod tests {
     use crate::ground::planes::{
         HISTORY_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES, STRENGTH_PLANES, YARN_PLANES,
     };
+    use crate::memory::image::frame_words;
     use crate::memory::records::{Candidate, Tangential};
 
     #[test]

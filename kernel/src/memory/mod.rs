@@ -1,4 +1,5 @@
 pub mod arrays;
+pub mod image;
 pub mod layout;
 pub mod model;
 pub mod records;

@@ -162,7 +162,7 @@ impl State {
 
     /// Shows every number to a visitor, which may read or replace it: one traversal serves saving, loading
     /// and the digest.
-    pub fn visit(&mut self, features: Features, visitor: &mut impl Visitor) {
+    pub fn visit(&mut self, features: Features, visitor: &mut dyn Visitor) {
         visitor.count(&mut self.step);
         visit_body(&mut self.body, visitor);
         visitor.vector(&mut self.force);
@@ -227,7 +227,7 @@ impl Sums {
         }
     }
 
-    fn visit(&mut self, visitor: &mut impl Visitor) {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
         visitor.vector(&mut self.impulse);
         visitor.vector(&mut self.angular_impulse);
         visitor.real(&mut self.work);
@@ -245,14 +245,14 @@ impl Sums {
         visitor.count(&mut self.unconverged);
         visitor.count(&mut self.most_sweeps);
         visitor.count(&mut self.most_candidates);
-        visitor.mark(&mut self.support_work);
+        visitor.real(&mut self.support_work);
         visitor.real(&mut self.first_energy);
         visitor.vector(&mut self.first_momentum);
-        visitor.mark(&mut self.contact_residual);
+        visitor.real(&mut self.contact_residual);
     }
 }
 
-fn visit_body(body: &mut Body, visitor: &mut impl Visitor) {
+fn visit_body(body: &mut Body, visitor: &mut dyn Visitor) {
     visitor.vector(&mut body.position);
     let Quaternion { coords } = &mut body.orientation;
     for component in coords.iter_mut() {
@@ -262,7 +262,7 @@ fn visit_body(body: &mut Body, visitor: &mut impl Visitor) {
     visitor.vector(&mut body.angular_velocity);
 }
 
-fn visit_watch(watch: &mut Watch, features: Features, visitor: &mut impl Visitor) {
+fn visit_watch(watch: &mut Watch, features: Features, visitor: &mut dyn Visitor) {
     let (through, clamps) = (features.has(Feature::Through), features.has(Feature::Clamps));
     let none = FirstContact { step: 0, direction: Vector::zeros(), kinetic_energy: 0.0 };
     visit_option(&mut watch.first, none, visitor, |first, visitor| {
@@ -279,25 +279,20 @@ fn visit_watch(watch: &mut Watch, features: Features, visitor: &mut impl Visitor
     }
     let [arrested, detached, exited, passed, is_through, rebounded, let_go] = &mut watch.latched;
     let optional = through.then_some(is_through).into_iter().chain(clamps.then_some(let_go));
-    for latch in [arrested, detached, exited, passed].into_iter().chain(optional) {
+    for latch in [arrested, detached, exited, passed, rebounded].into_iter().chain(optional) {
         visit_option(latch, Latch { step: 0, work: 0.0 }, visitor, |latch, visitor| {
             visitor.count(&mut latch.step);
             visitor.real(&mut latch.work);
         });
     }
-    // No outcome latches before step 64.
-    let mut latch = rebounded.unwrap_or(Latch { step: 0, work: 0.0 });
-    visitor.mark_count(&mut latch.step);
-    visitor.mark(&mut latch.work);
-    *rebounded = (latch.step > 0).then_some(latch);
 }
 
 /// An option is a flag (0 or 1) and its content, which is there in either case.
-fn visit_option<T: Copy, V: Visitor>(
+fn visit_option<T: Copy>(
     option: &mut Option<T>,
     none: T,
-    visitor: &mut V,
-    content: impl Fn(&mut T, &mut V),
+    visitor: &mut dyn Visitor,
+    content: impl Fn(&mut T, &mut dyn Visitor),
 ) {
     let mut flag = u64::from(option.is_some());
     let mut value = option.unwrap_or(none);
@@ -318,16 +313,6 @@ pub trait Visitor {
 
     /// A real number.
     fn real(&mut self, value: &mut f64);
-
-    /// A real number that is 0 in most runs. Only another value enters the digest.
-    fn mark(&mut self, value: &mut f64) {
-        self.real(value);
-    }
-
-    /// A count that is 0 in most runs. Only another value enters the digest.
-    fn mark_count(&mut self, value: &mut u64) {
-        self.count(value);
-    }
 
     /// A vector, x first.
     fn vector(&mut self, value: &mut Vector) {

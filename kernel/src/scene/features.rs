@@ -2,9 +2,8 @@
 //! one record each.
 //!
 //! From the records follow which fields ask for a feature, whether this build has it, what it does not go
-//! with, and what it adds to an image. [`Features`] is the set that one scene has. Code that serves a feature
-//! asks [`Features::has`] once, where it begins: in a build without the feature the compiler leaves the code
-//! out.
+//! with. [`Features`] is the set that one scene has. Code that serves a feature asks [`Features::has`] once,
+//! where it begins: in a build without the feature the compiler leaves the code out.
 
 use crate::ground::error::Error;
 use crate::ground::lanes;
@@ -59,8 +58,6 @@ pub struct Record {
     pub asked_by: &'static [(&'static str, Asks)],
     /// Features that a scene cannot have, too. Each pair stands once.
     pub not_with: &'static [Feature],
-    /// Words that it adds to the scalar state of an image.
-    pub words: usize,
     /// What it is.
     pub about: &'static str,
 }
@@ -78,7 +75,6 @@ pub const FEATURES: [Record; 27] = [
             ("yarn.rate_stretch", |s| s.yarn.rate_stretch != 0.0),
         ],
         not_with: &[Plies, Theta, Grading],
-        words: 1,
         about: "Modulus and strength that depend on the rate of strain",
     },
     Record {
@@ -88,7 +84,6 @@ pub const FEATURES: [Record; 27] = [
         asked_by: &[("sheet.pre_strain", |s| s.sheet.pre_strain != [0.0; 2])],
         // A strain that is there before the load has no rate.
         not_with: &[Rate],
-        words: 0,
         about: "A sheet that is held strained",
     },
     Record {
@@ -97,7 +92,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "friction"),
         asked_by: &[("contact.friction", |s| s.contact.friction != 0.0)],
         not_with: &[Theta, Grading],
-        words: 1,
         about: "Friction between yarn and projectile",
     },
     Record {
@@ -110,7 +104,6 @@ pub const FEATURES: [Record; 27] = [
             ("yarn.viscosity_bending", |s| s.yarn.viscosity_bending != 0.0),
         ],
         not_with: &[Theta, Grading],
-        words: 0,
         about: "Viscous yarn",
     },
     Record {
@@ -119,7 +112,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "plies"),
         asked_by: &[("stack.plies", |s| s.stack.plies > 1)],
         not_with: &[Grading, Theta, Mirrors],
-        words: 2,
         about: "Separate plies in contact, of two fabrics if need be",
     },
     Record {
@@ -129,7 +121,6 @@ pub const FEATURES: [Record; 27] = [
         asked_by: &[("slack_balance", |s| s.slack_balance)],
         // The work of a stress that relaxes is not known within a step.
         not_with: &[Rate, Theta],
-        words: 0,
         about: "Correction of the energy error of segments that become slack or taut",
     },
     Record {
@@ -142,7 +133,6 @@ pub const FEATURES: [Record; 27] = [
         ],
         // Mirror planes need yarn that is alike everywhere and a body that contact alone moves.
         not_with: &[Mirrors],
-        words: 0,
         about: "A modulus and a damage rate sampled for every segment or yarn",
     },
     Record {
@@ -154,7 +144,6 @@ pub const FEATURES: [Record; 27] = [
             ("back.weibull_shape", |s| s.back.plies > 0 && s.back.weibull_shape != 0.0),
         ],
         not_with: &[Mirrors],
-        words: 0,
         about: "A critical stretch sampled for every segment",
     },
     Record {
@@ -163,7 +152,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "prescribed"),
         asked_by: &[("drive", |s| s.drive != Drive::Free)],
         not_with: &[Mirrors],
-        words: 0,
         about: "A projectile on a path that the host gives",
     },
     Record {
@@ -172,7 +160,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "mirrors"),
         asked_by: &[("symmetry.mirror_x", |s| s.symmetry.mirror_x), ("symmetry.mirror_y", |s| s.symmetry.mirror_y)],
         not_with: &[],
-        words: 0,
         about: "Mirror planes through the middle of the sheet",
     },
     Record {
@@ -181,7 +168,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "grading"),
         asked_by: &[("sheet.grading.largest", |s| s.sheet.grading.largest > 1)],
         not_with: &[],
-        words: 1,
         about: "A graded network: bars that stand for several yarns away from the hit",
     },
     Record {
@@ -190,7 +176,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "theta"),
         asked_by: &[("integrator.kind", |s| s.integrator.kind == IntegratorKind::Theta)],
         not_with: &[],
-        words: 2,
         about: "The theta rule for the nodes, by fixed-point iteration",
     },
     Record {
@@ -199,7 +184,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "theta"),
         asked_by: &[("rotation_rule.kind", |s| s.rotation_rule.kind == RotationKind::Theta)],
         not_with: &[],
-        words: 0,
         about: "The theta rule for the projectile's rotation",
     },
     Record {
@@ -211,7 +195,6 @@ pub const FEATURES: [Record; 27] = [
             ("back.crimp", |s| s.back.plies > 0 && s.back.crimp != [0.0; 2]),
         ],
         not_with: &[],
-        words: 0,
         about: "Yarn that is longer than its place in the sheet",
     },
     Record {
@@ -220,7 +203,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "unlike"),
         asked_by: &[("sheet.spacing_y", |s| s.sheet.spacing_y != 0.0), ("weft", |s| s.weft != Weft::LIKE_WARP)],
         not_with: &[],
-        words: 0,
         about: "A weft with a spacing, a yarn or a strength of its own",
     },
     Record {
@@ -231,7 +213,6 @@ pub const FEATURES: [Record; 27] = [
             matches!(s.projectile.shape, Shape::Box | Shape::Polyhedron | Shape::DiscSector)
         })],
         not_with: &[],
-        words: 0,
         about: "Boxes, convex polyhedra, prisms and sectors of discs",
     },
     Record {
@@ -240,7 +221,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "detachment"),
         asked_by: &[("track_detachment", |s| s.track_detachment)],
         not_with: &[],
-        words: 0,
         about: "The outcome that a part of the sheet has torn off its supports",
     },
     Record {
@@ -249,7 +229,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "detachment"),
         asked_by: &[("track_through", |s| s.track_through)],
         not_with: &[],
-        words: 5,
         about: "The outcome that held yarn does not stop the projectile any more",
     },
     Record {
@@ -258,7 +237,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "snapshot"),
         asked_by: &[],
         not_with: &[],
-        words: 0,
         about: "Images of a simulation, to go back to and to go on from elsewhere",
     },
     Record {
@@ -267,7 +245,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "bands"),
         asked_by: &[],
         not_with: &[],
-        words: 0,
         about: "Bands of rows for threads of the host",
     },
     Record {
@@ -276,7 +253,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "blocks"),
         asked_by: &[],
         not_with: &[],
-        words: 0,
         about: "Several steps of a large sheet in one pass over its memory, which is fetched ahead",
     },
     Record {
@@ -285,7 +261,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "rings"),
         asked_by: &[("sheet.radius", |s| s.sheet.radius != 0.0)],
         not_with: &[Rate, Grading, Theta, Mirrors],
-        words: 0,
         about: "A sheet that is curved about an axis along y",
     },
     Record {
@@ -294,7 +269,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "rings"),
         asked_by: &[("sheet.closed", |s| s.sheet.closed)],
         not_with: &[],
-        words: 0,
         about: "A ring: the last node of a row is joined to its first",
     },
     Record {
@@ -303,7 +277,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "rings"),
         asked_by: &[("casing.radius", |s| s.casing.radius != 0.0)],
         not_with: &[],
-        words: 4,
         about: "A rigid case that a ring lies on",
     },
     Record {
@@ -312,7 +285,6 @@ pub const FEATURES: [Record; 27] = [
         built: lanes::WIDER,
         asked_by: &[],
         not_with: &[],
-        words: 0,
         about: "AVX2 and AVX-512 on machines that have them",
     },
     Record {
@@ -321,7 +293,6 @@ pub const FEATURES: [Record; 27] = [
         built: cfg!(feature = "slip"),
         asked_by: &[],
         not_with: &[],
-        words: 0,
         about: "The read-out of crossings that would slip",
     },
     Record {
@@ -333,7 +304,6 @@ pub const FEATURES: [Record; 27] = [
             ("attachment.strength", |s| s.attachment.strength != 0.0),
         ],
         not_with: &[Theta, Grading],
-        words: 1 + 4 * (3 + 1 + 1) + 3,
         about: "Attachments that slip, let go and tear out",
     },
 ];
@@ -382,11 +352,6 @@ impl Features {
     #[inline(always)] // So that the compiler knows of each one whether it is built.
     pub const fn has(self, feature: Feature) -> bool {
         feature.is_built() && self.0 & 1 << feature as u32 != 0
-    }
-
-    /// Words that they add to the scalar state of an image.
-    pub fn words(self) -> usize {
-        FEATURES.iter().filter(|record| self.has(record.feature)).map(|record| record.words).sum()
     }
 }
 

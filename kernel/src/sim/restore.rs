@@ -7,13 +7,12 @@
 use crate::body::pose::Vector;
 use crate::ground::error::{Code, Error};
 use crate::ground::hash::Hash;
-use crate::ground::planes::{self, Axis, CHUNK, MOMENT, VISCOUS_STRESS};
-use crate::memory::layout::HEADER_WORDS;
+use crate::ground::planes::{self, Axis, SPEED_X};
+use crate::memory::image::{self, Array, HEADER_WORDS, Place};
 use crate::memory::state::{COUNT_MAX, State, Visitor};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::clamp::LET_GO;
-use crate::sheet::slack::GIVEN;
 use crate::sheet::weave::in_runs;
 use crate::sim::snapshot::header;
 use crate::sim::start::LARGEST_STRETCH;
@@ -107,145 +106,83 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
     (0..HEADER_WORDS).for_each(|_| _ = reader.word());
     let mut state = system.state;
     state.visit(system.layout.has, &mut reader);
-    let arrays = reader.chunks.as_slice();
-    if !reader.sound || !plausible(&state) || !arrays_sound(system, arrays) {
+    let rows = Reader { chunks: reader.chunks.clone(), sound: true };
+    rows_are_sound(system, &mut reader);
+    if !reader.sound || !plausible(&state) {
         return Err(Error::plain(Code::ImageInvalid, "image"));
     }
 
     // Second pass: take them.
     system.state = state;
-    let mut words = arrays;
+    let mut reader = rows;
     // After a failure nothing is taken for granted.
     let failed = system.failure.is_some();
-    system.refill(|system, j| read_row(system, j, &mut words) | failed);
+    system.refill(|system, j| read_row(system, j, &mut reader) | failed);
     explicit::start_forces(system);
-    for (flags, &word) in system.arrays.flags.iter_mut().zip(words) {
-        *flags = u64::from_le_bytes(word) as u32;
-    }
+    system.arrays.flags.iter_mut().for_each(|flags| *flags = reader.word() as u32);
     Ok(())
 }
 
-/// Looks at the words of the arrays: motion whose energy is finite, histories such as there are, fixed nodes
-/// at rest, flags 32 bits wide.
-fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
-    // A segment breaks long before: only one that was broken beforehand has such a history.
-    let largest = twice_strain_at(LARGEST_STRETCH);
-    let possible = -LARGEST_MOTION..=LARGEST_MOTION;
-    let (across, layout) = (system.layout.x.segments(), system.layout);
-    let (slack, drawn) = (system.layout.has(Feature::Slack), system.layout.has(Feature::Strength));
-    let clamps = layout.has(Feature::Clamps);
+/// Looks at the words of rows and bits of contact.
+fn rows_are_sound(system: &System<'_>, reader: &mut Reader<'_>) {
     let mut sound = true;
-    for (j, run) in system.arrays.rows.runs.iter().enumerate() {
-        let strength = planes::row(system.arrays.rows.strength, system.layout.chunks, j);
-        let verticals = layout.has_verticals(j);
-        if slack {
-            let Some((&been_slack, rest)) = words.split_first() else { return false };
-            sound &= u64::from_le_bytes(been_slack) <= 3;
-            words = rest;
+    for j in 0..system.layout.nodes_y {
+        if system.layout.has(Feature::Slack) {
+            sound &= reader.word() <= 3;
         }
-        for i in 0..system.layout.nodes_x {
-            let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
-            let node = node.map(real);
-            let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
-            sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x))
-                & !(moves && in_runs(run, i) && !clamps);
-            words = rest;
-            sound &= !clamps || words.first().is_some_and(|&slid| real(slid) >= 0.0 && real(slid) <= LET_GO);
-            words = words.get(usize::from(clamps)..).unwrap_or_default();
-            let viscous = layout.has(Feature::Viscosity);
-            sound &= takes_numbers(&mut words, if viscous { 2 } else { 0 });
-            for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, verticals)] {
-                if !exists {
-                    continue;
-                }
-                // Of a segment without damage, and the least of one with it.
-                let (whole, critical) = if drawn {
-                    let own = planes::get(strength, axis as usize, i).map_or(0.0, twice_strain_at);
-                    (own, own)
-                } else {
-                    (0.0, system.direction(axis, j).critical)
-                };
-                let Some((&q, rest)) = words.split_first() else { return false };
-                let q = real(q);
-                sound &= (q == whole) | (q == FAILED) | ((q > critical) & (q <= largest));
-                words = rest;
-                sound &= takes_numbers(&mut words, if slack { 2 } else { 0 });
-                sound &= takes_numbers(&mut words, if viscous { 2 } else { 0 });
-            }
-        }
+        image::traverse(&system.layout, j, |place| {
+            sound &= can_be(system, j, place, f64::from_bits(reader.word()));
+        });
     }
-    sound && words.iter().all(|flags| u64::from_le_bytes(*flags) <= u64::from(u32::MAX))
+    for _ in 0..system.arrays.flags.len() {
+        sound &= reader.word() <= u64::from(u32::MAX);
+    }
+    reader.sound &= sound;
 }
 
-/// Takes so many words off the front. Whether they are numbers that a fabric can have.
-fn takes_numbers(words: &mut &[[u8; 8]], count: usize) -> bool {
-    let Some((numbers, rest)) = words.split_at_checked(count) else { return false };
-    *words = rest;
-    numbers.iter().all(|&word| (-LOST..=LOST).contains(&real(word)))
-}
-
-/// Takes the words of row j, which are sound, off the front. Returns whether a history has changed.
-fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
-    let mut changed = false;
-    let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
-    let (across, layout) = (system.layout.x.segments(), system.layout);
-    let row = planes::row_mut(system.arrays.rows.hot, chunks, j);
-    let history = planes::row_mut(system.arrays.rows.history, chunks, j);
-    let owed = planes::row_mut(system.arrays.rows.owed, chunks, j);
-    if let Some(been_slack) = system.arrays.rows.been_slack.get_mut(j) {
-        let Some((&word, rest)) = words.split_first() else { return true };
-        (*been_slack, *words) = (u64::from_le_bytes(word) as u32, rest);
-    }
-    let past = planes::row_mut(system.arrays.rows.past, chunks, j);
-    let slid = system.arrays.rows.slid.get_mut(j * chunks..(j + 1) * chunks).unwrap_or_default();
-    let verticals = layout.has_verticals(j);
-    for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
-        #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
-        for lane in 0..CHUNK.min(nx.saturating_sub(c * CHUNK)) {
-            let i = c * CHUNK + lane;
-            let Some((node, rest)) = words.split_first_chunk::<6>() else { return true };
-            *words = rest;
-            for (plane, &word) in hot.iter_mut().zip(node) {
-                plane[lane] = real(word);
-            }
-            if let Some(slid) = slid.get_mut(c) {
-                let Some((&word, rest)) = words.split_first() else { return true };
-                (slid[lane], *words) = (real(word), rest);
-            }
-            if let Some(past) = past.get_mut(c) {
-                let Some(([x, y], rest)) = words.split_first_chunk() else { return true };
-                (past[MOMENT][lane], past[MOMENT + 1][lane]) = (real(*x), real(*y));
-                *words = rest;
-            }
-            for (axis, exists) in [(0, i < across), (1, verticals)] {
-                if !exists {
-                    continue;
-                }
-                let Some((&largest, rest)) = words.split_first() else { return true };
-                let largest = real(largest);
-                changed |= history[axis][lane] != largest;
-                history[axis][lane] = largest;
-                *words = rest;
-                if let Some(owed) = owed.get_mut(c) {
-                    let Some(([energy, given], rest)) = words.split_first_chunk() else { return true };
-                    (owed[axis][lane], owed[GIVEN + axis][lane]) = (real(*energy), real(*given));
-                    *words = rest;
-                }
-                if let Some(past) = past.get_mut(c) {
-                    let Some(([twice_strain, stress], rest)) = words.split_first_chunk() else { return true };
-                    (past[axis][lane], past[VISCOUS_STRESS + axis][lane]) = (real(*twice_strain), real(*stress));
-                    *words = rest;
-                }
-            }
-        }
-    }
-    changed
-}
-
-/// A word of an image as a number.
+/// Whether a simulation can have a number: motion whose energy is finite, with held nodes at rest where they
+/// do not slide; histories such as there are.
 #[inline(always)]
-fn real(word: [u8; 8]) -> f64 {
-    f64::from_bits(u64::from_le_bytes(word))
+fn can_be(system: &System<'_>, j: usize, place: Place, number: f64) -> bool {
+    match place.array {
+        Array::Hot => {
+            let held = || system.arrays.rows.runs.get(j).is_some_and(|run| in_runs(run, place.i));
+            let moves = place.plane >= SPEED_X && number != 0.0;
+            number.abs() <= LARGEST_MOTION && !(moves && !system.layout.has(Feature::Clamps) && held())
+        }
+        Array::Slid => (0.0..=LET_GO).contains(&number),
+        Array::Past | Array::Owed => number.abs() <= LOST,
+        Array::History => {
+            let axis = if place.plane == 0 { Axis::Horizontal } else { Axis::Vertical };
+            // Of a segment without damage, and the least of one with it.
+            let (whole, critical) = if system.layout.has(Feature::Strength) {
+                let strength = planes::row(system.arrays.rows.strength, system.layout.chunks, j);
+                let own = planes::get(strength, place.plane, place.i).map_or(0.0, twice_strain_at);
+                (own, own)
+            } else {
+                (0.0, system.direction(axis, j).critical)
+            };
+            // A segment breaks long before: only one that was broken beforehand has such a history.
+            let damaged = number > critical && number <= twice_strain_at(LARGEST_STRETCH);
+            number == whole || number == FAILED || damaged
+        }
+    }
+}
+
+/// Takes the words of row j, which are sound. Returns whether a history has changed.
+fn read_row(system: &mut System<'_>, j: usize, reader: &mut Reader<'_>) -> bool {
+    if let Some(been_slack) = system.arrays.rows.been_slack.get_mut(j) {
+        *been_slack = reader.word() as u32;
+    }
+    let (mut changed, mut numbers) = (false, system.arrays.rows.numbers_mut());
+    image::traverse(&system.layout, j, |place| {
+        let read = f64::from_bits(reader.word());
+        if let Some(number) = numbers[place.array as usize].get_mut(place.at) {
+            changed |= place.array == Array::History && *number != read;
+            *number = read;
+        }
+    });
+    changed
 }
 
 /// Bytes that are no image, or not an unchanged one.
@@ -276,7 +213,7 @@ mod tests {
     use super::*;
     use crate::body::projectile::{Body, Motion};
     use crate::ground::error::Failure;
-    use crate::memory::layout::{STATE_WORDS, frame_words};
+    use crate::memory::image::frame_words;
     use crate::tests::{AT_REST, saved, sheet, sim, torn_by_a_sphere, word_of};
     use std::vec::Vec;
 
@@ -386,13 +323,13 @@ mod tests {
         check(at, u64::from(u32::MAX) + 1, false);
         assert_eq!(8 * (at + 2), image.len());
         // The last bit of a number, a count or a flag is seen by the digest, but in what would tell of the
-        // first contact (step, direction, energy), of four outcomes (step, work) and of a rebound (work),
-        // were there any.
-        let seen = (HEADER_WORDS..frame_words(layout.has) - 1).filter(|&at| {
+        // first contact (step, direction, energy) and of five outcomes (step, work), were there any.
+        let state = HEADER_WORDS..frame_words(layout.has) - 1;
+        let seen = state.clone().filter(|&at| {
             sim.load(&forged(&image, at, word_of(&image, at) ^ 1)).unwrap();
             sim.digest() != first
         });
-        assert_eq!(seen.count(), STATE_WORDS - (1 + 3 + 1) - 4 * 2 - 1);
+        assert_eq!(seen.count(), state.len() - (1 + 3 + 1) - 5 * 2);
     }
 
     #[test]

@@ -54,13 +54,16 @@ const LOOPS: [&str; 10] = [
     "<fabric_kernel::scene::parts::Scene>::check",
     "fabric_kernel::scene::features::",
     "fabric_kernel::scene::fields::lookup::check",
-    "fabric_kernel::scene::fields::lookup::fingerprint_words",
+    "fabric_kernel::sim::fingerprint::fingerprint",
     "fabric_capi::sizes::put_scene",
     "fabric_capi::sizes::read_scene",
     "<fabric_kernel::scene::fields::row::Field>::word",
     "<fabric_kernel::scene::fields::row::Field>::set_word",
     "<fabric_capsule::",
 ];
+
+/// What calls the visitors of the scalar state through pointers, and what is called.
+const VISITED: [&str; 2] = ["memory::state::", " as fabric_kernel::memory::state::Visitor>::"];
 
 /// The deepest chain of every exported `fk_*` function, deepest first.
 pub fn chains(library: &Path) -> Result<Vec<Chain>, String> {
@@ -78,12 +81,15 @@ pub fn chains(library: &Path) -> Result<Vec<Chain>, String> {
             && held.values().any(|place| place == *address)
     };
     let table: Vec<u64> = functions.iter().filter(of_table).map(|(address, _)| *address).collect();
+    let visitors = functions.iter().filter(|(_, function)| function.name.contains(VISITED[1]));
+    let visitors: Vec<u64> = visitors.map(|(address, _)| *address).collect();
     let pointers: Vec<(&str, Vec<u64>)> =
         POINTERS.iter().map(|(from, to)| (*from, to.iter().flat_map(|name| named(name)).collect())).collect();
     for function in functions.values_mut().filter(|function| function.pointers) {
         match pointers.iter().find(|(from, _)| *from == function.name) {
             Some((_, to)) => function.calls.extend(to),
             None if LOOPS.iter().any(|start| function.name.starts_with(start)) => function.calls.extend(&table),
+            None if function.name.contains(VISITED[0]) => function.calls.extend(&visitors),
             // Start-up code of the linker: no fk_* function calls it, or its frame would be missing.
             None if function.frame == 0 => {}
             None => return Err(format!("{} calls through a pointer: say in stack.rs what it can be", function.name)),

@@ -1,8 +1,7 @@
-//! What is read off the whole table: places of parameters, the check of each number by itself, and the
-//! fingerprint of a scene.
+//! What is read off the whole table: places of parameters, and the check of each number by itself.
 
 use crate::ground::error::{Error, unit_quaternion};
-use crate::scene::fields::row::{Field, Image, Place, Range};
+use crate::scene::fields::row::{Field, Place, Range};
 use crate::scene::fields::table::FIELDS;
 use crate::scene::parts::Scene;
 
@@ -41,45 +40,4 @@ pub fn check(scene: &Scene) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// Shows the words of a scene's fingerprint, in their order. `dt`: the step in use, s.
-#[inline(never)]
-pub fn fingerprint_words(scene: &Scene, dt: f64, take: &mut impl FnMut(u64)) {
-    let mut copy = *scene;
-    for field in FIELDS {
-        let elements = match field.image {
-            Image::Always => field.size(),
-            Image::WhereRead => (field.read)(scene).min(field.size()),
-            Image::StepInUse => {
-                take(dt.to_bits());
-                0
-            }
-            Image::Later(_) | Image::LaterWhereRead | Image::Never => 0,
-        };
-        (0..elements).for_each(|element| take(field.word(&mut copy, element)));
-    }
-    for (k, field) in FIELDS.iter().enumerate() {
-        let read = (field.read)(scene).min(field.size());
-        let shares = |other: &&Field| other.image == field.image;
-        match field.image {
-            Image::LaterWhereRead => (0..read).for_each(|element| take(field.word(&mut copy, element))),
-            Image::Later(_) if FIELDS.iter().take(k).any(|other| shares(&other)) => {} // shown with the first
-            Image::Later(tag) if field.is_real() => {
-                let used = (0..read).any(|element| field.value_of(field.word(&mut copy, element)) != 0.0);
-                if used {
-                    take(tag);
-                    (0..read).for_each(|element| take(field.word(&mut copy, element)));
-                }
-            }
-            Image::Later(tag) if read > 0 => {
-                let bits = FIELDS.iter().filter(shares).enumerate();
-                let sum = bits.map(|(bit, other)| other.word(&mut copy, 0) << bit).sum::<u64>();
-                if sum > 0 {
-                    take(tag + sum);
-                }
-            }
-            _ => {}
-        }
-    }
 }

@@ -12,12 +12,12 @@ mod row;
 mod table;
 
 pub use choices::{ATTACHMENT, CHOICES, Choice, DRAW, DRIVE, INTEGRATOR, ROTATION, SHAPE, STEP_CHECK, STRENGTH_DRAW};
-pub use lookup::{SLOTS, check, field, fingerprint_words, slot_of};
+pub use lookup::{SLOTS, check, field, slot_of};
 pub use quantities::{
     ANGLE, ANGULAR_VELOCITY, ANY_SIGN, AREA, DAMAGE_SLOPE, DURATION, FORCE, INERTIA, LENGTH, MASS, MODULUS, POSITION,
     QUATERNION, Quantity, RATIO, STRAIN_RATE, VELOCITY, quantity,
 };
-pub use row::{Field, Image, Place, Range};
+pub use row::{Field, Place, Range};
 pub use table::{FIELDS, GROUPS};
 
 #[cfg(test)]
@@ -125,38 +125,6 @@ mod tests {
                 assert!(FIELDS[first..=k].iter().all(|field| of_it(&field)), "{} stands apart", row.name);
             }
         }
-    }
-
-    /// Words of the fingerprint that tell one option from all others. Rows of one word are flags, which share
-    /// its low bits.
-    #[test]
-    fn options_have_words_of_their_own() {
-        let mut taken = Vec::new();
-        for (k, row) in FIELDS.iter().enumerate() {
-            let Image::Later(tag) = row.image else { continue };
-            let sharing: Vec<_> = FIELDS.iter().filter(|other| other.image == row.image).collect();
-            let flags = sharing.iter().all(|other| matches!(other.place, Place::Flag(_)));
-            assert!(sharing.len() == 1 || flags, "{}: its word is that of another row", row.name);
-            let last = match row.place {
-                Place::Choice(choice, ..) => tag + choice.items.len() as u64 - 1,
-                Place::Flag(_) => tag + (1 << sharing.len()) - 1,
-                _ => tag,
-            };
-            let first = if row.is_real() { tag } else { tag + 1 };
-            if FIELDS[..k].iter().all(|other| other.image != row.image) {
-                let apart = |&(from, to): &(u64, u64)| last < from || to < first;
-                assert!(taken.iter().all(apart), "{}: its words are those of another row", row.name);
-                taken.push((first, last));
-            }
-        }
-    }
-
-    /// A row that always counts changes the fingerprint, and so every digest, of all scenes: none may join
-    /// these.
-    #[test]
-    fn no_more_rows_count_always() {
-        let mut always = FIELDS.iter().filter(|row| row.image == Image::Always).map(|row| row.name);
-        assert_eq!(always.clone().count(), 30, "a new parameter is Image::Later: {:?}", always.next_back());
     }
 
     #[test]

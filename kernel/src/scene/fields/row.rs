@@ -42,26 +42,6 @@ pub enum Range {
     UnitQuaternion,
 }
 
-/// How a parameter enters the fingerprint of a scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Image {
-    /// Always.
-    Always,
-    /// As far as the scene reads it.
-    WhereRead,
-    /// Only where it is not 0, after all others: first this word, plus the value of a count or choice, then
-    /// the bits of real numbers. Rows with the same word share one. So a scene without the option has the
-    /// fingerprint it had before there was one.
-    Later(u64),
-    /// As far as the scene reads it, after all others.
-    LaterWhereRead,
-    /// Not itself, but the step in use.
-    StepInUse,
-    /// Not at all: an image holds the present motion, and fits whatever room there is and however the step
-    /// was asked for.
-    Never,
-}
-
 /// One row of the table.
 #[derive(Clone, Copy)]
 pub struct Field {
@@ -75,8 +55,9 @@ pub struct Field {
     pub range: Range,
     /// How many of its elements the scene reads.
     pub read: fn(&Scene) -> usize,
-    /// How it enters the fingerprint.
-    pub image: Image,
+    /// Whether an image fits only scenes with the same value, see
+    /// [`fingerprint`](crate::sim::fingerprint::fingerprint).
+    pub in_fingerprint: bool,
     /// Value reference in the FMUs, of its first element. Never changes once released.
     pub fmi: u32,
     /// Meaning, and what else holds.
@@ -208,7 +189,7 @@ impl Field {
         Field { read, ..self }
     }
 
-    pub(super) const fn image(self, image: Image) -> Field {
-        Field { image, ..self }
+    pub(super) const fn not_in_fingerprint(self) -> Field {
+        Field { in_fingerprint: false, ..self }
     }
 }

@@ -1,0 +1,122 @@
+//! What an image holds of a simulation, in this order: header, scalar state (`state.rs`), row by row the
+//! numbers of its nodes and segments, bits of contact, checksum.
+//!
+//! Method: one traversal of a row, by two tables; the image is counted by the tables and written, hashed,
+//! checked and read along the traversal. Limits: a number is its 64 bits, so images agree on every target.
+
+use crate::body::projectile::Body;
+use crate::ground::planes::{CHUNK, HISTORY_PLANES, HOT_PLANES, MOMENT, OWED_PLANES, PAST_PLANES, VISCOUS_STRESS};
+use crate::memory::layout::Layout;
+use crate::memory::state::{State, Visitor};
+use crate::scene::features::{Feature, Features};
+use crate::sheet::slack::GIVEN;
+
+/// Words before the state: name, version of the format, fingerprint of the scene, number of words.
+pub(crate) const HEADER_WORDS: usize = 4;
+
+/// Array whose numbers an image holds, as [`RowArrays::numbers`](crate::memory::arrays::RowArrays) has them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Array {
+    Hot,
+    Slid,
+    Past,
+    History,
+    Owed,
+}
+
+/// Planes of each array.
+const PLANES: [usize; 5] = [HOT_PLANES, 1, PAST_PLANES, HISTORY_PLANES, OWED_PLANES];
+
+/// Planes of an array that an image holds, with the feature that keeps the array; none: it is always kept.
+type Entry = (Array, Option<Feature>, &'static [usize]);
+
+/// Numbers of a node: displacement and velocity, distance slid, moments.
+const NODE: [Entry; 3] = [
+    (Array::Hot, None, &[0, 1, 2, 3, 4, 5]),
+    (Array::Slid, Some(Feature::Clamps), &[0]),
+    (Array::Past, Some(Feature::Viscosity), &[MOMENT, MOMENT + 1]),
+];
+
+/// Numbers of a segment: history, energy owed and stress given, strain and viscous stress of the last pass.
+/// Planes of the horizontal one; those of the vertical one follow.
+const SEGMENT: [Entry; 3] = [
+    (Array::History, None, &[0]),
+    (Array::Owed, Some(Feature::Slack), &[0, GIVEN]),
+    (Array::Past, Some(Feature::Viscosity), &[0, VISCOUS_STRESS]),
+];
+
+/// Place of a number.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    pub array: Array,
+    pub plane: usize,
+    /// Column of the node.
+    pub i: usize,
+    /// Index in the array.
+    pub at: usize,
+}
+
+/// Whether a scene has what an entry is about.
+#[inline(always)]
+fn keeps(layout: &Layout, (_, feature, _): &Entry) -> bool {
+    feature.is_none_or(|feature| layout.has(feature))
+}
+
+/// Shows the place of each number of row j that an image holds, in order.
+#[inline(always)]
+pub(crate) fn traverse(layout: &Layout, j: usize, mut visit: impl FnMut(Place)) {
+    let verticals = layout.has_verticals(j);
+    for i in 0..layout.nodes_x {
+        NODE.iter().for_each(|entry| show(layout, entry, [i, j], 0, &mut visit));
+        for (axis, exists) in [(0, i < layout.x.segments()), (1, verticals)] {
+            if exists {
+                SEGMENT.iter().for_each(|entry| show(layout, entry, [i, j], axis, &mut visit));
+            }
+        }
+    }
+}
+
+/// Shows the places of an entry of node (i, j), or of its segment along an axis.
+#[inline(always)]
+fn show(layout: &Layout, entry: &Entry, [i, j]: [usize; 2], axis: usize, visit: &mut impl FnMut(Place)) {
+    let &(array, _, planes) = entry;
+    if keeps(layout, entry) {
+        for plane in planes {
+            let (plane, chunk) = (plane + axis, j * layout.chunks + i / CHUNK);
+            let at = (chunk * PLANES[array as usize] + plane) * CHUNK + i % CHUNK;
+            visit(Place { array, plane, i, at });
+        }
+    }
+}
+
+/// Words of an image. None: more than there can be.
+pub(crate) fn words(layout: &Layout) -> Option<usize> {
+    let vertical = layout.nodes_x.checked_mul(layout.y.segments())?.checked_mul(layout.plies)?;
+    let segments = layout.x.segments().checked_mul(layout.nodes_y)?.checked_add(vertical)?;
+    let of = |table: &[Entry]| -> usize {
+        table.iter().filter(|entry| keeps(layout, entry)).map(|(.., planes)| planes.len()).sum()
+    };
+    let been_slack = if layout.has(Feature::Slack) { layout.nodes_y } else { 0 };
+    let flags = if layout.has(Feature::Detachment) { layout.nodes().div_ceil(32) } else { 0 };
+    let numbers = layout.nodes().checked_mul(of(&NODE))?.checked_add(segments.checked_mul(of(&SEGMENT))?)?;
+    numbers.checked_add(been_slack)?.checked_add(flags)?.checked_add(frame_words(layout.has))
+}
+
+/// Words of an image in addition to rows and bits of contact: header, scalar state and checksum.
+pub fn frame_words(has: Features) -> usize {
+    let mut counter = Counter(0);
+    State::at_start(Body::AT_REST).visit(has, &mut counter);
+    HEADER_WORDS + counter.0 + 1
+}
+
+/// Number of the words of a state.
+struct Counter(usize);
+
+impl Visitor for Counter {
+    fn count(&mut self, _: &mut u64) {
+        self.0 += 1;
+    }
+    fn real(&mut self, _: &mut f64) {
+        self.0 += 1;
+    }
+}
