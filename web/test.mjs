@@ -292,7 +292,7 @@ const tests = {
       ["#x=500&speed=-50&seed=3", /speed=-50 \(.*\), x=500 \(.*does not meet the sheet/, ["seed", "3"]],
       ["#colour=red&radius=-9000", /radius.*; it is -9 m Left out of the link: colour=red/, ["radius", "-9000"]],
       ["#colour=red&shape=disc_sector&radius=0", /Left out of the link: colour=red/, ["radius", "0"]],
-      ["#colour=red&friction=-1", /friction.*; it is -1 Left out of the link: colour=red/, ["friction", "-1"]],
+      ["#colour=red&friction=-1", /friction.*; it is -1, must be at least 0.* Left out of the link: colour=red/, ["friction", "-1"]],
     ]) {
       const page = await open(hash);
       await page.waitForFunction(() => /Ready|refuses/.test(document.getElementById("outcome").textContent));
@@ -312,7 +312,7 @@ const tests = {
   },
 
   async "keeps the last picture when a change is refused"() {
-    for (const [field, value, message] of [["friction", "-1", /friction.*; it is -1$/], ["radius", "-1", /radius.*; it is -1e-3 m$/], ["speed", "0", /takes 0.1/]]) {
+    for (const [field, value, message] of [["friction", "-1", /friction.*; it is -1, must be at least 0/], ["radius", "-1", /radius.*; it is -1e-3 m$/], ["speed", "0", /takes 0.1/]]) {
       const page = await open();
       await says(page, /Ready/);
       await page.selectOption("#pace", "10");

@@ -10,7 +10,6 @@ use crate::log::{Category, Line, Log, Status, line};
 use crate::memory::Block;
 use crate::parameters::Parameters;
 use crate::table::{Id, MOST_ELEMENTS, PLIES_SHOWN, Role, VARIABLES, Variable};
-use core::fmt::Write;
 use fabric_capsule::Call;
 use fabric_kernel::Solid;
 use fabric_kernel::TEST_INTERVAL;
@@ -159,46 +158,20 @@ impl Instance {
         self.refuse_as(category, &line(format_args!("{field}{between}{reason}")))
     }
 
+    /// Refuses by the kernel's words, with the name that the field's variable has here. The end of the
+    /// kernel's path is where the host's motion leads.
     fn refuse_error(&self, category: Category, error: &Error) -> Status {
-        // The end of the kernel's path is where the host's motion leads.
-        let field = match error.field {
-            "path.position" => "projectile.position",
-            "path.velocity" => "projectile.velocity",
-            "path.orientation" => "projectile.orientation",
-            "path.angular_velocity" => "projectile.angular_velocity",
-            field => field,
-        };
-        self.refuse_as(category, &Error { field, ..*error }.text())
-    }
-
-    /// Refuses a scene: the field by the name that its variable has here.
-    fn refuse_scene(&self, error: Error) -> Status {
-        let known = VARIABLES.iter().find(|variable| variable.field().is_some_and(|field| field.name == error.field));
-        if let Some(variable) = known
-            && error.code == Code::OutOfRange
-            && !variable.contains(error.value)
-        {
-            return self.refuse_range(variable, error.value);
-        }
-        let field = known.map_or(error.field, |variable| variable.name);
-        let more = match error.code {
-            Code::InitialOverlap => "; the sheet lies in the plane z = 0 of sheet.position and sheet.orientation",
-            _ => "",
-        };
-        self.refuse(&line(format_args!("{}{more}", Error { field, ..error }.text())))
+        let known = VARIABLES.iter().find(|variable| match error.field.strip_prefix("path.") {
+            Some(name) => variable.name.strip_prefix("projectile.") == Some(name),
+            None => variable.field().is_some_and(|field| field.name == error.field),
+        });
+        self.refuse_as(category, &Error { field: known.map_or(error.field, |known| known.name), ..*error }.text())
     }
 
     /// Refuses a value outside the range that the description names.
     fn refuse_range(&self, variable: &Variable, value: f64) -> Status {
-        let [least, greatest] = variable.limits();
-        let mut line = line(format_args!("{}: out of range; it is {}", variable.name, number(value)));
-        if least.is_finite() {
-            let _ = write!(line, ", at least {}", number(least));
-        }
-        if greatest.is_finite() {
-            let _ = write!(line, ", at most {}", number(greatest));
-        }
-        self.refuse(&line)
+        let error = Error::new(Code::OutOfRange, variable.name, value, 0.0);
+        self.refuse(&error.text_within(Some(variable.limits())))
     }
 
     /// Times of the experiment.
@@ -258,7 +231,7 @@ impl Instance {
                 Ok(())
             }
             (Ok(_), Some((variable, value))) => Err(self.refuse_range(variable, value)),
-            (Err(Trouble::Refused(error)), _) => Err(self.refuse_scene(error)),
+            (Err(Trouble::Refused(error)), _) => Err(self.refuse_error(Category::Error, &error)),
             (Err(Trouble::OutOfMemory(bytes)), _) => Err(self.out_of_memory(bytes)),
         }
     }

@@ -28,7 +28,7 @@ impl Instance {
     pub fn save(&mut self, given: *mut Saved) -> Result<*mut Saved, Status> {
         let image = self.begun().map_or(0, |running| running.sim.snapshot_bytes());
         if let Some(failure) = self.begun().and_then(|running| running.sim.failure()) {
-            return Err(self.refuse(failure.code().text().to_str().unwrap_or("")));
+            return Err(self.refuse(failure.code().words()));
         }
         let reused = self.states.find(given);
         if reused.is_none() && !given.is_null() {

@@ -77,7 +77,7 @@ pub use body::path::{Path, exponential};
 pub use body::projectile::{Body, Inertia, Motion};
 pub use body::shape::Solid;
 pub use body::{pose, prism};
-pub use ground::error::{Code, Error, Failure, number};
+pub use ground::error::{Code, Error, Failure};
 pub use ground::hash::Hash;
 pub use ground::lanes::{CacheLine, InstructionSet};
 pub use ground::math;
@@ -90,6 +90,7 @@ pub use scene::parts::{
     MAX_FACES, MAX_NODES_PER_SIDE, MAX_PLIES, Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet,
     Stack, StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
+pub use scene::sentence::number;
 pub use sheet::textile::{self, TEXTILE_VISCOSITY, Textile, Threads};
 pub use sim::outputs;
 pub use sim::simulation::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};

@@ -1,6 +1,5 @@
 //! Refusals and failures as Python's exceptions.
 
-use fabric_kernel::fields::field;
 use fabric_scene::BadKey;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
@@ -24,19 +23,9 @@ create_exception!(
 pub fn of(error: fabric_kernel::Error) -> PyErr {
     let code = format!("{:?}", error.code);
     if error.code.number() > -50 {
-        let mut text = error.text().to_string();
-        let limits = field(error.field).map(|field| field.limits());
-        if let (fabric_kernel::Code::OutOfRange, Some([least, greatest])) = (error.code, limits)
-            && !(least..=greatest).contains(&error.value)
-        {
-            text += &format!("; it goes from {least} to {greatest}");
-        }
-        if !error.value.is_finite() {
-            text += &format!(" (given {})", error.value);
-        }
-        return refused([error.field, error.with], &code, text, [error.value, error.limit]);
+        return refused([error.field, error.with], &code, error.to_string(), [error.value, error.limit]);
     }
-    let failed = Failed::new_err(error.text().to_string());
+    let failed = Failed::new_err(error.to_string());
     with(failed, |failed| failed.setattr("code", code))
 }
 

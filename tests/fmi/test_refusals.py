@@ -21,7 +21,7 @@ REFUSED = [
     ({"projectile.start.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a node lies inside the projectile"),
     ({"projectile.start.velocity": [0.0, 0.0, 5e4]}, "in a step; the largest step for this motion is"),
     ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 1.0886e-3, "attachment.disc_radius": 4e-4}, "holds no node"),
-    ({"attachment.kind": 9}, "attachment.kind: out of range; it is 9, at least 0, at most 3"),
+    ({"attachment.kind": 9}, "attachment.kind: out of range; it is 9, must be at least 0 and at most 3"),
     ({"drive": 2}, "drive"),
     ({"contact.friction": 0.2, "integrator.kind": 1}, "contact.friction: does not go with another field: integrator.kind"),
 ]

@@ -178,7 +178,7 @@ def test_arguments_are_named():
         (lambda: fk.Scene().aimed(velocity=80), "velocity: must be 3 numbers"),
         (lambda: fk.Scene().aimed(orientation=(1.0, 0.0)), "orientation: must be 4 numbers"),
         (lambda: fk.Scene().aimed((15.0, 15.0)), "point: .15, 15. m lies beside the sheet"),
-        (lambda: fk.Scene(sheet={"nodes_x": 1}).check(), "sheet.nodes_x: out of range; it is 1; it goes from"),
+        (lambda: fk.Scene(sheet={"nodes_x": 1}).check(), "sheet.nodes_x: out of range; it is 1, must be at least 2 and at most"),
     ):
         with pytest.raises(fk.Refused, match=told):
             call()

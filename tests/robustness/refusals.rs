@@ -195,10 +195,10 @@ fn a_refusal_names_the_field_that_its_limit_follows_from() {
     let equilibrium = "sheet.pre_strain: pre-tension without equilibrium: an edge that is not held, or segments sampled one by one: see attachment.kind";
     for (changes, text) in [
         (&[("back.plies", 2.0)] as &Changes, "back.plies: out of range; it is 2: see stack.plies"),
-        (&[("sheet.spacing_y", 0.1)], "sheet.spacing_y: out of range; it is 1e-1: see sheet.spacing"),
+        (&[("sheet.spacing_y", 0.1)], "sheet.spacing_y: out of range; it is 1e-1 m: see sheet.spacing"),
         (&[("projectile.mass", 1e-9)], "projectile.mass: projectile lighter than a node: see sheet.node_mass"),
         (&[("yarn.damage_a", 2.0)], "yarn.damage_a: out of range; it is 2: see yarn.damage_b"),
-        (rate, "yarn.rate_limit: out of range; it is 1: see yarn.rate_reference"),
+        (rate, "yarn.rate_limit: out of range; it is 1 1/s: see yarn.rate_reference"),
         (&[("attachment.kind", 3.0), ("sheet.pre_strain[0]", 0.01)], equilibrium),
     ] {
         assert_eq!(changed("sphere", changes).check().unwrap_err().text().as_str(), text);

@@ -36,14 +36,14 @@ const problem = element("problem", HTMLElement);
 /** Least and most of what the page itself limits: 501 x 501 nodes take some 60 MB. */
 const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], rows: [0, 501], bar: [1, 100], curve: [0, 1e6], casing: [0, 1e6], plies: [1, 1000], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3], oblique: [-80, 80], speed: [0.1, 1e6], mass: [1e-3, 1e6] };
 const WHOLE: (keyof Choices)[] = ["nodes", "rows", "bar", "plies", "seed"];
-/** The field of the form that a parameter of the kernel comes from, and the parameter's unit in the kernel. */
-const FIELDS: [string, keyof Choices, string][] = [
-  ["projectile.sector.inner_radius", "bore", "m"], ["projectile.sector.outer_radius", "radius", "m"], ["projectile.sector.angle", "angle", "rad"],
-  ["projectile.sector.thickness", "length", "m"], ["projectile.radius", "radius", "m"], ["projectile.length", "length", "m"], ["projectile.mass", "mass", "kg"],
-  ["projectile.velocity", "speed", "m/s"], ["contact.friction", "friction", ""], ["projectile.position", "x", "m"], ["projectile.orientation", "tiltX", ""],
-  ["projectile.size", "edgeX", "m"],
-  ["attachment.hold", "hold", "N"], ["attachment.grip", "grip", "m"], ["attachment.strength", "strength", "N"], ["attachment", "attachment", ""], ["sheet.plies", "plies", ""], ["sheet.radius", "curve", "m"], ["sheet.closed", "closed", ""], ["sheet.nodes_y", "rows", ""],
-  ["casing.radius", "casing", "m"], ["casing.window_angle", "windowHalfAngle", "rad"], ["casing.window_place", "windowHalfY", "m"], ["sheet", "nodes", ""],
+/** Field of the form that a parameter of the kernel comes from. */
+const FIELDS: [string, keyof Choices][] = [
+  ["projectile.sector.inner_radius", "bore"], ["projectile.sector.outer_radius", "radius"], ["projectile.sector.angle", "angle"],
+  ["projectile.sector.thickness", "length"], ["projectile.radius", "radius"], ["projectile.length", "length"], ["projectile.mass", "mass"],
+  ["projectile.velocity", "speed"], ["contact.friction", "friction"], ["projectile.position", "x"], ["projectile.orientation", "tiltX"],
+  ["projectile.size", "edgeX"],
+  ["attachment.hold", "hold"], ["attachment.grip", "grip"], ["attachment.strength", "strength"], ["attachment", "attachment"], ["sheet.plies", "plies"], ["sheet.radius", "curve"], ["sheet.closed", "closed"], ["sheet.nodes_y", "rows"],
+  ["casing.radius", "casing"], ["casing.window_angle", "windowHalfAngle"], ["casing.window_place", "windowHalfY"], ["sheet", "nodes"],
 ];
 
 /** What the form says, and what the picture shows: the last scene that was taken. */
@@ -323,10 +323,10 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       view?.make(data.nodes, shown, side.value as Side);
       return;
     case "refused": {
-      const [, field = "", unit = ""] = FIELDS.find(([start]) => data.field.startsWith(start)) ?? [];
+      const [, field = ""] = FIELDS.find(([start]) => data.field.startsWith(start)) ?? [];
       // Of a box the least edge is refused.
       const least = (["edgeX", "edgeY", "length"] as const).reduce((a, b) => (choices[b] < choices[a] ? b : a));
-      return refuse(field === "edgeX" ? least : field, data.text.replace(/; it is [^\s:]+/, (value) => `${value} ${unit}`.trim()), "The kernel");
+      return refuse(field === "edgeX" ? least : field, data.text, "The kernel");
     }
     case "failed":
       running = false;

@@ -7,7 +7,6 @@
 
 use crate::ground::math;
 use core::ffi::CStr;
-use core::fmt::Write;
 
 /// Status numbers of the C interface. 0 is success, -1..-49 preconditions, -50..-99 numerical failures. Never
 /// reused. The constants of the C header, and their comments, are made from this list by
@@ -131,9 +130,14 @@ impl Code {
         self as i32
     }
 
-    /// What the code means, as a C string: one sentence fragment without a full stop.
+    /// Meaning of the code, as a C string: one sentence fragment without a full stop.
     pub fn text(self) -> &'static CStr {
         TEXTS.iter().find(|(code, _)| *code == self).map_or(c"", |(_, text)| text)
+    }
+
+    /// Meaning of the code: its text.
+    pub fn words(self) -> &'static str {
+        Code::ALL.iter().zip(&WORDS).find(|(code, _)| **code == self).map_or("", |(_, words)| words)
     }
 }
 
@@ -156,7 +160,10 @@ const TEXTS: [(Code, &CStr); 43] = [
     (Code::ProjectileTooLight, c"projectile lighter than a node"),
     (Code::ProjectileTooSmall, c"projectile smaller than the node spacing"),
     (Code::ProjectileTooFast, c"projectile crosses more than a node spacing in a step"),
-    (Code::InitialOverlap, c"a node lies inside the projectile"),
+    (
+        Code::InitialOverlap,
+        c"a node lies inside the projectile; the sheet lies in the plane z = 0 of sheet.position and sheet.orientation",
+    ),
     (Code::DiscsOverlap, c"corner discs overlap"),
     (Code::DiscTouchesProjectile, c"a corner disc reaches under the projectile"),
     (Code::WrongLength, c"array of the wrong length"),
@@ -187,8 +194,17 @@ const TEXTS: [(Code, &CStr); 43] = [
     (Code::NotConverged, c"the iteration of a step did not converge; take a smaller step"),
 ];
 
-/// The text of an error: at most 160 bytes, no allocation.
-pub type Text = heapless::String<160>;
+/// Each text as Rust has it.
+static WORDS: [&str; TEXTS.len()] = {
+    let (mut all, mut k) = ([""; TEXTS.len()], 0);
+    while k < all.len() {
+        if let Ok(words) = TEXTS[k].1.to_str() {
+            all[k] = words;
+        }
+        k += 1;
+    }
+    all
+};
 
 /// A request that was refused. Nothing changed.
 #[derive(Clone, Copy, PartialEq)]
@@ -234,108 +250,7 @@ impl Error {
     pub fn not_built(field: &'static str, feature: &'static str) -> Error {
         Error { with: feature, ..Error::plain(Code::NotBuilt, field) }
     }
-
-    /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`,
-    /// `sheet.plies: out of range; it is 0`, `image: buffer too short: it has 0 bytes, needed are 28216`,
-    /// `back.plies: out of range; it is 2: see stack.plies`,
-    /// `slack_balance: does not go with another field: integrator.kind`.
-    pub fn text(&self) -> Text {
-        let of_another_length = self.code == Code::ImageMalformed && self.limit != 0.0;
-        let reason = if of_another_length {
-            "snapshot image of another length"
-        } else {
-            self.code.text().to_str().unwrap_or("")
-        };
-        let (before, value, after) = match self.code {
-            Code::StepTooLarge => ("; the largest allowed is ", self.limit, " s"),
-            Code::ProjectileTooFast => ("; the largest step for this motion is ", self.limit, " s"),
-            Code::NotPositive | Code::OutOfRange if !self.field.is_empty() => ("; it is ", self.value, ""),
-            _ => ("", 0.0, ""),
-        };
-        let (value, linked) = (if before.is_empty() { Text::new() } else { number(value) }, !self.with.is_empty());
-        let link = match self.code {
-            _ if !linked => ["", "", "", ""],
-            Code::NotBuilt => [
-                " `",
-                "`, which this build lacks: fabric-kernel = { ..., features = [\"",
-                "\"] } in Cargo.toml",
-                self.with,
-            ],
-            Code::DoesNotGoWith => [": ", "", "", ""],
-            _ => [": see ", "", "", ""],
-        };
-        let mut text = Text::new();
-        // A text that does not fit is cut; the code and the field come first.
-        let colon = if self.field.is_empty() { "" } else { ": " };
-        let parts = [self.field, colon, reason, before, &value, after, link[0], self.with, link[1], link[3], link[2]];
-        parts.iter().for_each(|part| _ = text.push_str(part));
-        if of_another_length || self.code == Code::ShortBuffer && self.limit != 0.0 {
-            _ = write!(text, ": it has {} bytes, needed are {}", self.value as u64, self.limit as u64);
-        }
-        text
-    }
 }
-
-/// A number as a text: five digits, rounded towards zero (to 1e-12) so that a limit may be used as it stands.
-/// The library's formatting of a float would need panics and 20 KB of code.
-pub fn number(value: f64) -> Text {
-    let mut text = Text::new();
-    let _ = write_number(&mut text, value);
-    text
-}
-
-fn write_number(text: &mut Text, value: f64) -> core::fmt::Result {
-    if value == 0.0 || !value.is_finite() {
-        return text.write_str(if value == 0.0 {
-            "0"
-        } else if value.is_nan() {
-            "not a number"
-        } else {
-            "infinite"
-        });
-    }
-    let (mut size, mut exponent) = (if value < 0.0 { -value } else { value }, 0_i32);
-    while size >= 10.0 {
-        (size, exponent) = (size / 10.0, exponent + 1);
-    }
-    while size < 1.0 {
-        (size, exponent) = (size * 10.0, exponent - 1);
-    }
-    if value < 0.0 {
-        text.write_str("-")?;
-    }
-    // What the divisions may have rounded up or down is less than this: a whole number of digits stays one.
-    let digits = (size * 1e4 + 1e-8) as u64;
-    // Digit by digit: a width would take the formatter's padding, which calls through pointers.
-    write!(text, "{}", digits / 10_000)?;
-    let mut rest = digits % 10_000;
-    if rest > 0 {
-        text.write_str(".")?;
-    }
-    while rest > 0 {
-        write!(text, "{}", rest / 1000)?;
-        rest = rest % 1000 * 10;
-    }
-    match exponent {
-        0 => Ok(()),
-        _ if exponent < 0 => write!(text, "e-{}", -exponent as u64),
-        _ => write!(text, "e{}", exponent as u64),
-    }
-}
-
-impl core::fmt::Display for Error {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(&self.text())
-    }
-}
-
-impl core::fmt::Debug for Error {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(&self.text())
-    }
-}
-
-impl core::error::Error for Error {}
 
 /// The computation cannot go on. Latched: every call but reset, load and the counters repeats it. Of a sheet
 /// that is stepped in blocks (`step/blocks.rs`) some rows are then ahead of the step's start.
@@ -373,7 +288,7 @@ impl From<Failure> for Error {
 
 impl core::fmt::Display for Failure {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(self.code().text().to_str().unwrap_or(""))
+        f.write_str(self.code().words())
     }
 }
 
@@ -424,54 +339,6 @@ mod tests {
             assert_eq!(name.trim(), std::format!("{code:?}"));
             assert_eq!(number.trim_end_matches(','), std::format!("{}", -code.number()));
             assert!((-99..=-1).contains(&code.number()) && !code.text().is_empty());
-        }
-    }
-
-    #[test]
-    fn step_text_names_the_largest_step() {
-        let error = Error::new(Code::StepTooLarge, "dt", 3e-8, 2.6449971e-8);
-        assert_eq!(error.text().as_str(), "dt: time step too large; the largest allowed is 2.6449e-8 s");
-        let error = Error::new(Code::ProjectileTooFast, "projectile.velocity", 400.0, 1.8142857e-6);
-        let text = "projectile.velocity: projectile crosses more than a node spacing in a step; \
-                    the largest step for this motion is 1.8142e-6 s";
-        assert_eq!(error.text().as_str(), text);
-    }
-
-    #[test]
-    fn text_of_a_length_names_both_and_debug_is_the_text() {
-        let error = Error::new(Code::ShortBuffer, "memory", 64.0, 58_545_408.0);
-        assert_eq!(std::format!("{error:?}"), "memory: buffer too short: it has 64 bytes, needed are 58545408");
-        let cut = Error::new(Code::ImageMalformed, "image", 8.0, 28_216.0);
-        assert_eq!(cut.text().as_str(), "image: snapshot image of another length: it has 8 bytes, needed are 28216");
-        assert_eq!(
-            Error::plain(Code::ImageMalformed, "image").text().as_str(),
-            "image: no snapshot image, or an altered one"
-        );
-    }
-
-    #[test]
-    fn text_of_two_fields_names_both() {
-        let error = Error::beside("contact.friction", "integrator.kind");
-        assert_eq!(error.text().as_str(), "contact.friction: does not go with another field: integrator.kind");
-    }
-
-    #[test]
-    fn numbers_have_five_digits_and_are_rounded_towards_zero() {
-        for (value, expected) in [
-            (0.0, "0"),
-            (1e-17, "1e-17"),
-            (2.99999e-8, "2.9999e-8"),
-            (1.0, "1"),
-            (-0.05, "-5e-2"),
-            (12.345678, "1.2345e1"),
-            (1e6, "1e6"),
-            (1.0305e-300, "1.0305e-300"),
-            (f64::NAN, "not a number"),
-            (f64::NEG_INFINITY, "infinite"),
-            (f64::MAX, "1.7976e308"),
-            (5e-324, "4.9406e-324"),
-        ] {
-            assert_eq!(number(value).as_str(), expected);
         }
     }
 }

@@ -686,9 +686,14 @@ impl System<'_> {
         (0..ny).flat_map(move |j| (0..nx).map(move |i| (i, j)))
     }
 
-    /// The latched failure as an error, so that every call after it says the same.
+    /// Latched failure as an error, so that every call after it says the same.
     pub fn sound(&self) -> Result<(), Failure> {
         self.failure.map_or(Ok(()), Err)
+    }
+
+    /// Result of a step, whose failure is latched.
+    pub fn latch<T>(&mut self, result: Result<T, Failure>) -> Result<T, Failure> {
+        result.inspect_err(|failure| self.failure = Some(*failure))
     }
 }
 

@@ -3,3 +3,4 @@ pub mod fields;
 pub mod measures;
 pub mod parts;
 pub mod presets;
+pub mod sentence;

@@ -247,13 +247,8 @@ impl<'a> Sim<'a> {
     /// One step. After a failure: the same failure again.
     pub fn step(&mut self) -> Result<(), Failure> {
         self.system.sound()?;
-        match explicit::step_once(&mut self.system) {
-            Ok(()) => Ok(()),
-            Err(failure) => {
-                self.system.failure = Some(failure);
-                Err(failure)
-            }
-        }
+        let result = explicit::step_once(&mut self.system);
+        self.system.latch(result)
     }
 
     /// `steps` steps. Stops at the first failure.
@@ -272,13 +267,10 @@ impl<'a> Sim<'a> {
         if !Feature::Blocks.is_built() {
             return self.step().map(|()| 1);
         }
-        match blocks::step_block(&mut self.system, most) {
-            Ok(0) => self.step().map(|()| 1),
-            Ok(steps) => Ok(steps),
-            Err(failure) => {
-                self.system.failure = Some(failure);
-                Err(failure)
-            }
+        let steps = blocks::step_block(&mut self.system, most);
+        match self.system.latch(steps)? {
+            0 => self.step().map(|()| 1),
+            steps => Ok(steps),
         }
     }
 

@@ -18,9 +18,9 @@ pub const fn slot_of(row: usize) -> usize {
     slots
 }
 
-/// The row of a name.
+/// Row of a name. Compared byte by byte: whole strings are compared by `bcmp`, which not every target has.
 pub fn field(name: &str) -> Option<&'static Field> {
-    FIELDS.iter().find(|field| field.name == name)
+    FIELDS.iter().find(|field| field.name.bytes().eq(name.bytes()))
 }
 
 /// Refuses the first number, in the order of the table, that cannot be, whatever the others are. What the

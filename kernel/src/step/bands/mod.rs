@@ -228,8 +228,8 @@ impl Bands<'_, '_> {
             report = report.merged(unsafe { *cell.get() });
         }
         // SAFETY: as above.
-        if let Err(failure) = unsafe { plan.close(system, report) } {
-            system.failure = Some(failure);
+        let closed = unsafe { plan.close(system, report) };
+        if let Err(failure) = system.latch(closed) {
             self.failure.store(failure.code().number(), Ordering::Release);
             return Err(failure);
         }
