@@ -10,11 +10,9 @@
 #![allow(non_snake_case)] // the standard's names
 #![allow(clippy::missing_safety_doc)] // said once, above
 
-use crate::calls::{Handle, no_status, none_of_this_type, pass, unsupported};
-use crate::instance::Instance;
-use crate::kept::Phase;
+use crate::calls::{Handle, pass};
 use crate::log::Status;
-use crate::three::{get_none, set_none};
+use crate::operations::{get_none, get_none_in_2, no_status, set_none, unsupported};
 
 macro_rules! of_no_variable {
     ($answer:path; $($name:ident)*) => {$(
@@ -27,10 +25,6 @@ macro_rules! of_no_variable {
 }
 
 of_no_variable! { get_none_in_2; fmi2GetString }
-
-fn get_none_in_2(instance: &mut Instance, function: &str, count: usize) -> Status {
-    none_of_this_type(instance, function, Phase::READABLE_IN_2, count)
-}
 
 of_no_variable! { get_none;
     fmi3GetFloat32 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetUInt32 fmi3GetUInt64

@@ -10,13 +10,12 @@
 #![allow(non_snake_case)] // the standard's names
 #![allow(clippy::missing_safety_doc)] // said once, above
 
-use crate::calls::{self, Handle, Text, Version, array, array_mut, create, enter};
+use crate::calls::{self, Handle, Text, array, array_mut, enter, functions_of_states, pass};
 use crate::instance::{Early, Instance};
-use crate::kept::Phase;
-use crate::kept::Saved;
+use crate::kept::{Phase, Saved};
 use crate::log::{Category, Log, Logger, Logger2, Status};
 use crate::memory::Owned;
-use crate::table::Kind;
+use crate::operations::{self, INTEGER, REAL, WHETHER};
 use core::ffi::{c_char, c_int, c_void};
 use core::ptr;
 use fabric_host::{Input, Output};
@@ -51,14 +50,8 @@ pub extern "C" fn fmi2GetVersion() -> *const c_char {
 /// Chooses log categories.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetDebugLogging(c: Handle, on: c_int, count: usize, categories: Input<Text>) -> Status {
-    enter(c, "fmi2SetDebugLogging", Phase::ANY, |instance| {
-        let Some(names) = array(&categories, count) else { return instance.refuse("null array") };
-        if instance.log.switch(on != 0, names.iter().map(Text::get)) {
-            Status::Ok
-        } else {
-            instance.refuse("fmi2SetDebugLogging: unknown category")
-        }
-    })
+    let names = array(&categories, count).map(|names| names.iter().map(Text::get));
+    pass(c, |instance| operations::set_debug_logging(instance, "fmi2SetDebugLogging", on != 0, names))
 }
 
 /// A new instance, or null.
@@ -79,7 +72,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
         log.say(Category::Error, "only co-simulation is supported");
         return ptr::null_mut();
     }
-    create(log, name.get(), guid.get()).map_or(ptr::null_mut(), Owned::into_pointer)
+    operations::create(log, name.get(), guid.get()).map_or(ptr::null_mut(), Owned::into_pointer)
 }
 
 /// Frees an instance and its states.
@@ -103,124 +96,31 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     })
 }
 
-/// Begins initialisation.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterInitializationMode(c: Handle) -> Status {
-    enter(c, "fmi2EnterInitializationMode", Phase::Instantiated as u32, Instance::enter_initialization)
+macro_rules! of_type {
+    ($($get:ident $set:ident $of:ident $number:ty;)*) => {$(
+        /// Reads variables of a type.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $get(c: Handle, vr: Input<u32>, n: usize, mut values: Output<$number>) -> Status {
+            pass(c, |instance| operations::get(instance, &$of, array(&vr, n), array_mut(&mut values, n)))
+        }
+
+        /// Sets variables of a type.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $set(c: Handle, vr: Input<u32>, n: usize, values: Input<$number>) -> Status {
+            pass(c, |instance| operations::set(instance, &$of, array(&vr, n), array(&values, n)))
+        }
+    )*};
 }
 
-/// Makes the simulation.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(c: Handle) -> Status {
-    enter(c, "fmi2ExitInitializationMode", Phase::Initialization as u32, Instance::exit_initialization)
+of_type! {
+    fmi2GetReal fmi2SetReal REAL f64;
+    fmi2GetInteger fmi2SetInteger INTEGER c_int;
+    fmi2GetBoolean fmi2SetBoolean WHETHER c_int;
 }
 
-/// Ends the run; values may still be read.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(c: Handle) -> Status {
-    enter(c, "fmi2Terminate", Phase::RUNNING, |instance| {
-        instance.end_capsule();
-        instance.kept.phase = Phase::Terminated;
-        Status::Ok
-    })
-}
-
-/// Back to just after instantiation.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(c: Handle) -> Status {
-    enter(c, "fmi2Reset", Phase::ANY, Instance::reset)
-}
-
-/// Reads Real variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetReal(c: Handle, vr: Input<u32>, n: usize, mut values: Output<f64>) -> Status {
-    enter(c, "fmi2GetReal", Phase::READABLE_IN_2, |instance| {
-        calls::get(instance, Version::Two, Kind::Real, array(&vr, n), array_mut(&mut values, n), |x| x)
-    })
-}
-
-/// Reads Integer and Enumeration variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(c: Handle, vr: Input<u32>, n: usize, mut values: Output<c_int>) -> Status {
-    enter(c, "fmi2GetInteger", Phase::READABLE_IN_2, |instance| {
-        let convert = calls::to_integer;
-        calls::get(instance, Version::Two, Kind::Integer, array(&vr, n), array_mut(&mut values, n), convert)
-    })
-}
-
-/// Reads Boolean variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(c: Handle, vr: Input<u32>, n: usize, mut values: Output<c_int>) -> Status {
-    enter(c, "fmi2GetBoolean", Phase::READABLE_IN_2, |instance| {
-        let convert = |x| c_int::from(x != 0.0);
-        calls::get(instance, Version::Two, Kind::Boolean, array(&vr, n), array_mut(&mut values, n), convert)
-    })
-}
-
-/// Sets Real variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetReal(c: Handle, vr: Input<u32>, n: usize, values: Input<f64>) -> Status {
-    enter(c, "fmi2SetReal", Phase::SETTABLE, |instance| {
-        calls::set(instance, Version::Two, Kind::Real, array(&vr, n), array(&values, n), |x| x)
-    })
-}
-
-/// Sets Integer and Enumeration variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(c: Handle, vr: Input<u32>, n: usize, values: Input<c_int>) -> Status {
-    enter(c, "fmi2SetInteger", Phase::SETTABLE, |instance| {
-        calls::set(instance, Version::Two, Kind::Integer, array(&vr, n), array(&values, n), f64::from)
-    })
-}
-
-/// Sets Boolean variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(c: Handle, vr: Input<u32>, n: usize, values: Input<c_int>) -> Status {
-    enter(c, "fmi2SetBoolean", Phase::SETTABLE, |instance| {
-        let convert = |x: c_int| f64::from(u8::from(x != 0));
-        calls::set(instance, Version::Two, Kind::Boolean, array(&vr, n), array(&values, n), convert)
-    })
-}
-
-/// Copies the state; a state given by the host is used again.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: Handle, state: Output<*mut Saved>) -> Status {
-    calls::get_state(c, state)
-}
-
-/// Restores a state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: Handle, state: *mut Saved) -> Status {
-    calls::set_state(c, state)
-}
-
-/// Frees a state and clears the host's pointer.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(c: Handle, state: Output<*mut Saved>) -> Status {
-    calls::free_state(c, state)
-}
-
-/// Bytes of a state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(c: Handle, state: *mut Saved, size: Output<usize>) -> Status {
-    calls::serialized_size(c, state, size)
-}
-
-/// Writes a state into bytes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(c: Handle, state: *mut Saved, bytes: Output<u8>, size: usize) -> Status {
-    calls::serialize(c, state, bytes, size)
-}
-
-/// Makes a state from bytes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    c: Handle,
-    bytes: Input<u8>,
-    size: usize,
-    state: Output<*mut Saved>,
-) -> Status {
-    calls::deserialize(c, bytes, size, state)
+functions_of_states! {
+    fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate
+    fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate
 }
 
 /// A communication step from t to t + h.
@@ -233,44 +133,39 @@ pub unsafe extern "C" fn fmi2DoStep(c: Handle, t: f64, h: f64, _no_set_state_bef
     })
 }
 
+/// Number of a status about the last step, if it is of this `kind`.
+fn about_step<T>(
+    c: Handle,
+    function: &str,
+    of_this_kind: bool,
+    mut value: Output<T>,
+    number: impl FnOnce(&Instance) -> T,
+) -> Status {
+    if !of_this_kind {
+        return pass(c, |instance| operations::no_status(instance, function));
+    }
+    enter(c, function, Phase::AFTER_SETTING_UP, |instance| {
+        if value.put(number(instance)) {
+            return Status::Ok;
+        }
+        instance.refuse_field(Category::Error, (function, "null pointer"))
+    })
+}
+
 /// Nothing is ever pending.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
-    enter(c, "fmi2GetStatus", Phase::AFTER_SETTING_UP, |instance| {
-        if kind != DO_STEP_STATUS {
-            return instance.no_status("fmi2GetStatus");
-        }
-        if !value.put(Status::Ok as c_int) {
-            return instance.refuse("fmi2GetStatus: null pointer");
-        }
-        Status::Ok
-    })
+pub unsafe extern "C" fn fmi2GetStatus(c: Handle, kind: c_int, value: Output<c_int>) -> Status {
+    about_step(c, "fmi2GetStatus", kind == DO_STEP_STATUS, value, |_| Status::Ok as c_int)
 }
 
 /// Where the last step ended.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, mut value: Output<f64>) -> Status {
-    enter(c, "fmi2GetRealStatus", Phase::AFTER_SETTING_UP, |instance| {
-        if kind != LAST_SUCCESSFUL_TIME {
-            return instance.no_status("fmi2GetRealStatus");
-        }
-        if !value.put(instance.kept.time) {
-            return instance.refuse("fmi2GetRealStatus: null pointer");
-        }
-        Status::Ok
-    })
+pub unsafe extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, value: Output<f64>) -> Status {
+    about_step(c, "fmi2GetRealStatus", kind == LAST_SUCCESSFUL_TIME, value, |instance| instance.kept.time)
 }
 
 /// Whether the last step ended the simulation.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
-    enter(c, "fmi2GetBooleanStatus", Phase::AFTER_SETTING_UP, |instance| {
-        if kind != TERMINATED {
-            return instance.no_status("fmi2GetBooleanStatus");
-        }
-        if !value.put(c_int::from(instance.kept.terminated)) {
-            return instance.refuse("fmi2GetBooleanStatus: null pointer");
-        }
-        Status::Ok
-    })
+pub unsafe extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, value: Output<c_int>) -> Status {
+    about_step(c, "fmi2GetBooleanStatus", kind == TERMINATED, value, |instance| c_int::from(instance.kept.terminated))
 }

@@ -11,12 +11,12 @@
 #![allow(non_snake_case)] // the standard's names
 #![allow(clippy::missing_safety_doc)] // said once, above
 
-use crate::calls::{self, Handle, Text, array, array_mut, pass};
+use crate::calls::{self, Handle, Text, array, array_mut, functions_of_states, pass};
 use crate::instance::Instance;
 use crate::kept::Saved;
 use crate::log::{Category, Log, Logger, Logger3, Status};
 use crate::memory::Owned;
-use crate::three::{self, BOOLEAN, FLOAT64, INT32, INT64};
+use crate::operations::{self, BOOLEAN, FLOAT64, INT32, INT64};
 use core::ffi::{c_char, c_void};
 use core::ptr;
 use fabric_host::{Input, Output};
@@ -35,10 +35,8 @@ pub unsafe extern "C" fn fmi3SetDebugLogging(
     count: usize,
     categories: Input<Text>,
 ) -> Status {
-    pass(instance, |instance| {
-        let Some(names) = array(&categories, count) else { return instance.refuse("null array") };
-        three::set_debug_logging(instance, on != 0, names.iter().map(Text::get))
-    })
+    let names = array(&categories, count).map(|names| names.iter().map(Text::get));
+    pass(instance, |instance| operations::set_debug_logging(instance, "fmi3SetDebugLogging", on != 0, names))
 }
 
 /// A new instance, or null.
@@ -60,7 +58,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     let (name, token, logging_on) = (name.get(), token.get(), logging_on != 0);
     let log = Log::new(Logger::Three(logger), environment, name.unwrap_or(c""), logging_on);
     let (events, early) = (event_mode_used != 0, early_return_allowed != 0);
-    three::instantiate(log, name, token, logging_on, events, early).map_or(ptr::null_mut(), Owned::into_pointer)
+    operations::instantiate(log, name, token, logging_on, events, early).map_or(ptr::null_mut(), Owned::into_pointer)
 }
 
 /// Not provided: null.
@@ -117,19 +115,7 @@ pub unsafe extern "C" fn fmi3EnterInitializationMode(
     stop: f64,
 ) -> Status {
     let stop = (stop_defined != 0).then_some(stop);
-    pass(instance, |instance| three::enter_initialization(instance, start, stop))
-}
-
-/// Makes the simulation.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: Handle) -> Status {
-    pass(instance, three::exit_initialization)
-}
-
-/// From stepping to handling events.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EnterEventMode(instance: Handle) -> Status {
-    pass(instance, three::enter_event_mode)
+    pass(instance, |instance| operations::enter_initialization(instance, start, stop))
 }
 
 /// Whether to end is said here, too, for hosts that handle the event before they ask.
@@ -143,7 +129,7 @@ pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
     next_event_defined: Output<u8>,
     mut next_event: Output<f64>,
 ) -> Status {
-    pass(instance, |instance| match three::update_discrete_states(instance) {
+    pass(instance, |instance| match operations::update_discrete_states(instance) {
         Ok(end) => {
             for mut place in [need_update, nominals_changed, states_changed, next_event_defined] {
                 place.put(0);
@@ -156,168 +142,44 @@ pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
     })
 }
 
-/// From handling events to stepping.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EnterStepMode(instance: Handle) -> Status {
-    pass(instance, three::enter_step_mode)
+macro_rules! of_type {
+    ($($get:ident $set:ident $of:ident $number:ty;)*) => {$(
+        /// Reads variables of a type.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $get(
+            instance: Handle,
+            vr: Input<u32>,
+            count: usize,
+            mut values: Output<$number>,
+            length: usize,
+        ) -> Status {
+            pass(instance, |instance| operations::get(instance, &$of, array(&vr, count), array_mut(&mut values, length)))
+        }
+
+        /// Sets variables of a type.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $set(
+            instance: Handle,
+            vr: Input<u32>,
+            count: usize,
+            values: Input<$number>,
+            length: usize,
+        ) -> Status {
+            pass(instance, |instance| operations::set(instance, &$of, array(&vr, count), array(&values, length)))
+        }
+    )*};
 }
 
-/// Ends the run; values may still be read.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Terminate(instance: Handle) -> Status {
-    pass(instance, three::terminate)
+of_type! {
+    fmi3GetFloat64 fmi3SetFloat64 FLOAT64 f64;
+    fmi3GetInt32 fmi3SetInt32 INT32 i32;
+    fmi3GetInt64 fmi3SetInt64 INT64 i64;
+    fmi3GetBoolean fmi3SetBoolean BOOLEAN u8;
 }
 
-/// Back to just after instantiation.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Reset(instance: Handle) -> Status {
-    pass(instance, three::reset)
-}
-
-/// Reads Float64 variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFloat64(
-    instance: Handle,
-    vr: Input<u32>,
-    count: usize,
-    mut values: Output<f64>,
-    length: usize,
-) -> Status {
-    pass(instance, |instance| three::get(instance, &FLOAT64, array(&vr, count), array_mut(&mut values, length)))
-}
-
-/// Reads Int32 variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetInt32(
-    instance: Handle,
-    vr: Input<u32>,
-    count: usize,
-    mut values: Output<i32>,
-    length: usize,
-) -> Status {
-    pass(instance, |instance| three::get(instance, &INT32, array(&vr, count), array_mut(&mut values, length)))
-}
-
-/// Reads Enumeration variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetInt64(
-    instance: Handle,
-    vr: Input<u32>,
-    count: usize,
-    mut values: Output<i64>,
-    length: usize,
-) -> Status {
-    pass(instance, |instance| three::get(instance, &INT64, array(&vr, count), array_mut(&mut values, length)))
-}
-
-/// Reads Boolean variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetBoolean(
-    instance: Handle,
-    vr: Input<u32>,
-    count: usize,
-    mut values: Output<u8>,
-    length: usize,
-) -> Status {
-    pass(instance, |instance| three::get(instance, &BOOLEAN, array(&vr, count), array_mut(&mut values, length)))
-}
-
-/// Sets Float64 variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFloat64(
-    instance: Handle,
-    vr: Input<u32>,
-    count: usize,
-    values: Input<f64>,
-    length: usize,
-) -> Status {
-    pass(instance, |instance| three::set(instance, &FLOAT64, array(&vr, count), array(&values, length)))
-}
-
-/// Sets Int32 variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetInt32(
-    instance: Handle,
-    vr: Input<u32>,
-    count: usize,
-    values: Input<i32>,
-    length: usize,
-) -> Status {
-    pass(instance, |instance| three::set(instance, &INT32, array(&vr, count), array(&values, length)))
-}
-
-/// Sets Enumeration variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetInt64(
-    instance: Handle,
-    vr: Input<u32>,
-    count: usize,
-    values: Input<i64>,
-    length: usize,
-) -> Status {
-    pass(instance, |instance| three::set(instance, &INT64, array(&vr, count), array(&values, length)))
-}
-
-/// Sets Boolean variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetBoolean(
-    instance: Handle,
-    vr: Input<u32>,
-    count: usize,
-    values: Input<u8>,
-    length: usize,
-) -> Status {
-    pass(instance, |instance| three::set(instance, &BOOLEAN, array(&vr, count), array(&values, length)))
-}
-
-/// Copies the state; a state given by the host is used again.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFMUState(instance: Handle, state: Output<*mut Saved>) -> Status {
-    calls::get_state(instance, state)
-}
-
-/// Restores a state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFMUState(instance: Handle, state: *mut Saved) -> Status {
-    calls::set_state(instance, state)
-}
-
-/// Frees a state and clears the host's pointer.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeFMUState(instance: Handle, state: Output<*mut Saved>) -> Status {
-    calls::free_state(instance, state)
-}
-
-/// Bytes of a state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
-    instance: Handle,
-    state: *mut Saved,
-    size: Output<usize>,
-) -> Status {
-    calls::serialized_size(instance, state, size)
-}
-
-/// Writes a state into bytes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializeFMUState(
-    instance: Handle,
-    state: *mut Saved,
-    bytes: Output<u8>,
-    size: usize,
-) -> Status {
-    calls::serialize(instance, state, bytes, size)
-}
-
-/// Makes a state from bytes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DeserializeFMUState(
-    instance: Handle,
-    bytes: Input<u8>,
-    size: usize,
-    state: Output<*mut Saved>,
-) -> Status {
-    calls::deserialize(instance, bytes, size, state)
+functions_of_states! {
+    fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState
+    fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState
 }
 
 /// A communication step from t to t + h.
@@ -332,7 +194,7 @@ pub unsafe extern "C" fn fmi3DoStep(
     mut early_return: Output<u8>,
     mut last_successful_time: Output<f64>,
 ) -> Status {
-    pass(instance, |instance| match three::do_step(instance, t, h) {
+    pass(instance, |instance| match operations::do_step(instance, t, h) {
         Ok(end) => {
             event_handling_needed.put(u8::from(end.event));
             terminate.put(u8::from(end.terminate));

@@ -11,6 +11,7 @@ use crate::memory::Block;
 use crate::parameters::Parameters;
 use crate::table::{Id, MOST_ELEMENTS, PLIES_SHOWN, Role, VARIABLES, Variable};
 use fabric_capsule::Call;
+use fabric_host::in_our_environment;
 use fabric_kernel::Solid;
 use fabric_kernel::TEST_INTERVAL;
 use fabric_kernel::outputs::{Get, OUTPUTS, Output, Readings};
@@ -128,6 +129,22 @@ impl Instance {
         }
     }
 
+    /// Runs `work` if the instance is in one of `phases`.
+    pub(crate) fn within(&mut self, function: &str, phases: u32, work: impl FnOnce(&mut Instance) -> Status) -> Status {
+        match self.check(function, phases) {
+            Ok(()) => in_our_environment(|| work(self)),
+            Err(refused) => refused,
+        }
+    }
+
+    /// Refuses a call if the instance is in none of `phases`.
+    pub(crate) fn check(&self, function: &str, phases: u32) -> Result<(), Status> {
+        if self.kept.phase as u32 & phases != 0 {
+            return Ok(());
+        }
+        Err(self.refuse_field(Category::Error, (function, "not allowed in this state")))
+    }
+
     /// Refuses a call: says why and returns Error.
     pub fn refuse(&self, text: &str) -> Status {
         self.refuse_as(Category::Error, text)
@@ -148,12 +165,8 @@ impl Instance {
         }
     }
 
-    /// There is no such status: Discard.
-    pub fn no_status(&self, function: &str) -> Status {
-        self.refuse_field(Category::Discard, (function, "no such status"))
-    }
-
-    fn refuse_field(&self, category: Category, (field, reason): (&str, &str)) -> Status {
+    /// Refuses with a name and a reason.
+    pub(crate) fn refuse_field(&self, category: Category, (field, reason): (&str, &str)) -> Status {
         let between = if field.is_empty() { "" } else { ": " };
         self.refuse_as(category, &line(format_args!("{field}{between}{reason}")))
     }
@@ -246,6 +259,29 @@ impl Instance {
         self.refuse(&line(format_args!("out of memory: there are no {bytes} bytes for it")))
     }
 
+    /// From stepping to handling events.
+    pub(crate) fn enter_event_mode(&mut self) -> Status {
+        if !self.event_mode_used {
+            return self.refuse("fmi3EnterEventMode: instantiated without event mode");
+        }
+        self.kept.phase = Phase::Event;
+        self.show();
+        Status::Ok
+    }
+
+    /// From handling events to stepping.
+    pub(crate) fn enter_step_mode(&mut self) -> Status {
+        self.kept.phase = Phase::Step;
+        Status::Ok
+    }
+
+    /// Ends the run; values may still be read.
+    pub(crate) fn terminate(&mut self) -> Status {
+        self.end_capsule();
+        self.kept.phase = Phase::Terminated;
+        Status::Ok
+    }
+
     /// Back to just after instantiation.
     pub fn reset(&mut self) -> Status {
         self.end_capsule();
@@ -257,7 +293,7 @@ impl Instance {
     }
 
     /// Ends the capsule, if one is written.
-    pub fn end_capsule(&mut self) {
+    fn end_capsule(&mut self) {
         self.capsule.end(self.running.as_ref().map(|running| &running.sim));
     }
 

@@ -2,8 +2,8 @@
 //!
 //! One table of variables ([`table::VARIABLES`]) gives the getters, the setters, both model descriptions and
 //! the [`token`].
-//! One [`instance::Instance`] does the work; [`fmi2`] and [`fmi3`] are thin layers over it, one C function
-//! each.
+//! One [`instance::Instance`] does the work. [`operations`] has what a host may ask of it, and in which
+//! phases; [`fmi2`] and [`fmi3`] are the C functions with arguments.
 //!
 //! What a host hands over nothing here can check: null is refused, all else is as the host says. So the
 //! exported functions are unsafe to Rust, while a C host makes its promise by calling. That trust stands in
@@ -34,11 +34,11 @@ pub mod instance;
 pub mod kept;
 pub mod log;
 mod memory;
+pub mod operations;
 pub mod parameters;
 pub mod starts;
 pub mod state;
 pub mod table;
-pub mod three;
 pub mod token;
 
 pub use fabric_host::{Input, Output};

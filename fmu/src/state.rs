@@ -32,7 +32,7 @@ impl Instance {
         }
         let reused = self.states.find(given);
         if reused.is_none() && !given.is_null() {
-            return Err(self.refuse("not a state of this instance"));
+            return Err(self.no_state());
         }
         let pointer = if reused.is_some_and(|saved| saved.room() >= image) {
             given
@@ -59,23 +59,24 @@ impl Instance {
     }
 
     /// Frees a state of this instance.
-    pub fn free(&mut self, saved: *mut Saved) -> Status {
-        if saved.is_null() || self.states.remove(saved) {
-            Status::Ok
-        } else {
-            self.refuse("not a state of this instance")
-        }
+    pub fn free(&mut self, saved: *mut Saved) -> Result<(), Status> {
+        if saved.is_null() || self.states.remove(saved) { Ok(()) } else { Err(self.no_state()) }
+    }
+
+    /// Refuses a state.
+    fn no_state(&self) -> Status {
+        self.refuse("not a state of this instance")
     }
 
     /// Puts the instance into a saved state. On an error nothing has changed.
-    pub fn restore(&mut self, saved: *const Saved) -> Status {
-        let Some(saved) = self.states.find(saved) else { return self.refuse("not a state of this instance") };
+    pub fn restore(&mut self, saved: *const Saved) -> Result<(), Status> {
+        let saved = self.states.find(saved).ok_or_else(|| self.no_state())?;
         let (kept, from_bytes, image) = (saved.kept, saved.from_bytes, saved.image());
         if image.is_empty() {
             self.capsule.end(None);
             self.running = None;
             self.restored(&kept);
-            return Status::Ok;
+            return Ok(());
         }
         let scene = *kept.parameters.scene();
         let load = |sim: &mut Sim<'_>| if from_bytes { sim.load(image) } else { sim.load_kept(image) };
@@ -90,33 +91,29 @@ impl Instance {
                     self.running = Some(running);
                 }),
                 Err(Trouble::Refused(error)) => Err(error),
-                Err(Trouble::OutOfMemory(bytes)) => return self.out_of_memory(bytes),
+                Err(Trouble::OutOfMemory(bytes)) => return Err(self.out_of_memory(bytes)),
             },
         };
-        match loaded {
-            Ok(()) => {
-                self.restored(&kept);
-                Status::Ok
-            }
-            Err(error) => self.refuse(&error.text()),
-        }
+        loaded.map_err(|error| self.refuse(&error.text()))?;
+        self.restored(&kept);
+        Ok(())
     }
 
     /// Bytes of a state of this instance.
     pub fn serialized_size(&self, saved: *const Saved) -> Result<usize, Status> {
-        let saved = self.states.find(saved).ok_or_else(|| self.refuse("not a state of this instance"))?;
+        let saved = self.states.find(saved).ok_or_else(|| self.no_state())?;
         Ok(FRAME_BYTES + saved.image)
     }
 
     /// Writes a state into bytes.
-    pub fn serialize(&self, saved: *const Saved, bytes: &mut [u8]) -> Status {
-        let Some(saved) = self.states.find(saved) else { return self.refuse("not a state of this instance") };
+    pub fn serialize(&self, saved: *const Saved, bytes: &mut [u8]) -> Result<(), Status> {
+        let saved = self.states.find(saved).ok_or_else(|| self.no_state())?;
         let (mut kept, image) = (saved.kept, saved.image());
         let total = FRAME_BYTES + image.len();
         let Some(bytes) = bytes.get_mut(..total) else {
             let have = bytes.len();
-            return self
-                .refuse(&line(format_args!("serialized state: the buffer has {have} bytes, needed are {total}")));
+            let text = line(format_args!("serialized state: the buffer has {have} bytes, needed are {total}"));
+            return Err(self.refuse(&text));
         };
         let mut words = bytes.as_chunks_mut::<8>().0.iter_mut();
         let mut hash = Hash::default();
@@ -138,7 +135,7 @@ impl Instance {
         if let Some(place) = words.next() {
             *place = checksum.to_le_bytes();
         }
-        Status::Ok
+        Ok(())
     }
 
     /// Makes a state from bytes. Anything but an unchanged image of the same build is refused.
@@ -235,13 +232,13 @@ mod tests {
         let second = instance.save(ptr::null_mut()).unwrap();
         assert_eq!(instance.save(first).unwrap(), first);
         let mut bytes = std::vec![0; instance.serialized_size(second).unwrap()];
-        assert_eq!(instance.serialize(second, &mut bytes), Status::Ok);
+        assert_eq!(instance.serialize(second, &mut bytes), Ok(()));
         assert!(instance.deserialize(&bytes).is_ok());
         bytes[40] ^= 1;
         assert!(instance.deserialize(&bytes).is_err());
-        assert_eq!(instance.free(first), Status::Ok);
-        assert_eq!(instance.free(first), Status::Error);
-        assert_eq!(instance.restore(second), Status::Ok);
+        assert_eq!(instance.free(first), Ok(()));
+        assert_eq!(instance.free(first), Err(Status::Error));
+        assert_eq!(instance.restore(second), Ok(()));
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! that could be reached from an exported function becomes a link error.
 #![no_std]
 
-pub use fabric_fmu::{absent, fmi2, fmi3};
+pub use fabric_fmu::{absent, fmi2, fmi3, operations};
 
 // Without `bare` the standard library brings the one panic handler that every program needs.
 #[cfg(not(feature = "bare"))]

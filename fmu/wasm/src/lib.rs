@@ -1,5 +1,5 @@
 //! The FMU as a component for WebAssembly, after the working draft of FMI-LS-WASM (`wit/fmi3.wit`): each
-//! function is one of [`fabric_fmu::three`], which the C functions of FMI 3.0 call too.
+//! function is one of [`fabric_fmu::operations`], which the C functions of FMI 3.0 call too.
 //!
 //! It imports the host's logger and nothing of WASI. A component is not entered while it calls its host, so
 //! that no instance is ever borrowed twice; a host that did so would be refused.
@@ -18,10 +18,9 @@ use exports::fmi::fmi3::co_simulation::{
     self, DiscreteStatesInfo, DoStepResult, IntervalFraction, IntervalQualifier, VariableDependency,
 };
 use exports::fmi::fmi3::common;
-use fabric_fmu::calls::unsupported;
 use fabric_fmu::instance::Instance;
 use fabric_fmu::log::{Log, Logger};
-use fabric_fmu::three::{self, BOOLEAN, FLOAT64, INT32, INT64, Type};
+use fabric_fmu::operations::{self, BOOLEAN, FLOAT64, INT32, INT64, Type, unsupported};
 use fabric_fmu::{Owned, log::Status as Answer};
 use fmi::fmi3::callbacks::log_message;
 use fmi::fmi3::types::Status;
@@ -81,21 +80,21 @@ impl Component {
     }
 
     fn get<T: Default + Clone>(&self, of: &Type<T>, references: &[u32]) -> Result<Vec<T>, Status> {
-        let mut values = vec![T::default(); three::length(references)];
-        self.ask(|instance| or(three::get(instance, of, Some(references), Some(&mut values)), ()))?;
+        let mut values = vec![T::default(); operations::length(references)];
+        self.ask(|instance| or(operations::get(instance, of, Some(references), Some(&mut values)), ()))?;
         Ok(values)
     }
 
     fn set<T: Copy>(&self, of: &Type<T>, references: &[u32], values: &[T]) -> Status {
-        self.call(|instance| three::set(instance, of, Some(references), Some(values)))
+        self.call(|instance| operations::set(instance, of, Some(references), Some(values)))
     }
 
     fn get_none<T>(&self, function: &str, references: &[u32]) -> Result<Vec<T>, Status> {
-        self.ask(|instance| or(three::get_none(instance, function, references.len()), Vec::new()))
+        self.ask(|instance| or(operations::get_none(instance, function, references.len()), Vec::new()))
     }
 
     fn set_none(&self, function: &str, references: &[u32]) -> Status {
-        self.call(|instance| three::set_none(instance, function, references.len()))
+        self.call(|instance| operations::set_none(instance, function, references.len()))
     }
 }
 
@@ -134,29 +133,30 @@ impl co_simulation::GuestCoSimulationInstance for Component {
         let (name, token) = (text(name), text(token));
         let log = Log::new(Logger::Component(say), ptr::null_mut(), &name, logging_on);
         let (name, token) = (Some(&*name), Some(&*token));
-        let instance = three::instantiate(log, name, token, logging_on, event_mode_used, early_return_allowed)?;
+        let instance = operations::instantiate(log, name, token, logging_on, event_mode_used, early_return_allowed)?;
         Some(co_simulation::CoSimulationInstance::new(Component(RefCell::new(instance))))
     }
 
     fn set_debug_logging(&self, on: bool, categories: Vec<String>) -> Status {
         let names: Vec<CString> = categories.into_iter().map(text).collect();
-        self.call(|instance| three::set_debug_logging(instance, on, names.iter().map(|name| Some(&**name))))
+        let named = names.iter().map(|name| Some(&**name));
+        self.call(|instance| operations::set_debug_logging(instance, "fmi3SetDebugLogging", on, Some(named)))
     }
 
     fn enter_initialization_mode(&self, _tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Status {
-        self.call(|instance| three::enter_initialization(instance, start, stop))
+        self.call(|instance| operations::enter_initialization(instance, start, stop))
     }
 
     fn exit_initialization_mode(&self) -> Status {
-        self.call(three::exit_initialization)
+        self.call(operations::fmi3ExitInitializationMode)
     }
 
     fn enter_event_mode(&self) -> Status {
-        self.call(three::enter_event_mode)
+        self.call(operations::fmi3EnterEventMode)
     }
 
     fn update_discrete_states(&self) -> Result<DiscreteStatesInfo, Status> {
-        let terminate_simulation = self.ask(three::update_discrete_states)?;
+        let terminate_simulation = self.ask(operations::update_discrete_states)?;
         Ok(DiscreteStatesInfo {
             new_discrete_states_needed: false,
             terminate_simulation,
@@ -168,20 +168,20 @@ impl co_simulation::GuestCoSimulationInstance for Component {
     }
 
     fn enter_step_mode(&self) -> Status {
-        self.call(three::enter_step_mode)
+        self.call(operations::fmi3EnterStepMode)
     }
 
     fn terminate(&self) -> Status {
-        self.call(three::terminate)
+        self.call(operations::fmi3Terminate)
     }
 
     fn reset(&self) -> Status {
-        self.call(three::reset)
+        self.call(operations::fmi3Reset)
     }
 
     fn do_step(&self, t: f64, h: f64, _no_set_state_before: bool) -> Result<DoStepResult, Status> {
         self.ask(|instance| {
-            let end = three::do_step(instance, t, h)?;
+            let end = operations::do_step(instance, t, h)?;
             let result = DoStepResult {
                 last_successful_time: instance.kept.time,
                 event_handling_needed: end.event,
@@ -230,20 +230,19 @@ impl co_simulation::GuestCoSimulationInstance for Component {
             let saved = instance.save(ptr::null_mut())?;
             let mut bytes = vec![0; instance.serialized_size(saved)?];
             let written = instance.serialize(saved, &mut bytes);
-            instance.free(saved);
-            or(written, bytes)
+            instance.free(saved)?;
+            written.map(|()| bytes)
         })
     }
 
     fn set_fmu_state(&self, bytes: Vec<u8>) -> Status {
-        self.call(|instance| match instance.deserialize(&bytes) {
-            Ok(saved) => {
-                let restored = instance.restore(saved);
-                instance.free(saved);
-                restored
-            }
-            Err(refused) => refused,
-        })
+        let restored = self.ask(|instance| {
+            let saved = instance.deserialize(&bytes)?;
+            let restored = instance.restore(saved);
+            instance.free(saved)?;
+            restored
+        });
+        restored.err().unwrap_or(Status::Ok)
     }
 
     of_no_variable! {

@@ -15,6 +15,7 @@ use fabric_fmu::fmi3::*;
 use fabric_fmu::instance::Instance;
 use fabric_fmu::kept::Saved;
 use fabric_fmu::log::Status;
+use fabric_fmu::operations::exported::*;
 use fabric_fmu::parameters::Parameters;
 use fabric_fmu::table::{self, Id, Kind, MOST_ELEMENTS, Role, VARIABLES, Variable};
 use fabric_fmu::{Input, Output};
