@@ -33,7 +33,7 @@ def read():
     source = (pathlib.Path(__file__).parents[2] / "kernel/src/ground/error.rs").read_text()
     codes = {0: ""}
     for line in source.splitlines():
-        name, equals, value = line.strip().rstrip(",").partition(" = -")
+        name, equals, value = line.strip().partition(",")[0].partition(" = -")
         if equals and name.isidentifier():
             codes[-int(value)] = name
     bases, cases = {}, []

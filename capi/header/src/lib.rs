@@ -122,7 +122,7 @@ fn constant(name: &str) -> String {
 /// The constants of the statuses, with the comments of the codes.
 fn statuses() -> Result<String, String> {
     let source = read(top().join("kernel/src/ground/error.rs"))?;
-    let (_, list) = source.split_once("pub enum Code {\n").ok_or("kernel/src/ground/error.rs has no Code")?;
+    let (_, list) = source.split_once("codes! {\n").ok_or("kernel/src/ground/error.rs has no codes")?;
     let (mut text, mut comment) = (String::new(), Vec::new());
     let mut codes = Code::ALL.iter();
     for line in list.lines().take_while(|line| *line != "}").map(str::trim) {

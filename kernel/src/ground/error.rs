@@ -8,203 +8,147 @@
 use crate::ground::math;
 use core::ffi::CStr;
 
-/// Status numbers of the C interface. 0 is success, -1..-49 preconditions, -50..-99 numerical failures. Never
-/// reused. The constants of the C header, and their comments, are made from this list by
-/// `cargo xtask header`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(i32)]
-pub enum Code {
+/// Codes: number, and text without a full stop.
+macro_rules! codes {
+    ($($(#[$about:meta])* $code:ident = $number:literal, $text:literal;)*) => {
+        /// Status numbers of the C interface. 0 is success, -1..-49 preconditions, -50..-99 numerical
+        /// failures. Never reused. `cargo xtask header` makes the constants of the C header, and their
+        /// comments, from this list.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[repr(i32)]
+        pub enum Code {
+            $($(#[$about])* $code = $number,)*
+        }
+
+        const CODES: [Code; [$($number),*].len()] = [$(Code::$code),*];
+        const TEXTS: [(Code, &CStr, &str); CODES.len()] = [$((Code::$code, $text, words($text))),*];
+    };
+}
+
+const fn words(text: &CStr) -> &str {
+    if let Ok(words) = text.to_str() { words } else { "" }
+}
+
+codes! {
     /// A pointer is null.
-    NullPointer = -1,
+    NullPointer = -1, c"null pointer";
     /// A buffer is shorter than the size query said.
-    ShortBuffer = -2,
+    ShortBuffer = -2, c"buffer too short";
     /// A structure or an array does not lie at a multiple of what its numbers are aligned to.
-    Misaligned = -3,
+    Misaligned = -3, c"structure or array not aligned";
     /// The block was moved or copied, or never initialised: use save and load instead.
-    MovedBlock = -4,
+    MovedBlock = -4, c"memory block moved, copied or not initialised";
     /// A structure has a size that no version this library knows gave it.
-    StructSize = -5,
+    StructSize = -5, c"structure of unknown size";
     /// A number is NaN or infinite.
-    NotFinite = -6,
+    NotFinite = -6, c"not a finite number";
     /// A number must be greater than zero.
-    NotPositive = -7,
+    NotPositive = -7, c"must be greater than zero";
     /// A number lies outside its documented range.
-    OutOfRange = -8,
+    OutOfRange = -8, c"out of range";
     /// A choice (kind of attachment, shape, ...) has an unknown number.
-    UnknownChoice = -9,
+    UnknownChoice = -9, c"unknown choice";
     /// A quaternion has length zero or is far from unit length.
-    BadQuaternion = -10,
+    BadQuaternion = -10, c"not a unit quaternion";
     /// The sheet has more nodes than memory can address.
-    TooManyNodes = -11,
+    TooManyNodes = -11, c"too many nodes";
     /// The time step exceeds the largest allowed one; the fault's `limit` holds it.
-    StepTooLarge = -12,
+    StepTooLarge = -12, c"time step too large";
     /// The parameters give a step limit that is zero, subnormal or not finite, or a step with which no
     /// calculation stays within the numbers: nodes of over 1e90 kg (N s, J at one spacing a step), or over a
     /// thousand times dt_crit.
-    StepLimitUnusable = -13,
+    StepLimitUnusable = -13, c"parameters give no usable time step";
     /// A damage rate below 3 would make the yarn stiffer beyond the critical stretch than the step limit
     /// assumes.
-    DamageRateTooSmall = -14,
+    DamageRateTooSmall = -14, c"damage rate below 3";
     /// The projectile is lighter than one node of the sheet.
-    ProjectileTooLight = -15,
+    ProjectileTooLight = -15, c"projectile lighter than a node";
     /// The projectile is smaller than the node spacing: nodes would not see it.
-    ProjectileTooSmall = -16,
+    ProjectileTooSmall = -16, c"projectile smaller than the node spacing";
     /// The projectile would cross more than one node spacing in a step, or turn more than half a radian: take
     /// a smaller step. Yarn that is soft or heavy allows steps so large that a usual speed is too fast for
     /// them. The fault's `limit` holds the largest step, s, with which the motion is accepted.
-    ProjectileTooFast = -17,
+    ProjectileTooFast = -17, c"projectile crosses more than a node spacing in a step";
     /// A node lies inside the projectile at the start.
-    InitialOverlap = -18,
+    InitialOverlap = -18, c"a node lies inside the projectile; the sheet lies in the plane z = 0 of sheet.position and sheet.orientation";
     /// The corner discs overlap one another.
-    DiscsOverlap = -19,
+    DiscsOverlap = -19, c"corner discs overlap";
     /// A corner disc reaches under the projectile.
-    DiscTouchesProjectile = -20,
+    DiscTouchesProjectile = -20, c"a corner disc reaches under the projectile";
     /// An array does not have the length asked for.
-    WrongLength = -21,
+    WrongLength = -21, c"array of the wrong length";
     /// The call does not fit the way the projectile is driven (free or prescribed).
-    WrongDrive = -22,
+    WrongDrive = -22, c"call does not fit the way the projectile is driven";
     /// A path does not start where the simulation is, or has no steps.
-    BadPath = -23,
+    BadPath = -23, c"path does not fit the simulation's time";
     /// The call is only allowed before the first step.
-    AlreadyStarted = -24,
+    AlreadyStarted = -24, c"only allowed before the first step";
     /// The bytes are not a snapshot image, or are truncated or altered.
-    ImageMalformed = -25,
+    ImageMalformed = -25, c"no snapshot image, or an altered one";
     /// The image was made with another scene or another version.
-    ImageOfAnotherScene = -26,
+    ImageOfAnotherScene = -26, c"snapshot image of another scene or version";
     /// The image has a correct checksum but holds values no simulation can have.
-    ImageInvalid = -27,
+    ImageInvalid = -27, c"snapshot image holds impossible values";
     /// A normal is not of unit length (to 1e-6).
-    BadNormal = -28,
+    BadNormal = -28, c"not a unit normal";
     /// The faces of a polyhedron do not enclose a body.
-    UnboundedFaces = -29,
+    UnboundedFaces = -29, c"faces do not enclose a body";
     /// Moments of inertia that no body has: one is greater than the other two together.
-    ImpossibleMoments = -30,
+    ImpossibleMoments = -30, c"moments of inertia that no body has";
     /// Mirror planes with something they would change: a hit, a motion or a load off the planes.
-    NotSymmetric = -31,
+    NotSymmetric = -31, c"not symmetric about the mirror planes";
     /// The scene asks for something this build was made without.
-    NotBuilt = -32,
+    NotBuilt = -32, c"needs the feature";
     /// A band that was called already in this pass, or a call that does not go with bands in use or without
     /// them.
-    BandOutOfTurn = -33,
+    BandOutOfTurn = -33, c"band called out of turn, or bands (not) in use";
     /// The theta rule cannot be stepped in bands.
-    NotInBands = -34,
+    NotInBands = -34, c"the theta rule cannot be stepped in bands";
     /// The corner discs lie between the nodes and hold none; the fault's `limit` holds the smallest radius,
     /// m, that reaches one.
-    HoldsNothing = -35,
+    HoldsNothing = -35, c"an attachment that holds no node";
     /// Pre-tension that pulls at an edge which is not held, or at segments that are sampled one by one: the
     /// sheet would move by itself.
-    NotInEquilibrium = -36,
+    NotInEquilibrium = -36, c"pre-tension without equilibrium: an edge that is not held, or segments sampled one by one";
     /// An option that does not go with another one, each of which is good by itself. The fault's text names
     /// both.
-    DoesNotGoWith = -37,
+    DoesNotGoWith = -37, c"does not go with another field";
     /// Plies of a stack that start through each other: a node lies below the one that it faces in the ply
     /// before.
-    PliesOverlap = -38,
+    PliesOverlap = -38, c"a node lies below the one that it faces in the ply before";
     /// The bytes are not a capsule, or are cut off, altered or of another format; or no capsule is being
     /// written.
-    BadCapsule = -39,
+    BadCapsule = -39, c"not a capsule, or one that is cut off or altered";
     /// A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
-    NonFinite = -50,
+    NonFinite = -50, c"a non-finite number appeared in the state";
     /// More nodes came under the projectile than a `contact_capacity` other than 0 allows; the state is kept
     /// at the step's start.
-    ContactCapacity = -51,
+    ContactCapacity = -51, c"more nodes under the projectile than contact_capacity";
     /// The projectile became faster than one node spacing in a step.
-    TooFast = -52,
+    TooFast = -52, c"the projectile became faster than a node spacing in a step";
     /// The theta rule's iteration did not converge; the state is kept at the step's start.
-    NotConverged = -53,
+    NotConverged = -53, c"the iteration of a step did not converge; take a smaller step";
 }
 
 impl Code {
     /// Every code, for tables and tests.
-    pub const ALL: [Code; TEXTS.len()] = {
-        let (mut all, mut k) = ([Code::NullPointer; TEXTS.len()], 0);
-        while k < all.len() {
-            all[k] = TEXTS[k].0;
-            k += 1;
-        }
-        all
-    };
+    pub const ALL: [Code; CODES.len()] = CODES;
+
+    /// Meaning of the code: one sentence fragment without a full stop.
+    pub fn words(self) -> &'static str {
+        TEXTS.iter().find(|row| row.0 == self).map_or("", |row| row.2)
+    }
+
+    /// Meaning of the code as a C string.
+    pub fn text(self) -> &'static CStr {
+        TEXTS.iter().find(|row| row.0 == self).map_or(c"", |row| row.1)
+    }
 
     /// The number the C interface returns.
     pub const fn number(self) -> i32 {
         self as i32
     }
-
-    /// Meaning of the code, as a C string: one sentence fragment without a full stop.
-    pub fn text(self) -> &'static CStr {
-        TEXTS.iter().find(|(code, _)| *code == self).map_or(c"", |(_, text)| text)
-    }
-
-    /// Meaning of the code: its text.
-    pub fn words(self) -> &'static str {
-        Code::ALL.iter().zip(&WORDS).find(|(code, _)| **code == self).map_or("", |(_, words)| words)
-    }
 }
-
-/// The text of each code.
-const TEXTS: [(Code, &CStr); 43] = [
-    (Code::NullPointer, c"null pointer"),
-    (Code::ShortBuffer, c"buffer too short"),
-    (Code::Misaligned, c"structure or array not aligned"),
-    (Code::MovedBlock, c"memory block moved, copied or not initialised"),
-    (Code::StructSize, c"structure of unknown size"),
-    (Code::NotFinite, c"not a finite number"),
-    (Code::NotPositive, c"must be greater than zero"),
-    (Code::OutOfRange, c"out of range"),
-    (Code::UnknownChoice, c"unknown choice"),
-    (Code::BadQuaternion, c"not a unit quaternion"),
-    (Code::TooManyNodes, c"too many nodes"),
-    (Code::StepTooLarge, c"time step too large"),
-    (Code::StepLimitUnusable, c"parameters give no usable time step"),
-    (Code::DamageRateTooSmall, c"damage rate below 3"),
-    (Code::ProjectileTooLight, c"projectile lighter than a node"),
-    (Code::ProjectileTooSmall, c"projectile smaller than the node spacing"),
-    (Code::ProjectileTooFast, c"projectile crosses more than a node spacing in a step"),
-    (
-        Code::InitialOverlap,
-        c"a node lies inside the projectile; the sheet lies in the plane z = 0 of sheet.position and sheet.orientation",
-    ),
-    (Code::DiscsOverlap, c"corner discs overlap"),
-    (Code::DiscTouchesProjectile, c"a corner disc reaches under the projectile"),
-    (Code::WrongLength, c"array of the wrong length"),
-    (Code::WrongDrive, c"call does not fit the way the projectile is driven"),
-    (Code::BadPath, c"path does not fit the simulation's time"),
-    (Code::AlreadyStarted, c"only allowed before the first step"),
-    (Code::ImageMalformed, c"no snapshot image, or an altered one"),
-    (Code::ImageOfAnotherScene, c"snapshot image of another scene or version"),
-    (Code::ImageInvalid, c"snapshot image holds impossible values"),
-    (Code::BadNormal, c"not a unit normal"),
-    (Code::UnboundedFaces, c"faces do not enclose a body"),
-    (Code::ImpossibleMoments, c"moments of inertia that no body has"),
-    (Code::NotSymmetric, c"not symmetric about the mirror planes"),
-    (Code::NotBuilt, c"needs the feature"),
-    (Code::BandOutOfTurn, c"band called out of turn, or bands (not) in use"),
-    (Code::NotInBands, c"the theta rule cannot be stepped in bands"),
-    (Code::HoldsNothing, c"an attachment that holds no node"),
-    (
-        Code::NotInEquilibrium,
-        c"pre-tension without equilibrium: an edge that is not held, or segments sampled one by one",
-    ),
-    (Code::DoesNotGoWith, c"does not go with another field"),
-    (Code::PliesOverlap, c"a node lies below the one that it faces in the ply before"),
-    (Code::BadCapsule, c"not a capsule, or one that is cut off or altered"),
-    (Code::NonFinite, c"a non-finite number appeared in the state"),
-    (Code::ContactCapacity, c"more nodes under the projectile than contact_capacity"),
-    (Code::TooFast, c"the projectile became faster than a node spacing in a step"),
-    (Code::NotConverged, c"the iteration of a step did not converge; take a smaller step"),
-];
-
-/// Each text as Rust has it.
-static WORDS: [&str; TEXTS.len()] = {
-    let (mut all, mut k) = ([""; TEXTS.len()], 0);
-    while k < all.len() {
-        if let Ok(words) = TEXTS[k].1.to_str() {
-            all[k] = words;
-        }
-        k += 1;
-    }
-    all
-};
 
 /// A request that was refused. Nothing changed.
 #[derive(Clone, Copy, PartialEq)]
@@ -331,14 +275,8 @@ mod tests {
     /// That no two have one number the compiler sees to.
     #[test]
     fn every_code_has_a_text_and_a_number_in_the_range() {
-        let (_, list) = include_str!("error.rs").split_once("pub enum Code {").unwrap();
-        let (list, _) = list.split_once("\n}").unwrap();
-        let codes: std::vec::Vec<_> = list.lines().filter_map(|line| line.split_once(" = -")).collect();
-        assert_eq!(codes.len(), Code::ALL.len());
-        for ((name, number), code) in codes.iter().zip(Code::ALL) {
-            assert_eq!(name.trim(), std::format!("{code:?}"));
-            assert_eq!(number.trim_end_matches(','), std::format!("{}", -code.number()));
-            assert!((-99..=-1).contains(&code.number()) && !code.text().is_empty());
+        for code in Code::ALL {
+            assert!((-99..=-1).contains(&code.number()) && !code.words().is_empty(), "{code:?}");
         }
     }
 }

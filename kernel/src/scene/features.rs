@@ -6,7 +6,6 @@
 //! where it begins: in a build without the feature the compiler leaves the code out.
 
 use crate::ground::error::Error;
-use crate::ground::lanes;
 use crate::scene::parts::{Drive, IntegratorKind, RotationKind, Scene, Shape, StrengthDraw, Weft};
 
 /// What a scene may have, or a build: the record of each in [`FEATURES`] says what it is.
@@ -64,248 +63,105 @@ pub struct Record {
 
 use Feature::*;
 
+/// Record of a feature that a scene cannot ask for, unless more is said, and that goes with all others.
+macro_rules! feature {
+    ($feature:ident, $name:literal, $about:literal) => {
+        Record {
+            feature: Feature::$feature,
+            name: $name,
+            built: cfg!(feature = $name),
+            asked_by: &[],
+            not_with: &[],
+            about: $about,
+        }
+    };
+}
+
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
 pub const FEATURES: [Record; 27] = [
-    Record {
-        feature: Rate,
-        name: "rate",
-        built: cfg!(feature = "rate"),
-        asked_by: &[
+    feature!(Rate, "rate", "Modulus and strength that depend on the rate of strain")
+        .fields(&[
             ("yarn.rate_modulus", |s| s.yarn.rate_modulus != 0.0),
             ("yarn.rate_stretch", |s| s.yarn.rate_stretch != 0.0),
-        ],
-        not_with: &[Plies, Theta, Grading],
-        about: "Modulus and strength that depend on the rate of strain",
-    },
-    Record {
-        feature: PreTension,
-        name: "crimp",
-        built: cfg!(feature = "crimp"),
-        asked_by: &[("sheet.pre_strain", |s| s.sheet.pre_strain != [0.0; 2])],
+        ])
+        .not_with(&[Plies, Theta, Grading]),
+    feature!(PreTension, "crimp", "A sheet that is held strained")
+        .fields(&[("sheet.pre_strain", |s| s.sheet.pre_strain != [0.0; 2])])
         // A strain that is there before the load has no rate.
-        not_with: &[Rate],
-        about: "A sheet that is held strained",
-    },
-    Record {
-        feature: Friction,
-        name: "friction",
-        built: cfg!(feature = "friction"),
-        asked_by: &[("contact.friction", |s| s.contact.friction != 0.0)],
-        not_with: &[Theta, Grading],
-        about: "Friction between yarn and projectile",
-    },
-    Record {
-        feature: Viscosity,
-        name: "viscosity",
-        built: cfg!(feature = "viscosity"),
-        asked_by: &[
+        .not_with(&[Rate]),
+    feature!(Friction, "friction", "Friction between yarn and projectile")
+        .fields(&[("contact.friction", |s| s.contact.friction != 0.0)])
+        .not_with(&[Theta, Grading]),
+    feature!(Viscosity, "viscosity", "Viscous yarn")
+        .fields(&[
             ("yarn.viscosity_linear", |s| s.yarn.viscosity_linear != 0.0),
             ("yarn.viscosity_quadratic", |s| s.yarn.viscosity_quadratic != 0.0),
             ("yarn.viscosity_bending", |s| s.yarn.viscosity_bending != 0.0),
-        ],
-        not_with: &[Theta, Grading],
-        about: "Viscous yarn",
-    },
-    Record {
-        feature: Plies,
-        name: "plies",
-        built: cfg!(feature = "plies"),
-        asked_by: &[("stack.plies", |s| s.stack.plies > 1)],
-        not_with: &[Grading, Theta, Mirrors],
-        about: "Separate plies in contact, of two fabrics if need be",
-    },
-    Record {
-        feature: Slack,
-        name: "slack",
-        built: cfg!(feature = "slack"),
-        asked_by: &[("slack_balance", |s| s.slack_balance)],
+        ])
+        .not_with(&[Theta, Grading]),
+    feature!(Plies, "plies", "Separate plies in contact, of two fabrics if need be")
+        .fields(&[("stack.plies", |s| s.stack.plies > 1)])
+        .not_with(&[Grading, Theta, Mirrors]),
+    feature!(Slack, "slack", "Correction of the energy error of segments that become slack or taut")
+        .fields(&[("slack_balance", |s| s.slack_balance)])
         // The work of a stress that relaxes is not known within a step.
-        not_with: &[Rate, Theta],
-        about: "Correction of the energy error of segments that become slack or taut",
-    },
-    Record {
-        feature: Drawn,
-        name: "drawn",
-        built: cfg!(feature = "drawn"),
-        asked_by: &[
+        .not_with(&[Rate, Theta]),
+    feature!(Drawn, "drawn", "A modulus and a damage rate sampled for every segment or yarn")
+        .fields(&[
             ("yarn.stochastic", |s| s.yarn.stochastic),
             ("back.modulus_sd", |s| s.back.plies > 0 && s.back.is_drawn()),
-        ],
+        ])
         // Mirror planes need yarn that is alike everywhere and a body that contact alone moves.
-        not_with: &[Mirrors],
-        about: "A modulus and a damage rate sampled for every segment or yarn",
-    },
-    Record {
-        feature: Strength,
-        name: "strength",
-        built: cfg!(feature = "strength"),
-        asked_by: &[
+        .not_with(&[Mirrors]),
+    feature!(Strength, "strength", "A critical stretch sampled for every segment")
+        .fields(&[
             ("yarn.strength_draw", |s| s.yarn.strength_draw != StrengthDraw::None),
             ("back.weibull_shape", |s| s.back.plies > 0 && s.back.weibull_shape != 0.0),
-        ],
-        not_with: &[Mirrors],
-        about: "A critical stretch sampled for every segment",
-    },
-    Record {
-        feature: Prescribed,
-        name: "prescribed",
-        built: cfg!(feature = "prescribed"),
-        asked_by: &[("drive", |s| s.drive != Drive::Free)],
-        not_with: &[Mirrors],
-        about: "A projectile on a path that the host gives",
-    },
-    Record {
-        feature: Mirrors,
-        name: "mirrors",
-        built: cfg!(feature = "mirrors"),
-        asked_by: &[("symmetry.mirror_x", |s| s.symmetry.mirror_x), ("symmetry.mirror_y", |s| s.symmetry.mirror_y)],
-        not_with: &[],
-        about: "Mirror planes through the middle of the sheet",
-    },
-    Record {
-        feature: Grading,
-        name: "grading",
-        built: cfg!(feature = "grading"),
-        asked_by: &[("sheet.grading.largest", |s| s.sheet.grading.largest > 1)],
-        not_with: &[],
-        about: "A graded network: bars that stand for several yarns away from the hit",
-    },
-    Record {
-        feature: Theta,
-        name: "theta",
-        built: cfg!(feature = "theta"),
-        asked_by: &[("integrator.kind", |s| s.integrator.kind == IntegratorKind::Theta)],
-        not_with: &[],
-        about: "The theta rule for the nodes, by fixed-point iteration",
-    },
-    Record {
-        feature: ThetaRotation,
-        name: "theta",
-        built: cfg!(feature = "theta"),
-        asked_by: &[("rotation_rule.kind", |s| s.rotation_rule.kind == RotationKind::Theta)],
-        not_with: &[],
-        about: "The theta rule for the projectile's rotation",
-    },
-    Record {
-        feature: Crimp,
-        name: "crimp",
-        built: cfg!(feature = "crimp"),
-        asked_by: &[
-            ("sheet.crimp", |s| s.sheet.crimp != [0.0; 2]),
-            ("back.crimp", |s| s.back.plies > 0 && s.back.crimp != [0.0; 2]),
-        ],
-        not_with: &[],
-        about: "Yarn that is longer than its place in the sheet",
-    },
-    Record {
-        feature: Unlike,
-        name: "unlike",
-        built: cfg!(feature = "unlike"),
-        asked_by: &[("sheet.spacing_y", |s| s.sheet.spacing_y != 0.0), ("weft", |s| s.weft != Weft::LIKE_WARP)],
-        not_with: &[],
-        about: "A weft with a spacing, a yarn or a strength of its own",
-    },
-    Record {
-        feature: Polyhedra,
-        name: "polyhedra",
-        built: cfg!(feature = "polyhedra"),
-        asked_by: &[("projectile.shape", |s| {
+        ])
+        .not_with(&[Mirrors]),
+    feature!(Prescribed, "prescribed", "A projectile on a path that the host gives")
+        .fields(&[("drive", |s| s.drive != Drive::Free)])
+        .not_with(&[Mirrors]),
+    feature!(Mirrors, "mirrors", "Mirror planes through the middle of the sheet")
+        .fields(&[("symmetry.mirror_x", |s| s.symmetry.mirror_x), ("symmetry.mirror_y", |s| s.symmetry.mirror_y)]),
+    feature!(Grading, "grading", "A graded network: bars that stand for several yarns away from the hit")
+        .fields(&[("sheet.grading.largest", |s| s.sheet.grading.largest > 1)]),
+    feature!(Theta, "theta", "The theta rule for the nodes, by fixed-point iteration")
+        .fields(&[("integrator.kind", |s| s.integrator.kind == IntegratorKind::Theta)]),
+    feature!(ThetaRotation, "theta", "The theta rule for the projectile's rotation")
+        .fields(&[("rotation_rule.kind", |s| s.rotation_rule.kind == RotationKind::Theta)]),
+    feature!(Crimp, "crimp", "Yarn that is longer than its place in the sheet").fields(&[
+        ("sheet.crimp", |s| s.sheet.crimp != [0.0; 2]),
+        ("back.crimp", |s| s.back.plies > 0 && s.back.crimp != [0.0; 2]),
+    ]),
+    feature!(Unlike, "unlike", "A weft with a spacing, a yarn or a strength of its own")
+        .fields(&[("sheet.spacing_y", |s| s.sheet.spacing_y != 0.0), ("weft", |s| s.weft != Weft::LIKE_WARP)]),
+    feature!(Polyhedra, "polyhedra", "Boxes, convex polyhedra, prisms and sectors of discs")
+        .fields(&[("projectile.shape", |s| {
             matches!(s.projectile.shape, Shape::Box | Shape::Polyhedron | Shape::DiscSector)
-        })],
-        not_with: &[],
-        about: "Boxes, convex polyhedra, prisms and sectors of discs",
-    },
-    Record {
-        feature: Detachment,
-        name: "detachment",
-        built: cfg!(feature = "detachment"),
-        asked_by: &[("track_detachment", |s| s.track_detachment)],
-        not_with: &[],
-        about: "The outcome that a part of the sheet has torn off its supports",
-    },
-    Record {
-        feature: Through,
-        name: "detachment",
-        built: cfg!(feature = "detachment"),
-        asked_by: &[("track_through", |s| s.track_through)],
-        not_with: &[],
-        about: "The outcome that held yarn does not stop the projectile any more",
-    },
-    Record {
-        feature: Snapshot,
-        name: "snapshot",
-        built: cfg!(feature = "snapshot"),
-        asked_by: &[],
-        not_with: &[],
-        about: "Images of a simulation, to go back to and to go on from elsewhere",
-    },
-    Record {
-        feature: Bands,
-        name: "bands",
-        built: cfg!(feature = "bands"),
-        asked_by: &[],
-        not_with: &[],
-        about: "Bands of rows for threads of the host",
-    },
-    Record {
-        feature: Blocks,
-        name: "blocks",
-        built: cfg!(feature = "blocks"),
-        asked_by: &[],
-        not_with: &[],
-        about: "Several steps of a large sheet in one pass over its memory, which is fetched ahead",
-    },
-    Record {
-        feature: Curved,
-        name: "rings",
-        built: cfg!(feature = "rings"),
-        asked_by: &[("sheet.radius", |s| s.sheet.radius != 0.0)],
-        not_with: &[Rate, Grading, Theta, Mirrors],
-        about: "A sheet that is curved about an axis along y",
-    },
-    Record {
-        feature: Closed,
-        name: "rings",
-        built: cfg!(feature = "rings"),
-        asked_by: &[("sheet.closed", |s| s.sheet.closed)],
-        not_with: &[],
-        about: "A ring: the last node of a row is joined to its first",
-    },
-    Record {
-        feature: Casing,
-        name: "rings",
-        built: cfg!(feature = "rings"),
-        asked_by: &[("casing.radius", |s| s.casing.radius != 0.0)],
-        not_with: &[],
-        about: "A rigid case that a ring lies on",
-    },
-    Record {
-        feature: Vectors,
-        name: "vectors",
-        built: lanes::WIDER,
-        asked_by: &[],
-        not_with: &[],
-        about: "AVX2 and AVX-512 on machines that have them",
-    },
-    Record {
-        feature: Slip,
-        name: "slip",
-        built: cfg!(feature = "slip"),
-        asked_by: &[],
-        not_with: &[],
-        about: "The read-out of crossings that would slip",
-    },
-    Record {
-        feature: Clamps,
-        name: "clamps",
-        built: cfg!(feature = "clamps"),
-        asked_by: &[
+        })]),
+    feature!(Detachment, "detachment", "The outcome that a part of the sheet has torn off its supports")
+        .fields(&[("track_detachment", |s| s.track_detachment)]),
+    feature!(Through, "detachment", "The outcome that held yarn does not stop the projectile any more")
+        .fields(&[("track_through", |s| s.track_through)]),
+    feature!(Snapshot, "snapshot", "Images of a simulation, to go back to and to go on from elsewhere"),
+    feature!(Bands, "bands", "Bands of rows for threads of the host"),
+    feature!(Blocks, "blocks", "Several steps of a large sheet in one pass over its memory, which is fetched ahead"),
+    feature!(Curved, "rings", "A sheet that is curved about an axis along y")
+        .fields(&[("sheet.radius", |s| s.sheet.radius != 0.0)])
+        .not_with(&[Rate, Grading, Theta, Mirrors]),
+    feature!(Closed, "rings", "A ring: the last node of a row is joined to its first")
+        .fields(&[("sheet.closed", |s| s.sheet.closed)]),
+    feature!(Casing, "rings", "A rigid case that a ring lies on")
+        .fields(&[("casing.radius", |s| s.casing.radius != 0.0)]),
+    feature!(Vectors, "vectors", "AVX2 and AVX-512 on machines that have them"),
+    feature!(Slip, "slip", "The read-out of crossings that would slip"),
+    feature!(Clamps, "clamps", "Attachments that slip, let go and tear out")
+        .fields(&[
             ("attachment.hold", |s| s.attachment.hold != 0.0),
             ("attachment.strength", |s| s.attachment.strength != 0.0),
-        ],
-        not_with: &[Theta, Grading],
-        about: "Attachments that slip, let go and tear out",
-    },
+        ])
+        .not_with(&[Theta, Grading]),
 ];
 
 impl Feature {
@@ -323,6 +179,14 @@ impl Feature {
 }
 
 impl Record {
+    const fn fields(self, asked_by: &'static [(&'static str, Asks)]) -> Record {
+        Record { asked_by, ..self }
+    }
+
+    const fn not_with(self, not_with: &'static [Feature]) -> Record {
+        Record { not_with, ..self }
+    }
+
     /// The first of its fields by which a scene asks for it.
     pub fn asked_by(&self, scene: &Scene) -> Option<&'static str> {
         self.asked_by.iter().find(|(_, asks)| asks(scene)).map(|(field, _)| *field)

@@ -332,8 +332,8 @@ const fn choice(
 }
 
 /// Takes the choice of this number, if there is one.
-fn pick<T: Copy>(place: &mut T, all: &[T], number: u32) {
-    if let Some(chosen) = all.get(number as usize) {
+fn pick<T: Copy>(place: &mut T, all: &[Named<T>], number: u32) {
+    if let Some((chosen, _)) = all.get(number as usize) {
         *place = *chosen;
     }
 }
