@@ -983,9 +983,9 @@ typedef struct fk_replayed {
     struct fk_replay_place at;
     // FK_REPLAY_GOES_ON, or how it ended.
     uint64_t end;
-    // Of a difference: what the capsule has.
+    // What the capsule has, where the two differ.
     uint64_t written;
-    // Of a difference: what was found.
+    // What was found, where the two differ.
     uint64_t found;
 } fk_replayed;
 
@@ -1322,7 +1322,7 @@ int32_t fk_capsule_begin(struct fk_sim *sim,
                          uint64_t stride);
 
 // Hands over what has been written since fk_capsule_begin or the last call of this: `used` bytes at the start of the memory, to be kept
-// behind those before; the next call writes to the start again. A call of the host's takes some 30 bytes, a digest 21, fk_set_motion and
+// after those before; the next call writes to the start again. A call of the host's takes some 30 bytes, a digest 21, fk_set_motion and
 // fk_state_load what they are given.
 // Threads: changes. Time: constant. Touches: the block and `used`.
 // Errors: FK_SHORT_BUFFER (the memory was full: the last record may be cut off, and nothing more is written), FK_NULL_POINTER, FK_BAD_CAPSULE

@@ -93,14 +93,14 @@ impl fabric_capsule::Sink for Window {
         if self.length - self.used < bytes.len() {
             return false;
         }
-        // SAFETY: the host lends `length` writable bytes until fk_capsule_end; `used` is at most that, and there is room behind it.
+        // SAFETY: the host lends `length` writable bytes until fk_capsule_end; `used` is at most that, and there is room after it.
         unsafe { core::ptr::copy_nonoverlapping(bytes.as_ptr(), self.start.add(self.used), bytes.len()) };
         self.used += bytes.len();
         true
     }
 }
 
-/// Bytes of the handle, rounded up so that the numbers behind it are aligned.
+/// Bytes of the handle, rounded up so that the numbers after it are aligned.
 const HANDLE_BYTES: usize = size_of::<fk_sim>().next_multiple_of(ALIGN);
 
 /// Bytes of a block for a scene, wherever it starts.
@@ -124,7 +124,7 @@ impl ToChange {
         ToChange(handle)
     }
 
-    /// The same handle, to look at.
+    /// Handle for calls that only read.
     fn to_look_at(&self) -> ToLookAt {
         ToLookAt(self.0)
     }
@@ -205,14 +205,14 @@ pub(crate) fn init(memory: Lent, length: u64, scene: &Scene) -> Result<*mut fk_s
     Ok(handle)
 }
 
-/// The block behind a handle.
+/// Block of a handle.
 pub(crate) fn open(handle: &mut ToChange) -> Result<&mut fk_sim, Error> {
     without_bands(&handle.to_look_at())?;
     // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody else use it.
     Ok(unsafe { &mut *handle.0 })
 }
 
-/// The block behind a handle, to be looked at.
+/// Block of a handle, for calls that only read.
 pub(crate) fn look(handle: &ToLookAt) -> Result<&fk_sim, Error> {
     without_bands(handle)?;
     // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody change it.
@@ -237,7 +237,7 @@ pub(crate) fn bands_bytes(layout: &Layout, of: u32) -> Result<usize, Error> {
     bytes.ok_or(Error::plain(Code::TooManyNodes, "of"))
 }
 
-/// Bytes of the bands themselves, rounded up so that the numbers behind them are aligned.
+/// Bytes of the bands themselves, rounded up so that the numbers after them are aligned.
 const BANDS_BYTES: usize = size_of::<Bands<'static, 'static>>().next_multiple_of(ALIGN);
 
 /// Hands the simulation to `of` bands.

@@ -276,7 +276,7 @@ fn change(sim: ToChange, work: impl FnOnce(&mut fk_sim) -> Result<(), Error>) ->
     change_even_failed(sim, work)
 }
 
-/// The same of a call that is one of the kernel's.
+/// Runs a call that is one of the kernel's.
 fn run<'c>(sim: ToChange, call: impl FnOnce() -> Result<Call<'c>, Error>) -> i32 {
     change(sim, |block| block.run(&call()?))
 }
@@ -318,7 +318,7 @@ fn get<T: Structure>(
     view(sim, |sim| put(&mut out, size, work(sim)?))
 }
 
-/// The same also after a failure.
+/// Reads a structure also after a failure.
 fn get_even_failed<T: Structure>(sim: ToLookAt, mut out: Output<T>, size: u64, work: impl FnOnce(&fk_sim) -> T) -> i32 {
     view_even_failed(sim, |block| put(&mut out, size, work(block)))
 }

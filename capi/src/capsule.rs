@@ -31,7 +31,7 @@ pub unsafe extern "C" fn fk_capsule_begin(mut sim: ToChange, memory: Lent, bytes
 }
 
 /// Hands over what has been written since fk_capsule_begin or the last call of this: `used` bytes at the start of the memory, to be kept
-/// behind those before; the next call writes to the start again. A call of the host's takes some 30 bytes, a digest 21, fk_set_motion and
+/// after those before; the next call writes to the start again. A call of the host's takes some 30 bytes, a digest 21, fk_set_motion and
 /// fk_state_load what they are given.
 /// Threads: changes. Time: constant. Touches: the block and `used`.
 /// Errors: FK_SHORT_BUFFER (the memory was full: the last record may be cut off, and nothing more is written), FK_NULL_POINTER, FK_BAD_CAPSULE

@@ -16,7 +16,7 @@ use fabric_kernel::{Code, Error, Scene};
 pub(crate) unsafe trait Structure: Copy {
     /// Name for faults.
     const NAME: &'static str;
-    /// Its size in the first release, bytes, which is the start of the present structure. It never changes.
+    /// Size in the first release, bytes, which is the start of the present structure. It never changes.
     const FIRST: usize;
 }
 

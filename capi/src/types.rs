@@ -100,9 +100,9 @@ pub struct fk_replayed {
     pub at: fk_replay_place,
     /// FK_REPLAY_GOES_ON, or how it ended.
     pub end: u64,
-    /// Of a difference: what the capsule has.
+    /// What the capsule has, where the two differ.
     pub written: u64,
-    /// Of a difference: what was found.
+    /// What was found, where the two differ.
     pub found: u64,
 }
 

@@ -55,7 +55,7 @@ impl Capsule {
     /// Does a call, and writes it.
     ///
     /// # Errors
-    /// Those of the call.
+    /// Errors of the call.
     pub fn run(&mut self, sim: &mut Sim<'_>, call: &Call<'_>) -> Result<(), Error> {
         fabric_capsule::run(&mut self.0, sim, call)
     }

@@ -58,7 +58,7 @@ pub enum Trouble {
 
 /// How a communication step ended.
 pub struct StepEnd {
-    /// Of the call.
+    /// Status of the call.
     pub status: Status,
     /// What the discrete outputs show has changed.
     pub event: bool,
@@ -150,7 +150,7 @@ impl Instance {
         self.refuse_as(Category::Error, text)
     }
 
-    /// The same with Error or Discard.
+    /// Refuses a call with Error or Discard.
     fn refuse_as(&self, category: Category, text: &str) -> Status {
         self.log.say(category, text);
         if category == Category::Discard { Status::Discard } else { Status::Error }
@@ -254,7 +254,7 @@ impl Instance {
         self.running.as_ref().filter(|_| self.kept.phase as u32 & Phase::SETTING_UP == 0)
     }
 
-    /// Says so. Nothing has changed, and the other instances go on: an error, not a fatal one.
+    /// Refuses a call for lack of memory with status Error, not Fatal: other instances are not affected.
     pub fn out_of_memory(&self, bytes: usize) -> Status {
         self.refuse(&line(format_args!("out of memory: there are no {bytes} bytes for it")))
     }

@@ -40,7 +40,7 @@ impl Phase {
     pub const ANY: u32 = 63;
 }
 
-/// Everything about an instance but the simulation itself: what a saved state holds besides the kernel's
+/// Everything about an instance but the simulation itself: what a saved state holds beside the kernel's
 /// image.
 #[derive(Clone, Copy)]
 pub struct Kept {
@@ -99,7 +99,7 @@ impl Default for Kept {
     }
 }
 
-/// A saved state. The kernel's image lies behind it in the same block.
+/// A saved state. The kernel's image follows it in the same block.
 pub struct Saved {
     next: Option<Owned<Saved>>,
     /// Everything but the simulation.

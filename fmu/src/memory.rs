@@ -54,7 +54,7 @@ mod library {
     }
 }
 
-/// A value in a block of its own, with bytes behind it. Dropped, the value is dropped and the block freed.
+/// A value in a block of its own, with bytes after it. Dropped, the value is dropped and the block freed.
 pub struct Owned<T> {
     /// Taken: aligned for every type of ours (checked in [`Owned::new`]), with `size_of::<T>() + extra`
     /// bytes.
@@ -63,7 +63,7 @@ pub struct Owned<T> {
 }
 
 impl<T> Owned<T> {
-    /// A value and `extra` zeroed bytes behind it; None if there is no memory.
+    /// A value and `extra` zeroed bytes after it; None if there is no memory.
     pub fn new(value: T, extra: usize) -> Option<Owned<T>> {
         // What every calloc aligns to, those of 32-bit machines too.
         const { assert!(align_of::<T>() <= 8) }
@@ -77,7 +77,7 @@ impl<T> Owned<T> {
     /// A value that [`Owned::into_pointer`] has let go of.
     ///
     /// # Safety
-    /// The pointer came from there, with no bytes behind the value, and is not used again.
+    /// The pointer came from there, with no bytes after the value, and is not used again.
     pub const unsafe fn from_pointer(start: NonNull<T>) -> Owned<T> {
         Owned { start, extra: 0 }
     }
@@ -92,7 +92,7 @@ impl<T> Owned<T> {
         self.start.as_ptr()
     }
 
-    /// The value and the bytes behind it.
+    /// The value and the bytes after it.
     pub fn parts(&self) -> (&T, &[u8]) {
         // SAFETY: ours alone; the value was written and the bytes zeroed when it was made.
         unsafe { (self.start.as_ref(), core::slice::from_raw_parts(self.start.add(1).as_ptr().cast(), self.extra)) }
@@ -132,7 +132,7 @@ impl<T> Drop for Owned<T> {
 
 /// The memory of one simulation.
 pub struct Block {
-    /// All of it behind a value of no size that has the alignment of a number.
+    /// All of it after a value of no size that has the alignment of a number.
     bytes: Owned<[f64; 0]>,
     lines: usize,
 }

@@ -12,7 +12,7 @@ use fabric_kernel::{Hash, Scene};
 
 /// Words of the block: its mark (2), layout, build, token, checksum, and those of the scene in the order of
 /// the kernel's table.
-type Block = [u64; 6 + SLOTS];
+type Words = [u64; 6 + SLOTS];
 
 /// Mark of the block. No code compares it, so that it occurs in a file once.
 const MARK: [u64; 2] = [u64::from_le_bytes(*b"FabricSc"), u64::from_le_bytes(*b"eneBlock")];
@@ -24,7 +24,7 @@ const LAYOUT: u64 = 1 << 32 | SLOTS as u64;
 const EMPTY: u64 = u64::from_le_bytes(*b"no scene");
 
 #[used]
-static BLOCK: Block = {
+static BLOCK: Words = {
     let mut block = [EMPTY; 6 + SLOTS];
     (block[0], block[1], block[2]) = (MARK[0], MARK[1], LAYOUT);
     block
@@ -63,7 +63,7 @@ impl Starts {
         Starts::of(black_box(&BLOCK))
     }
 
-    fn of(block: &Block) -> Result<Starts, &'static str> {
+    fn of(block: &Words) -> Result<Starts, &'static str> {
         let starts = Starts::own();
         let [_, _, layout, build, token, checksum, words @ ..] = block;
         if [build, token, checksum] == [&EMPTY; 3] {
@@ -97,7 +97,7 @@ mod tests {
     use fabric_kernel::fields::FIELDS;
 
     /// The block of a scene as `fabric fmu` writes it.
-    fn filled(mut scene: Scene) -> Block {
+    fn filled(mut scene: Scene) -> Words {
         let mut block = BLOCK;
         (block[3], block[4]) = (Starts::own().token, 77);
         let places = FIELDS.iter().flat_map(|field| (0..field.size()).map(move |element| (field, element)));

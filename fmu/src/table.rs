@@ -167,24 +167,24 @@ impl Variable {
     }
 }
 
-type Text = &'static str;
+type Str = &'static str;
 type OfQuantity = &'static Quantity;
 
-const fn row(id: Id, name: Text, reference: u32, kind: Kind, role: Role, description: Text) -> Variable {
+const fn row(id: Id, name: Str, reference: u32, kind: Kind, role: Role, description: Str) -> Variable {
     let (shape, quantity): (&[usize], _) = (&[], None);
     let (nominal, note) = (0.0, "");
     Variable { id, name, reference, kind, role, shape, quantity, nominal, description, note }
 }
 
-const fn input(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text) -> Variable {
+const fn input(id: Id, name: Str, reference: u32, of: OfQuantity, about: Str) -> Variable {
     Variable { quantity: Some(of), shape: &[3], ..row(id, name, reference, Kind::Real, Role::Input, about) }
 }
 
-const fn tunable(id: Id, name: Text, reference: u32, kind: Kind, about: Text) -> Variable {
+const fn tunable(id: Id, name: Str, reference: u32, kind: Kind, about: Str) -> Variable {
     row(id, name, reference, kind, Role::Tunable, about)
 }
 
-const fn output(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text) -> Variable {
+const fn output(id: Id, name: Str, reference: u32, of: OfQuantity, about: Str) -> Variable {
     Variable { quantity: Some(of), ..row(id, name, reference, Kind::Real, Role::Continuous, about) }
 }
 
@@ -195,7 +195,7 @@ const fn of_output(number: usize) -> Variable {
     Variable { shape, nominal, ..output(Id::Output(number), name, reference, quantity, about) }
 }
 
-/// The reference of the kernel's output that one of the FMU's own stands behind; 0 of most.
+/// Reference of the kernel's output after which one of the FMU's own stands; 0 for most.
 const fn behind(id: Id) -> u32 {
     match id {
         Id::InterfaceResidual => 414,
@@ -204,22 +204,22 @@ const fn behind(id: Id) -> u32 {
     }
 }
 
-const fn discrete(id: Id, name: Text, reference: u32, kind: Kind, about: Text) -> Variable {
+const fn discrete(id: Id, name: Str, reference: u32, kind: Kind, about: Str) -> Variable {
     row(id, name, reference, kind, Role::Discrete, about)
 }
 
 /// Whether an event has happened.
-const fn happened(event: usize, name: Text, about: Text) -> Variable {
+const fn happened(event: usize, name: Str, about: Str) -> Variable {
     discrete(Id::Happened(event), name, 443 + event as u32, Kind::Boolean, about)
 }
 
 /// When it happened.
-const fn at(event: usize, name: Text, about: Text) -> Variable {
+const fn at(event: usize, name: Str, about: Str) -> Variable {
     Variable { role: Role::Discrete, ..output(Id::HappenedAt(event), name, 448 + event as u32, &TIME, about) }
 }
 
 /// A parameter's name: the kernel's, but where an input has that name.
-const fn name_of(field: &Field) -> Text {
+const fn name_of(field: &Field) -> Str {
     match field.fmi {
         600 => "projectile.start.position",
         603 => "projectile.start.velocity",

@@ -8,7 +8,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
-/// So much before and behind a rupture its stress is taken.
+/// Strain before and after a rupture at which its stress is taken.
 const JUST: f64 = 1e-9;
 
 /// The paper's bundle; `straight`: of fibrils without offset.

@@ -26,7 +26,7 @@ pub struct Scene {
 type Reduced<'py> = (Bound<'py, PyType>, (&'static str, Bound<'py, PyDict>));
 
 impl Scene {
-    /// The same with what differs.
+    /// Scene with what differs.
     fn changed(&self, given: [Option<&Bound<'_, PyDict>>; 2]) -> PyResult<Scene> {
         let (mut scene, mut textiles) = (self.scene, self.textiles.clone());
         let mut as_it_is = false;
@@ -135,13 +135,13 @@ impl Scene {
         made_of(text, "")
     }
 
-    /// The same with other values.
+    /// Scene with other values.
     #[pyo3(signature = (parameters = None, /, **more))]
     fn replace(&self, parameters: Option<&Bound<'_, PyDict>>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
         self.changed([parameters, more])
     }
 
-    /// The same with the projectile just before the sheet, so that its centre flies through a point of it.
+    /// Scene with the projectile just before the sheet, so that its centre flies through a point of it.
     #[pyo3(signature = (point = None, *, velocity = None, orientation = None))]
     fn aimed(
         &self,
@@ -160,7 +160,7 @@ impl Scene {
         Ok(self.with(scene))
     }
 
-    /// The same with the graded network that the kernel chooses for an error.
+    /// Scene with the graded network that the kernel chooses for an error.
     fn graded(&self, error: f64) -> PyResult<Scene> {
         let mut scene = self.scene;
         scene.set_grading(error).map_err(errors::of)?;

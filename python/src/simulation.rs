@@ -205,7 +205,7 @@ fn outcome_set(until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
     names.iter().map(outcome).collect()
 }
 
-/// The same for a scene.
+/// Outcomes that a scene may have.
 fn outcomes_of(scene: &fabric_kernel::Scene, until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
     let set = outcome_set(until)?;
     if set.has(Outcome::Through) && !scene.track_through {

@@ -94,11 +94,11 @@ fn exact_dissipated(law: &DamageLaw, segment: &Segment, alpha: f64) -> Exact {
 #[derive(Default)]
 struct Worst {
     points: u32,
-    /// Of alpha, ulp, with the preset's law.
+    /// Error of alpha, ulp, with the preset's law.
     alpha: f64,
-    /// Of alpha, in ulp of the stretch, what one ulp of alpha itself makes left out.
+    /// Error of alpha, in ulp of the stretch, what one ulp of alpha itself makes left out.
     in_stretch: f64,
-    /// Of the force, ulp.
+    /// Error of the force, ulp.
     force: f64,
     /// Points where one of the two has failed and the other has not.
     at_cut: u32,

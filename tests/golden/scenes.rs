@@ -1,5 +1,5 @@
-//! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn
-//! and drive.
+//! The golden scenes other than the presets: small, and together touching every shape, attachment, kind of
+//! yarn and drive.
 
 use crate::{as_proposed, drawn, rated, rough, set_off, viscous};
 use fabric_kernel::{
@@ -53,22 +53,22 @@ pub fn uniform_sphere() -> Scene {
     scene
 }
 
-/// The same on drawn yarn that gives back what slack segments owe.
+/// Sphere on drawn yarn with the energy error of slack segments corrected.
 pub fn sphere_on_balanced_yarn() -> Scene {
     Scene { slack_balance: true, ..drawn(uniform_sphere()) }
 }
 
-/// The same of drawn viscous yarn.
+/// Sphere on drawn viscous yarn.
 pub fn sphere_on_viscous_yarn() -> Scene {
     as_proposed(drawn(uniform_sphere()))
 }
 
-/// The same of drawn yarn that depends on the rate of strain like Kevlar 49, up to the rates of an impact.
+/// Sphere on drawn yarn that depends on the rate of strain like Kevlar 49, up to the rates of an impact.
 pub fn sphere_on_yarn_that_depends_on_rate() -> Scene {
     rated(drawn(uniform_sphere()), 1700.0)
 }
 
-/// The same on drawn yarn with friction, askew and spinning.
+/// Sphere on drawn yarn with friction, askew and spinning.
 pub fn sphere_that_rubs() -> Scene {
     let mut scene = rough(drawn(uniform_sphere()), 0.3);
     scene.projectile.velocity = [40.0, -20.0, 100.0];
@@ -92,7 +92,7 @@ pub fn cylinder_on_a_graded_sheet() -> Scene {
     scene
 }
 
-/// The same with strength drawn for every segment, in part alike along a yarn, from data at 50 mm; modulus
+/// Sphere with strength drawn for every segment, in part alike along a yarn, from data at 50 mm; modulus
 /// drawn too.
 pub fn sphere_on_drawn_strength() -> Scene {
     let mut scene = uniform_sphere();

@@ -272,7 +272,7 @@ fn the_balance_of_a_shot_of_40_joules_closes() {
 // ---- Slack segments ---------------------------------------------------------------------------------------
 
 /// The free node of a 3 x 3 sheet, thrown along x between two crimped yarns: what its energy is off by, 10
-/// steps behind each of some hundred bounces, when both are slack.
+/// steps after each of some hundred bounces, when both are slack.
 fn bounces(scene: Scene, fraction: f64) -> f64 {
     let mut scene = without_projectile(scene);
     (scene.sheet.crimp, scene.time_step) = ([0.02, 0.5], TimeStep::fraction(fraction));

@@ -173,8 +173,8 @@ fn a_longer_search_for_deep_plies() {
 ///
 /// With the gap rates g of the nodes that are pressed, before and after, the loss is -lambda (g + g')/2.
 /// After it g' = -phi/dt <= 0, and g' = g + K + W lambda with what forces add in the step, K = n.a dt, and
-/// the matrix W of rates for impulses, which has at least 1/m on its diagonal besides what the body gives
-/// way. So the loss is at least (lambda K + lambda W lambda)/2, and that nowhere below
+/// the matrix W of rates for impulses, which has at least 1/m on its diagonal beyond the compliance of the
+/// body. So the loss is at least (lambda K + lambda W lambda)/2, and that nowhere below
 /// -m K^2/8 summed over the free nodes that are pressed. Below a flat face of a body that does not turn, g
 /// was 0 already: there it never falls.
 fn falls(scenes: Range<u64>) {
@@ -203,7 +203,7 @@ fn falls(scenes: Range<u64>) {
             sim.copy_positions(next.as_flattened_mut()).unwrap();
             let mut bound = 1e-14 * kinetic;
             for (((a, b), c), v) in last.iter().zip(&x).zip(&next).zip(&v) {
-                // Velocities half a step before and behind; half of what forces add is in those at t_n.
+                // Velocities half a step before and after; half of what forces add is in those at t_n.
                 let [was, is]: [V3; 2] = [scale(sub(*b, *a), 1.0 / dt), scale(sub(*c, *b), 1.0 / dt)];
                 let added = scale(sub(*v, was), 2.0);
                 let pushed = sub(is, add(was, added));

@@ -45,9 +45,9 @@ fn work(scene: &Scene, fraction: f64) -> f64 {
     sim.contact().unwrap().work
 }
 
-/// Its side a micrometre away from the last row, its front flush with the sheet: the body flies past and
-/// touches nothing. Its front's plane goes through the row within a step; a sphere's tangent planes, and all
-/// sides, do not.
+/// Side of the body a micrometre away from the last row, its front flush with the sheet: the body flies past
+/// and touches nothing. Its front's plane goes through the row within a step; a sphere's tangent planes, and
+/// all sides, do not.
 #[test]
 fn a_flush_body_flies_past_the_edge_of_a_sheet() {
     for front in fronts() {
@@ -83,7 +83,7 @@ fn a_body_clears_an_edge_in_time_or_meets_it() {
     }
 }
 
-/// The same edge, and a support at the body's other side that stops it from flying off: the node that would
+/// Edge as before, and a support at the body's other side that stops it from flying off: the node that would
 /// have been passed is caught in the same step.
 #[test]
 fn a_body_that_is_kept_from_flying_off_meets_the_node() {

@@ -22,7 +22,7 @@ pub(crate) fn unlike(mut scene: Scene) -> Scene {
     scene
 }
 
-/// The same fabric with its directions exchanged: what was along x is along y.
+/// Fabric with its directions exchanged: what was along x is along y.
 fn exchanged(scene: &Scene) -> Scene {
     let mut other = *scene;
     let ([h_x, h_y], sheet) = (spacings(scene), &mut other.sheet);

@@ -1,4 +1,4 @@
-//! The same physics in another frame or with another number of plies.
+//! Physics in another frame or with another number of plies.
 
 use fabric_kernel::Scene;
 use fabric_tests::reference::{V3, add, largest_distance, length, sub, turn};

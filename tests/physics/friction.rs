@@ -360,7 +360,7 @@ proptest! {
         check(&crowd, mu)?;
     }
 
-    /// Of free nodes, far lighter than the body, to rounding. (Coulomb's law may have several solutions for
+    /// Free nodes, far lighter than the body; to rounding. (Coulomb's law may have several solutions for
     /// held or heavy ones.)
     #[test]
     fn the_order_of_the_nodes_does_not_matter(crowd in crowds(Just(false), 5.0..9.0), mu in 0.0..10.0, turn in 0..12usize) {

@@ -2,7 +2,7 @@
 //!
 //! N = A_0 U S is convex in U, so the longitudinal front is a shock. With mu = m/(2h) kg/m (half a node's
 //! mass: one of the two yarns that meet there), s^2 = N/(mu (U - 1)) its speed, w = s (U - 1) the inward
-//! speed behind it, c_t = sqrt(N/(mu U)) the Lagrangian speed of the kink, the impact speed is V^2 = (U
+//! speed within it, c_t = sqrt(N/(mu U)) the Lagrangian speed of the kink, the impact speed is V^2 = (U
 //! c_t)^2 - (U c_t - w)^2 and the contact force 2 N V/(U c_t).
 
 use fabric_kernel::{Drive, Scene};

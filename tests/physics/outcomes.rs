@@ -81,7 +81,7 @@ fn contact_is_over_when_a_body_has_left_the_sheet() {
     }
 }
 
-/// The same under a load that the sheet bears: arrested where it first comes to rest, not before.
+/// Sphere under a load that the sheet bears: arrested where it first comes to rest, not before.
 #[test]
 fn a_sphere_at_rest_that_a_load_pushes_in_vain_is_arrested() {
     let scene = small_sheet(41, 0.0);
@@ -111,7 +111,7 @@ fn a_sphere_that_a_load_brings_back_has_not_passed() {
     touches_before_it_passes(&mut sim, 400_000);
 }
 
-/// Behind a sheet that its host has thrown after it, a slow sphere has not passed.
+/// A slow sphere has not passed a sheet that its host has thrown after it.
 #[test]
 fn a_sphere_before_a_thrown_sheet_has_not_passed() {
     let mut scene = small_sheet(41, 1.0);

@@ -320,7 +320,7 @@ fn meetings(coefficient: std::ops::Range<f64>, share: std::ops::Range<f64>) -> i
     )
 }
 
-/// The same on a curve of 40 spacings, with the body as much lower as the sheet's edges: outwards is there
+/// Meeting on a curve of 40 spacings, with the body as much lower as the sheet's edges: outwards is there
 /// what z is here.
 fn on_a_curve(meeting: Meeting) -> Meeting {
     let Meeting { mut scene, mut positions, mut velocities } = meeting;
@@ -407,7 +407,7 @@ fn and_so_do_plies_on_a_curve() {
     }
 }
 
-/// The same with two plies of a fabric of 0.05 to 20 times the mass.
+/// Two plies of a fabric of 0.05 to 20 times the mass.
 #[test]
 fn and_so_do_plies_of_two_masses() {
     for friction in [0.0..1e-300, 0.01..10.0] {
@@ -579,8 +579,8 @@ fn the_wave_in_each_ply_has_its_own_speed() {
         let (i, j) = (k % 161, k / 161 % 161);
         [x, [if i == 0 || i > 80 || j == 0 || j == 160 { 0.0 } else { -20.0 }, 0.0, 0.0]]
     });
-    // Where a node of the middle row has half the speed behind the front: the front has gone c t from the
-    // middle.
+    // Where a node of the middle row has half the speed that it has within the front: the front has gone c t
+    // from the middle.
     let front = |sim: &Sim<'_>, ply: usize| {
         let all = velocities(sim);
         let row = &all[ply * 161 * 161 + 80 * 161..][..161];

@@ -72,7 +72,7 @@ fn a_path_is_the_cubic_through_its_ends() {
         sim.follow(&path, n - sim.step_count()).unwrap();
         assert!(length(sub(sim.projectile().unwrap().position, at(n as f64 * dt))) < 1e-15);
     }
-    // Until its end the velocity is the mean over the last step; behind it the body coasts with the path's.
+    // Until its end the velocity is the mean over the last step; after it the body coasts with the path's.
     let motion = sim.projectile().unwrap();
     let mean = add(velocity, scale(acceleration, end - 0.5 * dt));
     assert!(length(sub(motion.velocity, mean)) < 1e-6);

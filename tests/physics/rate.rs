@@ -64,8 +64,8 @@ fn pulled(rate: f64) -> (f64, f64) {
     (modulus.unwrap(), strength)
 }
 
-/// Those of the outer two are given, so they must come out to what a secant differs from a tangent; the
-/// middle one within 10 %.
+/// Values of the outer two rates are given, so they must come out to what a secant differs from a tangent;
+/// the middle one within 10 %.
 #[test]
 fn modulus_and_strength_are_as_measured_at_three_rates() {
     for ((rate, modulus, strength), tolerance) in MEASURED.into_iter().zip([0.015, 0.1, 0.015]) {

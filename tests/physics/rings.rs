@@ -336,7 +336,7 @@ fn a_taut_ring_without_its_case_shrinks() {
     assert!(off < 1e-12 && r < 0.999 * scene.sheet.radius && sim.support().unwrap().casing == [0.0; 3], "{off:e} {r}");
 }
 
-/// Besides what one number says by itself (tests/src/inputs.rs).
+/// Numbers by themselves are tried in tests/src/inputs.rs.
 #[test]
 fn what_is_no_ring_is_refused_by_field() {
     let refused = |change: fn(&mut Scene)| {
@@ -411,7 +411,7 @@ fn random(k: u64) -> Scene {
     scene
 }
 
-/// The same of two to four plies, which lie on each other or part by a fifth of a spacing.
+/// Random ring of two to four plies, which lie on each other or part by a fifth of a spacing.
 fn random_plies(k: u64) -> Scene {
     let mut scene = Scene { slack_balance: true, ..random(k) };
     let apart = k.is_multiple_of(2) && scene.sheet.pre_strain[0] == 0.0;
@@ -504,7 +504,7 @@ fn a_body_from_outside_is_stopped_by_the_case() {
     }
 }
 
-/// Of 1,000 random curved scenes none gains more energy than slack yarn makes, which `slack_balance` gives
+/// None of 1,000 random curved scenes gains more energy than slack yarn makes, which `slack_balance` gives
 /// back, none loses momentum, and none is entered deeper than a flat sheet of a turning body; nor do 250 of
 /// several plies.
 ///

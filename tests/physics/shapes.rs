@@ -163,7 +163,7 @@ fn turning_bodies_are_entered_to_first_order_only_and_contact_never_adds_energy(
 
 /// A box face-on, its face over 9 x 9 nodes: they take its velocity at once, V' = V M/(M + 81 m), and it does
 /// not turn.
-/// The same body as six half-spaces, and as a prism of its cross-section, does the same.
+/// A body given as six half-spaces, or as a prism of its cross-section, does the same.
 #[test]
 fn a_flat_face_takes_the_nodes_before_it_along() {
     let base = small_sheet(41, 100.0);

@@ -85,8 +85,8 @@ fn an_image_goes_on_with_more_room() {
     assert_eq!(cured.digest(), whole.digest());
 }
 
-/// A sheet once round a cylinder with its ends folded over the caps, the rest of it behind: every node of the
-/// piece that wraps the body is near it, and the number that docs/embedding.md gives for a held sheet has
+/// A sheet once round a cylinder with its ends folded over the caps, the rest of it trailing: every node of
+/// the piece that wraps the body is near it, and the number that docs/embedding.md gives for a held sheet has
 /// room for half as many more.
 #[test]
 fn a_sheet_wrapped_about_a_cylinder_fits_in_the_number_of_the_docs() {

@@ -53,7 +53,7 @@ struct Row {
     kind: Kind,
     /// What is expected along the number line, from minus infinity on.
     line: Vec<(Up, Expected)>,
-    /// Numbers tried besides the usual ones and the limits.
+    /// Numbers tried in addition to the usual ones and the limits.
     also: &'static [f64],
 }
 

@@ -20,7 +20,7 @@ pub fn sim_of(scene: &Scene) -> Sim<'static> {
     Sim::new(scene, memory_of(scene).leak()).expect("the scene is sound")
 }
 
-/// The same after so many steps.
+/// Simulation after so many steps.
 pub fn stepped(scene: &Scene, steps: u64) -> Sim<'static> {
     let mut sim = sim_of(scene);
     sim.advance(steps).expect("no failure");

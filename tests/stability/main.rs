@@ -44,7 +44,7 @@ fn row(
 }
 
 impl Row {
-    /// The same without an outcome that ends it.
+    /// Row without an outcome that ends it.
     fn for_its_steps(self) -> Row {
         Row { until: OutcomeSet::NONE, ..self }
     }
@@ -131,7 +131,7 @@ impl End<'_> {
         self.off[0].abs() < 0.01 && self.off[1] < 1e-9
     }
 
-    /// The same, and every contact solve converged.
+    /// Whether balances close and every contact solve converged.
     fn sound(&self) -> bool {
         self.closed() && self.counters.unconverged == 0
     }

@@ -2,9 +2,9 @@
 //!
 //! A scene is drawn from its seed (fabric, attachment, body, motion, load). It runs until it is arrested, has
 //! exited or passed, and then goes on: the work must stay what it was when "exited" or "rebounded" latched,
-//! and zero after "passed". A run without an outcome so many steps behind its first contact is missed if over
+//! and zero after "passed". A run without an outcome so many steps after its first contact is missed if over
 //! its last third nothing was touched, or work of note did not change; but a load against the motion may
-//! bring the body back. What comes later than `AFTER` steps behind an outcome is not seen.
+//! bring the body back. What comes later than `AFTER` steps after an outcome is not seen.
 
 use crate::changed;
 use fabric_kernel::internals::random::splitmix64;
@@ -14,9 +14,9 @@ use fabric_tests::memory_of;
 use fabric_tests::reference::{V3, dot};
 use rayon::prelude::*;
 
-/// Steps behind the start, or the first contact, after which a run ends without an outcome.
+/// Steps after the start, or the first contact, after which a run ends without an outcome.
 const LIMIT: u64 = 800_000;
-/// Steps for which a run goes on behind its outcome.
+/// Steps for which a run goes on after its outcome.
 const AFTER: u64 = 60_000;
 /// Steps between two looks.
 const LOOK: u64 = 64;
@@ -92,7 +92,7 @@ fn work(sim: &Sim<'_>) -> f64 {
     sim.contact().unwrap().work
 }
 
-/// Numbers in a fixed order behind a seed.
+/// Numbers in a fixed order from a seed.
 pub(crate) struct Numbers {
     pub(crate) seed: u64,
     pub(crate) drawn: u64,

@@ -101,7 +101,7 @@ fn code(text: &str) -> String {
     lines.take_while(|line| !line.starts_with("mod tests {")).collect::<Vec<_>>().join("\n")
 }
 
-/// The paths behind a prefix: `crate::a::{b, c::d}` gives `a::b` and `a::c::d`.
+/// Paths after a prefix: `crate::a::{b, c::d}` gives `a::b` and `a::c::d`.
 fn paths(code: &str, prefix: &str) -> Vec<String> {
     let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let mut found = Vec::new();

@@ -4,7 +4,7 @@ use crate::platforms;
 use crate::tools;
 use std::path::{Path, PathBuf};
 
-/// Its target.
+/// Target of the component.
 pub const PLATFORM: &str = "wasm32-wasip2";
 
 /// Builds it from the checkout in `source` below `target`; an error says what is missing.
@@ -35,7 +35,7 @@ pub fn build(source: &Path, target: &Path) -> Result<PathBuf, String> {
     Ok(target.join(PLATFORM).join("ship/fabric_shield_component.wasm"))
 }
 
-/// The same, if all it needs is here.
+/// Component, if all it needs is here.
 pub fn build_if_ready(source: &Path, target: &Path) -> Result<Option<PathBuf>, String> {
     let ready = platforms::compiler_for(PLATFORM).and(platforms::beside_our_compiler("wasm-component-ld"));
     match ready {

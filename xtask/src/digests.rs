@@ -19,18 +19,18 @@ pub struct Options {
     pub only_available: bool,
 }
 
-struct Target {
+struct Program {
     name: &'static str,
-    library: Library,
+    library: Linked,
     options: &'static [&'static str],
-    /// Files besides digests.c, and libraries, that make the program.
+    /// Files that make the program with digests.c, and libraries.
     sources: &'static [&'static str],
     runner: Runner,
 }
 
 /// The library that a target links.
 #[derive(Clone, Copy, PartialEq)]
-enum Library {
+enum Linked {
     /// As it ships for this machine.
     Shipped,
     /// For this machine, with the function that chooses vector instructions.
@@ -44,7 +44,7 @@ enum Library {
 enum Runner {
     /// This machine, an x86-64 with Linux.
     Machine,
-    /// The same if its processor has a feature, by the name that Linux gives it.
+    /// This machine if its processor has a feature, by the name that Linux gives it.
     MachineWith(&'static str),
     /// This machine where it can, else the target's runner.
     MachineOrOther,
@@ -67,19 +67,19 @@ const FREESTANDING: &[&str] = &[
     "-Wl,--gc-sections",
 ];
 #[rustfmt::skip]
-const TARGETS: [Target; 12] = [
-    Target { name: "x86-64-scalar", library: Library::Choosing, options: &["-DINSTRUCTIONS=0"], sources: HOSTED, runner: Runner::Machine },
-    Target { name: "x86-64-sse2", library: Library::Choosing, options: &["-DINSTRUCTIONS=1"], sources: HOSTED, runner: Runner::Machine },
-    Target { name: "x86-64-avx2", library: Library::Choosing, options: &["-DINSTRUCTIONS=2"], sources: HOSTED, runner: Runner::MachineWith("avx2") },
-    Target { name: "x86-64-avx512", library: Library::Choosing, options: &["-DINSTRUCTIONS=3"], sources: HOSTED, runner: Runner::MachineWith("avx512f") },
-    Target { name: "x86-64-freestanding", library: Library::Shipped, options: FREESTANDING, sources: &["tests/digests/freestanding.c", "tests/digests/memory.c"], runner: Runner::Machine },
-    Target { name: "i686", library: Library::Of("i686-unknown-linux-gnu", ""), options: ROUNDING_UP, sources: HOSTED, runner: Runner::MachineOrOther },
-    Target { name: "aarch64", library: Library::Of("aarch64-unknown-linux-gnu", ""), options: ROUNDING_UP, sources: HOSTED, runner: Runner::Other },
-    Target { name: "riscv64", library: Library::Of("riscv64gc-unknown-linux-gnu", ""), options: &["-static", "-no-pie"], sources: HOSTED, runner: Runner::Other },
-    Target { name: "cortex-m7-soft", library: Library::Of(BOARD_TRIPLE, ""), options: BOARD_OPTIONS, sources: BOARD, runner: Runner::Other },
-    Target { name: "cortex-m7-hard", library: Library::Of(BOARD_TRIPLE, HARD), options: BOARD_OPTIONS, sources: BOARD, runner: Runner::Other },
-    Target { name: "wasm32", library: Library::Of(WASM, ""), options: &["--target=wasm32", "-ffreestanding"], sources: &[], runner: Runner::Other },
-    Target { name: "win64", library: Library::Of(WINDOWS, ""), options: &[], sources: HOSTED, runner: Runner::Other },
+const TARGETS: [Program; 12] = [
+    Program { name: "x86-64-scalar", library: Linked::Choosing, options: &["-DINSTRUCTIONS=0"], sources: HOSTED, runner: Runner::Machine },
+    Program { name: "x86-64-sse2", library: Linked::Choosing, options: &["-DINSTRUCTIONS=1"], sources: HOSTED, runner: Runner::Machine },
+    Program { name: "x86-64-avx2", library: Linked::Choosing, options: &["-DINSTRUCTIONS=2"], sources: HOSTED, runner: Runner::MachineWith("avx2") },
+    Program { name: "x86-64-avx512", library: Linked::Choosing, options: &["-DINSTRUCTIONS=3"], sources: HOSTED, runner: Runner::MachineWith("avx512f") },
+    Program { name: "x86-64-freestanding", library: Linked::Shipped, options: FREESTANDING, sources: &["tests/digests/freestanding.c", "tests/digests/memory.c"], runner: Runner::Machine },
+    Program { name: "i686", library: Linked::Of("i686-unknown-linux-gnu", ""), options: ROUNDING_UP, sources: HOSTED, runner: Runner::MachineOrOther },
+    Program { name: "aarch64", library: Linked::Of("aarch64-unknown-linux-gnu", ""), options: ROUNDING_UP, sources: HOSTED, runner: Runner::Other },
+    Program { name: "riscv64", library: Linked::Of("riscv64gc-unknown-linux-gnu", ""), options: &["-static", "-no-pie"], sources: HOSTED, runner: Runner::Other },
+    Program { name: "cortex-m7-soft", library: Linked::Of(BOARD_TRIPLE, ""), options: BOARD_OPTIONS, sources: BOARD, runner: Runner::Other },
+    Program { name: "cortex-m7-hard", library: Linked::Of(BOARD_TRIPLE, HARD), options: BOARD_OPTIONS, sources: BOARD, runner: Runner::Other },
+    Program { name: "wasm32", library: Linked::Of(WASM, ""), options: &["--target=wasm32", "-ffreestanding"], sources: &[], runner: Runner::Other },
+    Program { name: "win64", library: Linked::Of(WINDOWS, ""), options: &[], sources: HOSTED, runner: Runner::Other },
 ];
 
 /// The board of the Cortex-M7, with a console and nothing else.
@@ -91,11 +91,11 @@ const QEMU_BOARD: [&str; 14] = [
 
 const WINDOWS: &str = "x86_64-pc-windows-gnu";
 
-impl Target {
+impl Program {
     fn compiler(&self) -> Result<Tool, String> {
         match self.library {
-            Library::Of(triple, _) => Ok(targets::of(triple)?.compiler),
-            Library::Shipped | Library::Choosing => Ok(Tool(&["gcc"], "gcc libc6-dev")),
+            Linked::Of(triple, _) => Ok(targets::of(triple)?.compiler),
+            Linked::Shipped | Linked::Choosing => Ok(Tool(&["gcc"], "gcc libc6-dev")),
         }
     }
 }
@@ -106,7 +106,7 @@ pub fn short() -> Outcome {
     run(&Options { targets, only_available: true })
 }
 
-/// Those that run with every change: 32 bits, a machine without an operating system and one without a
+/// Targets that run with every change: 32 bits, a machine without an operating system and one without a
 /// processor. The tests of the kernel compare the instruction sets of x86-64.
 const WITH_EVERY_CHANGE: [&str; 4] = ["x86-64-freestanding", "i686", "cortex-m7-hard", "wasm32"];
 
@@ -121,13 +121,13 @@ enum Fate {
 /// Builds, runs and compares; prints the table. Any difference is an error.
 pub fn run(options: &Options) -> Outcome {
     let wanted =
-        |target: &&Target| options.targets.is_empty() || options.targets.iter().any(|name| name == target.name);
+        |target: &&Program| options.targets.is_empty() || options.targets.iter().any(|name| name == target.name);
     if let Some(unknown) = options.targets.iter().find(|name| TARGETS.iter().all(|target| target.name != *name)) {
         let names: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
         return Err(format!("there is no target {unknown}; there are {}", names.join(", ")));
     }
     let pins = pins("scene")?;
-    let targets: Vec<&Target> = TARGETS.iter().filter(wanted).collect();
+    let targets: Vec<&Program> = TARGETS.iter().filter(wanted).collect();
     let libraries = build(&targets)?;
     let mut results = Vec::new();
     for target in targets {
@@ -154,7 +154,7 @@ pub fn run(options: &Options) -> Outcome {
 }
 
 /// The library that the firmware of examples/cortex-m7 links.
-const FIRMWARE: Library = Library::Of(BOARD_TRIPLE, HARD);
+const FIRMWARE: Linked = Linked::Of(BOARD_TRIPLE, HARD);
 
 /// Builds and runs the firmware of examples/cortex-m7 by its makefile; its digest must be that of the same
 /// file on this machine, also if it rounds and flushes otherwise. Prints the figures of docs/embedding.md.
@@ -175,7 +175,7 @@ fn firmware(library: &Path) -> Outcome {
     let sources = ["examples/cortex-m7/main.c", "tests/digests/board_hosted.c"];
     let mut compiler = Command::new("gcc");
     compiler.args(["-O2", "-std=c11", "-Iinclude", "-Iexamples/cortex-m7"]).args(sources).current_dir(top());
-    finish(compiler.arg(build_one(Library::Shipped)?).arg("-o").arg(&here))?;
+    finish(compiler.arg(build_one(Linked::Shipped)?).arg("-o").arg(&here))?;
     let here = output_within(&mut Command::new(&here), Duration::from_secs(60))?;
     let sizes = output("arm-none-eabi-size", &[&folder.join("firmware.elf").to_string_lossy()])?;
     let sizes: Vec<u64> =
@@ -195,9 +195,9 @@ fn firmware(library: &Path) -> Outcome {
 }
 
 /// Whether everything that a target needs is here; if not, what is missing and how to get it.
-fn ready(target: &Target) -> Result<(), String> {
+fn ready(target: &Program) -> Result<(), String> {
     let machine = cfg!(all(target_arch = "x86_64", target_os = "linux"));
-    if !machine && !matches!(target.library, Library::Of(..)) {
+    if !machine && !matches!(target.library, Linked::Of(..)) {
         return Err("this machine is not an x86-64 with Linux".into());
     }
     if let Runner::MachineWith(feature) = target.runner
@@ -206,7 +206,7 @@ fn ready(target: &Target) -> Result<(), String> {
         return Err(format!("the processor of this machine has no {feature}"));
     }
     target.compiler()?.found()?;
-    let Library::Of(triple, _) = target.library else { return Ok(()) };
+    let Linked::Of(triple, _) = target.library else { return Ok(()) };
     if target.runner == Runner::Other || !machine {
         targets::of(triple)?.runner.found()?;
     }
@@ -240,13 +240,13 @@ fn wasm_linker() -> Result<Command, String> {
 }
 
 struct Built {
-    library: Library,
+    library: Linked,
     path: PathBuf,
 }
 
 /// Builds the libraries of all targets that can run, two at a time. Each has a folder of its own, so the
 /// builds do not wait for one another.
-fn build(targets: &[&Target]) -> Result<Vec<Built>, String> {
+fn build(targets: &[&Program]) -> Result<Vec<Built>, String> {
     let mut wanted = Vec::new();
     for target in targets {
         if ready(target).is_ok() && !wanted.contains(&target.library) {
@@ -267,21 +267,21 @@ fn build(targets: &[&Target]) -> Result<Vec<Built>, String> {
 }
 
 /// One library, in the profile that ships, and its file.
-fn build_one(library: Library) -> Result<PathBuf, String> {
+fn build_one(library: Linked) -> Result<PathBuf, String> {
     let folder = target().join("digests");
     match library {
-        Library::Shipped => Ok(crate::install::build()?.join("libfabric_kernel.a")),
-        Library::Choosing => {
+        Linked::Shipped => Ok(crate::install::build()?.join("libfabric_kernel.a")),
+        Linked::Choosing => {
             platforms::library(None, "", &["--features", "bare,choose-instructions"], &folder.join("choosing"))
         }
-        Library::Of(triple, flags) => {
+        Linked::Of(triple, flags) => {
             let kind = if flags.is_empty() { "" } else { "-with-options" };
             platforms::library(Some(triple), flags, &["--features", "bare"], &folder.join(format!("{triple}{kind}")))
         }
     }
 }
 
-fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
+fn tried(target: &Program, libraries: &[Built]) -> Result<Fate, String> {
     let library = libraries.iter().find(|built| built.library == target.library).ok_or("its library was not built")?;
     let program = link(target, &library.path)?;
     let (printed, by, seconds) = execute(target, &program)?;
@@ -289,7 +289,7 @@ fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
 }
 
 /// Compiles the C files and links them with the library.
-fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
+fn link(target: &Program, library: &Path) -> Result<PathBuf, String> {
     let folder = self::target().join("digests").join("programs");
     make_folder(folder.to_path_buf())?;
     let mut compiler = Command::new(target.compiler()?.found()?);
@@ -299,7 +299,7 @@ fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
         .arg("tests/digests/digests.c")
         .args(target.sources)
         .current_dir(top());
-    if matches!(target.library, Library::Of(WASM, _)) {
+    if matches!(target.library, Linked::Of(WASM, _)) {
         let (object, program) = (folder.join("digests.o"), folder.join("digests.wasm"));
         finish(compiler.arg("-c").arg("-o").arg(&object))?;
         link_module(&object, library, &["print_digests".into()], &program)?;
@@ -325,7 +325,7 @@ fn link_module(object: &Path, library: &Path, exports: &[String], program: &Path
 pub fn module(program: &Path) -> Outcome {
     let target = TARGETS.iter().find(|target| target.name == "wasm32").ok_or("there is no target wasm32")?;
     ready(target)?;
-    let library = build_one(Library::Of(WASM, "-Ctarget-feature=+simd128"))?;
+    let library = build_one(Linked::Of(WASM, "-Ctarget-feature=+simd128"))?;
     let object = program.with_extension("o");
     let mut compiler = Command::new(target.compiler()?.found()?);
     compiler.args(["-O2", "-std=c11", "-Iinclude", "-Itests/digests", "-c", "tests/digests/digests.c"]);
@@ -341,11 +341,11 @@ pub fn module_ready() -> Result<(), String> {
 }
 
 /// Runs a program: what it printed, what ran it, and for how long.
-fn execute(target: &Target, program: &Path) -> Result<(String, String, f64), String> {
+fn execute(target: &Program, program: &Path) -> Result<(String, String, f64), String> {
     let other = match (target.runner, target.library) {
         // A kernel may be built without 32 bits.
         (Runner::MachineOrOther, _) if Command::new(program).stdout(Stdio::null()).status().is_ok() => None,
-        (Runner::MachineOrOther | Runner::Other, Library::Of(triple, _)) => Some(targets::of(triple)?),
+        (Runner::MachineOrOther | Runner::Other, Linked::Of(triple, _)) => Some(targets::of(triple)?),
         _ => None,
     };
     let by = other.map_or(Ok("this machine"), |target| target.runner.found())?;

@@ -67,7 +67,7 @@ fn threads(build: &Path) -> Outcome {
 /// Calls of the library in tests/cpp/cost.c.
 const CALLS: u64 = 2000;
 
-/// The same loop in C and C++ under callgrind: at most two instructions a call more.
+/// Cost of one loop in C and in C++ under callgrind: at most two instructions a call more.
 fn cost() -> Outcome {
     if !found(&["valgrind"], "instructions of the C++ header") {
         return Ok(());

@@ -12,7 +12,7 @@ struct Need {
     /// What it is, or what is left out without it.
     about: String,
     here: bool,
-    /// Its packages of Debian and Ubuntu.
+    /// Packages of Debian and Ubuntu.
     packages: &'static str,
 }
 
@@ -20,12 +20,12 @@ fn need(about: impl Into<String>, here: bool, packages: &'static str) -> Need {
     Need { about: about.into(), here, packages }
 }
 
-/// Linked this program, so that it is here; Python is all that the demo needs besides.
+/// Needs of the demo: Python. What linked this program is here.
 fn for_demo() -> Vec<Need> {
     vec![need("Python 3.11 or newer with venv", python(), "python3 python3-venv")]
 }
 
-/// What `cargo xtask test` cannot do without, besides.
+/// Needs of `cargo xtask test`.
 fn for_test() -> Vec<Need> {
     vec![
         need("git", any(&["git"]), "git"),

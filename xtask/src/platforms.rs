@@ -102,12 +102,12 @@ impl Compiler {
         command
     }
 
-    /// Options behind cargo's subcommand.
+    /// Options after cargo's subcommand.
     pub fn options(&self) -> Option<String> {
         self.options_with("core")
     }
 
-    /// The same for a program that needs these libraries of Rust.
+    /// Options for a program that needs these libraries of Rust.
     pub fn options_with(&self, libraries: &str) -> Option<String> {
         self.build_core.then(|| format!("-Zbuild-std={libraries}"))
     }
@@ -153,7 +153,7 @@ fn our_rustc() -> PathBuf {
     std::env::var_os("RUSTC").map_or("rustc".into(), PathBuf::from)
 }
 
-/// The same for any target, whatever links for it.
+/// Compiler for any target, whatever links for it.
 pub fn compiler_for(triple: &str) -> Result<Compiler, String> {
     let ours = our_rustc();
     let printed = |rustc: &Path, arguments: &[&str]| output(rustc, arguments).map(|text| text.trim().to_string());

@@ -1,5 +1,5 @@
-//! Every target of Rust besides this machine's own that something of the project is built for: what compiles
-//! and links for it, what runs its programs here, and where an FMU has its library.
+//! Every target of Rust, other than this machine's own, that something of the project is built for: what
+//! compiles and links for it, what runs its programs here, and where an FMU has its library.
 
 use crate::tools::{Outcome, first_found, output};
 use std::path::Path;
@@ -24,7 +24,7 @@ pub struct Target {
 pub struct Tool(pub &'static [&'static str], pub &'static str);
 
 impl Tool {
-    /// Its name here, or what is missing and how to get it.
+    /// Name of the tool here, or what is missing and how to get it.
     pub fn found(self) -> Result<&'static str, String> {
         first_found(self.0).ok_or_else(|| self.missing())
     }
@@ -68,8 +68,8 @@ pub fn of(triple: &str) -> Result<&'static Target, String> {
     TARGETS.iter().find(|target| target.triple == triple).ok_or(format!("targets.rs has no {triple}"))
 }
 
-/// What a library of ours may ask of the C library of Linux and macOS, besides the weak names of Linux's
-/// start-up code.
+/// What a library of ours may ask of the C library of Linux and macOS, apart from the weak names of
+/// Linux's start-up code.
 pub const FROM_LINUX: [&str; 8] = ["calloc", "free", "memcpy", "memmove", "memset", "memcmp", "bcmp", "strlen"];
 /// What it may ask of macOS too: the compiler calls these in place of some calls of memset.
 pub const FROM_MACOS: [&str; 3] = ["bzero", "__bzero", "memset_pattern16"];
@@ -82,8 +82,8 @@ pub const MACOS: (u32, u32) = (11, 0);
 /// What the kernel's C library may ask of its host.
 pub const FROM_HOST: [&str; 4] = ["memcpy", "memmove", "memset", "memcmp"];
 
-/// The C library may ask its host for these and nothing else, besides the weak names of the linker's start-up
-/// code.
+/// The C library may ask its host for these and nothing else, apart from the weak names of the linker's
+/// start-up code.
 pub fn undefined_in_kernel(library: &Path) -> Outcome {
     undefined(library, &FROM_HOST)
 }

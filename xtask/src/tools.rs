@@ -150,7 +150,7 @@ pub fn make_folder(folder: PathBuf) -> Result<PathBuf, String> {
     Ok(folder)
 }
 
-/// The same with nothing in it.
+/// Folder with nothing in it.
 pub fn emptied(folder: PathBuf) -> Result<PathBuf, String> {
     let _ = std::fs::remove_dir_all(&folder);
     make_folder(folder)
@@ -231,7 +231,7 @@ pub fn python() -> Result<PathBuf, String> {
     python_with("requirements.txt")
 }
 
-/// The same with the packages of another list too.
+/// Python of the checks with the packages of another list too.
 pub fn python_with(list: &str) -> Result<PathBuf, String> {
     let venv = target().join("venv");
     // Steps that run side by side wait for one another.

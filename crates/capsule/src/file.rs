@@ -19,7 +19,7 @@ impl File {
     /// A new file, in place of one that is there.
     ///
     /// # Errors
-    /// Those of the system; a file that another simulation writes.
+    /// Errors of the system; a file that another simulation writes.
     pub fn new(path: &Path) -> Result<File> {
         let file = fs::OpenOptions::new().write(true).create(true).truncate(false).open(path)?;
         // A file system without locks has no say.

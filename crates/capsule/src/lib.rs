@@ -12,14 +12,14 @@
 //! | 1 | origin | stride of the digests in calls, version of the kernel as text |
 //! | 2 | number | a parameter that is not as in the 3 in preset: length of its name, 1 byte, name, its elements as 64 bits |
 //! | 3 | start | digest of step 0 |
-//! | 4 | advance | steps asked for, status, step count behind it |
+//! | 4 | advance | steps asked for, status, step count after it |
 //! | 5 | path | first step, steps, end pose and rates (13 numbers), steps to come |
 //! | 6 | external load | force, torque |
 //! | 7 | motion | positions, then velocities |
 //! | 8 | largest stretch | one a segment |
 //! | 9 | load | an image |
 //! | 10 | reset | |
-//! | 11 | digest | digest behind the call before |
+//! | 11 | digest | digest after the call before |
 //! | 12 | end | digest |
 //!
 //! Limits: a check protects against accidents, not against an attacker; a log cannot see what is done to the simulation past it.
@@ -104,7 +104,7 @@ impl Call<'_> {
     /// Does it.
     ///
     /// # Errors
-    /// Those of the call.
+    /// Errors of the call.
     #[inline(always)] // A call that is known costs no stack for others.
     pub fn apply(&self, sim: &mut Sim<'_>) -> Result<(), Error> {
         match self {

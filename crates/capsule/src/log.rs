@@ -1,4 +1,4 @@
-//! Writing a capsule: each call when it has been done, and the digest behind it at a stride.
+//! Writing a capsule: each call when it has been done, and the digest after it at a stride.
 //!
 //! Method: every record goes to the sink at once, in pieces, so that what a program wrote before it crashed can be replayed.
 //! Limit: a refused call has changed nothing and is not written.
@@ -37,7 +37,7 @@ pub struct Log<S> {
 /// Does a call, and writes it if a log is kept.
 ///
 /// # Errors
-/// Those of the call.
+/// Errors of the call.
 pub fn run<S: Sink>(log: &mut Option<Log<S>>, sim: &mut Sim<'_>, call: &Call<'_>) -> Result<(), Error> {
     match log {
         Some(log) => log.run(sim, call),
@@ -62,7 +62,7 @@ impl<S: Sink> Log<S> {
     /// Does a call, and writes it.
     ///
     /// # Errors
-    /// Those of the call.
+    /// Errors of the call.
     pub fn run(&mut self, sim: &mut Sim<'_>, call: &Call<'_>) -> Result<(), Error> {
         let result = call.apply(sim);
         // Steps count though they end in a failure; any other call that is refused has changed nothing.

@@ -36,7 +36,7 @@ pub enum What {
     Malformed(u8),
     /// A parameter that this version does not know, or a value it cannot have.
     UnknownNumber,
-    /// Something stands behind its last record.
+    /// Something stands after its last record.
     BehindTheEnd,
 }
 
@@ -80,7 +80,7 @@ pub struct Capsule<'c> {
     pub steps: u64,
     /// Whether it was ended by its program.
     pub ended: bool,
-    /// The records of the scene, and those behind it.
+    /// The records of the scene, and those after it.
     numbers: &'c [u8],
     pub(crate) records: &'c [u8],
 }
@@ -160,7 +160,7 @@ impl<'c> Capsule<'c> {
         }
     }
 
-    /// Takes a record in, behind one of that kind.
+    /// Takes a record in, after one of that kind.
     fn take(&mut self, before: Option<Kind>, record: &Record<'c>) -> Result<(), What> {
         let kind = record.kind as u8;
         let malformed = What::Malformed(kind);

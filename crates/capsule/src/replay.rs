@@ -1,6 +1,6 @@
 //! Doing a capsule again, and comparing.
 //!
-//! Method: a call is done as it was; behind it the step count, the status of a failed one and, where the capsule has one, the digest of the
+//! Method: a call is done as it was; after it the step count, the status of a failed one and, where the capsule has one, the digest of the
 //! state are compared. The first difference ends it.
 
 use crate::read::{Record, call, record, words};
@@ -40,11 +40,11 @@ pub enum Seen {
 /// The first difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Difference {
-    /// Of the digests of the state: written, and found.
+    /// Digests of the state: written, and found.
     Digest(u64, u64),
-    /// Of the step counts behind a call.
+    /// Step counts after a call: written, and found.
     Steps(u64, u64),
-    /// Of the status of a call, 0 or a failure's.
+    /// Status of a call, 0 or a failure's: written, and found.
     Status(i64, i64),
     /// A call that was accepted is refused.
     Refused(Error),
@@ -69,7 +69,7 @@ impl Replay {
     /// begins. room: as many numbers as [`Capsule::room`] says.
     ///
     /// # Errors
-    /// The first difference; it is behind call `calls` (1: the first), at the simulation's step count.
+    /// The first difference; it is after call `calls` (1: the first), at the simulation's step count.
     pub fn next(
         &mut self,
         capsule: &Capsule<'_>,

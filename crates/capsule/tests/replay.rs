@@ -146,7 +146,7 @@ fn another_simulation_differs_where_it_does() {
     let (replay, difference) = replayed(&capsule, &other, 64);
     assert!(matches!(difference, Some(Difference::Digest(..))) && replay.calls == 0, "a scene differs at its start");
 
-    // One load is another: the state differs behind the call, and at none before.
+    // One load is another: the state differs after the call, and at none before.
     let mut altered = bytes.clone();
     let load = (-3.0_f64).to_le_bytes();
     let place = altered.windows(8).position(|word| word == load).unwrap();
@@ -157,7 +157,7 @@ fn another_simulation_differs_where_it_does() {
     assert_eq!((replay.calls, replay.equal_calls), (4, 3), "the fourth call is the first that differs");
 }
 
-/// Puts the right checks behind the records, so that their contents are tested.
+/// Puts the right checks after the records, so that their contents are tested.
 fn checked_anew(bytes: &mut [u8]) {
     let (mut hash, mut at) = (fabric_kernel::Hash::default(), 12);
     bytes[..at].iter().for_each(|byte| hash.word(u64::from(*byte)));

@@ -177,7 +177,7 @@ fn density_of(name: &Value) -> Result<f64> {
     )
 }
 
-/// The line of a scene file from which the projectile's mass follows, behind its source; none if the mass is
+/// The line of a scene file from which the projectile's mass follows, after its source; none if the mass is
 /// another one.
 pub fn written_material(textiles: &Table, scene: &Scene) -> Option<String> {
     let body = textiles.get("projectile")?.as_table()?;

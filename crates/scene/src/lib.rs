@@ -627,8 +627,7 @@ mod tests {
         }
     }
 
-    /// Of a long or a large input a message repeats no more than 200 characters, and a file that has no end
-    /// is given up.
+    /// A message repeats no more than 200 characters of a long input, and a file that has no end is given up.
     #[test]
     fn messages_are_short_and_files_have_a_limit() {
         let long = "a".repeat(100_000);

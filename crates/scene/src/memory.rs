@@ -27,7 +27,7 @@ impl Buffers {
         Ok(scene.check_start()?)
     }
 
-    /// The same on a machine of so many bytes.
+    /// Buffers on a machine of so many bytes.
     fn within(scene: &Scene, memory: Option<u64>) -> Result<Buffers> {
         let (mut lines, count) = reserve(scene, memory)?;
         lines.resize(count, CacheLine::ZERO);

@@ -1,4 +1,4 @@
-//! What must be said of a shot besides its numbers: every report takes it from here.
+//! Notes that go with the numbers of a shot: every report takes it from here.
 
 use crate::density::{LIGHTEST, density};
 use fabric_kernel::math::sqrt;

@@ -11,7 +11,7 @@ const STRIDE: u64 = 64;
 pub struct Found {
     /// Version of the kernel that wrote the capsule.
     pub version: String,
-    /// Calls done, the step count behind them, and digests found equal.
+    /// Calls done, the step count after them, and digests found equal.
     pub calls: u64,
     /// See `calls`.
     pub step: u64,

@@ -116,7 +116,7 @@ pub fn names(textiles: &Table) -> [Option<String>; 2] {
     })
 }
 
-/// The textiles as a scene file has them, behind the file of each that has a name, as a comment: its sources.
+/// The textiles as a scene file has them, after the file of each that has a name, as a comment: its sources.
 pub fn write(textiles: &Table) -> String {
     let mut text = String::from(if names(textiles) == [None, None] && !textiles.contains_key(FRONT) {
         ""
@@ -215,7 +215,7 @@ fn textile(table: &str, values: &Value) -> Result<Textile> {
     Ok(textile)
 }
 
-/// The same with all that a sheet needs.
+/// Textile with all that a sheet needs.
 fn whole(table: &str, values: &Value) -> Result<Textile> {
     let mut textile = textile(table, values)?;
     let given: Vec<_> =
@@ -384,13 +384,13 @@ fn named(table: &str, name: &Value) -> Result<Table> {
 
 /// A named textile.
 pub struct Named {
-    /// Its name in scene files.
+    /// Name in scene files.
     pub name: &'static str,
     /// What it is.
     pub title: String,
-    /// Its file, with the source of each number.
+    /// File, with the source of each number.
     pub file: &'static str,
-    /// Its numbers.
+    /// Numbers in SI units.
     pub textile: Textile,
 }
 

@@ -158,7 +158,7 @@ pub fn refused<T>(key: &str, value: &Value, si: &str, also: &str, fits: &dyn Fn(
     bad(key, format!("{key} = {}: must be a number{expected}{also}{meant}", short(&value.to_string())))
 }
 
-/// What a number of this kind must be, in words: behind "a number" or "an array of 3 numbers".
+/// What a number of this kind must be, in words: after "a number" or "an array of 3 numbers".
 pub fn expected(si: &str) -> String {
     let names = of_kind(si);
     match (si, names.first()) {

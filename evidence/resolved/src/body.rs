@@ -5,7 +5,7 @@
 pub enum Shape {
     #[default]
     Sphere,
-    /// Of this length; its place is that of the face.
+    /// Cylinder of this length; its place is that of the face.
     Cylinder(f64),
 }
 

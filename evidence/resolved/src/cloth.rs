@@ -14,7 +14,7 @@
 //! impulse is summed for each node, and its work is that impulse times the mean of the velocities before and
 //! after, so that the balance of energy tests potentials and closest points.
 //! Limits: no bending stiffness, no spreading of fibres, yarns keep their width; a yarn touches its next
-//! neighbour, not the one behind it; the body does not turn. Contact at a crossing is at one point, between
+//! neighbour, not the next but one; the body does not turn. Contact at a crossing is at one point, between
 //! round yarns of half the thickness of the ply.
 
 use crate::body::Body;
@@ -116,7 +116,7 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// Of the yarn that begins at node `first`, at the arc coordinate s in bars.
+    /// Spot of the yarn that begins at node `first`, at the arc coordinate s in bars.
     #[inline(always)]
     pub fn new(first: usize, s: f64) -> Spot {
         let k = (s + 0.5) as usize;
@@ -179,7 +179,7 @@ pub struct Sim {
     pub cloth: Cloth,
     pub body: Body,
     pub axes: [Axis; 3],
-    /// Of the bar after each node; 0: broken.
+    /// Alpha of the bar after each node; 0: broken.
     pub alpha: Vec<f64>,
     pub crossings: Vec<Crossing>,
     pub ends: Vec<[End; 2]>,
@@ -325,7 +325,7 @@ impl Sim {
         let (linear, quadratic) = (c.viscosity[0] * c.line_mass * speed, c.viscosity[1] * c.line_mass);
         let critical = c.critical_stretch * c.critical_stretch - 1.0;
         let [elastic, viscous, moment] = &mut self.scratch;
-        // Bar k stands at k + 1, with a zero before and behind.
+        // Bar k stands at k + 1, with a zero before and after.
         let (te, tg) = (&mut elastic[..n + 1], &mut viscous[..n + 1]);
         let mut over = 0_u32;
         for k in 0..n - 1 {

@@ -15,7 +15,7 @@ use std::fmt::Write;
 use body::{Body, Shape};
 use cloth::{Cloth, End, Sim};
 
-/// What a shot is besides cloth and body: where it hits, in spacings from a crossing, its longest time, and a
+/// Shot without its cloth and body: where it hits, in spacings from a crossing, its longest time, and a
 /// file for the shape of the yarns.
 struct Shot {
     aim: [f64; 2],

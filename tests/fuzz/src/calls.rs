@@ -114,7 +114,7 @@ impl Slot {
 }
 
 /// Where an input stands.
-struct Player<'d> {
+struct Caller<'d> {
     bytes: Bytes<'d>,
     slots: [Option<Slot>; 2],
     /// Images saved so far, and altered ones.
@@ -126,37 +126,37 @@ struct Player<'d> {
 /// The target.
 pub fn run(data: &[u8]) -> bool {
     let bytes = Bytes::new(data);
-    let mut player = Player { bytes, slots: [None, None], images: Vec::new(), path: None, stepped: false };
-    player.init(0);
+    let mut caller = Caller { bytes, slots: [None, None], images: Vec::new(), path: None, stepped: false };
+    caller.init(0);
     for _ in 0..MOST_CALLS {
-        if player.bytes.is_empty() {
+        if caller.bytes.is_empty() {
             break;
         }
-        let place = usize::from(player.bytes.once_in(8));
-        match player.slots[place].take() {
-            None => player.init(place),
+        let place = usize::from(caller.bytes.once_in(8));
+        match caller.slots[place].take() {
+            None => caller.init(place),
             Some(mut slot) => {
-                let lives = player.call(&mut slot);
-                player.stepped |= slot.twin.step_count() > 0;
+                let lives = caller.call(&mut slot);
+                caller.stepped |= slot.twin.step_count() > 0;
                 if lives {
                     slot.check();
-                    player.slots[place] = Some(slot);
+                    caller.slots[place] = Some(slot);
                 }
             }
         }
     }
     // What bands are left with is completed, as a host must.
-    for slot in player.slots.iter_mut().flatten() {
-        player.stepped |= slot.twin.step_count() > 0;
+    for slot in caller.slots.iter_mut().flatten() {
+        caller.stepped |= slot.twin.step_count() > 0;
         if slot.bands.is_some() {
             slot.end_bands();
             slot.check();
         }
     }
-    player.stepped
+    caller.stepped
 }
 
-impl Player<'_> {
+impl Caller<'_> {
     /// fk_init of a scene that may be refused.
     fn init(&mut self, place: usize) {
         let scene = small::scene(&mut self.bytes);

@@ -35,7 +35,7 @@ fn written(bytes: &mut Bytes) -> Option<(Scene, Vec<u8>)> {
     Some((scene, file))
 }
 
-/// Puts the right checks behind the records, as a forger would.
+/// Puts the right checks after the records, as a forger would.
 fn forge(file: &mut [u8]) {
     let (mut hash, mut at) = (Hash::default(), 12);
     file.iter().take(at).for_each(|byte| hash.word(u64::from(*byte)));

@@ -68,7 +68,7 @@ type OfState = unsafe extern "C" fn(Handle, Output<*mut Saved>) -> Status;
 type ToBytes = unsafe extern "C" fn(Handle, *mut Saved, Output<u8>, usize) -> Status;
 type OfBytes = unsafe extern "C" fn(Handle, Input<u8>, usize, Output<*mut Saved>) -> Status;
 
-struct Player<'d> {
+struct Host<'d> {
     bytes: Bytes<'d>,
     three: bool,
     events: bool,
@@ -84,7 +84,7 @@ pub fn run(data: &[u8]) -> bool {
     let mut bytes = Bytes::new(data);
     let kind = bytes.byte();
     let known = Known { state: INSTANTIATED, start: 0.0, stop: f64::INFINITY, time: 0.0 };
-    let mut player = Player {
+    let mut host = Host {
         bytes,
         three: kind & 1 == 1,
         events: kind & 2 == 2,
@@ -94,24 +94,24 @@ pub fn run(data: &[u8]) -> bool {
         held: Vec::new(),
         stepped: false,
     };
-    player.instantiate();
+    host.instantiate();
     // Most inputs are about what comes after.
     if kind & 24 != 0 {
-        player.begin_soundly();
+        host.begin_soundly();
     }
-    let mut before = player.image();
+    let mut before = host.image();
     for _ in 0..MOST_CALLS {
-        if player.bytes.is_empty() {
+        if host.bytes.is_empty() {
             break;
         }
-        let changes = player.call();
-        let after = player.image();
+        let changes = host.call();
+        let after = host.image();
         assert!(changes || before == after, "a call that was refused, or only reads, has changed the state");
         before = after;
     }
     // SAFETY: the instance is not used again.
-    unsafe { player.free() };
-    player.stepped
+    unsafe { host.free() };
+    host.stepped
 }
 
 /// The variable of a name.
@@ -126,7 +126,7 @@ extern "C" fn logger(environment: *mut c_void, status: c_int, category: *const c
     assert!(unsafe { std::ffi::CStr::from_ptr(message) }.to_bytes().len() > 3);
 }
 
-impl Player<'_> {
+impl Host<'_> {
     /// Whether the table of answers allows a function in the present state.
     fn allowed(&self, function: &str) -> bool {
         let starts = ["BOTH", self.of("FMI2", "FMI3")].map(|version| format!("{version}({function}, \""));

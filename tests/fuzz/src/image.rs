@@ -74,7 +74,7 @@ pub fn run(data: &[u8]) -> bool {
     let kind = bytes.byte();
     match kind % 16 {
         0 => {
-            // Any bytes, behind the right header or not.
+            // Any bytes, after the right header or not.
             let from = if bytes.once_in(2) { 8 * HEADER_WORDS } else { 0 };
             image[from..].iter_mut().for_each(|byte| *byte = bytes.byte());
         }
@@ -98,7 +98,7 @@ pub fn run(data: &[u8]) -> bool {
     } else {
         assert!(forged || image == sound, "an altered image accepted");
         assert_eq!(sim.failure(), None);
-        // What stands behind a flag that is 0 is not taken over; all else is, and what is saved loads to the
+        // What follows a flag that is 0 is not taken over; all else is, and what is saved loads to the
         // same bits.
         let (mut saved, digest) = (vec![0; image.len()], sim.digest());
         assert_eq!(sim.save(&mut saved), Ok(()));

@@ -27,12 +27,12 @@ impl Block {
         Block { start, layout }
     }
 
-    /// Its first byte.
+    /// First byte.
     pub fn start(&self) -> *mut u8 {
         self.start
     }
 
-    /// Its length.
+    /// Length.
     pub fn bytes(&self) -> usize {
         self.layout.size()
     }

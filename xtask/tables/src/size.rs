@@ -61,8 +61,7 @@ fn code(library: &Path) -> Result<u64, String> {
     let mut bytes = 0;
     for member in archive.members() {
         let member = member.map_err(|error| failed(&error))?;
-        // Besides it the archive holds all of the compiler's own functions, of which a host links what it
-        // needs.
+        // The archive also holds all of the compiler's own functions, of which a host links what it needs.
         if member.name().starts_with(b"fabric_kernel") {
             let object = object::File::parse(member.data(&*data).map_err(|error| failed(&error))?);
             let sections = object.map_err(|error| failed(&error))?;

@@ -31,7 +31,7 @@ struct Function {
 /// The deepest chain of calls from one function.
 pub struct Chain {
     pub entry: String,
-    /// Its stack, bytes, return addresses included.
+    /// Stack of the chain, bytes, return addresses included.
     pub bytes: u64,
     /// The functions of the chain from the entry on, with their frames in bytes.
     pub frames: Vec<(String, u64)>,

@@ -52,7 +52,7 @@ fn count(case: &str, set: InstructionSet) -> Result<f64> {
     Ok((counts[1] - counts[0]) / ((STEPS[1] - STEPS[0]) as f64 * nodes))
 }
 
-/// The number behind "Collected :".
+/// Number after "Collected :".
 fn collected(text: &str) -> Option<f64> {
     let (_, rest) = text.split_once("Collected :")?;
     rest.split_whitespace().next()?.parse().ok()

@@ -61,7 +61,7 @@ pub struct Options {
 pub struct Bench {
     ways: Vec<Way>,
     effort: Effort,
-    /// Of the peers only those that need nothing but a C compiler.
+    /// Only peers that need nothing but a C compiler.
     few_peers: bool,
     report: Report,
 }

@@ -55,9 +55,9 @@ pub struct Figure {
     pub group: &'static str,
     /// What it is.
     pub name: String,
-    /// Its value.
+    /// Value.
     pub value: f64,
-    /// Its unit.
+    /// Unit.
     pub unit: &'static str,
 }
 

@@ -167,7 +167,7 @@ pub fn whole_run(size: u32) -> Case {
     Case { name: "run", scene, start: |_| Ok(()), before: 1000 }
 }
 
-/// The same through five plies 0.1 mm apart, all of which touch when the steps are counted.
+/// Shot through five plies 0.1 mm apart, all of which touch when the steps are counted.
 pub fn plies(size: u32) -> Case {
     let mut case = whole_run(size);
     (case.name, case.scene.stack) = ("plies", Stack { plies: 5, gap: 1e-4, turned: false });
