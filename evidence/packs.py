@@ -14,10 +14,12 @@ Limits: bonded plies are hit at once and cannot part; the gap between separate o
 packs were held was not seen.
 """
 
+import itertools
 import math
 import tomllib
 from typing import NamedTuple
 
+import scipy.stats
 from fabric_kernel import drawing, page
 from fabric_kernel.drawing import Series
 from fabric_kernel.textile import cunniff_velocity
@@ -36,6 +38,14 @@ PLIES, WIDTHS, BARS, GAP = (1, 5, 14, 28, 42), (0.16, 0.08, 0.03), (1.0, 2.0), 1
 LONGEST, STEEL = {"bonded": 2e-3, "separate": 3e-4}, 7850.0
 # Areal density at which the measured ladder bends, kg/m².
 BREAK = 5.0
+ORDER = [
+    "network",
+    "pairs",
+    "in the measured order",
+    "with the whole interval",
+    "pairs not distinguished",
+    "Kendall's tau, all pairs",
+]
 # Half of the 38 m/s that MIL-STD-662F allows between the shots that a V50 is the mean of; the source of the ladder gives no
 # interval.
 V50_INTERVAL = 19.0
@@ -137,7 +147,7 @@ def judged(study, rows):
         "bonded": "plies that part, friction, slip, rate, the pack's true boundary; fibre before weaving",
         "separate": "friction, slip, rate, the pack's true boundary, the gap of its plies; fibre before weaving",
     }
-    comparisons, lines, series, slopes = [], [], [], []
+    comparisons, lines, series, slopes, orders = [], [], [], [], []
     kind = lambda row: (row["form"], row["yarns a bar"], row["width mm"])
     for form, bar, width in dict.fromkeys(map(kind, rows)):
         own = [row for row in rows if kind(row) == (form, bar, width)]
@@ -170,8 +180,12 @@ def judged(study, rows):
             )
         title = f"five packs of Twaron CT612, {form}, {bar:g} yarns a bar, {width:.0f} mm"
         comparisons.append(Comparison(f"V50 of {title}", "measurement", f"± {V50_INTERVAL:.0f} m/s", points, 0, lacks[form]))
-        found = slope_points([row for row in own if row["measured V50 m/s"] == row["measured V50 m/s"]])
+        shot_at = [row for row in own if row["measured V50 m/s"] == row["measured V50 m/s"]]
+        found = slope_points(shot_at)
         comparisons.append(Comparison(f"slope of the V50 of {title}", "measurement", "from ± 19 m/s", found, 0, lacks[form]))
+        limits = [(mean_of(row, "limit m/s", BISECTION), row["measured V50 m/s"]) for row in shot_at]
+        if found:
+            orders.append(order(f"{form}, {bar:g} yarns a bar, {width:.0f} mm", limits))
         slopes += [
             [
                 form,
@@ -247,6 +261,9 @@ def judged(study, rows):
         text += "\nRise of the V50 of Twaron CT612 with the areal density, m/s per kg/m²:\n\n" + page.markdown(
             ["form", "yarns a bar", "width, mm", "between", "model [95 %]", "measured", "verdict"], slopes, 1
         )
+        scatter = math.sqrt(2) * V50_INTERVAL
+        text += f"\nPairs of packs whose measured V50 differ by more than the scatter, {scatter:.0f} m/s:\n\n"
+        text += page.markdown(ORDER, orders, 1)
     return (
         comparisons,
         "## Ballistic limit of packs\n\n" + text + "\n(U*)^(1/3) of the fibres of data/measured/fibres.toml:\n\n" + fibres(),
@@ -262,13 +279,21 @@ def slope_points(rows):
     for low, high in [(rows[0], middle), (middle, rows[-1])] if middle else []:
         span = high["areal density kg/m2"] - low["areal density kg/m2"]
         ends = [mean_of(row, "limit m/s", BISECTION) for row in (low, high)]
-        half = math.hypot(*(0.5 * (end.high - end.low) for end in ends)) / span
-        value = (ends[1].value - ends[0].value) / span
+        rise = Estimate(*(number / span for number in Estimate.difference(ends[1], ends[0])))
         measured = (high["measured V50 m/s"] - low["measured V50 m/s"]) / span
         allowed = math.sqrt(2) * V50_INTERVAL / span
         name = f"{low['areal density kg/m2']:g} and {high['areal density kg/m2']:g} kg/m²"
-        points.append(Point(name, Estimate(value, value - half, value + half), (measured - allowed, measured + allowed)))
+        points.append(Point(name, rise, (measured - allowed, measured + allowed)))
     return points
+
+
+def order(name, packs):
+    """A row: pairs of packs, (computed, measured) V50, that the measurements distinguish, and how many are in their order."""
+    pairs = [pair for pair in itertools.permutations(packs, 2) if pair[0][1] - pair[1][1] > math.sqrt(2) * V50_INTERVAL]
+    rises = [Estimate.difference(above, below) for (above, _), (below, _) in pairs]
+    tau = scipy.stats.kendalltau([ours.value for ours, _ in packs], [measured for _, measured in packs]).statistic
+    counts = len(pairs), sum(rise.value > 0 for rise in rises), sum(rise.low > 0 for rise in rises)
+    return [name, *map(str, counts), str(math.comb(len(packs), 2) - len(pairs)), f"{tau:.2f}"]
 
 
 def fibres():

@@ -104,6 +104,12 @@ class Estimate(NamedTuple):
         factor, value = math.exp(math.hypot(*halves)), above.value / below.value
         return Estimate(value, value / factor, value * factor)
 
+    @staticmethod
+    def difference(above, below):
+        """Of two values whose intervals are independent."""
+        half, value = 0.5 * math.hypot(above.high - above.low, below.high - below.low), above.value - below.value
+        return Estimate(value, value - half, value + half)
+
     def text(self, digits):
         """value [low, high] with so many digits after the point."""
         if not math.isfinite(self.value):
