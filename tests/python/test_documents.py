@@ -26,16 +26,14 @@ def anchors(page):
 
 
 def test_readme(tmp_path):
-    """The program and the command of the README print what it says; both are in a folder of their own."""
+    """The program and the commands of the README print what it says; what they write is in a folder of its own."""
     text = (TOP / "README.md").read_text()
     blocks = re.findall(r"^```(?:python|sh)\n([^`]*)```\n\n```text\n([^`]*)```", text, re.MULTILINE)
-    assert len(blocks) == 2
+    assert len(blocks) == 3
     for code, said in blocks:
         name, *options = code.split()
-        program = (
-            ["-m", "fabric_kernel.program", options[0], TOP / options[1], "--out", tmp_path] if name == "fabric" else ["-c", code]
-        )
-        done = subprocess.run([sys.executable, *program], cwd=tmp_path, capture_output=True, text=True)
+        program = ["-m", "fabric_kernel.program", *options, "--out", tmp_path / "out"] if name == "fabric" else ["-c", code]
+        done = subprocess.run([sys.executable, *program], cwd=TOP, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         assert said.strip() in done.stdout
 
