@@ -15,7 +15,7 @@ from .study import FULL, SMOKE
 
 # How long the slack sheet is stepped, and after which time an impact is given up, s.
 SLACK, LONGEST = 1.2e-3, 4e-3
-MEASURES = ["absorbed J", "velocity m/s", "peak N", "failed %", "dissipated by viscosity %", "residual %"]
+MEASURES = ["absorbed J", "velocity m/s", "peak N", "failed %", "viscous loss, % of impact energy", "energy residual, % of it"]
 
 
 def sphere(kind, energy, smoke):
