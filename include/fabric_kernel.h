@@ -13,8 +13,8 @@
  * says the sizeof beside its pointer. A later library may know longer structures; it reads and writes no further than the caller's
  * size says, and takes the defaults for fields of a scene that are not there. Sizes that no version had are refused.
  *
- * Threads. "Threads: changes" - no other call on the same simulation at the same time. "Threads: looks" - other calls that
- * look may run at the same time. fk_bands_pass and fk_bands_progress may be called by several threads at once
+ * Threads. "Threads: changes" - no other call on the same simulation at the same time. "Threads: reads" - other calls that
+ * read may run at the same time. fk_bands_pass and fk_bands_progress may be called by several threads at once
  * (examples/c/threads.c). Different simulations are independent. No call waits, locks or allocates. None keeps a pointer it was
  * given, but for the block of fk_init, and the scratch of fk_bands_begin until fk_bands_end.
  *
@@ -780,7 +780,7 @@ typedef struct fk_step_limits {
     double step_max;
 } fk_step_limits;
 
-// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
+// Modelled part of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
 // has, and arrays hold `plies` times as much, ply by ply.
 typedef struct fk_grid {
     // Nodes along x: sheet.nodes_x, of a graded network its own, or what symmetry.mirror_x leaves of them.
@@ -941,7 +941,7 @@ typedef struct fk_outcome {
     double work[7];
 } fk_outcome;
 
-// What is in a capsule.
+// Contents of a capsule.
 typedef struct fk_capsule {
     // Calls.
     uint64_t calls;
@@ -951,7 +951,7 @@ typedef struct fk_capsule {
     uint64_t stride;
     // Numbers that fk_replay needs room for.
     uint64_t room;
-    // Whether it was ended by its program, 0 or 1.
+    // 1 if its program ended it, else 0.
     uint64_t ended;
     // Byte at which it is broken; 0 if it is not.
     uint64_t broken_at;
@@ -983,9 +983,9 @@ typedef struct fk_replayed {
     struct fk_replay_place at;
     // FK_REPLAY_GOES_ON, or how it ended.
     uint64_t end;
-    // What the capsule has, where the two differ.
+    // Number in the capsule, where the two differ.
     uint64_t written;
-    // What was found, where the two differ.
+    // Number found, where the two differ.
     uint64_t found;
 } fk_replayed;
 
@@ -1144,8 +1144,8 @@ int32_t fk_bands_pass(const struct fk_sim *sim,
                       uint32_t *last);
 
 // How far the bands have come since fk_bands_begin: passes completed (a failed one included), steps completed, outcomes
-// latched (FK_ARRESTED | ...). Any pointer may be null. Any thread may look between fk_bands_begin and fk_bands_end, also while
-// others are in fk_bands_pass; the end drops what this looks at. In a block `steps` grows by eight at its end. When `passes` has grown, the next pass may begin; while a
+// latched (FK_ARRESTED | ...). Any pointer may be null. Any thread may read them between fk_bands_begin and fk_bands_end, also while
+// others are in fk_bands_pass; the end drops what this reads. In a block `steps` grows by eight at its end. When `passes` has grown, the next pass may begin; while a
 // thread's own band has not been called, none of the three changes.
 // Errors: FK_NULL_POINTER (sim), FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK.
 int32_t fk_bands_progress(const struct fk_sim *sim,
@@ -1159,22 +1159,22 @@ int32_t fk_bands_progress(const struct fk_sim *sim,
 int32_t fk_bands_end(struct fk_sim *sim);
 
 // Step count, and time = steps times dt, s. Either pointer may be null.
-// Threads: looks. Time: constant. Touches: `steps`, `seconds`.
+// Threads: reads. Time: constant. Touches: `steps`, `seconds`.
 // Errors: FK_NULL_POINTER (sim), FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_time(const struct fk_sim *sim, uint64_t *steps, double *seconds);
 
 // The time step and its limits (M11).
-// Threads: looks. Time: constant. Touches: `out`.
+// Threads: reads. Time: constant. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_step_limits(const struct fk_sim *sim, struct fk_step_limits *out, uint64_t size);
 
-// What is modelled of the sheet: the lengths of the arrays below.
-// Threads: looks. Time: constant. Touches: `out`.
+// Modelled part of the sheet: the lengths of the arrays below.
+// Threads: reads. Time: constant. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_grid(const struct fk_sim *sim, struct fk_grid *out, uint64_t size);
 
 // The projectile: pose at the present time, rates of the half step before it (M7).
-// Threads: looks. Time: constant. Touches: `out`.
+// Threads: reads. Time: constant. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_projectile(const struct fk_sim *sim, struct fk_motion *out, uint64_t size);
 
@@ -1207,28 +1207,28 @@ int32_t fk_set_motion(struct fk_sim *sim,
 int32_t fk_set_largest_stretch(struct fk_sim *sim, const double *stretches, uint64_t n);
 
 // Contact sums (M8).
-// Threads: looks. Time: constant. Touches: `out`.
+// Threads: reads. Time: constant. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_contact(const struct fk_sim *sim, struct fk_contact *out, uint64_t size);
 
 // Impulses on the supports; zero without track_support.
-// Threads: looks. Time: constant. Touches: `out`.
+// Threads: reads. Time: constant. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_support(const struct fk_sim *sim, struct fk_support *out, uint64_t size);
 
 // The energies (M15).
-// Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
+// Threads: reads. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_energy(const struct fk_sim *sim, struct fk_energy *out, uint64_t size);
 
 // Failed segments and energies of one ply, 0 to scene.stack.plies - 1; of a single sheet ply 0 is all.
-// Threads: looks. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
+// Threads: reads. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_OUT_OF_RANGE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_ply(const struct fk_sim *sim, uint32_t ply, struct fk_ply *out, uint64_t size);
 
 // At how many crossings yarns would slip, which the network pins. `thickness` of the ply, m, > 0; `friction` between yarns, >= 0; `adhesion`, the force
 // at a crossing without pressure, N, >= 0. Not of curved sheets.
-// Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
+// Threads: reads. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_DOES_NOT_GO_WITH, FK_NOT_BUILT,
 // FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_slip(const struct fk_sim *sim,
@@ -1240,7 +1240,7 @@ int32_t fk_get_slip(const struct fk_sim *sim,
 
 // Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
 // numbers, host's axes. Rounding in a sound run. Needs track_support.
-// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+// Threads: reads. Time: a pass over the sheet. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_momentum_residual(const struct fk_sim *sim, double *out);
 
@@ -1250,50 +1250,50 @@ int32_t fk_get_momentum_residual(const struct fk_sim *sim, double *out);
 int32_t fk_get_fabric(struct fk_sim *sim, struct fk_fabric *out, uint64_t size);
 
 // Counters; also after a failure.
-// Threads: looks. Time: constant. Touches: `out`.
+// Threads: reads. Time: constant. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 int32_t fk_get_counters(const struct fk_sim *sim, struct fk_counters *out, uint64_t size);
 
 // Why the last call that changes this simulation (fk_step ... fk_set_motion, fk_state_load) was refused or failed;
 // status FK_OK and empty texts if none was since fk_init or fk_reset. Also after a failure.
-// Threads: looks. Time: constant. Touches: `out`.
+// Threads: reads. Time: constant. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 int32_t fk_get_fault(const struct fk_sim *sim, struct fk_fault *out, uint64_t size);
 
 // Outcomes latched so far: physics, not errors. Tested every 64 steps; they change nothing.
-// Threads: looks. Time: constant. Touches: `out`.
+// Threads: reads. Time: constant. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_outcome(const struct fk_sim *sim, struct fk_outcome *out, uint64_t size);
 
 // Positions, m: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
-// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+// Threads: reads. Time: a pass over the sheet. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_copy_positions(const struct fk_sim *sim, double *out, uint64_t n);
 
 // Velocities at the present time, m/s: `n` and order as fk_copy_positions, host's axes.
-// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+// Threads: reads. Time: a pass over the sheet. Touches: `out`.
 // Errors: as fk_copy_positions.
 int32_t fk_copy_velocities(const struct fk_sim *sim, double *out, uint64_t n);
 
 // alpha of every segment (M5; 1 whole, 0 failed): `n` = horizontal + vertical (fk_get_grid) numbers, horizontal ones
 // first, row by row, then the vertical ones.
-// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+// Threads: reads. Time: a pass over the sheet. Touches: `out`.
 // Errors: as fk_copy_positions.
 int32_t fk_copy_damage(const struct fk_sim *sim, double *out, uint64_t n);
 
 // Stretch of every segment (M1), failed ones too: `n` and order as fk_copy_damage.
-// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+// Threads: reads. Time: a pass over the sheet. Touches: `out`.
 // Errors: as fk_copy_positions.
 int32_t fk_copy_stretch(const struct fk_sim *sim, double *out, uint64_t n);
 
 // Bytes of a snapshot image; constant for a simulation.
-// Threads: looks. Time: constant. Touches: `bytes`.
+// Threads: reads. Time: constant. Touches: `bytes`.
 // Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_state_size(const struct fk_sim *sim, uint64_t *bytes);
 
 // Writes the state into `image`, at least fk_state_size bytes long (`bytes` is its length): with a checksum, and
 // portable between machines that run the same version of the library.
-// Threads: looks. Time: a pass over the sheet. Touches: `image`.
+// Threads: reads. Time: a pass over the sheet. Touches: `image`.
 // Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_MOVED_BLOCK, a
 // latched failure.
 int32_t fk_state_save(const struct fk_sim *sim, uint8_t *image, uint64_t bytes);
@@ -1306,7 +1306,7 @@ int32_t fk_state_save(const struct fk_sim *sim, uint8_t *image, uint64_t bytes);
 int32_t fk_state_load(struct fk_sim *sim, const uint8_t *image, uint64_t bytes);
 
 // A hash of the whole state: equal digests mean equal bits, on every machine.
-// Threads: looks. Time: a pass over the sheet. Touches: `digest`.
+// Threads: reads. Time: a pass over the sheet. Touches: `digest`.
 // Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_digest(const struct fk_sim *sim, uint64_t *digest);
 

@@ -1,6 +1,6 @@
 //! The caller's block: a handle at its start, then the kernel's numbers and integers.
 //!
-//! What trusts the host's handles and lent memory stands here; as in `fabric_host` their types carry its promise.
+//! Code that trusts the host's handles and lent memory stands here; as in `fabric_host` their types carry its promise.
 
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
@@ -8,7 +8,7 @@ use fabric_capsule::Call;
 use fabric_kernel::Feature;
 use fabric_kernel::{Bands, CacheLine, Code, Error, Layout, Scene, Sim};
 
-/// What the handle and the numbers are aligned to, bytes, wherever the host's memory starts.
+/// Alignment of the handle and the numbers, bytes, wherever the host's memory starts.
 const ALIGN: usize = 64;
 
 /// "FKSIMBLK": tells an initialised block from any other memory.
@@ -130,7 +130,7 @@ impl ToChange {
     }
 }
 
-/// A handle for a call that only looks at the simulation, or that is a band's.
+/// A handle for a call that only reads the simulation, or that is a band's.
 #[repr(transparent)]
 pub struct ToLookAt(*const fk_sim);
 

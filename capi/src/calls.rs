@@ -294,7 +294,7 @@ fn change_even_failed(mut sim: ToChange, work: impl FnOnce(&mut fk_sim) -> Resul
     status(work())
 }
 
-/// Runs a call that only looks; after a failure it repeats the failure.
+/// Runs a call that only reads; after a failure it repeats the failure.
 fn view(sim: ToLookAt, work: impl FnOnce(&fabric_kernel::Sim<'static>) -> Result<(), Error>) -> i32 {
     let work = |block: &fk_sim| match block.sim.failure() {
         Some(failure) => Err(failure.into()),
@@ -303,7 +303,7 @@ fn view(sim: ToLookAt, work: impl FnOnce(&fabric_kernel::Sim<'static>) -> Result
     view_even_failed(sim, work)
 }
 
-/// Runs a call that only looks and that a failure does not stop.
+/// Runs a call that only reads and that a failure does not stop.
 fn view_even_failed(sim: ToLookAt, work: impl FnOnce(&fk_sim) -> Result<(), Error>) -> i32 {
     status(block::look(&sim).and_then(|block| in_our_environment(|| work(block))))
 }
@@ -433,8 +433,8 @@ pub unsafe extern "C" fn fk_bands_pass(sim: ToLookAt, band: u32, mut last: Outpu
 }
 
 /// How far the bands have come since fk_bands_begin: passes completed (a failed one included), steps completed, outcomes
-/// latched (FK_ARRESTED | ...). Any pointer may be null. Any thread may look between fk_bands_begin and fk_bands_end, also while
-/// others are in fk_bands_pass; the end drops what this looks at. In a block `steps` grows by eight at its end. When `passes` has grown, the next pass may begin; while a
+/// latched (FK_ARRESTED | ...). Any pointer may be null. Any thread may read them between fk_bands_begin and fk_bands_end, also while
+/// others are in fk_bands_pass; the end drops what this reads. In a block `steps` grows by eight at its end. When `passes` has grown, the next pass may begin; while a
 /// thread's own band has not been called, none of the three changes.
 /// Errors: FK_NULL_POINTER (sim), FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
@@ -475,7 +475,7 @@ pub unsafe extern "C" fn fk_bands_end(mut sim: ToChange) -> i32 {
 }
 
 /// Step count, and time = steps times dt, s. Either pointer may be null.
-/// Threads: looks. Time: constant. Touches: `steps`, `seconds`.
+/// Threads: reads. Time: constant. Touches: `steps`, `seconds`.
 /// Errors: FK_NULL_POINTER (sim), FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_time(sim: ToLookAt, mut steps: Output<u64>, mut seconds: Output<f64>) -> i32 {
@@ -488,15 +488,15 @@ pub unsafe extern "C" fn fk_get_time(sim: ToLookAt, mut steps: Output<u64>, mut 
 }
 
 /// The time step and its limits (M11).
-/// Threads: looks. Time: constant. Touches: `out`.
+/// Threads: reads. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_step_limits(sim: ToLookAt, out: Output<fk_step_limits>, size: u64) -> i32 {
     get(sim, out, size, |sim| Ok(sim.step_limits()))
 }
 
-/// What is modelled of the sheet: the lengths of the arrays below.
-/// Threads: looks. Time: constant. Touches: `out`.
+/// Modelled part of the sheet: the lengths of the arrays below.
+/// Threads: reads. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>, size: u64) -> i32 {
@@ -515,7 +515,7 @@ pub unsafe extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>, size: 
 }
 
 /// The projectile: pose at the present time, rates of the half step before it (M7).
-/// Threads: looks. Time: constant. Touches: `out`.
+/// Threads: reads. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_projectile(sim: ToLookAt, out: Output<fk_motion>, size: u64) -> i32 {
@@ -564,7 +564,7 @@ pub unsafe extern "C" fn fk_set_largest_stretch(sim: ToChange, stretches: Input<
 }
 
 /// Contact sums (M8).
-/// Threads: looks. Time: constant. Touches: `out`.
+/// Threads: reads. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_contact(sim: ToLookAt, out: Output<fk_contact>, size: u64) -> i32 {
@@ -572,7 +572,7 @@ pub unsafe extern "C" fn fk_get_contact(sim: ToLookAt, out: Output<fk_contact>, 
 }
 
 /// Impulses on the supports; zero without track_support.
-/// Threads: looks. Time: constant. Touches: `out`.
+/// Threads: reads. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_support(sim: ToLookAt, out: Output<fk_support>, size: u64) -> i32 {
@@ -580,7 +580,7 @@ pub unsafe extern "C" fn fk_get_support(sim: ToLookAt, out: Output<fk_support>, 
 }
 
 /// The energies (M15).
-/// Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
+/// Threads: reads. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_energy(sim: ToLookAt, out: Output<fk_energy>, size: u64) -> i32 {
@@ -588,7 +588,7 @@ pub unsafe extern "C" fn fk_get_energy(sim: ToLookAt, out: Output<fk_energy>, si
 }
 
 /// Failed segments and energies of one ply, 0 to scene.stack.plies - 1; of a single sheet ply 0 is all.
-/// Threads: looks. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
+/// Threads: reads. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_OUT_OF_RANGE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_ply(sim: ToLookAt, ply: u32, out: Output<fk_ply>, size: u64) -> i32 {
@@ -597,7 +597,7 @@ pub unsafe extern "C" fn fk_get_ply(sim: ToLookAt, ply: u32, out: Output<fk_ply>
 
 /// At how many crossings yarns would slip, which the network pins. `thickness` of the ply, m, > 0; `friction` between yarns, >= 0; `adhesion`, the force
 /// at a crossing without pressure, N, >= 0. Not of curved sheets.
-/// Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
+/// Threads: reads. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_DOES_NOT_GO_WITH, FK_NOT_BUILT,
 /// FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
@@ -614,7 +614,7 @@ pub unsafe extern "C" fn fk_get_slip(
 
 /// Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
 /// numbers, host's axes. Rounding in a sound run. Needs track_support.
-/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+/// Threads: reads. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_momentum_residual(sim: ToLookAt, mut out: Output<f64>) -> i32 {
@@ -642,7 +642,7 @@ pub unsafe extern "C" fn fk_get_fabric(mut sim: ToChange, mut out: Output<fk_fab
 }
 
 /// Counters; also after a failure.
-/// Threads: looks. Time: constant. Touches: `out`.
+/// Threads: reads. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_counters(sim: ToLookAt, out: Output<fk_counters>, size: u64) -> i32 {
@@ -651,7 +651,7 @@ pub unsafe extern "C" fn fk_get_counters(sim: ToLookAt, out: Output<fk_counters>
 
 /// Why the last call that changes this simulation (fk_step ... fk_set_motion, fk_state_load) was refused or failed;
 /// status FK_OK and empty texts if none was since fk_init or fk_reset. Also after a failure.
-/// Threads: looks. Time: constant. Touches: `out`.
+/// Threads: reads. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>, size: u64) -> i32 {
@@ -659,7 +659,7 @@ pub unsafe extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>, size
 }
 
 /// Outcomes latched so far: physics, not errors. Tested every 64 steps; they change nothing.
-/// Threads: looks. Time: constant. Touches: `out`.
+/// Threads: reads. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>, size: u64) -> i32 {
@@ -677,7 +677,7 @@ pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>, 
 }
 
 /// Positions, m: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
-/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+/// Threads: reads. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_copy_positions(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
@@ -685,7 +685,7 @@ pub unsafe extern "C" fn fk_copy_positions(sim: ToLookAt, mut out: Output<f64>, 
 }
 
 /// Velocities at the present time, m/s: `n` and order as fk_copy_positions, host's axes.
-/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+/// Threads: reads. Time: a pass over the sheet. Touches: `out`.
 /// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_copy_velocities(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
@@ -694,7 +694,7 @@ pub unsafe extern "C" fn fk_copy_velocities(sim: ToLookAt, mut out: Output<f64>,
 
 /// alpha of every segment (M5; 1 whole, 0 failed): `n` = horizontal + vertical (fk_get_grid) numbers, horizontal ones
 /// first, row by row, then the vertical ones.
-/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+/// Threads: reads. Time: a pass over the sheet. Touches: `out`.
 /// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_copy_damage(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
@@ -702,7 +702,7 @@ pub unsafe extern "C" fn fk_copy_damage(sim: ToLookAt, mut out: Output<f64>, n: 
 }
 
 /// Stretch of every segment (M1), failed ones too: `n` and order as fk_copy_damage.
-/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+/// Threads: reads. Time: a pass over the sheet. Touches: `out`.
 /// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_copy_stretch(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
@@ -710,7 +710,7 @@ pub unsafe extern "C" fn fk_copy_stretch(sim: ToLookAt, mut out: Output<f64>, n:
 }
 
 /// Bytes of a snapshot image; constant for a simulation.
-/// Threads: looks. Time: constant. Touches: `bytes`.
+/// Threads: reads. Time: constant. Touches: `bytes`.
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_state_size(sim: ToLookAt, mut bytes: Output<u64>) -> i32 {
@@ -719,7 +719,7 @@ pub unsafe extern "C" fn fk_state_size(sim: ToLookAt, mut bytes: Output<u64>) ->
 
 /// Writes the state into `image`, at least fk_state_size bytes long (`bytes` is its length): with a checksum, and
 /// portable between machines that run the same version of the library.
-/// Threads: looks. Time: a pass over the sheet. Touches: `image`.
+/// Threads: reads. Time: a pass over the sheet. Touches: `image`.
 /// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_MOVED_BLOCK, a
 /// latched failure.
 #[unsafe(no_mangle)]
@@ -738,7 +738,7 @@ pub unsafe extern "C" fn fk_state_load(sim: ToChange, image: Input<u8>, bytes: u
 }
 
 /// A hash of the whole state: equal digests mean equal bits, on every machine.
-/// Threads: looks. Time: a pass over the sheet. Touches: `digest`.
+/// Threads: reads. Time: a pass over the sheet. Touches: `digest`.
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_digest(sim: ToLookAt, mut digest: Output<u64>) -> i32 {
@@ -782,7 +782,7 @@ mod tests {
         assert_eq!(fk_scene::scene(&words[..3]), Ok(wanted));
     }
 
-    /// What the hosts, an old one among them, and the example with threads print.
+    /// Output of the hosts, an old one among them, and of the example with threads.
     #[test]
     fn the_digest_of_the_hosts_is_that_of_the_kernel() {
         let mut scene = Scene::sheet_3in_sphere();

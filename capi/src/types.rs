@@ -1,6 +1,6 @@
 //! Structures and constants of the C interface. SI units; vectors in the host's frame; quaternions scalar first.
 //!
-//! What the kernel says of a run has one structure for Rust and C: the aliases below. The scene's structure, with its comments,
+//! Each read-out of a run has one structure for Rust and C: the aliases below. The scene's structure, with its comments,
 //! and the constants of its choices are made from `fabric_kernel::fields`, those of the statuses from `fabric_kernel::Code`, by
 //! `cargo xtask header`.
 #![allow(non_camel_case_types)] // C names.
@@ -72,7 +72,7 @@ pub const FK_REPLAY_STEPS: u64 = 3;
 /// fk_replayed's end: a call failed otherwise, or is refused; both numbers are statuses.
 pub const FK_REPLAY_STATUS: u64 = 4;
 
-/// What is in a capsule.
+/// Contents of a capsule.
 #[repr(C)]
 #[derive(Clone, Copy, Default)]
 pub struct fk_capsule {
@@ -84,7 +84,7 @@ pub struct fk_capsule {
     pub stride: u64,
     /// Numbers that fk_replay needs room for.
     pub room: u64,
-    /// Whether it was ended by its program, 0 or 1.
+    /// 1 if its program ended it, else 0.
     pub ended: u64,
     /// Byte at which it is broken; 0 if it is not.
     pub broken_at: u64,
@@ -100,13 +100,13 @@ pub struct fk_replayed {
     pub at: fk_replay_place,
     /// FK_REPLAY_GOES_ON, or how it ended.
     pub end: u64,
-    /// What the capsule has, where the two differ.
+    /// Number in the capsule, where the two differ.
     pub written: u64,
-    /// What was found, where the two differ.
+    /// Number found, where the two differ.
     pub found: u64,
 }
 
-/// What is simulated. In C it has a member for each row of `fabric_kernel::fields::FIELDS`, in that order, each number in 64 bits.
+/// A scene: what is simulated. In C it has a member for each row of `fabric_kernel::fields::FIELDS`, in that order, each number in 64 bits.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_scene {
@@ -133,7 +133,7 @@ pub struct fk_fault {
     pub text: [c_char; 168],
 }
 
-/// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
+/// Modelled part of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
 /// has, and arrays hold `plies` times as much, ply by ply.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -200,7 +200,7 @@ impl fk_scene {
 }
 
 impl fk_fault {
-    /// Nothing was refused.
+    /// Fault of a call that was not refused.
     pub const NONE: fk_fault =
         fk_fault { status: FK_OK, reserved: 0, value: 0.0, limit: 0.0, field: [0; 48], text: [0; 168] };
 

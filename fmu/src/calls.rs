@@ -50,7 +50,7 @@ pub(crate) fn enter(handle: Handle, function: &str, phases: u32, work: impl FnOn
     pass(handle, |instance| instance.within(function, phases, work))
 }
 
-/// Runs `work`, which looks itself whether the state allows the call.
+/// Runs `work`, which checks itself whether the state allows the call.
 pub(crate) fn pass(handle: Handle, work: impl FnOnce(&mut Instance) -> Status) -> Status {
     // SAFETY: null, or live and used by nobody else, as the host vouches.
     unsafe { handle.0.as_mut() }.map_or(Status::Error, work)

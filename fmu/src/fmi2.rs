@@ -152,13 +152,13 @@ fn about_step<T>(
     })
 }
 
-/// Nothing is ever pending.
+/// Status of a pending step: there is never one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStatus(c: Handle, kind: c_int, value: Output<c_int>) -> Status {
     about_step(c, "fmi2GetStatus", kind == DO_STEP_STATUS, value, |_| Status::Ok as c_int)
 }
 
-/// Where the last step ended.
+/// Time at which the last step ended, s.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, value: Output<f64>) -> Status {
     about_step(c, "fmi2GetRealStatus", kind == LAST_SUCCESSFUL_TIME, value, |instance| instance.kept.time)

@@ -20,7 +20,7 @@ use fabric_kernel::{Code, number};
 use fabric_kernel::{Energy, Error, Failure, Layout, Motion, Path, Ply, Sim, math};
 use fabric_kernel::{Outcome, OutcomeSet};
 
-/// What is computed by a pass over the sheet, kept until the next step.
+/// Results of a pass over the sheet, kept until the next step.
 #[derive(Clone, Copy, Default)]
 struct Cache {
     readings: Readings,
@@ -60,7 +60,7 @@ pub enum Trouble {
 pub struct StepEnd {
     /// Status of the call.
     pub status: Status,
-    /// What the discrete outputs show has changed.
+    /// The discrete outputs have changed.
     pub event: bool,
     /// The host is asked to end the simulation.
     pub terminate: bool,
@@ -100,14 +100,14 @@ pub struct Instance {
     pub event_mode_used: bool,
     /// FMI 3.0: a step may end early.
     pub early_return_allowed: bool,
-    /// What is written of the simulation, if the host asks for it.
+    /// Capsule of the simulation, if the host requests one.
     pub capsule: Capsule,
     cache: Cache,
-    /// Whether it has been logged that quaternions are normalised.
+    /// It has been logged that quaternions are normalised.
     normalised_logged: bool,
-    /// Whether it has been logged that the energy balance is open.
+    /// It has been logged that the energy balance has a residual.
     open_logged: bool,
-    /// Whether it has been logged that host and fabric differ.
+    /// It has been logged that host and fabric differ.
     coupling_logged: bool,
 }
 

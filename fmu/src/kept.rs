@@ -1,4 +1,4 @@
-//! What is kept of an instance beside its simulation, and the saved states that its host holds.
+//! State of an instance beside its simulation, and the saved states that its host holds.
 
 use crate::memory::Owned;
 use crate::parameters::Parameters;

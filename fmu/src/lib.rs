@@ -5,7 +5,7 @@
 //! One [`instance::Instance`] does the work. [`operations`] has what a host may ask of it, and in which
 //! phases; [`fmi2`] and [`fmi3`] are the C functions with arguments.
 //!
-//! What a host hands over nothing here can check: null is refused, all else is as the host says. So the
+//! Pointers of a host cannot be checked here: null is refused, all else is as the host says. So the
 //! exported functions are unsafe to Rust, while a C host makes its promise by calling. That trust stands in
 //! [`Input`], [`Output`], [`calls::Handle`], [`calls::Text`] and the loggers of [`log`]; the functions
 //! themselves have no unsafe code.

@@ -3,7 +3,7 @@
 use crate::table::LOG_CATEGORIES;
 use core::ffi::{CStr, c_char, c_int, c_void};
 
-/// What a call returns; the same numbers in FMI 2.0 and 3.0.
+/// Status that a call returns; the same numbers in FMI 2.0 and 3.0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(i32)]
 pub enum Status {

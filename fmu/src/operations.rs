@@ -96,7 +96,7 @@ pub fn instantiate(
     event_mode_used: bool,
     early_return_allowed: bool,
 ) -> Option<Owned<Instance>> {
-    // Why there is no instance is told in any case.
+    // Why there is no instance is logged in any case.
     let mut instance = create(log, name, token)?;
     if !logging_on {
         // In FMI 3.0 the logger is then not called at all; FMI 2.0 means messages for debugging only.

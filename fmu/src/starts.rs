@@ -36,7 +36,7 @@ pub const STAND_OFF: f64 = 1e-3;
 /// Time step of the 10 in sheet, s. A round number: communication steps then end at whole internal steps.
 pub const TIME_STEP: f64 = 2e-8;
 
-/// What the library starts with.
+/// Start values of the library.
 pub struct Starts {
     /// Scene of the start values.
     pub scene: Scene,

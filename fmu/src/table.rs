@@ -102,13 +102,13 @@ pub struct Variable {
     pub role: Role,
     /// Dimensions; empty for a scalar.
     pub shape: &'static [usize],
-    /// What kind of number a Real is; None for the other types.
+    /// Quantity of a Real; None for the other types.
     pub quantity: Option<&'static Quantity>,
     /// Typical size, if it is not that of the quantity; 0 otherwise.
     pub nominal: f64,
     /// Meaning.
     pub description: &'static str,
-    /// What the FMU adds to it.
+    /// Addition of the FMU to the meaning.
     pub note: &'static str,
 }
 
@@ -243,7 +243,7 @@ const fn of_scene(number: usize) -> Variable {
     Variable { quantity: field.quantity, shape: field.shape(), note, ..known }
 }
 
-/// What is true now.
+/// State of the projectile and of the computation.
 pub const STATUS: Choice = Choice {
     name: "Status",
     items: &[
@@ -329,7 +329,7 @@ pub const DEFAULT_STEP_SIZE: f64 = 1e-6;
 
 const LARGEST: f64 = i32::MAX as f64;
 
-/// What the FMU adds to the kernel's tables.
+/// Variables that the FMU adds to the kernel's tables.
 const OWN: &[Variable] = &[
     input(
         Id::Position,

@@ -45,7 +45,7 @@ fn header() -> Result<String, String> {
     Ok(format!("{before}{BY_VALUE}\n#endif{end}"))
 }
 
-/// What goes at the end of the header.
+/// End of the header.
 const BY_VALUE: &str = "\
 // A scene with a preset's values (FK_PRESET_...). If the library does not know the preset, or is older than
 // this header and knows only shorter scenes, struct_size is 0: every call then refuses the scene with
@@ -228,7 +228,7 @@ fn comment(field: &Field) -> String {
     format!("{}.{limits} Default {large}{differs}.", field.about)
 }
 
-/// What a number may be, if not just any.
+/// Range of a number, if it may not be any.
 pub fn range(field: &Field) -> Option<String> {
     let text = match (field.range, field.place) {
         (_, Place::Flag(_)) => "0 or 1".to_string(),
@@ -250,7 +250,7 @@ pub fn range(field: &Field) -> Option<String> {
     Some(text)
 }
 
-/// What a scene has in a field; `named` gives the items of choices their names.
+/// Value of a scene's field; `named` gives the items of choices their names.
 pub fn values(field: &Field, mut scene: Scene, named: impl Fn(&Choice, u64) -> String) -> String {
     let words: Vec<_> = (0..field.size()).map(|element| field.word(&mut scene, element)).collect();
     let shown = |word: u64| match field.place {

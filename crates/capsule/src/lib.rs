@@ -47,7 +47,7 @@ const MAGIC: u64 = u64::from_le_bytes(*b"FKCAPSUL");
 const HEAD: usize = 5;
 const CHECK: usize = 8;
 
-/// What a record is: its number in the file.
+/// Kind of a record: its number in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 enum Kind {

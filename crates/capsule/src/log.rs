@@ -12,7 +12,7 @@ pub trait Sink {
     /// Takes bytes; false if it cannot. Then the log ends there, and [`Log::is_whole`] is false from there on.
     fn take(&mut self, bytes: &[u8]) -> bool;
 
-    /// Is told that a record is complete; false if it could not be kept.
+    /// Receives the end of a record; false if it could not be kept.
     fn record_ends(&mut self) -> bool {
         true
     }

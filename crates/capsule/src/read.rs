@@ -11,7 +11,7 @@ use fabric_kernel::{Path, Scene};
 /// Why bytes are no capsule, or not a whole one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Broken {
-    /// What is wrong.
+    /// Defect that was found.
     pub what: What,
     /// Where, bytes from the start.
     pub at: usize,
@@ -19,7 +19,7 @@ pub struct Broken {
     pub whole: usize,
 }
 
-/// What is wrong with a capsule.
+/// Defect of a capsule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
     /// It does not begin like one.
@@ -78,7 +78,7 @@ pub struct Capsule<'c> {
     pub calls: u64,
     /// Steps in it, of all calls together.
     pub steps: u64,
-    /// Whether it was ended by its program.
+    /// True if its program ended it.
     pub ended: bool,
     /// The records of the scene, and those after it.
     numbers: &'c [u8],
@@ -200,7 +200,7 @@ impl<'c> Capsule<'c> {
         Ok(())
     }
 
-    /// What was simulated. Nothing of it is checked but that each number can be one.
+    /// Scene that was simulated. Nothing of it is checked but that each number can be one.
     ///
     /// # Errors
     /// [`What::UnknownNumber`]: a choice that this version does not have, or the like.

@@ -28,7 +28,7 @@ pub struct Replay {
     pub equal_step: u64,
 }
 
-/// What was found by a part of a replay.
+/// Result of a part of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seen {
     /// There is more to do.

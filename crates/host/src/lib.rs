@@ -1,4 +1,4 @@
-//! What a C or FMI host lends for a call: pointers to read and to write ([`Input`], [`Output`]), and its
+//! Loans of a C or FMI host for a call: pointers to read and to write ([`Input`], [`Output`]), and its
 //! floating-point environment ([`in_our_environment`]). The C interface and the FMU both use it.
 #![no_std]
 #![deny(missing_docs)]

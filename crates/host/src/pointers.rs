@@ -1,4 +1,4 @@
-//! What a C host hands over: pointers that nothing vouches for but the host's word.
+//! Pointers that a C host hands over: nothing vouches for them but the host's word.
 //!
 //! To C the types below are plain pointers. Rust makes one only with [`Input::given`] or [`Output::given`],
 //! whose caller gives the promise; a C host gives it by calling, since the header and the FMI standard ask it

@@ -27,7 +27,7 @@ pub fn starts(parameters: &Parameters, variable: &Variable) -> Vec<String> {
     values.iter().take(size).map(|&start| number(variable.kind, start)).collect()
 }
 
-/// What a variable is. `numbered`: with the numbers of a choice, which FMI 2.0 does not declare here.
+/// Meaning of a variable. `numbered`: with the numbers of a choice, which FMI 2.0 does not declare here.
 pub fn description(variable: &Variable, numbered: bool) -> String {
     let mut text = format!("{}{}", variable.description, variable.note);
     if let (Kind::Choice(choice), true) = (variable.kind, numbered) {
@@ -93,7 +93,7 @@ fn types(out: &mut Xml, two: bool) {
     }
 }
 
-/// What stands before the variables: the abilities of the library, which have other names in each version,
+/// Part before the variables: the abilities of the library, which have other names in each version,
 /// units, types, log and experiment.
 fn before_variables(out: &mut Xml, two: bool, abilities: &[Attribute]) {
     out.leaf("CoSimulation", abilities);
@@ -163,15 +163,16 @@ fn value_attributes(variable: &Variable, two: bool) -> Vec<Attribute> {
     ]
 }
 
-/// What an output depends on at once, at a communication point.
+/// Variables that an output depends on at once, at a communication point.
 fn at_once(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> Attribute {
     let of_ply = variable.output().is_some_and(|output| matches!(output.get, Get::Ply(_)));
     let known = if of_ply { table::variable("ply.first") } else { None };
     ("dependencies", some(known.map_or(String::new(), name_of)))
 }
 
-/// What an output depends on in initialisation: nothing (it is zero), the parameter of the same meaning, or,
-/// where the attribute is left out, all inputs and parameters. Rounding in the sheet's axes is no dependency.
+/// Variables that an output depends on in initialisation: none (it is zero), the parameter of the same
+/// meaning, or, where the attribute is left out, all inputs and parameters. Rounding in the sheet's axes is
+/// no dependency.
 fn at_start(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> Attribute {
     let known = match (variable.name, variable.name.strip_prefix("state.")) {
         ("step.fraction" | "energy.strain" | "ply.strain" | "fabric.max_stretch", _) => None,

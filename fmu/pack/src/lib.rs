@@ -1,4 +1,4 @@
-//! What is made of the tables in code for FMUs and the documents: model descriptions, the page in the
+//! Files made of the tables in code for FMUs and the documents: model descriptions, the page in the
 //! archives, parameter sets, the tables of parameters and outputs, the types of the Python package.
 
 mod description;

@@ -1,4 +1,4 @@
-//! What is made of the kernel's table of outputs: the table of the documents, and the types of the Python
+//! Files made of the kernel's table of outputs: the table of the documents, and the types of the Python
 //! package.
 
 use fabric_kernel::outputs::{COUNT, Get, OUTPUTS, Output};

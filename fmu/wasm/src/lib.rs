@@ -111,7 +111,7 @@ macro_rules! of_no_variable {
     )*};
 }
 
-/// What this FMU does not offer in any form: each is refused and logged.
+/// Functions that this FMU does not offer in any form: each is refused and logged.
 macro_rules! not_offered {
     ($($answer:path, $name:ident($($of:ty),*) -> $result:ty, $function:literal;)*) => {$(
         fn $name(&self, $(_: $of),*) -> $result {
