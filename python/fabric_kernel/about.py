@@ -13,11 +13,12 @@ import tomllib
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from ._kernel import PRESETS, VERSION, Scene
 from .files import written
 from .oneply import windowing
+from .results import plain
 from .textile import areal_density, of_the_paper, sides, spacings, strength
 
 CAVEAT = "Not validated: the agreement with reality. docs/validation.md has the comparisons with measurements, misses among them."
@@ -201,17 +202,6 @@ def ending(parser: argparse.ArgumentParser, given: argparse.Namespace, interrupt
         parser.exit(1, f"error: {error}\n")
     except KeyboardInterrupt:
         parser.exit(130, f"interrupted: {interrupted}\n")
-
-
-def plain(value: Any) -> Any:
-    """A result as JSON has it: null where a number is not finite, an object for what has names, a list for what has elements."""
-    if hasattr(value, "_asdict"):
-        value = value._asdict()
-    if isinstance(value, dict):
-        return {str(name): plain(one) for name, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def claim(out: Path, scene: Scene) -> None:

@@ -3,9 +3,10 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from . import about as scenes
-from . import page
+from . import page, results
 from ._kernel import PRESETS, VERSION, Scene
 from ._kernel import fabrics as named_fabrics
 from ._kernel import replay as replayed
@@ -82,6 +83,24 @@ def fabrics(arguments: Sequence[str]) -> None:
         print(page.printed(["name", "g/m2", "spacing mm", "area mm2", "wave m/s", "U_c"], rows))
         print("\n".join(f"{name}: {one['title']}" for name, one in found.items()))
         print("sources: fabric fabrics NAME", flush=True)
+
+
+def report(arguments: Sequence[str]) -> None:
+    """The command `fabric report`."""
+    from . import fragments, residual, run, v50
+
+    parser = scenes.options("report", "Pictures and report again, of what a command has written.")
+    parser.add_argument("folder", type=Path, help="of `fabric run`, v50, residual or fragments")
+    given = parser.parse_args(arguments)
+    kinds: dict[str, Any] = {"test.json": v50.Test, "residual.json": residual.Curve, "fragments.json": fragments.Map}
+    with scenes.ending(parser, given):
+        found = [file for file in kinds if (given.folder / file).exists()]
+        if found:
+            given.answer = results.read(kinds[found[0]], given.folder / found[0])
+            given.answer.write(given.folder)
+        else:
+            given.answer = run.reported(given.folder)
+        print(f"written to {given.folder}: report.html", flush=True)
 
 
 def replay(arguments: Sequence[str]) -> None:

@@ -11,11 +11,12 @@ import itertools
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy
 
-from . import checks, lookup, window
+from . import checks, lookup, results, window
 from ._kernel import Scene
 from .about import CAVEAT, cautions, command, described, noted, of_a_scene, positive
 from .ensembles import ensemble, vary, within_mesh
@@ -121,10 +122,10 @@ def fragment_map(
         scenes += vary(
             shield, shots, seed=cell_seed, speed=velocity, point=within_mesh(shield, point), attitude=attitudes[attitude]
         )
-    results = ensemble(scenes, **{"until": DECIDED} | options)
+    shot = ensemble(scenes, **{"until": DECIDED} | options)
     rows = []
     for number, (velocity, attitude, (x, y)) in enumerate(cells):
-        runs = results.iloc[number * shots : (number + 1) * shots]
+        runs = shot.iloc[number * shots : (number + 1) * shots]
         known = runs[runs["stopped"].notna()]
         through = known[~known["stopped"].astype(bool)]
         missed = int((runs["outcome"] == "passed").sum())
@@ -180,20 +181,20 @@ def answer(table: "pandas.DataFrame", slower: "pandas.DataFrame | None" = None) 
     before it another one if the shots, or those of a ladder below them (`below`), contradict a share that grows with the
     velocity."""
     found, ladders = [], {of: shots for of, *shots in lines_of(slower)} if slower is not None else {}
-    for of, velocities, results in lines_of(table):
+    for of, velocities, through in lines_of(table):
         attitude, (x, y) = of
         where = f"{attitude} at ({1e3 * x:g}, {1e3 * y:g}) mm:"
-        if not len(results):
+        if not len(through):
             found.append(f"{where} no shot has a known end.")
             continue
         rungs, passed = ladders.get(of, ((), ()))
-        hole = window.window(velocities, results, rungs, passed)
+        hole = window.window(velocities, through, rungs, passed)
         slow, fast = (
-            velocities[velocities < velocities[results].min(initial=math.inf)],
-            velocities[velocities > velocities[~results].max(initial=0.0)],
+            velocities[velocities < velocities[through].min(initial=math.inf)],
+            velocities[velocities > velocities[~through].max(initial=0.0)],
         )
         at = lambda velocity, what: (
-            f"{int((results == what)[velocities == velocity].sum())} of {int((velocities == velocity).sum())}"
+            f"{int((through == what)[velocities == velocity].sum())} of {int((velocities == velocity).sum())}"
         )
         low = (
             f"none of {len(slow)} shots goes through up to {slow.max():g} m/s"
@@ -211,6 +212,37 @@ def answer(table: "pandas.DataFrame", slower: "pandas.DataFrame | None" = None) 
             for line in ([hole.sentence()] if hole else []) + [f"{low}, {high}."] + [line for line in looked if line and not hole]
         ]
     return found
+
+
+class Map(NamedTuple):
+    """What `fabric fragments` finds: rows of `fragment_map`, and of the ladder below the limits. `write` reports it."""
+
+    title: str
+    answer: tuple[str, ...]
+    cells: tuple[dict[str, Any], ...]
+    below: tuple[dict[str, Any], ...]
+    about: tuple[str, ...]
+
+    def write(self, folder: Place) -> None:
+        """report.html (everything inside), map.svg and fragments.json."""
+        import pandas
+
+        from . import plot
+
+        folder, table = Path(folder), pandas.DataFrame(self.cells)
+        table = with_attrs(table.astype({name: float for name in table if table[name].isna().any()}))
+        sheet = [line for line in self.about if line.startswith(("Sheet: ", "Projectile: ", "fabric_kernel "))]
+        results.save(self, folder / "fragments.json")
+        plot.map(table, folder / "map.svg", (*sheet, CAVEAT))
+        page = Page(self.title)
+        page.answer(self.answer)
+        page.figure(folder / "map.svg", "")
+        page.fold("What was shot, and each cell")
+        for line in self.about:
+            page.text(line)
+        cell = lambda value: f"{value:.4g}" if isinstance(value, float) else value
+        page.table(tuple(with_units(table).columns), [[cell(one) for one in row] for row in table.itertuples(index=False)])
+        written(folder / "report.html", page.html())
 
 
 def _attitude(text: str) -> tuple[str, str | tuple[float, ...]]:
@@ -239,7 +271,7 @@ def _numbers(text: str, count: int, whole: str) -> tuple[float, ...]:
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric fragments`."""
     what = "How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point."
-    parser = of_a_scene("fragments", what, "report.html, table.csv, below.csv, map.svg, runs.jsonl")
+    parser = of_a_scene("fragments", what, "report.html, table.csv, below.csv, fragments.json, map.svg, runs.jsonl")
     parser.add_argument(
         "--velocities",
         type=positive,
@@ -271,8 +303,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
     given = parser.parse_args(arguments)
     with command(parser, given) as (scene, fabric):
-        from . import plot
-
         checks.whole("shots", given.shots, 1)
         attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
         if len(attitudes) < len(given.attitudes):
@@ -310,26 +340,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(*lines, sep="\n", flush=True)
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
         written(given.out / "below.csv", with_units(slower).to_csv(index=False))
-        plot.map(table, given.out / "map.svg", (*described(scene, fabric), CAVEAT))
-        report = Page(f"Fragments of {given.scene}")
-        report.answer((*lines, about[0], width, held))
-        report.figure(given.out / "map.svg", "")
-        report.fold("What was shot, and each cell")
-        for line in about[1:]:
-            report.text(line)
-        report.table(
-            tuple(with_units(table).columns),
-            [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in table.itertuples(index=False)],
-        )
-        written(given.out / "report.html", report.html())
+        cells, rungs = (tuple(rows.to_dict("records")) for rows in (table, slower))
+        given.answer = Map(f"Fragments of {given.scene}", (*lines, about[0], width, held), cells, rungs, about[1:])
+        given.answer.write(given.out)
         if given.table:
             said = lookup.error(
                 table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1, **of), scene["projectile.mass"]
             )
             print(said)
             written(given.out / "table.h", lookup.c_header(table, "\n".join([*lines, *about, said])))
-        given.answer = {"answer": lines, "cells": table.to_dict("records"), "below": slower.to_dict("records")}
-        files = ["report.html", "table.csv", "below.csv", "map.svg", "runs.jsonl", *(["table.h"] if given.table else [])]
-        print(f"written to {given.out}: {', '.join(files)}")
+        also = ", table.h" if given.table else ""
+        print(f"written to {given.out}: report.html, table.csv, below.csv, fragments.json, map.svg, runs.jsonl{also}")
     if window.NO_LIMIT in lines[0]:
         parser.exit(window.STATUS)

@@ -16,6 +16,7 @@ COMMANDS = {
     "v50": ("v50", "the ballistic limit with its interval"),
     "residual": ("residual", "the residual velocity over the impact velocity"),
     "fragments": ("fragments", "the share that goes through, by velocity, attitude and impact point"),
+    "report": ("catalogue", "pictures and report again, of what these have written"),
     "scene": ("catalogue", "a scene file with every parameter, its unit and its meaning"),
     "fabrics": ("catalogue", "the named fabrics with their sources"),
     "fmu": ("fmu", "an FMU that starts with a scene, from that of a release"),

@@ -23,9 +23,9 @@ from typing import Any, NamedTuple
 import numpy
 import scipy.special
 
-from . import checks, limit, window
+from . import checks, limit, results, window
 from ._kernel import Scene
-from .about import cautions, command, described, of_a_scene, plain, positive
+from .about import cautions, command, described, of_a_scene, positive
 from .files import Place, csv_of, written
 from .model_error import model_error
 from .page import Page, printed
@@ -94,16 +94,16 @@ class Curve(NamedTuple):
         for fit in self.fits:
             low, high = (dict(zip(keys, map(float, end))) for end in fit.ends(fit.refits))
             curves.append({"curve": fit.name, **fit.best._asdict(), "low": low, "high": high})
-        found: dict[str, Any] = plain({"answer": self.answer, "curves": curves, "shots": self.shots})
-        return found
+        return {"answer": self.answer, "curves": curves, "shots": self.shots}
 
     def write(self, folder: Place) -> None:
-        """report.html (everything inside), residual.svg and residual.csv. Raises OSError with the name of the file."""
+        """report.html (everything inside), residual.svg, .csv and .json. Raises OSError with the name of the file."""
         from . import plot
 
         folder, shots = Path(folder), [(shot.velocity, int(shot.stopped), shot.residual) for shot in self.shots]
         plot.residual(self, folder / "residual.svg")
         written(folder / "residual.csv", csv_of(("velocity_m_per_s", "stopped", "residual_m_per_s"), shots))
+        results.save(self, folder / "residual.json")
         page = Page(self.title)
         page.answer(self.answer)
         page.figure(folder / "residual.svg", "")
@@ -236,7 +236,7 @@ def residual_curve(
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric residual`."""
     about = "The residual over the impact velocity of the projectile of a scene, with fitted curves."
-    parser = of_a_scene("residual", about, "report.html, residual.svg, residual.csv, runs.jsonl")
+    parser = of_a_scene("residual", about, "report.html, residual.svg, residual.csv, residual.json, runs.jsonl")
     parser.add_argument(
         "--velocities",
         type=positive,
@@ -267,6 +267,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(curve.text())
         curve.write(given.out)
         given.answer = curve.plain()
-        print(f"written to {given.out}: report.html, residual.svg, residual.csv, runs.jsonl")
+        print(f"written to {given.out}: report.html, residual.svg, residual.csv, residual.json, runs.jsonl")
     if curve.window:
         parser.exit(window.STATUS)

@@ -2,6 +2,7 @@
 
 import argparse
 import csv
+import gzip
 import io
 import json
 import math
@@ -287,7 +288,7 @@ def table_of_plies(plies: list[Row]) -> tuple[list[str], list[list[Any]]]:
 
 
 def report(
-    out: Path, summary: dict[str, Any], simulation: Simulation, rows: list[Row], lines: list[tuple[str, str]], extra: list[str]
+    out: Path, summary: dict[str, Any], simulation: Simulation, rows: Any, lines: list[tuple[str, str]], extra: list[str]
 ) -> None:
     """The pictures, and report.html with all of them."""
     name, ended = summary["scene"], summary["ended_by"]
@@ -337,6 +338,15 @@ def report(
         html.section("Plies")
         html.table(*table_of_plies(summary["plies"]), (1, 2))
     written(out / "report.html", html.html())
+
+
+def reported(out: Path) -> dict[str, Any]:
+    """Draws pictures and report of a run again, of the files in its folder, and returns its summary."""
+    summary, simulation = json.loads((out / "summary.json").read_text()), Simulation(Scene.read(out / "scene.toml"))
+    simulation.restore(gzip.decompress((out / "state.gz").read_bytes()))
+    rows = pandas.read_csv(out / "history.csv", float_precision="round_trip").set_axis(list(COLUMNS), axis=1)
+    report(out, summary, simulation, rows, lines_of(simulation.scene, summary), [path.name for path in out.glob("movie.gif")])
+    return dict(summary)
 
 
 def options() -> scenes.Parser:
@@ -411,6 +421,8 @@ def one(given: argparse.Namespace, scene: Scene, name: str, out: Path, remarks: 
         raise RuntimeError(failure)
     summary = summary_of(name, simulation, rows, given.until, plies_of(simulation, scene.fabrics), remarks)
     written(out / "summary.json", json.dumps(summary, indent=1) + "\n")
+    written(out / "scene.toml", simulation.scene.text())
+    written(out / "state.gz", gzip.compress(simulation.save(), 1, mtime=0))
     lines = lines_of(scene, summary)
     about = [textwrap.fill(sentence, 100) for sentence in scenes.described(scene)[:2]]
     text = "\n".join([*about, "", page.printed([name, ""], lines)])
@@ -420,7 +432,7 @@ def one(given: argparse.Namespace, scene: Scene, name: str, out: Path, remarks: 
     print(text, flush=True)
     for warning in summary["warnings"]:
         print(f"warning: {warning}", file=sys.stderr)
-    files = ["history.csv", "summary.json", *frames.write(out, simulation)]
+    files = ["history.csv", "summary.json", "scene.toml", "state.gz", *frames.write(out, simulation)]
     if not given.no_report:
         report(out, summary, simulation, rows, lines, files)
         files.insert(0, "report.html")

@@ -8,7 +8,6 @@ truth in docs/tables/v50.md.
 import functools
 import json
 import math
-import typing
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy
 import scipy.stats
 
-from . import checks, designs, limit, window
+from . import checks, designs, limit, results, window
 from ._kernel import Scene
-from .about import cautions, command, described, of_a_scene, plain, positive
+from .about import cautions, command, described, of_a_scene, positive
 from .files import Place, csv_of, written
 from .likelihood import LINKS
 from .model_error import model_error
@@ -75,11 +74,7 @@ class Test(NamedTuple):
     def read(cls, path: Place) -> "Test":
         """The test of a test.json, or of the folder that has it."""
         path = Path(path)
-        text = (path / "test.json" if path.is_dir() else path).read_text()
-        try:
-            return _restored(cls, json.loads(text))
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise ValueError(f"{path}: is no test.json of this version") from error
+        return results.read(cls, path / "test.json" if path.is_dir() else path)
 
     def __repr__(self) -> str:
         return f"<Test {self.title!r}, {len(self.shots)} shots: {' '.join(self.answer()[:1]) or 'no limit'}>"
@@ -152,16 +147,11 @@ class Test(NamedTuple):
             plot.tornado(self.sensitivity, folder / "sensitivity.svg")
             heading = ("variant", "change_percent", "low_percent", "high_percent", "shots")
             written(folder / "sensitivity.csv", csv_of(heading, [one[1:6] for one in self.sensitivity.changes]))
-        written(folder / "test.json", json.dumps(self.plain(), indent=1) + "\n")
+        results.save(self, folder / "test.json")
         written(
             folder / "report.html",
             self.page((folder / "plot.svg").read_bytes(), (folder / "sensitivity.svg").read_bytes() if self.sensitivity else b""),
         )
-
-    def plain(self) -> dict[str, Any]:
-        """Everything as numbers and words; an open end or a missing estimate is None."""
-        found: dict[str, Any] = plain(self)
-        return found
 
     def page(self, picture: bytes, tornado: bytes = b"") -> str:
         """The report as one HTML file, with the pictures of the limit and of the sensitivity as SVG."""
@@ -185,21 +175,6 @@ class Test(NamedTuple):
         )
         page.table(*self.every_shot())
         return page.html()
-
-
-def _restored(kind: Any, value: Any) -> Any:
-    """A value of this type, of what `Test.plain` made of it."""
-    if kind is float:
-        return math.nan if value is None else float(value)
-    if typing.get_origin(kind) is tuple:
-        return tuple(_restored(typing.get_args(kind)[0], one) for one in value)
-    if kind is limit.Interval:
-        return kind(*(end if value[name] is None else value[name] for name, end in (("low", -math.inf), ("high", math.inf))))
-    if hasattr(kind, "_fields"):
-        kinds = typing.get_type_hints(kind)
-        return kind(**{name: _restored(kinds[name], one) for name, one in value.items()})
-    others = [one for one in typing.get_args(kind) if one is not type(None)]
-    return None if value is None else _restored(others[0], value) if others else value
 
 
 def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) -> tuple[list[Shot], list[str]]:
@@ -500,7 +475,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print()
         print(test.text())
         test.write(given.out)
-        given.answer = test.plain()
+        given.answer = test
         print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     if test.window or (test.sensitivity and any(math.isfinite(one.window) for one in test.sensitivity.changes)):
         parser.exit(window.STATUS)

@@ -66,6 +66,8 @@ def test_a_run_has_a_report_with_all_its_pictures_and_its_capsule_the_same_bits(
         "movie.gif",
         "history.csv",
         "summary.json",
+        "scene.toml",
+        "state.gz",
         "vtk",
     }
     assert {path.name for path in out.iterdir()} == pictures
@@ -82,6 +84,7 @@ def test_a_run_has_a_report_with_all_its_pictures_and_its_capsule_the_same_bits(
     cut = tmp_path / "cut.capsule"
     cut.write_bytes((tmp_path / "shot.capsule").read_bytes()[:-40])
     assert "cut off" in ran("replay", cut).stdout
+    drawn_again(out)
 
 
 @pytest.mark.parametrize(
@@ -106,6 +109,19 @@ def test_with_json_one_object_is_all_that_is_printed(tmp_path, words, has):
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout, parse_constant=lambda name: pytest.fail(name))
     assert set(has.split()) <= set(answer)
+    if (tmp_path / words[0] / "report.html").exists():
+        drawn_again(tmp_path / words[0])
+
+
+def drawn_again(folder):
+    """`fabric report` of a folder gives what was there, byte by byte, and of nothing else but what was saved."""
+    kinds = (".html", ".svg", ".png")
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.suffix in kinds}
+    for path in before:
+        path.unlink()
+    done = ran("report", folder)
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    assert {path: path.read_bytes() for path in folder.iterdir() if path.suffix in kinds} == before
 
 
 TABLE = "projectile.velocity[2],seed,sheet.nodes_x\n300,1,\n250,2,33\n"
@@ -235,6 +251,8 @@ def answer(tmp_path, text):
         ["residual", "shot.toml", "--out", "/proc/x"],
         ["replay", "none"],
         ["replay"],
+        ["report", "."],
+        ["report", "shot.toml"],
         ["fabrics", "denim"],
         ["scene", "none.toml"],
         ["fragments", "shot.toml", "--attitudes", "a=1,0,0,0", "a=0,1,0,0"],

@@ -7,7 +7,7 @@ from unittest import mock
 import numpy
 import scipy.stats
 from commands import called
-from fabric_kernel import Scene, designs, fragments, residual, runs, sensitivity, window
+from fabric_kernel import Scene, designs, fragments, residual, results, runs, sensitivity, window
 from fabric_kernel import v50 as limits
 from fabric_kernel.v50 import v50
 
@@ -35,8 +35,8 @@ def test_a_window_leaves_no_limit():
     assert math.isnan(test.average.value)
     assert math.isnan(test.residual.limit)
     assert "V50 4" not in test.text()
-    assert test.plain()["window"]["lowest"] == min(through)
-    assert test.plain()["fit"]["mu"] is None
+    assert results.plain(test)["window"]["lowest"] == min(through)
+    assert results.plain(test)["fit"]["mu"] is None
 
 
 def test_how_often_a_window_is_found_and_one_is_imagined():
