@@ -7,12 +7,12 @@ import pathlib
 import sys
 import time
 
-# A question's name, which is that of its file; what it asks; how long its answer took, whole and with --quick, on two cores beside
-# other programs: empty where that was not measured.
+# A question's name, which is that of its file; what it asks; how long its answer took, and with --quick: on two cores beside
+# other programs, empty where that was not measured.
 QUESTIONS = {
     "paper": ("every result of the paper, and the open question", "", "3 min"),
     "clamps": ("the paper's question with attachments that slip", "16 min", "2 min"),
-    "coverage": ("how often the intervals of a ballistic limit hold the truth", "66 min", ""),
+    "coverage": ("how often the intervals of a ballistic limit hold the truth", "66 min", "1 min"),
     "bracketing": ("ballistic limits from a tenth, once and ten times of them", "", ""),
     "strips": ("strips of Kevlar 49 fabric pulled in the network", "3 min", "10 s"),
     "edges": ("from which velocity on bars break at once under a flat face and a sphere", "5 s", "5 s"),
