@@ -83,26 +83,10 @@ def answer(study):
         ),
         [],
     )
-    heading = [
-        "scene",
-        "first velocity, m/s",
-        "shots to the bracket",
-        "shots",
-        "V50, m/s",
-        "95 % interval, m/s",
-        "standard deviation, m/s",
-    ]
-    plain = [
-        "start over V50",
-        "shots",
-        "standard deviation, % of V50",
-        "V01",
-        "V50",
-        "V99",
-        "plain V01",
-        "plain V50",
-        "plain V99",
-    ]
+    heading = (
+        "scene; first velocity, m/s; shots to the bracket; shots; V50, m/s; 95 % interval, m/s; standard deviation, m/s"
+    ).split("; ")
+    plain = "start over V50; shots; standard deviation, % of V50; V01; V50; V99; plain V01; plain V50; plain V99".split("; ")
     study.table(
         "v50_bracket",
         "Tests without a guess",

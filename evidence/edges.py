@@ -61,15 +61,9 @@ def answer(study):
         ]
         for (fabric, without, mass, plies), flat, round_ in zip(rows, found[::2], found[1::2])
     ]
-    heading = [
-        "fabric",
-        "viscosity",
-        "mass g",
-        "bonded plies",
-        "flat-ended cylinder m/s",
-        "sphere m/s",
-        "the sphere's above it by %",
-    ]
+    heading = "fabric, viscosity, mass g, bonded plies, flat-ended cylinder m/s, sphere m/s, the sphere's above it by %".split(
+        ", "
+    )
     text = (
         f"Velocities from which on a bar breaks within {1e6 * TIME:g} µs of the contact, to {100 * (STRIDE - 1):.0f} %.\n\n"
         + page.markdown(heading, lines, 2)

@@ -186,16 +186,9 @@ def impact_table(rows):
             ]
         )
     return page.markdown(
-        [
-            "velocity, m/s",
-            "energy, J",
-            "coefficient",
-            "absorbed, J",
-            "against 0, %",
-            "friction, J",
-            "velocity after, m/s",
-            "residual, %",
-            "unconverged",
-        ],
+        (
+            "velocity, m/s; energy, J; coefficient; absorbed, J; against 0, %; friction, J; velocity after, m/s; "
+            "residual, %; unconverged"
+        ).split("; "),
         lines,
     )

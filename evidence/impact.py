@@ -260,16 +260,10 @@ def impact_table(judged):
 
 
 def choice_table(judged):
-    heading = [
-        "wanted error of absorbed energy",
-        "take",
-        "dt/dt_crit",
-        "runs",
-        "node-steps in all",
-        "CPU s in all",
-        "expected error",
-        "energy residual % of KE0",
-    ]
+    heading = (
+        "wanted error of absorbed energy, take, dt/dt_crit, runs, node-steps in all, CPU s in all, expected error, "
+        "energy residual % of KE0"
+    ).split(", ")
     rows = []
     for wanted, found in front.choice(judged):
         percent = f"{100 * wanted:g} %"

@@ -343,15 +343,7 @@ def slipped():
             lines.append(
                 [f"{1e6 * time:.0f}", mu, near, f"{found['slipped_5']:.0f}", around, f"{found['slipped_10']:.0f}", whole]
             )
-    heading = [
-        "time, µs",
-        "mu",
-        "within 5 spacings, network",
-        "resolved",
-        "within 10, network",
-        "resolved",
-        "whole sheet, network",
-    ]
+    heading = "time, µs; mu; within 5 spacings, network; resolved; within 10, network; resolved; whole sheet, network".split("; ")
     return "\n## Where crossings slip: 51 mm, 60 m/s, no friction on the sphere\n\n" + page.markdown(heading, lines)
 
 

@@ -38,14 +38,9 @@ PLIES, WIDTHS, BARS, GAP = (1, 5, 14, 28, 42), (0.16, 0.08, 0.03), (1.0, 2.0), 1
 LONGEST, STEEL = {"bonded": 2e-3, "separate": 3e-4}, 7850.0
 # Areal density at which the measured ladder bends, kg/m².
 BREAK = 5.0
-ORDER = [
-    "network",
-    "pairs",
-    "in the measured order",
-    "with the whole interval",
-    "pairs not distinguished",
-    "Kendall's tau, all pairs",
-]
+ORDER = (
+    "network; pairs; in the measured order; with the whole interval; pairs not distinguished; Kendall's tau, all pairs"
+).split("; ")
 # Half of the 38 m/s that MIL-STD-662F allows between the shots that a V50 is the mean of; the source of the ladder gives no
 # interval.
 V50_INTERVAL = 19.0
@@ -242,20 +237,10 @@ def judged(study, rows):
         "from zero",
     )
     study.picture("packs.svg", "validation_packs.svg")
-    heading = [
-        "pack",
-        "form",
-        "yarns a bar",
-        "width, mm",
-        "plies",
-        "kg/m²",
-        "model m/s [95 %]",
-        "measured m/s",
-        "off %",
-        "verdict",
-        "A_d A_p/m_p",
-        "model V50/(U*)^(1/3)",
-    ]
+    heading = (
+        "pack; form; yarns a bar; width, mm; plies; kg/m²; model m/s [95 %]; measured m/s; off %; verdict; A_d A_p/m_p; "
+        "model V50/(U*)^(1/3)"
+    ).split("; ")
     text = page.markdown(heading, lines, 2)
     if slopes:
         text += "\nRise of the V50 of Twaron CT612 with the areal density, m/s per kg/m²:\n\n" + page.markdown(

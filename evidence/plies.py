@@ -231,20 +231,10 @@ def table(rows):
                 ]
             )
     lines.sort(key=lambda line: (float(line[1]), line[2]))
-    heading = [
-        "form",
-        "plies",
-        "gap, mm",
-        "kg/m²",
-        "hits",
-        "limit, m/s",
-        "hit at, m/s",
-        "absorbed, J",
-        "failed segments",
-        "residual, %",
-        "depth, mm",
-        "unconverged",
-    ]
+    heading = (
+        "form; plies; gap, mm; kg/m²; hits; limit, m/s; hit at, m/s; absorbed, J; failed segments; residual, %; depth, mm; "
+        "unconverged"
+    ).split("; ")
     return page.markdown(heading, lines)
 
 

@@ -194,19 +194,10 @@ def answer(study):
         for value in (first.value, first.high, first.low)
     )
     longest, more = ensemble(study, [(*case, None, float(f"{fitted:.3g}")) for case in strips], samples)
-    heading = [
-        "strip",
-        "measured MPa",
-        "its shape",
-        "model, yarn at 50 mm: MPa [95 %]",
-        "off %",
-        "verdict",
-        "shape",
-        "with the fitted length: MPa [95 %]",
-        "off %",
-        "verdict",
-        "if all yarns shared at each crossing: MPa",
-    ]
+    heading = (
+        "strip; measured MPa; its shape; model, yarn at 50 mm: MPa [95 %]; off %; verdict; shape; "
+        "with the fitted length: MPa [95 %]; off %; verdict; if all yarns shared at each crossing: MPa"
+    ).split("; ")
     lines = []
     for k, (row, case) in enumerate(zip(measured, strips)):
         name, allowed = f"{1e3 * case[0]:.0f} mm x {1e3 * case[1]:.0f} mm, {case[2]}", about(row["scale_mpa"], 0.1)

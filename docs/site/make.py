@@ -19,21 +19,7 @@ HERE, OUT = TOP / "docs/site", TOP / "target/site"
 PAGES = OUT / "pages"
 LINK = re.compile(r"\]\((?!\w+:|#)([^)#\s]+)")
 # Parts of the package that a reader calls.
-MODULES = [
-    "",
-    ".runs",
-    ".ensembles",
-    ".designs",
-    ".limit",
-    ".v50",
-    ".residual",
-    ".sensitivity",
-    ".model_error",
-    ".oneply",
-    ".plot",
-    ".movie",
-    ".textile",
-]
+MODULES = ["", *".runs .ensembles .designs .limit .v50 .residual .sensitivity .model_error .oneply .plot .movie .textile".split()]
 # From npm: the search in a page that was opened as a file, and equations.
 SHIM, KATEX = "iframe-worker@1.0.4", "katex@0.16.22"
 SET = """document$.subscribe(() => renderMathInElement(document.body, {

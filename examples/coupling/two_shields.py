@@ -46,14 +46,9 @@ def fly(archive, sheets=SHEETS, speed=SPEED, h=H, end=END):
         body.pushed(force, h, dt)
         if all(any(shield.get(f"outcome.{end}") for end in ("arrested", "exited", "passed", "rebounded")) for shield in shields):
             break
-    names = [
-        "outcome.exited",
-        "outcome.first_contact_time",
-        "outcome.exited_time",
-        "contact.work",
-        "contact.impulse",
-        "contact.force_peak",
-    ]
+    names = (
+        "outcome.exited outcome.first_contact_time outcome.exited_time contact.work contact.impulse contact.force_peak"
+    ).split()
     balances = {name: [shield.get(name) for shield in shields] for name in [*names, "fabric.failed_segments"]}
     balances["velocity"] = body.velocity
     balances["lost"] = energy - body.kinetic_energy()

@@ -16,19 +16,7 @@ from matplotlib.figure import Figure
 from .files import Place, written
 
 # Colours that differ for colour-blind eyes too (Okabe and Ito), and more for crowded plots.
-COLOURS = [
-    "#0072b2",
-    "#d55e00",
-    "#009e73",
-    "#cc79a7",
-    "#e69f00",
-    "#56b4e9",
-    "#464646",
-    "#823ca0",
-    "#785028",
-    "#96aa3c",
-    "#000000",
-]
+COLOURS = "#0072b2 #d55e00 #009e73 #cc79a7 #e69f00 #56b4e9 #464646 #823ca0 #785028 #96aa3c #000000".split()
 STYLES: dict[str, dict[str, Any]] = {
     "line": {},
     "marked": {"marker": "o", "markersize": 5},

@@ -26,39 +26,11 @@ TIMEOUT = 3
 OUTCOMES = ("arrested", "detached", "exited", "passed", "rebounded", "through", "none")
 SUFFIX = {"s": "_s", "m": "_m", "m/s": "_m_per_s", "rad/s": "_rad_per_s", "N": "_n", "J": "_j"}
 COLUMNS = (
-    "step",
-    "time",
-    "position_x",
-    "position_y",
-    "position_z",
-    "velocity_x",
-    "velocity_y",
-    "velocity_z",
-    "angular_velocity_x",
-    "angular_velocity_y",
-    "angular_velocity_z",
-    "force_x",
-    "force_y",
-    "force_z",
-    "work",
-    "contact_loss",
-    "projectile_kinetic",
-    "fabric_kinetic",
-    "strain",
-    "dissipated",
-    "viscous",
-    "friction",
-    "ply_loss",
-    "support_work",
-    "casing_loss",
-    "attachment",
-    "residual",
-    "momentum_residual_n_s",
-    "failed_segments",
-    "contacts",
-    "max_deflection",
-    "max_stretch",
-)
+    "step time position_x position_y position_z velocity_x velocity_y velocity_z angular_velocity_x angular_velocity_y "
+    "angular_velocity_z force_x force_y force_z work contact_loss projectile_kinetic fabric_kinetic strain dissipated "
+    "viscous friction ply_loss support_work casing_loss attachment residual momentum_residual_n_s failed_segments contacts "
+    "max_deflection max_stretch"
+).split()
 """Columns of history.csv, without their units."""
 NAMES = {"work": "contact_work", "residual": "energy_residual"}
 SIDES = ("side -x", "side +x", "side -y", "side +y")
@@ -271,15 +243,9 @@ def lines_of(scene: Scene, summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 def table_of_plies(plies: list[Row]) -> tuple[list[str], list[list[Any]]]:
     """Heading and rows of what each ply is and holds, from the front."""
-    heading = [
-        "ply, from the side that is hit",
-        "fabric",
-        "turned by 90°",
-        "failed segments",
-        "kinetic, J",
-        "strain, J",
-        "dissipated, J",
-    ]
+    heading = (
+        "ply, from the side that is hit; fabric; turned by 90°; failed segments; kinetic, J; strain, J; dissipated, J"
+    ).split("; ")
     energies = lambda ply: [f"{ply[key]:.4f}" for key in ("kinetic", "strain", "dissipated")]
     return heading, [
         [k + 1, ply["fabric"], "yes" if ply["turned"] else "no", ply["failed_segments"], *energies(ply)]
@@ -344,7 +310,7 @@ def reported(out: Path) -> dict[str, Any]:
     """Draws pictures and report of a run again, of the files in its folder, and returns its summary."""
     summary, simulation = json.loads((out / "summary.json").read_text()), Simulation(Scene.read(out / "scene.toml"))
     simulation.restore(gzip.decompress((out / "state.gz").read_bytes()))
-    rows = pandas.read_csv(out / "history.csv", float_precision="round_trip").set_axis(list(COLUMNS), axis=1)
+    rows = pandas.read_csv(out / "history.csv", float_precision="round_trip").set_axis(COLUMNS, axis=1)
     report(out, summary, simulation, rows, lines_of(simulation.scene, summary), [path.name for path in out.glob("movie.gif")])
     return dict(summary)
 

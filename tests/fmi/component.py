@@ -81,13 +81,9 @@ class Slave:
 
     def updateDiscreteStates(self):
         names = (
-            "new-discrete-states-needed",
-            "terminate-simulation",
-            "nominals-of-continuous-states-changed",
-            "values-of-continuous-states-changed",
-            "next-event-time-defined",
-            "next-event-time",
-        )
+            "new-discrete-states-needed terminate-simulation nominals-of-continuous-states-changed "
+            "values-of-continuous-states-changed next-event-time-defined next-event-time"
+        ).split()
         end = self.call("update-discrete-states")
         return tuple(getattr(end, name) for name in names)
 

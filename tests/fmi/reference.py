@@ -13,15 +13,10 @@ from host import OUTPUTS, Host, opened
 FOLDER = pathlib.Path(__file__).parents[2] / "examples" / "reference"
 STEP, INTERVAL, STOP = 1e-6, 1e-5, 1e-3  # s
 PER_ROW = round(INTERVAL / STEP)
-INPUTS = [
-    "projectile.position",
-    "projectile.velocity",
-    "projectile.orientation",
-    "projectile.angular_velocity",
-    "projectile.acceleration",
-    "external.force",
-    "external.torque",
-]
+INPUTS = (
+    "projectile.position projectile.velocity projectile.orientation projectile.angular_velocity projectile.acceleration "
+    "external.force external.torque"
+).split()
 
 
 def columns(names):
