@@ -48,17 +48,8 @@ def shot(job):
             if all(math.isfinite(end) for end in found.intervals[0]) and not found.assumed[0]:
                 break
         bracket = next(k for k in range(1, shots + 1) if len(set(through[:k])) == 2 or k == shots)
-        rows.append(
-            [
-                name,
-                f"{start * about:g}",
-                str(bracket),
-                str(shots),
-                f"{found.mu:.1f}",
-                str(found.intervals[0]),
-                f"{found.deviation:.1f}",
-            ]
-        )
+        found_by = f"{found.mu:.1f}; {found.intervals[0]}; {found.deviation:.1f}"
+        rows.append(f"{name}; {start * about:g}; {bracket}; {shots}; {found_by}".split("; "))
     return rows
 
 

@@ -84,13 +84,9 @@ def measured(job):
     # The sphere moves along z but for rounding.
     start = 0.5 * mass * scene["projectile.velocity"][2] ** 2
     lost = start - 0.5 * mass * velocity * velocity
-    found = {
-        "early": early,
-        "velocity": velocity,
-        "absorbed": lost,
-        "interface": (lost - contact["work"]) / start,
-        "peak": contact["force_peak"],
-    }
+    found = dict(
+        early=early, velocity=velocity, absorbed=lost, interface=(lost - contact["work"]) / start, peak=contact["force_peak"]
+    )
     return found | {"node_steps": cost, "seconds": seconds, "ended": any(name in simulation.outcomes() for name in END)}
 
 

@@ -50,15 +50,8 @@ def answer(study):
     names = ["fabric", "without viscosity", "mass kg", "plies", "flat m/s", "sphere m/s"]
     study.write("edges", [dict(zip(names, (*row, flat, ball))) for row, flat, ball in zip(rows, found[::2], found[1::2])])
     lines = [
-        [
-            fabric,
-            "none" if without else "default",
-            f"{1e3 * mass:g}",
-            plies,
-            f"{flat:.0f}",
-            f"{round_:.0f}",
-            f"{100 * (round_ / flat - 1):+.0f}",
-        ]
+        [fabric, "none" if without else "default", f"{1e3 * mass:g}", plies]
+        + f"{flat:.0f} {round_:.0f} {100 * (round_ / flat - 1):+.0f}".split()
         for (fabric, without, mass, plies), flat, round_ in zip(rows, found[::2], found[1::2])
     ]
     heading = "fabric, viscosity, mass g, bonded plies, flat-ended cylinder m/s, sphere m/s, the sphere's above it by %".split(

@@ -269,18 +269,9 @@ def choice_table(judged):
         percent = f"{100 * wanted:g} %"
         if found:
             row, runs, error = found
-            rows.append(
-                [
-                    percent,
-                    row["family"],
-                    f"{row['dt_over_dt_crit']:.2f}",
-                    runs,
-                    page.power(runs * row["node_steps"], 1),
-                    f"{runs * row['cpu_seconds']:.2f}",
-                    f"{100 * error:.2f} %",
-                    f"{row['residual']:.4f}",
-                ]
-            )
+            cost = [page.power(runs * row["node_steps"], 1), f"{runs * row['cpu_seconds']:.2f}"]
+            got = [f"{100 * error:.2f} %", f"{row['residual']:.4f}"]
+            rows.append([percent, row["family"], f"{row['dt_over_dt_crit']:.2f}", runs, *cost, *got])
         else:
             rows.append([percent, "below what these ensembles can show", *[""] * 6])
     return page.markdown(heading, rows, 2)

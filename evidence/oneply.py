@@ -233,14 +233,9 @@ def jobs(full):
     def nets(part, width, place, body, guess, fabric=KEVLAR, frictions=(0.0, 0.1, 0.2, 0.3)):
         for name in CRIMPS:
             for friction in frictions if name != "free crimp" else frictions[:1]:
-                label = {
-                    "part": part,
-                    "case": f"network, {name}, mu_s = {friction}",
-                    "fabric": fabric,
-                    "width": width,
-                    "place": place,
-                    "pieces": 1,
-                }
+                label = dict(
+                    part=part, case=f"network, {name}, mu_s = {friction}", fabric=fabric, width=width, place=place, pieces=1
+                )
                 found.append((label, {"scene": network(fabric, width, body, place, name, friction), "guess": guess}))
 
     guesses = {0.051: 65.0, 0.06: 78.0, 0.102: 125.0}
@@ -392,17 +387,8 @@ def clamped(rows):
     for width, hold, _ in CLAMPS:
         net, own = (found.pop((width, f"{name}, {hold:g} N")) for name in ("network, flat", "pinned, straight"))
         off = 100 * (net["limit"] / own["limit"] - 1)
-        lines.append(
-            [
-                f"{hold:g}",
-                f"{1e3 * width:.0f}",
-                f"{own['limit']:.1f}",
-                f"{net['limit']:.1f}",
-                f"{off:+.1f}",
-                f"{100 * own['worst']:.2f}",
-                f"{100 * net['worst']:.2f}",
-            ]
-        )
+        limits = f"{own['limit']:.1f} {net['limit']:.1f} {off:+.1f} {100 * own['worst']:.2f} {100 * net['worst']:.2f}"
+        lines.append(f"{hold:g} {1e3 * width:.0f} {limits}".split())
     table = page.markdown(
         ["slips at, N", "width, mm", "resolved, m/s", "network, m/s", "off, %", "residual, %", "network's, %"], lines
     )
@@ -422,18 +408,8 @@ def text_of(rows):
         for row in sorted(own, key=lambda row: (row["width"], row["place"])):
             window = "" if row["broken"] is None else f"{row['broken']:.0f}" + (" (window)" if row["broken"] == 0 else "")
             slip = "" if row["slip"] is None else f"{row['slip']:.2f}"
-            lines.append(
-                [
-                    f"{1e3 * row['width']:.0f}",
-                    row["place"],
-                    row["case"],
-                    row["pieces"],
-                    f"{row['limit']:.1f}",
-                    window,
-                    slip,
-                    f"{100 * row['worst']:.2f}",
-                ]
-            )
+            first = [f"{1e3 * row['width']:.0f}", row["place"], row["case"], row["pieces"], f"{row['limit']:.1f}"]
+            lines.append([*first, window, slip, f"{100 * row['worst']:.2f}"])
         if lines:
             text += f"\n## {title}\n\n" + page.markdown(
                 ["width, mm", "place", "case", "pieces", "limit, m/s", "broken", "slip", "residual, %"], lines

@@ -182,16 +182,8 @@ def judged(study, rows):
         if found:
             orders.append(order(f"{form}, {bar:g} yarns a bar, {width:.0f} mm", limits))
         slopes += [
-            [
-                form,
-                f"{bar:g}",
-                f"{width:.0f}",
-                point.name,
-                point.ours.text(0),
-                f"{point.allowed[0]:.0f} to {point.allowed[1]:.0f}",
-                point.verdict,
-            ]
-            for point in found
+            [form, f"{bar:g}", f"{width:.0f}", one.name, one.ours.text(0), "{:.0f} to {:.0f}".format(*one.allowed), one.verdict]
+            for one in found
         ]
         for name in dict.fromkeys(row["pack"] for row in own):
             line = [row for row in own if row["pack"] == name]

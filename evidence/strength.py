@@ -88,17 +88,9 @@ def compared(study):
         ours = Estimate.of_error(row["scale MPa"], row["standard error MPa"], row["samples"] - 1)
         point = Point(f"{row['sample']}, MPa", ours, about(row["measured MPa"], 0.03))
         points.append(point)
-        lines.append(
-            [
-                row["sample"],
-                ours.text(0),
-                f"{row['measured MPa']:.0f}",
-                f"{100 * (row['scale MPa'] / row['measured MPa'] - 1):+.1f}",
-                point.verdict,
-                f"{row['shape']:.1f}",
-                f"{row['measured shape']:.1f}",
-            ]
-        )
+        off = f"{100 * (row['scale MPa'] / row['measured MPa'] - 1):+.1f}"
+        shapes = [f"{row['shape']:.1f}", f"{row['measured shape']:.1f}"]
+        lines.append([row["sample"], ours.text(0), f"{row['measured MPa']:.0f}", off, point.verdict, *shapes])
     heading = ["", "Weibull scale, model MPa [95 %]", "measured MPa", "off %", "verdict", "shape, model", "measured shape"]
     lacks = "two numbers of the input are the line through the six"
     text = "## Strength at six gauge lengths\n\n" + page.markdown(heading, lines)

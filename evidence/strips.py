@@ -207,21 +207,8 @@ def answer(study):
         after = Estimate(after.value, after.value * (1 - spread), after.value * (1 + spread))
         off = lambda estimate: f"{100 * (estimate.value / row['scale_mpa'] - 1):+.1f}"
         verdict = after.verdict(allowed) if k else "fitted"
-        lines.append(
-            [
-                name,
-                row["scale_mpa"],
-                row["shape"],
-                plain.text(0),
-                off(plain),
-                plain.verdict(allowed),
-                f"{m:.0f}",
-                after.text(0),
-                off(after),
-                verdict,
-                f"{weibull(shared(*case[:2], k))[0].value:.0f}",
-            ]
-        )
+        alike = [plain.text(0), off(plain), plain.verdict(allowed), f"{m:.0f}", after.text(0), off(after), verdict]
+        lines.append([name, row["scale_mpa"], row["shape"], *alike, f"{weibull(shared(*case[:2], k))[0].value:.0f}"])
     columns = {"yarn at 50 mm": alone, f"yarn at {fitted:.3g} m": longest}
     study.write(
         "strips",

@@ -179,14 +179,9 @@ class Friction(unittest.TestCase):
 
 class Front(unittest.TestCase):
     def setting(self, step, cost, absorbed, residual):
-        row = {
-            "family": "Verlet",
-            "dt_over_dt_crit": step,
-            "accepted": step <= 0.5,
-            "default": step == 0.4,
-            "plain": True,
-            "full_network": True,
-        }
+        row = dict(
+            family="Verlet", dt_over_dt_crit=step, accepted=step <= 0.5, default=step == 0.4, plain=True, full_network=True
+        )
         row |= {"runs": 8.0, "node_steps": cost, "cpu_seconds": cost}
         row |= dict.fromkeys(front.MEASURES, 1.0) | {f"{name}_deviation": 0.0 for name in front.MEASURES}
         return row | {"absorbed": absorbed, "absorbed_deviation": 0.01, "residual": residual}

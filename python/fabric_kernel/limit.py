@@ -261,23 +261,9 @@ def fit(
     v, y = velocities[None], through[None]
 
     def without_fit(bounds: Any, note: Any) -> Any:
-        nan, missing = math.nan, (math.nan,) * len(shares)
-        return Fit(
-            link,
-            confidence,
-            count,
-            hits,
-            "none",
-            nan,
-            nan,
-            nan,
-            tuple(shares),
-            missing,
-            bounds,
-            (True,) * len(shares),
-            bounds,
-            (note,),
-        )
+        nan, missing, assumed = math.nan, (math.nan,) * len(shares), (True,) * len(shares)
+        every = tuple(shares)
+        return Fit(link, confidence, count, hits, "none", nan, nan, nan, every, missing, bounds, assumed, bounds, (note,))
 
     if hits in (0, count):
         bounds = tuple(alike(velocities, through, share, confidence) for share in shares)
@@ -389,38 +375,17 @@ def fit(
     if which:
         notes.append(f"Estimates that are negative or outside of their intervals are left out: {which}.")
     method = "maximum likelihood" if overlap else "Firth"
-    return Fit(
-        link,
-        confidence,
-        count,
-        hits,
-        method,
-        mu,
-        sigma,
-        law.deviation * sigma,
-        tuple(shares),
-        values,
-        calibrated_intervals,
-        assumed,
-        profile,
-        tuple(notes),
-    )
+    sd, every, found = law.deviation * sigma, tuple(shares), calibrated_intervals
+    return Fit(link, confidence, count, hits, method, mu, sigma, sd, every, values, found, assumed, profile, tuple(notes))
 
 
 def withheld(fit: Fit) -> Fit:
     """A fit without its numbers, as of shots that have no single limit."""
     missing, open_ends = (math.nan,) * len(fit.shares), (Interval(-math.inf, math.inf),) * len(fit.shares)
-    return fit._replace(
-        method="none",
-        mu=math.nan,
-        sigma=math.nan,
-        deviation=math.nan,
-        velocities=missing,
-        intervals=open_ends,
-        profile=open_ends,
-        assumed=(True,) * len(fit.shares),
-        notes=(),
+    none: dict[str, Any] = dict.fromkeys(("mu", "sigma", "deviation"), math.nan) | dict.fromkeys(
+        ("intervals", "profile"), open_ends
     )
+    return fit._replace(method="none", velocities=missing, assumed=(True,) * len(fit.shares), notes=(), **none)
 
 
 class Average(NamedTuple):

@@ -37,15 +37,8 @@ UNITS = {
     "rad/s": ("angular_velocity_",),
     "N": ("force_",),
     "J": (
-        "work",
-        "external_work",
-        "initial_kinetic",
-        "residual_kinetic",
-        "absorbed",
-        "support_work",
-        "projectile_kinetic",
+        *"work external_work initial_kinetic residual_kinetic absorbed support_work projectile_kinetic energy_residual".split(),
         *PARTS,
-        "energy_residual",
         "residual",
     ),
 }

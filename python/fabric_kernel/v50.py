@@ -302,22 +302,8 @@ def v50(
             model_error([scene for scene, _ in shoot.flown], confidence).sentence(interval.low, interval.high),
             cautions(shoot.scene),
         )
-    return Test(
-        title,
-        chosen,
-        words,
-        tuple(made),
-        found,
-        average,
-        residual,
-        tuple(notes),
-        tuple(about),
-        against,
-        first,
-        doubt=doubt,
-        below=tuple(slower),
-        window=hole,
-    )
+    shots_made, told = tuple(made), (tuple(notes), tuple(about), against, first)
+    return Test(title, chosen, words, shots_made, found, average, residual, *told, None, doubt, tuple(slower), hole)
 
 
 def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.Neyer | designs.ThreePhase | designs.Plan:

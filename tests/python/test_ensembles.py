@@ -280,17 +280,10 @@ def test_a_scene_by_name_flies_and_a_pipe_that_closes_ends_a_command_quietly(tmp
     with pytest.raises(FileNotFoundError, match='no_preset: No such file, and no preset: .*"ring_40in"'):
         fk.fly("no_preset")
     (tmp_path / "scene.toml").write_text(BASE.text())
-    call = [
-        sys.executable,
-        "-c",
-        "from fabric_kernel.fragments import main; main()",
-        "scene.toml",
-        "--velocities",
-        "90",
-        "--shots",
-        "1",
-    ]
-    with subprocess.Popen(call, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+    words = "-m fabric_kernel.program fragments scene.toml --velocities 90 --shots 1".split()
+    with subprocess.Popen(
+        [sys.executable, *words], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as program:
         program.stdout.close()
         said = program.stderr.read()
     assert (program.returncode, "roken" in said or "Traceback" in said) == (141, False), said

@@ -77,14 +77,7 @@ def test_each_case_left_out_lies_within_what_the_others_give():
 
 
 def a_pack(plies, mass=1.1e-3):
-    body = {
-        "shape": "cylinder",
-        "radius": 2.73e-3,
-        "length": 6e-3,
-        "mass": mass,
-        "position": [0, 0, -3e-3],
-        "velocity": [0, 0, 500],
-    }
+    body = dict(shape="cylinder", radius=2.73e-3, length=6e-3, mass=mass, position=[0, 0, -3e-3], velocity=[0, 0, 500])
     return Scene(
         "sheet_3in_sphere",
         fabric={"name": "kevlar_km2_s706"},

@@ -211,55 +211,26 @@ def answer(tmp_path, text):
     return code, said
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["fly"],
-        ["run"],
-        ["run", "no_preset"],
-        ["run", "none.toml"],
-        ["run", "."],
-        ["run", "shot.toml", "--steps", "0"],
-        ["run", "shot.toml", "--steps", "many"],
-        ["run", "shot.toml", "--sample", "-1"],
-        ["run", "shot.toml", "--until", "stopped"],
-        ["run", "shot.toml", "--until", ""],
-        ["run", "shot.toml", "another.toml"],
-        ["run", "shot.toml", "--out", "locked/out"],
-        ["run", "shot.toml", "--steps", "1000000000", "--out", "/proc/x"],
-        ["run", "shot.toml", "--capsule", "no/folder/capsule"],
-        ["run", "shot.toml", "--colour"],
-        ["run", "shot.toml", "--steps", "64", "--steps=65"],
-        ["run", "shot.toml", "--batch", "none.csv"],
-        ["run", "shot.toml", "--batch", "none.csv", "--movie"],
-        ["v50", "shot.toml", "--confidence", "1.5"],
-        ["v50", "shot.toml", "--shots", "0"],
-        ["v50", "shot.toml", "--low", "fast", "--high", "90"],
-        ["v50", "shot.toml", "--low", "50"],
-        ["v50", "shot.toml", "--plan", "90"],
-        ["residual", "shot.toml", "--shots", "2"],
-        ["replay", "shot.toml"],
-        ["residual", "shot.toml", "--velocities", "100", "fast"],
-        ["residual", "shot.toml", "--out", "/proc/x"],
-        ["replay", "none"],
-        ["replay"],
-        ["report", "."],
-        ["report", "shot.toml"],
-        ["fabrics", "denim"],
-        ["scene", "none.toml"],
-        ["fragments", "shot.toml", "--attitudes", "a=1,0,0,0", "a=0,1,0,0"],
-        ["fragments", "shot.toml", "--shots", "0"],
-        ["fragments", "shot.toml", "--point", "0,0"],
-        ["fmu", "shot.toml", "--from", "shot.toml"],
-        ["fmu", "shot.toml", "-o", "here"],
-    ],
-    ids=" ".join,
-)
+MISTYPED = (
+    "fly; run; run no_preset; run none.toml; run .; run shot.toml --steps 0; run shot.toml --steps many; "
+    "run shot.toml --sample -1; run shot.toml --until stopped; run shot.toml --until=; run shot.toml another.toml; "
+    "run shot.toml --out locked/out; run shot.toml --steps 1000000000 --out /proc/x; "
+    "run shot.toml --capsule no/folder/capsule; run shot.toml --colour; run shot.toml --steps 64 --steps=65; "
+    "run shot.toml --batch none.csv; run shot.toml --batch none.csv --movie; v50 shot.toml --confidence 1.5; "
+    "v50 shot.toml --shots 0; v50 shot.toml --low fast --high 90; v50 shot.toml --low 50; v50 shot.toml --plan 90; "
+    "residual shot.toml --shots 2; replay shot.toml; residual shot.toml --velocities 100 fast; "
+    "residual shot.toml --out /proc/x; replay none; replay; report .; report shot.toml; fabrics denim; scene none.toml; "
+    "fragments shot.toml --attitudes a=1,0,0,0 a=0,1,0,0; fragments shot.toml --shots 0; fragments shot.toml --point 0,0; "
+    "fmu shot.toml --from shot.toml; fmu shot.toml -o here"
+).split("; ")
+
+
+@pytest.mark.parametrize("words", MISTYPED)
 def test_a_mistake_on_the_command_line_gets_one_line_and_status_2_and_nothing_is_written(tmp_path, capsys, words):
     (tmp_path / "shot.toml").write_text(SMALL)
     (tmp_path / "locked").write_text("a file")
     with contextlib.chdir(tmp_path), pytest.raises(SystemExit) as left:
-        program.main(words)
+        program.main(words.split())
     said, errors = capsys.readouterr()
     assert (left.value.code, said, errors.count("\n")) == (2, "", 1), errors
     assert errors.startswith("error: ")

@@ -159,26 +159,13 @@ def test_the_share_at_a_velocity_has_its_exact_interval(tmp_path):
 
 
 def test_a_report_that_cannot_be_written_is_an_error_and_not_half_there(tmp_path):
-    words = [
-        sys.executable,
-        "-m",
-        "fabric_kernel.v50",
-        "sheet_3in_sphere",
-        "--design",
-        "plan",
-        "--plan",
-        "200",
-        "--tests",
-        "0",
-        "--out",
-        tmp_path,
-    ]
-    subprocess.run(words, check=True, capture_output=True)
+    words = f"-m fabric_kernel.v50 sheet_3in_sphere --design plan --plan 200 --tests 0 --out {tmp_path}".split()
+    subprocess.run([sys.executable, *words], check=True, capture_output=True)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     (tmp_path / "test.json").unlink()
     # A file may not be larger than a part of the picture, as on a disk that is full.
     small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (len(before["plot.svg"]) // 2,) * 2)
-    done = subprocess.run([*words, "--confidence", "0.9"], capture_output=True, text=True, preexec_fn=small)
+    done = subprocess.run([sys.executable, *words, "--confidence", "0.9"], capture_output=True, text=True, preexec_fn=small)
     assert done.returncode == 2
     assert re.search(r"^error: .*plot\.svg: File too large\n$", done.stderr)
     after = {path.name: path.read_bytes() for path in tmp_path.iterdir()}

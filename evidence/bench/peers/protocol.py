@@ -18,19 +18,8 @@ class Case:
         # [axis][row][column], one row or column less along the axis.
         self.modulus = [drawn[:horizontal, 0].reshape(self.n, -1), drawn[horizontal:, 0].reshape(-1, self.n)]
         self.rate = [drawn[:horizontal, 1].reshape(self.n, -1), drawn[horizontal:, 1].reshape(-1, self.n)]
-        (
-            self.h,
-            self.node_mass,
-            self.area,
-            self.dt,
-            self.radius,
-            self.body_mass,
-            self.speed,
-            self.critical_stretch,
-            self.a,
-            self.b,
-            self.alpha_fail,
-        ) = map(float, arguments[3:14])
+        names = "h node_mass area dt radius body_mass speed critical_stretch a b alpha_fail".split()
+        self.__dict__ |= dict(zip(names, map(float, arguments[3:14])))
 
     def rest(self):
         """Positions of the flat sheet, [node][3], rows along x."""
