@@ -57,7 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         usage="fabric COMMAND ...",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description=f"Impact of rigid fragments on ballistic fabric.\n\ncommands:\n{names}",
-        epilog="fabric COMMAND --help says what a command takes.",
+        epilog="fabric COMMAND --help says what a command takes.\nPages that messages name, as docs/v50.md, are in the release's "
+        "fabric-documentation.zip.",
     )
     parser.add_argument("--completion", action="store_true", help="completion for bash and zsh: source <(fabric --completion)")
     parser.add_argument("--version", action="version", version=f"fabric {VERSION}")
