@@ -2,7 +2,7 @@
 
 use crate::ground::error::{Code, Error};
 use crate::ground::math;
-use crate::scene::fields::{Field, field};
+use crate::scene::fields::{Field, Range, field};
 use core::fmt::Write;
 
 /// Text of an error: at most 160 bytes, no allocation.
@@ -29,16 +29,21 @@ impl Error {
             Code::StepTooLarge => quantity(&mut text, "; the largest allowed is ", self.limit, "s"),
             Code::ProjectileTooFast => quantity(&mut text, "; the largest step for this motion is ", self.limit, "s"),
             Code::NotFinite | Code::NotPositive | Code::OutOfRange => {
-                let unit = field(self.field).and_then(|field| field.quantity).map_or("1", |quantity| quantity.unit);
+                let row = field(self.field);
+                let unit = row.and_then(|row| row.quantity).map_or("1", |quantity| quantity.unit);
                 quantity(&mut text, "; it is ", self.value, unit);
                 let [least, greatest] = limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
                 let crossed = self.code == Code::OutOfRange && !(least..=greatest).contains(&self.value);
-                if crossed && least.is_finite() {
-                    quantity(&mut text, ", must be at least ", least, unit);
-                }
-                if crossed && greatest.is_finite() {
-                    let before = if least.is_finite() { " and at most " } else { ", must be at most " };
-                    quantity(&mut text, before, greatest, unit);
+                let (lower, upper) = match row.map(|row| row.range) {
+                    Some(Range::Above(end, _)) => (("greater than ", end), ("at most ", greatest)),
+                    Some(Range::Below(_, end)) => (("at least ", least), ("less than ", end)),
+                    _ => (("at least ", least), ("at most ", greatest)),
+                };
+                let mut before = ", must be ";
+                for (words, end) in [lower, upper].into_iter().filter(|(_, end)| crossed && end.is_finite()) {
+                    say(&mut text, &[before]);
+                    quantity(&mut text, words, end, unit);
+                    before = " and ";
                 }
             }
             _ => {}
@@ -142,6 +147,21 @@ mod tests {
         for (code, field, value, limit, text) in [
             (Code::OutOfRange, "sheet.plies", 0.0, 1.0, "out of range; it is 0, must be at least 1 and at most 1000"),
             (Code::OutOfRange, "sheet.radius", -0.5, 0.0, "out of range; it is -5e-1 m, must be at least 0 m"),
+            (
+                Code::OutOfRange,
+                "yarn.alpha_fail",
+                1.0,
+                1.0,
+                "out of range; it is 1, must be at least 0 and less than 1",
+            ),
+            (Code::OutOfRange, "yarn.damage_b", 2.0, 1.0, "out of range; it is 2, must be less than 1"),
+            (
+                Code::OutOfRange,
+                "back.critical_stretch",
+                1.0,
+                1.0,
+                "out of range; it is 1, must be greater than 1 and at most 2",
+            ),
             (Code::OutOfRange, "sheet.radius", 9.0, 1.0, "out of range; it is 9 m"),
             (Code::NotPositive, "sheet.spacing", -1.0, 0.0, "must be greater than zero; it is -1 m"),
             (Code::NotFinite, "sheet.spacing", f64::NAN, 0.0, "not a finite number; it is not a number"),

@@ -66,8 +66,8 @@ impl ClampedRow<'_> {
         let [along, y, _] = own_axes(pulled, normal);
         let size = math::length([along, y, 0.0]);
         let part = if size > hold { 1.0 - hold / size } else { 0.0 };
-        // Back from the axes of the column.
-        let velocity = [normal[1] * (along * part), y * part, -(normal[0] * (along * part))];
+        // Back from the axes of the column; no zero is negative, or a row at rest would not keep its bits.
+        let velocity = [normal[1] * (along * part), y * part, -(normal[0] * (along * part))].map(|v| v + 0.0);
         let impulse = [0, 1, 2].map(|k| pulled[k] - velocity[k]);
         let mean = [0, 1, 2].map(|k| 0.5 * (before[k] + velocity[k]));
         if let Some(slid) = self.slid.get_mut(chunk) {
