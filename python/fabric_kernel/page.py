@@ -94,6 +94,14 @@ def escaped(text: object) -> str:
     return html.escape(str(text), quote=False).replace(" %", "\u00a0%").replace("\n", "<br>")
 
 
+def notebook(title: str, answer: Sequence[str], heading: Sequence[str], rows: Any) -> str:
+    """Answer and table of a result, as a notebook shows it."""
+    page = Page(title)
+    page.answer(answer)
+    page.table(heading, rows)
+    return "".join(page.parts)
+
+
 class Page:
     """The page under construction."""
 

@@ -28,7 +28,7 @@ from ._kernel import Scene
 from .about import cautions, command, described, of_a_scene, positive
 from .files import Place, csv_of, written
 from .model_error import model_error
-from .page import Page, printed
+from .page import Page, notebook, printed
 from .shooter import Shooter, Unknown
 from .v50 import Shot
 from .window import Window
@@ -74,6 +74,12 @@ class Curve(NamedTuple):
     answer: tuple[str, ...]
     notes: tuple[str, ...]
     window: Window | None = None
+
+    def __repr__(self) -> str:
+        return f"<Curve {self.title!r}, {len(self.shots)} shots: {self.answer[0]}>"
+
+    def _repr_html_(self) -> str:
+        return notebook(self.title, self.answer, self.heading(), self.rows())
 
     def heading(self) -> tuple[str, ...]:
         return ("curve", "quantity", "value", f"{100 * self.confidence:g} % interval")

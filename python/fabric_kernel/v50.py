@@ -21,7 +21,7 @@ from .about import cautions, command, described, of_a_scene, positive
 from .files import Place, csv_of, written
 from .likelihood import LINKS
 from .model_error import model_error
-from .page import Page, printed
+from .page import Page, notebook, printed
 from .sensitivity import Sensitivity
 from .shooter import Shooter, Unknown
 from .textile import axes
@@ -80,10 +80,7 @@ class Test(NamedTuple):
         return f"<Test {self.title!r}, {len(self.shots)} shots: {' '.join(self.answer()[:1]) or 'no limit'}>"
 
     def _repr_html_(self) -> str:
-        page = Page(self.title)
-        page.answer(self.answer())
-        page.table(self.heading(), self.rows())
-        return "".join(page.parts)
+        return notebook(self.title, self.answer(), self.heading(), self.rows())
 
     def heading(self) -> tuple[str, ...]:
         return ("", "m/s", f"{100 * self.fit.confidence:g} % interval, m/s", "plain profile likelihood, m/s")

@@ -7,8 +7,8 @@ import unittest.mock
 import numpy
 import pytest
 from commands import called
-from fabric_kernel import Scene, limit
-from fabric_kernel.residual import fits, main, residual_curve
+from fabric_kernel import Scene, limit, results
+from fabric_kernel.residual import Curve, fits, main, residual_curve
 from fabric_kernel.v50 import Shooter, Shot
 
 
@@ -80,6 +80,10 @@ def test_from_a_scene_to_its_report(tmp_path):
     ):
         assert words in said, errors
         assert words in page
+    curve = results.read(Curve, tmp_path / "out" / "residual.json")
+    assert curve.text() in said
+    assert repr(curve).startswith(f"<Curve 'Residual velocity of {tmp_path}/scene.toml', {len(curve.shots)} shots: ")
+    assert "<table>" in curve._repr_html_()
     heading, *rows = rows.splitlines()
     assert heading == "velocity_m_per_s,stopped,residual_m_per_s"
     velocities = [float(row.split(",")[0]) for row in rows]
