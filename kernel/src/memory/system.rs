@@ -125,12 +125,6 @@ impl SegmentView {
         self.lanes().twice_strain(self.axis.own_axes(d))
     }
 
-    /// Force on its first node at t_n with this stiffness and twice the strain.
-    pub fn force(&self, stiffness: f64, twice_strain: f64) -> [f64; 3] {
-        let force = self.lanes().force(law::stress(stiffness, twice_strain), self.axis.own_axes(self.d));
-        self.axis.own_axes(force)
-    }
-
     /// Work over 1/4 l^2 that its stress at t_n, with this stiffness, does more in the last step than that at
     /// t_{n-1}.
     pub fn growth_of_work(&self, stiffness: f64) -> f64 {

@@ -19,6 +19,7 @@ use crate::ground::math;
 use crate::ground::planes::Axis;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
+use crate::step::forces::forces_from;
 
 /// Distances from the projectile, in spacings, within which crossings are counted.
 const NEAR: [f64; 3] = [5.0, 10.0, f64::INFINITY];
@@ -105,12 +106,12 @@ fn yarn(system: &System<'_>, axis: Axis, [i, j]: [usize; 2], before: Option<[usi
     let unit = system.model.unit_impulse / system.model.limits.dt * system.mass_share_of_row(j);
     let mut yarn = YarnAtNode { force: Vector::zeros(), tension: 0.0, along: Vector::zeros() };
     for (start, sign) in [(Some([i, j]), 1.0), (before, -1.0)] {
-        let Some(segment) = start.and_then(|[i, j]| system.segment(axis, i, j)) else { continue };
+        let Some([i, j]) = start else { continue };
+        let Some(segment) = system.segment(axis, i, j) else { continue };
         if segment.bar != [1.0; 2] {
             return None;
         }
-        let force = segment.force(system.stiffness_now(&segment), segment.twice_strain());
-        let force = Vector::from(force) * unit;
+        let force = Vector::from(forces_from(system, false, i, j)?[axis as usize]) * unit;
         yarn.force += force * sign;
         yarn.tension += 0.5 * math::length(force.into());
         let mut along = Vector::from(segment.d);
