@@ -7,9 +7,10 @@ import tomllib
 
 import pytest
 from fabric_kernel import Scene, Simulation
-from fabric_kernel.about import cautions
+from fabric_kernel.about import PAPER, cautions
 from fabric_kernel.model_error import model_error
 from fabric_kernel.oneply import MARGIN, reference, windowing
+from fabric_kernel.textile import spacings
 
 TOP = pathlib.Path(__file__).parents[2]
 
@@ -54,6 +55,13 @@ def test_no_window_opened_with_enough_more_than_the_friction_that_is_needed():
     assert any(between)
     # Below it yarns may break first, but in most points a window opens.
     assert below.count(True) > below.count(False)
+
+
+def test_reports_say_how_far_off_the_yarn_of_the_paper_is():
+    scene, page = Scene(), (TOP / "docs/tables/source_paper.md").read_text()
+    model, fibre = map(float, re.search(r"= (\d+) kg/m³ against (\d+) kg/m³", page).groups())
+    assert scene["sheet.node_mass"] / (sum(spacings(scene)) * scene["sheet.yarn_area"]) == pytest.approx(model, abs=0.5)
+    assert all(f"about {fibre / model:.1f} times too stiff and strong for its mass" in text for text in (PAPER, page))
 
 
 def test_the_report_names_the_widths_of_the_points():
