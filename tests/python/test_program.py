@@ -287,7 +287,7 @@ def test_former_names_work_and_say_the_new_one():
 
 @pytest.mark.parametrize(
     ("typed", "offered"),
-    [("fabric re", {"residual", "report", "replay"}), ("fabric v50 --conf", {"--confidence"}), ("fabric run ring", {"ring_40in"})],
+    [("fabric re", {"residual", "report", "replay"}), ("fabric v50 --conf", {"--confidence"}), ("fabric run r", {"ring_40in"})],
 )
 def test_a_shell_completes_commands_options_and_presets(typed, offered):
     words = typed.split()
