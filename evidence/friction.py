@@ -172,19 +172,11 @@ def impact_table(rows):
     for (velocity, friction), own in found.items():
         absorbed = numbers(own, "absorbed J")
         without = numbers(found[(velocity, 0.0)], "absorbed J")
-        lines.append(
-            [
-                f"{velocity:.0f}",
-                f"{own[0]['impact J']:.1f}",
-                f"{friction:g}",
-                Estimate.mean(absorbed).text(2),
-                "" if friction == 0 else change(absorbed, without).text(1),
-                f"{sum(numbers(own, 'friction J')) / len(own):.2f}",
-                Estimate.mean(numbers(own, "velocity m/s")).text(1),
-                f"{max(map(abs, numbers(own, 'residual %'))):.2f}",
-                f"{max(numbers(own, 'unconverged')):.0f}",
-            ]
-        )
+        hit = f"{velocity:.0f} {own[0]['impact J']:.1f} {friction:g}".split()
+        more = "" if friction == 0 else change(absorbed, without).text(1)
+        lost, left = f"{sum(numbers(own, 'friction J')) / len(own):.2f}", Estimate.mean(numbers(own, "velocity m/s")).text(1)
+        worst = f"{max(map(abs, numbers(own, 'residual %'))):.2f} {max(numbers(own, 'unconverged')):.0f}".split()
+        lines.append([*hit, Estimate.mean(absorbed).text(2), more, lost, left, *worst])
     return page.markdown(
         (
             "velocity, m/s; energy, J; coefficient; absorbed, J; against 0, %; friction, J; velocity after, m/s; "

@@ -157,22 +157,10 @@ def judged(study, rows):
                     )
                 )
                 words, verdict = f"{measured:.0f} ± {V50_INTERVAL:.0f}", points[-1].verdict
-            lines.append(
-                [
-                    row["pack"],
-                    form,
-                    f"{bar:g}",
-                    f"{width:.0f}",
-                    f"{row['plies']:.0f}",
-                    f"{row['areal density kg/m2']:.2f}",
-                    ours.text(0),
-                    words,
-                    f"{100 * (ours.value / measured - 1):+.0f}" if words else "",
-                    verdict,
-                    f"{row['A_d A_p/m_p']:.4f}",
-                    f"{ours.value / row['(U*)^(1/3) m/s']:.3f}",
-                ]
-            )
+            pack = f"{bar:g} {width:.0f} {row['plies']:.0f} {row['areal density kg/m2']:.2f}".split()
+            off = f"{100 * (ours.value / measured - 1):+.0f}" if words else ""
+            cunniff = f"{row['A_d A_p/m_p']:.4f} {ours.value / row['(U*)^(1/3) m/s']:.3f}".split()
+            lines.append([row["pack"], form, *pack, ours.text(0), words, off, verdict, *cunniff])
         title = f"five packs of Twaron CT612, {form}, {bar:g} yarns a bar, {width:.0f} mm"
         comparisons.append(Comparison(f"V50 of {title}", "measurement", f"± {V50_INTERVAL:.0f} m/s", points, 0, lacks[form]))
         shot_at = [row for row in own if row["measured V50 m/s"] == row["measured V50 m/s"]]

@@ -214,22 +214,11 @@ def table(rows):
                 Estimate.mean(friction.numbers(hits, "absorbed J")),
             )
             deepest, unconverged = max(friction.numbers(hits, "ply penetration mm")), max(friction.numbers(hits, "unconverged"))
-            lines.append(
-                [
-                    form,
-                    f"{plies:.0f}",
-                    "" if form == "bonded" else f"{gap:g}",
-                    f"{density:.2f}",
-                    len(hits),
-                    limits.text(1),
-                    f"{hits[0]['impact velocity m/s']:.0f}",
-                    absorbed.text(2),
-                    f"{sum(friction.numbers(hits, 'failed segments')) / len(hits):.0f}",
-                    f"{max(map(abs, friction.numbers(hits, 'residual %'))):.2f}",
-                    "" if form == "bonded" else f"{deepest:.1e}",
-                    f"{unconverged:.0f}",
-                ]
-            )
+            apart, depth = ("", "") if form == "bonded" else (f"{gap:g}", f"{deepest:.1e}")
+            failed = f"{sum(friction.numbers(hits, 'failed segments')) / len(hits):.0f}"
+            residual = f"{max(map(abs, friction.numbers(hits, 'residual %'))):.2f}"
+            hit = [limits.text(1), f"{hits[0]['impact velocity m/s']:.0f}", absorbed.text(2), failed, residual]
+            lines.append([form, f"{plies:.0f}", apart, f"{density:.2f}", len(hits), *hit, depth, f"{unconverged:.0f}"])
     lines.sort(key=lambda line: (float(line[1]), line[2]))
     heading = (
         "form; plies; gap, mm; kg/m²; hits; limit, m/s; hit at, m/s; absorbed, J; failed segments; residual, %; depth, mm; "

@@ -129,21 +129,9 @@ def answer(study):
     parts.append(page.markdown(["sheet", "absorbed J", "ballistic limit m/s", "energy residual %"], lines, 1))
     taut = [(strain, several()) for strain in strains]
     parts.append("\nHoop pre-tension of the ring on its case.\n")
-    parts.append(
-        page.markdown(
-            ["pre-strain %", "absorbed J", "of that without %", "energy residual %"],
-            [
-                [
-                    f"{100 * strain:g}",
-                    spread(own),
-                    f"{100 * mean([r[0] for r in own]) / mean([r[0] for r in taut[0][1]]):.0f}",
-                    worst(own),
-                ]
-                for strain, own in taut
-            ],
-            0,
-        )
-    )
+    share = lambda own: f"{100 * mean([r[0] for r in own]) / mean([r[0] for r in taut[0][1]]):.0f}"
+    lines = [[f"{100 * strain:g}", spread(own), share(own), worst(own)] for strain, own in taut]
+    parts.append(page.markdown(["pre-strain %", "absorbed J", "of that without %", "energy residual %"], lines, 0))
     found_limits = list(zip(turns, limits))
     parts.append("\nTurns, as bonded plies: the limit, and the energy of the sphere at it a turn.\n")
     parts.append(
