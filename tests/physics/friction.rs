@@ -272,7 +272,7 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
             arm: fabric_kernel::pose::into_body(&q, &r.cross(&n)),
             multiplicity: 1.0,
             fixed: u32::from(node.held),
-            approach: node.gap_over_dt + n.dot(&v),
+            free_gap_rate: node.gap_over_dt + n.dot(&v),
             ..Candidate::default()
         });
         tangential.push(Tangential::at(&r, &n, &v, &crowd.body));

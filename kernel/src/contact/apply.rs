@@ -16,7 +16,7 @@ use crate::scene::features::Feature;
 const PLACE_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The body's rates after contact, and what the solve took.
-pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
+pub(crate) fn set_twist(system: &mut System<'_>, solved: &Solved) {
     let Twist { velocity, angular_velocity } = solved.twist;
     (system.state.body.velocity, system.state.body.angular_velocity) = (velocity, angular_velocity);
     if solved.sweeps as u64 > system.state.sums.most_sweeps {
@@ -32,18 +32,21 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
     }
 }
 
-/// What a step's impulses come to. Work is impulse times the mean of the rates before and after, for a free
-/// and a prescribed body alike: the two then agree to second order.
+/// What a step's impulses come to. (M13) Work is impulse times the mean of the rates before and after, for a
+/// free and a prescribed body alike: the two then agree to second order.
 struct Totals {
     /// Mean of the body's velocities before and after.
     body: Twist,
-    /// On the body, and what they turn it by, in its axes.
+    /// Impulse on the body, N s.
     impulse: Vector,
-    arm: Vector,
+    /// Angular impulse on it in its axes, N m s.
+    angular_impulse: Vector,
+    /// Work of the body, kinetic energy lost, energy dissipated by friction, work on fixed nodes, J.
     work: f64,
     loss: f64,
     friction: f64,
-    held: f64,
+    support_work: f64,
+    /// Nodes with an impulse.
     touched: u64,
 }
 
@@ -55,11 +58,11 @@ impl Totals {
                 angular_velocity: (before.angular_velocity + after.angular_velocity) * 0.5,
             },
             impulse: Vector::zeros(),
-            arm: Vector::zeros(),
+            angular_impulse: Vector::zeros(),
             work: 0.0,
             loss: 0.0,
             friction: 0.0,
-            held: 0.0,
+            support_work: 0.0,
             touched: 0,
         }
     }
@@ -77,7 +80,7 @@ impl Totals {
         let images = candidate.multiplicity;
         if let Some(t) = friction {
             self.impulse -= t.as_vector(t.impulse) * images;
-            self.arm -= t.moment(t.impulse) * images;
+            self.angular_impulse -= t.moment(t.impulse) * images;
             let done = self.friction_work(t) * images;
             self.work += done;
             self.friction += done;
@@ -86,7 +89,7 @@ impl Totals {
         let (given, speed) =
             (candidate.impulse * images, candidate.normal.dot(velocity) + candidate.arm.dot(angular_velocity));
         self.impulse -= candidate.normal * given;
-        self.arm -= candidate.arm * given;
+        self.angular_impulse -= candidate.arm * given;
         self.work += given * speed;
         self.touched += 1;
         [given, speed]
@@ -97,7 +100,7 @@ impl Totals {
     fn hold(&mut self, candidate: &Candidate, friction: Option<&Tangential>, [given, speed]: [f64; 2]) {
         self.loss += given * speed;
         let along = friction.map_or(0.0, |t| self.friction_work(t));
-        self.held += given * speed + along * candidate.multiplicity;
+        self.support_work += given * speed + along * candidate.multiplicity;
     }
 
     /// What a node, whose velocity is now `v`, m/s, has not taken of the body's work. `speed_after`: its
@@ -160,7 +163,7 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
         let Some(v) = move_node(system, &candidate, [i, j], &push) else { break };
         if system.layout.has(Feature::Casing) {
             let [x, _, z] = candidate.displacement;
-            press(system, [x, z], [i, j], &push);
+            correct_casing_loss(system, [x, z], [i, j], &push);
         }
         if woken != j {
             system.wake(j);
@@ -176,13 +179,13 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
         };
         totals.lose(&candidate, friction.as_ref(), given, speed_after, &(v * unit_speed));
     }
-    close(system, totals, before);
+    add_to_sums(system, totals, before);
 }
 
 /// What the push of its case on a node takes less, or more, because projectile or plies have then given it
 /// this velocity, in spacings a step, too. `displacement`: at the start of the step along x and z.
 #[inline(never)]
-pub(crate) fn press(system: &mut System<'_>, displacement: [f64; 2], [i, j]: [usize; 2], given: &Vector) {
+pub(crate) fn correct_casing_loss(system: &mut System<'_>, displacement: [f64; 2], [i, j]: [usize; 2], given: &Vector) {
     let kept = system.arrays.rows.pushes.get(j * system.layout.chunks + i / CHUNK);
     let by_case = kept.map_or(0.0, |pushes| pushes[i % CHUNK]);
     if by_case > 0.0 {
@@ -214,13 +217,13 @@ fn move_node(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2],
 }
 
 /// Adds a step's contact to the sums.
-fn close(system: &mut System<'_>, mut totals: Totals, before: &Body) {
+fn add_to_sums(system: &mut System<'_>, mut totals: Totals, before: &Body) {
     system.state.sums.contacts = totals.touched;
     if totals.touched == 0 {
         return;
     }
     totals.impulse.component_mul_assign(&system.scene.symmetry.force_mask());
-    totals.arm.component_mul_assign(&system.scene.symmetry.torque_mask());
+    totals.angular_impulse.component_mul_assign(&system.scene.symmetry.torque_mask());
     if system.state.watch.first.is_none() {
         let energy = before.kinetic_energy(&system.model.inertia);
         system.state.watch.note_contact(system.state.step, before, energy);
@@ -230,13 +233,13 @@ fn close(system: &mut System<'_>, mut totals: Totals, before: &Body) {
     sums.impulse += totals.impulse;
     sums.window += totals.impulse;
     if system.model.inertia.turns {
-        sums.angular_impulse += pose::out_of_body(&before.orientation, &totals.arm);
+        sums.angular_impulse += pose::out_of_body(&before.orientation, &totals.angular_impulse);
     }
     sums.work += totals.work;
     // Where normal impulses turn the slip around, friction gives back a part of what they lose: it is theirs.
     sums.loss += totals.loss + math::min(totals.friction, 0.0);
     sums.friction += math::max(totals.friction, 0.0);
-    sums.support_work += totals.held;
+    sums.support_work += totals.support_work;
 }
 
 /// Notes that a row holds a node with this displacement.

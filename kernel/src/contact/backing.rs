@@ -59,7 +59,7 @@ fn place_of_case(system: &System<'_>, c: usize) -> Option<Candidate> {
     let against = -candidate.normal.dot(&outwards);
     let height = 1.0 - system.directions.casing?.room(x.into(), [outwards.x, outwards.z], -1.0);
     let left = math::max(height + outwards.dot(&Vector::from(system.node(i, j).1)), 0.0);
-    let approach = math::max(candidate.approach + left / against * system.model.unit_speed, 0.0);
-    let held = Candidate { fixed: 1, approach, ..*candidate };
+    let free_gap_rate = math::max(candidate.free_gap_rate + left / against * system.model.unit_speed, 0.0);
+    let held = Candidate { fixed: 1, free_gap_rate, ..*candidate };
     (height < 1.0 && left < against).then_some(held)
 }

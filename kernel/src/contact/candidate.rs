@@ -12,7 +12,7 @@ impl Candidate {
 
     /// Growth of the gap, with phi/dt, without an impulse on the node, m/s.
     pub(crate) fn gap_rate(&self, body: &Twist) -> f64 {
-        self.approach - self.normal.dot(&body.velocity) - self.arm.dot(&body.angular_velocity)
+        self.free_gap_rate - self.normal.dot(&body.velocity) - self.arm.dot(&body.angular_velocity)
     }
 }
 

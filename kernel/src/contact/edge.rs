@@ -131,9 +131,9 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
     [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]
 }
 
-/// The impulses of the candidates, whose approach is known: of the first `kept`, and of those after them that
-/// the body meets after all, because impulses have changed its rates. `solve_first` finds those of the first
-/// so many. Returns how many there are now.
+/// The impulses of the candidates, whose free gap rate is known: of the first `kept`, and of those after
+/// them that the body meets after all, because impulses have changed its rates. `solve_first` finds those of
+/// the first so many. Returns how many there are now.
 #[inline(never)]
 pub(crate) fn solve_contact(
     system: &mut System<'_>,

@@ -97,7 +97,7 @@ impl Tangential {
 
     /// (M21) Next impulses of a node with this slip, m/s, and friction of at most this size, N s.
     pub(crate) fn next(&self, slip: [f64; 2], most: f64) -> [f64; 2] {
-        laws::limited(laws::sticking(self.impulse, slip, self.effective_mass), most)
+        laws::limited(laws::trial_friction(self.impulse, slip, self.effective_mass), most)
     }
 }
 

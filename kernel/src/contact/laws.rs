@@ -4,8 +4,8 @@
 //! Method: an impulse along the normal is complementary to the gap rate, friction lies in the disc of
 //! Coulomb's law. Impulses that were given up on are scaled back until they add no energy: a cone holds every
 //! part of what it holds.
-//! Limits: impulses are known, not sought; that is the solvers' work (`solve.rs`, `newton.rs`, `joint.rs`,
-//! `rough.rs`).
+//! Limits: impulses are known, not sought; that is the solvers' work (`solve.rs`, `newton.rs`, `stack.rs`,
+//! `column_friction.rs`).
 //! Reference: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
 use crate::body::pose::Vector;
@@ -28,13 +28,13 @@ pub(crate) fn slip_violation([p, q]: [f64; 2], next: [f64; 2], mass: f64) -> f64
 
 /// Normal impulse that leaves no gap rate, m/s, at this effective mass, kg, or 0 if that would pull, N s.
 #[inline(always)]
-pub(crate) fn pressing(impulse: f64, gap_rate: f64, mass: f64) -> f64 {
+pub(crate) fn projected_normal(impulse: f64, gap_rate: f64, mass: f64) -> f64 {
     math::max(impulse - gap_rate * mass, 0.0)
 }
 
 /// Friction that leaves no slip, m/s, at this effective mass, kg, N s.
 #[inline(always)]
-pub(crate) fn sticking(impulse: [f64; 2], slip: [f64; 2], mass: f64) -> [f64; 2] {
+pub(crate) fn trial_friction(impulse: [f64; 2], slip: [f64; 2], mass: f64) -> [f64; 2] {
     [impulse[0] - slip[0] * mass, impulse[1] - slip[1] * mass]
 }
 

@@ -1,5 +1,5 @@
-//! Candidates of a stack sorted by column: those of a column of free nodes are a slice of `members`, the last
-//! one found first. It leads the column. A fixed node is a column of its own.
+//! Candidates of a stack sorted by column, as compressed rows: those of a column of free nodes are a slice of
+//! `members`, the last one found first. That candidate leads the column. A fixed node is a column of its own.
 
 use crate::memory::arrays::Arrays;
 use crate::memory::records::Candidate;

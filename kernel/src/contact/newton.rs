@@ -6,9 +6,10 @@
 //! nearest point of its disc. For a free node rho is its mass and the answer is exact. A fixed node has no
 //! compliance: there rho is large, and the step is one of the method of multipliers, repeated from the
 //! impulses found until none changes. The rates of each step solve six equations that are piecewise smooth,
-//! by the semismooth Newton method; the step length is halved while the residual does not fall. The work is
-//! some passes over the candidates, in any arrangement. Without friction each step is one of the convex
-//! dual problem and never adds energy; a step whose equations are not solved is not taken.
+//! by the semismooth Newton method; a step that goes too far is cut to a tenth, then bisected, until the
+//! residual along it is at most half. The work is some passes over the candidates, in any arrangement.
+//! Without friction each step is one of the convex dual problem and never adds energy; a step whose equations
+//! are not solved is not taken.
 //! Limits: with friction the equations need not be monotone, and the line search may fail; then the residual
 //! is counted.
 //! Reference: L. Qi, J. Sun, Math. Program. 58 (1993) 353; P. Alart, A. Curnier, Comput. Methods Appl. Mech.
@@ -28,20 +29,20 @@ pub(crate) const STIFF: f64 = 1e4;
 const SOFTEST: f64 = 10.0;
 /// Residual over the tolerance of sweeps above which a step with the friction that the impulses so far allow
 /// is tried where the line search of another fails.
-const FAR: f64 = 1e8;
+const FROZEN_ABOVE: f64 = 1e8;
 /// Residual of equations that does not count, over the tolerance of sweeps.
-const SLIGHT: f64 = 0.01;
+const ROUNDING_PART: f64 = 0.01;
 /// Relative residuals at which equations count as solved: always, and where the line search fails.
-const SOLVED: [f64; 2] = [1e-8, 1e-6];
+const ROOT_TOLERANCES: [f64; 2] = [1e-8, 1e-6];
 /// Residual along a step of Newton's method, over that before it, at which the line search ends.
-const HALF: f64 = 0.5;
+const LINE_SEARCH_DROP: f64 = 0.5;
 /// Relative width of the bracket of a kink at which the line search ends.
-const CLOSE: f64 = 0.1;
+const BRACKET_WIDTH: f64 = 0.1;
 /// Step length below which the line search fails.
-const SHORTEST: f64 = 1e-6;
+const LEAST_STEP: f64 = 1e-6;
 /// Residual over the tolerance of sweeps at which a solve has converged, with friction before and after a
 /// step: one more sweep would turn the friction of a node that slides with a great impulse by little only.
-const FINISHED: f64 = 100.0;
+const CONVERGED_PART: f64 = 100.0;
 
 /// The changes of the body's six rates: velocity, m/s, and angular velocity in body axes, rad/s.
 type Six = [f64; 6];
@@ -66,8 +67,8 @@ struct JacobianRow {
 
 /// The six equations at some change of the rates, and their derivative.
 struct Equations {
-    left: Six,
-    slope: [Six; 6],
+    residual: Six,
+    jacobian: [Six; 6],
 }
 
 impl Newton<'_> {
@@ -79,7 +80,7 @@ impl Newton<'_> {
         loop {
             solved.residual = self.residual(&solved);
             passes += 1;
-            let is_near = solved.residual <= FINISHED * tolerance;
+            let is_near = solved.residual <= CONVERGED_PART * tolerance;
             solved.converged = is_near && (was_near || self.tangential.is_empty());
             if solved.converged || passes >= MAX_PASSES {
                 break;
@@ -90,7 +91,7 @@ impl Newton<'_> {
             }
             (before, was_near) = (solved.residual, is_near);
             let mut found = self.root(&solved, false, tolerance, &mut passes).map(|change| (change, false));
-            if found.is_none() && solved.residual > FAR * tolerance {
+            if found.is_none() && solved.residual > FROZEN_ABOVE * tolerance {
                 found = self.root(&solved, true, tolerance, &mut passes).map(|change| (change, true));
             }
             let Some((change, frozen)) = found else { break };
@@ -111,7 +112,7 @@ impl Newton<'_> {
                 continue;
             }
             let (own, rate) = self.rate(c, solved);
-            let impulse = laws::pressing(c.impulse, rate, c.effective_mass);
+            let impulse = laws::projected_normal(c.impulse, rate, c.effective_mass);
             worst = math::max(math::abs(impulse - c.impulse) / c.effective_mass, worst);
             if let Some(t) = self.tangential.get(k)
                 && t.effective_mass > 0.0
@@ -146,22 +147,22 @@ impl Newton<'_> {
     /// friction that the impulses so far allow.
     fn root(&self, solved: &Solved, frozen: bool, tolerance: f64, passes: &mut u32) -> Option<Six> {
         let mut change = [0.0; 6];
-        let mut at = Equations { left: change, slope: [[0.0; 6]; 6] };
+        let mut at = Equations { residual: change, jacobian: [[0.0; 6]; 6] };
         self.set_equations(&mut at, solved, frozen, &change);
         *passes += 1;
-        let first = self.product(&at.left, &at.left);
-        let [solved_below, enough_below] = SOLVED.map(|part| part * part * first);
-        // Rounding is left.
-        let rounding = SLIGHT * tolerance;
+        let first = self.product(&at.residual, &at.residual);
+        let [solved_below, enough_below] = ROOT_TOLERANCES.map(|part| part * part * first);
+        // What rounding may leave.
+        let rounding = ROUNDING_PART * tolerance;
         let solved_below = math::max(solved_below, self.given.inertia.mass * (rounding * rounding));
         loop {
-            let size = self.product(&at.left, &at.left);
-            if size <= solved_below {
+            let square = self.product(&at.residual, &at.residual);
+            if square <= solved_below {
                 return Some(change);
             }
             let found =
                 solution(&at).and_then(|step| self.line_search(solved, frozen, (&change, &step), &mut at, passes));
-            let Some(next) = found else { return (size <= enough_below).then_some(change) };
+            let Some(next) = found else { return (square <= enough_below).then_some(change) };
             change = next;
         }
     }
@@ -178,22 +179,22 @@ impl Newton<'_> {
         at: &mut Equations,
         passes: &mut u32,
     ) -> Option<Six> {
-        let (size, along) = (self.product(&at.left, &at.left), self.product(&at.left, step));
+        let (square, along) = (self.product(&at.residual, &at.residual), self.product(&at.residual, step));
         // Parts of the step that are too short and too long.
         let (mut part, mut low, mut high) = (1.0, 0.0, 1.0);
         while *passes < MAX_PASSES {
             let next = combined(change, -part, step);
             self.set_equations(at, solved, frozen, &next);
             *passes += 1;
-            let rest = self.product(&at.left, step);
-            let nearer = part == 1.0 && (rest > 0.0 || self.product(&at.left, &at.left) < size);
+            let rest = self.product(&at.residual, step);
+            let nearer = part == 1.0 && (rest > 0.0 || self.product(&at.residual, &at.residual) < square);
             // A kink ends a step, too.
-            let at_kink = rest > 0.0 && high - low <= CLOSE * high;
-            if nearer || at_kink || math::abs(rest) <= HALF * along {
+            let at_kink = rest > 0.0 && high - low <= BRACKET_WIDTH * high;
+            if nearer || at_kink || math::abs(rest) <= LINE_SEARCH_DROP * along {
                 return Some(next);
             }
             [low, high] = if rest > 0.0 { [part, high] } else { [low, part] };
-            if high < SHORTEST {
+            if high < LEAST_STEP {
                 return None;
             }
             part = if low > 0.0 { 0.5 * (low + high) } else { 0.1 * high };
@@ -219,9 +220,9 @@ impl Newton<'_> {
     /// candidates take of the rates.
     #[inline(never)]
     fn set_equations(&self, at: &mut Equations, solved: &Solved, frozen: bool, change: &Six) {
-        at.left = *change;
-        at.slope = [[0.0; 6]; 6];
-        for (k, row) in at.slope.iter_mut().enumerate() {
+        at.residual = *change;
+        at.jacobian = [[0.0; 6]; 6];
+        for (k, row) in at.jacobian.iter_mut().enumerate() {
             row[k] = 1.0;
         }
         for (k, c) in self.candidates.iter().enumerate() {
@@ -274,7 +275,7 @@ impl Newton<'_> {
         let (own, rate) = self.rate(c, solved);
         let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.given.node_mass };
         let normal = self.row(&c.normal, &c.arm, c.multiplicity);
-        let impulse = laws::pressing(c.impulse, rate - dot(&normal.entries, change), rho);
+        let impulse = laws::projected_normal(c.impulse, rate - dot(&normal.entries, change), rho);
         let slope = if impulse > 0.0 { normal.entries.map(|x| rho * x) } else { [0.0; 6] };
         each(&normal, impulse - c.impulse, &slope);
         let Some(t) = self.tangential.get(k) else { return [impulse, 0.0, 0.0] };
@@ -282,7 +283,7 @@ impl Newton<'_> {
         let rows = [0, 1].map(|d| self.row(&t.tangents[d], &t.arms[d], c.multiplicity));
         let slip = t.slip(&solved.twist);
         let slip = [0, 1].map(|d| slip[d] + t.impulse[d] * own - dot(&rows[d].entries, change));
-        let trial = laws::sticking(t.impulse, slip, rho);
+        let trial = laws::trial_friction(t.impulse, slip, rho);
         let (most, grows) = if frozen { (c.impulse, 0.0) } else { (impulse, self.given.friction) };
         let (most, size) = (self.given.friction * most, math::length([trial[0], trial[1], 0.0]));
         let next = laws::limited(trial, most);
@@ -303,8 +304,8 @@ impl Equations {
     #[inline(always)]
     fn add(&mut self, row: &JacobianRow, given: f64, slope: &Six) {
         for k in 0..6 {
-            self.left[k] += row.response[k] * given;
-            for (sum, part) in self.slope[k].iter_mut().zip(slope) {
+            self.residual[k] += row.response[k] * given;
+            for (sum, part) in self.jacobian[k].iter_mut().zip(slope) {
                 *sum += row.response[k] * part;
             }
         }
@@ -320,11 +321,11 @@ fn combined(a: &Six, part: f64, b: &Six) -> Six {
     core::array::from_fn(|k| a[k] + part * b[k])
 }
 
-/// What `slope` takes to `left`, by elimination in order: without friction no pivot is less than 1. None if
-/// there is one close to 0.
+/// What `jacobian` takes to `residual`, by elimination in order: without friction no pivot is less than 1.
+/// None if there is one close to 0.
 #[inline(never)]
 fn solution(at: &Equations) -> Option<Six> {
-    let (mut rows, mut right) = (at.slope, at.left);
+    let (mut rows, mut right) = (at.jacobian, at.residual);
     for k in 0..6 {
         let (pivot, of_pivot) = (rows[k], right[k]);
         if pivot[k].is_nan() || math::abs(pivot[k]) <= f64::EPSILON {

@@ -342,7 +342,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                     fixed: u32::from(fixed),
                     multiplicity,
                     speed_before: normal.dot(&v) * unit_speed,
-                    approach: math::max(gap, 0.0) / dt,
+                    free_gap_rate: math::max(gap, 0.0) / dt,
                     effective_mass: 0.0,
                     impulse: 0.0,
                 };
@@ -377,7 +377,7 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
         let lane = i % CHUNK;
         let Some(chunk) = row.get(i / CHUNK) else { break };
         let v = Vector::from(planes::velocity(chunk, lane));
-        candidate.approach += candidate.normal.dot(&v) * unit_speed;
+        candidate.free_gap_rate += candidate.normal.dot(&v) * unit_speed;
         if let Some(t) = places.next() {
             t.speed = t.along(&(v * unit_speed));
         }

@@ -5,7 +5,7 @@
 //! projectile pushes one of them, with a case, and where nodes do not face each other.
 
 use crate::body::pose::Vector;
-use crate::contact::apply::press;
+use crate::contact::apply::correct_casing_loss;
 use crate::contact::column::{hold_back, load, project};
 use crate::contact::members;
 use crate::ground::lanes::{self, Item, Job, Lane};
@@ -392,7 +392,7 @@ fn push_outwards(system: &mut System<'_>, [i, j]: [usize; 2], push: f64) -> Vect
     let ([sine, cosine], (u, v)) = (system.normal(i), system.node(i, j));
     let given = Vector::new(push * sine, 0.0, push * cosine);
     if system.layout.has(Feature::Casing) {
-        press(system, [u[0] - v[0], u[2] - v[2]], [i, j], &given);
+        correct_casing_loss(system, [u[0] - v[0], u[2] - v[2]], [i, j], &given);
     }
     let moved = |x: [f64; 3]| [x[0] + given.x, x[1], x[2] + given.z];
     system.set_node(i, j, moved(u), moved(v));

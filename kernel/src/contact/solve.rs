@@ -10,7 +10,7 @@
 //! an edge: `edge.rs`. What sweeps do not settle goes on in `newton.rs`.
 //! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add
 //! energy: impulses that would are all scaled back). A prescribed body passes through fixed nodes: neither
-//! has a compliance. Rotation makes the non-penetration second order in dt.
+//! has a compliance. A node that slides on a turning body gets into it by second order in dt a step.
 //! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl.
 //! Mech. Engrg. 177 (1999) 235.
 
@@ -25,10 +25,10 @@ use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 
-/// Sweeps after which a solve goes on with Newton's method, or ends in a stack of plies.
+/// Most sweeps before Newton's method; in a stack before giving up.
 pub const MAX_SWEEPS: u32 = 200;
-/// Impulses found in sweeps after which it does so earlier, but not before so many sweeps: a pass of Newton's
-/// method over many candidates brings more.
+/// Most impulses computed in sweeps; many candidates shorten [`MAX_SWEEPS`] by it, to no less than
+/// [`LEAST_SWEEPS`].
 pub const MAX_UPDATES: usize = 200_000;
 /// See [`MAX_UPDATES`].
 pub const LEAST_SWEEPS: u32 = 20;
@@ -46,9 +46,9 @@ const LEFT_OUT_ABOVE: f64 = 0.01;
 /// (M8) Finds the impulses of all candidates. A node of a graded network stands for several of the mass
 /// given, which move alike: its impulse is that on one of them. `effective_mass` and `impulse` of the
 /// candidates are set here. Beyond mirror planes the images of a node get the images of its impulse: what
-/// they do together to the body is `images` times the part of one that the planes leave. Where sweeps do not
-/// settle, Newton's method goes on from there. `tangential`: one for each candidate with friction (M21), none
-/// without.
+/// they do together to the body is `multiplicity` times the part of one that the planes leave. Where sweeps
+/// do not settle, Newton's method goes on from there. `tangential`: one for each candidate with friction
+/// (M21), none without.
 pub fn solve(candidates: &mut [Candidate], tangential: &mut [Tangential], given: &Given<'_>) -> Solved {
     let Given { body, inertia, node_mass, symmetry, friction } = *given;
     let has_friction = Feature::Friction.is_built() && !tangential.is_empty();
@@ -148,8 +148,8 @@ impl<'s> Pushed<'s> {
     }
 
     #[inline(always)]
-    fn closing(&self, c: &Candidate, rates: &Twist) -> f64 {
-        if self.turns { c.gap_rate(rates) } else { c.approach - c.normal.dot(&rates.velocity) }
+    fn gap_rate(&self, c: &Candidate, rates: &Twist) -> f64 {
+        if self.turns { c.gap_rate(rates) } else { c.free_gap_rate - c.normal.dot(&rates.velocity) }
     }
 
     /// Prepares all candidates but for their masses.
@@ -159,7 +159,7 @@ impl<'s> Pushed<'s> {
         for c in candidates {
             self.supported |= c.is_fixed();
             sizes.most_images = math::max(c.multiplicity, sizes.most_images);
-            let gap_rate = self.closing(c, rates);
+            let gap_rate = self.gap_rate(c, rates);
             sizes.fastest = math::max(math::abs(gap_rate), sizes.fastest);
             if self.turns {
                 sizes.farthest = math::max(c.arm.dot(&c.arm), sizes.farthest);
@@ -189,7 +189,7 @@ impl<'s> Pushed<'s> {
     /// The masses of candidates that begin. Of what is out of reach it is 0, so that no sweep changes it.
     fn set_masses_in_reach(&self, candidates: &mut [Candidate], rates: &Twist, out_of_reach: f64) {
         for c in candidates {
-            let is_far = self.closing(c, rates) > out_of_reach;
+            let is_far = self.gap_rate(c, rates) > out_of_reach;
             c.effective_mass = if is_far { 0.0 } else { self.effective_mass(c) };
         }
     }
@@ -218,10 +218,10 @@ impl<'s> Pushed<'s> {
             }
             let fixed = self.supported && c.is_fixed();
             if c.impulse > 0.0 {
-                c.approach += if fixed { 0.0 } else { c.impulse / self.node_mass };
+                c.free_gap_rate += if fixed { 0.0 } else { c.impulse / self.node_mass };
             }
-            let gap_rate = self.closing(&c, rates);
-            let impulse = laws::pressing(c.impulse, gap_rate, c.effective_mass);
+            let gap_rate = self.gap_rate(&c, rates);
+            let impulse = laws::projected_normal(c.impulse, gap_rate, c.effective_mass);
             let change = impulse - c.impulse;
             if change != 0.0 {
                 rates.velocity -= self.push(&c) * (change * self.inertia.inverse_mass);
@@ -381,8 +381,8 @@ mod tests {
     }
     const NODE: f64 = 1e-3;
 
-    fn armed(normal: Vector, arm: Vector, images: f64, approach: f64) -> Candidate {
-        Candidate { normal, arm, multiplicity: images, approach, ..Candidate::default() }
+    fn armed(normal: Vector, arm: Vector, images: f64, free_gap_rate: f64) -> Candidate {
+        Candidate { normal, arm, multiplicity: images, free_gap_rate, ..Candidate::default() }
     }
 
     fn fixed(free: Candidate) -> Candidate {
@@ -399,13 +399,13 @@ mod tests {
             }
             let mut slots = [armed(normal, arm, 1.0, -7.0)];
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
-            let closing = normal.dot(&body.velocity) + arm.dot(&body.angular_velocity) + 7.0;
+            let gap_rate = normal.dot(&body.velocity) + arm.dot(&body.angular_velocity) + 7.0;
             let (mass, moments) = (5.0 * NODE, inertia.moments);
             let compliance =
                 if movable { 1.0 / mass + arm.component_mul(&arm).component_div(&moments).sum() } else { 0.0 };
-            let impulse = closing / (1.0 / NODE + compliance);
+            let impulse = gap_rate / (1.0 / NODE + compliance);
             let found = slots[0];
-            assert!(solved.converged && solved.sweeps <= 3 && closing > 0.0);
+            assert!(solved.converged && solved.sweeps <= 3 && gap_rate > 0.0);
             close(found.impulse, impulse, 1e-13);
             close(found.effective_mass, 1.0 / (1.0 / NODE + compliance), 1e-14);
             let taken = if movable { impulse } else { 0.0 };
@@ -444,7 +444,7 @@ mod tests {
             }
             for c in slots {
                 let surface = c.normal.dot(&solved.twist.velocity) + c.arm.dot(&solved.twist.angular_velocity);
-                let gap_rate = c.approach + c.impulse / NODE - surface;
+                let gap_rate = c.free_gap_rate + c.impulse / NODE - surface;
                 assert!(c.impulse >= 0.0 && gap_rate > -1e-10, "{k} {gap_rate:e}");
                 assert!(c.impulse == 0.0 || gap_rate < 1e-10, "{k} {gap_rate:e}");
                 pushed += usize::from(c.impulse > 0.0);
@@ -510,7 +510,7 @@ mod tests {
         assert!(solved.residual <= 1e-13 * body.velocity.z);
         let energy = |speed: f64, nodes: f64| 0.5 * inertia.mass * speed * speed + 0.5 * NODE * nodes;
         let nodes = |after: f64| -> f64 {
-            let speed = |c: &Candidate| c.approach + after * c.impulse / NODE;
+            let speed = |c: &Candidate| c.free_gap_rate + after * c.impulse / NODE;
             slots.iter().map(|c| speed(c) * speed(c)).sum()
         };
         assert!(energy(solved.twist.velocity.z, nodes(1.0)) <= energy(body.velocity.z, nodes(0.0)));

@@ -48,6 +48,8 @@ pub type Chunk<const P: usize> = [[f64; CHUNK]; P];
 pub const Z: usize = 2;
 /// See [`Z`].
 pub const SPEED_Z: usize = 5;
+/// First plane of the stiffnesses in the hot rows.
+pub const STIFFNESS: usize = 6;
 /// Planes of displacement and velocity along x, before those along y and z.
 pub const X: usize = 0;
 /// See [`X`].

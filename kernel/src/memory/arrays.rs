@@ -147,7 +147,7 @@ macro_rules! arrays {
                 kept: [[f64; 3]], true, [1, 1, layout.kept_nodes()];
                 /// Candidates for contact.
                 candidates: [Candidate], true, [1, 1, layout.contacts()?];
-                /// Column of facing nodes (`contact/joint.rs`).
+                /// Column of facing nodes (`contact/stack.rs`).
                 column: [Node], layout.is_stack(), [1, 1, layout.plies];
                 /// Pools of the column, first come first.
                 pools: [Pool], layout.is_stack(), [1, 1, layout.plies];

@@ -22,7 +22,7 @@ records! {
         pub speed_before: f64,
         /// phi/dt, 0 for a node inside, and from the sweep on phi/dt + n.v with the node's velocity v in this
         /// step before any impulse, m/s.
-        pub approach: f64,
+        pub free_gap_rate: f64,
         /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node; 0 if neither has a compliance or
         /// the body cannot reach the node. With mirror planes the body's part is that of all images together.
         pub effective_mass: f64,
@@ -63,7 +63,8 @@ records! {
         /// Contact stiffness of a candidate: n_z^2 over its other compliance, over that of a node; with the
         /// sign of n_z. 0 of another node.
         pub stiffness: f64,
-        /// Velocity along z of a candidate at which the projectile's impulse on it ends.
+        /// Velocity along z of a candidate at which the projectile's impulse on it ends; between the solves
+        /// of `column_friction.rs` what holds its pool, then the change of the pool's velocity.
         pub release: f64,
         /// The projectile's impulse on it along z, in masses of a node and spacings a pass.
         pub push: f64,

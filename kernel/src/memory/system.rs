@@ -7,7 +7,9 @@ use crate::body::shape::Solid;
 use crate::ground::error::{Error, Failure};
 use crate::ground::lanes::InstructionSet;
 use crate::ground::math;
-use crate::ground::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, STRENGTH_PLANES, YARN_PLANES};
+use crate::ground::planes::{
+    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, STIFFNESS, STRENGTH_PLANES, YARN_PLANES,
+};
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
@@ -535,7 +537,7 @@ impl System<'_> {
                         *stiffness *= direction.law.at(critical).alpha(damage_rate, largest);
                     }
                 }
-                hot[6 + k] = stiffness;
+                hot[STIFFNESS + k] = stiffness;
             }
         }
     }
@@ -581,7 +583,7 @@ impl System<'_> {
             let ends = self.ends_of_segments(j);
             for (c, hot) in planes::row(self.arrays.rows.hot, self.layout.chunks, j).iter().enumerate() {
                 for axis in [Axis::Horizontal, Axis::Vertical] {
-                    let (stiffness, first) = (&hot[6 + axis as usize], c * CHUNK);
+                    let (stiffness, first) = (&hot[STIFFNESS + axis as usize], c * CHUNK);
                     if stiffness.iter().fold(true, |live, &k| live & (k != 0.0)) {
                         continue;
                     }

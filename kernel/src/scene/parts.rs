@@ -66,7 +66,7 @@ pub struct Grading {
     pub half_width: [f64; 2],
 }
 
-/// Several sheets one behind the other, which push on each other (`contact/joint.rs`). Each is a network of
+/// Several sheets one behind the other, which push on each other (`contact/stack.rs`). Each is a network of
 /// its own with draws of its own, held like the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stack {

@@ -213,6 +213,7 @@ mod tests {
     use super::*;
     use crate::body::projectile::{Body, Motion};
     use crate::ground::error::Failure;
+    use crate::ground::planes::STIFFNESS;
     use crate::memory::image::frame_words;
     use crate::tests::{AT_REST, saved, sheet, sim, torn_by_a_sphere, word_of};
     use std::vec::Vec;
@@ -384,7 +385,7 @@ mod tests {
                         .rows
                         .hot
                         .iter_mut()
-                        .for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
+                        .for_each(|chunk| chunk[STIFFNESS..].as_flattened_mut().fill(f64::NAN));
                 }
                 let (image, digest, failed_segments) = &images[k];
                 sim.load(image).unwrap();

@@ -180,7 +180,7 @@ impl Block {
         gathered: &Gathered,
         report: Report,
     ) -> Result<(), Failure> {
-        explicit::close_pass(system, gathered, report)?;
+        explicit::finish_step(system, gathered, report)?;
         let ranges = system.arrays.rows.ranges.get(first..end).unwrap_or_default();
         if (first..end).zip(ranges).any(|(j, range)| self.is_met(step, j, *range)) {
             return Err(Failure::NonFinite);
@@ -230,10 +230,10 @@ pub(crate) fn begin(system: &mut System<'_>) {
 pub(crate) fn end(system: &mut System<'_>) {
     system.set_awake(0, [0, system.layout.nodes_y]);
     for step in 0..system.block_steps {
-        explicit::book_taken(system, 0, [0, system.layout.nodes_y], step);
-        explicit::book_pulls(system, 0, [0, system.layout.nodes_y], step);
+        explicit::add_dissipation(system, 0, [0, system.layout.nodes_y], step);
+        explicit::add_pulls(system, 0, [0, system.layout.nodes_y], step);
         if system.layout.has(Feature::Clamps) {
-            explicit::book_clamps(system, 0, [0, system.layout.nodes_y], step);
+            explicit::add_clamp_work(system, 0, [0, system.layout.nodes_y], step);
         }
     }
     explicit::end_step(system);

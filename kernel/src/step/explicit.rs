@@ -4,7 +4,8 @@
 //! Method: nodes near the projectile are found, every row is swept (damage, velocity, position), the touched
 //! nodes are corrected by contact impulses, the body moves. Positions live at t_n, velocities at t_{n-1/2};
 //! they are never synchronised.
-//! Limits: dt <= 0.5 dt_crit; a projectile slower than one node spacing in a step.
+//! Limits: dt <= 0.5 dt_crit; no point of the projectile's surface crosses a spacing, and it turns by less
+//! than half a radian, in a step.
 //! Reference: docs/model.md, "The step"; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::body::pose::Vector;
@@ -12,10 +13,10 @@ use crate::body::projectile::Body;
 use crate::contact::apply;
 use crate::contact::backing;
 use crate::contact::edge;
-use crate::contact::joint;
 use crate::contact::search::{self, Gathered};
 use crate::contact::separate::Apart;
 use crate::contact::solve;
+use crate::contact::stack;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK};
@@ -41,7 +42,7 @@ use crate::yarn::rate::Rates;
 /// One step. A projectile that is too fast and too many candidates are found before anything is changed.
 pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
     let at_start = system.state.body;
-    let target = motion::prescribe_rates(system);
+    let target = motion::prescribe_twist(system);
     let all = [0, system.layout.nodes_y];
     let found = motion::refuse_too_fast(system).and_then(|()| search::gather(system, all));
     let gathered = found.inspect_err(|_| system.state.body = at_start)?;
@@ -49,9 +50,9 @@ pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
         theta::iterate(system, system.scene.integrator, &gathered, &at_start)?;
     } else {
         let report = sweep(system, &gathered);
-        after_sweep(system, report, &gathered, &at_start)?;
+        apply_contact_and_load(system, report, &gathered, &at_start)?;
     }
-    end_pass(system, &gathered, target)?;
+    move_body_and_check(system, &gathered, target)?;
     end_step(system);
     Ok(())
 }
@@ -81,7 +82,7 @@ pub(crate) fn end_step(system: &mut System<'_>) {
 
 /// The body moves; high-water marks.
 #[inline(never)]
-fn end_pass(
+fn move_body_and_check(
     system: &mut System<'_>,
     gathered: &Gathered,
     target: Option<(Vector, nalgebra::Quaternion<f64>)>,
@@ -99,7 +100,7 @@ fn end_pass(
 #[inline(never)]
 pub(crate) fn look_ahead(system: &mut System<'_>, rows: [usize; 2]) -> Result<Gathered, Failure> {
     let at_start = system.state.body;
-    motion::prescribe_rates(system);
+    motion::prescribe_twist(system);
     let found = motion::refuse_too_fast(system).and_then(|()| search::gather(system, rows));
     system.state.body = at_start;
     found
@@ -107,16 +108,21 @@ pub(crate) fn look_ahead(system: &mut System<'_>, rows: [usize; 2]) -> Result<Ga
 
 /// For bands and blocks, after the sweep: the rest of the pass.
 #[inline(never)]
-pub(crate) fn close_pass(system: &mut System<'_>, gathered: &Gathered, report: Report) -> Result<(), Failure> {
+pub(crate) fn finish_step(system: &mut System<'_>, gathered: &Gathered, report: Report) -> Result<(), Failure> {
     let at_start = system.state.body;
-    let target = motion::prescribe_rates(system);
-    after_sweep(system, report, gathered, &at_start)?;
-    end_pass(system, gathered, target)
+    let target = motion::prescribe_twist(system);
+    apply_contact_and_load(system, report, gathered, &at_start)?;
+    move_body_and_check(system, gathered, target)
 }
 
 /// What the sweep leaves to do: failures, loads and contact.
 #[inline(never)]
-fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, before: &Body) -> Result<(), Failure> {
+fn apply_contact_and_load(
+    system: &mut System<'_>,
+    report: Report,
+    gathered: &Gathered,
+    before: &Body,
+) -> Result<(), Failure> {
     let mut count = gathered.count;
     if report.non_finite {
         return Err(Failure::NonFinite);
@@ -135,11 +141,11 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
         }
         let kept = edge::set_aside(system, count, gathered.deepest);
         let (solved, _) = if system.layout.is_stack() {
-            edge::solve_contact(system, kept, count, joint::solve)
+            edge::solve_contact(system, kept, count, stack::solve)
         } else {
             edge::solve_contact(system, kept, count, solve::solve_first)
         };
-        apply::set_rates(system, &solved);
+        apply::set_twist(system, &solved);
         apply::apply_impulses(system, count, before);
     } else {
         system.state.sums.contacts = 0;
@@ -147,7 +153,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
     if let Some(apart) = apart {
         apart.separate_others(system, count);
     }
-    motion::book_load(system, before);
+    motion::add_load(system, before);
     Ok(())
 }
 
@@ -159,7 +165,7 @@ fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
     } else {
         sweep_rows(system, 0, system.awake, None)
     };
-    book_sweep(system);
+    add_to_sums(system);
     report
 }
 
@@ -168,20 +174,20 @@ pub(crate) fn end_sweep(system: &mut System<'_>, gathered: &Gathered) {
     if system.layout.is_stack() {
         Apart::of(system, gathered.count).separate(system, [0, system.layout.y.modelled()]);
     }
-    book_sweep(system);
+    add_to_sums(system);
 }
 
 /// Books what a sweep of the rows that are awake has taken, and what it has been pulled and pushed by.
 #[inline(never)]
-fn book_sweep(system: &mut System<'_>) {
+fn add_to_sums(system: &mut System<'_>) {
     for ply in 0..system.layout.plies {
         let rows = system.awake_of(ply);
-        book_taken(system, ply, rows, 0);
-        book_pulls(system, ply, rows, 0);
+        add_dissipation(system, ply, rows, 0);
+        add_pulls(system, ply, rows, 0);
         if system.layout.has(Feature::Clamps) {
-            book_clamps(system, ply, rows, 0);
+            add_clamp_work(system, ply, rows, 0);
         }
-        book_pushes(system, ply, rows);
+        add_case_pushes(system, ply, rows);
     }
 }
 
@@ -288,7 +294,7 @@ fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: O
 /// Books the energy that viscosity and rate have taken of rows [first, end) of a ply in a step of a block,
 /// the first one otherwise, lowest row first.
 #[inline(never)]
-pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
+pub(crate) fn add_dissipation(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let unit = system.model.unit_energy * system.mass_share(ply);
     let taken = system.arrays.rows.taken.get(step * system.layout.nodes_y..).and_then(|taken| taken.get(first..end));
     taken.into_iter().flatten().for_each(|taken| system.state.sums.viscous += unit * taken);
@@ -297,7 +303,7 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
 /// Adds what the clamps of rows [first, end) of a ply have dissipated in a step of a block, the first one
 /// otherwise, lowest row first.
 #[inline(never)]
-pub(crate) fn book_clamps(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
+pub(crate) fn add_clamp_work(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let unit = system.model.unit_energy * system.mass_share(ply);
     let of_rows = system.arrays.rows.clamped.get(step * system.layout.nodes_y..).and_then(|rows| rows.get(first..end));
     of_rows.into_iter().flatten().for_each(|work| system.state.sums.attachment += unit * work);
@@ -305,7 +311,7 @@ pub(crate) fn book_clamps(system: &mut System<'_>, ply: usize, [first, end]: [us
 
 /// Books what a case has pushed rows [first, end) of a ply by, and what it has taken, lowest row first.
 #[inline(never)]
-pub(crate) fn book_pushes(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
+pub(crate) fn add_case_pushes(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
     let share = system.mass_share(ply);
     let (unit, sums) = (system.model.unit_energy * share, &mut system.state.sums);
     for push in system.arrays.rows.pushed.get_mut(first..end).unwrap_or_default() {
@@ -386,7 +392,7 @@ fn test_attachments(system: &mut System<'_>) {
 /// Books what the sheet pulls at the fixed nodes of rows [first, end) of a ply in a step of a block, the
 /// first one otherwise, lowest row first.
 #[inline(never)]
-pub(crate) fn book_pulls(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
+pub(crate) fn add_pulls(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let share = system.scene.symmetry.share() * system.mass_share(ply);
     let System { scene, layout, state, arrays, .. } = system;
     let ((kind, symmetry), [bottom, _]) = ((scene.attachment.kind, scene.symmetry), layout.rows_of(ply));

@@ -5,7 +5,7 @@
 //! Limits: slack segments give no energy back.
 //! Reference: docs/model.md, "The step".
 
-use crate::ground::planes::{self, Axis, CHUNK, MOMENT};
+use crate::ground::planes::{self, Axis, CHUNK, MOMENT, STIFFNESS};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::neighbours::{Around, NOTHING};
@@ -53,7 +53,7 @@ pub(crate) fn forces_from(system: &System<'_>, viscous: bool, i: usize, j: usize
             plane[(lane + x) % CHUNK] = u;
         }
     }
-    here[6..].copy_from_slice(&planes::row(arrays.rows.hot, chunks, j).get(c)?[6..]);
+    here[STIFFNESS..].copy_from_slice(&planes::row(arrays.rows.hot, chunks, j).get(c)?[STIFFNESS..]);
     let [mut past, mut past_right, mut past_above] = [NO_PAST; 3];
     if viscous {
         past.copy_from_slice(planes::row(arrays.rows.past, chunks, j).get(c)?);

@@ -29,7 +29,7 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
 
 /// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. After a
 /// path it coasts with the rates the path ended with.
-pub(crate) fn prescribe_rates(system: &mut System<'_>) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
+pub(crate) fn prescribe_twist(system: &mut System<'_>) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
     if system.scene.is_free() {
         return None;
     }
@@ -51,6 +51,9 @@ pub(crate) fn prescribe_rates(system: &mut System<'_>) -> Option<(Vector, nalgeb
     Some((position, orientation))
 }
 
+/// Refuses a body whose motion is not finite, or that [`Model::too_fast`] refuses.
+///
+/// [`Model::too_fast`]: crate::memory::model::Model::too_fast
 pub(crate) fn refuse_too_fast(system: &System<'_>) -> Result<(), Failure> {
     let body = &system.state.body;
     let (v, w) = (body.velocity, body.angular_velocity);
@@ -75,7 +78,7 @@ pub(crate) fn load_body(system: &mut System<'_>) {
 }
 
 /// The external load's work and impulse during a step.
-pub(crate) fn book_load(system: &mut System<'_>, before: &Body) {
+pub(crate) fn add_load(system: &mut System<'_>, before: &Body) {
     let (force, torque, dt) = (system.state.force, system.state.torque, system.model.limits.dt);
     if system.scene.is_free() {
         let mean = (before.velocity + system.state.body.velocity) * 0.5;
@@ -89,6 +92,7 @@ pub(crate) fn book_load(system: &mut System<'_>, before: &Body) {
     }
 }
 
+/// Moves the body by its velocity, or to the place and orientation `target`.
 pub(crate) fn move_body(system: &mut System<'_>, target: Option<(Vector, nalgebra::Quaternion<f64>)>) {
     let dt = system.model.limits.dt;
     let state = &mut system.state;

@@ -1,7 +1,8 @@
 //! Outcomes: arrested, detached, exited, passed, through, rebounded. They latch with their step and are never
 //! acted upon: the physics goes on.
 //!
-//! Method: tested when the step count is a multiple of 64. All but "passed" need a first contact.
+//! Method: tested when the step count is a multiple of 64; *attachment_failed* is latched by `explicit.rs` at
+//! the end of a force window. All others but "passed" need a first contact.
 //! What is joined to a support is found by joining nodes over live segments into components (union by smaller
 //! number). "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited"
 //! asks what can still act on the body: the held part of the sheet must lie behind or beside its flight, and

@@ -22,7 +22,7 @@ use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{
-    self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, HOT_PLANES, ITERATE_PLANES, PUSHED,
+    self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, HOT_PLANES, ITERATE_PLANES, PUSHED, STIFFNESS,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::{Arrays, Noted, RowArrays};
@@ -71,10 +71,10 @@ pub(crate) fn iterate(
             break;
         }
         if moved <= rule.tolerance {
-            apply::set_rates(system, &solved);
+            apply::set_twist(system, &solved);
             commit(system, rule);
             apply::apply_impulses(system, count, before);
-            motion::book_load(system, before);
+            motion::add_load(system, before);
             let sums = &mut system.state.sums;
             sums.iterations = (sums.iterations + iteration as u64).min(COUNT_MAX);
             sums.most_iterations = sums.most_iterations.max(iteration as u64);
@@ -111,7 +111,7 @@ fn start_pushed(system: &mut System<'_>) {
 /// Keeps phi/dt of the nodes found: every iteration starts from it.
 fn keep_gaps(system: &mut System<'_>, count: usize) {
     for (gap, candidate) in system.arrays.gaps_over_dt.iter_mut().zip(system.arrays.candidates.iter()).take(count) {
-        *gap = candidate.approach;
+        *gap = candidate.free_gap_rate;
     }
 }
 
@@ -127,7 +127,7 @@ fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize)
         else {
             break;
         };
-        candidate.approach = gap + candidate.normal.dot(&velocity) * unit_speed;
+        candidate.free_gap_rate = gap + candidate.normal.dot(&velocity) * unit_speed;
     }
 }
 
@@ -236,7 +236,7 @@ fn set_guessed(
         nodes[..3].copy_from_slice(&iterate[GUESS..GUESS + 3]);
     }
     if let Some(hot) = hot {
-        nodes[6..].copy_from_slice(&hot[6..]);
+        nodes[STIFFNESS..].copy_from_slice(&hot[STIFFNESS..]);
     }
 }
 

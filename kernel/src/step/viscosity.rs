@@ -45,7 +45,7 @@ pub(crate) fn open(system: &System<'_>) -> f64 {
         let mut of_node = 0.0;
         for axis in [Axis::Horizontal, Axis::Vertical] {
             let [past, stress, moment] = past(system, axis, i, j);
-            let taken_by_moment = 0.5 * moment * change_of_rate(system, axis, i, j);
+            let taken_by_moment = 0.5 * moment * negative_second_difference(system, axis, i, j);
             of_node += system.layout.node_weight(i, j) * taken_by_moment;
             let Some(segment) = system.segment(axis, i, j) else { continue };
             let growth = segment.twice_strain() - past;
@@ -77,7 +77,7 @@ fn speed(system: &System<'_>, i: Option<usize>, j: Option<usize>) -> f64 {
 }
 
 /// 2 v_i - v_{i-1} - v_{i+1} along z at a node; of no meaning where its yarn ends.
-fn change_of_rate(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
+fn negative_second_difference(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
     let (before, after) = match axis {
         Axis::Horizontal => (speed(system, i.checked_sub(1), Some(j)), speed(system, Some(i + 1), Some(j))),
         Axis::Vertical => (speed(system, Some(i), j.checked_sub(1)), speed(system, Some(i), Some(j + 1))),
@@ -86,7 +86,7 @@ fn change_of_rate(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
     (here - before) + (here - after)
 }
 
-/// The moment that the next pass finds for the yarn of this direction at a node, or at its image.
+/// Moment -M_i that the next pass finds for the yarn of this direction at a node, or at its image.
 pub(crate) fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
     let ((i, _), (j, _)) = (system.layout.x.node(i), system.layout.y.node(j));
     let tension = |i: Option<usize>, j: Option<usize>| {
@@ -99,5 +99,5 @@ pub(crate) fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64
     };
     let (Some(before), Some(after)) = (before, tension(Some(i), Some(j))) else { return 0.0 };
     let viscosity = system.direction(axis, j).viscosity.lanes::<f64>();
-    change_of_rate(system, axis, i, j) * viscosity.bending(before, after)
+    negative_second_difference(system, axis, i, j) * viscosity.bending(before, after)
 }

@@ -1,7 +1,7 @@
 //! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing
 //! waits here.
 //!
-//! Method: a pass (a step) is one call of
+//! Method: a pass, outside blocks a step, is one call of
 //! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to
 //! arrive, told by one atomic word, also does what cannot be cut: contact, the body, the outcomes, and what
 //! the next pass needs to start: the candidates, and at every cut a copy of the row above it and the forces
@@ -97,10 +97,10 @@ pub struct Bands<'s, 'a> {
 // SAFETY: holds a `&mut System` and a `&mut [f64]`, both of which may go to another thread.
 unsafe impl Send for Bands<'_, '_> {}
 // SAFETY: everything under the pointers and cells is reached through `pass` alone. A band's own rows, report
-// and the first four parts of its scratch are used only by the call that has set the band's bit in `claimed`;
-// what is kept for the gaps of a block has one writer in the first pass and is used by one band in the later
-// ones; the simulation and the plan are changed only by the call that finds all bits of `arrived` set, while
-// every bit of `claimed` still keeps the others out.
+// and of its scratch `above`, `carry`, `viscous` and `kept` are used only by the call that has set the band's
+// bit in `claimed`; what is kept for the gaps of a block has one writer in the first pass and is used by one
+// band in the later ones; the simulation and the plan are changed only by the call that finds all bits of
+// `arrived` set, while every bit of `claimed` still keeps the others out.
 unsafe impl Sync for Bands<'_, '_> {}
 
 impl<'s, 'a> Bands<'s, 'a> {

@@ -379,7 +379,7 @@ impl Plan {
             }
         }
         explicit::end_sweep(system, &gathered);
-        explicit::close_pass(system, &gathered, report)?;
+        explicit::finish_step(system, &gathered, report)?;
         explicit::end_step(system);
         Ok(())
     }

@@ -7,7 +7,7 @@ use crate::sheet::segments::Dissipation;
 use crate::sheet::sweep::Pass;
 
 /// Counts it.
-pub(crate) struct TakenOfRow {
+pub(crate) struct DissipationOfRow {
     /// Units of the horizontal and the vertical segments: 1/4 l^2 times the row's weight.
     units: [f64; 2],
     pub sums: Dissipation,
@@ -15,20 +15,24 @@ pub(crate) struct TakenOfRow {
     pub of_last: [f64; 2],
 }
 
-impl TakenOfRow {
+impl DissipationOfRow {
     /// Account of no row.
-    const NONE: TakenOfRow = TakenOfRow { units: [0.0; 2], sums: Dissipation::NONE, of_last: [0.0; 2] };
+    const NONE: DissipationOfRow = DissipationOfRow { units: [0.0; 2], sums: Dissipation::NONE, of_last: [0.0; 2] };
 
     /// Nothing of row j yet.
     #[inline(always)]
-    pub fn of(layout: &Layout, along: Along<'_>, j: usize) -> TakenOfRow {
+    pub fn of(layout: &Layout, along: Along<'_>, j: usize) -> DissipationOfRow {
         if !layout.takes_energy() {
-            return TakenOfRow::NONE;
+            return DissipationOfRow::NONE;
         }
         let lengths = [along.horizontal.rest.length * along.turn, along.vertical.rest.length];
         let [x, y] = lengths.map(|length| 0.25 * length * length);
         let units = [layout.y.node_weight(j) * x, layout.y.segment_weight(j) * y];
-        TakenOfRow { units, sums: Dissipation { share: units[1] / units[0], ..Dissipation::NONE }, ..TakenOfRow::NONE }
+        DissipationOfRow {
+            units,
+            sums: Dissipation { share: units[1] / units[0], ..Dissipation::NONE },
+            ..DissipationOfRow::NONE
+        }
     }
 
     /// Notes what relaxation will take of the last segments of a mirrored row.

@@ -22,7 +22,7 @@ use crate::sheet::places::rest_offset;
 use crate::sheet::segments::Report;
 use crate::sheet::slack::SlackBalance;
 use crate::sheet::sweep::{Pass, Row};
-use crate::step::rows::accounts::TakenOfRow;
+use crate::step::rows::accounts::DissipationOfRow;
 use crate::step::rows::moments::{Last, ViscousRows};
 use crate::step::rows::terms::Terms;
 use core::mem::take;
@@ -43,7 +43,7 @@ pub(crate) struct Rows<'r> {
     pub net: Net<'r>,
     /// Vertical forces from the row below the first.
     pub carry: &'r mut [Chunk<CARRY_PLANES>],
-    /// Displacements of the fixed nodes of a row.
+    /// Displacements of the fixed nodes of a row, and after `nodes_x` of them velocities where clamps slip.
     pub kept: &'r mut [[f64; 3]],
     /// What the sheet pulls at the two runs of fixed nodes of each row, in units of m h/dt; empty where
     /// nobody asks.
@@ -126,7 +126,7 @@ impl Rows<'_> {
             keep_fixed(slips.then_some(layout.nodes_x), row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
-            let mut counted = layout.has_effects().then(|| TakenOfRow::of(layout, pass.directions, j));
+            let mut counted = layout.has_effects().then(|| DissipationOfRow::of(layout, pass.directions, j));
             if layout.x.is_mirrored()
                 && layout.has(Feature::Rate)
                 && let Some(counted) = &mut counted

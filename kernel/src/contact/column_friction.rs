@@ -2,28 +2,28 @@
 //! candidates, and the velocities of their nodes, at once.
 //!
 //! Method: semismooth Newton. Under an impulse r in the frame (n, t0, t1) of a candidate its node moves along
-//! the sheet by P r/m; so gap rate and slips change by A dr + q dl, with q the parts of the z axis in the
-//! frame, the change dl of the node's velocity along z, and A = D + (I - q q^T)/m, where D is the
+//! the sheet by (I - q q^T) r/m; so gap rate and slips change by A dr + q dl, with q the parts of the z axis
+//! in the frame, the change dl of the node's velocity along z, and A = D + (I - q q^T)/m, where D is the
 //! compliance of the body, a little increased. A candidate that sticks loses all three; one that slides loses
 //! its gap rate, and its friction is mu lambda along p - s/W, which turns. Either way r is linear in dl: with
 //! these springs each pool of the column moves on by one number, and then plies are separated anew. A step
 //! that ends higher is undone and tried again with a larger D (Levenberg and Marquardt): where two plies of a
 //! pool stick to places of the body that part, impulses have to go far before one of them slides, and steps
 //! with the body's own D go too far. If none helps the column takes sweeps of Gauss-Seidel instead
-//! (`joint.rs`), as many as there have been of all columns: beside candidates that slide two plies may
+//! (`stack.rs`), as many as there have been of all columns: beside candidates that slide two plies may
 //! neither press on each other nor part, and Newton's method leads back there, but sweeps follow the impulses
-//! away, until a candidate lets go or sticks. Where tan < mu a sliding candidate may be wedged: its impulse
-//! would grow as its node moves away. It lets go if its gap grows, and sticks if it closes, as it does in
-//! time.
+//! away, until a candidate lets go or sticks. Where |n_z| < mu |t_z|, with t along friction, a sliding
+//! candidate may be wedged: its impulse would grow as its node moves away. It lets go if its gap grows, and
+//! sticks if it closes, as it does in time.
 //! Limits: which of several solutions is found depends on the iteration. Nothing proves that one is found;
 //! what is left over is counted.
 //! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math.
 //! Program. 58 (1993) 353; D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
 
 use crate::contact::column::{hold, shift};
-use crate::contact::joint::Joint;
 use crate::contact::laws;
 use crate::contact::solve::MAX_SWEEPS;
+use crate::contact::stack::StackSolve;
 use crate::ground::math;
 use crate::memory::records::{Node, Spring, Tangential, Touch};
 
@@ -41,7 +41,7 @@ const ROUGH: [f64; 2] = [1e-7, 2e-8];
 const FLAT: f64 = 1e-6;
 
 /// A candidate as its column sees it.
-struct RoughContact {
+struct FrictionalContact {
     /// The parts of the z axis along normal and tangents.
     up: [f64; 3],
     /// Impulses along them, N s.
@@ -57,12 +57,12 @@ struct RoughContact {
     friction: f64,
 }
 
-impl RoughContact {
+impl FrictionalContact {
     /// By how much it fails the laws of contact and friction, m/s; and where its impulse along the surface
     /// goes.
     fn error(&self) -> (f64, [f64; 2]) {
         let ([normal, p, q], [gap_rate, s, t]) = (self.impulse, self.rate);
-        let trial = laws::sticking([p, q], [s, t], self.mass);
+        let trial = laws::trial_friction([p, q], [s, t], self.mass);
         let next = laws::limited(trial, self.friction * normal);
         let slip = laws::slip_violation([p, q], next, self.mass);
         (math::max(slip, laws::violation(normal, gap_rate)), trial)
@@ -126,9 +126,9 @@ impl RoughContact {
     }
 }
 
-impl Joint<'_, '_> {
+impl StackSolve<'_, '_> {
     /// Solves the column of several candidates that this one leads. Returns whether it was solved already.
-    pub(super) fn visit_rough(&mut self, leader: usize) -> bool {
+    pub(super) fn visit_with_friction(&mut self, leader: usize) -> bool {
         let (unit_speed, touch) = (self.system.model.unit_speed, self.touch(leader));
         let [enough, tolerance] = ROUGH.map(|part| math::max(part * unit_speed, self.tolerance));
         if touch.stale != 0.0 {
@@ -207,12 +207,12 @@ impl Joint<'_, '_> {
         self.system.arrays.column.get(self.ply(c)).copied().unwrap_or_default()
     }
 
-    fn contact(&self, c: usize) -> Option<RoughContact> {
+    fn contact(&self, c: usize) -> Option<FrictionalContact> {
         let (candidate, t, touch) = (self.candidate(c), self.tangential(c)?, self.touch(c));
         let softer = self.damping * touch.inverse_mass;
         let ([_, _, up], tangents) = (touch.normal, t.tangents);
         let up = [up, self.own_axes(c, tangents[0]).z, self.own_axes(c, tangents[1]).z];
-        let mut contact = RoughContact {
+        let mut contact = FrictionalContact {
             up,
             impulse: [candidate.impulse, t.impulse[0], t.impulse[1]],
             rate: [0.0; 3],
@@ -269,7 +269,7 @@ impl Joint<'_, '_> {
     }
 
     /// Keeps the spring of a candidate and what it does to its node, in units of the column.
-    fn set_spring(&mut self, c: usize, contact: &RoughContact, spring: &Spring) {
+    fn set_spring(&mut self, c: usize, contact: &FrictionalContact, spring: &Spring) {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
         let push = (contact.lift(&spring.base) - contact.lift(&contact.impulse)) / unit_impulse;
         let stiffness = -contact.lift(&spring.slope) * (unit_speed / unit_impulse);

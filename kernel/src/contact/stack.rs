@@ -10,8 +10,8 @@
 //! force on its node, by the compliance of the node along the sheet and of the body. So a column is solved
 //! for its nodes and candidates at once, and the columns follow each other as the nodes of a single sheet do
 //! (`solve.rs`). Candidates out of reach are left out; if more comes of the impulses than that allows, all
-//! are solved again. With friction columns of several candidates are solved by `rough.rs`, and impulses that
-//! would add energy are all scaled back.
+//! are solved again. With friction columns of several candidates are solved by `column_friction.rs`, and
+//! impulses that would add energy are all scaled back.
 //! Limits: nodes face nodes along z, and the moment of an impulse between nodes that are displaced along the
 //! sheet is not kept. A pair more than a spacing apart along the sheet does not touch. All plies of a column
 //! are free or all are fixed. Velocity Verlet, no mirror planes.
@@ -59,24 +59,24 @@ const UPDATES_ON_SUPPORTS: usize = 16_000_000;
 /// with the columns.
 #[inline(never)]
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
-    let mut joint = Joint::at(system);
-    let reach = joint.begin(count);
-    joint.include(count, reach);
-    let mut converged = joint.iterate(count);
-    if joint.moved() > 0.9 * reach {
+    let mut stack = StackSolve::at(system);
+    let reach = stack.begin(count);
+    stack.include(count, reach);
+    let mut converged = stack.iterate(count);
+    if stack.moved() > 0.9 * reach {
         // Once more from the start, with all of them.
-        joint.begin(count);
-        joint.include(count, f64::INFINITY);
-        converged = joint.iterate(count);
+        stack.begin(count);
+        stack.include(count, f64::INFINITY);
+        converged = stack.iterate(count);
     }
-    let residual = if converged { 0.0 } else { joint.residual(count) };
-    let solved = Solved { sweeps: joint.sweeps, converged, twist: joint.body, residual };
+    let residual = if converged { 0.0 } else { stack.residual(count) };
+    let solved = Solved { sweeps: stack.sweeps, converged, twist: stack.body, residual };
     if converged || !system.layout.has(Feature::Friction) { solved } else { without_gain(system, count, solved) }
 }
 
 /// Gauss-Seidel over the columns with candidates. Each is solved for all its nodes and candidates at once,
 /// with a body of a little more compliance to several of them than it has, so that they never go too far.
-pub(super) struct Joint<'s, 'a> {
+pub(super) struct StackSolve<'s, 'a> {
     pub(super) system: &'s mut System<'a>,
     pub(super) inertia: Inertia,
     /// 1/m of a node of the front fabric, 1/kg.
@@ -95,22 +95,22 @@ pub(super) struct Joint<'s, 'a> {
     supported: bool,
     /// Sweeps done.
     pub(super) sweeps: u32,
-    /// Compliance that Newton's method adds to the body's, over that of a node (`rough.rs`).
+    /// Compliance that Newton's method adds to the body's, over that of a node (`column_friction.rs`).
     pub(super) damping: f64,
     /// Velocity of the body under the impulses so far.
     pub(super) body: Twist,
 }
 
-impl<'s, 'a> Joint<'s, 'a> {
+impl<'s, 'a> StackSolve<'s, 'a> {
     /// With the rates of the body before contact.
-    fn at(system: &'s mut System<'a>) -> Joint<'s, 'a> {
+    fn at(system: &'s mut System<'a>) -> StackSolve<'s, 'a> {
         let (inertia, body) = (system.model.inertia, system.state.body.twist());
         let inverse_node_mass = 1.0 / system.model.node_mass;
         let turns = body.angular_velocity != Vector::zeros() || inertia.inverse_moments != Vector::zeros();
         let scene = &system.scene;
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (tolerance, arm, widest, supported, sweeps, damping) = (0.0, 0.0, 0.0, false, 0, 0.0);
-        Joint {
+        StackSolve {
             system,
             inertia,
             inverse_node_mass,
@@ -240,7 +240,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                 if end > start {
                     // A fixed node is alone, too.
                     let has_friction = rough && end > start + 1;
-                    converged &= if has_friction { self.visit_rough(c) } else { self.visit(c) };
+                    converged &= if has_friction { self.visit_with_friction(c) } else { self.visit(c) };
                 }
                 start = end;
             }
@@ -334,7 +334,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
     }
 
-    /// Column that a candidate leads, as a range of places of [`Joint::member`]; empty if it leads none.
+    /// Column that a candidate leads, as a range of places of [`StackSolve::member`]; empty if it leads none.
     pub(super) fn column(&self, leader: usize) -> Range<usize> {
         members::column(self.system.arrays.ends, leader)
     }
@@ -397,7 +397,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         if self.turns {
             candidate.gap_rate(&self.body)
         } else {
-            candidate.approach - candidate.normal.dot(&self.body.velocity)
+            candidate.free_gap_rate - candidate.normal.dot(&self.body.velocity)
         }
     }
 
@@ -628,14 +628,14 @@ fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved
     let mut gain = Gain::of_body(system.state.body.twist(), &system.model.inertia, &solved);
     // Of all candidates' columns.
     members::sort(system, count);
-    let (mut joint, mut between, mut lifted) = (Joint::at(system), 0.0, 0.0);
+    let (mut stack, mut between, mut lifted) = (StackSolve::at(system), 0.0, 0.0);
     for c in 0..count {
-        let (candidate, share) = (joint.candidate(c), joint.share(c));
-        gain.before += gain.work_before(&candidate, joint.tangential(c).as_ref());
-        let [x, y] = joint.along(c, candidate.impulse);
+        let (candidate, share) = (stack.candidate(c), stack.share(c));
+        gain.before += gain.work_before(&candidate, stack.tangential(c).as_ref());
+        let [x, y] = stack.along(c, candidate.impulse);
         gain.change += mass * share * (x * x + y * y);
-        if !joint.column(c).is_empty() && !candidate.is_fixed() {
-            let [work, moved] = joint.of_plies(c);
+        if !stack.column(c).is_empty() && !candidate.is_fixed() {
+            let [work, moved] = stack.of_plies(c);
             (between, lifted) = (between + work, lifted + moved);
         }
     }
