@@ -118,12 +118,13 @@ def draw(path: Place, title: str, x: Any, y: Any, series: Any, axes: str = "line
     save(figure, path)
 
 
-def below(figure: Figure, axis: Any) -> None:
-    """The legend of a panel below the plot, in as many columns as there is room for; the figure grows by its height."""
-    handles, labels = axis.get_legend_handles_labels()
+def below(figure: Figure, *panels: Any) -> None:
+    """One legend of these panels below the plot, in as many columns as there is room for; the figure grows by its height."""
+    handles = {label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels())}
+    labels = list(handles)
     columns = max(1, min(3, int(72 * figure.get_figwidth() / (36 + 4.8 * max(len(label) for label in labels)))))
     figure.set_figheight(figure.get_figheight() + 0.19 * math.ceil(len(labels) / columns))
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=9)
+    figure.legend(list(handles.values()), labels, loc="outside lower center", ncols=columns, fontsize=9)
 
 
 def lines(rows: Any, name: str, x: Any, y: Any) -> Any:

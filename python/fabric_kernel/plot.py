@@ -13,7 +13,7 @@ import numpy
 from matplotlib.figure import Figure
 
 from . import sheets
-from .drawing import COLOURS, new, saved, styled
+from .drawing import COLOURS, below, new, saved, styled
 from .files import Place
 from .likelihood import LINKS
 
@@ -166,8 +166,7 @@ def limit(test: Any, path: Place | None = None) -> Figure:
     upper.set(xlim=(left, right), ylabel="share that goes through", title=test.title)
     lower.set_ylim(top=1.15 * max(float(residuals[(velocities >= left) & (velocities <= right)].max(initial=0.0)), 1.0))
     lower.set(xlabel=f"impact velocity (m/s){outside}", ylabel="residual velocity (m/s)")
-    for panel in (upper, lower):
-        panel.legend(loc="best", fontsize=8)
+    below(figure, upper, lower)
     return saved(figure, path)
 
 
