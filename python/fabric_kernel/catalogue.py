@@ -124,5 +124,5 @@ def replay(arguments: Sequence[str]) -> None:
             )
         if not found["whole"]:
             print(f"{given.file}: it is cut off, or its program did not end it; what is whole was replayed", flush=True)
-    if not found["same"]:
+    if not (found["same"] and found["whole"]):
         parser.exit(1)

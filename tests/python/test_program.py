@@ -75,7 +75,8 @@ def test_a_run_has_a_report_with_all_its_pictures_and_its_capsule_the_same_bits(
     assert row["digest"] in replayed.stdout
     cut = tmp_path / "cut.capsule"
     cut.write_bytes((tmp_path / "shot.capsule").read_bytes()[:-40])
-    assert "cut off" in ran("replay", cut).stdout
+    ended = ran("replay", cut)
+    assert "cut off" in ended.stdout and ended.returncode == 1
     drawn_again(out)
 
 

@@ -52,7 +52,7 @@ impl<'s> Search<'s> {
             let half = self.half[k] * (1.0 + 1e-9);
             [(self.body.position[k] - half) / h, (self.body.position[k] + half) / h]
         };
-        let ([h_x, h_y], gap, plies) = (scene.spacings(), scene.stack.gap, scene.stack.plies as usize);
+        let ([h_x, h_y], gap, plies) = (scene.spacings(), scene.ply_gap(), scene.stack.plies as usize);
         let [[left, right], [bottom, top]] = [ends(0, h_x), ends(1, h_y)];
         let behind = if gap > 0.0 {
             let [first, last] = ends(2, gap).map(|end| math::max(end, 0.0) as usize);

@@ -71,7 +71,7 @@ impl Model {
         self.node_mass = node_mass;
         self.back_share = if scene.back.plies > 0 { scene.back.node_mass / scene.sheet.node_mass } else { 1.0 };
         self.unit_speed = h / dt;
-        self.gap = if scene.stack.plies > 1 { scene.stack.gap / h } else { 0.0 };
+        self.gap = scene.ply_gap() / h;
         self.unit_impulse = node_mass * h / dt;
         self.unit_energy = node_mass * (h / dt) * (h / dt);
         self.segment_volume = scene.lumped_area() * (h / scene.rest_stretch(Axis::Horizontal));

@@ -138,8 +138,13 @@ impl Scene {
         self.segments_of_ply() * self.stack.plies as u64
     }
 
+    /// Distance of neighbouring plies where they rest, m; 0 where there is one, whatever `stack.gap` is.
+    pub(crate) fn ply_gap(&self) -> f64 {
+        if self.stack.plies > 1 { self.stack.gap } else { 0.0 }
+    }
+
     /// Distance of the last ply from the first where they rest, m.
     pub fn stack_height(&self) -> f64 {
-        (self.stack.plies as f64 - 1.0) * self.stack.gap
+        (self.stack.plies as f64 - 1.0) * self.ply_gap()
     }
 }

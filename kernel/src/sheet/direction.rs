@@ -125,7 +125,7 @@ impl Directions {
     pub(crate) fn derive(&mut self, scene: &Scene, dt: f64, of_back: &mut Scene) {
         let unit = volume_of(scene, Axis::Horizontal);
         self.plies = scene.arrangement();
-        self.growth = if scene.is_curved() { scene.stack.gap / scene.sheet.radius } else { 0.0 };
+        self.growth = if scene.is_curved() { scene.ply_gap() / scene.sheet.radius } else { 0.0 };
         self.casing = Cylinder::of(scene);
         let slips = scene.attachment.hold != 0.0 && scene.attachment.grip != 0.0;
         self.grip = if slips { scene.attachment.grip / scene.sheet.spacing } else { LET_GO };

@@ -123,7 +123,7 @@ fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Resul
 /// Where a column of a ply rests along x and z, m.
 #[inline(never)] // Off the stack of its caller.
 fn place_at_rest(scene: &Scene, columns: &Places, i: usize, ply: usize) -> [f64; 2] {
-    let (h, off) = (scene.sheet.spacing, ply as f64 * scene.stack.gap);
+    let (h, off) = (scene.sheet.spacing, ply as f64 * scene.ply_gap());
     let Some(hoop) = Hoop::of(scene) else { return [columns.offset(i) * h, off] };
     hoop.place(i).map(|place| place * (h * (1.0 + off / scene.sheet.radius)))
 }
