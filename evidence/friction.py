@@ -121,7 +121,7 @@ def numbers(rows, key):
 
 
 def change(values, without, resolution=0.0):
-    """Of a mean over that without friction, %; runs of the same number are no pairs beyond the first failure."""
+    """Change of a mean over that without friction, %; runs of the same number are no pairs beyond the first failure."""
     mean = lambda numbers: sum(numbers) / len(numbers)
     error = lambda numbers: standard_error(numbers, resolution) / mean(numbers)
     ratio = mean(values) / mean(without)

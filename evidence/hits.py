@@ -107,5 +107,5 @@ def between(low, high, through, width):
 
 
 def bracketed(guess, through):
-    """The same from a guess, to half of WIDTH."""
+    """Limit from a guess, to half of WIDTH."""
     return between(*bracket(guess, through, STRIDE), through, WIDTH)

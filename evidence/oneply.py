@@ -29,7 +29,7 @@ PROGRAM = TOP / "target/resolved/release/resolved"
 THICKNESS, WIDTH, AREA = 0.115e-3, 0.55e-3, 4.63e-8
 # Width of the bracket, m/s, and the stride towards it.
 BRACKET, STRIDE = 3.0, 1.15
-# Of a hit, from a crossing, in spacings; a little off, as an exactly symmetric hit is a case of its own.
+# Place of a hit, from a crossing, in spacings; a little off, as an exactly symmetric hit is a case of its own.
 PLACES = {"crossing": (0.03, 0.02), "yarn": (0.53, 0.02), "window": (0.53, 0.52)}
 SPHERE = {"radius": 2.778e-3, "mass": 6.9e-4, "length": 0.0}
 CYLINDER = {"radius": 2.73e-3, "mass": 1.1e-3, "length": 6e-3}
@@ -52,7 +52,7 @@ def variants():
 
 
 def crimp(thickness, spacing):
-    """Of the reference's yarns, as cloth.rs has it."""
+    """Crimp of the reference's yarns, as cloth.rs has it."""
     slope = math.pi * 0.5 * thickness / spacing
     return slope**2 / 4 - 3 * slope**4 / 64
 
@@ -188,7 +188,7 @@ CLAMPS = [
 ]
 
 
-# The same of single hits on a window of a sheet of 102 mm, with their velocity, m/s: whether a window opens needs no limit. The
+# Single hits likewise on a window of a sheet of 102 mm, with their velocity, m/s: whether a window opens needs no limit. The
 # first are below the criterion, the others above.
 HITS = [
     *((0.05, 0.05, 1.0, 75.0), (0.1, 0.0, 1.0, 75.0), (0.05, 0.0, 1.0, 60.0), (0.0, 0.1, 1.0, 60.0), (0.2, 0.0, 0.5, 75.0)),
@@ -418,7 +418,7 @@ def text_of(rows):
 
 
 def ratios(rows):
-    """Of the network, pinned and with the friction on the body, over the reference with friction: {flat or crimp: [...]}."""
+    """Ratios of the network, pinned and with friction on the body, over the reference with friction: {flat or crimp: [...]}."""
     key = lambda row: (row["part"], row["fabric"], row["width"], row["place"])
     found = {"flat": [], "crimp": []}
     for row in rows:

@@ -69,7 +69,7 @@ class Pack(NamedTuple):
         return yarn | {"name": "kevlar_km2_s706", "fibre_density": 1e3 * fibre["density_g_per_cm3"]}
 
     def areal_density(self):
-        """Of a ply, kg/m^2."""
+        """Mass of a ply for each area, kg/m^2."""
         return self.density * COUNT + self.density * COUNT
 
     def scene(self, form, bar, width, radius, mass):
@@ -106,7 +106,7 @@ def compared(study):
     networks += [(pack, form, 2.0, WIDTHS[1 if full else 2]) for form in ("bonded", "separate") for pack in shot_at]
     scenes = [pack.scene(form, bar, width, radius, mass) for pack, form, bar, width in networks]
     hits = lambda form: range((5 if form == "bonded" else 3) if full else 2)
-    # Those that take long first.
+    # Longest jobs first.
     order = [(n, hit) for n, network in enumerate(networks) for hit in hits(network[1])]
     order.sort(key=lambda job: (networks[job[0]][1] == "bonded", -networks[job[0]][0].plies))
     # Near the trend of the measurements.

@@ -99,7 +99,7 @@ def answer(study):
 
 def rows_of(study, part):
     smoke = study.effort == SMOKE
-    # Those that take long first.
+    # Longest jobs first.
     wanted = sorted(packs(part, smoke), key=lambda one: -one[1][0])
     jobs, rows = [], []
     for form, (plies, guess), gap in wanted:

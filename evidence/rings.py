@@ -112,7 +112,7 @@ def answer(study):
     jobs += [oblique(angle) for angle in (ANGLES if full else ())] + [coarser(bars) for bars in (BARS if full else ())]
     found = iter(study.each(flown, jobs))
     turns = TURNS if full else TURNS[:1]
-    # Of the first and the last, as that of the first is that of one turn.
+    # First and last, as that of the first is that of one turn.
     *limits, flat = study.each(limit, [{"sheet.plies": plies} for plies in turns] + [FLAT])
     bisected = {wraps[0][0]: f"{limits[0]:.1f}", wraps[-1][0]: f"{flat:.1f}"}
     several = lambda: [next(found) for _ in places]

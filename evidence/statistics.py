@@ -33,7 +33,7 @@ def student(freedom):
 
 
 def standard_error(values, resolution=0.0):
-    """Of the mean; infinite for fewer than two values. resolution: steps in which the values are known, in parts of them."""
+    """Infinite for fewer than two values. resolution: steps in which the values are known, in parts of them."""
     if len(values) < 2:
         return math.inf
     # Values that differ by rounding alone have no spread.
@@ -99,14 +99,14 @@ class Estimate(NamedTuple):
 
     @staticmethod
     def quotient(above, below):
-        """Of two positive values whose intervals are independent, to first order in the logarithms."""
+        """Quotient of two positive values whose intervals are independent, to first order in the logarithms."""
         halves = [0.5 * (part.high - part.low) / part.value for part in (above, below)]
         factor, value = math.exp(math.hypot(*halves)), above.value / below.value
         return Estimate(value, value / factor, value * factor)
 
     @staticmethod
     def difference(above, below):
-        """Of two values whose intervals are independent."""
+        """Difference of two values whose intervals are independent."""
         half, value = 0.5 * math.hypot(above.high - above.low, below.high - below.low), above.value - below.value
         return Estimate(value, value - half, value + half)
 

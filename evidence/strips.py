@@ -134,8 +134,8 @@ def returned(job):
 
 
 def rigid(crossings):
-    """The same if all other yarns are rigid: of w'' = w^3, w' = -strain at the cut, for displacements w over the crossings, in
-    spacings."""
+    """Load of the cut yarn if all others are rigid: w'' = w^3, w' = -strain at the cut, for displacements w over the crossings,
+    in spacings."""
     return 1 - 1 / (1 + (math.sqrt(2) * STRAIN) ** 0.5 * crossings / math.sqrt(2)) ** 2
 
 

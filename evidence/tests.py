@@ -452,7 +452,7 @@ class Sheets(unittest.TestCase):
         self.assertEqual(self.sheet.covered().tolist(), [False, True, False, True, False, True, True])
         [(corners, colours)] = self.sheet.cloth()
         self.assertEqual(corners[0].tolist(), [[1, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0]])
-        # Of its four nodes two touch the segment at the critical strain, one that at a third of it.
+        # Two of its four nodes touch the segment at the critical strain, one that at a third of it.
         self.assertTrue(numpy.allclose(colours, sheets.STRAIN((2 + 1 / 3) / 4)[:3], atol=0.01))
 
     def test_the_hull_of_a_box_has_its_faces(self):

@@ -60,7 +60,7 @@ def smith_linear(strain):
 
 
 def linear_strain(over_c):
-    """Its strain at V/c, by bisection: the velocity grows with it."""
+    """Strain behind the front at V/c, by bisection: the velocity grows with it."""
     low, high = 0.0, 1.0
     for _ in range(100):
         middle = 0.5 * (low + high)
@@ -69,7 +69,7 @@ def linear_strain(over_c):
 
 
 def wave_speed(scene):
-    """Of a straight yarn at small strain, m/s; the mass of a yarn by itself."""
+    """Wave speed of a straight yarn at small strain, m/s; the mass of a yarn by itself."""
     return math.sqrt(scene["yarn.modulus_mean"] * scene["sheet.yarn_area"] / (scene["sheet.node_mass"] / scene["sheet.spacing"]))
 
 
@@ -83,7 +83,7 @@ def waves(scene, speed):
 
 
 def measured(job):
-    """The same of the network; NaN if the yarn breaks."""
+    """Quantities of the network; NaN if the yarn breaks."""
     strip, speed = Strip(*job[0]), job[1]
     scene = strip.scene(speed)
     (strain, front, _), _ = waves(scene, speed)
@@ -170,7 +170,7 @@ def compared(study):
 
 
 def error(name):
-    """Of a wave's quantity, in %."""
+    """Error of a wave's quantity, %."""
     return lambda row: 100 * (row[name] / row[f"exact {name}"] - 1)
 
 

@@ -51,7 +51,7 @@ def main(built, prefix, version):
     licences = prefix / "share/licenses/fabric_kernel"
     for name in ("LICENSE-MIT", "LICENSE-APACHE"):
         copy(TOP / name, licences / name)
-    # Of the crates that are linked.
+    # Licences of the crates that are linked.
     copy(TOP / "modelDescription/documentation/licenses/license.txt", licences / "crates.txt")
     print(f"  fabric_kernel {version} ({soname}) installed in {prefix}")
 

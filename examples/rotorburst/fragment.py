@@ -70,7 +70,7 @@ class DiscSector:
 
     @property
     def corners(self):
-        """Of the cross-section, counter-clockwise about its centre of mass, m: eight chords are the rim, one is the bore."""
+        """Corners of the cross-section, counter-clockwise about its centre of mass, m: eight chords of the rim, one bore."""
         turns = np.concatenate([[0.5, -0.5], np.linspace(-0.5, 0.5, 9)]) * self.angle
         radii = np.array([self.inner_radius] * 2 + [self.outer_radius] * 9)
         corners = radii[:, None] * np.stack([np.cos(turns), np.sin(turns)], axis=1)
@@ -122,7 +122,7 @@ class Fragment:
 
     @staticmethod
     def launched(body, distance, speed, spin=0.0, tilt=0.0):
-        """Its front `distance` before the plane z = 0, flying along z; `spin` about its axis, rad/s, all tilted by `tilt`,
+        """Fragment, front `distance` before the plane z = 0, flying along z; `spin` about its axis, rad/s, all tilted by `tilt`,
         rad."""
         orientation = product(exponential(np.array([tilt, 0.0, 0.0])), body.start)
         fragment = Fragment(body, np.zeros(3), np.array([0.0, 0.0, speed]), orientation, np.zeros(3))

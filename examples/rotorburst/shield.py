@@ -69,5 +69,5 @@ class Shield(driven_shield.Shield):
 
 
 def motions(fragment):
-    """Its vectors in the order of MOTION."""
+    """Vectors of the fragment in the order of MOTION."""
     return [fragment.position, fragment.velocity, fragment.orientation, fragment.angular_velocity()]

@@ -50,7 +50,7 @@ def parameters() -> list[Parameter]:
 
 class FibrilYarn(TypedDict):
     modulus: float
-    """Of the whole yarn, Pa."""
+    """Modulus of the whole yarn, Pa."""
     work: float
     """Work to rupture, J/m^3."""
     left: float
@@ -95,12 +95,12 @@ class Scene:
         """The scene of a TOML file's text."""
 
     def replace(self, parameters: Mapping[str, Any] | None = None, /, **more: Any) -> Scene:
-        """The same with other values."""
+        """Scene with other values."""
 
     def aimed(
         self, point: Sequence[float] = ..., *, velocity: _Vector | None = None, orientation: Sequence[float] | None = None
     ) -> Scene:
-        """The same with the projectile against the sheet, so that its centre flies through `point`.
+        """Scene with the projectile against the sheet, so that its centre flies through `point`.
 
         The point (m) is given in the sheet's plane from its middle. The projectile touches the first ply in its way with its
         foremost point; with a velocity askew the centre reaches the plane beside that. A point more than a mesh beside the sheet
@@ -108,7 +108,7 @@ class Scene:
         """
 
     def graded(self, error: float) -> Scene:
-        """The same with the graded network that the kernel chooses for this error of the absorbed energy, 0.005 to 0.1; whole if
+        """Scene with the graded network that the kernel chooses for this error of the absorbed energy, 0.005 to 0.1; whole if
         that leaves no node out, or if the sheet is held at its corners."""
 
     def check(self) -> None:
@@ -134,10 +134,10 @@ class Scene:
 
     @property
     def material(self) -> str | None:
-        """Of the projectile, if its mass follows from it."""
+        """Material of the projectile, if its mass follows from it."""
 
     def weave(self) -> dict[str, float]:
-        """Of the fabric of the sheet the "thickness" of the ply and "width" of a yarn in it, m, and the "friction" between yarns,
+        """For the sheet's fabric the "thickness" of the ply and "width" of a yarn in it, m, and the "friction" between yarns,
         as far as its table gives them, and the larger "spacing" of its yarns, m; what is missing is unknown."""
 
     def features(self) -> dict[str, str]:

@@ -32,7 +32,7 @@ GRID = numpy.linspace(-3.0, 3.0, 241)
 ALIKE = 12
 """So many shots with one result, and nothing else, end a test."""
 FACTOR = 2.0
-"""Of the velocity, from one shot of a bracket to the next."""
+"""Factor of the velocity from one shot of a bracket to the next."""
 DEVIATION = 0.05
 """Guess of the standard deviation of single limits over V50, where none is given."""
 
@@ -47,7 +47,7 @@ def most_informative(velocities: Array, mu: Array, sigma: Any, link: Link) -> Ar
 
 
 class Refined:
-    """The same at the maximum of the likelihood, which is kept within the range of the shots."""
+    """Estimate at the maximum of the likelihood, which is kept within the range of the shots."""
 
     def __init__(self, tests: int, link: Any) -> None:
         self.link, self.mu, self.sigma = link, numpy.full(tests, numpy.nan), numpy.zeros(tests)

@@ -48,7 +48,7 @@ def styled(draws: Drawing) -> Drawing:
     return matplotlib.rc_context(STYLE)(draws)
 
 
-# Of programs that draw, as those of the evidence do; a user's own settings stay as they are.
+# Settings of programs that draw, as those of the evidence do; a user's own settings stay as they are.
 use = functools.partial(matplotlib.rcParams.update, STYLE)
 
 

@@ -150,7 +150,7 @@ def fragment_map(
 
 
 def lines_of(table: "pandas.DataFrame") -> Any:
-    """Of each attitude and impact point of a map: both, and velocity and result of each shot of known end."""
+    """Lines of a map, one for each attitude and impact point: both, and velocity and result of each shot of known end."""
     for (attitude, x, y), cells in table.sort_values("velocity").groupby(["attitude", "point_x", "point_y"], sort=False):
         results = numpy.repeat(numpy.tile([True, False], len(cells)), cells[["through", "stopped"]].to_numpy().ravel())
         yield (attitude, (x, y)), numpy.repeat(cells["velocity"].to_numpy(), cells["through"] + cells["stopped"]), results

@@ -144,7 +144,7 @@ def firth(velocities: Array, through: Array, link: Link, largest: float = numpy.
     sigma, level = mu.copy(), mu.copy()
     if rows.any():
         mu[rows], sigma[rows], level[rows] = newton(velocities[rows], through[rows], link, 1.0)
-    # Of few shots, or beside some that lie far away, there may be two maxima, one with a sigma as large as all of them. The level
+    # With few shots, or some that lie far away, there may be two maxima, one with a sigma as large as all of them. The level
     # is that of the higher, and the estimate that with the smaller sigma; both of possible fabrics, if there are.
     middle, width = numpy.median(velocities, axis=-1), core(velocities)
     impossible = (

@@ -106,7 +106,7 @@ class Calibration:
         if (column, row) not in self.known:
             sigma = self.scale * 2.0**row
             mu = self.centre + column * max(sigma, self.scale)
-            # Its own random numbers: the order in which nodes are asked for changes nothing.
+            # Random numbers of its own: the order in which nodes are asked for changes nothing.
             random = numpy.random.default_rng([self.seed, column + 1000, row + 1000])
             limits = mu + sigma * self.link.sample(random, (self.tests, self.shots))
             velocities, through = designs.simulate(self.design, self.shots, limits)

@@ -153,7 +153,7 @@ class ModelError(NamedTuple):
         return f"<ModelError: {known}; {self.words}>"
 
     def band(self, low: float, high: float) -> tuple[float, float] | None:
-        """Of a computed limit with its interval, m/s; None where nothing is known."""
+        """Range of a computed limit with its interval, m/s; None where nothing is known."""
         return (low / self.factor, high * self.factor) if math.isfinite(self.factor) else None
 
     def sentence(self, low: float = math.nan, high: float = math.nan) -> str:

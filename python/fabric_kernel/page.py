@@ -37,7 +37,7 @@ def markdown(heading: Sequence[Any], rows: Any, text: int = 0) -> str:
 
 
 def printed(heading: Sequence[Any], rows: Any) -> str:
-    """The same with columns in line, for the terminal."""
+    """Table with columns in line, for the terminal."""
     rows = [[str(cell) for cell in row] for row in [heading, *rows]]
     widths = [max(len(row[k]) for row in rows) for k in range(len(heading))]
     lines = [
@@ -132,7 +132,7 @@ class Page:
         self.picture(path.read_bytes(), path.suffix, caption)
 
     def picture(self, data: bytes, suffix: str, caption: str = "") -> None:
-        """The same of its bytes."""
+        """Picture of its bytes."""
         kind, text = {".svg": "image/svg+xml", ".gif": "image/gif"}.get(suffix, "image/png"), base64.b64encode(data).decode()
         below = f"<figcaption>{escaped(caption)}</figcaption>" if caption else ""
         self.parts.append(f'<figure><img alt="" src="data:{kind};base64,{text}">{below}</figure>')

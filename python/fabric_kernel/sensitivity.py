@@ -142,7 +142,7 @@ def turn(scene: Scene) -> tuple[int, str, tuple[float, ...]]:
 
 
 def nodes(scene: Scene) -> int:
-    """Of a scene, whose cost is nodes times steps."""
+    """Nodes of a scene, whose cost is nodes times steps."""
     return scene["sheet.nodes_x"] * scene["sheet.nodes_y"] * scene["stack.plies"]
 
 

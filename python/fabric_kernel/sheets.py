@@ -58,7 +58,7 @@ class Sheet:
         self.outline = [self.centre + turned(numpy.array(body["orientation"]), line) for line in outline(scene)]
 
     def drawn(self, values: Array, along_x: Any, along_y: Any) -> Any:
-        """Of a number for each segment those that are drawn."""
+        """Numbers of segments, those that are drawn."""
         nx, ny = self.nodes
         across, along = values[: along_x * ny].reshape(ny, along_x), values[along_x * ny :].reshape(along_y, nx)
         return numpy.concatenate([across[:, : nx - 1].ravel(), along[: ny - 1].ravel()])
@@ -167,7 +167,7 @@ class Sheet:
         return (ring[None] + numpy.stack([0 * along, along, 0 * along], 1)[:, None]).reshape(-1, 3)
 
     def angles(self) -> Any:
-        """Of the columns of a curved sheet about its axis, rad: the spacing is a chord."""
+        """Angles of the columns of a curved sheet about its axis, rad: the spacing is a chord."""
         nx = self.nodes[0]
         return (numpy.arange(nx) - 0.5 * (nx - 1)) * 2 * numpy.arcsin(self.half_size[0] / (nx - 1) / self.radius)
 
@@ -459,7 +459,7 @@ def damage_map(sheet: Sheet, path: Place, title: str) -> None:
 
 @drawing.styled
 def picture_of_stack(sheets: Sequence[Sheet], path: Place, title: str) -> None:
-    """Of separate plies a section along x through the middle, and how many segments failed in each."""
+    """Picture of separate plies: a section along x through the middle, and how many segments failed in each."""
     figure, (left, right) = drawing.new(12.6, 6.4, 2)
     for number, sheet in enumerate(sheets):
         lines, alpha = sheet.section()

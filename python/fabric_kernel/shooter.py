@@ -75,7 +75,7 @@ class Shooter:
                     say = lambda simulation: bar.set_description_str(f"shot {shot + 1}: {where(simulation)}")
                     self.rows[key] = flown(one, self.until, self.steps, None if bar.disable else say)
             except Refused as refused:
-                # Of a scene that is sound at its own velocity.
+                # For a scene that is sound at its own velocity.
                 if shot and refused.field == "projectile.velocity":
                     raise Unknown(f"shot {shot + 1} at {velocity:.6g} m/s: {refused}") from refused
                 raise

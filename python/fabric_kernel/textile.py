@@ -23,13 +23,13 @@ def spacings(scene: Scene) -> tuple[float, float]:
 
 
 def sides(scene: Scene) -> tuple[float, float]:
-    """Of the sheet along x and along y, m; with mirror planes of the part that is modelled."""
+    """Sides of the sheet along x and along y, m; with mirror planes of the part that is modelled."""
     along_x, along_y = spacings(scene)
     return (scene["sheet.nodes_x"] - 1) * along_x, (scene["sheet.nodes_y"] - 1) * along_y
 
 
 def areal_density(scene: Scene) -> float:
-    """Of all plies together, kg/m²."""
+    """Mass of all plies for each area, kg/m²."""
     back = scene["back.plies"]
     masses = (scene["stack.plies"] - back) * scene["sheet.node_mass"] + back * scene["back.node_mass"]
     return scene["sheet.plies"] * masses / math.prod(spacings(scene))
@@ -51,7 +51,7 @@ def from_edge(scene: Scene) -> float:
 
 
 def presented_area(scene: Scene) -> float | None:
-    """Of a sphere, a cylinder or a box, as it flies, m²; None of another shape."""
+    """Area of a sphere, a cylinder or a box, as it flies, m²; None of another shape."""
     shape, velocity = scene["projectile.shape"], numpy.array(scene["projectile.velocity"])
     radius, speed = scene["projectile.radius"], float(numpy.linalg.norm(velocity))
     if shape == "sphere":
@@ -80,7 +80,7 @@ def cunniff_velocity(strength: float, strain: float, modulus: float, density: fl
 
 
 class Axes(NamedTuple):
-    """Of a scene on Cunniff's axes."""
+    """Place of a scene on Cunniff's axes."""
 
     velocity: float  # (U*)^(1/3), m/s
     ratio: float  # A_d A_p/m_p

@@ -24,7 +24,7 @@ export interface Frame {
   motion: Motion;
   /** Three coordinates of each node, m. */
   positions: Float32Array;
-  /** Of each node the largest strain, and the largest damage 1 - alpha, of the live segments that meet in it. */
+  /** Largest strain of each node, and largest damage 1 - alpha, of the live segments that meet in it. */
   strain: Float32Array;
   damage: Float32Array;
   /** Whether each segment has failed: those along x, row by row, then those along y. */

@@ -39,9 +39,9 @@ export interface Choices {
   radius: number;
   bore: number;
   length: number;
-  /** Of a box, whose third edge is the length. */
-  /** Of a fragment simulator, whose mass it determines. */
+  /** Calibre of a fragment simulator, whose mass it determines. */
   calibre: string;
+  /** Edges of a box, whose third edge is the length. */
   edgeX: number;
   edgeY: number;
   angle: number;
@@ -64,7 +64,7 @@ export const DEFAULTS: Choices = {
   tiltX: 0, tiltY: 0, turn: 0, x: 0, y: 0, seed: 1,
 };
 
-/** Of the scene "ring", mm: where its chords close. */
+/** Radius of the scene "ring", mm: where its chords close. */
 const RING = 231.465553;
 
 /** Scenes with a name; their digests are computed by the native library when the page is built. The page opens with the first. */
@@ -103,7 +103,7 @@ type Quaternion = [number, number, number, number];
 
 const rounded = (x: number): number => Math.round(x * 1e9) / 1e9 + 0;
 const SPACING = 0.0254 / 35;
-/** Of the preset's yarn: area, m², modulus, Pa, and critical stretch. */
+/** Yarn of the preset: area, m², modulus, Pa, and critical stretch. */
 const [AREA, MODULUS, STRETCH] = [1.075e-7, 140.21e9, 1.03];
 
 function product(a: Quaternion, b: Quaternion): Quaternion {

@@ -15,7 +15,7 @@ export type Side = "oblique" | "side" | "front" | "back";
 /** From linen to dark red; the first is yarn without load. The page's colour bar has the same. */
 export const COLOURS = ["#d6d3cb", "#f2cf5b", "#f28e2b", "#d1352b", "#6b0f2e"];
 const STOPS = COLOURS.map((colour) => [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16) / 255));
-/** The same in finer steps, as linear light, which the renderer wants. */
+/** Colours in finer steps, as linear light, which the renderer wants. */
 const TABLE = Array.from({ length: 256 }, (_, k) => {
   const whole = Math.min(3, Math.floor((k / 255) * 4));
   const rest = (k / 255) * 4 - whole;
