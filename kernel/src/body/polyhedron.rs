@@ -29,7 +29,7 @@ const PARALLEL: f64 = 1e-6;
 const SAME: f64 = 1e-9;
 
 /// Outward unit normal and distance from the centre of mass, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Face {
     normal: Vector,
     distance: f64,
@@ -56,17 +56,13 @@ pub(crate) struct HalfSpaces {
 }
 
 impl HalfSpaces {
-    /// None: a place for [`HalfSpaces::set`].
-    pub(crate) const NONE: HalfSpaces =
-        HalfSpaces { faces: [Face { normal: Vector::new(0.0, 0.0, 0.0), distance: 0.0 }; MAX_FACES], count: 0 };
-
-    /// Takes these planes, where it is: a copy would take half a kilobyte of stack.
-    pub(crate) fn set(&mut self, planes: impl Iterator<Item = [f64; 4]>) {
-        self.count = 0;
-        for (face, plane) in self.faces.iter_mut().zip(planes) {
-            *face = Face::of(plane);
-            self.count += 1;
+    /// Half-spaces below these faces.
+    pub(crate) fn of(faces: &Faces) -> HalfSpaces {
+        let mut half_spaces = HalfSpaces { faces: [Face::default(); MAX_FACES], count: faces.in_use().len() };
+        for (face, plane) in half_spaces.faces.iter_mut().zip(faces.in_use()) {
+            *face = Face::of(*plane);
         }
+        half_spaces
     }
 
     fn faces(&self) -> &[Face] {
@@ -171,25 +167,20 @@ pub struct Polyhedron {
 impl Polyhedron {
     /// The polyhedron of these faces. `gyration`: principal moments of inertia over the mass, m^2.
     pub fn new(faces: &Faces, gyration: [f64; 3]) -> Polyhedron {
-        let mut body = Polyhedron::NOTHING;
-        body.set(faces.in_use().iter().copied(), gyration);
-        body
-    }
-
-    /// No faces: a place for [`Polyhedron::set`].
-    pub(crate) const NOTHING: Polyhedron = Polyhedron {
-        half_spaces: HalfSpaces::NONE,
-        vertices: [Vector::new(0.0, 0.0, 0.0); MAX_VERTICES],
-        vertex_count: 0,
-        reach: 0.0,
-        gyration: [0.0; 3],
-    };
-
-    /// Makes a polyhedron of nothing, where it is: a copy would take a kilobyte of stack.
-    pub(crate) fn set(&mut self, planes: impl Iterator<Item = [f64; 4]>, gyration: [f64; 3]) {
-        self.half_spaces.set(planes);
-        self.gyration = gyration;
-        self.find_vertices();
+        let half_spaces = HalfSpaces::of(faces);
+        let (mut vertices, mut vertex_count, mut reach) = ([Vector::zeros(); MAX_VERTICES], 0, 0.0);
+        half_spaces.for_each_corner(|corner, length, _| {
+            // Every corner once.
+            if vertices.get(..vertex_count).unwrap_or(&vertices).iter().any(|other| are_one(&corner, other, length)) {
+                return;
+            }
+            if let Some(place) = vertices.get_mut(vertex_count) {
+                *place = corner;
+            }
+            vertex_count += 1;
+            reach = math::max(length, reach);
+        });
+        Polyhedron { half_spaces, vertices, vertex_count, reach, gyration }
     }
 
     fn faces(&self) -> &[Face] {
@@ -210,21 +201,6 @@ impl Polyhedron {
         let pairs = self.vertices().iter().enumerate();
         let pairs = pairs.flat_map(move |(k, a)| self.vertices().iter().skip(k + 1).map(move |b| [*a, *b]));
         pairs.filter(move |[a, b]| on_both(a, b))
-    }
-
-    /// Keeps every corner once.
-    fn find_vertices(&mut self) {
-        let (vertices, count, reach) = (&mut self.vertices, &mut self.vertex_count, &mut self.reach);
-        self.half_spaces.for_each_corner(|corner, length, _| {
-            if vertices.get(..*count).unwrap_or(vertices).iter().any(|other| are_one(&corner, other, length)) {
-                return;
-            }
-            if let Some(place) = vertices.get_mut(*count) {
-                *place = corner;
-            }
-            *count += 1;
-            *reach = math::max(length, *reach);
-        });
     }
 
     /// Least distance of a face's plane from the centre of mass, m: a sphere of this radius about it fits
@@ -308,9 +284,9 @@ impl Polyhedron {
 
 /// Refuses planes without a unit normal, not about the centre of mass, nearer to it than the node spacing, or
 /// that enclose nothing. There are at most [`MAX_FACES`].
-pub(crate) fn check<P: Iterator<Item = [f64; 4]>>(planes: impl Fn() -> P, spacing: f64) -> Result<(), Error> {
+pub(crate) fn check(faces: &Faces, spacing: f64) -> Result<(), Error> {
     const FIELD: &str = "projectile.faces.planes";
-    for [x, y, z, distance] in planes() {
+    for &[x, y, z, distance] in faces.in_use() {
         let off = math::length([x, y, z]) - 1.0;
         if !(-1e-6..=1e-6).contains(&off) {
             return Err(Error::new(Code::BadNormal, FIELD, off + 1.0, 1.0));
@@ -320,8 +296,7 @@ pub(crate) fn check<P: Iterator<Item = [f64; 4]>>(planes: impl Fn() -> P, spacin
             return Err(Error::new(Code::ProjectileTooSmall, FIELD, distance, spacing));
         }
     }
-    let mut half_spaces = HalfSpaces::NONE;
-    half_spaces.set(planes());
+    let half_spaces = HalfSpaces::of(faces);
     if half_spaces.is_unbounded() {
         return Err(Error::plain(Code::UnboundedFaces, FIELD));
     }

@@ -58,11 +58,9 @@ fn built(corners: &[[f64; 2]], thickness: f64, mass: f64) -> Prism {
         angle = if principal { 0.0 } else { principal_angle(polygon) };
         [math::cos(angle), math::sin(angle)]
     });
-    let mut faces = Faces { count: corners.len() as u32 + 2, ..Faces::NONE };
-    faces.planes.iter_mut().zip(profile.planes()).for_each(|(place, plane)| *place = plane);
     let projectile = Projectile {
         shape: Shape::Polyhedron,
-        faces,
+        faces: profile.faces(),
         moments: profile.gyration().map(|squared_radius| mass * squared_radius),
         mass,
         position: [0.0; 3],
@@ -104,19 +102,22 @@ impl<C: Fn(usize) -> [f64; 2]> Profile<C> {
     }
 
     /// The faces: the sides in the order of the corners, then +z and -z.
-    pub fn planes(&self) -> impl Iterator<Item = [f64; 4]> {
+    pub fn faces(&self) -> Faces {
         let [cosine, sine] = self.turn;
         let sides = (0..self.count).map(move |k| {
             let (normal, distance) = side((self.corner)(k), (self.corner)(next(k, self.count)), self.centre);
             [cosine * normal[0] + sine * normal[1], cosine * normal[1] - sine * normal[0], 0.0, distance]
         });
-        sides.chain([1.0, -1.0].map(|z| [0.0, 0.0, z, 0.5 * self.thickness]))
+        let mut faces = Faces { count: self.count as u32 + 2, ..Faces::NONE };
+        let planes = sides.chain([1.0, -1.0].map(|z| [0.0, 0.0, z, 0.5 * self.thickness]));
+        faces.planes.iter_mut().zip(planes).for_each(|(place, plane)| *place = plane);
+        faces
     }
 }
 
 /// The profile of a sector by its dimensions. A sector is symmetric: its corners' axes are principal. Its
-/// directions come from [`direction`], so that making the solid in the block of a C host stays within 4 KiB
-/// of stack.
+/// directions come from [`direction`], so that making the solid in the block of a C host takes little
+/// stack.
 pub(crate) fn of_sector(sector: &Sector) -> Profile<impl Fn(usize) -> [f64; 2]> {
     let Sector { inner_radius, outer_radius, angle, thickness } = *sector;
     let corner = move |k| sector_corner(inner_radius, outer_radius, angle, k, direction);
@@ -366,7 +367,7 @@ mod tests {
         assert!((Solid::of(&body).reach() / by_faces.reach() - 1.0).abs() < 1e-15);
         Solid::of(&body).inertia(0.118).iter().zip(by_faces.inertia(0.118)).for_each(|(&a, b)| close(a, b, 1e-14));
         let (a, b) = (of_sector(&body.sector), Scene::turbine_disc_sector().projectile.faces);
-        for (a, b) in a.planes().zip(b.in_use()) {
+        for (a, b) in a.faces().in_use().iter().zip(b.in_use()) {
             a.iter().zip(b).for_each(|(a, b)| assert!((a - b).abs() < 2e-15, "{a:e} {b:e}"));
         }
         // One of unknown mass has its form all the same.

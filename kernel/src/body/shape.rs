@@ -13,7 +13,7 @@ use crate::body::prism;
 use crate::ground::error::{Code, Error};
 use crate::ground::math;
 use crate::scene::features::Feature;
-use crate::scene::parts::{MAX_FACES, Projectile, Sector, Shape};
+use crate::scene::parts::{Faces, MAX_FACES, Projectile, Sector, Shape};
 use nalgebra::Quaternion;
 
 /// A shape with its dimensions.
@@ -74,7 +74,7 @@ pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
                 let limit = if count < 4 { 4 } else { MAX_FACES };
                 return Err(Error::new(Code::OutOfRange, "projectile.faces.count", count as f64, limit as f64));
             }
-            polyhedron::check(|| body.faces.in_use().iter().copied(), spacing)?;
+            polyhedron::check(&body.faces, spacing)?;
             if body.mass != 0.0 {
                 check_moments(body.moments)?;
             }
@@ -109,8 +109,7 @@ fn check_sector(sector: &Sector, spacing: f64) -> Result<(), Error> {
         let limit = if inner_radius < least { least } else { greatest };
         return Err(Error::new(Code::OutOfRange, "projectile.sector.inner_radius", inner_radius, limit));
     }
-    let profile = prism::of_sector(sector);
-    polyhedron::check(|| profile.planes(), spacing).map_err(|error| match error.code {
+    polyhedron::check(&prism::of_sector(sector).faces(), spacing).map_err(|error| match error.code {
         // A face, whose distance is named, is too near to the centre of mass.
         Code::ProjectileTooSmall => Error { field: RADIUS, ..error },
         // Beyond the range of numbers.
@@ -131,74 +130,49 @@ fn check_moments(moments: [f64; 3]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Radius of the circle in the sheet's plane that a projectile covers, seen along the sheet's normal, m.
-/// `orientation`: the body's in the sheet's frame. Cylinders count as upright, as in the paper. Its solid is
-/// not made: it would take a kilobyte of stack.
-pub(crate) fn reach_in_plane(body: &Projectile, orientation: &Quaternion<f64>) -> f64 {
-    let mut half_spaces = HalfSpaces::NONE;
+/// Faces of a shape that has some.
+fn faces(body: &Projectile) -> Faces {
     match body.shape {
-        shape if has_faces(shape) && !Feature::Polyhedra.is_built() => {}
-        Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder => return body.radius,
-        Shape::Box => half_spaces.set(box_faces(body.size).into_iter()),
-        Shape::Polyhedron => half_spaces.set(body.faces.in_use().iter().copied()),
-        Shape::DiscSector => half_spaces.set(prism::of_sector(&body.sector).planes()),
+        Shape::Box => box_faces(body.size),
+        Shape::DiscSector => prism::of_sector(&body.sector).faces(),
+        _ => body.faces,
     }
-    half_spaces.reach_across(&into_body(orientation, &Vector::new(0.0, 0.0, 1.0)))
+}
+
+/// Radius of the circle in the sheet's plane that a projectile covers, seen along the sheet's normal, m.
+/// `orientation`: the body's in the sheet's frame. Cylinders count as upright, as in the paper.
+pub(crate) fn reach_in_plane(body: &Projectile, orientation: &Quaternion<f64>) -> f64 {
+    if !has_faces(body.shape) || !Feature::Polyhedra.is_built() {
+        return body.radius;
+    }
+    HalfSpaces::of(&faces(body)).reach_across(&into_body(orientation, &Vector::new(0.0, 0.0, 1.0)))
 }
 
 impl Solid {
     /// The solid of a projectile.
     pub fn of(body: &Projectile) -> Solid {
-        let mut solid = Solid::NOTHING;
-        solid.set(body);
-        solid
-    }
-
-    /// No solid: a place for [`Solid::set`].
-    pub(crate) const NOTHING: Solid = Solid::Sphere { radius: 0.0 };
-
-    /// Makes the solid of a projectile, where it is: a copy would take a kilobyte of stack.
-    pub(crate) fn set(&mut self, body: &Projectile) {
-        let radius = body.radius;
-        match body.shape {
-            shape if has_faces(shape) && !Feature::Polyhedra.is_built() => {}
-            Shape::Sphere => *self = Solid::Sphere { radius },
-            Shape::Cylinder => *self = Solid::Cylinder { radius, half_length: 0.5 * body.length },
+        let (radius, mass) = (body.radius, body.mass);
+        let gyration = match body.shape {
+            Shape::Sphere => return Solid::Sphere { radius },
+            Shape::Cylinder => return Solid::Cylinder { radius, half_length: 0.5 * body.length },
             Shape::HemisphericalCylinder => {
                 let shank = body.length - radius;
-                *self = Solid::HemisphericalCylinder { radius, shank, nose: nose(radius, shank) }
+                return Solid::HemisphericalCylinder { radius, shank, nose: nose(radius, shank) };
             }
+            // Refused by its record.
+            _ if !Feature::Polyhedra.is_built() => return Solid::Sphere { radius },
             Shape::Box => {
-                self.set_box(body.size);
+                let [a, b, c] = body.size;
+                [b * b + c * c, c * c + a * a, a * a + b * b].map(|sum| sum / 12.0)
             }
-            Shape::Polyhedron => {
-                // A body of unknown mass has no known moments.
-                let known = body.mass > 0.0;
-                let gyration = body.moments.map(|moment| if known { moment / body.mass } else { 0.0 });
-                self.set_polyhedron(body.faces.in_use().iter().copied(), gyration);
-            }
-            Shape::DiscSector => self.set_sector(&body.sector, body.mass),
-        }
-    }
-
-    #[inline(never)]
-    fn set_box(&mut self, [a, b, c]: [f64; 3]) {
-        let gyration = [b * b + c * c, c * c + a * a, a * a + b * b].map(|sum| sum / 12.0);
-        self.set_polyhedron(box_faces([a, b, c]).into_iter(), gyration);
-    }
-
-    fn set_sector(&mut self, sector: &Sector, mass: f64) {
-        let profile = prism::of_sector(sector);
-        // With a mass those of a polyhedron of these moments, to the last bit.
-        let gyration = profile.gyration().map(|squared| if mass > 0.0 { mass * squared / mass } else { squared });
-        self.set_polyhedron(profile.planes(), gyration);
-    }
-
-    fn set_polyhedron(&mut self, planes: impl Iterator<Item = [f64; 4]>, gyration: [f64; 3]) {
-        *self = Solid::Polyhedron(Polyhedron::NOTHING);
-        if let Solid::Polyhedron(body) = self {
-            body.set(planes, gyration);
-        }
+            // A body of unknown mass has no known moments.
+            Shape::Polyhedron => body.moments.map(|moment| if mass > 0.0 { moment / mass } else { 0.0 }),
+            // With a mass those of a polyhedron of these moments, to the last bit.
+            Shape::DiscSector => prism::of_sector(&body.sector)
+                .gyration()
+                .map(|squared| if mass > 0.0 { mass * squared / mass } else { squared }),
+        };
+        Solid::Polyhedron(Polyhedron::new(&faces(body), gyration))
     }
 
     /// The radius that "exited" measures travel by, m: for a box half the least edge, for a polyhedron the
@@ -345,15 +319,15 @@ fn nose(radius: f64, shank: f64) -> f64 {
 }
 
 /// The faces of a box in the order +x, -x, +y, -y, +z, -z.
-fn box_faces([a, b, c]: [f64; 3]) -> [[f64; 4]; 6] {
-    [
+fn box_faces([a, b, c]: [f64; 3]) -> Faces {
+    Faces::of(&[
         [1.0, 0.0, 0.0, 0.5 * a],
         [-1.0, 0.0, 0.0, 0.5 * a],
         [0.0, 1.0, 0.0, 0.5 * b],
         [0.0, -1.0, 0.0, 0.5 * b],
         [0.0, 0.0, 1.0, 0.5 * c],
         [0.0, 0.0, -1.0, 0.5 * c],
-    ]
+    ])
 }
 
 /// Gap of a sphere.
@@ -390,7 +364,7 @@ fn rim_gap(p: &Vector, radius: f64, beyond_end: f64, axial: Vector) -> Gap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::parts::{Faces, Scene};
+    use crate::scene::parts::Scene;
     use crate::tests::{close, number};
     use std::vec::Vec;
 
@@ -412,9 +386,10 @@ mod tests {
     fn tetrahedron(inscribed: f64) -> Solid {
         let n = math::sqrt(1.0 / 3.0);
         let faces = [[n, n, n, inscribed], [n, -n, -n, inscribed], [-n, n, -n, inscribed], [-n, -n, n, inscribed]];
+        let faces = Faces::of(&faces);
         let (mass, base) = (0.02, Scene::sheet_3in_sphere().projectile);
         let moments = [mass * 24.0 * inscribed * inscribed / 20.0; 3];
-        Solid::of(&Projectile { shape: Shape::Polyhedron, faces: Faces::of(&faces), moments, mass, ..base })
+        Solid::of(&Projectile { shape: Shape::Polyhedron, faces, moments, mass, ..base })
     }
 
     fn sector() -> Solid {
@@ -676,7 +651,7 @@ mod tests {
         let faces = box_faces([0.01; 3]);
         let cube = |moments| {
             let base = Scene::sheet_3in_sphere().projectile;
-            Solid::of(&Projectile { shape: Shape::Polyhedron, faces: Faces::of(&faces), moments, mass: 1.0, ..base })
+            Solid::of(&Projectile { shape: Shape::Polyhedron, faces, moments, mass: 1.0, ..base })
         };
         assert_eq!(of(&cube([2e-5; 3])), [true, true, true, true, false]);
         assert_eq!(of(&cube([2e-5, 3e-5, 2e-5])), [true, true, true, false, false]);
@@ -837,7 +812,7 @@ mod tests {
         let base = Scene::sheet_3in_sphere().projectile;
         let body = Projectile {
             shape: Shape::Polyhedron,
-            faces: Faces::of(&faces),
+            faces,
             moments: [1.0, 4.0, 2.0],
             mass: 0.0,
             ..base

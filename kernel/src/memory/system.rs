@@ -58,7 +58,7 @@ impl<'a> System<'a> {
         scene: Scene::sheet_3in_sphere(),
         layout: Layout::NOTHING,
         model: Model::NOTHING,
-        solid: Solid::NOTHING,
+        solid: Solid::Sphere { radius: 0.0 },
         directions: Directions::NOTHING,
         state: State::at_start(Body::AT_REST),
         arrays: Arrays::nothing(),

@@ -121,10 +121,7 @@ impl Scene {
         let (pose, body) = (Pose::of_sheet(&self.sheet), &self.projectile);
         let ([x, y, z], [vx, vy, vz]) = (pose.point_in(body.position), pose.vector_in(body.velocity));
         let time = if z * vz < 0.0 { -z / vz } else { 0.0 };
-        // Set in its place: a solid that is returned would take the stack of two.
-        let mut solid = Solid::NOTHING;
-        solid.set(body);
-        let extents = solid.half_extents(&pose::normalised(pose.orientation_in(body.orientation)));
+        let extents = Solid::of(body).half_extents(&pose::normalised(pose.orientation_in(body.orientation)));
         let Symmetry { mirror_x, mirror_y } = self.symmetry;
         let across = |mirrored: bool, x: f64| if mirrored || !x.is_finite() { 0.0 } else { x };
         ([across(mirror_x, x + time * vx), across(mirror_y, y + time * vy)], extents)

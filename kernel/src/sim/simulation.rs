@@ -7,6 +7,7 @@
 use crate::body::path::{self, Path, Track};
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Motion};
+use crate::body::shape::Solid;
 use crate::ground::error::{Code, Error, Failure};
 use crate::ground::lanes::{self, CacheLine, InstructionSet};
 use crate::ground::math;
@@ -213,7 +214,7 @@ impl<'a> Sim<'a> {
     #[inline(never)]
     fn fill(&mut self, scene: &Scene, limits: StepLimits, memory: &'a mut [CacheLine]) -> Result<(), Error> {
         let system = &mut self.system;
-        system.solid.set(&scene.projectile);
+        system.solid = Solid::of(&scene.projectile);
         system.model.derive(scene, limits, &system.solid);
         system.scene = *scene;
         system.directions.derive(scene, limits.dt, &mut system.scene);

@@ -50,8 +50,7 @@ impl Scene {
 /// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
 #[inline(never)]
 pub(crate) fn check_body(scene: &Scene, limits: StepLimits, most: u64) -> Result<(), Error> {
-    let (mut solid, mut body) = (Solid::NOTHING, Body::AT_REST);
-    solid.set(&scene.projectile);
+    let (solid, mut body) = (Solid::of(&scene.projectile), Body::AT_REST);
     check_motion(scene, limits, &solid, &mut body)?;
     refuse_overlap(scene, &solid, &body, most)
 }
