@@ -39,7 +39,7 @@ pub(crate) struct Model {
 }
 
 impl Model {
-    /// No constants: a place for [`Model::derive`].
+    /// No constants: a place for those of a scene.
     pub(crate) const NOTHING: Model = Model {
         limits: StepLimits { dt: 0.0, dt_crit: 0.0, step_max: 0.0 },
         pose: Pose::IDENTITY,
@@ -55,27 +55,29 @@ impl Model {
         window_steps: 1,
     };
 
-    /// Derives the constants, where they are. `solid`: the projectile's.
-    #[inline(never)]
-    pub(crate) fn derive(&mut self, scene: &Scene, limits: StepLimits, solid: &Solid) {
+    /// Constants of a scene. `solid`: the projectile's.
+    pub(crate) fn of(scene: &Scene, limits: StepLimits, solid: &Solid) -> Model {
         let (h, dt) = (scene.sheet.spacing, limits.dt);
         let node_mass = scene.lumped_mass();
         let window = math::round(scene.force_window / dt);
-        self.limits = limits;
-        self.pose = Pose::of_sheet(&scene.sheet);
-        self.reach = solid.reach();
-        self.inertia = Inertia::of(solid, scene.projectile.mass, scene.is_free());
+        let mut inertia = Inertia::of(solid, scene.projectile.mass, scene.is_free());
         if scene.contact.friction > 0.0 {
-            self.inertia.feel_friction();
+            inertia.feel_friction();
         }
-        self.node_mass = node_mass;
-        self.back_share = if scene.back.plies > 0 { scene.back.node_mass / scene.sheet.node_mass } else { 1.0 };
-        self.unit_speed = h / dt;
-        self.gap = scene.ply_gap() / h;
-        self.unit_impulse = node_mass * h / dt;
-        self.unit_energy = node_mass * (h / dt) * (h / dt);
-        self.segment_volume = scene.lumped_area() * (h / scene.rest_stretch(Axis::Horizontal));
-        self.window_steps = if window >= 1.0 { window as u64 } else { 1 };
+        Model {
+            limits,
+            pose: Pose::of_sheet(&scene.sheet),
+            reach: solid.reach(),
+            inertia,
+            node_mass,
+            back_share: if scene.back.plies > 0 { scene.back.node_mass / scene.sheet.node_mass } else { 1.0 },
+            unit_speed: h / dt,
+            gap: scene.ply_gap() / h,
+            unit_impulse: node_mass * h / dt,
+            unit_energy: node_mass * (h / dt) * (h / dt),
+            segment_volume: scene.lumped_area() * (h / scene.rest_stretch(Axis::Horizontal)),
+            window_steps: if window >= 1.0 { window as u64 } else { 1 },
+        }
     }
 
     /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.

@@ -14,7 +14,7 @@ use crate::ground::math;
 use crate::ground::planes::Axis;
 use crate::memory::arrays;
 use crate::memory::layout::Layout;
-use crate::memory::model::start_motion;
+use crate::memory::model::{Model, start_motion};
 use crate::memory::state::{COUNT_MAX, State};
 use crate::memory::system::{SegmentView, System};
 use crate::memory::watch::{FirstContact, Latch, Outcome, OutcomeSet};
@@ -155,8 +155,10 @@ impl<'a> Sim<'a> {
     /// fast for the step, too heavy for its energy to be a number, or overlapping a node. Memory is not
     /// written then.
     pub fn new(scene: &Scene, memory: &'a mut [CacheLine]) -> Result<Sim<'a>, Error> {
+        let limits = Sim::check(scene, memory)?;
         let mut sim = Sim::NOTHING;
-        Sim::make(scene, memory, || &mut sim)?;
+        sim.fill(scene, limits, memory)?;
+        sim.start();
         Ok(sim)
     }
 
@@ -170,57 +172,37 @@ impl<'a> Sim<'a> {
         scene: &Scene,
         memory: &'a mut [CacheLine],
     ) -> Result<&'p mut Sim<'a>, Error> {
-        Sim::make(scene, memory, || place.write(Sim::NOTHING))
+        let limits = Sim::check(scene, memory)?;
+        let sim = place.write(Sim::NOTHING);
+        sim.fill(scene, limits, memory)?;
+        sim.start();
+        Ok(sim)
     }
 
     /// What is in a place before a simulation is made there.
     const NOTHING: Sim<'a> = Sim { system: System::NOTHING };
 
-    /// Checks everything, then makes the simulation in the place that `place` gives, where [`Sim::NOTHING`]
-    /// is.
-    fn make<'p>(
-        scene: &Scene,
-        memory: &'a mut [CacheLine],
-        place: impl FnOnce() -> &'p mut Sim<'a>,
-    ) -> Result<&'p mut Sim<'a>, Error>
-    where
-        'a: 'p,
-    {
-        let limits = Sim::check(scene, memory)?;
-        start::check_body(scene, limits, u64::MAX)?;
-        let sim = place();
-        sim.lay_out(scene)?;
-        sim.fill(scene, limits, memory)?;
-        explicit::start_forces(&mut sim.system);
-        energy::start_audit(&mut sim.system);
-        Ok(sim)
-    }
-
     /// Checks the scene and the memory for it.
-    #[inline(never)] // Inlined, this and the next two take 608 bytes more of the stack of `fk_init`.
+    #[inline(never)]
     fn check(scene: &Scene, memory: &[CacheLine]) -> Result<StepLimits, Error> {
         // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
         arrays::check(memory, &Layout::of(scene)?)?;
-        scene.step_limits()
+        let limits = scene.step_limits()?;
+        start::check_body(scene, limits, u64::MAX)?;
+        Ok(limits)
     }
 
-    #[inline(never)]
-    fn lay_out(&mut self, scene: &Scene) -> Result<(), Error> {
-        self.system.layout = Layout::of_sound(scene)?;
-        Ok(())
-    }
-
-    /// Takes the scene and the memory, which have been found right, and fills it. The layout is there.
+    /// Takes the scene and the memory, which have been found right, and fills it.
     #[inline(never)]
     fn fill(&mut self, scene: &Scene, limits: StepLimits, memory: &'a mut [CacheLine]) -> Result<(), Error> {
         let system = &mut self.system;
-        system.solid = Solid::of(&scene.projectile);
-        system.model.derive(scene, limits, &system.solid);
         system.scene = *scene;
+        system.layout = Layout::of_sound(scene)?;
+        system.solid = Solid::of(&scene.projectile);
+        system.model = Model::of(scene, limits, &system.solid);
+        system.state = State::at_start(start::place_body(scene, &system.model, &system.solid)?);
         system.directions.derive(scene, limits.dt, &mut system.scene);
         system.scene = *scene;
-        start::place_body(scene, &system.model, &system.solid, &mut system.state.body)?;
-        system.state = State::at_start(system.state.body);
         system.fetches = system.layout.exceeds_caches();
         system.instructions = InstructionSet::widest();
         system.block_steps = blocks::block_steps(&system.layout, system.instructions);
@@ -241,6 +223,10 @@ impl<'a> Sim<'a> {
         }
         self.system.state = State::at_start(body);
         self.system.clear_state();
+        self.start();
+    }
+
+    fn start(&mut self) {
         explicit::start_forces(&mut self.system);
         energy::start_audit(&mut self.system);
     }

@@ -50,8 +50,8 @@ impl Scene {
 /// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
 #[inline(never)]
 pub(crate) fn check_body(scene: &Scene, limits: StepLimits, most: u64) -> Result<(), Error> {
-    let (solid, mut body) = (Solid::of(&scene.projectile), Body::AT_REST);
-    check_motion(scene, limits, &solid, &mut body)?;
+    let solid = Solid::of(&scene.projectile);
+    let body = place_body(scene, &Model::of(scene, limits, &solid), &solid)?;
     refuse_overlap(scene, &solid, &body, most)
 }
 
@@ -65,22 +65,17 @@ fn strides(counts: [u64; 3], most: u64) -> [usize; 3] {
         .map(|stride| usize::try_from(stride).unwrap_or(usize::MAX))
 }
 
-/// Puts the projectile where the scene places it, with a model of its own.
+/// The projectile where the scene places it, in the sheet's frame. Refuses a speed or a symmetry that does
+/// not suit the scene.
 #[inline(never)]
-fn check_motion(scene: &Scene, limits: StepLimits, solid: &Solid, body: &mut Body) -> Result<(), Error> {
-    let mut model = Model::NOTHING;
-    model.derive(scene, limits, solid);
-    place_body(scene, &model, solid, body)
-}
-
-/// Puts the projectile where the scene places it, in the sheet's frame. Refuses a speed or a symmetry that
-/// does not suit the scene.
-#[inline(never)]
-pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid, body: &mut Body) -> Result<(), Error> {
+pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid) -> Result<Body, Error> {
     let motion = path::into_sheet(&model.pose, &start_motion(scene));
     model.check_speed(&motion)?;
-    *body = Body::of(&motion);
-    if Feature::Mirrors.is_built() { scene.symmetry.align(solid, body, scene.sheet.spacing) } else { Ok(()) }
+    let mut body = Body::of(&motion);
+    if Feature::Mirrors.is_built() {
+        scene.symmetry.align(solid, &mut body, scene.sheet.spacing)?;
+    }
+    Ok(body)
 }
 
 /// Rounding aside, a node that does more than touch is inside.
