@@ -810,13 +810,7 @@ mod tests {
         // Moments of a body of unknown mass are not read.
         let faces = box_faces([0.01; 3]);
         let base = Scene::sheet_3in_sphere().projectile;
-        let body = Projectile {
-            shape: Shape::Polyhedron,
-            faces,
-            moments: [1.0, 4.0, 2.0],
-            mass: 0.0,
-            ..base
-        };
+        let body = Projectile { shape: Shape::Polyhedron, faces, moments: [1.0, 4.0, 2.0], mass: 0.0, ..base };
         assert_eq!(check(&body, 7.26e-4), Ok(()));
         assert_eq!(check(&Projectile { mass: 1.0, ..body }, 7.26e-4).unwrap_err().code, Code::ImpossibleMoments);
         assert_eq!(Solid::of(&body).inertia(2.0), [0.0; 3]);

@@ -532,7 +532,7 @@ mod tests {
                 for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                     let search = Search::new(&solid, &body, h, set);
                     let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
-                    let found = search.neighbourhood(h).next(&row, &Net::NONE, [from, 10], first, &mut offsets);
+                    let found = search.neighbourhood(h).next(&row, &Net::default(), [from, 10], first, &mut offsets);
                     assert_eq!(found, expected, "{set:?}");
                     let Some(c) = found else { continue };
                     assert_eq!(offsets.beyond.map(|x| x <= 0.0), inside(c));

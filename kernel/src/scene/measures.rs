@@ -23,13 +23,7 @@ impl Scene {
     /// Scene with the back fabric in all plies, and no second one.
     pub fn all_of_back(&self) -> Scene {
         let mut scene = *self;
-        scene.become_back();
-        scene
-    }
-
-    /// Becomes [`Scene::all_of_back`], where it is: a copy would add a kilobyte to the stack.
-    pub(crate) fn become_back(&mut self) {
-        let Scene { sheet, weft, yarn, back, .. } = self;
+        let Scene { sheet, weft, yarn, back, .. } = &mut scene;
         (back.plies, *weft) = (0, Weft::LIKE_WARP);
         (sheet.node_mass, sheet.crimp) = (back.node_mass, back.crimp);
         (sheet.yarn_area, sheet.yarn_area_y) = (back.yarn_area, back.yarn_area_y);
@@ -40,6 +34,7 @@ impl Scene {
         yarn.critical_stretch = back.critical_stretch;
         yarn.strength_draw = if back.weibull_shape == 0.0 { StrengthDraw::None } else { StrengthDraw::Weibull };
         (yarn.weibull_shape, yarn.weibull_gauge_length) = (back.weibull_shape, back.weibull_gauge_length);
+        scene
     }
 
     /// Mass of one node of all bonded plies together, of the front fabric, kg.

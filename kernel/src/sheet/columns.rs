@@ -62,7 +62,7 @@ pub(crate) fn set<const N: usize>(line: &mut [Chunk<COLUMN_PLANES>], i: usize, c
 }
 
 /// Lines of constants of the rows of a ply. Both are empty in a flat sheet without grading.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct Net<'a> {
     /// Constants of the columns, chunk by chunk; of all plies of a curved sheet, or of one of them.
     pub columns: &'a [Chunk<COLUMN_PLANES>],
@@ -71,9 +71,6 @@ pub struct Net<'a> {
 }
 
 impl Net<'_> {
-    /// Lines of a flat sheet without grading.
-    pub const NONE: Net<'static> = Net { columns: &[], lines: &[] };
-
     /// Nodes of the fabric that node (i, j) stands for.
     #[inline]
     pub fn share(&self, i: usize, j: usize) -> f64 {

@@ -97,7 +97,7 @@ pub struct WarpAndWeft {
 pub struct Directions {
     /// Directions of the sheet, or of a stack's first plies.
     pub front: WarpAndWeft,
-    /// Directions of the last plies, where they are of another fabric.
+    /// Directions of the last plies, where they are of another fabric, else those of the front.
     pub back: WarpAndWeft,
     /// How the plies differ.
     plies: Arrangement,
@@ -120,19 +120,19 @@ impl Directions {
         grip: LET_GO,
     };
 
-    /// Derives the directions of a scene for passes of dt, s, where they are: a copy would add to the stack
-    /// of the caller. `of_back`: the same scene, of which that of the back fabric is made.
-    pub(crate) fn derive(&mut self, scene: &Scene, dt: f64, of_back: &mut Scene) {
+    /// Directions of a scene for passes of dt, s.
+    #[inline(never)]
+    pub(crate) fn of(scene: &Scene, dt: f64) -> Directions {
         let unit = volume_of(scene, Axis::Horizontal);
-        self.plies = scene.arrangement();
-        self.growth = if scene.is_curved() { scene.ply_gap() / scene.sheet.radius } else { 0.0 };
-        self.casing = Cylinder::of(scene);
         let slips = scene.attachment.hold != 0.0 && scene.attachment.grip != 0.0;
-        self.grip = if slips { scene.attachment.grip / scene.sheet.spacing } else { LET_GO };
-        self.front.derive(scene, dt, unit);
-        if scene.back.plies > 0 {
-            of_back.become_back();
-            self.back.derive(of_back, dt, unit);
+        let front = WarpAndWeft::of(scene, dt, unit);
+        Directions {
+            front,
+            back: if scene.back.plies > 0 { WarpAndWeft::of(&scene.all_of_back(), dt, unit) } else { front },
+            plies: scene.arrangement(),
+            growth: if scene.is_curved() { scene.ply_gap() / scene.sheet.radius } else { 0.0 },
+            casing: Cylinder::of(scene),
+            grip: if slips { scene.attachment.grip / scene.sheet.spacing } else { LET_GO },
         }
     }
 
@@ -167,12 +167,11 @@ impl WarpAndWeft {
         WarpAndWeft { horizontal: Direction::NOTHING, vertical: Direction::NOTHING, plain: true };
 
     #[inline(never)]
-    fn derive(&mut self, scene: &Scene, dt: f64, unit: f64) {
-        self.horizontal = Direction::of(scene, Axis::Horizontal, dt, unit);
-        self.vertical = Direction::of(scene, Axis::Vertical, dt, unit);
-        let WarpAndWeft { horizontal, vertical, .. } = self;
+    fn of(scene: &Scene, dt: f64, unit: f64) -> WarpAndWeft {
+        let [horizontal, vertical] =
+            [Axis::Horizontal, Axis::Vertical].map(|axis| Direction::of(scene, axis, dt, unit));
         let at_rest = horizontal.rest == Rest::PLAIN && vertical.rest == Rest::PLAIN;
-        self.plain = at_rest && horizontal.critical == vertical.critical;
+        WarpAndWeft { horizontal, vertical, plain: at_rest && horizontal.critical == vertical.critical }
     }
 
     /// With drawn strength the law becomes that of the weakest segment.

@@ -20,6 +20,7 @@ use crate::memory::system::{SegmentView, System};
 use crate::memory::watch::{FirstContact, Latch, Outcome, OutcomeSet};
 use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Scene, StepLimits};
+use crate::sheet::direction::Directions;
 use crate::sim::start;
 use crate::sim::{restore, snapshot};
 use crate::step::bands::Bands;
@@ -201,8 +202,7 @@ impl<'a> Sim<'a> {
         system.solid = Solid::of(&scene.projectile);
         system.model = Model::of(scene, limits, &system.solid);
         system.state = State::at_start(start::place_body(scene, &system.model, &system.solid)?);
-        system.directions.derive(scene, limits.dt, &mut system.scene);
-        system.scene = *scene;
+        system.directions = Directions::of(scene, limits.dt);
         system.fetches = system.layout.exceeds_caches();
         system.instructions = InstructionSet::widest();
         system.block_steps = blocks::block_steps(&system.layout, system.instructions);
