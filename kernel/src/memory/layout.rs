@@ -150,13 +150,19 @@ impl Layout {
     }
 
     /// Rows of what viscosity keeps that a band copies: two at each of its ends.
-    pub(crate) fn viscous_rows_of_a_band(&self) -> usize {
+    pub(crate) fn viscous_rows_at_cuts(&self) -> usize {
         if self.has(Feature::Viscosity) { 4 } else { 0 }
     }
 
-    /// Steps of a block whose rows a band keeps; with viscosity bands take single steps.
+    /// Rows of what viscosity keeps in the scratch of a band: those, and in each step of a block the row above
+    /// a gap.
+    pub(crate) fn viscous_rows_of_a_band(&self) -> usize {
+        self.viscous_rows_at_cuts() + if self.has(Feature::Viscosity) { self.block_steps_of_a_band() } else { 0 }
+    }
+
+    /// Steps of a block whose rows a band keeps.
     pub(crate) fn block_steps_of_a_band(&self) -> usize {
-        if self.block_steps > 1 && !self.has(Feature::Viscosity) { self.block_steps as usize } else { 0 }
+        if self.block_steps > 1 { self.block_steps as usize } else { 0 }
     }
 
     /// Numbers of one band: a row above it, forces from below it, both of every step of a block, too, copies of viscosity's at its ends, its

@@ -30,6 +30,7 @@ use crate::step::explicit;
 use crate::step::forces;
 use crate::step::outcome;
 use crate::step::readout::GreatestOfRow;
+use crate::step::rows::schedule;
 use crate::step::slip::{self, Slip};
 use crate::yarn::law;
 use core::mem::MaybeUninit;
@@ -205,7 +206,7 @@ impl<'a> Sim<'a> {
         system.directions = Directions::of(scene, limits.dt);
         system.fetches = system.layout.exceeds_caches();
         system.instructions = InstructionSet::widest();
-        system.block_steps = blocks::block_steps(&system.layout, system.instructions);
+        system.block_steps = schedule::block_steps(&system.layout, system.instructions);
         system.arrays.carve(memory, &system.layout)?;
         system.fill_model()?;
         system.clear_state();
@@ -400,7 +401,7 @@ impl<'a> Sim<'a> {
             return Err(Error::plain(Code::UnknownChoice, "instruction_set"));
         }
         self.system.instructions = set;
-        self.system.block_steps = blocks::block_steps(&self.system.layout, set);
+        self.system.block_steps = schedule::block_steps(&self.system.layout, set);
         Ok(())
     }
 

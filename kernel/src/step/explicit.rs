@@ -19,8 +19,7 @@ use crate::contact::solve;
 use crate::contact::stack;
 use crate::ground::error::Failure;
 use crate::ground::math;
-use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK};
-use crate::memory::arrays::Noted;
+use crate::ground::planes::CHUNK;
 use crate::memory::system::System;
 use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
@@ -28,31 +27,19 @@ use crate::scene::parts::Symmetry;
 use crate::sheet::clamp::LET_GO;
 use crate::sheet::segments::Report;
 use crate::sheet::slack::SEARCH_INTERVAL;
-use crate::sheet::viscous::MomentsOfRow;
-use crate::sheet::weave::{self, ATTACHMENTS};
+use crate::sheet::weave::ATTACHMENTS;
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
-use crate::step::rows::Rows;
-use crate::step::rows::moments::find_moments_of_row;
-use crate::step::rows::terms::Terms;
+use crate::step::rows::whole;
 use crate::step::slackness;
 use crate::step::theta;
-use crate::yarn::rate::Rates;
 
 /// One step. A projectile that is too fast and too many candidates are found before anything is changed.
 pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
-    let at_start = system.state.body;
-    let target = motion::prescribe_twist(system);
-    let all = [0, system.layout.nodes_y];
-    let found = motion::refuse_too_fast(system).and_then(|()| search::gather(system, all));
-    let gathered = found.inspect_err(|_| system.state.body = at_start)?;
-    if system.layout.has(Feature::Theta) {
-        theta::iterate(system, system.scene.integrator, &gathered, &at_start)?;
-    } else {
-        let report = sweep(system, &gathered);
-        apply_contact_and_load(system, report, &gathered, &at_start)?;
-    }
-    move_body_and_check(system, &gathered, target)?;
+    let gathered = look_ahead(system, [0, system.layout.nodes_y])?;
+    // The theta rule sweeps until its forces agree with where they lead.
+    let report = if system.layout.has(Feature::Theta) { Report::default() } else { whole::sweep(system, &gathered) };
+    finish_step(system, &gathered, report)?;
     end_step(system);
     Ok(())
 }
@@ -95,8 +82,8 @@ fn move_body_and_check(
     motion::refuse_lost_body(system)
 }
 
-/// For bands and blocks, before the sweep: the candidates of the next pass among `rows` [first, end), or why
-/// there can be none. The state stays as it is.
+/// Before the sweep: the candidates of the next pass among `rows` [first, end), or why there can be none. The
+/// state stays as it is.
 #[inline(never)]
 pub(crate) fn look_ahead(system: &mut System<'_>, rows: [usize; 2]) -> Result<Gathered, Failure> {
     let at_start = system.state.body;
@@ -106,12 +93,16 @@ pub(crate) fn look_ahead(system: &mut System<'_>, rows: [usize; 2]) -> Result<Ga
     found
 }
 
-/// For bands and blocks, after the sweep: the rest of the pass.
+/// After the sweep: the rest of the pass.
 #[inline(never)]
 pub(crate) fn finish_step(system: &mut System<'_>, gathered: &Gathered, report: Report) -> Result<(), Failure> {
     let at_start = system.state.body;
     let target = motion::prescribe_twist(system);
-    apply_contact_and_load(system, report, gathered, &at_start)?;
+    if system.layout.has(Feature::Theta) {
+        theta::iterate(system, system.scene.integrator, gathered, &at_start)?;
+    } else {
+        apply_contact_and_load(system, report, gathered, &at_start)?;
+    }
     move_body_and_check(system, gathered, target)
 }
 
@@ -157,193 +148,6 @@ fn apply_contact_and_load(
     Ok(())
 }
 
-/// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
-fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
-    begin_sweep(system);
-    let report = if system.layout.is_stack() {
-        sweep_stack(system, gathered.count)
-    } else {
-        sweep_rows(system, 0, system.awake, None)
-    };
-    add_to_sums(system);
-    report
-}
-
-/// For bands, after the sweep of the rows that are awake: what is left of it.
-pub(crate) fn end_sweep(system: &mut System<'_>, gathered: &Gathered) {
-    if system.layout.is_stack() {
-        Apart::of(system, gathered.count).separate(system, [0, system.layout.y.modelled()]);
-    }
-    add_to_sums(system);
-}
-
-/// Books what a sweep of the rows that are awake has taken, and what it has been pulled and pushed by.
-#[inline(never)]
-fn add_to_sums(system: &mut System<'_>) {
-    for ply in 0..system.layout.plies {
-        let rows = system.awake_of(ply);
-        add_dissipation(system, ply, rows, 0);
-        add_pulls(system, ply, rows, 0);
-        if system.layout.has(Feature::Clamps) {
-            add_clamp_work(system, ply, rows, 0);
-        }
-        add_case_pushes(system, ply, rows);
-    }
-}
-
-/// The hot pass over some rows of all plies after the other, whose columns are separated while they are at
-/// hand. `count`: candidates.
-fn sweep_stack(system: &mut System<'_>, count: usize) -> Report {
-    let (mut report, mut first, apart) = (Report::default(), 0, Apart::of(system, count));
-    while first < system.layout.y.modelled() {
-        let rows = [first, first + (RUN_CHUNKS / (system.layout.plies * system.layout.chunks).max(1)).max(1)];
-        for ply in 0..system.layout.plies {
-            report = report.merged(sweep_run(system, ply, rows));
-        }
-        apart.separate(system, rows);
-        first = rows[1];
-    }
-    report
-}
-
-/// The hot pass over those of a ply's rows [first, end) that are awake, counted from its first one.
-fn sweep_run(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) -> Report {
-    let ([bottom, _], [low, high]) = (system.layout.rows_of(ply), system.awake_of(ply));
-    let (start, stop) = ((bottom + first).max(low), (bottom + end).min(high));
-    if start >= stop {
-        return Report::default();
-    }
-    if system.layout.has(Feature::Viscosity) && stop < high {
-        find_moments_above(system, [ply, 0], stop);
-    }
-    sweep_rows(system, ply, [start, stop], None)
-}
-
-/// About as many chunks of a stack are swept in a run: half a mebibyte, which a second-level cache keeps
-/// until the plies are separated.
-const RUN_CHUNKS: usize = 1024;
-
-/// What a sweep starts from: the rows to step are awake.
-#[inline(never)]
-fn begin_sweep(system: &mut System<'_>) {
-    for ply in 0..system.layout.plies {
-        let rows = system.rows_to_step(ply);
-        if rows[0] < rows[1] {
-            system.set_awake(ply, rows);
-        }
-    }
-    place_images_above(system, system.awake[1]);
-    let carries = Noted::of(system.arrays.shared, &system.layout).carries;
-    carries
-        .iter_mut()
-        .take(system.layout.plies * system.layout.chunks)
-        .for_each(|forces| *forces = [[0.0; CHUNK]; CARRY_PLANES]);
-}
-
-/// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls
-/// that are noted and not booked.
-pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
-    if system.layout.has(Feature::Viscosity) {
-        find_moments_above(system, [0, step], rows[1]);
-    }
-    sweep_rows(system, 0, rows, Some(step))
-}
-
-/// The viscous moments of row j of a ply in a step of a block, the first one otherwise, which the row below
-/// it needs; nothing above the top row.
-#[inline(never)]
-fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2], j: usize) {
-    let rates = rates(system);
-    let System { layout, directions, arrays, instructions, .. } = &mut *system;
-    let chunks = layout.chunks;
-    let (past_below, past) = arrays.rows.past.split_at_mut((j * chunks).min(arrays.rows.past.len()));
-    let Some(taken) = arrays.rows.taken.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y) else {
-        return;
-    };
-    let row = MomentsOfRow {
-        directions: directions.of_ply(ply),
-        row: planes::row(arrays.rows.hot, chunks, j),
-        below: planes::row(arrays.rows.hot, chunks, j - 1),
-        past_below: planes::row(past_below, chunks, j - 1),
-        above: if layout.is_stack() && !layout.has_verticals(j) {
-            &[]
-        } else {
-            planes::row(arrays.rows.hot, chunks, j + 1)
-        },
-        past: planes::row_mut(past, chunks, 0),
-    };
-    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
-    find_moments_of_row(&terms, j, row, taken);
-}
-
-/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
-#[inline(never)]
-fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
-    let rates = rates(system);
-    let System { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
-    // In a block rows come from memory in the first step alone.
-    let fetches = *fetches && in_block.is_none_or(|step| step == 0);
-    let terms = Terms { layout, directions, rates: &rates, fetches, instructions: *instructions };
-    // A block shorter than the layout says is a lost state, never a row that stands still.
-    match &mut Rows::of(arrays, layout, rows, ply, in_block) {
-        Some(rows) => rows.sweep(&terms),
-        None => Report::LOST,
-    }
-}
-
-/// Books the energy that viscosity and rate have taken of rows [first, end) of a ply in a step of a block,
-/// the first one otherwise, lowest row first.
-#[inline(never)]
-pub(crate) fn add_dissipation(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
-    let unit = system.model.unit_energy * system.mass_share(ply);
-    let taken = system.arrays.rows.taken.get(step * system.layout.nodes_y..).and_then(|taken| taken.get(first..end));
-    taken.into_iter().flatten().for_each(|taken| system.state.sums.viscous += unit * taken);
-}
-
-/// Adds what the clamps of rows [first, end) of a ply have dissipated in a step of a block, the first one
-/// otherwise, lowest row first.
-#[inline(never)]
-pub(crate) fn add_clamp_work(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
-    let unit = system.model.unit_energy * system.mass_share(ply);
-    let of_rows = system.arrays.rows.clamped.get(step * system.layout.nodes_y..).and_then(|rows| rows.get(first..end));
-    of_rows.into_iter().flatten().for_each(|work| system.state.sums.attachment += unit * work);
-}
-
-/// Books what a case has pushed rows [first, end) of a ply by, and what it has taken, lowest row first.
-#[inline(never)]
-pub(crate) fn add_case_pushes(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
-    let share = system.mass_share(ply);
-    let (unit, sums) = (system.model.unit_energy * share, &mut system.state.sums);
-    for push in system.arrays.rows.pushed.get_mut(first..end).unwrap_or_default() {
-        // The next pass may leave out a row.
-        let [x, z, taken] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
-        *push = [[0.0; CHUNK]; 3];
-        sums.casing -= Vector::new(x, 0.0, z) * share;
-        sums.casing_loss += unit * taken;
-    }
-}
-
-/// The row of images above a sweep that reaches the plane.
-pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
-    if system.layout.y.is_mirrored() && end == system.layout.nodes_y {
-        system.place_image_row();
-    }
-}
-
-/// What a sweep needs of the dependence on the rate of strain.
-pub(crate) fn rates(system: &System<'_>) -> Rates {
-    if !system.layout.has(Feature::Rate) {
-        return Rates::NONE;
-    }
-    // Below it damage sees no strain beyond the critical one.
-    let limit = |axis: Axis| system.rate_law(axis).limit(system.direction(axis, 0).critical);
-    let time = system.load_time();
-    // None before the load has begun.
-    let growth = if system.state.loaded > 0 { system.model.limits.dt / time } else { 0.0 };
-    let relaxing = system.scene.yarn.rate_modulus * growth;
-    Rates { time, relaxing, limits: [limit(Axis::Horizontal), limit(Axis::Vertical)] }
-}
-
 /// At the end of a force window: keeps the largest mean force.
 fn close_window(system: &mut System<'_>) {
     if !system.state.step.is_multiple_of(system.model.window_steps) {
@@ -385,23 +189,6 @@ fn test_attachments(system: &mut System<'_>) {
             if let Some(slid) = system.arrays.rows.slid.get_mut(place) {
                 slid[i % CHUNK] = LET_GO;
             }
-        }
-    }
-}
-
-/// Books what the sheet pulls at the fixed nodes of rows [first, end) of a ply in a step of a block, the
-/// first one otherwise, lowest row first.
-#[inline(never)]
-pub(crate) fn add_pulls(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
-    let share = system.scene.symmetry.share() * system.mass_share(ply);
-    let System { scene, layout, state, arrays, .. } = system;
-    let ((kind, symmetry), [bottom, _]) = ((scene.attachment.kind, scene.symmetry), layout.rows_of(ply));
-    let Noted { pulls, .. } = Noted::of(arrays.shared, layout);
-    let pulls = pulls.get(step * layout.nodes_y..).and_then(|pulls| pulls.get(first..end));
-    for (j, pulls) in pulls.into_iter().flatten().enumerate() {
-        for (side, pull) in pulls.iter().enumerate() {
-            let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, first - bottom + j, side);
-            state.sums.add_to_support(kind, at, &(Vector::from(*pull) * share), symmetry);
         }
     }
 }

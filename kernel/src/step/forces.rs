@@ -12,8 +12,8 @@ use crate::sheet::neighbours::{Around, NOTHING};
 use crate::sheet::segments::per_mass;
 use crate::sheet::sweep::{ChunkState, Copies, Peek};
 use crate::sheet::viscous::NO_PAST;
-use crate::step::explicit::rates;
 use crate::step::rows::terms::Terms;
+use crate::step::rows::terms::rates;
 use crate::step::viscosity;
 
 /// Change of velocity per step at t_n by the yarns and by the case that the node rests on. `viscous`: with

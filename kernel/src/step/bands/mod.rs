@@ -7,7 +7,7 @@
 //! the next pass needs to start: the candidates, and at every cut a copy of the row above it and the forces
 //! of the segments across it. One meeting a pass, and that is the caller's: a band that is called again
 //! before all have arrived is refused. If the caller says how many steps it wants, a sheet beyond the caches
-//! takes eight of them in a block of nine passes (`bands/block.rs`). The bits are those of
+//! takes several of them in a block of one pass more (`rows/schedule.rs`). The bits are those of
 //! [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
@@ -46,8 +46,6 @@
 //! With `lanes.rs` this folder is the only place of the kernel with unsafe code.
 #![allow(unsafe_code)]
 
-/// What bands do of a block of steps.
-mod block;
 /// A band's part of a pass, and what is not cut.
 mod pass;
 /// What all bands know of a pass.
@@ -166,8 +164,10 @@ impl Bands<'_, '_> {
         unsafe {
             let plan = &*self.plan.get();
             let met = match &plan.block {
-                Some(block) if block.is_at_start() => plan.step_away(band, block),
-                Some(block) => plan.sweep(self.of, band).merged(plan.fill_cut(band, block)),
+                Some(block) => match plan.gap_step {
+                    Some(step) => plan.sweep(self.of, band).merged(plan.fill_cut(band, block, step)),
+                    None => plan.step_away(band, block),
+                },
                 None => plan.sweep(self.of, band),
             };
             if let Some(report) = self.reports.get(band as usize) {
@@ -251,7 +251,7 @@ impl Drop for Bands<'_, '_> {
     fn drop(&mut self) {
         while self.failure().is_none() {
             let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
-            let in_block = plan.block.is_some_and(|block| !block.is_at_start());
+            let in_block = plan.gap_step.is_some();
             if called == 0 && !in_block {
                 return;
             }

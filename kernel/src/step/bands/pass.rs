@@ -1,7 +1,6 @@
 //! What a band does in a pass: the copies that it needs of its neighbours before, the sweep of its rows, and
 //! its part of a block of steps; and after the last band the part that is not cut.
 
-use super::block::{BlockInBands, Edge, RowsAway};
 use super::plan::Plan;
 use super::pointers::{part_mut, rows, rows_of};
 use super::scratch::Scratch;
@@ -14,18 +13,23 @@ use crate::sheet::segments::Report;
 use crate::sheet::slack::bit;
 use crate::sheet::sweep::Lift;
 use crate::sheet::viscous::MomentsOfRow;
+use crate::step::blocks;
 use crate::step::explicit;
 use crate::step::rows::Rows;
 use crate::step::rows::moments::{ViscousRows, find_moments_of_row, place_image_moments};
+use crate::step::rows::schedule::{Block, Edge, Leg};
+use crate::step::rows::whole;
 use core::mem::take;
 
-/// What a sweep of rows uses that is not theirs: the row above, the forces from the row below, and the band's
-/// own numbers.
+/// What a sweep of rows uses that is not theirs: the row above with its moments, the forces from the row
+/// below, and the band's own numbers.
 struct Beside<'r> {
     above: &'r [Chunk<HOT_PLANES>],
+    past_above: &'r mut [Chunk<PAST_PLANES>],
+    /// Whether the moments of the first and of the last row are known.
+    known: [bool; 2],
     carry: &'r mut [Chunk<CARRY_PLANES>],
     kept: &'r mut [[f64; 3]],
-    viscous: &'r mut [Chunk<PAST_PLANES>],
 }
 
 impl Plan {
@@ -52,33 +56,40 @@ impl Plan {
                 copy_motion(above, rows(memory.rows.hot, chunks, end, 1));
             }
             let is_cut = first > low[0] && first < low[1];
+            let step = self.gap_step.unwrap_or(0);
+            let mut slots = viscous.chunks_exact_mut(chunks.max(1));
+            let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));
             if layout.has(Feature::Viscosity) {
-                let mut slots = viscous.chunks_exact_mut(chunks.max(1));
-                let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));
                 // What a row takes is counted once, and by the band that has it.
                 if is_cut {
-                    self.find_moments(first - 1, lowest, below, false);
-                    self.find_moments(first, lowest, bottom, true);
+                    self.copy_moments(first - 1, lowest, step, below, false);
+                    self.copy_moments(first, lowest, step, bottom, true);
                 }
                 if end < top {
-                    self.find_moments(end - 1, highest, last, !(is_cut && end - 1 == first));
-                    self.find_moments(end, highest, above, false);
+                    self.copy_moments(end - 1, highest, step, last, !(is_cut && end - 1 == first));
+                    self.copy_moments(end, highest, step, above, false);
                 }
             }
             if is_cut {
-                self.lift(first, lowest, carry, viscous);
-            } else if let Some(step) = self.step_in_block() {
+                self.lift(first, lowest, carry, [below, bottom]);
+            } else if let Some(step) = self.gap_step {
                 copy_row(carry, rows(memory.carries, chunks, step, 1));
             }
         }
     }
 
-    /// The vertical forces on row j of a ply from the row below it.
+    /// The vertical forces on row j of a ply from the row below it. `viscous`: past and moments of both.
     ///
     /// # Safety
     /// Nothing changes the two rows.
     #[inline(never)]
-    unsafe fn lift(&self, j: usize, ply: usize, carry: &mut [Chunk<CARRY_PLANES>], viscous: &[Chunk<PAST_PLANES>]) {
+    unsafe fn lift(
+        &self,
+        j: usize,
+        ply: usize,
+        carry: &mut [Chunk<CARRY_PLANES>],
+        viscous: [&[Chunk<PAST_PLANES>]; 2],
+    ) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the arrays; the caller's promise.
         unsafe {
@@ -92,80 +103,114 @@ impl Plan {
             let owed = rows(memory.rows.owed, chunks, j - 1, count);
             let terms = self.terms(false);
             let yarn = terms.yarn_row(yarn, strength, 0, ply);
-            let (net, viscous) = (self.net(ply), [0, 1].map(|slot| planes::row(viscous, chunks, slot)));
-            let pass = terms.pass(net, ply);
+            let pass = terms.pass(self.net(ply), ply);
             let (row, above, yarn) = (below, here, &yarn);
             Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, owed, viscous }.find();
         }
     }
 
-    /// The viscous moments of row j of a ply, beside a cut. `counts`: whether what they take is counted.
+    /// A copy of what viscosity keeps of row j of a ply, beside a cut, with its moments in a step of a block,
+    /// the first one otherwise. `counts`: whether what they take is counted.
+    ///
+    /// # Safety
+    /// As for [`Plan::find_moments`].
+    #[inline(never)]
+    unsafe fn copy_moments(&self, j: usize, ply: usize, step: usize, past: &mut [Chunk<PAST_PLANES>], counts: bool) {
+        // SAFETY: the caller's promise.
+        unsafe {
+            copy_row(past, rows(self.memory.rows.past, self.layout.chunks, j, 1));
+            // Those of a gap's lowest row were found with the row below it.
+            if self.gap_step.is_none() || j == 0 || j != self.rows[0] {
+                self.find_moments(j, ply, step, past, counts);
+            }
+        }
+    }
+
+    /// Finds the viscous moments of row j of a ply in a step of a block, the first one otherwise, in `past`,
+    /// its own or a copy. `counts`: whether what they take is counted.
     ///
     /// # Safety
     /// Nothing changes the row and those beside it; nothing else uses what is counted of it.
     #[inline(never)]
-    unsafe fn find_moments(&self, j: usize, ply: usize, past: &mut [Chunk<PAST_PLANES>], counts: bool) {
+    unsafe fn find_moments(&self, j: usize, ply: usize, step: usize, past: &mut [Chunk<PAST_PLANES>], counts: bool) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // Rows below and above that the ply has.
         let [below, above] = [j > layout.rows_of(ply)[0], layout.has_verticals(j)].map(usize::from);
         // SAFETY: the rows lie inside the arrays; the caller's promise.
         unsafe {
-            copy_row(past, rows(memory.rows.past, chunks, j, 1));
             let row = MomentsOfRow {
                 directions: self.directions().of_ply(ply),
                 row: rows(memory.rows.hot, chunks, j, 1),
                 below: rows(memory.rows.hot, chunks, j - below, below),
                 past_below: rows(memory.rows.past, chunks, j - below, below),
-                above: rows(memory.rows.hot, chunks, j + above, above),
+                // The row above a gap is further.
+                above: match self.gap_step {
+                    Some(step) if above > 0 && j + 1 == self.rows[1] => self.above_gap(Edge::Body, step),
+                    _ => rows(memory.rows.hot, chunks, j + above, above),
+                },
                 past,
             };
             let (mut ignored, start) = (0.0, memory.rows.taken.cast::<f64>());
-            let taken = if counts { &mut *start.add(j) } else { &mut ignored };
+            let taken = if counts { &mut *start.add(step * layout.nodes_y + j) } else { &mut ignored };
             find_moments_of_row(&self.terms(false), j, row, taken);
         }
     }
 
-    /// What viscosity keeps of rows [first, end) of a ply.
+    /// What viscosity keeps of row j, to be changed; nothing without it, and above the top row.
+    ///
+    /// # Safety
+    /// Nothing else uses it while it is held.
+    #[allow(clippy::mut_from_ref)] // It lies in the simulation's arrays.
+    unsafe fn past_of<'r>(&self, j: usize) -> &'r mut [Chunk<PAST_PLANES>] {
+        let (layout, chunks) = (&self.layout, self.layout.chunks);
+        if !layout.has(Feature::Viscosity) || j >= layout.stored_rows() {
+            return &mut [];
+        }
+        // SAFETY: there are so many rows; the caller's promise.
+        unsafe { part_mut(self.memory.rows.past.cast(), j * chunks..(j + 1) * chunks) }
+    }
+
+    /// Puts the moments that are known into rows [first, end) of a ply, a band's: which they are, and what
+    /// viscosity keeps of the row above. `viscous`: those of [`Scratch`].
     ///
     /// # Safety
     /// As for [`Plan::rows`].
     #[inline(never)]
-    unsafe fn viscous_rows<'r>(
+    unsafe fn known_moments<'r>(
         &self,
         [first, end]: [usize; 2],
         ply: usize,
-        past: &'r mut [Chunk<PAST_PLANES>],
-        beside: &'r mut [Chunk<PAST_PLANES>],
-    ) -> ViscousRows<'r> {
-        let (layout, chunks, count) = (&self.layout, self.layout.chunks, end - first);
+        viscous: &'r mut [Chunk<PAST_PLANES>],
+    ) -> ([bool; 2], &'r mut [Chunk<PAST_PLANES>]) {
+        let (layout, chunks) = (&self.layout, self.layout.chunks);
         if !layout.has(Feature::Viscosity) {
-            return ViscousRows { past, above: &mut [], known: [false; 2] };
+            return ([false; 2], &mut []);
         }
         // Beyond the mirror plane lie the images of a row, which may be the one below the band.
         let images = layout.y.is_mirrored() && end == layout.nodes_y;
-        let mut slots = beside.chunks_exact_mut(chunks.max(1));
+        let mut slots = viscous.chunks_exact_mut(chunks.max(1));
         let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));
         // SAFETY: the caller's promise; the images are the last band's.
         unsafe {
             let [low, top] = self.rows_of_ply(ply);
-            let known = [first > low, end < top];
-            if known[0] {
-                copy_row(past, bottom);
+            if first > low {
+                copy_row(self.past_of(first), bottom);
             }
-            if known[1] {
-                copy_row(planes::row_mut(past, chunks, count - 1), last);
+            // Those of a gap's lowest row were found with the row below it.
+            let is_known = first > low || self.gap_step.is_some() && first > 0;
+            if end < top {
+                copy_row(self.past_of(end - 1), last);
+                return ([is_known, true], above);
             }
-            let above = if known[1] {
-                above
-            } else if images {
-                part_mut(self.memory.rows.past.cast(), end * chunks..(end + 1) * chunks)
-            } else {
-                &mut []
+            let above = match self.gap_step {
+                Some(step) if end < layout.nodes_y => self.moments_above_gap(Edge::Body, step),
+                _ if images => self.past_of(end),
+                _ => &mut [],
             };
             if images && layout.y.node(layout.y.modelled()).0 < first {
                 place_image_moments(above, below);
             }
-            ViscousRows { past, above, known }
+            ([is_known, false], above)
         }
     }
 
@@ -197,7 +242,7 @@ impl Plan {
                 let Scratch { above, carry, viscous, kept } = self.scratch(band);
                 let above: &[_] = if stop < top {
                     above
-                } else if let Some(step) = self.step_in_block().filter(|_| stop < ply_end) {
+                } else if let Some(step) = self.gap_step.filter(|_| stop < ply_end) {
                     self.above_gap(Edge::Body, step)
                 } else if stop == ply_end && layout.is_stack() {
                     &[]
@@ -207,10 +252,11 @@ impl Plan {
                 if start == low && self.block.is_none() {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
                 }
-                let beside = Beside { above, carry, kept, viscous };
-                let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, beside);
-                let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
-                let terms = self.terms(fetches);
+                let (known, past_above) = self.known_moments([start, stop], ply, viscous);
+                let beside = Beside { above, past_above, known, carry, kept };
+                let step = self.gap_step.unwrap_or(0);
+                let mut rows = self.rows(step, [start, stop], ply, beside);
+                let terms = self.terms(self.fetches && step == 0);
                 let met = rows.sweep(&terms);
                 report = report.merged(met);
             }
@@ -224,39 +270,68 @@ impl Plan {
     /// No other call is at work on the same band, and nothing but calls for other bands uses the simulation
     /// and the scratch.
     #[inline(never)]
-    pub(super) unsafe fn step_away(&self, band: u32, block: &BlockInBands) -> Report {
+    pub(super) unsafe fn step_away(&self, band: u32, block: &Block) -> Report {
         let mut report = Report::default();
-        for part in &block.rows_away(band as usize) {
-            for r in part.numbers(block.steps()) {
-                for step in 0..block.steps() {
-                    if let Some(j) = part.row(r, step) {
-                        // SAFETY: the parts of all bands and the gaps between them have no row in common.
-                        // What is read of a gap's row is changed in later passes, and what is kept for a gap
-                        // is of this part alone.
-                        report = report.merged(unsafe { self.step_row_away(band, block, part, step, j) });
-                    }
+        for leg in [false, true].map(|is_above| block.leg(band, is_above)) {
+            for r in leg.numbers() {
+                for step in 0..block.steps {
+                    let Some(j) = leg.row(r, step) else { continue };
+                    // SAFETY: the legs of all bands and the gaps between them have no row in common. What
+                    // is read of a gap's row is changed in later passes, and what is kept for a gap, and the
+                    // moments of its lowest row, are of this leg alone.
+                    report = report.merged(unsafe { self.step_row_away(band, block, &leg, step, j) });
                 }
             }
         }
         report
     }
 
-    /// Takes a step of row j of a part.
+    /// Takes a step of row j of a leg.
     ///
     /// # Safety
-    /// As for [`Plan::step_away`], which is at this part.
-    unsafe fn step_row_away(&self, band: u32, block: &BlockInBands, part: &RowsAway, step: usize, j: usize) -> Report {
-        let hot = self.memory.rows.hot;
+    /// As for [`Plan::step_away`], which is at this leg.
+    unsafe fn step_row_away(&self, band: u32, block: &Block, leg: &Leg, step: usize, j: usize) -> Report {
         // SAFETY: the caller's promise.
         unsafe {
-            let carry = self.below_gap(part.upper, step);
+            let Scratch { kept, viscous, .. } = self.scratch(band);
+            let carry = self.below_gap(leg.upper, step);
             if j == 0 {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
-            } else if part.starts_at_gap(step, j) {
-                self.lift(j, 0, carry, &[]);
-                copy_motion(self.above_gap(part.lower, step), rows(hot, self.layout.chunks, j, 1));
+            } else if leg.starts_at_gap(step, j) {
+                self.start_above_gap(leg.lower, step, j, carry, viscous);
             }
-            self.step_row(band, block, step, j, self.row_above(j), carry)
+            let past_above = self.past_of(j + 1);
+            if !past_above.is_empty() {
+                self.find_moments(j + 1, 0, step, past_above, true);
+            }
+            let beside = Beside { above: self.row_above(j), past_above, known: [j > 0, false], carry, kept };
+            self.step_rows(block, step, [j, j + 1], beside)
+        }
+    }
+
+    /// Finds the forces on row j from the row below it, of a gap, and keeps of the row what the gap needs.
+    ///
+    /// # Safety
+    /// As for [`Plan::step_away`], which is at this row.
+    unsafe fn start_above_gap(
+        &self,
+        gap: Edge,
+        step: usize,
+        j: usize,
+        carry: &mut [Chunk<CARRY_PLANES>],
+        viscous: &mut [Chunk<PAST_PLANES>],
+    ) {
+        let chunks = self.layout.chunks;
+        // SAFETY: the caller's promise.
+        unsafe {
+            let (below, here) = (planes::row_mut(viscous, chunks, 0), self.past_of(j));
+            if !here.is_empty() {
+                self.copy_moments(j - 1, 0, step, below, false);
+                self.find_moments(j, 0, step, here, true);
+                copy_row(self.moments_above_gap(gap, step), here);
+            }
+            self.lift(j, 0, carry, [below, here]);
+            copy_motion(self.above_gap(gap, step), rows(self.memory.rows.hot, chunks, j, 1));
         }
     }
 
@@ -265,42 +340,36 @@ impl Plan {
     /// # Safety
     /// As for [`Plan::step_away`].
     #[inline(never)]
-    pub(super) unsafe fn fill_cut(&self, band: u32, block: &BlockInBands) -> Report {
-        let [first, end] = block.rows_of_cut(band as usize);
-        let (edge, mut report) = (Edge::Cut(band as usize), Report::default());
-        let Some(step) = self.step_in_block().filter(|_| self.found.is_ok()) else { return report };
-        for j in first..end {
-            // SAFETY: the gaps have no row in common, with the body's neither.
-            unsafe {
-                let above = if j + 1 < end { self.row_above(j) } else { self.above_gap(edge, step) };
-                report = report.merged(self.step_row(band, block, step, j, above, self.below_gap(edge, step)));
-            }
+    pub(super) unsafe fn fill_cut(&self, band: u32, block: &Block, step: usize) -> Report {
+        let (rows, gap) = (block.rows_of_cut(step, band), Edge::Cut(band));
+        if self.found.is_err() || rows[0] == rows[1] {
+            return Report::default();
         }
-        report
+        // SAFETY: the gaps have no row in common, with the body's neither.
+        unsafe {
+            let beside = Beside {
+                above: self.above_gap(gap, step),
+                past_above: self.moments_above_gap(gap, step),
+                known: [true, false],
+                carry: self.below_gap(gap, step),
+                kept: self.scratch(band).kept,
+            };
+            self.step_rows(block, step, rows, beside)
+        }
     }
 
-    /// Sweeps row j in a step of a block.
+    /// Sweeps rows [first, end) away from the body in a step of a block.
     ///
     /// # Safety
-    /// Nothing else uses the row and what belongs to it, and nothing changes the row above.
+    /// Nothing else uses the rows and what belongs to them, and nothing changes the row above.
     #[inline(never)]
-    unsafe fn step_row(
-        &self,
-        band: u32,
-        block: &BlockInBands,
-        step: usize,
-        j: usize,
-        above: &[Chunk<HOT_PLANES>],
-        carry: &mut [Chunk<CARRY_PLANES>],
-    ) -> Report {
+    unsafe fn step_rows(&self, block: &Block, step: usize, rows: [usize; 2], beside: Beside<'_>) -> Report {
         // SAFETY: the caller's promise; there are pulls of every step and row.
         unsafe {
-            let beside = Beside { above, carry, kept: self.scratch(band).kept, viscous: &mut [] };
-            let mut row = self.rows(step, [j, j + 1], 0, beside);
+            let mut swept = self.rows(step, rows, 0, beside);
             // A row comes from memory in the first step alone.
-            let terms = self.terms(self.fetches && step == 0);
-            let mut report = row.sweep(&terms);
-            report.non_finite |= row.own.ranges.first().is_some_and(|range| block.is_met(step, j, *range));
+            let mut report = swept.sweep(&self.terms(self.fetches && step == 0));
+            report.non_finite |= block.are_met(step, rows[0], swept.own.ranges);
             report
         }
     }
@@ -327,7 +396,7 @@ impl Plan {
         step: usize,
         [first, end]: [usize; 2],
         ply: usize,
-        Beside { above, carry, kept, viscous }: Beside<'r>,
+        Beside { above, past_above, known, carry, kept }: Beside<'r>,
     ) -> Rows<'r> {
         let (layout, memory, noted) = (&self.layout, &self.memory, step * self.layout.nodes_y);
         // SAFETY: the caller's promise.
@@ -337,7 +406,7 @@ impl Plan {
                 first,
                 ply,
                 above,
-                viscous: self.viscous_rows([first, end], ply, take(&mut own.past), viscous),
+                viscous: ViscousRows { past: take(&mut own.past), above: past_above, known },
                 net: self.net(ply),
                 carry,
                 kept,
@@ -369,7 +438,15 @@ impl Plan {
     pub(super) unsafe fn close(&self, system: &mut System<'_>, report: Report) -> Result<(), Failure> {
         let gathered = self.found?;
         if let Some(block) = &self.block {
-            return block.close(system, &gathered, report);
+            match self.gap_step {
+                Some(step) => blocks::end_near(system, block, step, &gathered, report)?,
+                None if report.non_finite => return Err(Failure::NonFinite),
+                None => system.failed_segments += report.newly_failed,
+            }
+            if self.next_part().is_none() {
+                blocks::end(system);
+            }
+            return Ok(());
         }
         for ply in 0..system.layout.plies {
             // SAFETY: no band is being swept.
@@ -378,7 +455,7 @@ impl Plan {
                 system.set_awake(ply, [first, end]);
             }
         }
-        explicit::end_sweep(system, &gathered);
+        whole::end_sweep(system, &gathered);
         explicit::finish_step(system, &gathered, report)?;
         explicit::end_step(system);
         Ok(())

@@ -1,7 +1,6 @@
 //! What all bands need to know for one pass: made before it by the call that completed the last one, and used
 //! up after it.
 
-use super::block::BlockInBands;
 use super::pointers::{Pointers, rows};
 use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
@@ -11,8 +10,11 @@ use crate::memory::system::{self, System};
 use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
 use crate::sheet::images::place_image_speeds;
+use crate::step::blocks;
 use crate::step::explicit;
-use crate::step::rows::terms::Terms;
+use crate::step::rows::schedule::Block;
+use crate::step::rows::terms::{Terms, rates};
+use crate::step::rows::whole;
 use crate::yarn::rate::Rates;
 
 /// What all bands need to know for one pass.
@@ -23,7 +25,9 @@ pub(super) struct Plan {
     /// and those between that rest are left out.
     pub(super) rows: [usize; 2],
     /// The block of steps that the pass is part of, if it is.
-    pub(super) block: Option<BlockInBands>,
+    pub(super) block: Option<Block>,
+    /// The step of the gaps that the pass takes; None for rows away from the body, and outside blocks.
+    pub(super) gap_step: Option<usize>,
     /// Whether rows at rest are swept.
     pub(super) all: bool,
     pub(super) layout: Layout,
@@ -42,7 +46,7 @@ fn prepare_rows(system: &mut System<'_>) -> [usize; 2] {
             continue;
         }
         rows = [rows[0].min(first), rows[1].max(end)];
-        explicit::place_images_above(system, end);
+        whole::place_images_above(system, end);
         if (system.layout.has(Feature::Viscosity) || system.layout.has(Feature::Slack)) && system.layout.x.is_mirrored()
         {
             let (line, chunks) = (system.layout.x, system.layout.chunks);
@@ -56,15 +60,21 @@ fn prepare_rows(system: &mut System<'_>) -> [usize; 2] {
 impl Plan {
     /// Plans the pass that follows `last`, or the first one. Blocks end at step `until` at the latest.
     pub(super) fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>, of: u32, until: u64) -> Plan {
-        let block = last.and_then(Plan::next_part);
-        let block = block.or_else(|| BlockInBands::start(system, of as usize, until.saturating_sub(system.state.step)));
-        let found = match &block {
-            Some(block) => block.look_ahead(system),
-            None => explicit::look_ahead(system, [0, system.layout.nodes_y]),
+        let (block, gap_step) = match last.and_then(Plan::next_part) {
+            Some((block, step)) => (Some(block), Some(step)),
+            None => (Block::plan(system, until.saturating_sub(system.state.step), of), None),
+        };
+        let all = [0, system.layout.nodes_y];
+        let found = match (&block, gap_step) {
+            (Some(_), None) => {
+                blocks::begin(system);
+                Ok(Gathered::default())
+            }
+            (block, _) => explicit::look_ahead(system, block.as_ref().map_or(all, |block| block.near)),
         };
         let mut rows = prepare_rows(system);
         if let Some(block) = &block {
-            rows = block.rows_near();
+            rows = gap_step.map_or([0, 0], |step| block.rows_near(step));
         }
         let memory = Pointers::of(system, scratch);
         let all = system.steps_all();
@@ -72,23 +82,20 @@ impl Plan {
             found,
             rows,
             block,
+            gap_step,
             all,
             layout: system.layout,
-            rates: explicit::rates(system),
+            rates: rates(system),
             fetches: system.fetches,
             instructions: system.instructions,
             memory,
         }
     }
 
-    /// What follows of the block that the pass is part of; None after its last part and outside blocks.
-    pub(super) fn next_part(&self) -> Option<BlockInBands> {
-        self.block.and_then(BlockInBands::next)
-    }
-
-    /// The step of a block that the pass is, near the body.
-    pub(super) fn step_in_block(&self) -> Option<usize> {
-        self.block.and_then(|block| block.step())
+    /// The pass after this one in its block, by the step of the gaps; None after the last and outside blocks.
+    pub(super) fn next_part(&self) -> Option<(Block, usize)> {
+        let (block, step) = (self.block?, self.gap_step.map_or(0, |step| step + 1));
+        (step < block.steps).then_some((block, step))
     }
 
     /// Rows [first, end) of a band.

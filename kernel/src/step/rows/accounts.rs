@@ -1,10 +1,14 @@
 //! What viscosity and the rate of strain take of a row in a pass, in units of m (h/dt)^2.
 
+use crate::body::pose::Vector;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
+use crate::memory::arrays::Noted;
 use crate::memory::layout::Layout;
+use crate::memory::system::System;
 use crate::sheet::direction::Along;
 use crate::sheet::segments::Dissipation;
 use crate::sheet::sweep::Pass;
+use crate::sheet::weave;
 
 /// Counts it.
 pub(crate) struct DissipationOfRow {
@@ -65,5 +69,71 @@ impl DissipationOfRow {
         let last = layout.nodes_x.saturating_sub(1);
         let less = [2.0 - line.segment_weight(last), 2.0 - line.node_weight(last)];
         x * (2.0 * sum + by_rupture) - less[0] * x * self.of_last[0] - less[1] * y * self.of_last[1]
+    }
+}
+
+/// Books what a sweep of the rows that are awake has taken, and what it has been pulled and pushed by.
+#[inline(never)]
+pub(crate) fn add_awake(system: &mut System<'_>) {
+    for ply in 0..system.layout.plies {
+        add_sweep(system, ply, system.awake_of(ply), 0);
+    }
+}
+
+/// Books what the sweep of rows [first, end) of a ply has taken in a step of a block, the first one
+/// otherwise, and what it has been pulled and pushed by.
+#[inline(never)]
+pub(crate) fn add_sweep(system: &mut System<'_>, ply: usize, rows: [usize; 2], step: usize) {
+    add_dissipation(system, ply, rows, step);
+    add_pulls(system, ply, rows, step);
+    add_clamp_work(system, ply, rows, step);
+    add_case_pushes(system, ply, rows);
+}
+
+/// Books the energy that viscosity and rate have taken of rows [first, end) of a ply, lowest row first.
+#[inline(never)]
+fn add_dissipation(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
+    let unit = system.model.unit_energy * system.mass_share(ply);
+    let taken = system.arrays.rows.taken.get(step * system.layout.nodes_y..).and_then(|taken| taken.get(first..end));
+    taken.into_iter().flatten().for_each(|taken| system.state.sums.viscous += unit * taken);
+}
+
+/// Adds what the clamps of rows [first, end) of a ply have dissipated in a step of a block, the first one
+/// otherwise, lowest row first.
+#[inline(never)]
+fn add_clamp_work(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
+    let unit = system.model.unit_energy * system.mass_share(ply);
+    let of_rows = system.arrays.rows.clamped.get(step * system.layout.nodes_y..).and_then(|rows| rows.get(first..end));
+    of_rows.into_iter().flatten().for_each(|work| system.state.sums.attachment += unit * work);
+}
+
+/// Books what a case has pushed rows [first, end) of a ply by, and what it has taken, lowest row first.
+#[inline(never)]
+fn add_case_pushes(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
+    let share = system.mass_share(ply);
+    let (unit, sums) = (system.model.unit_energy * share, &mut system.state.sums);
+    for push in system.arrays.rows.pushed.get_mut(first..end).unwrap_or_default() {
+        // The next pass may leave out a row.
+        let [x, z, taken] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
+        *push = [[0.0; CHUNK]; 3];
+        sums.casing -= Vector::new(x, 0.0, z) * share;
+        sums.casing_loss += unit * taken;
+    }
+}
+
+/// Books what the sheet pulls at the fixed nodes of rows [first, end) of a ply in a step of a block, the
+/// first one otherwise, lowest row first.
+#[inline(never)]
+fn add_pulls(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
+    let share = system.scene.symmetry.share() * system.mass_share(ply);
+    let System { scene, layout, state, arrays, .. } = system;
+    let ((kind, symmetry), [bottom, _]) = ((scene.attachment.kind, scene.symmetry), layout.rows_of(ply));
+    let Noted { pulls, .. } = Noted::of(arrays.shared, layout);
+    let pulls = pulls.get(step * layout.nodes_y..).and_then(|pulls| pulls.get(first..end));
+    for (j, pulls) in pulls.into_iter().flatten().enumerate() {
+        for (side, pull) in pulls.iter().enumerate() {
+            let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, first - bottom + j, side);
+            state.sums.add_to_support(kind, at, &(Vector::from(*pull) * share), symmetry);
+        }
     }
 }

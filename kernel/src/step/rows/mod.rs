@@ -2,7 +2,9 @@
 
 pub(crate) mod accounts;
 pub(crate) mod moments;
+pub(crate) mod schedule;
 pub(crate) mod terms;
+pub(crate) mod whole;
 
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};

@@ -1,8 +1,11 @@
 //! What all rows of a sweep have in common.
 
 use crate::ground::lanes::InstructionSet;
+use crate::ground::planes::Axis;
 use crate::ground::planes::{self, Chunk, STRENGTH_PLANES, YARN_PLANES};
 use crate::memory::layout::Layout;
+use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::sheet::columns::Net;
 use crate::sheet::direction::Directions;
 use crate::sheet::segments::{Constants, YarnRow};
@@ -55,4 +58,18 @@ impl<'t> Terms<'t> {
         };
         YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k) }
     }
+}
+
+/// What a sweep needs of the dependence on the rate of strain.
+pub(crate) fn rates(system: &System<'_>) -> Rates {
+    if !system.layout.has(Feature::Rate) {
+        return Rates::NONE;
+    }
+    // Below it damage sees no strain beyond the critical one.
+    let limit = |axis: Axis| system.rate_law(axis).limit(system.direction(axis, 0).critical);
+    let time = system.load_time();
+    // None before the load has begun.
+    let growth = if system.state.loaded > 0 { system.model.limits.dt / time } else { 0.0 };
+    let relaxing = system.scene.yarn.rate_modulus * growth;
+    Rates { time, relaxing, limits: [limit(Axis::Horizontal), limit(Axis::Vertical)] }
 }

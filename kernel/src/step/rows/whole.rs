@@ -1,0 +1,145 @@
+//! Sweep of the whole sheet, or of some rows of it, by one thread.
+//!
+//! Method: rows that are awake or next to one are swept from the lowest up. A stack is swept some rows of all
+//! plies after the other, whose columns are separated while they are at hand.
+//! Reference: docs/model.md, "The step".
+
+use crate::contact::search::Gathered;
+use crate::contact::separate::Apart;
+use crate::ground::planes::{self, CARRY_PLANES, CHUNK};
+use crate::memory::arrays::Noted;
+use crate::memory::system::System;
+use crate::scene::features::Feature;
+use crate::sheet::segments::Report;
+use crate::sheet::viscous::MomentsOfRow;
+use crate::step::rows::Rows;
+use crate::step::rows::accounts;
+use crate::step::rows::moments::find_moments_of_row;
+use crate::step::rows::terms::{Terms, rates};
+
+/// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
+pub(crate) fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
+    begin_sweep(system);
+    let report = if system.layout.is_stack() {
+        sweep_stack(system, gathered.count)
+    } else {
+        sweep_rows(system, 0, system.awake, None)
+    };
+    accounts::add_awake(system);
+    report
+}
+
+/// For bands, after the sweep of the rows that are awake: what is left of it.
+pub(crate) fn end_sweep(system: &mut System<'_>, gathered: &Gathered) {
+    if system.layout.is_stack() {
+        Apart::of(system, gathered.count).separate(system, [0, system.layout.y.modelled()]);
+    }
+    accounts::add_awake(system);
+}
+
+/// The hot pass over some rows of all plies after the other, whose columns are separated while they are at
+/// hand. `count`: candidates.
+fn sweep_stack(system: &mut System<'_>, count: usize) -> Report {
+    let (mut report, mut first, apart) = (Report::default(), 0, Apart::of(system, count));
+    while first < system.layout.y.modelled() {
+        let rows = [first, first + (RUN_CHUNKS / (system.layout.plies * system.layout.chunks).max(1)).max(1)];
+        for ply in 0..system.layout.plies {
+            report = report.merged(sweep_run(system, ply, rows));
+        }
+        apart.separate(system, rows);
+        first = rows[1];
+    }
+    report
+}
+
+/// The hot pass over those of a ply's rows [first, end) that are awake, counted from its first one.
+fn sweep_run(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) -> Report {
+    let ([bottom, _], [low, high]) = (system.layout.rows_of(ply), system.awake_of(ply));
+    let (start, stop) = ((bottom + first).max(low), (bottom + end).min(high));
+    if start >= stop {
+        return Report::default();
+    }
+    if system.layout.has(Feature::Viscosity) && stop < high {
+        find_moments_above(system, [ply, 0], stop);
+    }
+    sweep_rows(system, ply, [start, stop], None)
+}
+
+/// About as many chunks of a stack are swept in a run: half a mebibyte, which a second-level cache keeps
+/// until the plies are separated.
+const RUN_CHUNKS: usize = 1024;
+
+/// What a sweep starts from: the rows to step are awake.
+#[inline(never)]
+fn begin_sweep(system: &mut System<'_>) {
+    for ply in 0..system.layout.plies {
+        let rows = system.rows_to_step(ply);
+        if rows[0] < rows[1] {
+            system.set_awake(ply, rows);
+        }
+    }
+    place_images_above(system, system.awake[1]);
+    let carries = Noted::of(system.arrays.shared, &system.layout).carries;
+    carries
+        .iter_mut()
+        .take(system.layout.plies * system.layout.chunks)
+        .for_each(|forces| *forces = [[0.0; CHUNK]; CARRY_PLANES]);
+}
+
+/// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls
+/// that are noted and not booked.
+pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
+    if system.layout.has(Feature::Viscosity) {
+        find_moments_above(system, [0, step], rows[1]);
+    }
+    sweep_rows(system, 0, rows, Some(step))
+}
+
+/// The viscous moments of row j of a ply in a step of a block, the first one otherwise, which the row below
+/// it needs; nothing above the top row.
+#[inline(never)]
+fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2], j: usize) {
+    let rates = rates(system);
+    let System { layout, directions, arrays, instructions, .. } = &mut *system;
+    let chunks = layout.chunks;
+    let (past_below, past) = arrays.rows.past.split_at_mut((j * chunks).min(arrays.rows.past.len()));
+    let Some(taken) = arrays.rows.taken.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y) else {
+        return;
+    };
+    let row = MomentsOfRow {
+        directions: directions.of_ply(ply),
+        row: planes::row(arrays.rows.hot, chunks, j),
+        below: planes::row(arrays.rows.hot, chunks, j - 1),
+        past_below: planes::row(past_below, chunks, j - 1),
+        above: if layout.is_stack() && !layout.has_verticals(j) {
+            &[]
+        } else {
+            planes::row(arrays.rows.hot, chunks, j + 1)
+        },
+        past: planes::row_mut(past, chunks, 0),
+    };
+    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    find_moments_of_row(&terms, j, row, taken);
+}
+
+/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
+#[inline(never)]
+fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
+    let rates = rates(system);
+    let System { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
+    // In a block rows come from memory in the first step alone.
+    let fetches = *fetches && in_block.is_none_or(|step| step == 0);
+    let terms = Terms { layout, directions, rates: &rates, fetches, instructions: *instructions };
+    // A block shorter than the layout says is a lost state, never a row that stands still.
+    match &mut Rows::of(arrays, layout, rows, ply, in_block) {
+        Some(rows) => rows.sweep(&terms),
+        None => Report::LOST,
+    }
+}
+
+/// The row of images above a sweep that reaches the plane.
+pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
+    if system.layout.y.is_mirrored() && end == system.layout.nodes_y {
+        system.place_image_row();
+    }
+}
