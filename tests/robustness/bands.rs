@@ -3,7 +3,7 @@
 
 use fabric_kernel::internals::layout::MAX_BANDS;
 use fabric_kernel::{AttachmentKind, Bands, CacheLine, Code, Error, InstructionSet, Outcome, Scene, Sim, Symmetry};
-use fabric_tests::{drawn, golden, sim_of, small_sheet, stepped};
+use fabric_tests::{drawn, golden, sim_of, small_sheet, stepped, viscous};
 use std::sync::Barrier;
 
 fn scratch(sim: &Sim<'_>, of: u32) -> Vec<CacheLine> {
@@ -197,27 +197,32 @@ fn threads_that_fight_for_one_band_share_its_turns() {
     assert_eq!(sim.digest(), plain.digest());
 }
 
-/// A sheet beyond the caches, all of it in motion, which takes eight steps in a block.
+/// A sheet beyond the caches that is hit at once, which takes eight steps in a block.
 fn large_sheet() -> Scene {
     let mut scene = small_sheet(447, 250.0);
+    scene.projectile.position[2] = -scene.projectile.radius;
     scene.contact_capacity = 2000;
     scene
 }
 
 #[test]
 fn bands_of_a_large_sheet_take_its_steps_in_blocks_with_the_same_bits() {
-    let scene = large_sheet();
-    let mut plain = sim_of(&scene);
-    plain.step_every_row();
-    (0..43).for_each(|_| plain.step().unwrap());
-    for of in [1, 2, 5] {
-        let mut sim = sim_of(&scene);
-        sim.step_every_row();
-        // Five blocks and three single steps, on threads; in between a call of less than a block.
-        on_threads(&mut sim, of, 24);
-        in_turn(&mut sim, of, 3).unwrap();
-        on_threads(&mut sim, of, 16);
-        assert_eq!((sim.step_count(), sim.digest()), (43, plain.digest()), "{of} bands");
+    // Viscosity reaches one row further, and takes four steps in a block.
+    for scene in [large_sheet(), viscous(large_sheet(), [0.06, 1.5, 0.0])] {
+        let mut plain = sim_of(&scene);
+        plain.step_every_row();
+        (0..43).for_each(|_| plain.step().unwrap());
+        for of in [1, 2, 5] {
+            let mut sim = sim_of(&scene);
+            sim.step_every_row();
+            // Five blocks, or ten, and three single steps, on threads; in between a call of less than a block.
+            on_threads(&mut sim, of, 24);
+            in_turn(&mut sim, of, 3).unwrap();
+            on_threads(&mut sim, of, 16);
+            assert_eq!((sim.step_count(), sim.digest()), (43, plain.digest()), "{of} bands");
+        }
+        let energy = plain.energy().unwrap();
+        assert!(energy.fabric_kinetic > 0.0 && (energy.viscous != 0.0) == (scene.yarn.viscosity_bending > 0.0));
     }
 }
 
