@@ -8,7 +8,7 @@ use crate::ground::error::{Error, Failure};
 use crate::ground::lanes::InstructionSet;
 use crate::ground::math;
 use crate::ground::planes::{
-    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, STIFFNESS, STRENGTH_PLANES, YARN_PLANES,
+    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, SPEED_X, STIFFNESS, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::Arrays;
@@ -245,7 +245,7 @@ impl System<'_> {
         let lane = i % CHUNK;
         for k in 0..3 {
             chunk[k][lane] = u[k];
-            chunk[3 + k][lane] = v[k];
+            chunk[SPEED_X + k][lane] = v[k];
         }
     }
 
@@ -334,7 +334,7 @@ impl System<'_> {
             rest: bar.map_or(direction.rest, |[segments, _]| direction.rest.in_series(segments)),
             chord: self.chord(axis, i, ply),
             bar: bar.unwrap_or([1.0; 2]),
-            stiffness: planes::get(planes::row(self.arrays.rows.hot, chunks, j), 6 + axis as usize, i)?,
+            stiffness: planes::get(planes::row(self.arrays.rows.hot, chunks, j), STIFFNESS + axis as usize, i)?,
             undamaged: if stochastic { drawn(0) } else { direction.stiffness },
             damage_rate: if stochastic { drawn(2) } else { direction.damage_rate },
             critical_stretch: planes::get(strength, axis as usize, i).unwrap_or(direction.law.critical_stretch),

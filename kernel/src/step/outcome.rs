@@ -20,7 +20,7 @@
 use crate::body::pose::{Vector, into_body};
 use crate::ground::lanes::CacheLine;
 use crate::ground::math;
-use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
+use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, STIFFNESS};
 use crate::memory::arrays::{Arrays, RowArrays};
 use crate::memory::system::System;
 use crate::memory::watch::Outcome;
@@ -642,7 +642,7 @@ fn is_live(system: &System<'_>, axis: Axis, i: usize, j: usize) -> bool {
 
 /// [`is_live`] of the segment that starts at column i of a row.
 fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
-    planes::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
+    planes::get(row, STIFFNESS + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
 }
 
 /// true if some node was touched since the last test, some node is fixed, and no live path joins any two of

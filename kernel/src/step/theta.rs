@@ -22,7 +22,8 @@ use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{
-    self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, HOT_PLANES, ITERATE_PLANES, PUSHED, STIFFNESS,
+    self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, HOT_PLANES, ITERATE_PLANES, PUSHED, SPEED_X,
+    STIFFNESS,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::{Arrays, Noted, RowArrays};
@@ -104,7 +105,7 @@ fn forces_to_start(system: &mut System<'_>) {
 /// Velocities at t_n, before any impulse.
 fn start_pushed(system: &mut System<'_>) {
     for (iterate, hot) in system.arrays.rows.iterate.iter_mut().zip(system.arrays.rows.hot.iter()) {
-        iterate[PUSHED..PUSHED + 3].copy_from_slice(&hot[3..6]);
+        iterate[PUSHED..PUSHED + 3].copy_from_slice(&hot[SPEED_X..SPEED_X + 3]);
     }
 }
 
@@ -286,7 +287,7 @@ fn commit_damage(system: &mut System<'_>) {
                 let Damage { alpha, history: largest } = system.law_of(&segment).damage(segment.damage_rate, q);
                 failed |= alpha == 0.0;
                 let stiffness = planes::row_mut(system.arrays.rows.hot, chunks, j);
-                if let Some(slot) = planes::get_mut(stiffness, 6 + axis as usize, i) {
+                if let Some(slot) = planes::get_mut(stiffness, STIFFNESS + axis as usize, i) {
                     *slot = alpha * segment.undamaged;
                 }
                 let history = planes::row_mut(system.arrays.rows.history, chunks, j);

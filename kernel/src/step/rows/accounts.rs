@@ -1,7 +1,7 @@
 //! What viscosity and the rate of strain take of a row in a pass, in units of m (h/dt)^2.
 
 use crate::body::pose::Vector;
-use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
+use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, STIFFNESS};
 use crate::memory::arrays::Noted;
 use crate::memory::layout::Layout;
 use crate::memory::system::System;
@@ -50,7 +50,7 @@ impl DissipationOfRow {
         for (axis, [a, b, c]) in [(Axis::Horizontal, place(row, last + 1)), (Axis::Vertical, place(above, last))] {
             let direction = pass.directions.along(axis);
             let q: f64 = direction.rest.twice_strain(axis.own_axes([a - x, b - y, c - z]));
-            let stiffness = planes::get(row, 6 + axis as usize, last).unwrap_or(0.0);
+            let stiffness = planes::get(row, STIFFNESS + axis as usize, last).unwrap_or(0.0);
             let rate = direction.rate.at(pass.rates.time).splats().lanes();
             self.of_last[axis as usize] = pass.rates.relaxing * rate.relaxing(stiffness, rate.beyond(q));
         }

@@ -284,7 +284,7 @@ fn slide_row(
             let slide = clamps.slide(i, *before, planes::velocity(chunk, lane));
             for plane in 0..3 {
                 chunk[plane][lane] = place[plane] + slide.velocity[plane];
-                chunk[3 + plane][lane] = slide.velocity[plane];
+                chunk[SPEED_X + plane][lane] = slide.velocity[plane];
             }
             (low, high) = (math::min(chunk[1][lane], low), math::max(chunk[1][lane], high));
             *pull += Vector::from(slide.impulse) * weight;
@@ -374,10 +374,10 @@ fn restore_fixed(
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * weight(i);
+            *pull += Vector::from(planes::velocity(chunk, lane)) * weight(i);
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];
-                chunk[3 + plane][lane] = 0.0;
+                chunk[SPEED_X + plane][lane] = 0.0;
             }
         }
     }
