@@ -215,7 +215,7 @@ fn bands_of_a_large_sheet_take_its_steps_in_blocks_with_the_same_bits() {
         for of in [1, 2, 5] {
             let mut sim = sim_of(&scene);
             sim.step_every_row();
-            // Five blocks, or ten, and three single steps, on threads; in between a call of less than a block.
+            // Five blocks (or ten) and three single steps on threads, with a call of less than a block.
             on_threads(&mut sim, of, 24);
             in_turn(&mut sim, of, 3).unwrap();
             on_threads(&mut sim, of, 16);

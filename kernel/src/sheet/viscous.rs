@@ -8,7 +8,7 @@
 //! the tensions that open the moments are those of t_{n-1}, at the latest damage. As a force of the segment
 //! between nodes i and i + 1 the moments are M_i - M_{i+1}. What viscosity takes in a step is force times the
 //! mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a pass takes half of the rate
-//! before it times the forces of the last pass and of its own (`step/viscosity.rs` adds what is open).
+//! before it times the forces of the last pass and of its own (`step/rows/viscosity.rs` adds what is open).
 //! Limits: velocity Verlet, no graded network. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 

@@ -16,7 +16,7 @@ use crate::scene::features::Feature;
 use crate::sheet::direction::{Along, Direction};
 use crate::sheet::neighbours::Around;
 use crate::step::readout::around;
-use crate::step::viscosity;
+use crate::step::rows::viscosity;
 use crate::yarn::law::{self, Segment};
 use crate::yarn::rate::RateLaw;
 

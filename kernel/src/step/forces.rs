@@ -14,7 +14,7 @@ use crate::sheet::sweep::{ChunkState, Copies, Peek};
 use crate::sheet::viscous::NO_PAST;
 use crate::step::rows::terms::Terms;
 use crate::step::rows::terms::rates;
-use crate::step::viscosity;
+use crate::step::rows::viscosity;
 
 /// Change of velocity per step at t_n by the yarns and by the case that the node rests on. `viscous`: with
 /// the viscous forces of the next pass.

@@ -10,4 +10,3 @@ pub mod rows;
 pub mod slackness;
 pub mod slip;
 pub mod theta;
-pub mod viscosity;

@@ -16,8 +16,8 @@ use crate::sheet::viscous::MomentsOfRow;
 use crate::step::blocks;
 use crate::step::explicit;
 use crate::step::rows::Rows;
-use crate::step::rows::moments::{ViscousRows, find_moments_of_row, place_image_moments};
 use crate::step::rows::schedule::{Block, Edge, Leg};
+use crate::step::rows::viscosity::{ViscousRows, find_moments_of_row, place_image_moments};
 use crate::step::rows::whole;
 use core::mem::take;
 

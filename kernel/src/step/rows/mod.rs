@@ -1,9 +1,10 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
 pub(crate) mod accounts;
-pub(crate) mod moments;
+
 pub(crate) mod schedule;
 pub(crate) mod terms;
+pub(crate) mod viscosity;
 pub(crate) mod whole;
 
 use crate::body::pose::Vector;
@@ -25,8 +26,8 @@ use crate::sheet::segments::Report;
 use crate::sheet::slack::SlackBalance;
 use crate::sheet::sweep::{Pass, Row};
 use crate::step::rows::accounts::DissipationOfRow;
-use crate::step::rows::moments::{Last, ViscousRows};
 use crate::step::rows::terms::Terms;
+use crate::step::rows::viscosity::{Last, ViscousRows};
 use core::mem::take;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.

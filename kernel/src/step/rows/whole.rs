@@ -6,16 +6,14 @@
 
 use crate::contact::search::Gathered;
 use crate::contact::separate::Apart;
-use crate::ground::planes::{self, CARRY_PLANES, CHUNK};
+use crate::ground::planes::{CARRY_PLANES, CHUNK};
 use crate::memory::arrays::Noted;
 use crate::memory::system::System;
-use crate::scene::features::Feature;
 use crate::sheet::segments::Report;
-use crate::sheet::viscous::MomentsOfRow;
 use crate::step::rows::Rows;
 use crate::step::rows::accounts;
-use crate::step::rows::moments::find_moments_of_row;
 use crate::step::rows::terms::{Terms, rates};
+use crate::step::rows::viscosity;
 
 /// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
 pub(crate) fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
@@ -59,8 +57,8 @@ fn sweep_run(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) -> R
     if start >= stop {
         return Report::default();
     }
-    if system.layout.has(Feature::Viscosity) && stop < high {
-        find_moments_above(system, [ply, 0], stop);
+    if stop < high {
+        viscosity::find_moments_above(system, [ply, 0], stop);
     }
     sweep_rows(system, ply, [start, stop], None)
 }
@@ -89,37 +87,8 @@ fn begin_sweep(system: &mut System<'_>) {
 /// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls
 /// that are noted and not booked.
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
-    if system.layout.has(Feature::Viscosity) {
-        find_moments_above(system, [0, step], rows[1]);
-    }
+    viscosity::find_moments_above(system, [0, step], rows[1]);
     sweep_rows(system, 0, rows, Some(step))
-}
-
-/// The viscous moments of row j of a ply in a step of a block, the first one otherwise, which the row below
-/// it needs; nothing above the top row.
-#[inline(never)]
-fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2], j: usize) {
-    let rates = rates(system);
-    let System { layout, directions, arrays, instructions, .. } = &mut *system;
-    let chunks = layout.chunks;
-    let (past_below, past) = arrays.rows.past.split_at_mut((j * chunks).min(arrays.rows.past.len()));
-    let Some(taken) = arrays.rows.taken.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y) else {
-        return;
-    };
-    let row = MomentsOfRow {
-        directions: directions.of_ply(ply),
-        row: planes::row(arrays.rows.hot, chunks, j),
-        below: planes::row(arrays.rows.hot, chunks, j - 1),
-        past_below: planes::row(past_below, chunks, j - 1),
-        above: if layout.is_stack() && !layout.has_verticals(j) {
-            &[]
-        } else {
-            planes::row(arrays.rows.hot, chunks, j + 1)
-        },
-        past: planes::row_mut(past, chunks, 0),
-    };
-    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
-    find_moments_of_row(&terms, j, row, taken);
 }
 
 /// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.

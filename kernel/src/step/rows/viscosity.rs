@@ -1,0 +1,265 @@
+//! Viscosity of rows (`sheet/viscous.rs` is that of segments): what it starts from, the moments of a row and
+//! of one node, what it dissipates in a pass, and the energy of the pass that is open.
+//!
+//! Method: a pass has counted half of what its own forces take, with the rate after it; the other half, with
+//! the rate of t_{n+1/2}, is open until the next pass and is added to a balance in between.
+//! Reference: docs/model.md, "Viscosity".
+
+use crate::ground::lanes;
+use crate::ground::planes::{self, Axis, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z, VISCOUS_STRESS};
+use crate::memory::layout::Layout;
+use crate::memory::system::System;
+use crate::scene::features::Feature;
+use crate::sheet::viscous::{MomentsOfRow, ViscousRow};
+use crate::step::rows::terms::{Terms, rates};
+use crate::yarn::law;
+
+/// What viscosity keeps of neighbouring rows; empty without it.
+pub(crate) struct ViscousRows<'r> {
+    /// Past of the last pass; moments of this one as far as they have been found.
+    pub past: &'r mut [Chunk<PAST_PLANES>],
+    /// Past of the row above the last, or of the images there; empty for none.
+    pub above: &'r mut [Chunk<PAST_PLANES>],
+    /// Whether the moments of the first and of the last row are those of this pass already.
+    pub known: [bool; 2],
+}
+
+/// The past of the last segments of a row along x and along y: twice the strain and viscous stress.
+pub(crate) type Last = [[f64; 2]; 2];
+
+impl ViscousRows<'_> {
+    /// Finds the moments of row k of `hot`, if they are not known. Begins to count what viscosity takes of
+    /// it. `above`: the row above the last; `first`: the number of the first row in the sheet.
+    #[inline(never)]
+    pub fn find_moments(
+        &mut self,
+        terms: &Terms<'_>,
+        [ply, first, k]: [usize; 3],
+        [hot, above]: [&[Chunk<HOT_PLANES>]; 2],
+        taken: &mut [f64],
+    ) {
+        let (chunks, rows) = (terms.layout.chunks, taken.len());
+        let Some(taken) = taken.get_mut(k) else { return };
+        if k == 0 && self.known[0] || k + 1 == rows && self.known[1] {
+            return;
+        }
+        let (before, rest) = self.past.split_at_mut((k * chunks).min(self.past.len()));
+        let below = k.checked_sub(1).map(|k| (planes::row(hot, chunks, k), planes::row(before, chunks, k)));
+        let (below, past_below) = below.unwrap_or_default();
+        let row = MomentsOfRow {
+            directions: terms.directions.of_ply(ply),
+            row: planes::row(hot, chunks, k),
+            below,
+            past_below,
+            above: if k + 1 < rows { planes::row(hot, chunks, k + 1) } else { above },
+            past: planes::row_mut(rest, chunks, 0),
+        };
+        find_moments_of_row(terms, first + k, row, taken);
+    }
+
+    /// What the sweep of the k-th of so many rows needs, and the past of its last segments. `first`: as
+    /// above.
+    #[inline(always)]
+    pub fn row<'a>(&'a mut self, layout: &Layout, (k, rows, first): (usize, usize, usize)) -> (ViscousRow<'a>, Last) {
+        let chunks = layout.chunks;
+        if layout.y.is_mirrored()
+            && first + k + 1 == layout.nodes_y
+            && let Some(node) = layout.y.node(layout.y.modelled()).0.checked_sub(first)
+        {
+            place_image_moments(self.above, planes::row(self.past, chunks, node));
+        }
+        let (below, rest) = self.past.split_at_mut(((k + 1) * chunks).min(self.past.len()));
+        let past = planes::row_mut(below, chunks, k);
+        let above = if k + 1 < rows { planes::row(rest, chunks, 0) } else { &*self.above };
+        let last = last_of(past, layout);
+        (ViscousRow { past, above }, last)
+    }
+
+    /// What the last segments of the k-th row, a mirrored one, have taken since this was their past, over 1/4
+    /// l^2.
+    #[inline(never)]
+    pub fn taken_of_last(&mut self, layout: &Layout, k: usize, before: &Last) -> [f64; 2] {
+        // It was that of a node beside the plane.
+        set(planes::row_mut(self.past, layout.chunks, k), MOMENT, layout.x.modelled(), 0.0);
+        let now = last_of(planes::row(self.past, layout.chunks, k), layout);
+        [0, 1].map(|axis| (now[axis][0] - before[axis][0]) * (now[axis][1] + before[axis][1]))
+    }
+}
+
+/// The past of the last segments of a row along x and along y.
+fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
+    if !layout.x.is_mirrored() {
+        return [[0.0; 2]; 2];
+    }
+    let at = |plane: usize| planes::get(past, plane, layout.nodes_x - 1).unwrap_or(0.0);
+    [[at(0), at(VISCOUS_STRESS)], [at(1), at(VISCOUS_STRESS + 1)]]
+}
+
+/// Finds the moments of row j, and begins to count what viscosity takes of it.
+#[inline(never)]
+pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, taken: &mut f64) {
+    let (layout, line) = (terms.layout, terms.layout.x);
+    if layout.has(Feature::Curved) {
+        *taken = 0.0;
+        return;
+    }
+    if !line.is_mirrored() {
+        let found: f64 = lanes::dispatch(terms.instructions, row).iter().sum();
+        *taken = 0.5 * layout.y.node_weight(j) * found;
+        return;
+    }
+    // Nodes on the plane are there once, the others twice; and there is an image.
+    let last = layout.nodes_x - 1;
+    let speed = |row: &[Chunk<HOT_PLANES>], i: usize| planes::get(row, SPEED_Z, i).unwrap_or(0.0);
+    let change = |left: f64, here: f64, right: f64| (here - left) + (here - right);
+    let here = speed(row.row, last);
+    let left = last.checked_sub(1).map_or(0.0, |i| speed(row.row, i));
+    let changes =
+        [change(left, here, speed(row.row, last + 1)), change(speed(row.below, last), here, speed(row.above, last))];
+    let of_last = |past: &[Chunk<PAST_PLANES>]| -> f64 {
+        [0, 1].map(|k| planes::get(past, MOMENT + k, last).unwrap_or(0.0) * changes[k]).iter().sum()
+    };
+    let MomentsOfRow { past, .. } = row;
+    let mut once = of_last(past);
+    let found: f64 = lanes::dispatch(terms.instructions, MomentsOfRow { past, ..row }).iter().sum();
+    once += of_last(past);
+    let all = line.node_weight(0) * found - (line.node_weight(0) - line.node_weight(last)) * once;
+    *taken = 0.5 * layout.y.node_weight(j) * all;
+    let (node, _) = line.node(line.modelled());
+    let image = planes::get(past, MOMENT, node).unwrap_or(0.0);
+    set(past, MOMENT, line.modelled(), image);
+}
+
+/// The moments across the row of images, along y: those of the row.
+pub(crate) fn place_image_moments(images: &mut [Chunk<PAST_PLANES>], row: &[Chunk<PAST_PLANES>]) {
+    for (image, chunk) in images.iter_mut().zip(row) {
+        image[MOMENT + 1] = chunk[MOMENT + 1];
+    }
+}
+
+fn set<const P: usize>(row: &mut [Chunk<P>], plane: usize, column: usize, value: f64) {
+    if let Some(slot) = planes::get_mut(row, plane, column) {
+        *slot = value;
+    }
+}
+
+/// The viscous moments of row j of a ply in a step of a block, the first one otherwise, which the row below
+/// it needs; nothing above the top row.
+#[inline(never)]
+pub(crate) fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2], j: usize) {
+    if !system.layout.has(Feature::Viscosity) {
+        return;
+    }
+    let rates = rates(system);
+    let System { layout, directions, arrays, instructions, .. } = &mut *system;
+    let chunks = layout.chunks;
+    let (past_below, past) = arrays.rows.past.split_at_mut((j * chunks).min(arrays.rows.past.len()));
+    let Some(taken) = arrays.rows.taken.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y) else {
+        return;
+    };
+    let row = MomentsOfRow {
+        directions: directions.of_ply(ply),
+        row: planes::row(arrays.rows.hot, chunks, j),
+        below: planes::row(arrays.rows.hot, chunks, j - 1),
+        past_below: planes::row(past_below, chunks, j - 1),
+        above: if layout.is_stack() && !layout.has_verticals(j) {
+            &[]
+        } else {
+            planes::row(arrays.rows.hot, chunks, j + 1)
+        },
+        past: planes::row_mut(past, chunks, 0),
+    };
+    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    find_moments_of_row(&terms, j, row, taken);
+}
+
+/// Starts from the present state: the strain of the last pass is that of the displacements less the
+/// velocities, and nothing has acted.
+#[inline(never)]
+pub(crate) fn start(system: &mut System<'_>) {
+    if !system.layout.has(Feature::Viscosity) {
+        return;
+    }
+    let chunks = system.layout.chunks;
+    system.arrays.rows.past.fill(crate::sheet::viscous::NO_PAST);
+    for j in 0..system.layout.nodes_y {
+        for i in 0..system.layout.nodes_x {
+            for axis in [Axis::Horizontal, Axis::Vertical] {
+                let Some(before) = system.segment(axis, i, j).map(|segment| segment.twice_strain_before()) else {
+                    continue;
+                };
+                let past = planes::row_mut(system.arrays.rows.past, chunks, j);
+                if let Some(slot) = planes::get_mut(past, axis as usize, i) {
+                    *slot = before;
+                }
+            }
+        }
+    }
+}
+
+/// What the forces of the last pass take at the present rates and have not been counted for, J.
+pub(crate) fn open(system: &System<'_>) -> f64 {
+    if !system.layout.has(Feature::Viscosity) {
+        return 0.0;
+    }
+    let mut taken = 0.0;
+    for (i, j) in system.nodes() {
+        let mut of_node = 0.0;
+        for axis in [Axis::Horizontal, Axis::Vertical] {
+            let [past, stress, moment] = past(system, axis, i, j);
+            let taken_by_moment = 0.5 * moment * negative_second_difference(system, axis, i, j);
+            of_node += system.layout.node_weight(i, j) * taken_by_moment;
+            let Some(segment) = system.segment(axis, i, j) else { continue };
+            let growth = segment.twice_strain() - past;
+            let length = segment.rest.length;
+            of_node += system.layout.segment_weight(axis, i, j) * (0.25 * length * length * stress * growth);
+        }
+        taken += of_node * system.mass_share_of_row(j);
+    }
+    taken * system.model.unit_energy
+}
+
+/// Twice the strain in the last pass of the segment from node (i, j), the viscous part of its stress, and the
+/// node's moment.
+pub(crate) fn past(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
+    let row = planes::row(system.arrays.rows.past, system.layout.chunks, j);
+    [0, VISCOUS_STRESS, MOMENT]
+        .map(|first| first + axis as usize)
+        .map(|plane| planes::get(row, plane, i).unwrap_or(0.0))
+}
+
+/// Velocity along z at a place, of the image beyond a mirror plane too; 0 where there is no node.
+fn speed(system: &System<'_>, i: Option<usize>, j: Option<usize>) -> f64 {
+    let (Some(i), Some(j)) = (i, j) else { return 0.0 };
+    let layout = &system.layout;
+    let (ply, row) = layout.ply_and_row(j);
+    let ((i, _), (row, _)) = (layout.x.node(i), if layout.is_stack() { (row, false) } else { layout.y.node(j) });
+    let row = planes::row(system.arrays.rows.hot, layout.chunks, ply * layout.y.modelled() + row);
+    planes::get(row, SPEED_Z, i).unwrap_or(0.0)
+}
+
+/// 2 v_i - v_{i-1} - v_{i+1} along z at a node; of no meaning where its yarn ends.
+fn negative_second_difference(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
+    let (before, after) = match axis {
+        Axis::Horizontal => (speed(system, i.checked_sub(1), Some(j)), speed(system, Some(i + 1), Some(j))),
+        Axis::Vertical => (speed(system, Some(i), j.checked_sub(1)), speed(system, Some(i), Some(j + 1))),
+    };
+    let here = speed(system, Some(i), Some(j));
+    (here - before) + (here - after)
+}
+
+/// Moment -M_i that the next pass finds for the yarn of this direction at a node, or at its image.
+pub(crate) fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
+    let ((i, _), (j, _)) = (system.layout.x.node(i), system.layout.y.node(j));
+    let tension = |i: Option<usize>, j: Option<usize>| {
+        let segment = system.segment(axis, i?, j?)?;
+        Some(law::stress(segment.stiffness, past(system, axis, i?, j?)[0]))
+    };
+    let before = match axis {
+        Axis::Horizontal => tension(i.checked_sub(1), Some(j)),
+        Axis::Vertical => tension(Some(i), j.checked_sub(1)),
+    };
+    let (Some(before), Some(after)) = (before, tension(Some(i), Some(j))) else { return 0.0 };
+    let viscosity = system.direction(axis, j).viscosity.lanes::<f64>();
+    negative_second_difference(system, axis, i, j) * viscosity.bending(before, after)
+}
