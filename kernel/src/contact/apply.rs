@@ -77,17 +77,17 @@ impl Totals {
     /// impulse along the normal, and the speed of the body's surface there.
     #[inline(always)]
     fn give(&mut self, candidate: &Candidate, friction: Option<&Tangential>) -> [f64; 2] {
-        let images = candidate.multiplicity;
+        let multiplicity = candidate.multiplicity;
         if let Some(t) = friction {
-            self.impulse -= t.as_vector(t.impulse) * images;
-            self.angular_impulse -= t.moment(t.impulse) * images;
-            let done = self.friction_work(t) * images;
+            self.impulse -= t.as_vector(t.impulse) * multiplicity;
+            self.angular_impulse -= t.moment(t.impulse) * multiplicity;
+            let done = self.friction_work(t) * multiplicity;
             self.work += done;
             self.friction += done;
         }
         let Twist { velocity, angular_velocity } = &self.body;
         let (given, speed) =
-            (candidate.impulse * images, candidate.normal.dot(velocity) + candidate.arm.dot(angular_velocity));
+            (candidate.impulse * multiplicity, candidate.normal.dot(velocity) + candidate.arm.dot(angular_velocity));
         self.impulse -= candidate.normal * given;
         self.angular_impulse -= candidate.arm * given;
         self.work += given * speed;
@@ -186,7 +186,7 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
 /// this velocity, in spacings a step, too. `displacement`: at the start of the step along x and z.
 #[inline(never)]
 pub(crate) fn correct_casing_loss(system: &mut System<'_>, displacement: [f64; 2], [i, j]: [usize; 2], given: &Vector) {
-    let kept = system.arrays.rows.pushes.get(j * system.layout.chunks + i / CHUNK);
+    let kept = system.arrays.rows.case_impulse.get(j * system.layout.chunks + i / CHUNK);
     let by_case = kept.map_or(0.0, |pushes| pushes[i % CHUNK]);
     if by_case > 0.0 {
         let (rest, [x, z]) = (system.rest(i, j), displacement);

@@ -49,13 +49,13 @@ impl Tangential {
 
     /// Begins without impulse on a node of this inverse mass, 1/kg, that appears so often in the whole sheet.
     #[inline]
-    pub(crate) fn begin(&mut self, inertia: &Inertia, own: f64, symmetry: Symmetry, images: f64) {
+    pub(crate) fn begin(&mut self, inertia: &Inertia, own: f64, symmetry: Symmetry, multiplicity: f64) {
         let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
         let ([t0, t1], [a0, a1]) = (self.tangents, self.arms);
         // What an impulse along the second tangent changes of the speed along the first.
         let compliance = |t: &Vector, a: &Vector, t_of: &Vector, a_of: &Vector| {
             let turning = a.dot(&a_of.component_mul(&twist_mask).component_mul(&inertia.inverse_moments));
-            images * (inertia.inverse_mass * t.dot(&t_of.component_mul(&push_mask)) + turning)
+            multiplicity * (inertia.inverse_mass * t.dot(&t_of.component_mul(&push_mask)) + turning)
         };
         let [g00, g01, g11] =
             [compliance(&t0, &a0, &t0, &a0), compliance(&t0, &a0, &t1, &a1), compliance(&t1, &a1, &t1, &a1)];

@@ -133,12 +133,12 @@ impl Newton<'_> {
         (own, c.gap_rate(&solved.twist) + c.impulse * own)
     }
 
-    fn row(&self, direction: &Vector, arm: &Vector, images: f64) -> JacobianRow {
-        let push =
-            direction.component_mul(&self.given.symmetry.force_mask()) * (images * self.given.inertia.inverse_mass);
+    fn row(&self, direction: &Vector, arm: &Vector, multiplicity: f64) -> JacobianRow {
+        let push = direction.component_mul(&self.given.symmetry.force_mask())
+            * (multiplicity * self.given.inertia.inverse_mass);
         let twist =
             arm.component_mul(&self.given.symmetry.torque_mask()).component_mul(&self.given.inertia.inverse_moments)
-                * images;
+                * multiplicity;
         let six = |v: &Vector, w: &Vector| [v.x, v.y, v.z, w.x, w.y, w.z];
         JacobianRow { entries: six(direction, arm), response: six(&push, &twist) }
     }
@@ -246,9 +246,9 @@ impl Newton<'_> {
             // With frozen friction the normal impulse may now allow less.
             t.impulse = laws::limited([p, q], self.given.friction * normal);
             if frozen {
-                let images = c.multiplicity;
+                let multiplicity = c.multiplicity;
                 for (d, given) in [(0, t.impulse[0] - p), (1, t.impulse[1] - q)] {
-                    sum = combined(&sum, given, &self.row(&t.tangents[d], &t.arms[d], images).response);
+                    sum = combined(&sum, given, &self.row(&t.tangents[d], &t.arms[d], multiplicity).response);
                 }
             }
             if let Some(place) = self.tangential.get_mut(k) {

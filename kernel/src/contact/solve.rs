@@ -96,7 +96,7 @@ struct Sizes {
     fastest: f64,
     /// Square of the longest arm, m^2.
     farthest: f64,
-    most_images: f64,
+    greatest_multiplicity: f64,
 }
 
 impl<'s> Pushed<'s> {
@@ -158,7 +158,7 @@ impl<'s> Pushed<'s> {
         let mut sizes = Sizes::default();
         for c in candidates {
             self.supported |= c.is_fixed();
-            sizes.most_images = math::max(c.multiplicity, sizes.most_images);
+            sizes.greatest_multiplicity = math::max(c.multiplicity, sizes.greatest_multiplicity);
             let gap_rate = self.gap_rate(c, rates);
             sizes.fastest = math::max(math::abs(gap_rate), sizes.fastest);
             if self.turns {
@@ -293,7 +293,7 @@ fn sweeps<const FRICTION: bool>(
     // A node whose gap grows is left out, as long as what all changes of the impulses together can do to the
     // body, however they add up, changes the speed of its surface by less than that: it would take no
     // impulse.
-    let follows = sizes.most_images * (inertia.inverse_mass + sizes.farthest * inertia.inverse_moments.max());
+    let follows = sizes.greatest_multiplicity * (inertia.inverse_mass + sizes.farthest * inertia.inverse_moments.max());
     let mut out_of_reach = if FRICTION { f64::INFINITY } else { LEFT_OUT_ABOVE * moving };
     pushed.set_masses_in_reach(candidates, &rates, out_of_reach);
     let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
@@ -381,8 +381,8 @@ mod tests {
     }
     const NODE: f64 = 1e-3;
 
-    fn armed(normal: Vector, arm: Vector, images: f64, free_gap_rate: f64) -> Candidate {
-        Candidate { normal, arm, multiplicity: images, free_gap_rate, ..Candidate::default() }
+    fn armed(normal: Vector, arm: Vector, multiplicity: f64, free_gap_rate: f64) -> Candidate {
+        Candidate { normal, arm, multiplicity, free_gap_rate, ..Candidate::default() }
     }
 
     fn fixed(free: Candidate) -> Candidate {
@@ -575,19 +575,20 @@ mod tests {
         let inertia = Inertia::of(&solid, 3.0 * NODE, true);
         let normal = Vector::new(0.48, -0.6, 0.64);
         let planes = Symmetry { mirror_x: true, mirror_y: true };
-        for (symmetry, images, moved) in
+        for (symmetry, multiplicity, moved) in
             [(Symmetry::default(), 1.0, normal), (planes, 4.0, Vector::new(0.0, 0.0, 0.64))]
         {
-            let mut slots = [armed(normal, Vector::zeros(), images, -7.0)];
+            let mut slots = [armed(normal, Vector::zeros(), multiplicity, -7.0)];
             let solved = solve(&mut slots, &body, &inertia, NODE, symmetry);
-            let compliance = 1.0 / NODE + images * normal.dot(&moved) / (3.0 * NODE);
+            let compliance = 1.0 / NODE + multiplicity * normal.dot(&moved) / (3.0 * NODE);
             let impulse = (0.64 * 100.0 + 7.0) / compliance;
             let found = slots[0];
             assert!(solved.converged && solved.sweeps <= 2, "{solved:?}");
             close(found.effective_mass, 1.0 / compliance, 1e-14);
             close(found.impulse, impulse, 1e-13);
             assert!(
-                (solved.twist.velocity - (body.velocity - moved * (images * impulse / (3.0 * NODE)))).norm() < 1e-12
+                (solved.twist.velocity - (body.velocity - moved * (multiplicity * impulse / (3.0 * NODE)))).norm()
+                    < 1e-12
             );
         }
     }

@@ -16,9 +16,9 @@ pub const HISTORY_PLANES: usize = 2;
 pub const YARN_PLANES: usize = 4;
 /// Planes of the rows of drawn strength: critical stretch of the horizontal and vertical segment.
 pub const STRENGTH_PLANES: usize = 2;
-/// Planes of what slack segments owe: the energy owed and the stress given of the horizontal and vertical
+/// Planes of the slack balance: accumulated energy error and correcting stress of the horizontal and vertical
 /// segment (`sheet/slack.rs`).
-pub const OWED_PLANES: usize = 4;
+pub const ENERGY_ERROR_PLANES: usize = 4;
 /// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the
 /// step's start and at the guess (3 each).
 pub const ITERATE_PLANES: usize = 12;

@@ -4,7 +4,7 @@
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::{CacheLine, Item};
 use crate::ground::planes::{
-    Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES,
+    Axis, CARRY_PLANES, CHUNK, Chunk, ENERGY_ERROR_PLANES, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, PAST_PLANES,
     STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::memory::image;
@@ -106,7 +106,7 @@ macro_rules! arrays {
                 /// Critical stretch of each segment.
                 strength: [Chunk<STRENGTH_PLANES>], layout.has(Feature::Strength), [1, layout.nodes_y, layout.chunks];
                 /// Energy error and last stress of each segment that may be slack.
-                owed: [Chunk<OWED_PLANES>], layout.has(Feature::Slack), [1, layout.nodes_y, layout.chunks];
+                energy_error: [Chunk<ENERGY_ERROR_PLANES>], layout.has(Feature::Slack), [1, layout.nodes_y, layout.chunks];
                 /// Guess and accelerations of the theta rule, spacings and steps.
                 iterate: [Chunk<ITERATE_PLANES>], layout.has(Feature::Theta), [1, layout.stored_rows(), layout.chunks];
                 /// Twice the strain and viscous stress of each segment in the last pass, moments of each
@@ -114,9 +114,9 @@ macro_rules! arrays {
                 past: [Chunk<PAST_PLANES>], layout.has(Feature::Viscosity), [1, layout.stored_rows(), layout.chunks];
                 /// Impulse of the case on each row, components x and z, and energy dissipated by it, per
                 /// lane; m h/dt, m (h/dt)^2.
-                pushed: [[[f64; CHUNK]; 3]], layout.has(Feature::Casing), [1, layout.nodes_y, 1];
+                case_impulse_of_row: [[[f64; CHUNK]; 3]], layout.has(Feature::Casing), [1, layout.nodes_y, 1];
                 /// Impulse of the case on each node, spacings a pass times its mass.
-                pushes: [[f64; CHUNK]], layout.has(Feature::Casing), [1, layout.nodes_y, layout.chunks];
+                case_impulse: [[f64; CHUNK]], layout.has(Feature::Casing), [1, layout.nodes_y, layout.chunks];
                 /// Largest impulse of the clamp on each node in a step, spacings/step times its mass;
                 /// constant.
                 holds: [[f64; CHUNK]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
@@ -125,7 +125,7 @@ macro_rules! arrays {
                 /// Velocity of each node normal to the sheet before the sweep, spacings/step.
                 before: [[f64; CHUNK]], layout.is_stack(), [1, layout.nodes_y, layout.chunks];
                 /// Energy that viscosity and rate dissipate in each row in a pass, m (h/dt)^2.
-                taken: [f64], layout.takes_energy(), [layout.block_steps as usize, layout.nodes_y, 1];
+                dissipated: [f64], layout.dissipates(), [layout.block_steps as usize, layout.nodes_y, 1];
                 /// Energy that the clamps of each row dissipate in a pass, m (h/dt)^2.
                 clamped: [f64], layout.has(Feature::Clamps), [layout.block_steps as usize, layout.nodes_y, 1];
                 /// Fixed nodes of each row: two runs of columns [first, end).
@@ -239,17 +239,20 @@ impl RowArrays<'_> {
     /// Numbers of the arrays that an image holds, in the order of [`image::Array`].
     pub(crate) fn numbers(&self) -> [&[f64]; 5] {
         let (hot, past) = (self.hot.as_flattened().as_flattened(), self.past.as_flattened().as_flattened());
-        let (history, owed) = (self.history.as_flattened().as_flattened(), self.owed.as_flattened().as_flattened());
-        [hot, self.slid.as_flattened(), past, history, owed]
+        let (history, energy_error) =
+            (self.history.as_flattened().as_flattened(), self.energy_error.as_flattened().as_flattened());
+        [hot, self.slid.as_flattened(), past, history, energy_error]
     }
 
     /// [`RowArrays::numbers`], to be changed.
     pub(crate) fn numbers_mut(&mut self) -> [&mut [f64]; 5] {
         let (hot, past) =
             (self.hot.as_flattened_mut().as_flattened_mut(), self.past.as_flattened_mut().as_flattened_mut());
-        let (history, owed) =
-            (self.history.as_flattened_mut().as_flattened_mut(), self.owed.as_flattened_mut().as_flattened_mut());
-        [hot, self.slid.as_flattened_mut(), past, history, owed]
+        let (history, energy_error) = (
+            self.history.as_flattened_mut().as_flattened_mut(),
+            self.energy_error.as_flattened_mut().as_flattened_mut(),
+        );
+        [hot, self.slid.as_flattened_mut(), past, history, energy_error]
     }
 }
 
@@ -340,17 +343,17 @@ pub(crate) struct Noted<'r> {
     /// The vertical forces that are carried upwards: a row for each ply, of steps in blocks
     /// (`step/blocks.rs`) for each step.
     pub carries: &'r mut [Chunk<CARRY_PLANES>],
-    /// What the sheet pulls at both runs of fixed nodes of each row, in units of m h/dt; of steps in blocks
+    /// Reactions of both runs of fixed nodes of each row, in units of m h/dt; of steps in blocks
     /// one step after the other.
-    pub pulls: &'r mut [[[f64; 3]; 2]],
+    pub reactions: &'r mut [[[f64; 3]; 2]],
 }
 
 impl<'r> Noted<'r> {
     /// In the lines that [`Arrays`] share for it.
     pub fn of(shared: &'r mut [CacheLine], layout: &Layout) -> Noted<'r> {
-        let [carries, pulls] = layout.noted();
+        let [carries, reactions] = layout.noted();
         let (carries, rest) = CacheLine::reals(shared).split_at_mut_checked(carries).unwrap_or_default();
-        Noted { carries: Item::of(carries), pulls: Item::of(rest.get_mut(..pulls).unwrap_or_default()) }
+        Noted { carries: Item::of(carries), reactions: Item::of(rest.get_mut(..reactions).unwrap_or_default()) }
     }
 }
 

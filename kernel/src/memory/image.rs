@@ -5,7 +5,9 @@
 //! checked and read along the traversal. Limits: a number is its 64 bits, so images agree on every target.
 
 use crate::body::projectile::Body;
-use crate::ground::planes::{CHUNK, HISTORY_PLANES, HOT_PLANES, MOMENT, OWED_PLANES, PAST_PLANES, VISCOUS_STRESS};
+use crate::ground::planes::{
+    CHUNK, ENERGY_ERROR_PLANES, HISTORY_PLANES, HOT_PLANES, MOMENT, PAST_PLANES, VISCOUS_STRESS,
+};
 use crate::memory::layout::Layout;
 use crate::memory::state::{State, Visitor};
 use crate::scene::features::{Feature, Features};
@@ -21,11 +23,11 @@ pub(crate) enum Array {
     Slid,
     Past,
     History,
-    Owed,
+    EnergyError,
 }
 
 /// Planes of each array.
-const PLANES: [usize; 5] = [HOT_PLANES, 1, PAST_PLANES, HISTORY_PLANES, OWED_PLANES];
+const PLANES: [usize; 5] = [HOT_PLANES, 1, PAST_PLANES, HISTORY_PLANES, ENERGY_ERROR_PLANES];
 
 /// Planes of an array that an image holds, with the feature that keeps the array; none: it is always kept.
 type Entry = (Array, Option<Feature>, &'static [usize]);
@@ -37,11 +39,11 @@ const NODE: [Entry; 3] = [
     (Array::Past, Some(Feature::Viscosity), &[MOMENT, MOMENT + 1]),
 ];
 
-/// Numbers of a segment: history, energy owed and stress given, strain and viscous stress of the last pass.
+/// Numbers of a segment: history, energy error, correcting stress, strain and viscous stress before the step.
 /// Planes of the horizontal one; those of the vertical one follow.
 const SEGMENT: [Entry; 3] = [
     (Array::History, None, &[0]),
-    (Array::Owed, Some(Feature::Slack), &[0, GIVEN]),
+    (Array::EnergyError, Some(Feature::Slack), &[0, GIVEN]),
     (Array::Past, Some(Feature::Viscosity), &[0, VISCOUS_STRESS]),
 ];
 

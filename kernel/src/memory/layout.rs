@@ -93,10 +93,10 @@ impl Layout {
         noted.div_ceil(CacheLine::REALS).max(labels.div_ceil(CacheLine::WORDS))
     }
 
-    /// Numbers of carried forces and of pulls that a step or a block of steps notes.
+    /// Numbers of carried forces and of reactions that a step or a block of steps notes.
     pub(super) fn noted(&self) -> [usize; 2] {
-        let pulls = if self.supports { 6 * self.nodes_y * self.block_steps as usize } else { 0 };
-        [self.carried_rows() * self.chunks * CHUNK * CARRY_PLANES, pulls]
+        let reactions = if self.supports { 6 * self.nodes_y * self.block_steps as usize } else { 0 };
+        [self.carried_rows() * self.chunks * CHUNK * CARRY_PLANES, reactions]
     }
 
     /// Whether columns have constants of their own: those of a graded network or of a curved sheet.
@@ -207,7 +207,7 @@ impl Layout {
         self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments() * self.plies
     }
 
-    /// Rows of the hot block: those modelled, and the images beyond the plane y = 0.
+    /// Rows of the hot block: those modelled, and the ghost row beyond the plane y = 0.
     pub(crate) fn stored_rows(&self) -> usize {
         self.nodes_y + usize::from(self.y.is_mirrored())
     }
@@ -259,13 +259,13 @@ impl Layout {
     }
 
     /// Whether viscosity or the rate takes energy.
-    pub fn takes_energy(&self) -> bool {
+    pub fn dissipates(&self) -> bool {
         self.has(Feature::Viscosity) || self.has(Feature::Rate)
     }
 
     /// Whether anything but elasticity and damage acts in the sweep.
     pub(crate) fn has_effects(&self) -> bool {
-        self.takes_energy() || self.has(Feature::Slack) || self.has(Feature::Casing)
+        self.dissipates() || self.has(Feature::Slack) || self.has(Feature::Casing)
     }
 
     /// Whether segments have constants of their own: drawn ones, those of a graded network, or those of plies with radii of their own.
@@ -293,7 +293,7 @@ mod tests {
     use crate::Scene;
     use crate::ground::lanes::Item;
     use crate::ground::planes::{
-        HISTORY_PLANES, ITERATE_PLANES, OWED_PLANES, PAST_PLANES, STRENGTH_PLANES, YARN_PLANES,
+        ENERGY_ERROR_PLANES, HISTORY_PLANES, ITERATE_PLANES, PAST_PLANES, STRENGTH_PLANES, YARN_PLANES,
     };
     use crate::memory::image::frame_words;
     use crate::memory::records::{Candidate, Tangential};
@@ -340,9 +340,9 @@ mod tests {
         let blocks = Layout::of(&scene).unwrap();
         scene.slack_balance = true;
         let single = Layout::of(&scene).unwrap();
-        let owed = 447 * 56 * 8 * OWED_PLANES;
+        let energy_error = 447 * 56 * 8 * ENERGY_ERROR_PLANES;
         assert_eq!(single.block_steps, 1);
-        assert_eq!(single.reals - blocks.reals, owed);
+        assert_eq!(single.reals - blocks.reals, energy_error);
         let more = 7 * (56 * 8 * CARRY_PLANES + 6 * 447);
         assert!((8 * (blocks.shared_lines() - single.shared_lines())).abs_diff(more) < 8);
     }
@@ -387,7 +387,7 @@ mod tests {
         let drawn = |scene: &mut Scene| scene.yarn.strength_draw = crate::StrengthDraw::Weibull;
         assert_eq!(with(&drawn), (5 * 16 * STRENGTH_PLANES, 0, 0));
         // A word for each row; of the image two for each of 76 segments, too.
-        assert_eq!(with(&|scene| scene.slack_balance = true), (5 * 16 * OWED_PLANES, 5, 5 + 2 * 76));
+        assert_eq!(with(&|scene| scene.slack_balance = true), (5 * 16 * ENERGY_ERROR_PLANES, 5, 5 + 2 * 76));
         // Past of 5 rows, what each takes; of the image two words for each of 76 segments and 45 nodes, and one more.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
         assert_eq!(with(&viscous), (5 * 16 * PAST_PLANES + 5, 0, 2 * (76 + 45) + 1));
@@ -399,11 +399,11 @@ mod tests {
         // The tangential parts of 10 candidates; a word of the image.
         let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
         assert_eq!(with(&friction), (10 * Tangential::NUMBERS, 0, 1));
-        // A bit for every node: 45 in two words. Their labels are in the lines that carried forces have; pulls need 30 numbers more.
+        // A bit for every node: 45 in two words. Their labels are in the lines that carried forces have; reactions need 30 numbers more.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 2, 2));
-        let shared = |labels, pulls| {
+        let shared = |labels, reactions| {
             let mut scene = tiny();
-            (scene.track_detachment, scene.track_support) = (labels, pulls);
+            (scene.track_detachment, scene.track_support) = (labels, reactions);
             Layout::of(&scene).unwrap().shared_lines()
         };
         assert_eq!(

@@ -55,7 +55,7 @@ pub struct Sums {
     pub iterations: u64,
     /// Most iterations of one step.
     pub most_iterations: u64,
-    /// Energy that viscosity and rate have taken, J.
+    /// Energy that viscosity and rate have dissipated, J.
     pub viscous: f64,
     /// Energy rubbed away between nodes and projectile, J.
     pub friction: f64,

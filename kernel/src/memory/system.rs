@@ -20,12 +20,12 @@ use crate::scene::parts::{CRITICAL_STRETCH_MAX, Scene};
 use crate::sheet::clamp;
 use crate::sheet::columns::{self, Net, PLACE, PLACE_Z};
 use crate::sheet::direction::{Along, Direction, Directions};
+use crate::sheet::ghosts;
 use crate::sheet::grading;
-use crate::sheet::images;
 use crate::sheet::neighbours::NOTHING;
 use crate::sheet::places::{Places, rest_offset};
 use crate::sheet::ring;
-use crate::sheet::slack::{self, GIVEN, NOTHING_OWED, Owed};
+use crate::sheet::slack::{self, EnergyError, GIVEN, NO_ENERGY_ERROR};
 use crate::sheet::weave::{self, in_runs};
 use crate::yarn::law::{self, DamageLaw, Rest, RestLanes};
 use crate::yarn::rate::RateLaw;
@@ -96,7 +96,7 @@ pub(crate) struct SegmentView {
     /// Largest q beyond critical stored so far.
     pub history: f64,
     /// What it owes and the stress that it gave, if it may (`sheet/slack.rs`).
-    pub owed: Option<[f64; 2]>,
+    pub energy_error: Option<[f64; 2]>,
     /// Relative displacement of its ends at t_n.
     pub d: [f64; 3],
     /// Change of `d` in the last step.
@@ -134,10 +134,10 @@ impl SegmentView {
         let ends = [rest.end_to_end(self.axis.own_axes(self.d)), self.axis.own_axes(self.w)];
         let mut now = law::stress(stiffness, q);
         let mut before = law::stress(self.stiffness, self.twice_strain_before());
-        if let Some([energy, given]) = self.owed {
+        if let Some([energy, given]) = self.energy_error {
             before += given;
-            let owed = Owed { energy: &mut [energy; CHUNK], given: &mut [given; CHUNK] };
-            now += owed.stress(&rest, [self.stiffness, stiffness], q, ends, 0);
+            let energy_error = EnergyError { energy: &mut [energy; CHUNK], given: &mut [given; CHUNK] };
+            now += energy_error.stress(&rest, [self.stiffness, stiffness], q, ends, 0);
         }
         let [r, r_before] = slack::growths(&rest, ends);
         now * r - before * r_before
@@ -189,7 +189,7 @@ impl System<'_> {
         Net { columns: self.layout.columns_of(self.arrays.columns, ply), lines: self.arrays.lines }
     }
 
-    /// How many nodes of the whole fabric node (i, j) stands for: by its images, and by its mass.
+    /// Multiplicity of node (i, j): nodes of the whole fabric that it stands for, by symmetry and by mass.
     pub fn share(&self, i: usize, j: usize) -> f64 {
         self.layout.node_weight(i, j) * self.net(0).share(i, j)
     }
@@ -339,7 +339,7 @@ impl System<'_> {
             damage_rate: if stochastic { drawn(2) } else { direction.damage_rate },
             critical_stretch: planes::get(strength, axis as usize, i).unwrap_or(direction.law.critical_stretch),
             history: planes::get(planes::row(self.arrays.rows.history, chunks, j), axis as usize, i)?,
-            owed: self.owed(axis, i, j),
+            energy_error: self.energy_error(axis, i, j),
             w: dv,
             d,
             // The theta rule's state is synchronous: its audit looks at t_n alone.
@@ -356,8 +356,8 @@ impl System<'_> {
 
     /// What the segment from node (i, j) owes, and the stress that it gave in the last pass; None where none
     /// of its kind has been slack.
-    pub fn owed(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
-        let row = planes::row(self.arrays.rows.owed, self.layout.chunks, j);
+    pub fn energy_error(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
+        let row = planes::row(self.arrays.rows.energy_error, self.layout.chunks, j);
         let at = |plane: usize| planes::get(row, plane + axis as usize, i).unwrap_or(0.0);
         self.arrays.rows.been_slack.get(j).is_some_and(|bits| bits & slack::bit(axis) != 0).then(|| [at(0), at(GIVEN)])
     }
@@ -472,7 +472,7 @@ impl System<'_> {
             *history = strength.map(|plane| plane.map(law::twice_strain_at));
         }
         self.arrays.flags.fill(0);
-        self.arrays.rows.owed.fill(NOTHING_OWED);
+        self.arrays.rows.energy_error.fill(NO_ENERGY_ERROR);
         if self.layout.has(Feature::Clamps) {
             self.arrays.rows.slid.fill([0.0; CHUNK]);
         }
@@ -499,8 +499,8 @@ impl System<'_> {
     pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
         self.arrays.rows.before.fill([0.0; CHUNK]);
-        self.arrays.rows.pushed.fill([[0.0; CHUNK]; 3]);
-        self.arrays.rows.pushes.fill([0.0; CHUNK]);
+        self.arrays.rows.case_impulse_of_row.fill([[0.0; CHUNK]; 3]);
+        self.arrays.rows.case_impulse.fill([0.0; CHUNK]);
         (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));
         for j in 0..self.layout.nodes_y {
             if fill(self, j) {
@@ -597,9 +597,9 @@ impl System<'_> {
         failed as u64
     }
 
-    /// Puts the row of images beyond the plane y = 0 in its place.
-    pub fn place_image_row(&mut self) {
-        images::place_image_row(self.arrays.rows.hot, self.layout.chunks, self.layout.y);
+    /// Puts the ghost row beyond the plane y = 0 in its place.
+    pub fn place_ghost_row(&mut self) {
+        ghosts::place_ghost_row(self.arrays.rows.hot, self.layout.chunks, self.layout.y);
     }
 
     /// Adds to the sums of its support what the fixed node (i, j) takes of the projectile: an impulse in

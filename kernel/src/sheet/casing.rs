@@ -62,7 +62,7 @@ impl Cylinder {
         [x, y, z]: [L; 3],
         before: [L; 2],
         change: [L; 2],
-        [sum_x, sum_z, taken]: [&mut L::Group; 3],
+        [sum_x, sum_z, dissipated]: [&mut L::Group; 3],
     ) -> (L, [L; 2]) {
         let (zero, radius) = (L::splat(0.0), L::splat(self.radius));
         let from_axis = x.mul(x).add(z.mul(z)).sqrt();
@@ -83,15 +83,15 @@ impl Cylinder {
         let push_along = [push.mul(n[0]), push.mul(n[1])];
         L::load(sum_x).add(push_along[0]).store(sum_x);
         L::load(sum_z).add(push_along[1]).store(sum_z);
-        L::load(taken).sub(push.mul(mean)).store(taken);
+        L::load(dissipated).sub(push.mul(mean)).store(dissipated);
         (push, push_along)
     }
 
     /// By how much more than that the case lets a node at `place` move outwards along this normal of its
     /// column, if it is pushed along it by `push`; 0 where it is free to move. Spacings.
     pub(crate) fn room(&self, place: [f64; 3], [sine, cosine]: [f64; 2], push: f64) -> f64 {
-        let [mut sum_x, mut sum_z, mut taken] = [[0.0]; 3];
-        let sums = [&mut sum_x, &mut sum_z, &mut taken];
+        let [mut sum_x, mut sum_z, mut dissipated] = [[0.0]; 3];
+        let sums = [&mut sum_x, &mut sum_z, &mut dissipated];
         let (held, [x, z]) = self.push(place, [0.0; 2], [push * sine, push * cosine], sums);
         // Where a node has slid along the case its normal is another.
         let along = x * sine + z * cosine;
@@ -104,10 +104,10 @@ impl Cylinder {
         if math::length([x, 0.0, z]) - self.radius > CLOSES {
             return [a, b, c];
         }
-        let [mut sum_x, mut sum_z, mut taken] = [[0.0]; 3];
+        let [mut sum_x, mut sum_z, mut dissipated] = [[0.0]; 3];
         // As if it lay on the case to rounding.
         let on_casing = Cylinder { radius: math::length([x, 0.0, z]), ..*self };
-        let (_, push) = on_casing.push([x, y, z], [0.0; 2], [a, c], [&mut sum_x, &mut sum_z, &mut taken]);
+        let (_, push) = on_casing.push([x, y, z], [0.0; 2], [a, c], [&mut sum_x, &mut sum_z, &mut dissipated]);
         [a + push[0], b, c + push[1]]
     }
 }

@@ -20,19 +20,19 @@ pub struct OnCasing<'a> {
     pub columns: &'a [Chunk<COLUMN_PLANES>],
     /// Rest place of the row along y, spacings.
     pub place_y: f64,
-    /// Sums by lane: push of the case along x and z, and the energy that it dissipates.
-    pub pushed: &'a mut [[f64; CHUNK]; 3],
-    /// Push on each node; may be longer than the row.
-    pub pushes: &'a mut [[f64; CHUNK]],
+    /// Sums by lane: impulse of the case, components x and z, and energy dissipated by it.
+    pub impulse_of_row: &'a mut [[f64; CHUNK]; 3],
+    /// Impulse on each node; may be longer than the row.
+    pub impulse: &'a mut [[f64; CHUNK]],
 }
 
 impl OnCasing<'_> {
     /// Case under chunk c; None after the last.
     #[inline(always)]
     pub fn on_chunk(&mut self, c: usize) -> Option<CasingChunk<'_>> {
-        let OnCasing { case, columns, place_y, pushed, pushes } = self;
-        let (columns, pushes) = (columns.get(c)?, pushes.get_mut(c)?);
-        Some(CasingChunk { case, columns, place_y: *place_y, pushed, pushes })
+        let OnCasing { case, columns, place_y, impulse_of_row, impulse } = self;
+        let (columns, impulse) = (columns.get(c)?, impulse.get_mut(c)?);
+        Some(CasingChunk { case, columns, place_y: *place_y, impulse_of_row, impulse })
     }
 }
 
@@ -41,8 +41,8 @@ pub struct CasingChunk<'c> {
     case: &'c Cylinder,
     columns: &'c Chunk<COLUMN_PLANES>,
     place_y: f64,
-    pushed: &'c mut [[f64; CHUNK]; 3],
-    pushes: &'c mut [f64; CHUNK],
+    impulse_of_row: &'c mut [[f64; CHUNK]; 3],
+    impulse: &'c mut [f64; CHUNK],
 }
 
 impl CasingChunk<'_> {
@@ -53,10 +53,10 @@ impl CasingChunk<'_> {
         let z = at::<L, COLUMN_PLANES>(self.columns, PLACE_Z, g).add(at(around.here, 2, g));
         let place = [x, L::splat(self.place_y).add(at(around.here, 1, g)), z];
         let before = [at(around.here, SPEED_X, g), at(around.here, SPEED_Z, g)];
-        let [to_x, to_z, taken] = &mut *self.pushed;
-        let sums = [&mut L::groups_mut(to_x)[g], &mut L::groups_mut(to_z)[g], &mut L::groups_mut(taken)[g]];
+        let [to_x, to_z, dissipated] = &mut *self.impulse_of_row;
+        let sums = [&mut L::groups_mut(to_x)[g], &mut L::groups_mut(to_z)[g], &mut L::groups_mut(dissipated)[g]];
         let (push, along) = self.case.push(place, before, [change[0], change[2]], sums);
-        push.store(&mut L::groups_mut(self.pushes)[g]);
+        push.store(&mut L::groups_mut(self.impulse)[g]);
         [change[0].add(along[0]), change[1], change[2].add(along[1])]
     }
 }

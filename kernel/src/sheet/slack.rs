@@ -22,7 +22,7 @@
 //! 449.
 
 use crate::ground::lanes::{Job, Lane};
-use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, OWED_PLANES, SPEED_X, vertical_axes};
+use crate::ground::planes::{Axis, CHUNK, Chunk, ENERGY_ERROR_PLANES, HOT_PLANES, SPEED_X, vertical_axes};
 use crate::sheet::columns::{Geometry, Table};
 use crate::sheet::neighbours::Around;
 use crate::sheet::segments::{Fall, Place, Segments, Yarns};
@@ -34,17 +34,17 @@ const LARGEST: f64 = 0.3;
 pub(crate) const SEARCH_INTERVAL: u64 = 16;
 
 /// What nobody owes.
-pub(crate) const NOTHING_OWED: Chunk<OWED_PLANES> = [[0.0; CHUNK]; OWED_PLANES];
-/// First plane of the stresses given: the energies owed come before.
+pub(crate) const NO_ENERGY_ERROR: Chunk<ENERGY_ERROR_PLANES> = [[0.0; CHUNK]; ENERGY_ERROR_PLANES];
+/// First plane of the stresses given: the energy errors come before.
 pub(crate) const GIVEN: usize = 2;
 
 /// What eight segments of one direction owe, and the stress that they gave in the last pass.
-pub(crate) struct Owed<'a> {
+pub(crate) struct EnergyError<'a> {
     pub energy: &'a mut [f64; CHUNK],
     pub given: &'a mut [f64; CHUNK],
 }
 
-impl Owed<'_> {
+impl EnergyError<'_> {
     /// (M9) The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one;
     /// `x`, `w`: from end to end, and how the ends move relative to each other.
     #[inline(always)]
@@ -61,12 +61,12 @@ impl Owed<'_> {
         let [r, r_before] = growths(rest, [x, w]);
         let (taut, before) = (q.max(zero), q.sub(L::splat(0.5).mul(r.add(r_before))).max(zero));
         let law = stiffness.mul(taut.mul(taut.sub(r))).sub(stiffness_before.mul(before.mul(before.add(r_before))));
-        let owed = L::load(energy).add(law).sub(L::load(given).mul(r_before));
+        let energy_error = L::load(energy).add(law).sub(L::load(given).mul(r_before));
         // Not more than the limit either way; 0 where the length does not change.
         let limit = stiffness.mul(L::splat(LARGEST)).mul(r.max(zero.sub(r)));
-        let whole = owed.mul(r).div(r.mul(r.add(r)).add(L::splat(f64::MIN_POSITIVE)));
+        let whole = energy_error.mul(r).div(r.mul(r.add(r)).add(L::splat(f64::MIN_POSITIVE)));
         let stress = whole.min(limit).max(zero.sub(limit));
-        owed.sub(stress.mul(r)).store(energy);
+        energy_error.sub(stress.mul(r)).store(energy);
         stress.store(given);
         stress
     }
@@ -85,7 +85,7 @@ pub(crate) fn growths<L: Lane>(rest: &RestLanes<L>, [x, w]: [[L; 3]; 2]) -> [L; 
 /// Balance of energy of the slack segments of a row.
 pub struct SlackBalance<'a> {
     /// Energy error and last stress of each segment.
-    pub owed: &'a mut [Chunk<OWED_PLANES>],
+    pub energy_error: &'a mut [Chunk<ENERGY_ERROR_PLANES>],
     /// 1 along each axis in which segments keep them, else 0.
     pub keeps: [f64; 2],
 }
@@ -93,21 +93,21 @@ pub struct SlackBalance<'a> {
 impl<'a> SlackBalance<'a> {
     /// Balance of a row with these energy errors, in whose directions of these bits segments have been slack.
     #[inline(always)]
-    pub fn of(owed: &'a mut [Chunk<OWED_PLANES>], bits: u32) -> SlackBalance<'a> {
-        SlackBalance { owed, keeps: keeps(bits) }
+    pub fn of(energy_error: &'a mut [Chunk<ENERGY_ERROR_PLANES>], bits: u32) -> SlackBalance<'a> {
+        SlackBalance { energy_error, keeps: keeps(bits) }
     }
 
     /// Balance of chunk c; None after the last.
     #[inline(always)]
     pub fn on_chunk(&mut self, c: usize) -> Option<SlackChunk<'_>> {
-        Some(SlackChunk { owed: self.owed.get_mut(c)?, keeps: self.keeps })
+        Some(SlackChunk { energy_error: self.energy_error.get_mut(c)?, keeps: self.keeps })
     }
 }
 
 /// Balance of energy of the slack segments of a chunk.
 pub struct SlackChunk<'c> {
     /// Energy error and last stress of each segment.
-    pub owed: &'c mut Chunk<OWED_PLANES>,
+    pub energy_error: &'c mut Chunk<ENERGY_ERROR_PLANES>,
     /// 1 along each axis in which segments keep them, else 0.
     pub keeps: [f64; 2],
 }
@@ -116,8 +116,9 @@ impl SlackChunk<'_> {
     /// Adds the stresses that correct the energy of a lane group.
     #[inline(always)]
     pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, Place { bars, around, group: g }: &Place<'_, L>) {
-        let [energy_x, energy_y, given_x, given_y] = &mut *self.owed;
-        let [of_x, of_y] = [Owed { energy: energy_x, given: given_x }, Owed { energy: energy_y, given: given_y }];
+        let [energy_x, energy_y, given_x, given_y] = &mut *self.energy_error;
+        let [of_x, of_y] =
+            [EnergyError { energy: energy_x, given: given_x }, EnergyError { energy: energy_y, given: given_y }];
         let keeps = [L::splat(self.keeps[0]), L::splat(self.keeps[1])];
         let (Segments { d, q, before, stiffness, .. }, [along, upwards]) = (*segments, &bars.rests);
         let w = around.differences::<L>(SPEED_X, *g);
@@ -134,7 +135,7 @@ impl SlackChunk<'_> {
     /// Adds what damage dissipates to the energy errors.
     pub fn note_fall(&mut self, fall: &Fall, yarns: &Yarns<'_>) {
         fall.each(|column, axis, _, [before, now]| {
-            let slot = self.owed[axis as usize].get_mut(column % CHUNK);
+            let slot = self.energy_error[axis as usize].get_mut(column % CHUNK);
             if let Some(energy) = slot.filter(|_| self.keeps[axis as usize] != 0.0) {
                 *energy += 4.0 * yarns.dissipated(axis, column, now);
                 *energy += -4.0 * yarns.dissipated(axis, column, before);
@@ -205,9 +206,9 @@ mod tests {
             let p = (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * rest.inverse_square;
             assert!(q * q_0 < 0.0, "{q} {q_0}");
             let (mut energy, mut given_before) = ([0.0; CHUNK], [0.0; CHUNK]);
-            let owed = Owed { energy: &mut energy, given: &mut given_before };
+            let energy_error = EnergyError { energy: &mut energy, given: &mut given_before };
             let ends = [rest.lanes().end_to_end(d), w];
-            let given = owed.stress(&rest.lanes(), [k; 2], q, ends, 0);
+            let given = energy_error.stress(&rest.lanes(), [k; 2], q, ends, 0);
             let [r, _] = growths(&rest.lanes(), ends);
             let made = if q > 0.0 { k * q * (q_0 - p) } else { -k * q_0 * (q - p) };
             assert!((energy[0] + given * r - made).abs() < 1e-12 * k * q.abs(), "{} {made}", energy[0]);

@@ -12,7 +12,7 @@
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
-    AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, OWED_PLANES, PAST_PLANES,
+    AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, ENERGY_ERROR_PLANES, HISTORY_PLANES, HOT_PLANES, PAST_PLANES,
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
@@ -21,7 +21,7 @@ use crate::sheet::direction::Along;
 use crate::sheet::effects::{All, AllOnChunk, EffectState, Effects, ViscosityAlone};
 use crate::sheet::neighbours::{Around, NOTHING};
 use crate::sheet::segments::{Dissipation, Effect, Place, Report, Segments, Slots, YarnRow, Yarns, per_mass};
-use crate::sheet::slack::{NOTHING_OWED, SlackChunk, bit, keeps};
+use crate::sheet::slack::{NO_ENERGY_ERROR, SlackChunk, bit, keeps};
 use crate::sheet::strain_rate::StrainRate;
 use crate::sheet::symmetry::Line;
 use crate::sheet::viscous::{self, NO_PAST, ViscousAlong, ViscousChunk};
@@ -128,8 +128,8 @@ impl<'a> Row<'a> {
             None => peek.forces::<f64>(c, &around, history, lane, &mut ()),
             Some(EffectState { viscosity, slack, .. }) => {
                 let past = viscosity.as_ref().and_then(|viscosity| viscosity.past.get(c));
-                let owed = slack.as_ref().and_then(|slack| Some((slack.owed.get(c)?, slack.keeps)));
-                let state = ChunkState { past: past.map(|past| [past, &NO_PAST, &NO_PAST]), owed };
+                let energy_error = slack.as_ref().and_then(|slack| Some((slack.energy_error.get(c)?, slack.keeps)));
+                let state = ChunkState { past: past.map(|past| [past, &NO_PAST, &NO_PAST]), energy_error };
                 peek.forces::<f64>(c, &around, history, lane, &mut Copies::of(pass).on_chunk(state))
             }
         };
@@ -279,7 +279,7 @@ pub(crate) struct ChunkState<'a> {
     /// Past of the chunk, of the next one and of the one above; None without viscosity.
     pub past: Option<[&'a Chunk<PAST_PLANES>; 3]>,
     /// Energy errors of slack segments, and 1 along each axis in which segments keep them; None without any.
-    pub owed: Option<(&'a Chunk<OWED_PLANES>, [f64; 2])>,
+    pub energy_error: Option<(&'a Chunk<ENERGY_ERROR_PLANES>, [f64; 2])>,
 }
 
 /// Effects of a row that change copies of their state.
@@ -287,7 +287,7 @@ pub(crate) struct Copies<'a> {
     rate: Option<StrainRate<'a>>,
     viscosity: ViscousAlong,
     past: Chunk<PAST_PLANES>,
-    owed: Chunk<OWED_PLANES>,
+    energy_error: Chunk<ENERGY_ERROR_PLANES>,
     dissipation: Dissipation,
 }
 
@@ -296,12 +296,12 @@ impl<'a> Copies<'a> {
     #[inline(always)]
     pub fn of(Pass { directions, rates, .. }: &'a Pass<'_>) -> Copies<'a> {
         let (rate, viscosity) = (StrainRate::of(*directions, rates), viscous::along(*directions));
-        Copies { rate, viscosity, past: NO_PAST, owed: NOTHING_OWED, dissipation: Dissipation::NONE }
+        Copies { rate, viscosity, past: NO_PAST, energy_error: NO_ENERGY_ERROR, dissipation: Dissipation::NONE }
     }
 
     /// Effects on a chunk with this state.
     #[inline(always)]
-    pub fn on_chunk<'c>(&'c mut self, ChunkState { past, owed }: ChunkState<'c>) -> AllOnChunk<'c> {
+    pub fn on_chunk<'c>(&'c mut self, ChunkState { past, energy_error }: ChunkState<'c>) -> AllOnChunk<'c> {
         let mut effect = AllOnChunk {
             rate: self.rate.as_ref().filter(|_| Feature::Rate.is_built()),
             viscosity: None,
@@ -313,9 +313,9 @@ impl<'a> Copies<'a> {
             self.past.copy_from_slice(past);
             effect.viscosity = Some(ViscousChunk { constants: &self.viscosity, past: &mut self.past, next, above });
         }
-        if let Some((owed, keeps)) = owed.filter(|_| Feature::Slack.is_built()) {
-            self.owed.copy_from_slice(owed);
-            effect.slack = Some(SlackChunk { owed: &mut self.owed, keeps });
+        if let Some((energy_error, keeps)) = energy_error.filter(|_| Feature::Slack.is_built()) {
+            self.energy_error.copy_from_slice(energy_error);
+            effect.slack = Some(SlackChunk { energy_error: &mut self.energy_error, keeps });
         }
         effect
     }
@@ -400,7 +400,7 @@ pub(crate) struct Lift<'a> {
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub yarn: &'a YarnRow<'a>,
     /// Energy errors and stresses of its slack segments, empty where none has been slack along y.
-    pub owed: &'a [Chunk<OWED_PLANES>],
+    pub energy_error: &'a [Chunk<ENERGY_ERROR_PLANES>],
     /// What viscosity keeps of both rows, with the moments of this pass; empty without it.
     pub viscous: [&'a [Chunk<PAST_PLANES>]; 2],
 }
@@ -409,13 +409,13 @@ impl Lift<'_> {
     /// Finds them.
     #[inline(never)]
     pub fn find(self) {
-        let Lift { pass, j, row, history, above, carry, yarn, owed, viscous: [past, past_above] } = self;
+        let Lift { pass, j, row, history, above, carry, yarn, energy_error, viscous: [past, past_above] } = self;
         let (mut peek, mut copies, mut along) = (Peek::of(pass, j, yarn, true), Copies::of(pass), [[0.0; CHUNK]; 3]);
         for (c, (carry, history)) in carry.iter_mut().zip(history).enumerate() {
             let Some(around) = Around::of(row, above, c) else { break };
             let state = ChunkState {
                 past: past.get(c).map(|past| [past, &NO_PAST, past_above.get(c).unwrap_or(&NO_PAST)]),
-                owed: owed.get(c).map(|owed| (owed, keeps(bit(Axis::Vertical)))),
+                energy_error: energy_error.get(c).map(|energy_error| (energy_error, keeps(bit(Axis::Vertical)))),
             };
             peek.all(c, &around, history, &mut copies.on_chunk(state), [&mut along, carry]);
         }

@@ -41,7 +41,7 @@ impl Line {
 
     /// Whether an image stands after the last node modelled: of a node before a mirror plane, or of the first
     /// one.
-    pub fn has_image(self) -> bool {
+    pub fn has_ghost(self) -> bool {
         self.is_mirrored() || self.is_closed()
     }
 
@@ -59,7 +59,7 @@ impl Line {
 
     /// Places along the line: the modelled nodes, and the image after them.
     pub fn stored(self) -> usize {
-        self.modelled() + usize::from(self.has_image())
+        self.modelled() + usize::from(self.has_ghost())
     }
 
     /// The modelled node that a place shows, and whether it shows its mirror image.

@@ -112,10 +112,10 @@ impl Past<'_> {
         let taut = q.max(zero);
         let strain = viscosity.twice_strain(taut, past.max(zero));
         let viscous = stiffness.mul(strain.sub(taut));
-        let taken = L::load(last).add(viscous).mul(q.sub(past));
+        let dissipated = L::load(last).add(viscous).mul(q.sub(past));
         q.store(before);
         viscous.store(last);
-        (stiffness.mul(strain), taken)
+        (stiffness.mul(strain), dissipated)
     }
 }
 
@@ -139,14 +139,14 @@ impl Job for MomentsOfRow<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) -> [f64; CHUNK] {
         let MomentsOfRow { directions, row, below, past_below, above, past } = self;
-        let (mut along, mut taken) = (Moments::<L>::of(directions), [0.0; CHUNK]);
+        let (mut along, mut dissipated) = (Moments::<L>::of(directions), [0.0; CHUNK]);
         for (c, (chunk, past)) in row.iter().zip(past).enumerate() {
             let next = row.get(c + 1).unwrap_or(&NOTHING);
             let (above, below) = (above.get(c).unwrap_or(&NOTHING), below.get(c).unwrap_or(&NOTHING));
             let past_below = past_below.get(c).unwrap_or(&NO_PAST);
-            along.find(&Nodes { chunk, next, above, below, past_below }, past, &mut taken);
+            along.find(&Nodes { chunk, next, above, below, past_below }, past, &mut dissipated);
         }
-        taken
+        dissipated
     }
 }
 
@@ -176,14 +176,14 @@ impl<L: Lane> Moments<L> {
         Moments { horizontal, vertical, last: [L::splat(0.0); 2] }
     }
 
-    /// Finds those of eight columns. `past`: theirs; `taken`: twice what they take is added, by columns.
+    /// Finds those of eight columns. `past`: theirs; `dissipated`: twice what they take is added, by columns.
     #[inline(always)]
-    pub fn find(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, taken: &mut [f64; CHUNK]) {
-        lanes::each_group!(L, |g| self.group(nodes, past, taken, g));
+    pub fn find(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, dissipated: &mut [f64; CHUNK]) {
+        lanes::each_group!(L, |g| self.group(nodes, past, dissipated, g));
     }
 
     #[inline(always)]
-    fn group(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, taken: &mut [f64; CHUNK], g: usize) {
+    fn group(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, dissipated: &mut [f64; CHUNK], g: usize) {
         let Nodes { chunk, next, above, below, past_below } = *nodes;
         let (v, stress): (L, L) = (at(chunk, SPEED_Z, g), law::stress(at(chunk, 6, g), at(past, 0, g)));
         let right = v.sub(right_of(v, &chunk[SPEED_Z], &next[SPEED_Z], g));
@@ -196,8 +196,8 @@ impl<L: Lane> Moments<L> {
         let before = law::stress::<L>(at(below, 7, g), at(past_below, 1, g));
         let bending = self.vertical.bending(before, law::stress(at(chunk, 7, g), at(past, 1, g)));
         let along_y = moment(down.add(up), bending, &mut L::groups_mut(&mut past[MOMENT + 1])[g]);
-        let taken = &mut L::groups_mut(taken)[g];
-        L::load(taken).add(along_x.add(along_y)).store(taken);
+        let dissipated = &mut L::groups_mut(dissipated)[g];
+        L::load(dissipated).add(along_x.add(along_y)).store(dissipated);
     }
 }
 

@@ -151,7 +151,7 @@ fn can_be(system: &System<'_>, j: usize, place: Place, number: f64) -> bool {
             number.abs() <= LARGEST_MOTION && !(moves && !system.layout.has(Feature::Clamps) && held())
         }
         Array::Slid => (0.0..=LET_GO).contains(&number),
-        Array::Past | Array::Owed => number.abs() <= LOST,
+        Array::Past | Array::EnergyError => number.abs() <= LOST,
         Array::History => {
             let axis = if place.plane == 0 { Axis::Horizontal } else { Axis::Vertical };
             // Of a segment without damage, and the least of one with it.
@@ -312,9 +312,9 @@ mod tests {
                     check(at, q.to_bits(), sound);
                 }
                 check(at, f64::NAN.to_bits(), false);
-                for owed in [1, 2] {
-                    check(at + owed, (-1e-9_f64).to_bits(), true);
-                    check(at + owed, f64::NAN.to_bits(), false);
+                for energy_error in [1, 2] {
+                    check(at + energy_error, (-1e-9_f64).to_bits(), true);
+                    check(at + energy_error, f64::NAN.to_bits(), false);
                 }
                 at += 3;
             }

@@ -95,7 +95,7 @@ mod tests {
         assert_eq!(word_of(&image, 1), FORMAT);
         assert_eq!(word_of(&image, 2), fingerprint(&scene, sim.step_limits().dt));
         assert_eq!(8 * word_of(&image, 3), image.len() as u64);
-        // Then the scalar state; a word a row; 6 numbers and 2 moments a node; history, what is owed and
+        // Then the scalar state; a word a row; 6 numbers and 2 moments a node; history, energy error and
         // given, last strain and viscous stress a segment; a bit a node in words of 32, a checksum.
         let words = frame_words(sim.layout().has) + 21 + 8 * 441 + 5 * (2 * 20 * 21) + 441_usize.div_ceil(32);
         assert_eq!(image.len(), 8 * words);

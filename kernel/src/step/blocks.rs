@@ -107,8 +107,8 @@ mod tests {
     /// Gives a small sheet what one beyond the caches has.
     fn allow_blocks(sim: &mut Sim<'_>) {
         let (rows, steps) = (sim.system.layout.nodes_y, BLOCK_STEPS as usize);
-        let taken = if sim.layout().takes_energy() { vec![0.0; steps * rows] } else { Vec::new() };
-        sim.system.arrays.rows.taken = taken.leak();
+        let dissipated = if sim.layout().dissipates() { vec![0.0; steps * rows] } else { Vec::new() };
+        sim.system.arrays.rows.dissipated = dissipated.leak();
         let clamped = if sim.layout().has(Feature::Clamps) { vec![0.0; steps * rows] } else { Vec::new() };
         sim.system.arrays.rows.clamped = clamped.leak();
         (sim.system.layout.block_steps, sim.system.block_steps) = (BLOCK_STEPS, steps);

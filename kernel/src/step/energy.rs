@@ -40,7 +40,7 @@ pub struct Energy {
     pub external_work: f64,
     /// What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     pub residual: f64,
-    /// Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
+    /// Energy that the viscosity of the yarn and its dependence on the rate of strain have dissipated, J.
     pub viscous: f64,
     /// Energy dissipated by friction between yarn and projectile, J.
     pub friction: f64,

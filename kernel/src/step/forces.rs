@@ -37,7 +37,7 @@ pub(crate) fn acceleration(system: &System<'_>, viscous: bool, i: usize, j: usiz
 pub(crate) fn forces_from(system: &System<'_>, viscous: bool, i: usize, j: usize) -> Option<[[f64; 3]; 2]> {
     let System { layout, directions, arrays, instructions, .. } = system;
     let (chunks, (ply, _), (c, lane)) = (layout.chunks, layout.ply_and_row(j), (i / CHUNK, i % CHUNK));
-    // The node and its neighbours alone, which may be images beyond a mirror plane.
+    // The node and its neighbours alone, which may be ghosts beyond a mirror plane.
     let [mut here, mut right, mut above] = [NOTHING; 3];
     let ends = system.ends_of_segments(j);
     for (x, y) in [(0, 0), (1, 0), (0, 1)] {
@@ -63,7 +63,7 @@ pub(crate) fn forces_from(system: &System<'_>, viscous: bool, i: usize, j: usize
         beside[MOMENT][(lane + 1) % CHUNK] = viscosity::moment(system, Axis::Horizontal, i + 1, j);
         past_above[MOMENT + 1][lane] = viscosity::moment(system, Axis::Vertical, i, j + 1);
     }
-    let state = ChunkState { past: viscous.then_some([&past, &past_right, &past_above]), owed: None };
+    let state = ChunkState { past: viscous.then_some([&past, &past_right, &past_above]), energy_error: None };
     let rates = rates(system);
     let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
     let (pass, yarn) =
@@ -126,7 +126,7 @@ mod tests {
             for k in 0..60 {
                 sim.advance(12).unwrap();
                 sim.system.instructions = InstructionSet::ALL[k % 4];
-                sim.system.place_image_row();
+                sim.system.place_ghost_row();
                 let before: std::vec::Vec<_> = sim
                     .system
                     .nodes()

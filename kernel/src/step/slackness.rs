@@ -4,7 +4,7 @@ use crate::ground::lanes;
 use crate::ground::planes::{self, Axis};
 use crate::memory::system::System;
 use crate::sheet::columns::{Geometry, Table};
-use crate::sheet::images::place_image_column;
+use crate::sheet::ghosts::place_ghost_column;
 use crate::sheet::slack::{FindSlack, bit};
 
 /// The bits of a row in which both directions have been slack.
@@ -14,7 +14,7 @@ const ALL: u32 = bit(Axis::Horizontal) | bit(Axis::Vertical);
 pub(crate) fn search(system: &mut System<'_>) {
     let (chunks, line) = (system.layout.chunks, system.layout.x);
     if system.layout.y.is_mirrored() {
-        system.place_image_row();
+        system.place_ghost_row();
     }
     for ply in 0..system.layout.plies {
         let [first, end] = system.rows_to_step(ply);
@@ -22,8 +22,8 @@ pub(crate) fn search(system: &mut System<'_>) {
             if system.arrays.rows.been_slack.get(j) == Some(&ALL) {
                 continue;
             }
-            if line.has_image() {
-                place_image_column(planes::row_mut(system.arrays.rows.hot, chunks, j), line);
+            if line.has_ghost() {
+                place_ghost_column(planes::row_mut(system.arrays.rows.hot, chunks, j), line);
             }
             let along = system.directions_of_row(j);
             // Above the top row of a ply the stiffnesses are 0.

@@ -31,7 +31,7 @@ use crate::memory::state::COUNT_MAX;
 use crate::memory::system::{System, mean_acceleration};
 use crate::scene::parts::Integrator;
 use crate::sheet::columns::Net;
-use crate::sheet::images::{place_image_column, place_image_row};
+use crate::sheet::ghosts::{place_ghost_column, place_ghost_row};
 use crate::sheet::neighbours::{Around, NOTHING};
 use crate::sheet::segments::per_mass;
 use crate::sheet::sweep::Peek;
@@ -185,10 +185,10 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let Arrays { rows: RowArrays { hot, history, yarn, strength, iterate, .. }, shared, columns, lines, .. } = arrays;
     let Noted { carries: carry, .. } = Noted::of(shared, layout);
     if layout.x.is_mirrored() {
-        (0..layout.nodes_y).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), layout.x));
+        (0..layout.nodes_y).for_each(|j| place_ghost_column(planes::row_mut(iterate, chunks, j), layout.x));
     }
     if layout.y.is_mirrored() {
-        place_image_row(iterate, chunks, layout.y);
+        place_ghost_row(iterate, chunks, layout.y);
     }
     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     let net = Net { columns, lines };

@@ -17,7 +17,7 @@ use crate::step::blocks;
 use crate::step::explicit;
 use crate::step::rows::Rows;
 use crate::step::rows::schedule::{Block, Edge, Leg};
-use crate::step::rows::viscosity::{ViscousRows, find_moments_of_row, place_image_moments};
+use crate::step::rows::viscosity::{ViscousRows, find_moments_of_row, place_ghost_moments};
 use crate::step::rows::whole;
 use core::mem::take;
 
@@ -100,12 +100,12 @@ impl Plan {
             let here = rows(memory.rows.hot, chunks, j, 1);
             let bits = rows(memory.rows.been_slack, 1, j - 1, 1).first().copied().unwrap_or(0);
             let count = usize::from(layout.has(Feature::Slack) && bits & bit(Axis::Vertical) != 0);
-            let owed = rows(memory.rows.owed, chunks, j - 1, count);
+            let energy_error = rows(memory.rows.energy_error, chunks, j - 1, count);
             let terms = self.terms(false);
             let yarn = terms.yarn_row(yarn, strength, 0, ply);
             let pass = terms.pass(self.net(ply), ply);
             let (row, above, yarn) = (below, here, &yarn);
-            Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, owed, viscous }.find();
+            Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, energy_error, viscous }.find();
         }
     }
 
@@ -150,9 +150,9 @@ impl Plan {
                 },
                 past,
             };
-            let (mut ignored, start) = (0.0, memory.rows.taken.cast::<f64>());
-            let taken = if counts { &mut *start.add(step * layout.nodes_y + j) } else { &mut ignored };
-            find_moments_of_row(&self.terms(false), j, row, taken);
+            let (mut ignored, start) = (0.0, memory.rows.dissipated.cast::<f64>());
+            let dissipated = if counts { &mut *start.add(step * layout.nodes_y + j) } else { &mut ignored };
+            find_moments_of_row(&self.terms(false), j, row, dissipated);
         }
     }
 
@@ -186,11 +186,11 @@ impl Plan {
         if !layout.has(Feature::Viscosity) {
             return ([false; 2], &mut []);
         }
-        // Beyond the mirror plane lie the images of a row, which may be the one below the band.
-        let images = layout.y.is_mirrored() && end == layout.nodes_y;
+        // Beyond the mirror plane lies a ghost row, whose node row may be the one below the band.
+        let has_ghosts = layout.y.is_mirrored() && end == layout.nodes_y;
         let mut slots = viscous.chunks_exact_mut(chunks.max(1));
         let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));
-        // SAFETY: the caller's promise; the images are the last band's.
+        // SAFETY: the caller's promise; the ghost row is the last band's.
         unsafe {
             let [low, top] = self.rows_of_ply(ply);
             if first > low {
@@ -204,11 +204,11 @@ impl Plan {
             }
             let above = match self.gap_step {
                 Some(step) if end < layout.nodes_y => self.moments_above_gap(Edge::Body, step),
-                _ if images => self.past_of(end),
+                _ if has_ghosts => self.past_of(end),
                 _ => &mut [],
             };
-            if images && layout.y.node(layout.y.modelled()).0 < first {
-                place_image_moments(above, below);
+            if has_ghosts && layout.y.node(layout.y.modelled()).0 < first {
+                place_ghost_moments(above, below);
             }
             ([is_known, false], above)
         }
@@ -364,7 +364,7 @@ impl Plan {
     /// Nothing else uses the rows and what belongs to them, and nothing changes the row above.
     #[inline(never)]
     unsafe fn step_rows(&self, block: &Block, step: usize, rows: [usize; 2], beside: Beside<'_>) -> Report {
-        // SAFETY: the caller's promise; there are pulls of every step and row.
+        // SAFETY: the caller's promise; there are reactions of every step and row.
         unsafe {
             let mut swept = self.rows(step, rows, 0, beside);
             // A row comes from memory in the first step alone.
@@ -410,8 +410,8 @@ impl Plan {
                 net: self.net(ply),
                 carry,
                 kept,
-                pulls: if layout.supports {
-                    part_mut(memory.pulls.cast(), noted + first..noted + end)
+                reactions: if layout.supports {
+                    part_mut(memory.reactions.cast(), noted + first..noted + end)
                 } else {
                     Default::default()
                 },

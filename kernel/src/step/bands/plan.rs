@@ -9,7 +9,7 @@ use crate::memory::layout::Layout;
 use crate::memory::system::{self, System};
 use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
-use crate::sheet::images::place_image_speeds;
+use crate::sheet::ghosts::place_ghost_speeds;
 use crate::step::blocks;
 use crate::step::explicit;
 use crate::step::rows::schedule::Block;
@@ -37,7 +37,7 @@ pub(super) struct Plan {
     pub(super) memory: Pointers,
 }
 
-/// Rows [first, end) of all plies that a pass steps; the images that it needs are put there.
+/// Rows [first, end) of all plies that a pass steps; the ghost nodes that it needs are put there.
 fn prepare_rows(system: &mut System<'_>) -> [usize; 2] {
     let mut rows = [system.layout.nodes_y, 0];
     for ply in 0..system.layout.plies {
@@ -46,12 +46,12 @@ fn prepare_rows(system: &mut System<'_>) -> [usize; 2] {
             continue;
         }
         rows = [rows[0].min(first), rows[1].max(end)];
-        whole::place_images_above(system, end);
+        whole::place_ghosts_above(system, end);
         if (system.layout.has(Feature::Viscosity) || system.layout.has(Feature::Slack)) && system.layout.x.is_mirrored()
         {
             let (line, chunks) = (system.layout.x, system.layout.chunks);
             let rows = system.arrays.rows.hot.get_mut(first * chunks..end * chunks);
-            place_image_speeds(rows.unwrap_or(&mut []), chunks, line);
+            place_ghost_speeds(rows.unwrap_or(&mut []), chunks, line);
         }
     }
     [rows[0].min(rows[1]), rows[1]]

@@ -23,7 +23,7 @@ pub(super) struct Pointers {
     /// Vertical forces of each step of a block.
     pub(super) carries: *mut [Chunk<CARRY_PLANES>],
     /// Pulls of the fixed nodes of each step and row.
-    pub(super) pulls: *mut [[[f64; 3]; 2]],
+    pub(super) reactions: *mut [[[f64; 3]; 2]],
     /// The bands' own numbers.
     pub(super) scratch: *mut f64,
 }
@@ -31,7 +31,7 @@ pub(super) struct Pointers {
 impl Pointers {
     pub(super) fn of(system: &mut System<'_>, scratch: *mut f64) -> Pointers {
         let System { directions, layout, arrays: Arrays { rows, columns, lines, awake, shared, .. }, .. } = system;
-        let Noted { carries, pulls } = Noted::of(shared, layout);
+        let Noted { carries, reactions } = Noted::of(shared, layout);
         Pointers {
             directions,
             rows: rows.pointers(),
@@ -39,7 +39,7 @@ impl Pointers {
             lines: *lines,
             awake: *awake,
             carries,
-            pulls,
+            reactions,
             scratch,
         }
     }

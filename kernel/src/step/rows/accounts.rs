@@ -26,7 +26,7 @@ impl DissipationOfRow {
     /// Nothing of row j yet.
     #[inline(always)]
     pub fn of(layout: &Layout, along: Along<'_>, j: usize) -> DissipationOfRow {
-        if !layout.takes_energy() {
+        if !layout.dissipates() {
             return DissipationOfRow::NONE;
         }
         let lengths = [along.horizontal.rest.length * along.turn, along.vertical.rest.length];
@@ -72,7 +72,7 @@ impl DissipationOfRow {
     }
 }
 
-/// Books what a sweep of the rows that are awake has taken, and what it has been pulled and pushed by.
+/// Adds up what the sweep of the rows that are awake has dissipated, and the reactions of supports and case.
 #[inline(never)]
 pub(crate) fn add_awake(system: &mut System<'_>) {
     for ply in 0..system.layout.plies {
@@ -80,22 +80,27 @@ pub(crate) fn add_awake(system: &mut System<'_>) {
     }
 }
 
-/// Books what the sweep of rows [first, end) of a ply has taken in a step of a block, the first one
-/// otherwise, and what it has been pulled and pushed by.
+/// Adds up what the sweep of rows [first, end) of a ply has dissipated in a step of a block, the first one
+/// otherwise, and the reactions of supports and case.
 #[inline(never)]
 pub(crate) fn add_sweep(system: &mut System<'_>, ply: usize, rows: [usize; 2], step: usize) {
     add_dissipation(system, ply, rows, step);
-    add_pulls(system, ply, rows, step);
+    add_reactions(system, ply, rows, step);
     add_clamp_work(system, ply, rows, step);
-    add_case_pushes(system, ply, rows);
+    add_case_impulses(system, ply, rows);
 }
 
-/// Books the energy that viscosity and rate have taken of rows [first, end) of a ply, lowest row first.
+/// Adds up the energy dissipated by viscosity and rate in rows [first, end) of a ply, lowest row first.
 #[inline(never)]
 fn add_dissipation(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let unit = system.model.unit_energy * system.mass_share(ply);
-    let taken = system.arrays.rows.taken.get(step * system.layout.nodes_y..).and_then(|taken| taken.get(first..end));
-    taken.into_iter().flatten().for_each(|taken| system.state.sums.viscous += unit * taken);
+    let dissipated = system
+        .arrays
+        .rows
+        .dissipated
+        .get(step * system.layout.nodes_y..)
+        .and_then(|dissipated| dissipated.get(first..end));
+    dissipated.into_iter().flatten().for_each(|dissipated| system.state.sums.viscous += unit * dissipated);
 }
 
 /// Adds what the clamps of rows [first, end) of a ply have dissipated in a step of a block, the first one
@@ -107,33 +112,34 @@ fn add_clamp_work(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2],
     of_rows.into_iter().flatten().for_each(|work| system.state.sums.attachment += unit * work);
 }
 
-/// Books what a case has pushed rows [first, end) of a ply by, and what it has taken, lowest row first.
+/// Adds up the impulses of the case on rows [first, end) of a ply and the energy dissipated by it, lowest row
+/// first.
 #[inline(never)]
-fn add_case_pushes(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
+fn add_case_impulses(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
     let share = system.mass_share(ply);
     let (unit, sums) = (system.model.unit_energy * share, &mut system.state.sums);
-    for push in system.arrays.rows.pushed.get_mut(first..end).unwrap_or_default() {
+    for push in system.arrays.rows.case_impulse_of_row.get_mut(first..end).unwrap_or_default() {
         // The next pass may leave out a row.
-        let [x, z, taken] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
+        let [x, z, dissipated] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
         *push = [[0.0; CHUNK]; 3];
         sums.casing -= Vector::new(x, 0.0, z) * share;
-        sums.casing_loss += unit * taken;
+        sums.casing_loss += unit * dissipated;
     }
 }
 
-/// Books what the sheet pulls at the fixed nodes of rows [first, end) of a ply in a step of a block, the
-/// first one otherwise, lowest row first.
+/// Adds up the reactions of the fixed nodes of rows [first, end) of a ply in a step of a block, the first one
+/// otherwise, lowest row first.
 #[inline(never)]
-fn add_pulls(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
+fn add_reactions(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let share = system.scene.symmetry.share() * system.mass_share(ply);
     let System { scene, layout, state, arrays, .. } = system;
     let ((kind, symmetry), [bottom, _]) = ((scene.attachment.kind, scene.symmetry), layout.rows_of(ply));
-    let Noted { pulls, .. } = Noted::of(arrays.shared, layout);
-    let pulls = pulls.get(step * layout.nodes_y..).and_then(|pulls| pulls.get(first..end));
-    for (j, pulls) in pulls.into_iter().flatten().enumerate() {
-        for (side, pull) in pulls.iter().enumerate() {
+    let Noted { reactions, .. } = Noted::of(arrays.shared, layout);
+    let reactions = reactions.get(step * layout.nodes_y..).and_then(|reactions| reactions.get(first..end));
+    for (j, reactions) in reactions.into_iter().flatten().enumerate() {
+        for (side, reaction) in reactions.iter().enumerate() {
             let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, first - bottom + j, side);
-            state.sums.add_to_support(kind, at, &(Vector::from(*pull) * share), symmetry);
+            state.sums.add_to_support(kind, at, &(Vector::from(*reaction) * share), symmetry);
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::scene::features::Feature;
 use crate::sheet::clamp::ClampedRow;
 use crate::sheet::columns::{COLUMN_PLANES, FLAT, Net};
 use crate::sheet::effects::EffectState;
-use crate::sheet::images::{place_image_column, place_image_speeds};
+use crate::sheet::ghosts::{place_ghost_column, place_ghost_speeds};
 use crate::sheet::neighbours::own;
 use crate::sheet::on_casing::OnCasing;
 use crate::sheet::places::rest_offset;
@@ -48,9 +48,9 @@ pub(crate) struct Rows<'r> {
     pub carry: &'r mut [Chunk<CARRY_PLANES>],
     /// Displacements of the fixed nodes of a row, and after `nodes_x` of them velocities where clamps slip.
     pub kept: &'r mut [[f64; 3]],
-    /// What the sheet pulls at the two runs of fixed nodes of each row, in units of m h/dt; empty where
-    /// nobody asks.
-    pub pulls: &'r mut [[[f64; 3]; 2]],
+    /// Reactions of the two runs of fixed nodes of each row, in units of m h/dt; empty where no reaction is
+    /// requested.
+    pub reactions: &'r mut [[[f64; 3]; 2]],
 }
 
 impl<'r> Rows<'r> {
@@ -78,7 +78,7 @@ impl<'r> Rows<'r> {
             // They were found for the row below.
             known: [is_begun || in_block.is_some() && first > 0, false],
         };
-        let Noted { carries, pulls } = Noted::of(arrays.shared, layout);
+        let Noted { carries, reactions } = Noted::of(arrays.shared, layout);
         Some(Rows {
             first,
             ply,
@@ -87,23 +87,27 @@ impl<'r> Rows<'r> {
             net: Net { columns: layout.columns_of(arrays.columns, ply), lines: arrays.lines },
             carry: planes::row_mut(carries, layout.chunks, in_block.unwrap_or(ply)),
             kept: arrays.kept,
-            pulls: if layout.supports { pulls.get_mut(noted + first..noted + end)? } else { Default::default() },
+            reactions: if layout.supports {
+                reactions.get_mut(noted + first..noted + end)?
+            } else {
+                Default::default()
+            },
             own,
         })
     }
 }
 
 impl Rows<'_> {
-    /// The hot pass over these rows, with fixed nodes put back and their pulls noted.
+    /// The hot pass over these rows, with fixed nodes put back and their reactions noted.
     #[inline(always)] // The rows themselves then take no stack.
     pub fn sweep(&mut self, terms: &Terms<'_>) -> Report {
         let (layout, chunks) = (terms.layout, terms.layout.chunks);
-        if layout.x.has_image() {
-            self.place_images(layout);
+        if layout.x.has_ghost() {
+            self.place_ghosts(layout);
         }
-        let Rows { first, ply, above, own, viscous, carry, kept, pulls, .. } = self;
-        let RowArrays { hot, history, yarn, strength, owed, been_slack, before, pushed, pushes, taken, .. } = own;
-        let RowArrays { ranges, runs, holds, slid, clamped, .. } = own;
+        let Rows { first, ply, above, own, viscous, carry, kept, reactions, .. } = self;
+        let RowArrays { hot, history, yarn, strength, before, dissipated, ranges, runs, holds, slid, .. } = own;
+        let RowArrays { energy_error, been_slack, case_impulse_of_row, case_impulse, clamped, .. } = own;
         let (first, ply, above) = (*first, *ply, *above);
         let (pass, is_viscous) = (terms.pass(self.net, ply), layout.has(Feature::Viscosity));
         // Whether nodes stand for several.
@@ -114,10 +118,10 @@ impl Rows<'_> {
             let j = first + k;
             if is_viscous {
                 if k == 0 {
-                    viscous.find_moments(terms, [ply, first, 0], [hot, above], taken);
+                    viscous.find_moments(terms, [ply, first, 0], [hot, above], dissipated);
                 }
                 // The row needs those of the row above it.
-                viscous.find_moments(terms, [ply, first, k + 1], [hot, above], taken);
+                viscous.find_moments(terms, [ply, first, k + 1], [hot, above], dissipated);
             }
             let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
@@ -147,14 +151,12 @@ impl Rows<'_> {
                     None
                 };
                 let keeps = been_slack.get(k).copied().unwrap_or(0);
-                let slack = if layout.has(Feature::Slack) && keeps != 0 {
-                    Some(SlackBalance::of(planes::row_mut(owed, chunks, k), keeps))
-                } else {
-                    None
-                };
+                let is_slack = layout.has(Feature::Slack) && keeps != 0;
+                let slack = is_slack.then(|| SlackBalance::of(planes::row_mut(energy_error, chunks, k), keeps));
                 // Whole rows of a ring are held, or none of it.
                 let on_casing = if layout.has(Feature::Casing) && run[0] == run[1] {
-                    case_under(terms, &pass, j, pushed.get_mut(k), pushes.get_mut(k * chunks..(k + 1) * chunks))
+                    let nodes = case_impulse.get_mut(k * chunks..(k + 1) * chunks);
+                    case_under(terms, &pass, j, case_impulse_of_row.get_mut(k), nodes)
                 } else {
                     None
                 };
@@ -162,22 +164,22 @@ impl Rows<'_> {
             }
             let (met, reach) = job.step();
             report = report.merged(met);
-            let pulled = if slips {
+            let of_row = if slips {
                 let end = RowEnd { range, reach, holds, slid, clamped, k, columns: pass.net.columns };
                 slide_row(terms, weighed, j, row, kept, run, end)
             } else {
                 end_row(terms, weighed, j, row, kept, run, (range, reach))
             };
-            if let Some(pulls) = pulls.get_mut(k) {
-                *pulls = pulled;
+            if let Some(reactions) = reactions.get_mut(k) {
+                *reactions = of_row;
             }
-            if let Some((taken, counted)) = taken.get_mut(k).zip(counted.as_mut()) {
+            if let Some((dissipated, counted)) = dissipated.get_mut(k).zip(counted.as_mut()) {
                 if is_viscous && layout.x.is_mirrored() {
                     let of_last = viscous.taken_of_last(layout, k, &last);
                     counted.of_last = [0, 1].map(|axis| counted.of_last[axis] + of_last[axis]);
                 }
-                // What the moments take is there.
-                *taken = counted.total(layout) + if is_viscous { *taken } else { 0.0 };
+                // `find_moments` has stored the part of the moments.
+                *dissipated = counted.total(layout) + if is_viscous { *dissipated } else { 0.0 };
             }
         }
         report
@@ -185,32 +187,32 @@ impl Rows<'_> {
 
     /// The image columns, with velocities for viscosity and slack segments.
     #[inline(never)]
-    fn place_images(&mut self, layout: &Layout) {
+    fn place_ghosts(&mut self, layout: &Layout) {
         for row in self.own.hot.chunks_exact_mut(layout.chunks.max(1)) {
-            place_image_column(row, layout.x);
+            place_ghost_column(row, layout.x);
         }
         if layout.has(Feature::Viscosity) || layout.has(Feature::Slack) {
-            place_image_speeds(self.own.hot, layout.chunks, layout.x);
+            place_ghost_speeds(self.own.hot, layout.chunks, layout.x);
         }
     }
 }
 
-/// Case under row j of a ring, with the sums of its pushes on the row and the push on each node.
+/// Case under row j of a ring, with the sums of its impulses on the row and the impulse on each node.
 fn case_under<'a>(
     terms: &Terms<'a>,
     pass: &Pass<'a>,
     j: usize,
-    pushed: Option<&'a mut [[f64; CHUNK]; 3]>,
-    pushes: Option<&'a mut [[f64; CHUNK]]>,
+    impulse_of_row: Option<&'a mut [[f64; CHUNK]; 3]>,
+    impulse: Option<&'a mut [[f64; CHUNK]]>,
 ) -> Option<OnCasing<'a>> {
     let rest = rest_offset(terms.layout.ply_and_row(j).1, terms.layout.y.nodes);
     let place_y = rest * pass.directions.vertical.rest.spacing;
     let case = terms.directions.casing.as_ref()?;
-    Some(OnCasing { case, columns: pass.net.columns, place_y, pushed: pushed?, pushes: pushes? })
+    Some(OnCasing { case, columns: pass.net.columns, place_y, impulse_of_row: impulse_of_row?, impulse: impulse? })
 }
 
 /// After the sweep of row j: puts its fixed nodes back and notes how far it reaches, which is `reach` along
-/// y. Returns the pull of the sheet on each run of fixed nodes. `weighed`: where nodes stand for several.
+/// y. Returns the reaction of each run of fixed nodes. `weighed`: where nodes stand for several.
 #[inline(always)]
 fn end_row(
     terms: &Terms<'_>,
@@ -221,7 +223,7 @@ fn end_row(
     run: &[u32; 4],
     (range, reach): (&mut [u32; 4], [f64; 2]),
 ) -> [[f64; 3]; 2] {
-    let pulled = match weighed {
+    let reactions = match weighed {
         Some(net) => {
             let of_row = net.row_share(j);
             restore_fixed(row, kept, run, |i| terms.layout.node_weight(i, j) * (net.column_share(i) * of_row))
@@ -229,7 +231,7 @@ fn end_row(
         None => restore_fixed(row, kept, run, |_| 1.0),
     };
     note_range(terms, row, range, reach);
-    pulled
+    reactions
 }
 
 /// What the end of a row's sweep writes in addition to its nodes.
@@ -273,8 +275,8 @@ fn slide_row(
     let own = k * layout.chunks..(k + 1) * layout.chunks;
     let (holds, slid) = (holds.get(own.clone()).unwrap_or_default(), slid.get_mut(own).unwrap_or_default());
     let mut clamps = ClampedRow { holds, slid, grip: terms.directions.grip, columns };
-    let (mut pulls, mut work) = ([Vector::zeros(); 2], 0.0);
-    for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
+    let (mut reactions, mut work) = ([Vector::zeros(); 2], 0.0);
+    for (reaction, columns) in reactions.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
             if !clamps.holds_node(i) {
                 continue;
@@ -288,7 +290,7 @@ fn slide_row(
                 chunk[SPEED_X + plane][lane] = slide.velocity[plane];
             }
             (low, high) = (math::min(chunk[1][lane], low), math::max(chunk[1][lane], high));
-            *pull += Vector::from(slide.impulse) * weight;
+            *reaction += Vector::from(slide.impulse) * weight;
             work += weight * slide.work;
         }
     }
@@ -296,7 +298,7 @@ fn slide_row(
         *of_row = work;
     }
     note_range(terms, row, range, [low, high]);
-    pulls.map(|pull| pull.into())
+    reactions.map(|reaction| reaction.into())
 }
 
 /// Keeps the velocities across the sheet of a row, along the normals of its columns.
@@ -361,7 +363,7 @@ fn keep_speeds(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4],
     }
 }
 
-/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m
+/// Puts the fixed nodes of row j back to rest and returns the reaction of each run, in units of m
 /// h/dt; beyond mirror planes that of all images together, before any is turned.
 #[inline]
 fn restore_fixed(
@@ -370,19 +372,19 @@ fn restore_fixed(
     run: &[u32; 4],
     weight: impl Fn(usize) -> f64,
 ) -> [[f64; 3]; 2] {
-    let mut pulls = [Vector::zeros(); 2];
-    for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
+    let mut reactions = [Vector::zeros(); 2];
+    for (reaction, columns) in reactions.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            *pull += Vector::from(planes::velocity(chunk, lane)) * weight(i);
+            *reaction += Vector::from(planes::velocity(chunk, lane)) * weight(i);
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];
                 chunk[SPEED_X + plane][lane] = 0.0;
             }
         }
     }
-    pulls.map(|pull| pull.into())
+    reactions.map(|reaction| reaction.into())
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use crate::yarn::law;
 pub(crate) struct ViscousRows<'r> {
     /// Past of the last pass; moments of this one as far as they have been found.
     pub past: &'r mut [Chunk<PAST_PLANES>],
-    /// Past of the row above the last, or of the images there; empty for none.
+    /// Past of the row above the last, or of the ghost row there; empty for none.
     pub above: &'r mut [Chunk<PAST_PLANES>],
     /// Whether the moments of the first and of the last row are those of this pass already.
     pub known: [bool; 2],
@@ -36,10 +36,10 @@ impl ViscousRows<'_> {
         terms: &Terms<'_>,
         [ply, first, k]: [usize; 3],
         [hot, above]: [&[Chunk<HOT_PLANES>]; 2],
-        taken: &mut [f64],
+        dissipated: &mut [f64],
     ) {
-        let (chunks, rows) = (terms.layout.chunks, taken.len());
-        let Some(taken) = taken.get_mut(k) else { return };
+        let (chunks, rows) = (terms.layout.chunks, dissipated.len());
+        let Some(dissipated) = dissipated.get_mut(k) else { return };
         if k == 0 && self.known[0] || k + 1 == rows && self.known[1] {
             return;
         }
@@ -54,7 +54,7 @@ impl ViscousRows<'_> {
             above: if k + 1 < rows { planes::row(hot, chunks, k + 1) } else { above },
             past: planes::row_mut(rest, chunks, 0),
         };
-        find_moments_of_row(terms, first + k, row, taken);
+        find_moments_of_row(terms, first + k, row, dissipated);
     }
 
     /// What the sweep of the k-th of so many rows needs, and the past of its last segments. `first`: as
@@ -66,7 +66,7 @@ impl ViscousRows<'_> {
             && first + k + 1 == layout.nodes_y
             && let Some(node) = layout.y.node(layout.y.modelled()).0.checked_sub(first)
         {
-            place_image_moments(self.above, planes::row(self.past, chunks, node));
+            place_ghost_moments(self.above, planes::row(self.past, chunks, node));
         }
         let (below, rest) = self.past.split_at_mut(((k + 1) * chunks).min(self.past.len()));
         let past = planes::row_mut(below, chunks, k);
@@ -75,8 +75,7 @@ impl ViscousRows<'_> {
         (ViscousRow { past, above }, last)
     }
 
-    /// What the last segments of the k-th row, a mirrored one, have taken since this was their past, over 1/4
-    /// l^2.
+    /// Energy that the last segments of the k-th row, a mirrored one, dissipate in this step, over l^2/4.
     #[inline(never)]
     pub fn taken_of_last(&mut self, layout: &Layout, k: usize, before: &Last) -> [f64; 2] {
         // It was that of a node beside the plane.
@@ -97,15 +96,15 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
 
 /// Finds the moments of row j, and begins to count what viscosity takes of it.
 #[inline(never)]
-pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, taken: &mut f64) {
+pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, dissipated: &mut f64) {
     let (layout, line) = (terms.layout, terms.layout.x);
     if layout.has(Feature::Curved) {
-        *taken = 0.0;
+        *dissipated = 0.0;
         return;
     }
     if !line.is_mirrored() {
         let found: f64 = lanes::dispatch(terms.instructions, row).iter().sum();
-        *taken = 0.5 * layout.y.node_weight(j) * found;
+        *dissipated = 0.5 * layout.y.node_weight(j) * found;
         return;
     }
     // Nodes on the plane are there once, the others twice; and there is an image.
@@ -124,16 +123,16 @@ pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow
     let found: f64 = lanes::dispatch(terms.instructions, MomentsOfRow { past, ..row }).iter().sum();
     once += of_last(past);
     let all = line.node_weight(0) * found - (line.node_weight(0) - line.node_weight(last)) * once;
-    *taken = 0.5 * layout.y.node_weight(j) * all;
+    *dissipated = 0.5 * layout.y.node_weight(j) * all;
     let (node, _) = line.node(line.modelled());
     let image = planes::get(past, MOMENT, node).unwrap_or(0.0);
     set(past, MOMENT, line.modelled(), image);
 }
 
-/// The moments across the row of images, along y: those of the row.
-pub(crate) fn place_image_moments(images: &mut [Chunk<PAST_PLANES>], row: &[Chunk<PAST_PLANES>]) {
-    for (image, chunk) in images.iter_mut().zip(row) {
-        image[MOMENT + 1] = chunk[MOMENT + 1];
+/// Moments of the ghost row along y: those of the row that it mirrors.
+pub(crate) fn place_ghost_moments(ghosts: &mut [Chunk<PAST_PLANES>], row: &[Chunk<PAST_PLANES>]) {
+    for (ghost, chunk) in ghosts.iter_mut().zip(row) {
+        ghost[MOMENT + 1] = chunk[MOMENT + 1];
     }
 }
 
@@ -154,7 +153,8 @@ pub(crate) fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2
     let System { layout, directions, arrays, instructions, .. } = &mut *system;
     let chunks = layout.chunks;
     let (past_below, past) = arrays.rows.past.split_at_mut((j * chunks).min(arrays.rows.past.len()));
-    let Some(taken) = arrays.rows.taken.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y) else {
+    let Some(dissipated) = arrays.rows.dissipated.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y)
+    else {
         return;
     };
     let row = MomentsOfRow {
@@ -170,7 +170,7 @@ pub(crate) fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2
         past: planes::row_mut(past, chunks, 0),
     };
     let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
-    find_moments_of_row(&terms, j, row, taken);
+    find_moments_of_row(&terms, j, row, dissipated);
 }
 
 /// Starts from the present state: the strain of the last pass is that of the displacements less the
@@ -202,7 +202,7 @@ pub(crate) fn open(system: &System<'_>) -> f64 {
     if !system.layout.has(Feature::Viscosity) {
         return 0.0;
     }
-    let mut taken = 0.0;
+    let mut dissipated = 0.0;
     for (i, j) in system.nodes() {
         let mut of_node = 0.0;
         for axis in [Axis::Horizontal, Axis::Vertical] {
@@ -214,9 +214,9 @@ pub(crate) fn open(system: &System<'_>) -> f64 {
             let length = segment.rest.length;
             of_node += system.layout.segment_weight(axis, i, j) * (0.25 * length * length * stress * growth);
         }
-        taken += of_node * system.mass_share_of_row(j);
+        dissipated += of_node * system.mass_share_of_row(j);
     }
-    taken * system.model.unit_energy
+    dissipated * system.model.unit_energy
 }
 
 /// Twice the strain in the last pass of the segment from node (i, j), the viscous part of its stress, and the

@@ -76,7 +76,7 @@ fn begin_sweep(system: &mut System<'_>) {
             system.set_awake(ply, rows);
         }
     }
-    place_images_above(system, system.awake[1]);
+    place_ghosts_above(system, system.awake[1]);
     let carries = Noted::of(system.arrays.shared, &system.layout).carries;
     carries
         .iter_mut()
@@ -106,9 +106,9 @@ fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: O
     }
 }
 
-/// The row of images above a sweep that reaches the plane.
-pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
+/// Ghost row above a sweep that reaches the mirror plane.
+pub(crate) fn place_ghosts_above(system: &mut System<'_>, end: usize) {
     if system.layout.y.is_mirrored() && end == system.layout.nodes_y {
-        system.place_image_row();
+        system.place_ghost_row();
     }
 }
