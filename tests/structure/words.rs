@@ -26,7 +26,7 @@ const IN_SPACE: [&str; 8] = [
 ];
 
 /// Files and folders whose comments may be wider: older ones, and those that are the header's.
-const WIDE: [&str; 4] = ["capi/", "crates/capsule/", "kernel/src/ground/lanes.rs", "kernel/src/memory/layout.rs"];
+const WIDE: [&str; 2] = ["capi/", "crates/capsule/"];
 
 /// Names that two types of a crate have.
 const TWICE: [&str; 3] = ["Nodes", "Options", "Place"];

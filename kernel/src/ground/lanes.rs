@@ -1,7 +1,8 @@
 //! One lane trait over plain Rust, SSE2, AVX2 and AVX-512, and the choice between them.
 //!
-//! Method: the hot pass is written once, generic over [`Lane`]; every instance does the same IEEE operations on each number,
-//! so all give the same bits. The instruction set is found once, when a simulation is made, and never changes a result.
+//! Method: the hot pass is written once, generic over [`Lane`]; every instance does the same IEEE operations
+//! on each number, so all give the same bits. The instruction set is found once, when a simulation is made,
+//! and never changes a result.
 //! Limits: elsewhere than x86-64 the plain Rust lane is used; the compiler may vectorise it.
 //! With the folder `step/bands` this is the only place of the kernel with unsafe code.
 #![allow(unsafe_code)]
@@ -26,7 +27,8 @@ impl CacheLine {
     /// Lines as real numbers.
     pub(crate) fn reals(lines: &mut [CacheLine]) -> &mut [f64] {
         let (start, count) = (lines.as_mut_ptr().cast::<f64>(), Self::REALS * lines.len());
-        // SAFETY: a line is its eight numbers without padding, and the slice is given up for the one that is made.
+        // SAFETY: a line is its eight numbers without padding, and the slice is given up for the one that is
+        // made.
         unsafe { core::slice::from_raw_parts_mut(start, count) }
     }
 
@@ -39,8 +41,8 @@ impl CacheLine {
     /// Lines as integers.
     pub(crate) fn words(lines: &mut [CacheLine]) -> &mut [u32] {
         let (start, count) = (lines.as_mut_ptr().cast::<u32>(), Self::WORDS * lines.len());
-        // SAFETY: a line is 64 bytes without padding, of which any bits are integers, and later again real numbers; the slice is
-        // given up for the one that is made.
+        // SAFETY: a line is 64 bytes without padding, of which any bits are integers, and later again real
+        // numbers; the slice is given up for the one that is made.
         unsafe { core::slice::from_raw_parts_mut(start, count) }
     }
 }
@@ -58,7 +60,8 @@ pub(crate) unsafe trait Item: Copy + 'static {
     /// Numbers as items. Numbers left over are in none.
     fn of(numbers: &mut [Self::Number]) -> &mut [Self] {
         let (start, count) = (numbers.as_mut_ptr().cast::<Self>(), numbers.len().checked_div(Self::NUMBERS));
-        // SAFETY: an item is its numbers, aligned as they are, and the slice is given up for the one that is made.
+        // SAFETY: an item is its numbers, aligned as they are, and the slice is given up for the one that is
+        // made.
         unsafe { core::slice::from_raw_parts_mut(start, count.unwrap_or(0)) }
     }
 
@@ -109,8 +112,8 @@ macro_rules! records {
             $($(#[$meaning])* pub $field: $kind,)*
         }
 
-        // SAFETY: every field is an item, in the order of the list, and any bits are its numbers; the assertion
-        // finds padding.
+        // SAFETY: every field is an item, in the order of the list, and any bits are its numbers; the
+        // assertion finds padding.
         #[allow(unsafe_code)]
         unsafe impl $crate::ground::lanes::Item for $name {
             type Number = f64;
@@ -160,7 +163,8 @@ impl InstructionSet {
         }
     }
 
-    /// Whether the target has faster sets, which nearly every machine of today has: less code is compiled for it.
+    /// Whether the target has faster sets, which nearly every machine of today has: less code is compiled for
+    /// it.
     pub(crate) fn is_slow(self) -> bool {
         cfg!(target_arch = "x86_64") && WIDER && matches!(self, InstructionSet::Scalar | InstructionSet::Sse2)
     }
@@ -325,7 +329,8 @@ impl Lane for f64 {
     }
 }
 
-/// A pair of numbers in plain Rust. Faster than one at a time: compilers pair the operations up, and the loop is half as long.
+/// A pair of numbers in plain Rust. Faster than one at a time: compilers pair the operations up, and the loop
+/// is half as long.
 impl Lane for [f64; 2] {
     in_groups!(2);
     #[inline(always)]
@@ -420,8 +425,8 @@ impl Splat {
     }
 }
 
-/// Does something with each lane group of a chunk. Written out, so that every place in the chunk is a constant. No lane that is run with it
-/// has another width than 2, 4 or 8.
+/// Does something with each lane group of a chunk. Written out, so that every place in the chunk is a
+/// constant. No lane that is run with it has another width than 2, 4 or 8.
 macro_rules! each_group {
     ($lane:ty, |$group:ident| $body:expr) => {{
         let $group = 0;
@@ -444,11 +449,13 @@ pub(crate) use each_group;
 pub trait Job {
     /// What it returns.
     type Output;
-    /// Does it with one kind of lane. Must be `#[inline(always)]`, so that it is compiled for the instruction set.
+    /// Does it with one kind of lane. Must be `#[inline(always)]`, so that it is compiled for the instruction
+    /// set.
     fn run<L: Lane>(self) -> Self::Output;
 }
 
-/// Does a job with an instruction set; with that of every machine of the target if this one, or this build, lacks it.
+/// Does a job with an instruction set; with that of every machine of the target if this one, or this build,
+/// lacks it.
 #[inline]
 pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
     #[cfg(target_arch = "x86_64")]
@@ -467,22 +474,24 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
     }
 }
 
-/// Asks for the chunk that lies `ahead` chunks after this one in memory: a hint, which changes nothing. Does nothing where the target
-/// has no such hint.
+/// Asks for the chunk that lies `ahead` chunks after this one in memory: a hint, which changes nothing. Does
+/// nothing where the target has no such hint.
 #[inline(always)]
 pub fn fetch<const P: usize>(chunk: &Chunk<P>, ahead: usize) {
     #[cfg(target_arch = "x86_64")]
     for plane in 0..P {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         let line = (&raw const *chunk).wrapping_add(ahead).cast::<i8>().wrapping_add(plane * size_of::<CacheLine>());
-        // SAFETY: every x86-64 has the instruction, and it takes any address: it reads and writes nothing that the program can see.
+        // SAFETY: every x86-64 has the instruction, and it takes any address: it reads and writes nothing
+        // that the program can see.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(line) };
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (chunk, ahead);
 }
 
-/// Does a job with lanes that every machine of the target has. Not inlined: the stack of one kind must not add to that of another.
+/// Does a job with lanes that every machine of the target has. Not inlined: the stack of one kind must not
+/// add to that of another.
 #[inline(never)]
 fn run<L: Lane, J: Job>(job: J) -> J::Output {
     job.run::<L>()
@@ -490,8 +499,9 @@ fn run<L: Lane, J: Job>(job: J) -> J::Output {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    //! The lanes of x86-64. Their methods are inlined into `avx2` and `avx512`, where the instructions are enabled, and are
-    //! reached through [`super::dispatch`] only, which has found the instructions on the machine.
+    //! The lanes of x86-64. Their methods are inlined into `avx2` and `avx512`, where the instructions are
+    //! enabled, and are reached through [`super::dispatch`] only, which has found the instructions on the
+    //! machine.
 
     use super::{Job, Lane};
     use crate::ground::planes::CHUNK;
@@ -507,8 +517,8 @@ mod x86 {
         job.run::<__m512d>()
     }
 
-    /// Declares a lane: its width, the instructions that memory and the methods with two operands take, and the other
-    /// methods.
+    /// Declares a lane: its width, the instructions that memory and the methods with two operands take, and
+    /// the other methods.
     macro_rules! lane {
         ($lane:ty, $width:literal, [$splat:ident, $load:ident, $store:ident, $sqrt:ident],
             [$($method:ident = $instruction:ident),*], { $($other:tt)* }) => {

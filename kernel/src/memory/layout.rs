@@ -1,4 +1,5 @@
-//! Sizes of a scene: nodes, rows, plies, segments, candidates, and what has to be kept of them. `arrays.rs` counts the memory.
+//! Sizes of a scene: nodes, rows, plies, segments, candidates, and what has to be kept of them. `arrays.rs`
+//! counts the memory.
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
@@ -7,9 +8,11 @@ use crate::scene::features::{Feature, Features};
 use crate::sheet::columns::COLUMN_PLANES;
 use crate::sheet::symmetry::Line;
 
-/// Hot rows of more numbers than this do not stay in a core's own caches from one step to the next, so that steps pay in blocks: 4 MiB.
+/// Hot rows of more numbers than this do not stay in a core's own caches from one step to the next, so that
+/// steps pay in blocks: 4 MiB.
 const OWN_CACHE_REALS: usize = (4 << 20) / 8;
-/// Hot rows of more numbers than this do not stay in any cache, so that a pass fetches them from memory: 12 MiB, less than half of what the cores of a server share.
+/// Hot rows of more numbers than this do not stay in any cache, so that a pass fetches them from memory: 12
+/// MiB, less than half of what the cores of a server share.
 const CACHED_REALS: usize = (12 << 20) / 8;
 
 /// Most steps of a block (`step/blocks.rs`); a divisor of the steps between two tests of outcomes.
@@ -37,7 +40,8 @@ pub struct Layout {
     pub chunks: usize,
     /// What the scene has in addition to a plain sheet.
     pub has: Features,
-    /// Steps of a block that there is memory for, 4 or 8, and 1 where steps are taken one by one (`step/blocks.rs`).
+    /// Steps of a block that there is memory for, 4 or 8, and 1 where steps are taken one by one
+    /// (`step/blocks.rs`).
     pub block_steps: u32,
     /// Whether impulses on the supports are summed.
     pub supports: bool,
@@ -67,9 +71,10 @@ impl Layout {
         image_words: 0,
     };
 
-    /// [`Layout::block_steps`]: more than 1 for a sheet that exceeds a core's own caches, of one ply without mirror planes and without what
-    /// takes more than one pass or looks at the whole sheet between two steps. Half of the most with viscosity, with which a step reaches
-    /// twice as many rows, which are to stay in the caches, and where the caches that cores share are quick to give a row back.
+    /// [`Layout::block_steps`]: more than 1 for a sheet that exceeds a core's own caches, of one ply without
+    /// mirror planes and without what takes more than one pass or looks at the whole sheet between two steps.
+    /// Half of the most with viscosity, with which a step reaches twice as many rows, which are to stay in
+    /// the caches, and where the caches that cores share are quick to give a row back.
     pub(super) fn find_block_steps(&self) -> Option<u32> {
         use Feature::*;
         let options = [Theta, Slack, Rate, Grading, Casing].iter().any(|&feature| self.has(feature));
@@ -85,8 +90,8 @@ impl Layout {
         self.shared_lines() + self.lines_of_reals() + self.words.div_ceil(CacheLine::WORDS)
     }
 
-    /// How many of these hold what a step notes (`arrays.rs`), or the labels of the nodes when outcomes are tested: less than the hot rows, which have
-    /// been counted.
+    /// How many of these hold what a step notes (`arrays.rs`), or the labels of the nodes when outcomes are
+    /// tested: less than the hot rows, which have been counted.
     pub(crate) fn shared_lines(&self) -> usize {
         let labels = if self.has(Feature::Detachment) { self.nodes() } else { 0 };
         let noted: usize = self.noted().iter().sum();
@@ -114,7 +119,8 @@ impl Layout {
         self.candidates.checked_mul(if self.has(Feature::Casing) { 2 } else { 1 })
     }
 
-    /// Places for what is kept of a row's fixed nodes during its sweep: displacements, and with slipping clamps velocities.
+    /// Places for what is kept of a row's fixed nodes during its sweep: displacements, and with slipping
+    /// clamps velocities.
     pub(crate) fn kept_nodes(&self) -> usize {
         if self.has(Feature::Clamps) { 2 * self.nodes_x } else { self.nodes_x }
     }
@@ -132,8 +138,8 @@ impl Layout {
     /// Length of the memory that stepping in `of` bands takes in addition, in lines of 64 bytes.
     ///
     /// # Errors
-    /// More bands than [`MAX_BANDS`], or none; the theta rule, which cannot be stepped in bands; more memory than a slice can hold, which wide
-    /// sheets may need on targets of 32 bits.
+    /// More bands than [`MAX_BANDS`], or none; the theta rule, which cannot be stepped in bands; more memory
+    /// than a slice can hold, which wide sheets may need on targets of 32 bits.
     pub fn band_lines(&self, of: u32) -> Result<usize, Error> {
         if self.has(Feature::Theta) {
             return Err(Error::plain(Code::NotInBands, "integrator.kind"));
@@ -154,8 +160,8 @@ impl Layout {
         if self.has(Feature::Viscosity) { 4 } else { 0 }
     }
 
-    /// Rows of what viscosity keeps in the scratch of a band: those, and in each step of a block the row above
-    /// a gap.
+    /// Rows of what viscosity keeps in the scratch of a band: those, and in each step of a block the row
+    /// above a gap.
     pub(crate) fn viscous_rows_of_a_band(&self) -> usize {
         self.viscous_rows_at_cuts() + if self.has(Feature::Viscosity) { self.block_steps_of_a_band() } else { 0 }
     }
@@ -165,8 +171,8 @@ impl Layout {
         if self.block_steps > 1 { self.block_steps as usize } else { 0 }
     }
 
-    /// Numbers of one band: a row above it, forces from below it, both of every step of a block, too, copies of viscosity's at its ends, its
-    /// fixed nodes; whole cache lines.
+    /// Numbers of one band: a row above it, forces from below it, both of every step of a block, too, copies
+    /// of viscosity's at its ends, its fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
         let rows = 1 + self.block_steps_of_a_band();
         self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + self.viscous_rows_of_a_band() * PAST_PLANES)
@@ -196,7 +202,8 @@ impl Layout {
         (node % nx, node / nx)
     }
 
-    /// Place of the first of the chunks with the nodes at column i of a row of the sheet, in all plies, and how far the next one is from it.
+    /// Place of the first of the chunks with the nodes at column i of a row of the sheet, in all plies, and
+    /// how far the next one is from it.
     #[inline]
     pub(crate) fn stacked(&self, i: usize, row: usize) -> [usize; 2] {
         [row * self.chunks + i / CHUNK, self.y.modelled() * self.chunks]
@@ -268,12 +275,14 @@ impl Layout {
         self.dissipates() || self.has(Feature::Slack) || self.has(Feature::Casing)
     }
 
-    /// Whether segments have constants of their own: drawn ones, those of a graded network, or those of plies with radii of their own.
+    /// Whether segments have constants of their own: drawn ones, those of a graded network, or those of plies
+    /// with radii of their own.
     pub fn has_constants(&self) -> bool {
         self.has(Feature::Drawn) || self.has(Feature::Grading) || self.has(Feature::Curved) && self.is_stack()
     }
 
-    /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass, too.
+    /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass,
+    /// too.
     pub fn node_weight(&self, i: usize, j: usize) -> f64 {
         self.x.node_weight(i) * self.y.node_weight(j)
     }
@@ -304,7 +313,8 @@ mod tests {
         let stochastic = Layout::of(&scene).unwrap();
         assert_eq!((stochastic.chunks, stochastic.nodes(), stochastic.segments()), (44, 122_500, 244_300));
         scene.track_support = false;
-        // What steps in blocks note has room where the nodes have their labels; without them six numbers a row and step, and three a column and step.
+        // What steps in blocks note has room where the nodes have their labels; without them six numbers a
+        // row and step, and three a column and step.
         assert_eq!(stochastic.bytes(), Layout::of(&scene).unwrap().bytes());
         scene.track_detachment = false;
         let noted = |scene: &Scene| Layout::of(scene).unwrap().shared_lines();
@@ -312,7 +322,8 @@ mod tests {
         scene.track_support = true;
         assert_eq!(noted(&scene), 4 * (3 * 44 + 6 * 350 / 8) + 2);
         scene.track_detachment = true;
-        // A place for every node as a candidate takes 120; or room for what wraps the cylinder, and half as much again.
+        // A place for every node as a candidate takes 120; or room for what wraps the cylinder, and half as
+        // much again.
         for (stochastic, capacity, most) in
             [(true, 0, 237.0), (false, 0, 205.0), (true, 7250, 124.1), (false, 7250, 92.1)]
         {
@@ -325,17 +336,19 @@ mod tests {
     #[test]
     fn sheets_that_exceed_the_caches() {
         let mut scene = Scene::sheet_3in_sphere();
-        // 64 bytes a node, rows in whole chunks of eight: 255 rows of 256 nodes are 3.98 MiB, 257 of 264 are 4.1 MiB; 439 of 440 are 11.8 MiB,
-        // 447 of 448 are 12.2 MiB.
+        // 64 bytes a node, rows in whole chunks of eight: 255 rows of 256 nodes are 3.98 MiB, 257 of 264 are
+        // 4.1 MiB; 439 of 440 are 11.8 MiB, 447 of 448 are 12.2 MiB.
         for (nodes, exceeds, steps) in [(255, false, 1), (257, false, 4), (439, false, 4), (447, true, 8)] {
             (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
             let layout = Layout::of(&scene).unwrap();
             assert_eq!((layout.exceeds_caches(), layout.block_steps), (exceeds, steps));
         }
-        // Three bands keep a row and its forces, and both of eight steps; then the fixed nodes in whole cache lines.
+        // Three bands keep a row and its forces, and both of eight steps; then the fixed nodes in whole cache
+        // lines.
         let reals: usize = 3 * (9 * 56 * 8 * (HOT_PLANES + CARRY_PLANES) + 1344);
         assert_eq!(Layout::of(&scene).unwrap().band_lines(3).unwrap(), reals.div_ceil(8));
-        // Seven steps more: carried forces of 56 chunks and six numbers a row of each, to the next line. With slack balance a step is taken alone.
+        // Seven steps more: carried forces of 56 chunks and six numbers a row of each, to the next line. With
+        // slack balance a step is taken alone.
         scene.track_detachment = false;
         let blocks = Layout::of(&scene).unwrap();
         scene.slack_balance = true;
@@ -360,8 +373,8 @@ mod tests {
         let layout = Layout::of(&tiny()).unwrap();
         // Segments: 8 in each of 5 rows, 4 in each of 9 columns.
         assert_eq!((layout.nodes(), layout.segments(), layout.chunks), (45, 40 + 36, 2));
-        // Displacements, velocities, stiffness and history of 5 rows; three numbers a column; the candidates. Words: eight a row. Carried forces of
-        // a row, in whole lines.
+        // Displacements, velocities, stiffness and history of 5 rows; three numbers a column; the candidates.
+        // Words: eight a row. Carried forces of a row, in whole lines.
         let rows = 5 * 16 * (HOT_PLANES + HISTORY_PLANES) + 3 * 9;
         assert_eq!((layout.reals, layout.words), (rows + 10 * Candidate::NUMBERS, 8 * 5));
         assert_eq!(layout.shared_lines(), 2 * CARRY_PLANES);
@@ -388,7 +401,8 @@ mod tests {
         assert_eq!(with(&drawn), (5 * 16 * STRENGTH_PLANES, 0, 0));
         // A word for each row; of the image two for each of 76 segments, too.
         assert_eq!(with(&|scene| scene.slack_balance = true), (5 * 16 * ENERGY_ERROR_PLANES, 5, 5 + 2 * 76));
-        // Past of 5 rows, what each takes; of the image two words for each of 76 segments and 45 nodes, and one more.
+        // Past of 5 rows, what each takes; of the image two words for each of 76 segments and 45 nodes, and
+        // one more.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
         assert_eq!(with(&viscous), (5 * 16 * PAST_PLANES + 5, 0, 2 * (76 + 45) + 1));
         // The energy of each row; two words of the image.
@@ -399,7 +413,8 @@ mod tests {
         // The tangential parts of 10 candidates; a word of the image.
         let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
         assert_eq!(with(&friction), (10 * Tangential::NUMBERS, 0, 1));
-        // A bit for every node: 45 in two words. Their labels are in the lines that carried forces have; reactions need 30 numbers more.
+        // A bit for every node: 45 in two words. Their labels are in the lines that carried forces have;
+        // reactions need 30 numbers more.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 2, 2));
         let shared = |labels, reactions| {
             let mut scene = tiny();
@@ -449,7 +464,8 @@ mod tests {
             (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes_x, nodes_y);
             Layout::compute(&scene)
         };
-        // 80 bytes a node, and few more: 2^62.3, 2^63.3 and 2^64.3 of them, and more nodes than can be counted.
+        // 80 bytes a node, and few more: 2^62.3, 2^63.3 and 2^64.3 of them, and more nodes than can be
+        // counted.
         assert!(of(1 << 27, 1 << 29).is_some());
         assert_eq!([of(1 << 28, 1 << 29), of(1 << 29, 1 << 29), of(u32::MAX, u32::MAX)], [None; 3]);
     }
