@@ -87,10 +87,8 @@ impl<'a> Row<'a> {
         let is_flat = net.columns.is_empty() || !(Feature::Grading.is_built() || Feature::Curved.is_built());
         let is_plain = is_flat && (directions.plain || !(Feature::Crimp.is_built() || Feature::Unlike.is_built()));
         let (is_viscous, others) = self.effects.as_ref().map_or((false, false), |state| {
-            let others = directions.horizontal.rate.depends()
-                || Feature::Slack.is_built() && state.slack.is_some()
-                || Feature::Casing.is_built() && state.on_casing.is_some();
-            (Feature::Viscosity.is_built() && state.viscosity.is_some(), others)
+            let others = directions.horizontal.rate.depends() || state.slack.is_some() || state.on_casing.is_some();
+            (state.viscosity.is_some(), others)
         });
         match is_viscous {
             false if is_plain && !others => self.with::<Plain, ()>([0.0; 3]),
@@ -309,11 +307,11 @@ impl<'a> Copies<'a> {
             on_casing: None,
             dissipation: Some(&mut self.dissipation),
         };
-        if let Some([past, next, above]) = past.filter(|_| Feature::Viscosity.is_built()) {
+        if let Some([past, next, above]) = past {
             self.past.copy_from_slice(past);
             effect.viscosity = Some(ViscousChunk { constants: &self.viscosity, past: &mut self.past, next, above });
         }
-        if let Some((energy_error, keeps)) = energy_error.filter(|_| Feature::Slack.is_built()) {
+        if let Some((energy_error, keeps)) = energy_error {
             self.energy_error.copy_from_slice(energy_error);
             effect.slack = Some(SlackChunk { energy_error: &mut self.energy_error, keeps });
         }
