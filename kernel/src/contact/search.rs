@@ -185,9 +185,7 @@ impl Neighbourhood<'_> {
         offsets: &mut Offsets,
     ) -> Option<usize> {
         let (set, columns) = (self.search.instructions, net.columns);
-        // A graded network has lines of rows, too.
-        let is_curved = Feature::Curved.is_built() && !columns.is_empty() && net.lines.is_empty();
-        lanes::dispatch(set, Near { near: self, row, columns, is_curved, chunks, first, offsets })
+        lanes::dispatch(set, Near { near: self, row, columns, is_curved: net.is_curved(), chunks, first, offsets })
     }
 }
 

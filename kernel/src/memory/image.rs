@@ -29,23 +29,29 @@ pub(crate) enum Array {
 /// Planes of each array.
 const PLANES: [usize; 5] = [HOT_PLANES, 1, PAST_PLANES, HISTORY_PLANES, ENERGY_ERROR_PLANES];
 
-/// Planes of an array that an image holds, with the feature that keeps the array; none: it is always kept.
-type Entry = (Array, Option<Feature>, &'static [usize]);
+impl Array {
+    /// Whether the array has numbers.
+    #[inline(always)]
+    fn is_kept(self, layout: &Layout) -> bool {
+        match self {
+            Array::Hot | Array::History => true,
+            Array::Slid => layout.has(Feature::Clamps),
+            Array::Past => layout.has(Feature::Viscosity),
+            Array::EnergyError => layout.has(Feature::Slack),
+        }
+    }
+}
+
+/// Planes of an array that an image holds.
+type Entry = (Array, &'static [usize]);
 
 /// Numbers of a node: displacement and velocity, distance slid, moments.
-const NODE: [Entry; 3] = [
-    (Array::Hot, None, &[0, 1, 2, 3, 4, 5]),
-    (Array::Slid, Some(Feature::Clamps), &[0]),
-    (Array::Past, Some(Feature::Viscosity), &[MOMENT, MOMENT + 1]),
-];
+const NODE: [Entry; 3] = [(Array::Hot, &[0, 1, 2, 3, 4, 5]), (Array::Slid, &[0]), (Array::Past, &[MOMENT, MOMENT + 1])];
 
 /// Numbers of a segment: history, energy error, correcting stress, strain and viscous stress before the step.
 /// Planes of the horizontal one; those of the vertical one follow.
-const SEGMENT: [Entry; 3] = [
-    (Array::History, None, &[0]),
-    (Array::EnergyError, Some(Feature::Slack), &[0, GIVEN]),
-    (Array::Past, Some(Feature::Viscosity), &[0, VISCOUS_STRESS]),
-];
+const SEGMENT: [Entry; 3] =
+    [(Array::History, &[0]), (Array::EnergyError, &[0, GIVEN]), (Array::Past, &[0, VISCOUS_STRESS])];
 
 /// Place of a number.
 #[derive(Clone, Copy)]
@@ -56,12 +62,6 @@ pub(crate) struct Place {
     pub i: usize,
     /// Index in the array.
     pub at: usize,
-}
-
-/// Whether a scene has what an entry is about.
-#[inline(always)]
-fn keeps(layout: &Layout, (_, feature, _): &Entry) -> bool {
-    feature.is_none_or(|feature| layout.has(feature))
 }
 
 /// Shows the place of each number of row j that an image holds, in order.
@@ -81,8 +81,8 @@ pub(crate) fn traverse(layout: &Layout, j: usize, mut visit: impl FnMut(Place)) 
 /// Shows the places of an entry of node (i, j), or of its segment along an axis.
 #[inline(always)]
 fn show(layout: &Layout, entry: &Entry, [i, j]: [usize; 2], axis: usize, visit: &mut impl FnMut(Place)) {
-    let &(array, _, planes) = entry;
-    if keeps(layout, entry) {
+    let &(array, planes) = entry;
+    if array.is_kept(layout) {
         for plane in planes {
             let (plane, chunk) = (plane + axis, j * layout.chunks + i / CHUNK);
             let at = (chunk * PLANES[array as usize] + plane) * CHUNK + i % CHUNK;
@@ -96,9 +96,9 @@ pub(crate) fn words(layout: &Layout) -> Option<usize> {
     let vertical = layout.nodes_x.checked_mul(layout.y.segments())?.checked_mul(layout.plies)?;
     let segments = layout.x.segments().checked_mul(layout.nodes_y)?.checked_add(vertical)?;
     let of = |table: &[Entry]| -> usize {
-        table.iter().filter(|entry| keeps(layout, entry)).map(|(.., planes)| planes.len()).sum()
+        table.iter().filter(|(array, _)| array.is_kept(layout)).map(|(_, planes)| planes.len()).sum()
     };
-    let been_slack = if layout.has(Feature::Slack) { layout.nodes_y } else { 0 };
+    let been_slack = if Array::EnergyError.is_kept(layout) { layout.nodes_y } else { 0 };
     let flags = if layout.has(Feature::Detachment) { layout.nodes().div_ceil(32) } else { 0 };
     let numbers = layout.nodes().checked_mul(of(&NODE))?.checked_add(segments.checked_mul(of(&SEGMENT))?)?;
     numbers.checked_add(been_slack)?.checked_add(flags)?.checked_add(frame_words(layout.has))

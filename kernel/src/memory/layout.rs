@@ -265,9 +265,9 @@ impl Layout {
         row < self.y.segments() && ply < self.plies
     }
 
-    /// Whether viscosity or the rate takes energy.
+    /// Whether viscosity or the rate dissipates energy.
     pub fn dissipates(&self) -> bool {
-        self.has(Feature::Viscosity) || self.has(Feature::Rate)
+        self.has.dissipate()
     }
 
     /// Whether anything but elasticity and damage acts in the sweep.

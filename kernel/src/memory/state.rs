@@ -176,7 +176,7 @@ impl State {
             visitor.count(&mut self.sums.iterations);
             visitor.count(&mut self.sums.most_iterations);
         }
-        if features.has(Feature::Viscosity) || features.has(Feature::Rate) {
+        if features.dissipate() {
             visitor.real(&mut self.sums.viscous);
         }
         if features.has(Feature::Rate) {

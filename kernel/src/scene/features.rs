@@ -212,6 +212,11 @@ impl Features {
         Features(self.0 | 1 << feature as u32)
     }
 
+    /// Whether viscosity or the rate dissipates energy.
+    pub const fn dissipate(self) -> bool {
+        self.has(Feature::Viscosity) || self.has(Feature::Rate)
+    }
+
     /// Whether the feature is among them: never one that this build does not have.
     #[inline(always)] // So that the compiler knows of each one whether it is built.
     pub const fn has(self, feature: Feature) -> bool {

@@ -11,6 +11,7 @@
 
 use crate::ground::lanes::{Lane, Splat, at};
 use crate::ground::planes::{self, Axis, CHUNK, Chunk};
+use crate::scene::features::Feature;
 use crate::yarn::law::{Rest, RestLanes, RestSplats};
 use core::hint::black_box;
 
@@ -71,6 +72,18 @@ pub struct Net<'a> {
 }
 
 impl Net<'_> {
+    /// Whether they are of a flat sheet without grading.
+    #[inline]
+    pub fn is_flat(&self) -> bool {
+        self.columns.is_empty() || !(Feature::Grading.is_built() || Feature::Curved.is_built())
+    }
+
+    /// Whether they are of a curved sheet. A graded network has lines of rows, too.
+    #[inline]
+    pub fn is_curved(&self) -> bool {
+        Feature::Curved.is_built() && !self.columns.is_empty() && self.lines.is_empty()
+    }
+
     /// Nodes of the fabric that node (i, j) stands for.
     #[inline]
     pub fn share(&self, i: usize, j: usize) -> f64 {

@@ -123,11 +123,8 @@ impl<'a> Effects<'a> for All<'a> {
         let mut all = All { rate: None, viscosity: None, slack: None, on_casing: None, dissipation: None };
         let Some(EffectState { viscosity, slack, on_casing, dissipation }) = state.take() else { return Some(all) };
         all.rate = StrainRate::of(directions, rates);
-        if let Some(row) = viscosity.filter(|_| Feature::Viscosity.is_built()) {
-            all.viscosity = Some(Viscous::of(directions, row));
-        }
-        all.slack = slack.filter(|_| Feature::Slack.is_built());
-        all.on_casing = on_casing.filter(|_| Feature::Casing.is_built());
+        all.viscosity = viscosity.map(|row| Viscous::of(directions, row));
+        (all.slack, all.on_casing) = (slack, on_casing);
         all.dissipation = Some(dissipation);
         Some(all)
     }

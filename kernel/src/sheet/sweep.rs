@@ -84,7 +84,7 @@ impl<'a> Row<'a> {
     #[inline(always)] // In its place: a copy of the row would be read before its stores are done, 20 ns.
     pub fn step(&mut self) -> (Report, [f64; 2]) {
         let Pass { directions, net, instructions, .. } = self.pass;
-        let is_flat = net.columns.is_empty() || !(Feature::Grading.is_built() || Feature::Curved.is_built());
+        let is_flat = net.is_flat();
         let is_plain = is_flat && (directions.plain || !(Feature::Crimp.is_built() || Feature::Unlike.is_built()));
         let (is_viscous, others) = self.effects.as_ref().map_or((false, false), |state| {
             let others = directions.horizontal.rate.depends() || state.slack.is_some() || state.on_casing.is_some();
