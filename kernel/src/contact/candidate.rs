@@ -34,9 +34,9 @@ pub struct Given<'s> {
 /// What a solve did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solved {
-    /// Sweeps taken.
+    /// Sweeps, with passes of Newton's method.
     pub sweeps: u32,
-    /// false if the sweeps ran out.
+    /// Whether the laws hold to tolerance.
     pub converged: bool,
     /// Velocity of the body after contact.
     pub twist: Twist,

@@ -19,6 +19,18 @@ use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::ring;
 
+impl Node {
+    /// Mass of its pool and positive stiffnesses in it, after [`set_pool_stiffness`].
+    pub(super) fn pool_stiffness(&self) -> f64 {
+        self.release
+    }
+
+    /// Velocity change of its pool, spacings a pass, after [`set_pool_velocity_change`].
+    pub(super) fn pool_velocity_change(&self) -> f64 {
+        self.release
+    }
+}
+
 /// Steps for the speed of a pool with candidates; in each at least one of them lets go or is met.
 const MAX_NEWTON: u32 = 60;
 
@@ -145,23 +157,23 @@ pub(super) fn restart(column: &mut [Node]) {
     }
 }
 
-/// What holds each pool of a column that was solved without candidates: its mass, and stiffnesses that are
-/// positive; left in `release` of its nodes.
-pub(super) fn hold(column: &mut [Node], pools: &[Pool]) {
+/// Sets the pool stiffness of the nodes of a column that was solved without candidates: the pool's mass and
+/// its nodes' positive stiffnesses.
+pub(super) fn set_pool_stiffness(column: &mut [Node], pools: &[Pool]) {
     each_pool(column, pools, |nodes, pool| {
-        let release = nodes.iter().fold(pool.weight, |held, node| held + math::max(node.stiffness, 0.0));
-        nodes.iter_mut().for_each(|node| node.release = release);
+        let sum = nodes.iter().fold(pool.weight, |held, node| held + math::max(node.stiffness, 0.0));
+        nodes.iter_mut().for_each(|node| node.release = sum);
     });
 }
 
-/// By how much the speed of each pool changes if its nodes get the impulses `push` and, for each change of
-/// speed, less by `stiffness`; left in `release` of its nodes.
-pub(super) fn shift(column: &mut [Node], pools: &[Pool]) {
+/// Sets the pool velocity change of the nodes: the pool's, if its nodes get the impulses `push` and, for each
+/// change of velocity, less by `stiffness`.
+pub(super) fn set_pool_velocity_change(column: &mut [Node], pools: &[Pool]) {
     each_pool(column, pools, |nodes, pool| {
         let sums = |[push, held]: [f64; 2], node: &Node| [push + node.push, held + node.stiffness];
         let [push, held] = nodes.iter().fold([0.0, pool.weight], sums);
-        let release = if math::abs(held) > 1e-9 * pool.weight { push / held } else { 0.0 };
-        nodes.iter_mut().for_each(|node| node.release = release);
+        let change = if math::abs(held) > 1e-9 * pool.weight { push / held } else { 0.0 };
+        nodes.iter_mut().for_each(|node| node.release = change);
     });
 }
 

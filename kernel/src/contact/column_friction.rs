@@ -20,7 +20,7 @@
 //! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math.
 //! Program. 58 (1993) 353; D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
 
-use crate::contact::column::{hold, shift};
+use crate::contact::column::{set_pool_stiffness, set_pool_velocity_change};
 use crate::contact::laws;
 use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::stack::StackSolve;
@@ -226,7 +226,7 @@ impl StackSolve<'_, '_> {
         let (lift, rates) = (contact.lift(&contact.impulse), [self.gap_rate(&candidate), s0, s1]);
         for (k, rate) in rates.into_iter().enumerate() {
             let along = contact.impulse[k] - contact.up[k] * lift;
-            contact.rate[k] = rate + touch.inverse_mass * along + contact.up[k] * touch.lift;
+            contact.rate[k] = rate + touch.inverse_mass * along + contact.up[k] * touch.velocity_change_z;
         }
         Some(contact)
     }
@@ -239,7 +239,7 @@ impl StackSolve<'_, '_> {
             let c = self.member(k);
             let node = self.node(c);
             if let Some(touch) = self.system.arrays.touches.get_mut(c) {
-                touch.lift = (node.speed - node.before) * unit_speed;
+                touch.velocity_change_z = (node.speed - node.before) * unit_speed;
             }
         }
     }
@@ -299,14 +299,14 @@ impl StackSolve<'_, '_> {
             }
             self.hang(c);
         }
-        hold(self.system.arrays.column, self.system.arrays.pools);
+        set_pool_stiffness(self.system.arrays.column, self.system.arrays.pools);
         for k in self.column(leader) {
             let c = self.member(k);
             let node = self.node(c);
             // Wedged: the others of its pool hold it against its negative stiffness.
             if node.stiffness < 0.0
                 && self.spring(c).slope[0] > 0.0
-                && -node.stiffness < node.release
+                && -node.stiffness < node.pool_stiffness()
                 && let Some(contact) = self.contact(c)
             {
                 let lets_go = contact.rate[0] > 0.0;
@@ -314,10 +314,10 @@ impl StackSolve<'_, '_> {
                 self.hang(c);
             }
         }
-        shift(self.system.arrays.column, self.system.arrays.pools);
+        set_pool_velocity_change(self.system.arrays.column, self.system.arrays.pools);
         for k in self.column(leader) {
             let c = self.member(k);
-            let (spring, change) = (self.spring(c), self.node(c).release * unit_speed);
+            let (spring, change) = (self.spring(c), self.node(c).pool_velocity_change() * unit_speed);
             self.give_impulses(c, core::array::from_fn(|k| spring.base[k] + spring.slope[k] * change));
         }
     }

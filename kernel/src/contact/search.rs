@@ -1,4 +1,4 @@
-//! Which nodes are candidates for contact: those nearer to the projectile than a spacing.
+//! Candidates for contact: nodes nearer to the projectile than the larger node spacing.
 //!
 //! Method: rows, chunks and lanes that miss the box and the ball about the body are passed over; the exact
 //! gap decides.
@@ -356,9 +356,9 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     Ok(Gathered { count, deepest, is_beyond_fine })
 }
 
-/// Makes candidates of the nodes found, with the velocities that the sweep left them.
+/// Adds the nodes' velocities after the sweep, before any impulse, to the candidates' gap rates and slips.
 #[inline(never)]
-pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
+pub(crate) fn add_free_velocity(system: &mut System<'_>, count: usize) {
     let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
     let Arrays { rows: RowArrays { hot, .. }, candidates, tangential, .. } = &mut system.arrays;
     // They come row by row: one division for each row is enough.

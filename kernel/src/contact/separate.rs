@@ -85,8 +85,13 @@ fn is_awake(system: &System<'_>, ply: usize, row: usize) -> bool {
     (first..end).contains(&(ply * system.layout.y.modelled() + row))
 }
 
-/// Candidates of a column of free nodes that the projectile pushes.
-fn pushed<'s>(system: &'s System<'_>, i: usize, row: usize, count: usize) -> impl Iterator<Item = usize> + 's {
+/// Candidates with a normal impulse in a column of free nodes.
+fn candidates_with_impulse<'s>(
+    system: &'s System<'_>,
+    i: usize,
+    row: usize,
+    count: usize,
+) -> impl Iterator<Item = usize> + 's {
     let Arrays { leaders, members, ends, candidates, .. } = &system.arrays;
     let place = row * system.layout.nodes_x + i;
     // An earlier step may have left the number of a candidate that is now elsewhere.
@@ -111,7 +116,7 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
         let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };
         from = chunk + 1;
         let is_pushed = (chunk * CHUNK..system.layout.nodes_x.min(from * CHUNK))
-            .any(|i| pushed(system, i, row, count).next().is_some());
+            .any(|i| candidates_with_impulse(system, i, row, count).next().is_some());
         let columns = PlyColumns::<CURVED> {
             hoop: hoop.get(chunk).unwrap_or(&FLAT),
             hot: system.arrays.rows.hot.get_mut(at + chunk..).unwrap_or(&mut []),
@@ -356,7 +361,7 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) 
     project(system.arrays.column, system.arrays.pools);
     // Nodes that the projectile pushes get the push of the case with the next sweep, as those of a single
     // ply.
-    let rests = layout.has(Feature::Casing) && pushed(system, i, row, count).next().is_none();
+    let rests = layout.has(Feature::Casing) && candidates_with_impulse(system, i, row, count).next().is_none();
     let by_case = if rests { rest_on_casing(system, i, row) } else { 0.0 };
     let mut lost = -by_case;
     for ply in 0..layout.plies {
@@ -406,7 +411,7 @@ fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2
     let (_, row) = system.layout.ply_and_row(j);
     let node = (j * system.layout.nodes_x + i) as u32;
     let of_node = |&c: &usize| system.arrays.candidates.get(c).is_some_and(|candidate| candidate.node == node);
-    let Some(c) = pushed(system, i, row, count).find(of_node) else { return };
+    let Some(c) = candidates_with_impulse(system, i, row, count).find(of_node) else { return };
     let Some(candidate) = system.arrays.candidates.get(c) else { return };
     let given = given * (0.5 * system.model.unit_speed);
     system.state.sums.loss -= candidate.impulse * candidate.normal.dot(&given);

@@ -25,7 +25,7 @@ use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 
-/// Most sweeps before Newton's method; in a stack before giving up.
+/// Most sweeps before Newton's method; in a stack without supports before giving up.
 pub const MAX_SWEEPS: u32 = 200;
 /// Most impulses computed in sweeps; many candidates shorten [`MAX_SWEEPS`] by it, to no less than
 /// [`LEAST_SWEEPS`].
@@ -69,15 +69,15 @@ pub fn solve(candidates: &mut [Candidate], tangential: &mut [Tangential], given:
     solved
 }
 
-/// What impulses act on: the body, and nodes that move alike.
+/// Compliances of the body and of the nodes, which all have the same mass.
 #[derive(Clone, Copy)]
-struct Pushed<'s> {
+struct Compliances<'s> {
     inertia: &'s Inertia,
     /// Mass of a free node, kg, and its inverse, 1/kg.
     node_mass: f64,
     inverse_node_mass: f64,
     symmetry: Symmetry,
-    /// What the mirror planes leave of a push and of a twist.
+    /// Factors by which mirror planes keep the components of a force and of a torque, 0 or 1.
     masks: [Vector; 2],
     /// Whether there is no mirror plane.
     whole: bool,
@@ -99,10 +99,10 @@ struct Sizes {
     greatest_multiplicity: f64,
 }
 
-impl<'s> Pushed<'s> {
-    fn of(body: &Body, inertia: &'s Inertia, node_mass: f64, symmetry: Symmetry) -> Pushed<'s> {
+impl<'s> Compliances<'s> {
+    fn of(body: &Body, inertia: &'s Inertia, node_mass: f64, symmetry: Symmetry) -> Compliances<'s> {
         let inverse_node_mass = 1.0 / node_mass;
-        Pushed {
+        Compliances {
             inertia,
             node_mass,
             inverse_node_mass,
@@ -280,11 +280,11 @@ fn sweeps<const FRICTION: bool>(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> (Solved, f64) {
-    let mut pushed = Pushed::of(body, inertia, node_mass, symmetry);
+    let mut compliances = Compliances::of(body, inertia, node_mass, symmetry);
     let mut rates = body.twist();
-    let mut sizes = pushed.begin(candidates, &rates);
+    let mut sizes = compliances.begin(candidates, &rates);
     if FRICTION {
-        pushed.begin_friction(candidates, tangential, &rates, &mut sizes);
+        compliances.begin_friction(candidates, tangential, &rates, &mut sizes);
     }
     // The speeds that a gap rate is the difference of.
     let moving = rates.fastest(math::sqrt(sizes.farthest));
@@ -295,11 +295,11 @@ fn sweeps<const FRICTION: bool>(
     // impulse.
     let follows = sizes.greatest_multiplicity * (inertia.inverse_mass + sizes.farthest * inertia.inverse_moments.max());
     let mut out_of_reach = if FRICTION { f64::INFINITY } else { LEFT_OUT_ABOVE * moving };
-    pushed.set_masses_in_reach(candidates, &rates, out_of_reach);
+    compliances.set_masses_in_reach(candidates, &rates, out_of_reach);
     let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
     let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));
     while sweeps < most && !converged {
-        let largest = pushed.sweep::<FRICTION>(candidates, tangential, coefficient, &mut rates, &mut changes);
+        let largest = compliances.sweep::<FRICTION>(candidates, tangential, coefficient, &mut rates, &mut changes);
         sweeps += 1;
         converged = largest <= tolerance;
         let followed = changes * follows < 0.9 * out_of_reach;
@@ -307,12 +307,12 @@ fn sweeps<const FRICTION: bool>(
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
             rates = body.twist();
-            pushed.set_masses(candidates);
+            compliances.set_masses(candidates);
             candidates.iter_mut().for_each(|c| c.impulse = 0.0);
         }
     }
     if !converged {
-        pushed.set_masses(candidates);
+        compliances.set_masses(candidates);
     }
     (Solved { sweeps, converged, twist: rates, residual: 0.0 }, tolerance / node_mass)
 }

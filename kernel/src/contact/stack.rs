@@ -385,9 +385,9 @@ impl<'s, 'a> StackSolve<'s, 'a> {
 
     /// Next impulses along the surface of a candidate with friction.
     fn next_friction(&self, c: usize, t: &Tangential) -> [f64; 2] {
-        let (impulse, lift) = (self.candidate(c).impulse, self.touch(c).lift);
+        let (impulse, change_z) = (self.candidate(c).impulse, self.touch(c).velocity_change_z);
         let [x, y] = self.along(c, impulse);
-        let moved = t.tangents.map(|tangent| self.own_axes(c, tangent).dot(&Vector::new(x, y, lift)));
+        let moved = t.tangents.map(|tangent| self.own_axes(c, tangent).dot(&Vector::new(x, y, change_z)));
         let [p, q] = t.slip(&self.body);
         t.next([p + moved[0], q + moved[1]], self.system.scene.contact.friction * impulse)
     }
@@ -434,7 +434,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
         let mut error = 0.0;
         for c in self.column(leader).map(|k| self.member(k)) {
             let touch = self.touch(c);
-            let rate = self.partial_gap_rate(c) + touch.normal[2] * touch.lift;
+            let rate = self.partial_gap_rate(c) + touch.normal[2] * touch.velocity_change_z;
             error = math::max(laws::violation(self.candidate(c).impulse, rate), error);
             if error > enough {
                 break;
@@ -494,16 +494,16 @@ impl<'s, 'a> StackSolve<'s, 'a> {
             let c = self.member(k);
             let (candidate, mut touch) = (self.candidate(c), self.touch(c));
             let Some(node) = self.system.arrays.column.get(self.ply(c)) else { break };
-            let (up, lift) = (touch.normal[2], (node.speed - node.before) * unit_speed);
+            let (up, change_z) = (touch.normal[2], (node.speed - node.before) * unit_speed);
             let impulse = if math::abs(node.stiffness) > node.mass {
                 node.push * unit_impulse / up
             } else {
-                let rate = self.partial_gap_rate(c) + up * lift;
+                let rate = self.partial_gap_rate(c) + up * change_z;
                 candidate.impulse - rate / touch.compliance
             };
             let impulse = math::max(impulse, 0.0);
-            moved = math::max(math::abs(lift - touch.lift), moved);
-            (touch.lift, touch.impulse_before) = (lift, candidate.impulse);
+            moved = math::max(math::abs(change_z - touch.velocity_change_z), moved);
+            (touch.velocity_change_z, touch.impulse_before) = (change_z, candidate.impulse);
             self.set_touch(c, touch);
             let change = impulse - candidate.impulse;
             if change != 0.0 {

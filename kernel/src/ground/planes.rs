@@ -25,12 +25,12 @@ pub const ITERATE_PLANES: usize = 12;
 // First planes of the theta rule's rows, three each.
 /// Guess of the displacement at the step's end.
 pub const GUESS: usize = 0;
-/// Velocity after contact, without the forces.
-pub const PUSHED: usize = 3;
+/// Velocity after the impulses, without the forces.
+pub const VELOCITY_AFTER_IMPULSES: usize = 3;
 /// Acceleration at the step's start.
-pub const AT_START: usize = 6;
+pub const START_ACCELERATION: usize = 6;
 /// Acceleration at the guess.
-pub const AT_GUESS: usize = 9;
+pub const GUESS_ACCELERATION: usize = 9;
 /// Planes of the row that carries vertical forces upwards.
 pub const CARRY_PLANES: usize = 3;
 /// Planes of the rows of what viscosity keeps of the last pass: twice the strain of the horizontal and

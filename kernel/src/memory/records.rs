@@ -20,8 +20,8 @@ records! {
         pub multiplicity: f64,
         /// n.v at t_{n-1/2}, m/s.
         pub speed_before: f64,
-        /// phi/dt, 0 for a node inside, and from the sweep on phi/dt + n.v with the node's velocity v in this
-        /// step before any impulse, m/s.
+        /// phi/dt, 0 for a node inside, until `add_free_velocity`; then phi/dt + n.v with the node's velocity
+        /// v in this step before any impulse, m/s.
         pub free_gap_rate: f64,
         /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node; 0 if neither has a compliance or
         /// the body cannot reach the node. With mirror planes the body's part is that of all images together.
@@ -63,8 +63,8 @@ records! {
         /// Contact stiffness of a candidate: n_z^2 over its other compliance, over that of a node; with the
         /// sign of n_z. 0 of another node.
         pub stiffness: f64,
-        /// Velocity along z of a candidate at which the projectile's impulse on it ends; between the solves
-        /// of `column_friction.rs` what holds its pool, then the change of the pool's velocity.
+        /// Velocity along z of a candidate at which the projectile's impulse on it ends. Between the solves
+        /// of `column_friction.rs`: pool stiffness, then pool velocity change.
         pub release: f64,
         /// The projectile's impulse on it along z, in masses of a node and spacings a pass.
         pub push: f64,
@@ -91,7 +91,7 @@ records! {
     /// Effect of the plies on a candidate.
     pub struct Touch {
         /// Velocity along z that impulses give its node, m/s.
-        pub lift: f64,
+        pub velocity_change_z: f64,
         /// Compliance in addition to its column's along z, 1/kg.
         pub compliance: f64,
         /// 1/m of its node, 1/kg.

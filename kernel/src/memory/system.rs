@@ -665,7 +665,7 @@ impl System<'_> {
         let iterate = planes::row(self.arrays.rows.iterate, self.layout.chunks, j);
         let g = [0, 1, 2].map(|axis| {
             let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
-            mean_acceleration(theta, at(planes::AT_START + axis), at(planes::AT_GUESS + axis))
+            mean_acceleration(theta, at(planes::START_ACCELERATION + axis), at(planes::GUESS_ACCELERATION + axis))
         });
         Vector::from(v) + Vector::from(g)
     }

@@ -62,8 +62,8 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     let prescribed = !system.scene.is_free();
     let (fabric_kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
-    let viscous = sums.viscous + viscosity::open(system);
-    let held = fabric_kinetic
+    let viscous = sums.viscous + viscosity::uncounted_dissipation(system);
+    let total = fabric_kinetic
         + strain
         + dissipated
         + viscous
@@ -73,9 +73,9 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         + sums.casing_loss
         + sums.attachment;
     let residual = if prescribed {
-        held - sums.work - sums.first_energy
+        total - sums.work - sums.first_energy
     } else {
-        held + projectile_kinetic - sums.external_work - sums.first_energy
+        total + projectile_kinetic - sums.external_work - sums.first_energy
     };
     Ok(Energy {
         projectile_kinetic,

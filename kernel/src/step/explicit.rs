@@ -126,7 +126,7 @@ fn apply_contact_and_load(
     motion::load_body(system);
     let apart = system.layout.is_stack().then(|| Apart::of(system, count));
     if count > 0 {
-        search::complete_candidates(system, count);
+        search::add_free_velocity(system, count);
         if system.layout.has(Feature::Casing) {
             count = backing::back_by_case(system, count);
         }

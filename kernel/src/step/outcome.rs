@@ -155,14 +155,14 @@ struct Loose {
     pursue: bool,
 }
 
-/// Nodes with their weights and the sum of a number of theirs.
-struct Swarm {
+/// Sums of weights and of weighted numbers over nodes.
+struct WeightedSum {
     weight: f64,
     sum: f64,
 }
 
-impl Swarm {
-    const NOTHING: Swarm = Swarm { weight: 0.0, sum: 0.0 };
+impl WeightedSum {
+    const NOTHING: WeightedSum = WeightedSum { weight: 0.0, sum: 0.0 };
 
     fn add(&mut self, weight: f64, number: f64) {
         self.weight += weight;
@@ -389,7 +389,7 @@ fn has_passed(system: &System<'_>) -> bool {
             region.include_velocity(&system.velocity(i, j));
         }
     }
-    complete(system, &mut region);
+    add_images(system, &mut region);
     // A flat sheet divides space: a body that leaves it on its own side has not passed it.
     let back = flight.velocity.z
         * (if start[2] < low[2] {
@@ -405,7 +405,7 @@ fn has_passed(system: &System<'_>) -> bool {
 }
 
 /// Adds what mirror planes leave out of a box, and where a held sheet swings back to.
-fn complete(system: &System<'_>, region: &mut Region) {
+fn add_images(system: &System<'_>, region: &mut Region) {
     let symmetry = system.scene.symmetry;
     // Of a curved sheet the nodes themselves have been mirrored.
     let swings = system.scene.attachment.kind != AttachmentKind::Free && !system.layout.has(Feature::Curved);
@@ -480,7 +480,7 @@ impl Held {
             return true;
         }
         let mut region = self.region;
-        complete(system, &mut region);
+        add_images(system, &mut region);
         flight.leaves(&region)
     }
 }
@@ -551,7 +551,7 @@ fn distance(system: &System<'_>, flight: &Flight, j: usize) -> f64 {
 /// Looks for loose pieces in the body's way and flags them.
 fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Loose {
     system.arrays.flags.fill(0);
-    let (mut ahead, mut behind, mut in_the_way) = (Swarm::NOTHING, Swarm::NOTHING, false);
+    let (mut ahead, mut behind, mut in_the_way) = (WeightedSum::NOTHING, WeightedSum::NOTHING, false);
     for (i, j) in system.nodes() {
         let piece = piece(system, pieces, i, j);
         if pieces.hold(piece) {
@@ -645,7 +645,7 @@ fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
     planes::get(row, STIFFNESS + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
 }
 
-/// true if some node was touched since the last test, some node is fixed, and no live path joins any two of
+/// Whether some node was touched since the last test, some node is fixed, and no live path joins any two of
 /// them.
 fn contact_is_detached(system: &mut System<'_>) -> bool {
     let can_be = system.layout.has(Feature::Detachment) && system.scene.attachment.kind != AttachmentKind::Free;
@@ -714,7 +714,7 @@ fn join_live_segments(sets: &mut Components<'_>, hot: &[Chunk<HOT_PLANES>], chun
     }
 }
 
-/// true if live segments run straight from a touched node to a fixed one: the usual case, found without
+/// Whether live segments run straight from a touched node to a fixed one: the usual case, found without
 /// joining nodes.
 fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
     let (nx, ny) = (system.layout.nodes_x, system.layout.nodes_y);

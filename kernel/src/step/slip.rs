@@ -25,7 +25,7 @@ use crate::step::forces::forces_from;
 const NEAR: [f64; 3] = [5.0, 10.0, f64::INFINITY];
 
 /// Gap below which a node is on the body, spacings.
-const TOUCHING: f64 = 1e-3;
+const ON_BODY: f64 = 1e-3;
 
 /// Crossings that would slip. Of three numbers each counts within 5 and within 10 spacings of the projectile
 /// along the sheet, and in the whole sheet.
@@ -60,17 +60,17 @@ pub(crate) fn slip(system: &System<'_>, thickness: f64, friction: f64, adhesion:
     let adhesion = adhesion * f64::from(system.scene.sheet.plies);
     let mut found = Slip::default();
     for (i, j) in system.nodes() {
-        let Some([taken, normal]) = crossing(system, thickness, i, j) else { continue };
+        let Some([pinning_force, normal]) = crossing(system, thickness, i, j) else { continue };
         let [x, y, _] = system.rest(i, j);
         let distance = math::length([x - place.x / h, y - place.y / h, 0.0]);
         let weight = system.layout.node_weight(i, j) as u64;
         for (k, most) in NEAR.into_iter().enumerate() {
             if distance <= most {
                 found.crossings[k] += weight;
-                found.slipping[k] += if taken > adhesion + friction * normal { weight } else { 0 };
+                found.slipping[k] += if pinning_force > adhesion + friction * normal { weight } else { 0 };
             }
         }
-        found.largest = math::max(taken, found.largest);
+        found.largest = math::max(pinning_force, found.largest);
     }
     Ok(found)
 }
@@ -89,16 +89,16 @@ fn crossing(system: &System<'_>, thickness: f64, i: usize, j: usize) -> Option<[
         return None;
     }
     let (across, pinning) = (across / length, (warp.force - weft.force) * 0.5);
-    let taken = math::length((pinning - across * pinning.dot(&across)).into());
+    let pinning_force = math::length((pinning - across * pinning.dot(&across)).into());
     let [h_x, h_y] = system.scene.spacings();
     let (warp_part, weft_part) = (warp.tension / h_x, weft.tension / h_y);
     let sum = warp_part + weft_part;
     let mut normal = if sum > 0.0 { 2.0 * thickness * warp_part * weft_part / sum } else { 0.0 };
     let search = Search::new(&system.solid, &system.state.body, h_x, system.instructions);
-    if search.gap(&system.position(i, j)) <= TOUCHING * h_x {
+    if search.gap(&system.position(i, j)) <= ON_BODY * h_x {
         normal += 0.5 * (math::abs(warp.force.dot(&across)) + math::abs(weft.force.dot(&across)));
     }
-    Some([taken, normal])
+    Some([pinning_force, normal])
 }
 
 /// The yarn along an axis at a node; None where a bar stands for several yarns or segments.

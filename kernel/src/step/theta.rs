@@ -2,8 +2,8 @@
 //!
 //! Method: with accelerations a_n at the start and a^K at the latest guess of the step's end,
 //!   g = theta [(1 - theta) a_n + theta a^K],  x^{K+1} = x_n + v+ + g,  a^{K+1} = forces(x^{K+1}),
-//! until no node moves by more than the tolerance; then v_{n+1} = v+ + (1 - theta) a_n + theta a^{K+1}.
-//! (Units: h and dt.) v+ is v_n after the contact impulses of this step. They are found anew in every
+//! until no node moves by more than the tolerance; then v_{n+1} = v+ + (1 - theta) a_n + theta a^{K+1} (M10).
+//! Units: h and dt. v+ is v_n after the contact impulses of this step. They are found anew in every
 //! iteration from the gaps at t_n and the speeds v_n + g, and act in full on position and velocity: weighted
 //! with theta they would make an elastic bounce. Damage is always taken from the history at t_n and committed
 //! once, after convergence, like body and sums. The state is synchronous: positions, velocities and damage
@@ -22,8 +22,8 @@ use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{
-    self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, HOT_PLANES, ITERATE_PLANES, PUSHED, SPEED_X,
-    STIFFNESS,
+    self, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, GUESS_ACCELERATION, HOT_PLANES, ITERATE_PLANES, SPEED_X,
+    START_ACCELERATION, STIFFNESS, VELOCITY_AFTER_IMPULSES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::{Arrays, Noted, RowArrays};
@@ -52,12 +52,12 @@ pub(crate) fn iterate(
     gathered: &Gathered,
     before: &Body,
 ) -> Result<(), Failure> {
-    let (rates, count) = (system.state.body, gathered.count);
-    start_pushed(system);
+    let (prescribed, count) = (system.state.body, gathered.count);
+    start_velocities(system);
     keep_gaps(system, count);
     let mut kept = 0;
     for iteration in 1..=rule.max_iterations {
-        system.state.body = rates;
+        system.state.body = prescribed;
         motion::load_body(system);
         approach_with_forces(system, rule, count);
         // Who gets past the body is found once, and from then on only taken back: an iteration that changed
@@ -98,14 +98,14 @@ pub(crate) fn start_iterates(system: &mut System<'_>) {
 
 fn forces_to_start(system: &mut System<'_>) {
     for chunk in system.arrays.rows.iterate.iter_mut() {
-        chunk.copy_within(AT_GUESS..AT_GUESS + 3, AT_START);
+        chunk.copy_within(GUESS_ACCELERATION..GUESS_ACCELERATION + 3, START_ACCELERATION);
     }
 }
 
 /// Velocities at t_n, before any impulse.
-fn start_pushed(system: &mut System<'_>) {
+fn start_velocities(system: &mut System<'_>) {
     for (iterate, hot) in system.arrays.rows.iterate.iter_mut().zip(system.arrays.rows.hot.iter()) {
-        iterate[PUSHED..PUSHED + 3].copy_from_slice(&hot[SPEED_X..SPEED_X + 3]);
+        iterate[VELOCITY_AFTER_IMPULSES..VELOCITY_AFTER_IMPULSES + 3].copy_from_slice(&hot[SPEED_X..SPEED_X + 3]);
     }
 }
 
@@ -143,8 +143,8 @@ fn push_candidates(system: &mut System<'_>, count: usize) {
         let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);
         let row = planes::row_mut(system.arrays.rows.iterate, system.layout.chunks, j);
         for axis in 0..3 {
-            if let Some(pushed) = planes::get_mut(row, PUSHED + axis, i) {
-                *pushed = v[axis] + push[axis];
+            if let Some(velocity) = planes::get_mut(row, VELOCITY_AFTER_IMPULSES + axis, i) {
+                *velocity = v[axis] + push[axis];
             }
         }
     }
@@ -164,8 +164,12 @@ fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
             let (Some(hot), Some(iterate)) = (hot.get(i / CHUNK), iterate.get_mut(i / CHUNK)) else { break };
             let lane = i % CHUNK;
             for axis in 0..3 {
-                let g = mean_acceleration(rule.theta, iterate[AT_START + axis][lane], iterate[AT_GUESS + axis][lane]);
-                let next = hot[axis][lane] + (iterate[PUSHED + axis][lane] + g);
+                let g = mean_acceleration(
+                    rule.theta,
+                    iterate[START_ACCELERATION + axis][lane],
+                    iterate[GUESS_ACCELERATION + axis][lane],
+                );
+                let next = hot[axis][lane] + (iterate[VELOCITY_AFTER_IMPULSES + axis][lane] + g);
                 let change = next - iterate[GUESS + axis][lane];
                 let size = math::abs(change);
                 finite &= size.is_finite();
@@ -217,7 +221,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
                     let (right, lift) = (along[axis][lane], up[axis][lane]);
                     let sum = per_mass(right, left[axis], lift - carry[axis][lane], widths);
                     sound &= (-LARGEST_FORCE..=LARGEST_FORCE).contains(&sum);
-                    (carry[axis][lane], left[axis], chunk[AT_GUESS + axis][lane]) = (lift, right, sum);
+                    (carry[axis][lane], left[axis], chunk[GUESS_ACCELERATION + axis][lane]) = (lift, right, sum);
                 }
             }
         }
@@ -252,7 +256,8 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
         for i in 0..system.layout.nodes_x {
             let iterate = planes::row(system.arrays.rows.iterate, chunks, j);
             let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
-            let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
+            let a = [0, 1, 2]
+                .map(|axis| (1.0 - theta) * at(START_ACCELERATION + axis) + theta * at(GUESS_ACCELERATION + axis));
             let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
             low = math::min(u[1], low);
             high = math::max(u[1], high);

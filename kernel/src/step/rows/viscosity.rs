@@ -197,8 +197,8 @@ pub(crate) fn start(system: &mut System<'_>) {
     }
 }
 
-/// What the forces of the last pass take at the present rates and have not been counted for, J.
-pub(crate) fn open(system: &System<'_>) -> f64 {
+/// Energy that the forces of the last pass dissipate at the present rates and no sum holds yet, J.
+pub(crate) fn uncounted_dissipation(system: &System<'_>) -> f64 {
     if !system.layout.has(Feature::Viscosity) {
         return 0.0;
     }
