@@ -147,9 +147,7 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
         if let Some(t) = &friction {
             push += t.as_vector(t.impulse) * (1.0 / (system.model.unit_impulse * share));
         }
-        if let Some(flags) = system.arrays.flags.get_mut(node as usize / 32) {
-            *flags |= 1 << (node % 32);
-        }
+        system.set_flag(node as usize);
         let given = totals.give(&candidate, friction.as_ref());
         if candidate.is_fixed() {
             if system.layout.has(Feature::Casing) && !system.is_fixed(i, j) {

@@ -13,6 +13,7 @@ use crate::body::pose::Vector;
 use crate::ground::math;
 use crate::memory::records::Candidate;
 use crate::memory::system::System;
+use crate::sheet::ring;
 
 /// Adds after the completed candidates the places of the case that back them; of a prescribed body, takes
 /// those out that such a place stops. Returns how many candidates there are now.
@@ -51,12 +52,13 @@ fn place_of_case(system: &System<'_>, c: usize) -> Option<Candidate> {
     let candidate = system.arrays.candidates.get(c).filter(|candidate| !candidate.is_fixed())?;
     let (i, j) = system.layout.column_and_row(candidate.node as usize);
     let x = Vector::from(system.rest(i, j)) + Vector::from(candidate.displacement);
-    let from_axis = Vector::new(x.x, 0.0, x.z);
+    let from_axis = ring::from_axis(&x);
     if candidate.normal.dot(&from_axis) >= 0.0 {
         return None;
     }
-    let outwards = from_axis * (1.0 / math::length([x.x, 0.0, x.z]));
+    let outwards = from_axis * (1.0 / math::length(from_axis.into()));
     let against = -candidate.normal.dot(&outwards);
+    // A push of a spacing inwards, -1, leaves a node lower than that a room of one less its height: (M24).
     let height = 1.0 - system.directions.casing?.room(x.into(), [outwards.x, outwards.z], -1.0);
     let left = math::max(height + outwards.dot(&Vector::from(system.node(i, j).1)), 0.0);
     let free_gap_rate = math::max(candidate.free_gap_rate + left / against * system.model.unit_speed, 0.0);

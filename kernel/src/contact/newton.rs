@@ -27,6 +27,8 @@ pub const MAX_PASSES: u32 = 95;
 /// rho of a fixed node over its effective mass: at first, and at least.
 pub(crate) const STIFF: f64 = 1e4;
 const SOFTEST: f64 = 10.0;
+/// Factor of rho after a pass that has not halved the residual.
+const SOFTENING: f64 = 0.1;
 /// Residual over the tolerance of sweeps above which a step with the friction that the impulses so far allow
 /// is tried where the line search of another fails.
 const FROZEN_ABOVE: f64 = 1e8;
@@ -38,6 +40,8 @@ const ROOT_TOLERANCES: [f64; 2] = [1e-8, 1e-6];
 const LINE_SEARCH_DROP: f64 = 0.5;
 /// Relative width of the bracket of a kink at which the line search ends.
 const BRACKET_WIDTH: f64 = 0.1;
+/// Factor of a step length that goes too far, as long as none is known that does not.
+const STEP_CUT: f64 = 0.1;
 /// Step length below which the line search fails.
 const LEAST_STEP: f64 = 1e-6;
 /// Residual over the tolerance of sweeps at which a solve has converged, with friction before and after a
@@ -87,7 +91,7 @@ impl Newton<'_> {
             }
             // The rounding of gap rates enters the impulses so many times over.
             if solved.residual > 0.5 * before {
-                self.stiff = math::max(0.1 * self.stiff, SOFTEST);
+                self.stiff = math::max(SOFTENING * self.stiff, SOFTEST);
             }
             (before, was_near) = (solved.residual, is_near);
             let mut found = self.root(&solved, false, tolerance, &mut passes).map(|change| (change, false));
@@ -197,7 +201,7 @@ impl Newton<'_> {
             if high < LEAST_STEP {
                 return None;
             }
-            part = if low > 0.0 { 0.5 * (low + high) } else { 0.1 * high };
+            part = if low > 0.0 { 0.5 * (low + high) } else { STEP_CUT * high };
         }
         None
     }

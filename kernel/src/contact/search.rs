@@ -22,6 +22,10 @@ use crate::sheet::places::{Places, rest_offset};
 use crate::sheet::weave::{in_runs, meets_runs};
 use core::ops::Range;
 
+/// Growth of the box and the ball about the body, far above rounding: it never hides a candidate, and the
+/// exact test follows.
+pub(crate) const ROUNDING: f64 = 1.0 + 1e-9;
+
 /// The body as the search for candidates sees it.
 pub struct Search<'s> {
     solid: &'s Solid,
@@ -38,9 +42,8 @@ impl<'s> Search<'s> {
     /// Prepares a search for nodes closer than `margin` (the node spacing, m).
     #[inline(never)]
     pub fn new(solid: &'s Solid, body: &'s Body, margin: f64, instructions: InstructionSet) -> Search<'s> {
-        // A little more than the margin, so that rounding never hides a candidate; the exact test follows.
-        let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
-        let reach = (solid.reach() + margin) * (1.0 + 1e-9);
+        let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * ROUNDING);
+        let reach = (solid.reach() + margin) * ROUNDING;
         Search { solid, body, half, reach2: reach * reach, margin, instructions }
     }
 
@@ -49,7 +52,7 @@ impl<'s> Search<'s> {
     pub(crate) fn box_at_rest(&self, scene: &Scene, places: &[Places; 2]) -> [Range<usize>; 3] {
         // In spacings rounding is another: a little more again.
         let ends = |k: usize, h: f64| {
-            let half = self.half[k] * (1.0 + 1e-9);
+            let half = self.half[k] * ROUNDING;
             [(self.body.position[k] - half) / h, (self.body.position[k] + half) / h]
         };
         let ([h_x, h_y], gap, plies) = (scene.spacings(), scene.ply_gap(), scene.stack.plies as usize);
@@ -84,8 +87,7 @@ impl<'s> Search<'s> {
     /// What many nodes are tested against at once; `h`: the spacing, m.
     pub(crate) fn neighbourhood(&self, h: f64) -> Neighbourhood<'_> {
         // In spacings rounding is another: a little more again.
-        let slack = 1.0 + 1e-9;
-        let (centre, half) = ([0, 1].map(|k| self.body.position[k] / h), [0, 1].map(|k| self.half[k] / h * slack));
+        let (centre, half) = ([0, 1].map(|k| self.body.position[k] / h), [0, 1].map(|k| self.half[k] / h * ROUNDING));
         Neighbourhood { search: self, h, centre, half }
     }
 

@@ -43,6 +43,14 @@ const ROUNDING: f64 = 1e-15;
 /// unless the others change the velocity of the body that far.
 const LEFT_OUT_ABOVE: f64 = 0.01;
 
+/// Change of speed in a sweep at which sweeps have converged, in parts of the fastest gap rate or slip before
+/// contact: some fifty roundings.
+const CONVERGED: f64 = 1e-14;
+
+/// Part of a reach that the body's velocity may use up before the candidates beyond it are solved, too. The
+/// rest is a margin for rounding and for what convergence leaves.
+pub(crate) const USED_REACH: f64 = 0.9;
+
 /// (M8) Finds the impulses of all candidates. A node of a graded network stands for several of the mass
 /// given, which move alike: its impulse is that on one of them. `effective_mass` and `impulse` of the
 /// candidates are set here. Beyond mirror planes the images of a node get the images of its impulse: what
@@ -288,7 +296,7 @@ fn sweeps<const FRICTION: bool>(
     }
     // The speeds that a gap rate is the difference of.
     let moving = rates.fastest(math::sqrt(sizes.farthest));
-    let (relative, rounding) = (1e-14 * sizes.fastest, ROUNDING * moving);
+    let (relative, rounding) = (CONVERGED * sizes.fastest, ROUNDING * moving);
     let tolerance = node_mass * math::max(relative, rounding);
     // A node whose gap grows is left out, as long as what all changes of the impulses together can do to the
     // body, however they add up, changes the speed of its surface by less than that: it would take no
@@ -302,7 +310,7 @@ fn sweeps<const FRICTION: bool>(
         let largest = compliances.sweep::<FRICTION>(candidates, tangential, coefficient, &mut rates, &mut changes);
         sweeps += 1;
         converged = largest <= tolerance;
-        let followed = changes * follows < 0.9 * out_of_reach;
+        let followed = changes * follows < USED_REACH * out_of_reach;
         if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);

@@ -23,7 +23,7 @@ use crate::contact::candidate::Solved;
 use crate::contact::column::{load, project, restart};
 use crate::contact::laws::{self, Gain};
 use crate::contact::members;
-use crate::contact::solve::MAX_SWEEPS;
+use crate::contact::solve::{MAX_SWEEPS, USED_REACH};
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::Arrays;
@@ -63,7 +63,7 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let reach = stack.begin(count);
     stack.include(count, reach);
     let mut converged = stack.iterate(count);
-    if stack.moved() > 0.9 * reach {
+    if stack.moved() > USED_REACH * reach {
         // Once more from the start, with all of them.
         stack.begin(count);
         stack.include(count, f64::INFINITY);

@@ -464,6 +464,18 @@ impl System<'_> {
         Ok(())
     }
 
+    /// Sets the flag of a node or of a piece; without room for flags it does nothing.
+    pub(crate) fn set_flag(&mut self, k: usize) {
+        if let Some(flags) = self.arrays.flags.get_mut(k / 32) {
+            *flags |= 1 << (k % 32);
+        }
+    }
+
+    /// Whether a node or a piece is flagged.
+    pub(crate) fn has_flag(&self, k: usize) -> bool {
+        self.arrays.flags.get(k / 32).is_some_and(|flags| flags >> (k % 32) & 1 == 1)
+    }
+
     /// Sheet flat, at rest and whole.
     pub fn clear_state(&mut self) {
         self.arrays.rows.hot.fill([[0.0; CHUNK]; HOT_PLANES]);

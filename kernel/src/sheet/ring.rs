@@ -15,6 +15,7 @@
 //! Reference: docs/model.md, "Curved sheets and rings"; of the preset NASA, Research and Technology 2001,
 //! NTRS 20050207394, and data/fabrics/zylon_as_500_35.toml.
 
+use crate::body::pose::Vector;
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::Lane;
 use crate::ground::math;
@@ -115,6 +116,11 @@ fn closed_radius(nodes: u32) -> f64 {
 #[inline(always)]
 pub fn own_axes<L: Lane>([x, y, z]: [L; 3], [sine, cosine]: [L; 2]) -> [L; 3] {
     [cosine.mul(x).sub(sine.mul(z)), y, sine.mul(x).add(cosine.mul(z))]
+}
+
+/// Vector from the axis of a curved sheet to a place.
+pub fn from_axis(place: &Vector) -> Vector {
+    Vector::new(place.x, 0.0, place.z)
 }
 
 /// The box about plies at rest along x and z, m: its least and its greatest corner.

@@ -134,11 +134,7 @@ mod tests {
                     .collect();
                 sim.step().unwrap();
                 for (i, j, v, a) in before {
-                    let pushed = sim.system.arrays.flags[(j * sim.system.layout.nodes_x + i) / 32]
-                        >> ((j * sim.system.layout.nodes_x + i) % 32)
-                        & 1
-                        == 1;
-                    if sim.system.is_fixed(i, j) || pushed {
+                    if sim.system.is_fixed(i, j) || sim.system.has_flag(j * sim.system.layout.nodes_x + i) {
                         continue;
                     }
                     let due = [0, 1, 2].map(|k| {

@@ -27,7 +27,7 @@ use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
 use crate::scene::parts::AttachmentKind;
 use crate::sheet::clamp::has_let_go;
-use crate::sheet::ring::{self, Hoop};
+use crate::sheet::ring::{self, Hoop, from_axis};
 
 /// Steps between two tests.
 pub const TEST_INTERVAL: u64 = 64;
@@ -39,6 +39,18 @@ pub const SETTLED_PART: f64 = 0.0025;
 /// resist as lately. Chosen, with the other numbers of [`is_through`], on 1,160 shots, and checked on others:
 /// docs/tables/through.md.
 const THROUGH_MARGIN: f64 = 3.0;
+/// Least travel between two tests of "through", in spacings and in R: over less, resistance is that of single
+/// nodes. Chosen as [`THROUGH_MARGIN`].
+const TRAVEL: [f64; 2] = [0.5, 1.0 / 16.0];
+/// Travel at the velocity of first contact, in R, whose time is enough between two tests of "through": a torn
+/// sheet swings back in it. Chosen as [`THROUGH_MARGIN`].
+const SWING_BACK: f64 = 0.75;
+/// Depth of held yarn in what the body sweeps, in R, from which it is in the way, and step along the body by
+/// which that is searched. Chosen as [`THROUGH_MARGIN`].
+const IN_THE_WAY: f64 = 0.25;
+/// Work that loose pieces in the way may still exchange with a body that has exited, in units of
+/// [`settling`]. See [`SETTLED_PART`].
+const EXCHANGE: f64 = 4.0;
 
 /// The body as it flies on when nothing touches it.
 struct Flight {
@@ -264,11 +276,6 @@ fn has_crossed(system: &System<'_>, course: &Course, radius: f64) -> bool {
     root > 0.0 && (x * square - v * (product - math::sqrt(root))).dot(&course.direction) > 0.0
 }
 
-/// Place seen from the axis of a curved sheet, m.
-fn from_axis(x: &Vector) -> Vector {
-    Vector::new(x.x, 0.0, x.z)
-}
-
 /// At the end of a forward travel of R: whether the work has settled since its start. None elsewhere.
 fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
     let settling = settling(system);
@@ -305,8 +312,8 @@ fn is_through(system: &mut System<'_>, course: &Course) -> bool {
     let (travel, mean_speed) = (place - watch.travel_start, 0.5 * (watch.travel_speed + speed));
     let energy = watch.first.map_or(0.0, |first| first.kinetic_energy);
     let first_speed = math::sqrt(2.0 * energy * system.model.inertia.inverse_mass);
-    let is_near = travel < math::max(0.5 * system.scene.sheet.spacing, radius / 16.0);
-    if !whole && is_near && travel * first_speed < 0.75 * radius * mean_speed {
+    let is_near = travel < math::max(TRAVEL[0] * system.scene.sheet.spacing, TRAVEL[1] * radius);
+    if !whole && is_near && travel * first_speed < SWING_BACK * radius * mean_speed {
         return false;
     }
     let lost = math::max(watch.travel_speed * watch.travel_speed - speed * speed, 0.0);
@@ -328,7 +335,7 @@ fn is_through(system: &mut System<'_>, course: &Course) -> bool {
 fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
     let pieces = pieces(system);
     let (body, solid) = (&system.state.body, &system.solid);
-    let (margin, reach, mut way) = (0.25 * solid.radius(), solid.reach(), 0.0);
+    let (margin, reach, mut way) = (IN_THE_WAY * solid.radius(), solid.reach(), 0.0);
     let speed = body.velocity.norm();
     let direction = if speed > 0.0 { body.velocity / speed } else { *normal };
     // Yarn behind the centre can push a convex body only on, unless it rubs.
@@ -447,7 +454,7 @@ fn way_is_clear(system: &mut System<'_>, course: &Course, beside_debris: bool) -
     if !loose.in_the_way && !loose.are_overtaken {
         return true;
     }
-    beside_debris && exchange(system, &pieces, &flight, &loose) <= 4.0 * settling(system)
+    beside_debris && exchange(system, &pieces, &flight, &loose) <= EXCHANGE * settling(system)
 }
 
 /// What of the sheet is held, as far as it has been looked at.
@@ -488,8 +495,8 @@ impl Held {
 /// Where a node of a curved sheet is that has swung back through its circle.
 fn swung_back(system: &System<'_>, i: usize, j: usize) -> Vector {
     let (x, deflection) = (system.position(i, j), system.deflection(i, j) * system.scene.sheet.spacing);
-    let from_axis = Vector::new(x.x, 0.0, x.z);
-    x - from_axis * (2.0 * deflection / math::max(from_axis.norm(), f64::MIN_POSITIVE))
+    let outwards = from_axis(&x);
+    x - outwards * (2.0 * deflection / math::max(outwards.norm(), f64::MIN_POSITIVE))
 }
 
 /// Whether all that is held is clear of the body: of a ring that it enters from outside, of the half which it
@@ -569,9 +576,7 @@ fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Lo
         }
         if node_ahead != piece_ahead || !(node_behind || flight.misses(&x, &v)) {
             in_the_way = true;
-            if let Some(flags) = system.arrays.flags.get_mut(piece / 32) {
-                *flags |= 1 << (piece % 32);
-            }
+            system.set_flag(piece);
         }
     }
     let own = flight.velocity.norm_squared();
@@ -588,11 +593,10 @@ fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose
     let (mut mass, mut energy) = (0.0, 0.0);
     for (i, j) in system.nodes() {
         let piece = piece(system, pieces, i, j);
-        let flagged = system.arrays.flags.get(piece / 32).is_some_and(|flags| flags >> (piece % 32) & 1 == 1);
         let overtaken = || {
             loose.are_overtaken && lies_ahead(system, piece, flight) && !pieces.hold(piece) && !is_alone(system, i, j)
         };
-        if flagged || overtaken() {
+        if system.has_flag(piece) || overtaken() {
             let node_mass = system.share(i, j) * (system.model.node_mass * system.mass_share_of_row(j));
             mass += node_mass;
             energy += 0.5 * node_mass * (system.velocity(i, j) - flight.velocity).norm_squared();
@@ -655,8 +659,7 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
     }
     let Some(support) = join_nodes(system) else { return false };
     let labels = CacheLine::words_of(system.arrays.shared).iter().take(system.layout.nodes());
-    let flags = &system.arrays.flags;
-    let mut touched = labels.enumerate().filter(|(k, _)| flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1));
+    let mut touched = labels.enumerate().filter(|(k, _)| system.has_flag(*k));
     !touched.any(|(_, &label)| label as usize == support)
 }
 
@@ -729,7 +732,8 @@ fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
     };
     let words = system.arrays.flags.iter().enumerate().filter(|(_, word)| **word != 0);
     words
-        .flat_map(|(w, &word)| (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| 32 * w + bit))
+        .flat_map(|(w, _)| 32 * w..32 * (w + 1))
+        .filter(|&k| system.has_flag(k))
         .map(|k| system.layout.column_and_row(k))
         .any(|(i, j)| held(i, j))
 }
