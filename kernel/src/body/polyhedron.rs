@@ -236,7 +236,7 @@ impl Polyhedron {
         self.gyration
     }
 
-    /// How far the body reaches along a unit direction, m.
+    /// Distance that the body reaches along a unit direction, m.
     pub fn support(&self, direction: &Vector) -> f64 {
         self.vertices().iter().fold(0.0, |farthest, vertex| {
             let along = vertex.dot(direction);

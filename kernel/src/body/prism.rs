@@ -170,7 +170,7 @@ pub fn disc_sector(
     prism(corners.get(..count).unwrap_or(&corners), thickness, mass)
 }
 
-/// How many corners a sector has: the bore's, which are one without a bore, and the rim's.
+/// Number of a sector's corners: the bore's, which are one without a bore, and the rim's.
 fn sector_count(inner_radius: f64) -> usize {
     (if inner_radius > 0.0 { 2 } else { 1 }) + RIM_CHORDS + 1
 }

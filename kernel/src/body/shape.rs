@@ -236,7 +236,7 @@ impl Solid {
         }
     }
 
-    /// How far the body reaches from its centre of mass along a unit direction given in body axes, m.
+    /// Distance that the body reaches from its centre of mass along a unit direction in body axes, m.
     pub fn support(&self, direction: &Vector) -> f64 {
         let along = math::abs(direction.z);
         let across = 1.0 - along * along;

@@ -1,4 +1,10 @@
-//! What contact does: rates of the body, motion of the nodes, and the sums of impulse, work and loss.
+//! Effects of contact: rates of the body, motion of the nodes, and the sums of impulse, work and loss.
+//!
+//! Method: each impulse moves its node by lambda n/m and the body by the opposite. Work on either is impulse
+//! times the mean of its velocities before and after (M13); the loss is the difference of both. A node of
+//! multiplicity k counts k times.
+//! Limits: restitution 0. Moments are those at t_n.
+//! Reference: docs/model.md, "The step".
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::{Body, Twist};
@@ -10,9 +16,9 @@ use crate::memory::records::{Candidate, Tangential};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 
-/// What rounding can leave of a gap, in parts of the places that it is the difference of: half a last place
-/// from each of node, body and their difference, three of the turn into the body's axes, and two of the
-/// distance from a face.
+/// Rounding of a gap, in parts of the places that it is the difference of: half a last place from each of
+/// node, body and their difference, three of the turn into the body's axes, and two of the distance from a
+/// face.
 const PLACE_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The body's rates after contact, and what the solve took.
@@ -32,8 +38,8 @@ pub(crate) fn set_twist(system: &mut System<'_>, solved: &Solved) {
     }
 }
 
-/// What a step's impulses come to. (M13) Work is impulse times the mean of the rates before and after, for a
-/// free and a prescribed body alike: the two then agree to second order.
+/// Sums of a step's impulses. (M13) Work is impulse times the mean of the rates before and after, for a free
+/// and a prescribed body alike: the two then agree to second order.
 struct Totals {
     /// Mean of the body's velocities before and after.
     body: Twist,
@@ -73,8 +79,8 @@ impl Totals {
         t.work(t.surface_speed(&self.body))
     }
 
-    /// What all images of a node give the body; without mirror planes it is the node's own. Returns the
-    /// impulse along the normal, and the speed of the body's surface there.
+    /// Adds the impulses of all images of a node on the body; without mirror planes it is the node's own.
+    /// Returns the impulse along the normal, and the speed of the body's surface there.
     #[inline(always)]
     fn give(&mut self, candidate: &Candidate, friction: Option<&Tangential>) -> [f64; 2] {
         let multiplicity = candidate.multiplicity;
@@ -95,7 +101,7 @@ impl Totals {
         [given, speed]
     }
 
-    /// What a support takes, which moves nothing, is lost.
+    /// Adds the loss at a support: nothing moves there.
     #[inline(always)]
     fn hold(&mut self, candidate: &Candidate, friction: Option<&Tangential>, [given, speed]: [f64; 2]) {
         self.loss += given * speed;
@@ -103,8 +109,8 @@ impl Totals {
         self.support_work += given * speed + along * candidate.multiplicity;
     }
 
-    /// What a node, whose velocity is now `v`, m/s, has not taken of the body's work. `speed_after`: its
-    /// speed along the normal.
+    /// Takes the work on a node off the loss. `v`: its velocity now, m/s; `speed_after`: its speed along the
+    /// normal.
     #[inline(always)]
     fn lose(
         &mut self,
@@ -180,8 +186,8 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
     add_to_sums(system, totals, before);
 }
 
-/// What the push of its case on a node takes less, or more, because projectile or plies have then given it
-/// this velocity, in spacings a step, too. `displacement`: at the start of the step along x and z.
+/// Corrects the loss at the case for a node to which projectile or plies have then given this velocity,
+/// spacings a step. `displacement`: at the start of the step along x and z.
 #[inline(never)]
 pub(crate) fn correct_casing_loss(system: &mut System<'_>, displacement: [f64; 2], [i, j]: [usize; 2], given: &Vector) {
     let kept = system.arrays.rows.case_impulse.get(j * system.layout.chunks + i / CHUNK);

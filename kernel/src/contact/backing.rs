@@ -8,6 +8,7 @@
 //! body passes through such nodes, as through fixed ones.
 //! Limits: the case takes its impulse along n, and with the body's friction, as a support does. Nodes that
 //! slide get into it in second order.
+//! Reference: docs/model.md, "Curved sheets and rings".
 
 use crate::body::pose::Vector;
 use crate::ground::math;

@@ -1,4 +1,9 @@
-//! Candidates for contact, and what a solve for the impulses of all of them is given and returns.
+//! Candidates for contact; input and result of a solve for the impulses of all of them.
+//!
+//! Method: the gap of a convex body is linearised at t_n. With the normal n, the arm r x n and the free gap
+//! rate phi/dt + n.v, the gap rate at body rates V, w is phi/dt + n.v - n.V - (r x n).w.
+//! Limits: first order in dt where the body turns.
+//! Reference: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
 use crate::body::projectile::{Body, Inertia, Twist};
 use crate::memory::records::Candidate;
@@ -16,7 +21,7 @@ impl Candidate {
     }
 }
 
-/// What a solve is given in addition to the candidates.
+/// Input of a solve in addition to the candidates.
 #[derive(Clone, Copy)]
 pub struct Given<'s> {
     /// The body, with its velocity before contact.
@@ -31,7 +36,7 @@ pub struct Given<'s> {
     pub friction: f64,
 }
 
-/// What a solve did.
+/// Result of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solved {
     /// Sweeps, with passes of Newton's method.
@@ -40,6 +45,6 @@ pub struct Solved {
     pub converged: bool,
     /// Velocity of the body after contact.
     pub twist: Twist,
-    /// What one more sweep would change of the fastest gap rate or slip, m/s; 0 if it converged in sweeps.
+    /// Change of the fastest gap rate or slip by one more sweep, m/s; 0 if it converged in sweeps.
     pub residual: f64,
 }

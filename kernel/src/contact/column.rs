@@ -7,6 +7,7 @@
 //! regression of the velocities with the gaps over dt added up, solved exactly by pooling neighbours that
 //! press on each other. At given rates of the body a candidate is a spring of one-sided force on its node:
 //! each pool moves by the root of a sum of straight pieces.
+//! Limits: nodes face each other along z alone; `MAX_NEWTON` steps for the speed of a pool.
 //! Reference: R. E. Barlow, D. J. Bartholomew, J. M. Bremner, H. D. Brunk, Statistical Inference under Order
 //! Restrictions (1972), pool adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10
 //! (2000) 658, of sums of convex functions.

@@ -29,7 +29,7 @@ use crate::memory::records::{Node, Spring, Tangential, Touch};
 
 /// Steps for a column in a sweep at the most.
 const MOST_STEPS: u32 = 30;
-/// What is left of an error after a step at the most, undamped and damped: damped steps go on along a face on
+/// Largest error after a step, over that before it, undamped and damped: damped steps go on along a face on
 /// which nothing but impulses changes.
 const LEFT: [f64; 2] = [0.9, 1.01];
 /// Compliance added to the body's in a damped step, over that of a node: first, growth, most.
@@ -58,8 +58,7 @@ struct FrictionalContact {
 }
 
 impl FrictionalContact {
-    /// By how much it fails the laws of contact and friction, m/s; and where its impulse along the surface
-    /// goes.
+    /// Residual of the laws of contact and friction, m/s, and the increment of the impulse along the surface.
     fn error(&self) -> (f64, [f64; 2]) {
         let ([normal, p, q], [gap_rate, s, t]) = (self.impulse, self.rate);
         let trial = laws::trial_friction([p, q], [s, t], self.mass);

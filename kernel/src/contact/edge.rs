@@ -5,6 +5,7 @@
 //! make them meet ([`EdgeTest`]); fixed ones that are before two faces wait for the impulses on the others.
 //! Limits: a node whose way takes more planes than a few counts as met; after some rounds all are, as if
 //! there were no edge.
+//! Reference: J. E. Kelley, J. Soc. Indust. Appl. Math. 8 (1960) 703 (cutting planes).
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::{self, Body, Twist};

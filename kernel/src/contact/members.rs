@@ -1,5 +1,9 @@
 //! Candidates of a stack sorted by column, as compressed rows: those of a column of free nodes are a slice of
 //! `members`, the last one found first. That candidate leads the column. A fixed node is a column of its own.
+//!
+//! Method: counting sort, with the number of its leader as the key of a candidate.
+//! Limits: `leaders` is not cleared: an entry may be that of an earlier step, so who reads it compares nodes.
+//! Reference: D. E. Knuth, The Art of Computer Programming 3 (1998), 5.2 (distribution counting).
 
 use crate::memory::arrays::Arrays;
 use crate::memory::records::Candidate;

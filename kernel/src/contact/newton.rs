@@ -106,8 +106,7 @@ impl Newton<'_> {
         solved
     }
 
-    /// By how much the contacts fail the laws of contact and friction, m/s: what one more sweep would change
-    /// of the fastest.
+    /// Residual of the laws of contact and friction, m/s: what one more sweep would change of the fastest.
     #[inline(never)]
     pub fn residual(&self, solved: &Solved) -> f64 {
         let mut worst = 0.0;
@@ -325,8 +324,8 @@ fn combined(a: &Six, part: f64, b: &Six) -> Six {
     core::array::from_fn(|k| a[k] + part * b[k])
 }
 
-/// What `jacobian` takes to `residual`, by elimination in order: without friction no pivot is less than 1.
-/// None if there is one close to 0.
+/// Solution of the equations `jacobian` times it is `residual`, by elimination in order: without friction no
+/// pivot is less than 1. None if there is one close to 0.
 #[inline(never)]
 fn solution(at: &Equations) -> Option<Six> {
     let (mut rows, mut right) = (at.jacobian, at.residual);

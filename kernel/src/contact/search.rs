@@ -2,6 +2,8 @@
 //!
 //! Method: rows, chunks and lanes that miss the box and the ball about the body are passed over; the exact
 //! gap decides.
+//! Limits: as many candidates as the memory has been made for; more are refused before anything has changed.
+//! Reference: docs/model.md, "The step".
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::Body;
@@ -84,7 +86,7 @@ impl<'s> Search<'s> {
         })
     }
 
-    /// What many nodes are tested against at once; `h`: the spacing, m.
+    /// Test of many nodes at once; `h`: the spacing, m.
     pub(crate) fn neighbourhood(&self, h: f64) -> Neighbourhood<'_> {
         // In spacings rounding is another: a little more again.
         let (centre, half) = ([0, 1].map(|k| self.body.position[k] / h), [0, 1].map(|k| self.half[k] / h * ROUNDING));
@@ -147,7 +149,7 @@ pub(crate) struct Neighbourhood<'s> {
 struct Offsets {
     /// From the body's centre, m; of nodes beyond the box or the ball they may be others.
     r: [[f64; CHUNK]; 3],
-    /// How far beyond the box and the ball, not above 0 inside.
+    /// Distance beyond the box and the ball, not above 0 inside.
     beyond: [f64; CHUNK],
 }
 
@@ -257,7 +259,7 @@ impl Job for Near<'_> {
     }
 }
 
-/// What lies under the projectile at t_n.
+/// Nodes under the projectile at t_n.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Gathered {
     /// Candidates noted.

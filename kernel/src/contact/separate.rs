@@ -3,6 +3,7 @@
 //!
 //! Method: the regression of `column.rs`, of eight columns at once ([`PlyColumns`]); one by one where the
 //! projectile pushes one of them, with a case, and where nodes do not face each other.
+//! Limits and reference: as in `stack.rs` and `column.rs`.
 
 use crate::body::pose::Vector;
 use crate::contact::apply::correct_casing_loss;
@@ -211,7 +212,7 @@ impl<const CURVED: bool> Job for Pressed<'_, CURVED> {
     }
 }
 
-/// What was found in eight columns.
+/// State of eight columns.
 enum Pressing {
     /// A number above 0 for those in which facing nodes press on each other, or are through each other by
     /// more than any were; for all if some of their nodes do not face each other.
@@ -239,7 +240,7 @@ struct PlyColumns<'a, const CURVED: bool> {
     /// Plies of the front fabric, and mass of a node of the back one over that of one of these.
     front: usize,
     back_share: f64,
-    /// As in `column.rs`.
+    /// Distance of the plies, and spacing of the rows, spacings.
     gap: f64,
     rise: f64,
     /// Depth that was met, spacings.
@@ -404,8 +405,8 @@ fn push_outwards(system: &mut System<'_>, [i, j]: [usize; 2], push: f64) -> Vect
     given
 }
 
-/// What the projectile's impulse on a node does less, or more, because plies then give it this velocity, in
-/// spacings a pass, too: the balances of contact take the velocity at the end of the pass.
+/// Corrects the work of the projectile's impulse on a node to which plies then give this velocity, spacings a
+/// pass: the balances of contact take the velocity at the end of the pass.
 #[inline(never)]
 fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2], given: &Vector) {
     let (_, row) = system.layout.ply_and_row(j);

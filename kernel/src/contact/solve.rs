@@ -33,10 +33,10 @@ pub const MAX_UPDATES: usize = 200_000;
 /// See [`MAX_UPDATES`].
 pub const LEAST_SWEEPS: u32 = 20;
 
-/// What rounding can leave of a gap rate, in parts of the speeds that it is the difference of: nine times
-/// half a last place, three of n.V, three of arm.w, and one each of the impulse, of the speed it gives and of
-/// the difference. The number of nodes does not enter: impulses this small no longer change the velocity of a
-/// body that is heavier than a few nodes.
+/// Rounding of a gap rate, in parts of the speeds that it is the difference of: nine times half a last place,
+/// three of n.V, three of arm.w, and one each of the impulse, of the speed it gives and of the difference.
+/// The number of nodes does not enter: impulses this small no longer change the velocity of a body that is
+/// heavier than a few nodes.
 const ROUNDING: f64 = 1e-15;
 
 /// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse,

@@ -169,8 +169,8 @@ impl<'s, 'a> StackSolve<'s, 'a> {
         [fastest, farthest, rate]
     }
 
-    /// By how much the velocities along z differ in the column of a candidate, m/s: no node of it is moved by
-    /// more before the body pushes one.
+    /// Range of the velocities along z in the column of a candidate, m/s: no node of it is moved by more
+    /// before the body pushes one.
     fn spread(&self, c: usize) -> f64 {
         let (i, row) = place(self.system, c);
         let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
@@ -252,7 +252,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
         converged
     }
 
-    /// By how much the candidates fail the laws of contact and friction at the most, m/s.
+    /// Largest residual of the laws of contact and friction over the candidates, m/s.
     fn residual(&self, count: usize) -> f64 {
         (0..count).map(|c| self.error(c, f64::INFINITY)).fold(0.0, math::max)
     }
@@ -428,8 +428,8 @@ impl<'s, 'a> StackSolve<'s, 'a> {
         error <= HARMLESS * unit_speed && math::max(lifted, moved) <= self.tolerance
     }
 
-    /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s. What comes
-    /// after more than `enough` is not looked at.
+    /// Residual of the laws of contact and friction over the candidates of a column, m/s. Candidates after
+    /// one of more than `enough` are not looked at.
     fn error(&self, leader: usize, enough: f64) -> f64 {
         let mut error = 0.0;
         for c in self.column(leader).map(|k| self.member(k)) {
@@ -535,9 +535,9 @@ impl<'s, 'a> StackSolve<'s, 'a> {
         project(self.system.arrays.column, self.system.arrays.pools);
     }
 
-    /// What the plies of a column do to each other under the candidates' impulses: impulses times relative
-    /// velocities before, with those at which gaps would close; and the square of what all impulses change of
-    /// the velocities along z. In units of m (h/dt)^2.
+    /// Work between the plies of a column under the candidates' impulses: impulses times relative velocities
+    /// before, with those at which gaps would close. And the square of what all impulses change of the
+    /// velocities along z. In units of m (h/dt)^2.
     fn of_plies(&mut self, leader: usize) -> [f64; 2] {
         self.load_column(leader);
         self.push_column(leader);

@@ -87,8 +87,8 @@ impl Cylinder {
         (push, push_along)
     }
 
-    /// By how much more than that the case lets a node at `place` move outwards along this normal of its
-    /// column, if it is pushed along it by `push`; 0 where it is free to move. Spacings.
+    /// Velocity along this normal of its column that the case adds to that of a node at `place` which is
+    /// pushed along the normal by `push`; 0 where it is free to move. Spacings.
     pub(crate) fn room(&self, place: [f64; 3], [sine, cosine]: [f64; 2], push: f64) -> f64 {
         let [mut sum_x, mut sum_z, mut dissipated] = [[0.0]; 3];
         let sums = [&mut sum_x, &mut sum_z, &mut dissipated];

@@ -1,4 +1,4 @@
-//! What the numbers of a scene must be together, and the time step that they allow.
+//! Limits of the numbers of a scene together, and the time step that they allow.
 //!
 //! Each number by itself is checked by its row in `fields/table.rs`, before anything here.
 
@@ -16,7 +16,7 @@ use crate::sheet::weave;
 use core::iter::StepBy;
 use core::ops::Range;
 
-/// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
+/// Upper bound of the speed that counts as rest, m/s; a step so short that it is faster is refused.
 const SLOWEST_MOTION: f64 = 1e-30;
 /// Largest mass of a node m, kg, m h/dt, N s, and m (h/dt)^2, J, and largest k dt^2/m: within these all that
 /// a step makes of a state that is not lost are numbers, and so are its momentum and energy.
@@ -81,7 +81,7 @@ impl Scene {
         Ok(StepLimits { dt, dt_crit, step_max })
     }
 
-    /// What the front or the back fabric allows.
+    /// Bounds of the front or the back fabric.
     #[inline(never)]
     fn bounds(&self, back: bool, look: &mut Look) -> Result<Bounds, Error> {
         let (moduli, strongest) = (self.stiffest(back, look)?, self.strongest(back, look)?);
@@ -172,7 +172,7 @@ impl Scene {
         numbers.step_by(usize::try_from(stride).unwrap_or(usize::MAX).max(1))
     }
 
-    /// What dt_crit is not below, whatever is drawn.
+    /// Lower bound of dt_crit, whatever is sampled, s.
     fn least_dt_crit(&self) -> f64 {
         let of = |back| {
             let moduli = [Axis::Horizontal, Axis::Vertical].map(|axis| self.largest_modulus(axis, back));
@@ -256,7 +256,7 @@ impl Scene {
         self.check_step()
     }
 
-    /// What the front fabric must be holds for the back one, too.
+    /// Checks of the front fabric, for the back one, too.
     fn check_back(&self) -> Result<(), Error> {
         let shape = self.back.weibull_shape;
         if shape != 0.0 && shape < WEIBULL_SHAPES[0] {
@@ -435,7 +435,7 @@ impl Scene {
         Ok(())
     }
 
-    /// What clamps hold must be more than what the sheet pulls before anything has happened.
+    /// Checks that clamps hold more than what the sheet pulls before anything has happened.
     fn check_clamps(&self) -> Result<(), Error> {
         let Attachment { hold, grip, strength, .. } = self.attachment;
         if grip > 0.0 && hold == 0.0 {
@@ -491,7 +491,7 @@ impl Scene {
 /// Most segments that a check draws of each kind, and nodes that it looks for under the projectile.
 pub(crate) const LOOKED_AT: u64 = 1 << 13;
 
-/// How many of the drawn segments are looked at for the step.
+/// Number of sampled segments that are looked at for the step.
 struct Look {
     most: u64,
     /// No segment was left out so far.
@@ -504,7 +504,7 @@ impl Look {
     }
 }
 
-/// What a fabric allows.
+/// Bounds of a fabric.
 #[derive(Clone, Copy)]
 struct Bounds {
     /// 2/omega_max, s.

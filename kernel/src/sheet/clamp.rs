@@ -28,7 +28,7 @@ pub(crate) fn has_let_go(slid: &[[f64; CHUNK]], chunk: usize, lane: usize, grip:
     Feature::Clamps.is_built() && slid.get(chunk).is_some_and(|slid| slid.get(lane).is_some_and(|&slid| slid >= grip))
 }
 
-/// What clamps a row of nodes.
+/// Clamps of a row of nodes.
 pub(crate) struct ClampedRow<'r> {
     /// Largest impulse of the clamp on each node in a step, spacings/step times its mass; constant.
     pub holds: &'r [[f64; CHUNK]],
@@ -40,7 +40,7 @@ pub(crate) struct ClampedRow<'r> {
     pub columns: &'r [Chunk<COLUMN_PLANES>],
 }
 
-/// What a clamp does to a node in a step, in units of its mass, spacings and steps.
+/// Effect of a clamp on a node in a step, in units of its mass, spacings and steps.
 pub(crate) struct Slide {
     /// Velocity that is left, in the sheet's frame.
     pub velocity: [f64; 3],

@@ -1,5 +1,4 @@
-//! What the segments of one direction have in common: how they lie at rest, their law and their mean
-//! constants.
+//! Constants of the segments of one direction: state at rest, law and mean constants.
 //!
 //! Reference: docs/model.md, "Unlike directions, crimp and pre-tension".
 
@@ -14,7 +13,7 @@ use crate::yarn::rate::RateLaw;
 /// Constants of the horizontal or of the vertical segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Direction {
-    /// How they lie in the flat sheet.
+    /// State at rest in the flat sheet.
     pub rest: Rest,
     /// Their damage law; of drawn strength that of the sheet's weakest segment.
     pub law: DamageLaw,
@@ -30,7 +29,7 @@ pub struct Direction {
     pub volume: f64,
     /// Their viscosity.
     pub viscosity: Viscosity,
-    /// How they depend on the rate of strain, at no time.
+    /// Dependence on the rate of strain, at no time.
     pub rate: RateLaw,
 }
 
@@ -70,7 +69,7 @@ impl Direction {
     }
 }
 
-/// How the segments of a direction lie at rest.
+/// State at rest of the segments of a direction.
 fn rest_of(scene: &Scene, axis: Axis) -> Rest {
     Rest::of(scene.spacing(axis) / scene.sheet.spacing, scene.rest_stretch(axis))
 }
@@ -99,7 +98,7 @@ pub struct Directions {
     pub front: WarpAndWeft,
     /// Directions of the last plies, where they are of another fabric, else those of the front.
     pub back: WarpAndWeft,
-    /// How the plies differ.
+    /// Fabric and turn of each ply.
     plies: Arrangement,
     /// Growth of the radius of a curved sheet from ply to ply, over that of the first.
     growth: f64,
@@ -136,7 +135,7 @@ impl Directions {
         }
     }
 
-    /// What segments along x and along y have in common in a ply, which may be turned by 90 degrees.
+    /// Constants of segments along x and along y in a ply, which may be turned by 90 degrees.
     pub(crate) fn of_ply(&self, ply: usize) -> Along<'_> {
         let WarpAndWeft { horizontal, vertical, plain } = if self.is_back(ply) { &self.back } else { &self.front };
         let (horizontal, vertical) =
@@ -192,18 +191,17 @@ pub struct Along<'a> {
     pub vertical: &'a Direction,
     /// [`WarpAndWeft::plain`], of the radius of the first ply.
     pub plain: bool,
-    /// By how much longer segments along x are than those of the first ply of a curved sheet; 1 in a flat
-    /// one.
+    /// Length of segments along x over that in the first ply of a curved sheet; 1 in a flat one.
     pub turn: f64,
 }
 
 impl<'a> Along<'a> {
-    /// How the segments along x of a curved sheet lie at rest.
+    /// State at rest of the segments along x of a curved sheet.
     pub fn around(&self) -> Rest {
         self.horizontal.rest.in_series(self.turn)
     }
 
-    /// How segments along x and along y lie in a flat sheet.
+    /// States at rest of segments along x and along y of a flat sheet.
     #[inline(always)]
     pub fn rests(&self) -> [&'a Rest; 2] {
         [&self.horizontal.rest, &self.vertical.rest]

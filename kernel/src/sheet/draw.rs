@@ -57,7 +57,7 @@ impl Scene {
         self.scatter(axis, back).modulus_mean
     }
 
-    /// What no drawn modulus of one direction exceeds, Pa.
+    /// Upper bound of the sampled moduli of one direction, Pa.
     pub(crate) fn largest_modulus(&self, axis: Axis, back: bool) -> f64 {
         let Scatter { modulus_mean, modulus_sd, .. } = self.scatter(axis, back);
         modulus_mean + if self.is_drawn(back) { random::LARGEST_NORMAL * modulus_sd } else { 0.0 }
@@ -106,7 +106,7 @@ impl Scene {
         if ply == 0 { self.seed } else { random::splitmix64(random::splitmix64(self.seed) ^ u64::from(ply)) }
     }
 
-    /// How the plies of a stack differ.
+    /// Arrangement of the plies of a stack.
     pub(crate) fn arrangement(&self) -> Arrangement {
         Arrangement { turned: self.stack.plies > 1 && self.stack.turned, front: self.front_plies() as usize }
     }
@@ -190,7 +190,7 @@ impl Scene {
     }
 }
 
-/// How the plies of a stack differ.
+/// Fabric and turn of each ply of a stack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Arrangement {
     /// Every other one is turned by 90 degrees.

@@ -32,7 +32,7 @@ use crate::yarn::law::Rest;
 /// Least and greatest error that [`Scene::set_grading`] can be asked for.
 pub const GRADING_ERRORS: [f64; 2] = [0.005, 0.1];
 
-/// What a bar is made of.
+/// Yarn of a bar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bar {
     /// Segments of the fabric in series.
@@ -127,8 +127,8 @@ impl Scene {
         ([across(mirror_x, x + time * vx), across(mirror_y, y + time * vy)], extents)
     }
 
-    /// What the bar from node (i, j) of the network is made of. `places`: along x and y; `before`: segments
-    /// of the plies before it.
+    /// Yarn of the bar from node (i, j) of the network. `places`: along x and y; `before`: segments of the
+    /// plies before it.
     ///
     /// # Errors
     /// Errors of [`Scene::draw_segment`].

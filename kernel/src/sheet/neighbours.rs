@@ -5,8 +5,8 @@ use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, vertical_axes};
 use crate::sheet::columns::{COLUMN_PLANES, NORMAL_X, NORMAL_Z};
 use crate::sheet::ring::own_axes;
 
-/// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of
-/// no stiffness.
+/// Chunk above the top row and to the right of the last chunk: nothing that moves, held by segments of no
+/// stiffness.
 pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 
 /// Three planes from this one on, displacements or velocities, in the axes of their columns; of a flat sheet

@@ -32,7 +32,7 @@ use core::f64::consts::PI;
 /// Largest radius, spacings: places of rest are then rounded by 1e-10 of one.
 const LARGEST_RADIUS: f64 = 1e6;
 
-/// How far the radius of a ring may be from that which its chords close, a part of it.
+/// Largest deviation of the radius of a ring from that which its chords close, a part of it.
 pub(crate) const CLOSES: f64 = 1e-6;
 
 /// The circle on which the nodes of a row rest.

@@ -192,7 +192,7 @@ pub struct Dissipation {
 }
 
 impl Dissipation {
-    /// Nothing yet.
+    /// Zero dissipation.
     pub const NONE: Dissipation = Dissipation { share: 0.0, by_column: [0.0; CHUNK], by_rupture: 0.0 };
 
     /// Adds that of lane group g, along x and along y.
@@ -204,7 +204,7 @@ impl Dissipation {
     }
 }
 
-/// What one pass met.
+/// Findings of one pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Report {
     /// Segments whose alpha became 0.
@@ -271,7 +271,7 @@ impl YarnRow<'_> {
 
 /// Damage of the segments that start in a row: the cold path.
 pub struct Yarns<'a> {
-    /// What the segments of a direction have in common.
+    /// Constants of the segments of each direction.
     pub directions: &'a Along<'a>,
     /// Dependence on the rate of strain.
     pub rates: &'a Rates,
@@ -281,7 +281,7 @@ pub struct Yarns<'a> {
     pub line: Line,
     /// Columns before which horizontal and vertical segments start.
     pub ends: [usize; 2],
-    /// What has been met so far.
+    /// Findings so far.
     pub report: Report,
 }
 

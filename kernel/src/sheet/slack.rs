@@ -33,12 +33,12 @@ const LARGEST: f64 = 0.3;
 /// Every so many steps, from the first one on, rows are searched for slack segments.
 pub(crate) const SEARCH_INTERVAL: u64 = 16;
 
-/// What nobody owes.
+/// Chunk without an energy error.
 pub(crate) const NO_ENERGY_ERROR: Chunk<ENERGY_ERROR_PLANES> = [[0.0; CHUNK]; ENERGY_ERROR_PLANES];
 /// First plane of the stresses given: the energy errors come before.
 pub(crate) const GIVEN: usize = 2;
 
-/// What eight segments of one direction owe, and the stress that they gave in the last pass.
+/// Energy errors of eight segments of one direction, and the correcting stress of the last pass.
 pub(crate) struct EnergyError<'a> {
     pub energy: &'a mut [f64; CHUNK],
     pub given: &'a mut [f64; CHUNK],

@@ -37,7 +37,7 @@ pub struct Pass<'a> {
     pub horizontals: usize,
     /// Vertical segments above a row.
     pub verticals: usize,
-    /// What the segments of a direction have in common.
+    /// Constants of the segments of each direction.
     pub directions: Along<'a>,
     /// Lines of a graded network or a curved sheet.
     pub net: Net<'a>,
@@ -138,7 +138,7 @@ impl<'a> Row<'a> {
 /// [`Row::step`] as a job for the lanes, with the force of the segment before the first node.
 struct RowJob<'r, 'a, G, E>(&'r mut Row<'a>, [f64; 3], PhantomData<(G, E)>);
 
-/// How many chunks a row is fetched ahead: 4 KiB, some 100 ns of work.
+/// Chunks that a row is fetched ahead: 4 KiB, some 100 ns of work.
 const AHEAD: usize = 8;
 
 impl<'a, G: Geometry<'a>, E: Effects<'a>> Job for RowJob<'_, 'a, G, E> {
@@ -205,7 +205,7 @@ impl Nodes<'_> {
     }
 }
 
-/// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent
+/// Numbers carried along a row from one lane group to the next: all in registers, so nothing here may be lent
 /// to a function that is not inlined.
 struct Carried<L> {
     /// q from which damage is looked for, of horizontal and vertical segments.
@@ -399,7 +399,7 @@ pub(crate) struct Lift<'a> {
     pub yarn: &'a YarnRow<'a>,
     /// Energy errors and stresses of its slack segments, empty where none has been slack along y.
     pub energy_error: &'a [Chunk<ENERGY_ERROR_PLANES>],
-    /// What viscosity keeps of both rows, with the moments of this pass; empty without it.
+    /// Past of viscosity of both rows, with the moments of this pass; empty without it.
     pub viscous: [&'a [Chunk<PAST_PLANES>]; 2],
 }
 

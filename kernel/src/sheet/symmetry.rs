@@ -34,7 +34,7 @@ impl Line {
         Feature::Mirrors.is_built() && self.mirrored
     }
 
-    /// Whether it is closed, in a build that has rings.
+    /// Whether the line is closed, in a build that has rings.
     pub fn is_closed(self) -> bool {
         Feature::Closed.is_built() && self.closed
     }
@@ -74,12 +74,12 @@ impl Line {
         }
     }
 
-    /// How often node i appears in the whole line.
+    /// Multiplicity of node i in the whole line.
     pub fn node_weight(self, i: usize) -> f64 {
         if !self.is_mirrored() || (self.odd() && i + 1 == self.modelled()) { 1.0 } else { 2.0 }
     }
 
-    /// How often the segment from node i appears in the whole line; 0 if it is itself an image of the one
+    /// Multiplicity of the segment from node i in the whole line; 0 if it is itself an image of the one
     /// before.
     pub fn segment_weight(self, i: usize) -> f64 {
         match (self.is_mirrored(), i + 1 == self.modelled()) {

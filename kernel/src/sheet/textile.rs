@@ -71,7 +71,7 @@ const DAMAGE_RATE: f64 = 2302.6;
 /// Viscosity of a textile: linear, quadratic and of bending (docs/model.md, "Viscosity").
 pub const TEXTILE_VISCOSITY: [f64; 3] = [0.06, 1.5, 0.06];
 
-/// What the quadratic part may take of the largest step, eta of (M18).
+/// Largest effect of the quadratic part on the largest step, eta of (M18).
 const QUADRATIC_SHARE: f64 = 0.25;
 
 /// -ln of the part of drawn segments, 1e-9, that may be stronger than the viscosity is made for.
@@ -252,7 +252,7 @@ impl Scene {
 
     /// Makes the back fabric of this textile, in the scene's own grid: a bar stands for as many yarns as
     /// there are in a spacing, so areal density, stiffness and strength per width are those of the textile.
-    /// How many plies are of it, `back.plies`, stays. The quadratic viscosity becomes that of the textile of
+    /// The number of its plies, `back.plies`, stays. The quadratic viscosity becomes that of the textile of
     /// the two that takes less.
     ///
     /// # Errors

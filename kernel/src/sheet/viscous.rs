@@ -160,7 +160,7 @@ pub(crate) struct Nodes<'a> {
     pub past_below: &'a Chunk<PAST_PLANES>,
 }
 
-/// What is carried along a row whose moments are found.
+/// Numbers carried along a row whose moments are found.
 pub(crate) struct Moments<L> {
     horizontal: ViscosityLanes<L>,
     vertical: ViscosityLanes<L>,

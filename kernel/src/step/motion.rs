@@ -1,5 +1,13 @@
 //! The projectile's part of a pass: prescribed rates, external load, motion, and the refusal of a body that
 //! is too fast or lost.
+//!
+//! Method: a free body takes the impulse of its load, F dt, before contact, and drifts with the velocity
+//! after contact (`body/projectile.rs`). A prescribed body has the mean rates of the pass from its path
+//! (`body/path.rs`), and so ends at the path's pose. Work of the load is force times the mean of the
+//! velocities before and after the pass.
+//! Limits: the load is constant in a step. In a step a body turns by less than half a radian, and no point of
+//! its surface crosses a spacing.
+//! Reference: docs/model.md, "Prescribed projectile"; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::body::path;
 use crate::body::pose::{self, Vector};
@@ -27,8 +35,8 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
     if finite && !lost { Ok(()) } else { Err(Failure::NonFinite) }
 }
 
-/// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. After a
-/// path it coasts with the rates the path ended with.
+/// A prescribed body on a path (M13): sets its rates for this pass and returns its pose at the pass's end.
+/// After a path it coasts with the rates the path ended with.
 pub(crate) fn prescribe_twist(system: &mut System<'_>) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
     if system.scene.is_free() {
         return None;

@@ -1,4 +1,10 @@
-//! The search for rows with slack segments, which begin to keep what these owe (`sheet/slack.rs`).
+//! Search for rows with slack segments: from then on a row keeps the energy errors of its segments
+//! (`sheet/slack.rs`).
+//!
+//! Method: every 16 steps each row that is stepped is tested, direction by direction; a direction that has
+//! been slack once stays noted.
+//! Limits: a segment that is slack between two searches alone is not found.
+//! Reference: docs/model.md, "Slack and taut".
 
 use crate::ground::lanes;
 use crate::ground::planes::{self, Axis};

@@ -13,7 +13,7 @@ use crate::yarn::fibril::BundleYarn;
 /// Points of the fit's grid.
 pub const GRID: u32 = 400;
 
-/// What a fit may vary.
+/// Parameters that a fit may vary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
     /// lambda alone, with A = 1 and B = 0 (the paper's regression).

@@ -51,7 +51,7 @@ pub const FAILED: f64 = f64::MAX;
 /// number that what the next pass makes of a state is still a number, whose energy is one.
 pub const LOST: f64 = 1e50;
 
-/// What a new largest strain makes of a segment.
+/// Damage of a segment after a new largest strain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damage {
     /// The damage variable.
@@ -77,7 +77,7 @@ pub fn stress<L: Lane>(stiffness: L, twice_strain: L) -> L {
     stiffness.mul(twice_strain.max(L::splat(0.0)))
 }
 
-/// How the segments of one direction lie in the flat sheet. Lengths in node spacings along x.
+/// Rest state of the segments of one direction in the flat sheet. Lengths in node spacings along x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rest {
     /// Distance of the ends, rho.
@@ -139,8 +139,7 @@ impl Rest {
     }
 }
 
-/// Nothing, to be added: the zero whose sum with any number is that number, so that a compiler can leave the
-/// sum out.
+/// Zero whose sum with any number is that number, so that a compiler can leave the sum out.
 const NONE: f64 = -0.0;
 
 /// [`Rest`] as all lanes read it.
@@ -339,7 +338,7 @@ impl DamageLaw {
         twice_strain > history && twice_strain > self.critical_twice_strain()
     }
 
-    /// What a strain that is damaging makes of a segment.
+    /// Damage of a segment after a strain that is damaging.
     pub fn damage(&self, damage_rate: f64, twice_strain: f64) -> Damage {
         let alpha = self.alpha(damage_rate, twice_strain);
         Damage { alpha, history: if alpha == 0.0 { FAILED } else { twice_strain } }

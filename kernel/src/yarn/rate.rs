@@ -54,7 +54,7 @@ pub struct RateLanes<L> {
     /// q of taut yarn at the reference rate, and twice it.
     first: L,
     twice_first: L,
-    /// How much more q is at the highest rate.
+    /// Growth of q from the reference rate to the highest.
     width: L,
     /// C_E times the largest logarithm.
     stiffest: L,
@@ -179,7 +179,7 @@ impl RateLaw {
         [math::max(self.rest + self.least, 0.0), math::max(self.rest + self.least * self.ratio, 0.0)]
     }
 
-    /// What rupture dissipates at q beyond what it would at the strain that damage sees, over the latter.
+    /// Dissipation of rupture at q beyond that at the strain that damage sees, over the latter.
     pub fn excess(&self, q: f64, seen: f64) -> f64 {
         self.stored(1.0, q) / law::strain_energy(1.0, seen) - 1.0
     }
@@ -203,13 +203,13 @@ impl RateSplats {
 }
 
 impl<L: Lane> RateLanes<L> {
-    /// How far q is beyond that of the reference rate, up to that of the highest.
+    /// Excess of q over that of the reference rate, up to that of the highest.
     #[inline(always)]
     pub fn beyond(&self, q: L) -> L {
         q.sub(self.first).max(L::splat(0.0)).min(self.width)
     }
 
-    /// What relaxation takes while the logarithm of the time grows by 1, over 1/4 C_E, in units of
+    /// Dissipation of relaxation while the logarithm of the time grows by 1, over 1/4 C_E, in units of
     /// [`RateLaw::stored`].
     #[inline(always)]
     pub fn relaxing(&self, stiffness: L, beyond: L) -> L {
@@ -229,7 +229,7 @@ impl<L: Lane> RateLanes<L> {
     }
 }
 
-/// What a sweep needs of the laws in addition to what a direction has.
+/// Constants of the laws for a sweep in addition to those of a direction.
 #[derive(Clone, Copy)]
 pub struct Rates {
     /// Time since the load began, s.
