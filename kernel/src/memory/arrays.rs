@@ -190,8 +190,8 @@ macro_rules! define {
         pub(crate) struct Arrays<'a> {
             pub rows: RowArrays<'a>,
             $($(#[$about])* pub $other: &'a mut [$kind],)*
-            /// What a step or a block of steps ([`Noted`]) and the search for connected components (a label
-            /// for every node) use in turn.
+            /// Memory shared by steps ([`StepScratch`]) and the search for connected components (a label for
+            /// every node), in turn.
             pub shared: &'a mut [CacheLine],
         }
 
@@ -338,8 +338,8 @@ impl Arrays<'_> {
     }
 }
 
-/// What a step notes.
-pub(crate) struct Noted<'r> {
+/// Scratch of a step: carried forces and reactions.
+pub(crate) struct StepScratch<'r> {
     /// The vertical forces that are carried upwards: a row for each ply, of steps in blocks
     /// (`step/blocks.rs`) for each step.
     pub carries: &'r mut [Chunk<CARRY_PLANES>],
@@ -348,12 +348,12 @@ pub(crate) struct Noted<'r> {
     pub reactions: &'r mut [[[f64; 3]; 2]],
 }
 
-impl<'r> Noted<'r> {
+impl<'r> StepScratch<'r> {
     /// In the lines that [`Arrays`] share for it.
-    pub fn of(shared: &'r mut [CacheLine], layout: &Layout) -> Noted<'r> {
-        let [carries, reactions] = layout.noted();
+    pub fn of(shared: &'r mut [CacheLine], layout: &Layout) -> StepScratch<'r> {
+        let [carries, reactions] = layout.step_scratch();
         let (carries, rest) = CacheLine::reals(shared).split_at_mut_checked(carries).unwrap_or_default();
-        Noted { carries: Item::of(carries), reactions: Item::of(rest.get_mut(..reactions).unwrap_or_default()) }
+        StepScratch { carries: Item::of(carries), reactions: Item::of(rest.get_mut(..reactions).unwrap_or_default()) }
     }
 }
 

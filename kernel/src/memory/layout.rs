@@ -94,12 +94,12 @@ impl Layout {
     /// tested: less than the hot rows, which have been counted.
     pub(crate) fn shared_lines(&self) -> usize {
         let labels = if self.has(Feature::Detachment) { self.nodes() } else { 0 };
-        let noted: usize = self.noted().iter().sum();
+        let noted: usize = self.step_scratch().iter().sum();
         noted.div_ceil(CacheLine::REALS).max(labels.div_ceil(CacheLine::WORDS))
     }
 
     /// Numbers of carried forces and of reactions that a step or a block of steps notes.
-    pub(super) fn noted(&self) -> [usize; 2] {
+    pub(super) fn step_scratch(&self) -> [usize; 2] {
         let reactions = if self.supports { 6 * self.nodes_y * self.block_steps as usize } else { 0 };
         [self.carried_rows() * self.chunks * CHUNK * CARRY_PLANES, reactions]
     }

@@ -4,12 +4,12 @@
 //! Limits: after a failure in a block rows may be ahead of the step that is counted, and another failure of
 //! the same block may be reported than single steps would have met first; nothing but counters and the digest
 //! can be read then.
-//! Reference: docs/model.md, "Row bands".
+//! Reference: docs/model.md, "Steps in blocks".
 
 use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
 use crate::ground::planes::{CARRY_PLANES, CHUNK};
-use crate::memory::arrays::Noted;
+use crate::memory::arrays::StepScratch;
 use crate::memory::system::System;
 use crate::sheet::segments::Report;
 use crate::step::explicit;
@@ -21,7 +21,7 @@ use crate::step::rows::whole;
 #[inline(never)]
 pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Failure> {
     let Some(block) = &Block::plan(system, most, 0) else { return Ok(0) };
-    begin(system);
+    zero_carried_forces(system);
     step_away(system, block, false)?;
     (0..block.steps).try_for_each(|step| step_near(system, block, step))?;
     step_away(system, block, true)?;
@@ -40,10 +40,10 @@ fn step_near(system: &mut System<'_>, block: &Block, step: usize) -> Result<(), 
 /// All steps of the rows away from the body, below it or above it.
 #[inline(never)]
 fn step_away(system: &mut System<'_>, block: &Block, is_above: bool) -> Result<(), Failure> {
-    let leg = block.leg(0, is_above);
-    for r in leg.numbers() {
+    let tile = block.tile(0, is_above);
+    for r in tile.wavefronts() {
         for step in 0..block.steps {
-            let Some(j) = leg.row(r, step) else { continue };
+            let Some(j) = tile.row(r, step) else { continue };
             let report = whole::sweep_in_block(system, step, [j, j + 1]);
             let range = system.arrays.rows.ranges.get(j).copied().unwrap_or_default();
             if report.non_finite || block.is_met(step, j, range) {
@@ -55,9 +55,9 @@ fn step_away(system: &mut System<'_>, block: &Block, is_above: bool) -> Result<(
     Ok(())
 }
 
-/// Begins a block.
-pub(crate) fn begin(system: &mut System<'_>) {
-    Noted::of(system.arrays.shared, &system.layout).carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
+/// Carried forces of every step of a block, set to zero.
+pub(crate) fn zero_carried_forces(system: &mut System<'_>) {
+    StepScratch::of(system.arrays.shared, &system.layout).carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
 /// What is left of a step near the body after its sweep. What follows the last step is left to do.
@@ -70,12 +70,12 @@ pub(crate) fn end_near(
     report: Report,
 ) -> Result<(), Failure> {
     let [first, end] = block.rows_near(step);
-    explicit::finish_step(system, gathered, report)?;
+    explicit::apply_contact_and_move_body(system, gathered, report)?;
     if block.are_met(step, first, system.arrays.rows.ranges.get(first..end).unwrap_or_default()) {
         return Err(Failure::NonFinite);
     }
     if step + 1 < block.steps {
-        explicit::end_step(system);
+        explicit::count_step(system);
     }
     Ok(())
 }
@@ -87,7 +87,7 @@ pub(crate) fn end(system: &mut System<'_>) {
     for step in 0..system.block_steps {
         accounts::add_sweep(system, 0, rows, step);
     }
-    explicit::end_step(system);
+    explicit::count_step(system);
 }
 
 #[cfg(test)]
@@ -271,6 +271,32 @@ mod tests {
         allow_blocks(&mut sim);
         // The middle of the sheet lies in row 70: 80.2 - 25.5 and 80.2 + 25.5.
         assert_eq!(super::Block::plan(&sim.system, STEPS, 0).unwrap().near, [55, 106]);
+    }
+
+    /// No row is near the body then.
+    #[test]
+    fn a_sheet_beside_the_body_has_the_bits_of_single_steps() {
+        for bending in [0.0, 0.06] {
+            let mut scene = sphere();
+            (scene.yarn.viscosity_bending, scene.attachment.kind) = (bending, AttachmentKind::Free);
+            scene.projectile.position[1] = 141.0 * scene.sheet.spacing;
+            let mut sims = [(); 4].map(|()| sim(&scene));
+            for sim in &mut sims {
+                let mut positions = vec![0.0; 3 * sim.layout().nodes()];
+                sim.copy_positions(&mut positions).unwrap();
+                let number = |k: usize| splitmix64(k as u64) as f64 / u64::MAX as f64 - 0.5;
+                let velocities: Vec<f64> = (0..positions.len()).map(|k| 20.0 * number(k)).collect();
+                sim.set_motion(&positions, &velocities).unwrap();
+                sim.step_every_row();
+            }
+            let [single, others @ ..] = &mut sims;
+            (0..64).for_each(|_| single.step().unwrap());
+            for (of, other) in (0..).zip(others) {
+                allow_blocks(other);
+                let taken = if of == 0 { advance_in_blocks(other, 64) } else { advance_in_bands(other, of, 64) };
+                assert_eq!((taken, other.digest()), (64 / STEPS, single.digest()), "{bending} {of}");
+            }
+        }
     }
 
     #[test]

@@ -39,8 +39,8 @@ pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
     let gathered = look_ahead(system, [0, system.layout.nodes_y])?;
     // The theta rule sweeps until its forces agree with where they lead.
     let report = if system.layout.has(Feature::Theta) { Report::default() } else { whole::sweep(system, &gathered) };
-    finish_step(system, &gathered, report)?;
-    end_step(system);
+    apply_contact_and_move_body(system, &gathered, report)?;
+    count_step(system);
     Ok(())
 }
 
@@ -53,7 +53,7 @@ pub(crate) fn start_forces(system: &mut System<'_>) {
 }
 
 /// What follows the pass of a step.
-pub(crate) fn end_step(system: &mut System<'_>) {
+pub(crate) fn count_step(system: &mut System<'_>) {
     system.state.step += 1;
     if system.layout.has(Feature::Rate) && (system.state.loaded > 0 || system.state.sums.contacts > 0) {
         system.state.loaded += 1;
@@ -95,7 +95,11 @@ pub(crate) fn look_ahead(system: &mut System<'_>, rows: [usize; 2]) -> Result<Ga
 
 /// After the sweep: the rest of the pass.
 #[inline(never)]
-pub(crate) fn finish_step(system: &mut System<'_>, gathered: &Gathered, report: Report) -> Result<(), Failure> {
+pub(crate) fn apply_contact_and_move_body(
+    system: &mut System<'_>,
+    gathered: &Gathered,
+    report: Report,
+) -> Result<(), Failure> {
     let at_start = system.state.body;
     let target = motion::prescribe_twist(system);
     if system.layout.has(Feature::Theta) {

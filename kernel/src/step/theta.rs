@@ -26,7 +26,7 @@ use crate::ground::planes::{
     START_ACCELERATION, STIFFNESS, VELOCITY_AFTER_IMPULSES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
-use crate::memory::arrays::{Arrays, Noted, RowArrays};
+use crate::memory::arrays::{Arrays, RowArrays, StepScratch};
 use crate::memory::state::COUNT_MAX;
 use crate::memory::system::{System, mean_acceleration};
 use crate::scene::parts::Integrator;
@@ -187,7 +187,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let System { layout, directions, arrays, instructions, .. } = system;
     let (chunks, rates) = (layout.chunks, Rates::NONE);
     let Arrays { rows: RowArrays { hot, history, yarn, strength, iterate, .. }, shared, columns, lines, .. } = arrays;
-    let Noted { carries: carry, .. } = Noted::of(shared, layout);
+    let StepScratch { carries: carry, .. } = StepScratch::of(shared, layout);
     if layout.x.is_mirrored() {
         (0..layout.nodes_y).for_each(|j| place_ghost_column(planes::row_mut(iterate, chunks, j), layout.x));
     }

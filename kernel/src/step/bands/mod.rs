@@ -69,10 +69,11 @@ use plan::Plan;
 
 /// A simulation lent to be stepped in bands. Shared by reference between threads; made by
 /// [`Sim::bands`](crate::Sim::bands), which has the whole simulation until this is dropped. Dropping it does
-/// what is missing of a step that only some bands have taken.
+/// what is missing of a step that only some bands have taken; forgotten within a block it leaves rows at
+/// different steps.
 pub struct Bands<'s, 'a> {
     system: *mut System<'a>,
-    of: u32,
+    band_count: u32,
     /// Steps taken before these bands, and those that will have been taken at least.
     first_step: u64,
     until: u64,
@@ -94,11 +95,16 @@ pub struct Bands<'s, 'a> {
 
 // SAFETY: holds a `&mut System` and a `&mut [f64]`, both of which may go to another thread.
 unsafe impl Send for Bands<'_, '_> {}
-// SAFETY: everything under the pointers and cells is reached through `pass` alone. A band's own rows, report
-// and of its scratch `above`, `carry`, `viscous` and `kept` are used only by the call that has set the band's
-// bit in `claimed`; what is kept for the gaps of a block has one writer in the first pass and is used by one
-// band in the later ones; the simulation and the plan are changed only by the call that finds all bits of
-// `arrived` set, while every bit of `claimed` still keeps the others out.
+// SAFETY: everything under the pointers and cells is reached through `pass` alone. A band's rows, report and
+// scratch `above`, `carry`, `viscous` and `kept` are used only by the call that has set the band's bit in
+// `claimed`. All else is changed only by the call that finds all bits of `arrived` set, while every bit of
+// `claimed` still keeps the others out. In a block (`rows/schedule.rs`) rows are tiles and gaps. No two have
+// a row in common, for gaps stay apart. In addition
+// - a tile writes at its upper edge the moments (`past`) of the gap's lowest row, what they dissipate and the
+//   forces on it; at its lower edge ghost row and moments above the gap. No other tile has that edge;
+// - a tile reads of a gap the rows beside its own: above it the lowest ones, whose moments it finds, below it
+//   the highest ones. So a gap has at first as many rows as keep what is read and written apart;
+// - a gap reads what its two tiles have kept of each step, in passes after theirs.
 unsafe impl Sync for Bands<'_, '_> {}
 
 impl<'s, 'a> Bands<'s, 'a> {
@@ -106,24 +112,24 @@ impl<'s, 'a> Bands<'s, 'a> {
     pub(crate) fn of(
         system: &'s mut System<'a>,
         scratch: &'s mut [CacheLine],
-        of: u32,
+        band_count: u32,
         steps: u64,
     ) -> Result<Bands<'s, 'a>, Error> {
         system.sound()?;
-        let needed = system.layout.band_lines(of)?;
+        let needed = system.layout.band_lines(band_count)?;
         let short = arrays::short("scratch", scratch.len(), needed);
         let scratch = CacheLine::reals(scratch.get_mut(..needed).ok_or(short)?).as_mut_ptr();
         let first_step = system.state.step;
         let until = first_step.saturating_add(steps);
-        let plan = Plan::of(system, scratch, None, of, until);
-        for band in 0..of {
+        let plan = Plan::of(system, scratch, None, band_count, until);
+        for band in 0..band_count {
             // SAFETY: this call has the simulation to itself, so no band is being swept.
-            unsafe { plan.cut(of, band) };
+            unsafe { plan.copy_ghost_rows(band_count, band) };
         }
         let outcomes = system.state.watch.mask().bits();
         Ok(Bands {
             system,
-            of,
+            band_count,
             first_step,
             until,
             plan: UnsafeCell::new(plan),
@@ -148,8 +154,8 @@ impl Bands<'_, '_> {
     /// No such band, or one already called in this pass: nothing changed. A failure of the pass, to the band
     /// that completes it, and to every band from then on.
     pub fn pass(&self, band: u32) -> Result<bool, Error> {
-        if band >= self.of {
-            return Err(Error::new(Code::OutOfRange, "band", f64::from(band), f64::from(self.of - 1)));
+        if band >= self.band_count {
+            return Err(Error::new(Code::OutOfRange, "band", f64::from(band), f64::from(self.band_count - 1)));
         }
         if let Some(failure) = self.failure() {
             return Err(failure.into());
@@ -165,16 +171,16 @@ impl Bands<'_, '_> {
             let plan = &*self.plan.get();
             let met = match &plan.block {
                 Some(block) => match plan.gap_step {
-                    Some(step) => plan.sweep(self.of, band).merged(plan.fill_cut(band, block, step)),
+                    Some(step) => plan.sweep(self.band_count, band).merged(plan.sweep_gap(band, block, step)),
                     None => plan.step_away(band, block),
                 },
-                None => plan.sweep(self.of, band),
+                None => plan.sweep(self.band_count, band),
             };
             if let Some(report) = self.reports.get(band as usize) {
                 *report.get() = met;
             }
         }
-        let all = u32::MAX >> (32 - self.of);
+        let all = u32::MAX >> (32 - self.band_count);
         if self.arrived.fetch_or(bit, Ordering::AcqRel) | bit != all {
             return Ok(false);
         }
@@ -223,7 +229,7 @@ impl Bands<'_, '_> {
         // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
         let (system, plan) = unsafe { (&mut *self.system, &mut *self.plan.get()) };
         let mut report = Report::default();
-        for cell in self.reports.iter().take(self.of as usize) {
+        for cell in self.reports.iter().take(self.band_count as usize) {
             // SAFETY: the band has arrived.
             report = report.merged(unsafe { *cell.get() });
         }
@@ -237,10 +243,10 @@ impl Bands<'_, '_> {
             self.steps.store((system.state.step - self.first_step) as usize, Ordering::Release);
         }
         self.outcomes.store(system.state.watch.mask().bits(), Ordering::Release);
-        *plan = Plan::of(system, plan.memory.scratch, Some(plan), self.of, self.until);
-        for band in 0..self.of {
+        *plan = Plan::of(system, plan.memory.scratch, Some(plan), self.band_count, self.until);
+        for band in 0..self.band_count {
             // SAFETY: the caller's promise.
-            unsafe { plan.cut(self.of, band) };
+            unsafe { plan.copy_ghost_rows(self.band_count, band) };
         }
         Ok(())
     }
@@ -256,8 +262,12 @@ impl Drop for Bands<'_, '_> {
                 return;
             }
             // Only those that have not been called: the last of them completes the pass, and any after it
-            // would begin another.
-            (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {
+            // would begin another. A call that never came back leaves none.
+            let mut missing = (0..self.band_count).filter(|band| called >> band & 1 == 0).peekable();
+            if missing.peek().is_none() {
+                return;
+            }
+            missing.for_each(|band| {
                 let _ = self.pass(band);
             });
         }

@@ -16,7 +16,7 @@ use crate::sheet::viscous::MomentsOfRow;
 use crate::step::blocks;
 use crate::step::explicit;
 use crate::step::rows::Rows;
-use crate::step::rows::schedule::{Block, Edge, Leg};
+use crate::step::rows::schedule::{Block, Edge, Tile};
 use crate::step::rows::viscosity::{ViscousRows, find_moments_of_row, place_ghost_moments};
 use crate::step::rows::whole;
 use core::mem::take;
@@ -27,7 +27,7 @@ struct Beside<'r> {
     above: &'r [Chunk<HOT_PLANES>],
     past_above: &'r mut [Chunk<PAST_PLANES>],
     /// Whether the moments of the first and of the last row are known.
-    known: [bool; 2],
+    moments_found: [bool; 2],
     carry: &'r mut [Chunk<CARRY_PLANES>],
     kept: &'r mut [[f64; 3]],
 }
@@ -38,8 +38,8 @@ impl Plan {
     /// # Safety
     /// No band is being swept, and the simulation's arrays and the scratch are used by nothing else.
     #[inline(never)]
-    pub(super) unsafe fn cut(&self, of: u32, band: u32) {
-        let [first, end] = self.rows_of(of, band);
+    pub(super) unsafe fn copy_ghost_rows(&self, band_count: u32, band: u32) {
+        let [first, end] = self.rows_of(band_count, band);
         if self.found.is_err() || first == end {
             return;
         }
@@ -57,8 +57,7 @@ impl Plan {
             }
             let is_cut = first > low[0] && first < low[1];
             let step = self.gap_step.unwrap_or(0);
-            let mut slots = viscous.chunks_exact_mut(chunks.max(1));
-            let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));
+            let [below, bottom, last, above] = rows_beside(viscous, chunks);
             if layout.has(Feature::Viscosity) {
                 // What a row takes is counted once, and by the band that has it.
                 if is_cut {
@@ -71,7 +70,7 @@ impl Plan {
                 }
             }
             if is_cut {
-                self.lift(first, lowest, carry, [below, bottom]);
+                self.forces_from_below(first, lowest, carry, [below, bottom]);
             } else if let Some(step) = self.gap_step {
                 copy_row(carry, rows(memory.carries, chunks, step, 1));
             }
@@ -83,7 +82,7 @@ impl Plan {
     /// # Safety
     /// Nothing changes the two rows.
     #[inline(never)]
-    unsafe fn lift(
+    unsafe fn forces_from_below(
         &self,
         j: usize,
         ply: usize,
@@ -176,7 +175,7 @@ impl Plan {
     /// # Safety
     /// As for [`Plan::rows`].
     #[inline(never)]
-    unsafe fn known_moments<'r>(
+    unsafe fn put_known_moments<'r>(
         &self,
         [first, end]: [usize; 2],
         ply: usize,
@@ -188,8 +187,7 @@ impl Plan {
         }
         // Beyond the mirror plane lies a ghost row, whose node row may be the one below the band.
         let has_ghosts = layout.y.is_mirrored() && end == layout.nodes_y;
-        let mut slots = viscous.chunks_exact_mut(chunks.max(1));
-        let [below, bottom, last, above] = [(); 4].map(|()| slots.next().unwrap_or(&mut []));
+        let [below, bottom, last, above] = rows_beside(viscous, chunks);
         // SAFETY: the caller's promise; the ghost row is the last band's.
         unsafe {
             let [low, top] = self.rows_of_ply(ply);
@@ -197,10 +195,10 @@ impl Plan {
                 copy_row(self.past_of(first), bottom);
             }
             // Those of a gap's lowest row were found with the row below it.
-            let is_known = first > low || self.gap_step.is_some() && first > 0;
+            let is_found = first > low || self.gap_step.is_some() && first > 0;
             if end < top {
                 copy_row(self.past_of(end - 1), last);
-                return ([is_known, true], above);
+                return ([is_found, true], above);
             }
             let above = match self.gap_step {
                 Some(step) if end < layout.nodes_y => self.moments_above_gap(Edge::Body, step),
@@ -210,7 +208,7 @@ impl Plan {
             if has_ghosts && layout.y.node(layout.y.modelled()).0 < first {
                 place_ghost_moments(above, below);
             }
-            ([is_known, false], above)
+            ([is_found, false], above)
         }
     }
 
@@ -220,8 +218,8 @@ impl Plan {
     /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and
     /// the scratch.
     #[inline(never)]
-    pub(super) unsafe fn sweep(&self, of: u32, band: u32) -> Report {
-        let [first, end] = self.rows_of(of, band);
+    pub(super) unsafe fn sweep(&self, band_count: u32, band: u32) -> Report {
+        let [first, end] = self.rows_of(band_count, band);
         if self.found.is_err() || first == end {
             return Report::default();
         }
@@ -252,8 +250,8 @@ impl Plan {
                 if start == low && self.block.is_none() {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
                 }
-                let (known, past_above) = self.known_moments([start, stop], ply, viscous);
-                let beside = Beside { above, past_above, known, carry, kept };
+                let (moments_found, past_above) = self.put_known_moments([start, stop], ply, viscous);
+                let beside = Beside { above, past_above, moments_found, carry, kept };
                 let step = self.gap_step.unwrap_or(0);
                 let mut rows = self.rows(step, [start, stop], ply, beside);
                 let terms = self.terms(self.fetches && step == 0);
@@ -272,39 +270,39 @@ impl Plan {
     #[inline(never)]
     pub(super) unsafe fn step_away(&self, band: u32, block: &Block) -> Report {
         let mut report = Report::default();
-        for leg in [false, true].map(|is_above| block.leg(band, is_above)) {
-            for r in leg.numbers() {
+        for tile in [false, true].map(|is_above| block.tile(band, is_above)) {
+            for r in tile.wavefronts() {
                 for step in 0..block.steps {
-                    let Some(j) = leg.row(r, step) else { continue };
-                    // SAFETY: the legs of all bands and the gaps between them have no row in common. What
+                    let Some(j) = tile.row(r, step) else { continue };
+                    // SAFETY: the tiles of all bands and the gaps between them have no row in common. What
                     // is read of a gap's row is changed in later passes, and what is kept for a gap, and the
-                    // moments of its lowest row, are of this leg alone.
-                    report = report.merged(unsafe { self.step_row_away(band, block, &leg, step, j) });
+                    // moments of its lowest row, are of this tile alone.
+                    report = report.merged(unsafe { self.step_row_away(band, block, &tile, step, j) });
                 }
             }
         }
         report
     }
 
-    /// Takes a step of row j of a leg.
+    /// Takes a step of row j of a tile.
     ///
     /// # Safety
-    /// As for [`Plan::step_away`], which is at this leg.
-    unsafe fn step_row_away(&self, band: u32, block: &Block, leg: &Leg, step: usize, j: usize) -> Report {
+    /// As for [`Plan::step_away`], which is at this tile.
+    unsafe fn step_row_away(&self, band: u32, block: &Block, tile: &Tile, step: usize, j: usize) -> Report {
         // SAFETY: the caller's promise.
         unsafe {
             let Scratch { kept, viscous, .. } = self.scratch(band);
-            let carry = self.below_gap(leg.upper, step);
+            let carry = self.below_gap(tile.upper, step);
             if j == 0 {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
-            } else if leg.starts_at_gap(step, j) {
-                self.start_above_gap(leg.lower, step, j, carry, viscous);
+            } else if tile.starts_at_gap(step, j) {
+                self.start_above_gap(tile.lower, step, j, carry, viscous);
             }
             let past_above = self.past_of(j + 1);
             if !past_above.is_empty() {
                 self.find_moments(j + 1, 0, step, past_above, true);
             }
-            let beside = Beside { above: self.row_above(j), past_above, known: [j > 0, false], carry, kept };
+            let beside = Beside { above: self.row_above(j), past_above, moments_found: [j > 0, false], carry, kept };
             self.step_rows(block, step, [j, j + 1], beside)
         }
     }
@@ -330,7 +328,7 @@ impl Plan {
                 self.find_moments(j, 0, step, here, true);
                 copy_row(self.moments_above_gap(gap, step), here);
             }
-            self.lift(j, 0, carry, [below, here]);
+            self.forces_from_below(j, 0, carry, [below, here]);
             copy_motion(self.above_gap(gap, step), rows(self.memory.rows.hot, chunks, j, 1));
         }
     }
@@ -340,8 +338,8 @@ impl Plan {
     /// # Safety
     /// As for [`Plan::step_away`].
     #[inline(never)]
-    pub(super) unsafe fn fill_cut(&self, band: u32, block: &Block, step: usize) -> Report {
-        let (rows, gap) = (block.rows_of_cut(step, band), Edge::Cut(band));
+    pub(super) unsafe fn sweep_gap(&self, band: u32, block: &Block, step: usize) -> Report {
+        let (rows, gap) = (block.rows_of_gap(step, band), Edge::Cut(band));
         if self.found.is_err() || rows[0] == rows[1] {
             return Report::default();
         }
@@ -350,7 +348,7 @@ impl Plan {
             let beside = Beside {
                 above: self.above_gap(gap, step),
                 past_above: self.moments_above_gap(gap, step),
-                known: [true, false],
+                moments_found: [true, false],
                 carry: self.below_gap(gap, step),
                 kept: self.scratch(band).kept,
             };
@@ -396,7 +394,7 @@ impl Plan {
         step: usize,
         [first, end]: [usize; 2],
         ply: usize,
-        Beside { above, past_above, known, carry, kept }: Beside<'r>,
+        Beside { above, past_above, moments_found, carry, kept }: Beside<'r>,
     ) -> Rows<'r> {
         let (layout, memory, noted) = (&self.layout, &self.memory, step * self.layout.nodes_y);
         // SAFETY: the caller's promise.
@@ -406,7 +404,7 @@ impl Plan {
                 first,
                 ply,
                 above,
-                viscous: ViscousRows { past: take(&mut own.past), above: past_above, known },
+                viscous: ViscousRows { past: take(&mut own.past), above: past_above, moments_found },
                 net: self.net(ply),
                 carry,
                 kept,
@@ -448,18 +446,18 @@ impl Plan {
             }
             return Ok(());
         }
-        for ply in 0..system.layout.plies {
-            // SAFETY: no band is being swept.
-            let [first, end] = unsafe { self.rows_of_ply(ply) };
-            if first < end {
-                system.set_awake(ply, [first, end]);
-            }
-        }
+        whole::wake_rows_to_step(system);
         whole::end_sweep(system, &gathered);
-        explicit::finish_step(system, &gathered, report)?;
-        explicit::end_step(system);
+        explicit::apply_contact_and_move_body(system, &gathered, report)?;
+        explicit::count_step(system);
         Ok(())
     }
+}
+
+/// Rows of [`Scratch::viscous`]: below the band, its first, its last, and above it; empty without viscosity.
+fn rows_beside(viscous: &mut [Chunk<PAST_PLANES>], chunks: usize) -> [&mut [Chunk<PAST_PLANES>]; 4] {
+    let mut rows = viscous.chunks_exact_mut(chunks.max(1));
+    [(); 4].map(|()| rows.next().unwrap_or(&mut []))
 }
 
 /// Copies a row of chunks.

@@ -59,15 +59,21 @@ fn prepare_rows(system: &mut System<'_>) -> [usize; 2] {
 
 impl Plan {
     /// Plans the pass that follows `last`, or the first one. Blocks end at step `until` at the latest.
-    pub(super) fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>, of: u32, until: u64) -> Plan {
+    pub(super) fn of(
+        system: &mut System<'_>,
+        scratch: *mut f64,
+        last: Option<&Plan>,
+        band_count: u32,
+        until: u64,
+    ) -> Plan {
         let (block, gap_step) = match last.and_then(Plan::next_part) {
             Some((block, step)) => (Some(block), Some(step)),
-            None => (Block::plan(system, until.saturating_sub(system.state.step), of), None),
+            None => (Block::plan(system, until.saturating_sub(system.state.step), band_count), None),
         };
         let all = [0, system.layout.nodes_y];
         let found = match (&block, gap_step) {
             (Some(_), None) => {
-                blocks::begin(system);
+                blocks::zero_carried_forces(system);
                 Ok(Gathered::default())
             }
             (block, _) => explicit::look_ahead(system, block.as_ref().map_or(all, |block| block.near)),
@@ -99,10 +105,10 @@ impl Plan {
     }
 
     /// Rows [first, end) of a band.
-    pub(super) fn rows_of(&self, of: u32, band: u32) -> [usize; 2] {
+    pub(super) fn rows_of(&self, band_count: u32, band: u32) -> [usize; 2] {
         let [first, end] = self.rows;
         // At least 1, so that no division by zero has to be compiled in.
-        let start = |band: u32| first + (end - first) * band as usize / of.max(1) as usize;
+        let start = |band: u32| first + (end - first) * band as usize / band_count.max(1) as usize;
         [start(band), start(band + 1)]
     }
 

@@ -2,7 +2,7 @@
 //! made of them.
 
 use crate::ground::planes::{CARRY_PLANES, Chunk};
-use crate::memory::arrays::{Arrays, Noted, RowArrays, RowPointers, arrays};
+use crate::memory::arrays::{Arrays, RowArrays, RowPointers, StepScratch, arrays};
 use crate::memory::layout::Layout;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
@@ -31,7 +31,7 @@ pub(super) struct Pointers {
 impl Pointers {
     pub(super) fn of(system: &mut System<'_>, scratch: *mut f64) -> Pointers {
         let System { directions, layout, arrays: Arrays { rows, columns, lines, awake, shared, .. }, .. } = system;
-        let Noted { carries, reactions } = Noted::of(shared, layout);
+        let StepScratch { carries, reactions } = StepScratch::of(shared, layout);
         Pointers {
             directions,
             rows: rows.pointers(),

@@ -1,4 +1,7 @@
-//! Where the bands' own numbers are in the scratch that the caller lends: band by band.
+//! Scratch of the bands in the memory that the caller lends: band by band, ghost rows and carried forces.
+//!
+//! Method: a band's sweep reads a copy of the row above it and the forces from the row below it, as they were
+//! before the pass. In a block the same is kept of each step for the gaps (`rows/schedule.rs`).
 
 use super::plan::Plan;
 use super::pointers::part_mut;
@@ -6,73 +9,76 @@ use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES}
 use crate::scene::features::Feature;
 use crate::step::rows::schedule::Edge;
 
-/// A band's own numbers.
+/// Scratch of one band in one pass.
 pub(super) struct Scratch<'r> {
-    /// The row above the band as it was at the pass's start.
+    /// Ghost row above the band: displacements and velocities before the pass.
     pub(super) above: &'r mut [Chunk<HOT_PLANES>],
     /// Vertical forces from the row below the band.
     pub(super) carry: &'r mut [Chunk<CARRY_PLANES>],
-    /// What viscosity keeps beside the cuts, with the moments of this pass: of the row below the band, its
-    /// first, its last, and the row above it.
+    /// Viscosity's past beside the cuts, with the moments of this pass: of the row below the band, its first,
+    /// its last, and the row above it.
     pub(super) viscous: &'r mut [Chunk<PAST_PLANES>],
+    /// Displacements and velocities of a row's fixed nodes during its sweep.
     pub(super) kept: &'r mut [[f64; 3]],
 }
 
-/// Where a band's own numbers begin: those of [`Scratch`]; and, of each step of a block, the row above the
-/// gap below the band with its moments, and the forces carried from below to that gap. The first band has no
-/// gap below it: its row above is that of the body's gap, its forces are those of the part that reaches the
-/// top of the sheet.
+/// First numbers of a band's scratch: the fields of [`Scratch`], and for each step of a block what the gap
+/// below the band reads. The first band has no gap below it: its places are those of the body's gap, but for
+/// the carried forces, which are those of the tile that reaches the top of the sheet.
 struct ScratchPlaces {
     above: *mut f64,
     carry: *mut f64,
     viscous: *mut f64,
-    moments: *mut f64,
-    aboves: *mut f64,
-    carries: *mut f64,
+    /// Viscosity's past and moments of the row above the gap.
+    moments_above_gap: *mut f64,
+    /// Displacements and velocities of the row above the gap.
+    ghosts_above_gap: *mut f64,
+    /// Vertical forces from the row below the gap.
+    forces_below_gap: *mut f64,
     kept: *mut f64,
 }
 
 impl Plan {
-    /// Where the displacements of the row above a gap are kept of a step of a block.
+    /// Ghost row above a gap in a step of a block.
     ///
     /// # Safety
     /// Nothing else uses them while they are held.
     #[allow(clippy::mut_from_ref)] // It lies in the scratch.
     pub(super) unsafe fn above_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<HOT_PLANES>] {
-        let ScratchPlaces { aboves, .. } = self.places(if let Edge::Cut(band) = edge { band } else { 0 });
+        let ScratchPlaces { ghosts_above_gap, .. } = self.places(if let Edge::Cut(band) = edge { band } else { 0 });
         // SAFETY: the caller's promise.
-        unsafe { part_mut(aboves.cast(), step * self.layout.chunks..(step + 1) * self.layout.chunks) }
+        unsafe { part_mut(ghosts_above_gap.cast(), step * self.layout.chunks..(step + 1) * self.layout.chunks) }
     }
 
-    /// Where viscosity's past and moments of the row above a gap are kept of a step of a block; empty without
-    /// it.
+    /// Viscosity's past and moments of the row above a gap in a step of a block; empty without viscosity.
     ///
     /// # Safety
     /// As for [`Plan::above_gap`].
     #[allow(clippy::mut_from_ref)] // It lies in the scratch.
     pub(super) unsafe fn moments_above_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<PAST_PLANES>] {
         let chunks = if self.layout.has(Feature::Viscosity) { self.layout.chunks } else { 0 };
-        let ScratchPlaces { moments, .. } = self.places(if let Edge::Cut(band) = edge { band } else { 0 });
+        let ScratchPlaces { moments_above_gap, .. } = self.places(if let Edge::Cut(band) = edge { band } else { 0 });
         // SAFETY: the caller's promise.
-        unsafe { part_mut(moments.cast(), step * chunks..(step + 1) * chunks) }
+        unsafe { part_mut(moments_above_gap.cast(), step * chunks..(step + 1) * chunks) }
     }
 
-    /// Where the vertical forces of a step of a block are that a band carries to its upper edge.
+    /// Vertical forces that a tile carries to its upper edge in a step of a block.
     ///
     /// # Safety
     /// As for [`Plan::above_gap`].
     #[allow(clippy::mut_from_ref)] // It lies in the scratch.
     pub(super) unsafe fn below_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<CARRY_PLANES>] {
-        let carries = match edge {
+        let forces = match edge {
             Edge::Body => self.memory.carries.cast(),
-            Edge::Cut(band) => self.places(band).carries.cast(),
-            Edge::Sheet | Edge::Taken => self.places(0).carries.cast(),
+            Edge::Cut(band) => self.places(band).forces_below_gap.cast(),
+            // Bands have no tile above rows that are done.
+            Edge::Sheet | Edge::Done => self.places(0).forces_below_gap.cast(),
         };
         // SAFETY: the caller's promise.
-        unsafe { part_mut(carries, step * self.layout.chunks..(step + 1) * self.layout.chunks) }
+        unsafe { part_mut(forces, step * self.layout.chunks..(step + 1) * self.layout.chunks) }
     }
 
-    /// A band's own numbers.
+    /// Scratch of a band.
     ///
     /// # Safety
     /// Nothing else uses them while they are held.
@@ -90,7 +96,7 @@ impl Plan {
         }
     }
 
-    /// Where a band's own numbers are.
+    /// Places of a band's scratch.
     #[inline(never)]
     fn places(&self, band: u32) -> ScratchPlaces {
         let layout = &self.layout;
@@ -99,10 +105,10 @@ impl Plan {
         let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
         let carry = above.wrapping_add(HOT_PLANES * row);
         let viscous = carry.wrapping_add(CARRY_PLANES * row);
-        let moments = viscous.wrapping_add(layout.viscous_rows_at_cuts() * PAST_PLANES * row);
-        let aboves = viscous.wrapping_add(layout.viscous_rows_of_a_band() * PAST_PLANES * row);
-        let carries = aboves.wrapping_add(steps * HOT_PLANES * row);
-        let kept = carries.wrapping_add(steps * CARRY_PLANES * row);
-        ScratchPlaces { above, carry, viscous, moments, aboves, carries, kept }
+        let moments_above_gap = viscous.wrapping_add(layout.viscous_rows_at_cuts() * PAST_PLANES * row);
+        let ghosts_above_gap = viscous.wrapping_add(layout.viscous_rows_of_a_band() * PAST_PLANES * row);
+        let forces_below_gap = ghosts_above_gap.wrapping_add(steps * HOT_PLANES * row);
+        let kept = forces_below_gap.wrapping_add(steps * CARRY_PLANES * row);
+        ScratchPlaces { above, carry, viscous, moments_above_gap, ghosts_above_gap, forces_below_gap, kept }
     }
 }

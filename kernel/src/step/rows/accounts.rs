@@ -2,7 +2,7 @@
 
 use crate::body::pose::Vector;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, STIFFNESS};
-use crate::memory::arrays::Noted;
+use crate::memory::arrays::StepScratch;
 use crate::memory::layout::Layout;
 use crate::memory::system::System;
 use crate::sheet::direction::Along;
@@ -134,7 +134,7 @@ fn add_reactions(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], 
     let share = system.scene.symmetry.share() * system.mass_share(ply);
     let System { scene, layout, state, arrays, .. } = system;
     let ((kind, symmetry), [bottom, _]) = ((scene.attachment.kind, scene.symmetry), layout.rows_of(ply));
-    let Noted { reactions, .. } = Noted::of(arrays.shared, layout);
+    let StepScratch { reactions, .. } = StepScratch::of(arrays.shared, layout);
     let reactions = reactions.get(step * layout.nodes_y..).and_then(|reactions| reactions.get(first..end));
     for (j, reactions) in reactions.into_iter().flatten().enumerate() {
         for (side, reaction) in reactions.iter().enumerate() {

@@ -12,7 +12,7 @@ use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, SPEED_X};
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
-use crate::memory::arrays::{Arrays, Noted, RowArrays};
+use crate::memory::arrays::{Arrays, RowArrays, StepScratch};
 use crate::memory::layout::Layout;
 use crate::scene::features::Feature;
 use crate::sheet::clamp::ClampedRow;
@@ -76,9 +76,9 @@ impl<'r> Rows<'r> {
             past: take(&mut own.past),
             above: planes::row_mut(above.past, layout.chunks, 0),
             // They were found for the row below.
-            known: [is_begun || in_block.is_some() && first > 0, false],
+            moments_found: [is_begun || in_block.is_some() && first > 0, false],
         };
-        let Noted { carries, reactions } = Noted::of(arrays.shared, layout);
+        let StepScratch { carries, reactions } = StepScratch::of(arrays.shared, layout);
         Some(Rows {
             first,
             ply,

@@ -1,8 +1,9 @@
 //! Schedule of a block of steps: which row takes which step when, on one thread or in bands.
 //!
 //! Method: a sheet that does not stay in the caches takes several steps in one block, so that a row comes
-//! from memory once and not once a step. A row can take a step as soon as the row above it has taken the one
-//! before; with viscosity, whose moments reach one row further (M17), as soon as the second row above it has.
+//! from memory once and not once a step. A row can take a step as soon as the row below it, whose force it
+//! needs, has taken the same step, and the row above it the one before; with viscosity, whose moments reach
+//! one row further (M17), the second row above it.
 //! So step s is `lag * s` rows below the first one, and rows away from the body take all steps of the block
 //! in this skewed order. Rows that the body may reach take them one by one, with contact and all else that
 //! belongs to a step.
@@ -69,23 +70,23 @@ struct Reach {
     nodes_y: u32,
 }
 
-/// End of the rows of a [`Leg`].
+/// End of the rows of a [`Tile`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Edge {
     /// Edge of the sheet.
     Sheet,
     /// Below it, rows that have taken all steps of the block.
-    Taken,
+    Done,
     /// The gap in which the body is.
     Body,
     /// The gap between two bands, by the number of the band above it.
     Cut(u32),
 }
 
-/// Neighbouring rows [first, end) away from the body that take the steps of a block in skewed order: `lag`
-/// rows less in each step at a gap.
+/// Neighbouring rows [first, end) away from the body that take the steps of a block in skewed order (time
+/// skewing): `lag` rows less in each step at a gap.
 #[derive(Clone, Copy)]
-pub(crate) struct Leg {
+pub(crate) struct Tile {
     rows: [usize; 2],
     pub lower: Edge,
     pub upper: Edge,
@@ -93,24 +94,24 @@ pub(crate) struct Leg {
     lag: usize,
 }
 
-impl Leg {
-    /// Numbers in the skewed order: row r - lag s takes step s where r is the number.
-    pub fn numbers(&self) -> Range<usize> {
+impl Tile {
+    /// Wavefronts r of the tile: row r - lag s takes step s.
+    pub fn wavefronts(&self) -> Range<usize> {
         let [first, end] = self.rows;
         first..end + self.lag * (self.steps - 1)
     }
 
-    /// The row that takes a step at number r, if one does.
+    /// Row that takes a step in wavefront r, if one does.
     pub fn row(&self, r: usize, step: usize) -> Option<usize> {
         r.checked_sub(self.lag * step).filter(|j| self.rows_at(step).contains(j))
     }
 
     /// Rows that take a step.
     fn rows_at(&self, step: usize) -> Range<usize> {
-        let Leg { rows: [first, end], lower, upper, steps, lag } = *self;
+        let Tile { rows: [first, end], lower, upper, steps, lag } = *self;
         let lowest = match lower {
             Edge::Sheet => first,
-            Edge::Taken => first + lag * (steps - 1 - step),
+            Edge::Done => first + lag * (steps - 1 - step),
             Edge::Body | Edge::Cut(_) => first + lag * step,
         };
         lowest..if upper == Edge::Sheet { end } else { end.saturating_sub(lag * step) }
@@ -124,18 +125,18 @@ impl Leg {
 
 impl Block {
     /// The block that may begin now; None for single steps: beyond `most` steps, if the body may reach a
-    /// fixed node or half of the rows, or if a force window of attachments that slip ends within it. `of`:
-    /// bands, 0 for one thread that takes the rows in turn.
+    /// fixed node or half of the rows, or if a force window of attachments that slip ends within it.
+    /// `band_count`: 0 for one thread that takes the rows in turn.
     #[inline(never)]
-    pub fn plan(system: &System<'_>, most: u64, of: u32) -> Option<Block> {
+    pub fn plan(system: &System<'_>, most: u64, band_count: u32) -> Option<Block> {
         let (steps, rows) = (system.block_steps, system.layout.nodes_y);
         // So that outcomes are tested after a block.
         let is_due = steps > 1 && most >= steps as u64 && system.state.step.is_multiple_of(steps as u64);
         // What the attachments take in a block is booked at its end, too late for a window that ends within
         // it.
         let window = system.model.window_steps.max(1);
-        let is_cut = system.layout.has(Feature::Clamps) && system.state.step % window + steps as u64 > window;
-        if !is_due || is_cut || system.rows_to_step(0) != [0, rows] {
+        let window_ends = system.layout.has(Feature::Clamps) && system.state.step % window + steps as u64 > window;
+        if !is_due || window_ends || system.rows_to_step(0) != [0, rows] {
             return None;
         }
         let (body, h) = (&system.state.body, system.scene.sheet.spacing);
@@ -160,7 +161,7 @@ impl Block {
             (a..b).chain(c..d).any(|i| search.candidate(&system.position(i as usize, j)).is_some())
         });
         // Far more rows than gaps; at least 1, so that no division by zero has to be compiled in.
-        let bands = if of == 0 { 0 } else { of.min((rows / (4 * lag * steps).max(1)) as u32).max(1) };
+        let bands = if band_count == 0 { 0 } else { band_count.min((rows / (4 * lag * steps).max(1)) as u32).max(1) };
         (!is_held && 2 * (end - first + lag * steps) <= rows).then_some(Block { near, steps, rows, lag, bands, reach })
     }
 
@@ -176,48 +177,49 @@ impl Block {
 
     /// First row of the gap between a band and the one below it; None at the sheet's edges, and close to the
     /// body's gap, which then takes its place.
-    fn cut(&self, band: u32) -> Option<usize> {
+    fn gap_start(&self, band: u32) -> Option<usize> {
         let Block { near: [first, end], steps, rows, lag, bands, .. } = *self;
+        // Gaps stay apart: each grows by `lag` rows at both ends in each step.
         let (row, far) = (rows * band as usize / bands.max(1) as usize, 2 * lag * steps);
         (band > 0 && band < bands && (first == end || row + far < first || row > end + far)).then_some(row)
     }
 
     /// Rows [first, end) of the gap between a band and the one below it, in a step.
-    pub fn rows_of_cut(&self, step: usize, band: u32) -> [usize; 2] {
-        self.cut(band).map_or([0, 0], |row| [row - self.lag * step, row + width(self.lag) + self.lag * step])
+    pub fn rows_of_gap(&self, step: usize, band: u32) -> [usize; 2] {
+        self.gap_start(band).map_or([0, 0], |row| [row - self.lag * step, row + width(self.lag) + self.lag * step])
     }
 
-    /// The one of [`Block::legs`] above the body, or that below it, alone on the stack.
+    /// The one of [`Block::tiles`] above the body, or that below it, alone on the stack.
     #[inline(never)]
-    pub fn leg(&self, band: u32, is_above: bool) -> Leg {
-        let [below, above] = self.legs(band);
+    pub fn tile(&self, band: u32, is_above: bool) -> Tile {
+        let [below, above] = self.tiles(band);
         if is_above { above } else { below }
     }
 
     /// Rows away from the body that a band steps, below the body and above it; all of them on one thread. Any
     /// may have none.
-    fn legs(&self, band: u32) -> [Leg; 2] {
+    fn tiles(&self, band: u32) -> [Tile; 2] {
         let Block { near: [near, beyond], steps, rows, lag, bands, .. } = *self;
-        let leg = |rows, lower, upper| Leg { rows, lower, upper, steps, lag };
+        let tile = |rows, lower, upper| Tile { rows, lower, upper, steps, lag };
         if bands == 0 {
-            return [leg([0, near], Edge::Sheet, Edge::Body), leg([beyond, rows], Edge::Taken, Edge::Sheet)];
+            return [tile([0, near], Edge::Sheet, Edge::Body), tile([beyond, rows], Edge::Done, Edge::Sheet)];
         }
-        let (first, lower) = match self.cut(band) {
+        let (first, lower) = match self.gap_start(band) {
             _ if band == 0 => (0, Edge::Sheet),
             Some(row) => (row + width(lag), Edge::Cut(band)),
             None => (beyond, Edge::Body),
         };
-        let (end, upper) = match self.cut(band + 1) {
+        let (end, upper) = match self.gap_start(band + 1) {
             _ if band + 1 == bands => (rows, Edge::Sheet),
             Some(row) => (row, Edge::Cut(band + 1)),
             None => (near, Edge::Body),
         };
         if band >= bands {
-            [leg([0, 0], lower, lower); 2]
+            [tile([0, 0], lower, lower); 2]
         } else if near < beyond && first <= near && beyond <= end {
-            [leg([first, near], lower, Edge::Body), leg([beyond, end], Edge::Body, upper)]
+            [tile([first, near], lower, Edge::Body), tile([beyond, end], Edge::Body, upper)]
         } else {
-            [leg([first, end.max(first)], lower, upper), leg([end, end], lower, upper)]
+            [tile([first, end.max(first)], lower, upper), tile([end, end], lower, upper)]
         }
     }
 
@@ -233,8 +235,8 @@ impl Block {
     }
 }
 
-/// Rows that a gap has at first: at its lower end one whose moments are found from below, and `lag` that the
-/// row above it looks at.
+/// Rows that a gap has at first: one; with viscosity one whose moments are found from below, and two that
+/// the row above the gap reads. So no band reads what another one writes in the same pass.
 fn width(lag: usize) -> usize {
     2 * lag - 1
 }
@@ -284,23 +286,23 @@ mod tests {
             self.taken[j] += 1;
         }
 
-        /// Takes a step of row j of a leg. Returns the rows that it looks at.
-        fn step_away(&mut self, leg: &Leg, step: usize, j: usize) -> Vec<usize> {
+        /// Takes a step of row j of a tile. Returns the rows that it looks at.
+        fn step_away(&mut self, tile: &Tile, step: usize, j: usize) -> Vec<usize> {
             assert!(self.are_at(step, j..=j + self.lag), "above row {j}, step {step}");
             let mut seen: Vec<usize> = (j..=j + self.lag).collect();
-            let starts = leg.starts_at_gap(step, j);
+            let starts = tile.starts_at_gap(step, j);
             if starts {
                 let below = j.saturating_sub(self.lag)..=j;
                 assert!(self.are_at(step, below.clone()), "below row {j}, step {step}");
-                self.aboves.push((leg.lower, step, j));
+                self.aboves.push((tile.lower, step, j));
                 seen.extend(below);
             }
             self.step(
                 step,
                 j,
-                (!starts && j > 0).then_some(if leg.lower == Edge::Taken { Edge::Body } else { leg.upper }),
+                (!starts && j > 0).then_some(if tile.lower == Edge::Done { Edge::Body } else { tile.upper }),
             );
-            self.carries.push((if leg.lower == Edge::Taken { Edge::Body } else { leg.upper }, step, j));
+            self.carries.push((if tile.lower == Edge::Done { Edge::Body } else { tile.upper }, step, j));
             seen
         }
 
@@ -320,10 +322,10 @@ mod tests {
         }
     }
 
-    /// Steps and rows of a leg in their order.
-    fn order_of(leg: &Leg) -> impl Iterator<Item = (usize, usize)> {
-        let at = move |r: usize| (0..STEPS).filter_map(move |step| Some((step, leg.row(r, step)?)));
-        leg.numbers().flat_map(at)
+    /// Steps and rows of a tile in their order.
+    fn order_of(tile: &Tile) -> impl Iterator<Item = (usize, usize)> {
+        let at = move |r: usize| (0..STEPS).filter_map(move |step| Some((step, tile.row(r, step)?)));
+        tile.wavefronts().flat_map(at)
     }
 
     /// Takes a block, its bands in the order that `key` gives; `of`: bands, 0 for one thread. Returns how
@@ -334,7 +336,7 @@ mod tests {
         let block = Block { near, steps: STEPS, rows, lag, bands, reach };
         let mut sheet = Sheet { lag, taken: vec![0; rows], aboves: Vec::new(), carries: Vec::new() };
         if of == 0 {
-            let [below, above] = block.legs(0);
+            let [below, above] = block.tiles(0);
             order_of(&below).for_each(|(step, j)| drop(sheet.step_away(&below, step, j)));
             (0..STEPS).for_each(|step| sheet.fill(step, block.rows_near(step), Edge::Body, true));
             order_of(&above).for_each(|(step, j)| drop(sheet.step_away(&above, step, j)));
@@ -345,9 +347,9 @@ mod tests {
         // Which band writes which row in the first pass, with moments, and which rows it looks at.
         let (mut written, mut seen) = (vec![None; rows], Vec::new());
         for band in order(0) {
-            for leg in block.legs(band) {
-                for (step, j) in order_of(&leg) {
-                    seen.extend(sheet.step_away(&leg, step, j).into_iter().map(|j| (band, j)));
+            for tile in block.tiles(band) {
+                for (step, j) in order_of(&tile) {
+                    seen.extend(sheet.step_away(&tile, step, j).into_iter().map(|j| (band, j)));
                     for by in written.iter_mut().skip(j).take(lag) {
                         assert!(by.is_none_or(|by| by == band), "row {j}");
                         *by = Some(band);
@@ -360,7 +362,7 @@ mod tests {
         }
         for step in 0..STEPS {
             sheet.fill(step, block.rows_near(step), Edge::Body, false);
-            order(step).for_each(|band| sheet.fill(step, block.rows_of_cut(step, band), Edge::Cut(band), false));
+            order(step).for_each(|band| sheet.fill(step, block.rows_of_gap(step, band), Edge::Cut(band), false));
         }
         assert!(sheet.taken.iter().all(|&taken| taken == STEPS));
         (0..of).filter(|&band| written.contains(&Some(band))).count()

@@ -21,15 +21,15 @@ pub(crate) struct ViscousRows<'r> {
     /// Past of the row above the last, or of the ghost row there; empty for none.
     pub above: &'r mut [Chunk<PAST_PLANES>],
     /// Whether the moments of the first and of the last row are those of this pass already.
-    pub known: [bool; 2],
+    pub moments_found: [bool; 2],
 }
 
 /// The past of the last segments of a row along x and along y: twice the strain and viscous stress.
 pub(crate) type Last = [[f64; 2]; 2];
 
 impl ViscousRows<'_> {
-    /// Finds the moments of row k of `hot`, if they are not known. Begins to count what viscosity takes of
-    /// it. `above`: the row above the last; `first`: the number of the first row in the sheet.
+    /// Finds the moments of row k of `hot`, if they are not known yet. Begins the account of what viscosity
+    /// dissipates in it. `above`: the row above the last; `first`: the number of the first row in the sheet.
     #[inline(never)]
     pub fn find_moments(
         &mut self,
@@ -40,7 +40,7 @@ impl ViscousRows<'_> {
     ) {
         let (chunks, rows) = (terms.layout.chunks, dissipated.len());
         let Some(dissipated) = dissipated.get_mut(k) else { return };
-        if k == 0 && self.known[0] || k + 1 == rows && self.known[1] {
+        if k == 0 && self.moments_found[0] || k + 1 == rows && self.moments_found[1] {
             return;
         }
         let (before, rest) = self.past.split_at_mut((k * chunks).min(self.past.len()));
@@ -94,7 +94,7 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
     [[at(0), at(VISCOUS_STRESS)], [at(1), at(VISCOUS_STRESS + 1)]]
 }
 
-/// Finds the moments of row j, and begins to count what viscosity takes of it.
+/// Finds the moments of row j (M17), and begins the account of what viscosity dissipates in it.
 #[inline(never)]
 pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, dissipated: &mut f64) {
     let (layout, line) = (terms.layout, terms.layout.x);

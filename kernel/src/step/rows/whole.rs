@@ -7,7 +7,7 @@
 use crate::contact::search::Gathered;
 use crate::contact::separate::Apart;
 use crate::ground::planes::{CARRY_PLANES, CHUNK};
-use crate::memory::arrays::Noted;
+use crate::memory::arrays::StepScratch;
 use crate::memory::system::System;
 use crate::sheet::segments::Report;
 use crate::step::rows::Rows;
@@ -15,7 +15,7 @@ use crate::step::rows::accounts;
 use crate::step::rows::terms::{Terms, rates};
 use crate::step::rows::viscosity;
 
-/// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
+/// Sweeps all rows that are awake or next to one (M7), puts fixed nodes back and adds up their reactions.
 pub(crate) fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
     begin_sweep(system);
     let report = if system.layout.is_stack() {
@@ -35,8 +35,8 @@ pub(crate) fn end_sweep(system: &mut System<'_>, gathered: &Gathered) {
     accounts::add_awake(system);
 }
 
-/// The hot pass over some rows of all plies after the other, whose columns are separated while they are at
-/// hand. `count`: candidates.
+/// Sweeps some rows of all plies after the other, whose columns are separated while they are at hand.
+/// `count`: candidates.
 fn sweep_stack(system: &mut System<'_>, count: usize) -> Report {
     let (mut report, mut first, apart) = (Report::default(), 0, Apart::of(system, count));
     while first < system.layout.y.modelled() {
@@ -50,7 +50,7 @@ fn sweep_stack(system: &mut System<'_>, count: usize) -> Report {
     report
 }
 
-/// The hot pass over those of a ply's rows [first, end) that are awake, counted from its first one.
+/// Sweeps those of a ply's rows [first, end) that are awake, counted from its first one.
 fn sweep_run(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) -> Report {
     let ([bottom, _], [low, high]) = (system.layout.rows_of(ply), system.awake_of(ply));
     let (start, stop) = ((bottom + first).max(low), (bottom + end).min(high));
@@ -67,31 +67,39 @@ fn sweep_run(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) -> R
 /// until the plies are separated.
 const RUN_CHUNKS: usize = 1024;
 
-/// What a sweep starts from: the rows to step are awake.
-#[inline(never)]
-fn begin_sweep(system: &mut System<'_>) {
+/// Notes that the rows to step are awake.
+pub(crate) fn wake_rows_to_step(system: &mut System<'_>) {
     for ply in 0..system.layout.plies {
         let rows = system.rows_to_step(ply);
         if rows[0] < rows[1] {
             system.set_awake(ply, rows);
         }
     }
+}
+
+/// State from which a sweep starts: rows to step awake, ghost row placed, no force carried.
+#[inline(never)]
+fn begin_sweep(system: &mut System<'_>) {
+    wake_rows_to_step(system);
     place_ghosts_above(system, system.awake[1]);
-    let carries = Noted::of(system.arrays.shared, &system.layout).carries;
+    let carries = StepScratch::of(system.arrays.shared, &system.layout).carries;
     carries
         .iter_mut()
         .take(system.layout.plies * system.layout.chunks)
         .for_each(|forces| *forces = [[0.0; CHUNK]; CARRY_PLANES]);
 }
 
-/// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls
-/// that are noted and not booked.
+/// Sweeps rows [first, end) in a step of a block, with the forces carried in that step; reactions are noted
+/// and not yet added up.
 pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
+    if rows[0] == rows[1] {
+        return Report::default();
+    }
     viscosity::find_moments_above(system, [0, step], rows[1]);
     sweep_rows(system, 0, rows, Some(step))
 }
 
-/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
+/// Sweeps rows [first, end) of a ply. `in_block`: the step of a block.
 #[inline(never)]
 fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
     let rates = rates(system);
