@@ -841,16 +841,16 @@ typedef struct fk_energy {
     double contact_work;
     // Work of the external load on the projectile, J.
     double external_work;
-    // What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
+    // Residual of the energy balance, J; in a sound run below 1 % of the kinetic energy at impact.
     double residual;
-    // Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
+    // Energy that the viscosity of the yarn and its dependence on the rate of strain have dissipated, J.
     double viscous;
     // Energy dissipated by friction between yarn and projectile, J.
     double friction;
     // Kinetic energy lost where separate plies meet, J.
     double ply_loss;
-    // Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get.
-    // Nothing of it is stored; `contact_loss` and `friction` hold it.
+    // Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. It
+    // is dissipated, and part of `contact_loss` and `friction`.
     double support_work;
     // Kinetic energy lost where nodes of a ring meet its case, J.
     double casing_loss;
@@ -858,7 +858,7 @@ typedef struct fk_energy {
     double attachment;
 } fk_energy;
 
-// What one ply of a stack holds.
+// Failed segments and energies of one ply of a stack.
 typedef struct fk_ply {
     // Segments with alpha = 0 (M5) in the forces of the last step.
     uint64_t failed_segments;

@@ -125,7 +125,7 @@ struct Readme;
 /// other.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What the unit tests of several files use.
+/// Helpers of the unit tests of several files.
 #[cfg(test)]
 mod tests {
     use crate::body::projectile::Motion;

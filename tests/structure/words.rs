@@ -14,7 +14,15 @@ const NO_NOUNS: [&str; 6] = ["Of", "And", "The same", "Its", "Those", "As above"
 const CLAUSES: [&str; 5] = ["What", "Whether it", "How", "By how much", "Nothing"];
 
 /// Folders in which a doc line is no clause.
-const WITH_NOUNS: [&str; 4] = ["kernel/src/body/", "kernel/src/contact/", "kernel/src/sheet/", "kernel/src/yarn/"];
+const WITH_NOUNS: [&str; 7] = [
+    "kernel/src/body/",
+    "kernel/src/contact/",
+    "kernel/src/ground/",
+    "kernel/src/scene/",
+    "kernel/src/sheet/",
+    "kernel/src/sim/",
+    "kernel/src/yarn/",
+];
 
 /// Most columns of a line of comment. Rows of tables may be wider.
 const COLUMNS: usize = 110;

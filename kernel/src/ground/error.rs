@@ -1,4 +1,4 @@
-//! What can go wrong, in three kinds that are never mixed.
+//! Errors, in three kinds that are never mixed.
 //!
 //! - [`Error`]: the caller's request was refused; **nothing changed**. It names the code, the field and the
 //!   value.

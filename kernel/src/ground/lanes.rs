@@ -241,7 +241,7 @@ pub trait Lane: Copy {
     fn left_of(self, previous: Self) -> Self;
 }
 
-/// How numbers in memory are groups of a lane.
+/// Numbers in memory as groups of a lane.
 macro_rules! in_groups {
     ($width:literal) => {
         type Group = [f64; $width];
@@ -447,7 +447,7 @@ pub(crate) use each_group;
 
 /// Work that is written once for all lanes.
 pub trait Job {
-    /// What it returns.
+    /// Result.
     type Output;
     /// Does it with one kind of lane. Must be `#[inline(always)]`, so that it is compiled for the instruction
     /// set.

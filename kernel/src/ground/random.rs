@@ -13,7 +13,7 @@ use rand_pcg::Pcg64Mcg;
 /// No normal number is larger.
 pub const LARGEST_NORMAL: f64 = 8.7;
 
-/// What a draw is for; part of its key, so that draws for different purposes are independent.
+/// Purpose of a sample; part of its key, so that samples for different purposes are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Young's modulus of a segment.

@@ -32,8 +32,8 @@ pub(crate) fn greatest(numbers: &mut [f64]) -> f64 {
     math::max(folded(numbers, math::max), 0.0)
 }
 
-/// What is left of 2^n numbers that are folded in two until there is one: a chain of n choices where one
-/// after another has 2^n.
+/// Result of folding 2^n numbers in two until there is one: a chain of n choices where one after another has
+/// 2^n.
 #[inline(always)]
 fn folded(mut numbers: &mut [f64], choose: impl Fn(f64, f64) -> f64) -> f64 {
     while numbers.len() > 1 {

@@ -1,4 +1,4 @@
-//! What an image holds of a simulation, in this order: header, scalar state (`state.rs`), row by row the
+//! Content of an image of a simulation, in this order: header, scalar state (`state.rs`), row by row the
 //! numbers of its nodes and segments, bits of contact, checksum.
 //!
 //! Method: one traversal of a row, by two tables; the image is counted by the tables and written, hashed,

@@ -45,7 +45,7 @@ pub struct Sums {
     pub unconverged: u64,
     /// Most sweeps of one solve.
     pub most_sweeps: u64,
-    /// By how much contacts of solves that ran out of sweeps have failed their laws at the most, m/s.
+    /// Largest residual of the laws in solves that ran out of sweeps, m/s.
     pub contact_residual: f64,
     /// Most candidates of one step.
     pub most_candidates: u64,
@@ -80,7 +80,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Nothing so far.
+    /// Sums before the first step.
     pub const NOTHING: Sums = Sums {
         impulse: ZERO,
         angular_impulse: ZERO,

@@ -30,7 +30,7 @@ use crate::sheet::weave::{self, in_runs};
 use crate::yarn::law::{self, DamageLaw, Rest, RestLanes};
 use crate::yarn::rate::RateLaw;
 
-/// What is stepped: constants, state and memory of the sheet and the projectile.
+/// Constants, state and memory of the sheet and the projectile.
 pub(crate) struct System<'a> {
     pub scene: Scene,
     pub layout: Layout,
@@ -79,7 +79,7 @@ pub(crate) struct SegmentView {
     pub axis: Axis,
     /// Ply.
     pub ply: usize,
-    /// How it lies in the flat sheet.
+    /// State at rest in the flat sheet.
     pub rest: Rest,
     /// Rest vector of a horizontal segment of a curved sheet along x and z.
     pub chord: Option<[f64; 2]>,
@@ -95,7 +95,7 @@ pub(crate) struct SegmentView {
     pub critical_stretch: f64,
     /// Largest q beyond critical stored so far.
     pub history: f64,
-    /// What it owes and the stress that it gave, if it may (`sheet/slack.rs`).
+    /// Energy error and correcting stress, if it has them (`sheet/slack.rs`).
     pub energy_error: Option<[f64; 2]>,
     /// Relative displacement of its ends at t_n.
     pub d: [f64; 3],
@@ -160,8 +160,8 @@ impl System<'_> {
         [rest_offset(i, self.scene.sheet.nodes_x), y, ply as f64 * self.model.gap]
     }
 
-    /// How far a node is from the sheet at rest, across it, spacings: along z, or of a curved sheet away from
-    /// its axis, with its sign.
+    /// Distance of a node from the sheet at rest, across it, spacings: along z, or of a curved sheet away
+    /// from its axis, with its sign.
     pub fn deflection(&self, i: usize, j: usize) -> f64 {
         let ([u, _, w], _) = self.node(i, j);
         let Some(hoop) = ring::Hoop::of(&self.scene) else { return w };
@@ -194,17 +194,17 @@ impl System<'_> {
         self.layout.node_weight(i, j) * self.net(0).share(i, j)
     }
 
-    /// What the segments have in common that start in row j.
+    /// Constants of the segments that start in row j.
     pub fn directions_of_row(&self, j: usize) -> Along<'_> {
         self.directions.of_ply(self.layout.ply_and_row(j).0)
     }
 
-    /// What the segments along an axis have in common that start in row j.
+    /// Constants of the segments along an axis that start in row j.
     pub fn direction(&self, axis: Axis, j: usize) -> &Direction {
         self.directions_of_row(j).along(axis)
     }
 
-    /// What a segment has in common with others.
+    /// Constants of a segment's direction.
     pub fn direction_of(&self, segment: &SegmentView) -> &Direction {
         self.directions.of_ply(segment.ply).along(segment.axis)
     }
@@ -354,8 +354,8 @@ impl System<'_> {
         Some([planes::get(line, columns::CHORD, i)?, planes::get(line, columns::CHORD_Z, i)?])
     }
 
-    /// What the segment from node (i, j) owes, and the stress that it gave in the last pass; None where none
-    /// of its kind has been slack.
+    /// Energy error of the segment from node (i, j), and its correcting stress in the last pass; None where
+    /// none of its kind has been slack.
     pub fn energy_error(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
         let row = planes::row(self.arrays.rows.energy_error, self.layout.chunks, j);
         let at = |plane: usize| planes::get(row, plane + axis as usize, i).unwrap_or(0.0);
@@ -373,7 +373,7 @@ impl System<'_> {
         self.state.loaded.max(1) as f64 * self.model.limits.dt
     }
 
-    /// How the segments of a direction depend on the rate of strain at t_n.
+    /// Dependence of the segments of a direction on the rate of strain at t_n.
     pub fn rate_law(&self, axis: Axis) -> RateLaw {
         self.direction(axis, 0).rate.at(self.load_time())
     }

@@ -161,7 +161,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Nothing so far.
+    /// Watch before the first step.
     pub const NOTHING: Watch = Watch {
         first: None,
         checkpoint: Vector::new(0.0, 0.0, 0.0),

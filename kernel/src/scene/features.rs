@@ -1,5 +1,4 @@
-//! What a scene may have in addition to a plain sheet, and what a build may have in addition to plain steps:
-//! one record each.
+//! Features: additions of a scene to a plain sheet, and of a build to plain steps; one record each.
 //!
 //! From the records follow which fields ask for a feature, whether this build has it, what it does not go
 //! with. [`Features`] is the set that one scene has. Code that serves a feature asks [`Features::has`] once,
@@ -8,7 +7,7 @@
 use crate::ground::error::Error;
 use crate::scene::parts::{Drive, IntegratorKind, RotationKind, Scene, Shape, StrengthDraw, Weft};
 
-/// What a scene may have, or a build: the record of each in [`FEATURES`] says what it is.
+/// Feature of a scene or a build: the record of each in [`FEATURES`] says what it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 #[allow(missing_docs)]
@@ -57,7 +56,7 @@ pub struct Record {
     pub asked_by: &'static [(&'static str, Asks)],
     /// Features that a scene cannot have, too. Each pair stands once.
     pub not_with: &'static [Feature],
-    /// What it is.
+    /// Meaning.
     pub about: &'static str,
 }
 

@@ -1,5 +1,4 @@
-//! What follows from the numbers of a scene: sizes, masses and cross-sections of the sheet and of its
-//! fabrics.
+//! Measures of a scene: sizes, masses and cross-sections of the sheet and of its fabrics.
 
 use crate::ground::planes::Axis;
 use crate::scene::parts::{Scene, Shape, StrengthDraw, Weft};

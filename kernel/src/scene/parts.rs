@@ -143,7 +143,7 @@ pub enum AttachmentKind {
     Free = 3,
 }
 
-/// How the sheet is held.
+/// Attachment of the sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attachment {
     /// Which nodes are fixed.
@@ -183,7 +183,7 @@ pub struct Yarn {
     pub alpha_fail: f64,
     /// true: modulus and damage rate are drawn; false: all segments take the mean.
     pub stochastic: bool,
-    /// What gets a sample of its own (stochastic yarn only).
+    /// Unit that gets a sample of its own (stochastic yarn only).
     pub draw: Draw,
     /// Whether every segment has a critical stretch of its own; whether or not modulus and damage rate are
     /// sampled.
@@ -215,7 +215,7 @@ pub struct Yarn {
     pub rate_limit: f64,
 }
 
-/// What the critical stretch of a segment is.
+/// Critical stretch of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum StrengthDraw {
@@ -255,7 +255,7 @@ impl Weft {
     };
 }
 
-/// What gets a sample of its own.
+/// Unit that gets a sample of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Draw {
@@ -395,7 +395,7 @@ impl Casing {
     pub const NONE: Casing = Casing { radius: 0.0, window_angle: [0.0; 2], window_place: [0.0; 2] };
 }
 
-/// What acts between yarn and projectile in addition to the impulses that keep them apart.
+/// Law of contact in addition to the impulses that keep yarn and projectile apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
     /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere
@@ -434,7 +434,7 @@ impl TimeStep {
     }
 }
 
-/// How the nodes are stepped.
+/// Integrator of the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum IntegratorKind {
@@ -445,7 +445,7 @@ pub enum IntegratorKind {
     Theta = 1,
 }
 
-/// How the nodes are stepped, with the settings of the theta rule (read for it only).
+/// Integrator of the nodes, with the settings of the theta rule (read for it only).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Integrator {
     /// The method.
@@ -466,7 +466,7 @@ impl Integrator {
     pub const THETA: Integrator = Integrator { kind: IntegratorKind::Theta, ..Integrator::VERLET };
 }
 
-/// How the projectile turns between impulses.
+/// Rule for the projectile's rotation between impulses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum RotationKind {
@@ -476,7 +476,8 @@ pub enum RotationKind {
     Theta = 1,
 }
 
-/// How the projectile turns between impulses, with the setting of the theta rule (read for it only).
+/// Rule for the projectile's rotation between impulses, with the setting of the theta rule (read for it
+/// only).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotationRule {
     /// The method.
@@ -538,12 +539,12 @@ pub struct Scene {
     pub time_step: TimeStep,
     /// Whether the time step is checked.
     pub step_check: StepCheck,
-    /// How the nodes are stepped.
+    /// Integrator of the nodes.
     pub integrator: Integrator,
     /// Whether segments give back the energy that the step makes where they become slack or taut (velocity
     /// Verlet only): without it a sheet that rattles gains energy. See docs/model.md, "Slack and taut".
     pub slack_balance: bool,
-    /// How the projectile turns.
+    /// Rule for the projectile's rotation.
     pub rotation_rule: RotationRule,
     /// Window of the peak force, s, > 0; rounded to whole steps, at least one. Until the first window is full
     /// the peak force is the mean over the time elapsed.

@@ -25,7 +25,7 @@ pub const ENERGY: Quantity = quantity("Energy", "J", "", ANY_SIGN, 10.0, "Energy
 /// A whole number.
 pub const COUNT: Quantity = quantity("Count", "1", "", 0.0, 1.0, "Number of things");
 
-/// How an output is read, by the structure that has it.
+/// Reader of an output, by the structure that has it.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)] // named as the structures
 pub enum Get {
@@ -46,13 +46,13 @@ pub struct Output {
     pub name: &'static str,
     /// Name and value reference (of the first element) in the FMUs; a reference of 0: they do not have it.
     pub fmi: (&'static str, u32),
-    /// What kind of number it is.
+    /// Kind of number.
     pub quantity: &'static Quantity,
     /// Dimensions; empty for a scalar.
     pub shape: &'static [usize],
     /// Typical size, if it is not that of the quantity; 0 otherwise.
     pub nominal: f64,
-    /// How it is read.
+    /// Reader.
     pub get: Get,
     /// Meaning.
     pub about: &'static str,
@@ -73,8 +73,8 @@ impl Output {
 /// Most elements of an output.
 pub const MOST_ELEMENTS: usize = 12;
 
-/// What has been read of a simulation at one time: a pass over the sheet is made once, when a number that
-/// needs it is first asked for.
+/// Readings of a simulation at one time: a pass over the sheet is made once, when a number that needs it is
+/// first asked for.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Readings {
     energy: Option<Energy>,
@@ -230,8 +230,7 @@ mod tests {
     use std::string::String;
     use std::vec::Vec;
 
-    /// What the table has of a structure is what the structure itself shows: every field, its name and its
-    /// number.
+    /// The table has of a structure what the structure itself shows: every field, its name and its number.
     #[test]
     fn every_field_of_a_read_out_has_its_row() {
         let mut scene = sheet(41, 41);

@@ -119,7 +119,7 @@ pub struct Counters {
     pub contact_residual: f64,
 }
 
-/// What is true now, whatever has happened before.
+/// Present state, whatever has happened before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Status {
@@ -181,7 +181,7 @@ impl<'a> Sim<'a> {
         Ok(sim)
     }
 
-    /// What is in a place before a simulation is made there.
+    /// Content of a place before a simulation is made there.
     const NOTHING: Sim<'a> = Sim { system: System::NOTHING };
 
     /// Checks the scene and the memory for it.
@@ -494,8 +494,8 @@ impl<'a> Sim<'a> {
         energy::energy(&self.system)
     }
 
-    /// What one ply holds, with a pass over it: failed segments and energies. Of a single sheet ply 0 is all.
-    /// Commits nothing.
+    /// Failed segments and energies of one ply, with a pass over it. Of a single sheet ply 0 is all. Commits
+    /// nothing.
     ///
     /// # Errors
     /// No such ply; a latched failure.

@@ -38,7 +38,7 @@ pub struct Energy {
     pub contact_work: f64,
     /// Work of the external load on the projectile, J.
     pub external_work: f64,
-    /// What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
+    /// Residual of the energy balance, J; in a sound run below 1 % of the kinetic energy at impact.
     pub residual: f64,
     /// Energy that the viscosity of the yarn and its dependence on the rate of strain have dissipated, J.
     pub viscous: f64,
@@ -46,8 +46,8 @@ pub struct Energy {
     pub friction: f64,
     /// Kinetic energy lost where separate plies meet, J.
     pub ply_loss: f64,
-    /// Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get.
-    /// Nothing of it is stored; `contact_loss` and `friction` hold it.
+    /// Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. It
+    /// is dissipated, and part of `contact_loss` and `friction`.
     pub support_work: f64,
     /// Kinetic energy lost where nodes of a ring meet its case, J.
     pub casing_loss: f64,
@@ -139,7 +139,7 @@ fn momentum(system: &System<'_>) -> Vector {
     momentum
 }
 
-/// What one ply of a stack holds.
+/// Failed segments and energies of one ply of a stack.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct Ply {
@@ -153,7 +153,7 @@ pub struct Ply {
     pub dissipated: f64,
 }
 
-/// What a ply holds, with a pass over its rows. Commits nothing.
+/// Failed segments and energies of a ply, with a pass over its rows. Commits nothing.
 pub(crate) fn ply(system: &System<'_>, ply: u32) -> Result<Ply, Error> {
     system.sound()?;
     let plies = system.layout.plies;
@@ -182,9 +182,8 @@ fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f
     (0.5 * unit * kinetic, unit * strain, dissipated * system.model.segment_volume)
 }
 
-/// What has to be added to the squared velocities of the half step, so that they are the mean of v_{n-3/2}
-/// v_{n-1/2} and v_{n-1/2} v_{n+1/2}, contact aside: the energy that what segments owe is exact for. 0
-/// without that.
+/// Correction of the squared velocities of the half step to the mean of v_{n-3/2} v_{n-1/2} and v_{n-1/2}
+/// v_{n+1/2}, contact aside: energy errors (M9) are exact for that mean. 0 without them.
 #[inline(never)]
 fn exact_part(system: &System<'_>, j: usize) -> f64 {
     let mut sum = 0.0;
@@ -295,8 +294,7 @@ impl Job for StoredInChunk<'_> {
     }
 }
 
-/// What [`segment_energy`] finds of a segment, times how much of it there is, in the units of
-/// [`yarns_of_row`].
+/// Energies of a segment by [`segment_energy`], times its multiplicity, in the units of [`yarns_of_row`].
 #[inline(never)]
 pub(crate) fn weighted_energy(system: &System<'_>, rates: &[RateLaw; 2], axis: Axis, i: usize, j: usize) -> (f64, f64) {
     let Some(segment) = system.segment(axis, i, j) else { return (0.0, 0.0) };

@@ -3,7 +3,7 @@
 //!
 //! Method: tested when the step count is a multiple of 64; *attachment_failed* is latched by `explicit.rs` at
 //! the end of a force window. All others but "passed" need a first contact.
-//! What is joined to a support is found by joining nodes over live segments into components (union by smaller
+//! Nodes joined to a support are found by joining nodes over live segments into components (union by smaller
 //! number). "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited"
 //! asks what can still act on the body: the held part of the sheet must lie behind or beside its flight, and
 //! loose pieces in its way must move with it. "Through" asks whether what has slowed the body lately, over
@@ -67,9 +67,9 @@ struct Flight {
 }
 
 impl Flight {
-    /// Whether it leaves a box for good: along some axis it lies beyond it, moves away faster than anything
-    /// in the box, and no load pulls it back. A body that turns faster than it moves away must lie beyond it
-    /// in any orientation.
+    /// Whether the body leaves a box for good: along some axis it lies beyond it, moves away faster than
+    /// anything in the box, and no load pulls it back. A body that turns faster than it moves away must lie
+    /// beyond it in any orientation.
     fn leaves(&self, region: &Region) -> bool {
         [(self.extents, self.turning), ([self.reach; 3], 0.0)].iter().any(|(extents, turning)| {
             (0..3).any(|k| {
@@ -140,7 +140,7 @@ impl Region {
     }
 }
 
-/// What hangs together, for one look.
+/// Connected components of the sheet, for one query.
 pub(crate) struct Pieces {
     /// Number of the piece that holds the supports.
     support: Option<usize>,
@@ -157,7 +157,7 @@ impl Pieces {
     }
 }
 
-/// What loose pieces do in the body's way.
+/// State of the loose pieces near the body's way.
 struct Loose {
     /// Some may meet the body: they are flagged.
     in_the_way: bool,
@@ -329,7 +329,7 @@ fn is_through(system: &mut System<'_>, course: &Course) -> bool {
     !(turns && ahead > 0.0) && speed * speed * travel > THROUGH_MARGIN * lost * way
 }
 
-/// How far held yarn that the body may still touch lies ahead of its centre along the normal, m; 0 if there
+/// Distance ahead of the body's centre along the normal, m, of held yarn that it may still touch; 0 if there
 /// is none. None if some is in its way, deeper within what the body sweeps by moving on than R/4; or if the
 /// body may turn an edge into some, because it turns faster than it moves on.
 fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
@@ -457,7 +457,7 @@ fn way_is_clear(system: &mut System<'_>, course: &Course, beside_debris: bool) -
     beside_debris && exchange(system, &pieces, &flight, &loose) <= EXCHANGE * settling(system)
 }
 
-/// What of the sheet is held, as far as it has been looked at.
+/// Held part of the sheet, as far as it has been looked at.
 struct Held {
     /// The box about it.
     region: Region,
@@ -480,8 +480,8 @@ impl Held {
         self.behind = self.behind && !flight.has_ahead(&x) && flight.misses(&x, &system.velocity(i, j));
     }
 
-    /// Whether it lies behind the body and stays there, or the body leaves the box about it for good. What is
-    /// not clear stays so, whatever is included.
+    /// Whether the held part lies behind the body and stays there, or the body leaves the box about it for
+    /// good. A part that is not clear stays so, whatever is included.
     fn is_clear(&self, system: &System<'_>, flight: &Flight) -> bool {
         if self.behind {
             return true;
@@ -550,7 +550,7 @@ fn rows_from(system: &System<'_>, flight: &Flight) -> impl Iterator<Item = usize
     both.flatten().filter(move |&j| j < rows)
 }
 
-/// How far a row at rest is from the body's centre along y, m.
+/// Distance of a row at rest from the body's centre along y, m.
 fn distance(system: &System<'_>, flight: &Flight, j: usize) -> f64 {
     math::abs(system.rest(0, j)[1] * system.scene.sheet.spacing - flight.position[1])
 }
@@ -587,8 +587,8 @@ fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Lo
     }
 }
 
-/// What the loose pieces in the way can still change the work by, J: V sqrt(2 m E) with their mass m and
-/// their kinetic energy E seen from the body.
+/// Largest change of the work by the loose pieces in the way, J: V sqrt(2 m E) with their mass m and their
+/// kinetic energy E seen from the body.
 fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose) -> f64 {
     let (mut mass, mut energy) = (0.0, 0.0);
     for (i, j) in system.nodes() {
@@ -738,7 +738,7 @@ fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
         .any(|(i, j)| held(i, j))
 }
 
-/// By how much the work may still change when it counts as final, J.
+/// Largest change of the work with which it counts as final, J.
 fn settling(system: &System<'_>) -> f64 {
     let part = SETTLED_PART * math::abs(system.state.sums.work);
     math::max(part, system.model.node_mass * system.state.body.velocity.norm_squared())
@@ -821,7 +821,7 @@ mod tests {
         assert_eq!(rows, Vec::from_iter(0..system.layout.nodes_y));
     }
 
-    /// What is not clear of a part of what is held must not be clear of the whole.
+    /// A body that is not clear of a part of the held sheet must not be clear of the whole.
     #[test]
     fn whole_yarn_in_the_way_is_never_clear() {
         let (mut found, mut not_found) = (0, 0);

@@ -40,7 +40,7 @@ pub struct Slip {
     pub largest: f64,
 }
 
-/// What one yarn does at a crossing: its force on the node, N, mean tension, N, and a vector along it.
+/// Effect of one yarn at a crossing: its force on the node, N, mean tension, N, and a vector along it.
 struct YarnAtNode {
     force: Vector,
     tension: f64,

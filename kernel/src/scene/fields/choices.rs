@@ -32,14 +32,14 @@ pub(super) const ATTACHMENTS: [Named<AttachmentKind>; 4] = [
     (AttachmentKind::Free, ("free", "nothing")),
 ];
 
-/// What gets a sample of its own.
+/// Unit that gets a sample of its own.
 pub const DRAW: Choice = Choice { name: "Draw", items: &words(&DRAWS) };
 pub(super) const DRAWS: [Named<Draw>; 2] = [
     (Draw::Segment, ("segment", "every segment")),
     (Draw::Yarn, ("yarn", "every woven yarn: a whole row or column of segments")),
 ];
 
-/// What the critical stretch of a segment is.
+/// Critical stretch of a segment.
 pub const STRENGTH_DRAW: Choice = Choice { name: "StrengthDraw", items: &words(&STRENGTH_DRAWS) };
 pub(super) const STRENGTH_DRAWS: [Named<StrengthDraw>; 2] = [
     (StrengthDraw::None, ("none", "every segment has yarn.critical_stretch")),
@@ -67,7 +67,7 @@ pub(super) const DRIVES: [Named<Drive>; 2] = [
     (Drive::Prescribed, ("prescribed", "the host moves the projectile; the model gives force, impulse and work")),
 ];
 
-/// How the nodes are stepped.
+/// Integrator of the nodes.
 pub const INTEGRATOR: Choice = Choice { name: "Integrator", items: &words(&INTEGRATORS) };
 pub(super) const INTEGRATORS: [Named<IntegratorKind>; 2] = [
     (IntegratorKind::Verlet, ("verlet", "velocity Verlet, explicit")),
@@ -81,7 +81,7 @@ pub(super) const STEP_CHECKS: [Named<StepCheck>; 2] = [
     (StepCheck::None, ("none", "no check, for stability studies only: wrong results without a warning")),
 ];
 
-/// How the projectile turns.
+/// Rule for the projectile's rotation.
 pub const ROTATION: Choice = Choice { name: "Rotation", items: &words(&ROTATIONS) };
 pub(super) const ROTATIONS: [Named<RotationKind>; 2] = [
     (RotationKind::Midpoint, ("midpoint", "implicit midpoint rule, which keeps energy and angular momentum")),

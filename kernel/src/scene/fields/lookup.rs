@@ -1,4 +1,4 @@
-//! What is read off the whole table: places of parameters, and the check of each number by itself.
+//! Look-ups in the whole table: places of parameters, and the check of each number by itself.
 
 use crate::ground::error::{Error, unit_quaternion};
 use crate::scene::fields::row::{Field, Place, Range};

@@ -1,6 +1,6 @@
 //! Kinds of real numbers: their units.
 
-/// What kind of number a real parameter is.
+/// Kind of a real parameter.
 #[derive(Debug, PartialEq)]
 pub struct Quantity {
     /// Name, as the type definitions of the FMUs have it.

@@ -21,7 +21,7 @@ pub enum Place {
     Choice(&'static Choice, fn(&Scene) -> u32, fn(&mut Scene, u32)),
 }
 
-/// What a number may be by itself. Every real number must be finite.
+/// Range of a number by itself. Every real number must be finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
     /// Anything.
@@ -49,11 +49,11 @@ pub struct Field {
     pub name: &'static str,
     /// Place and type.
     pub place: Place,
-    /// What kind of number a real parameter is.
+    /// Kind of a real parameter.
     pub quantity: Option<&'static Quantity>,
-    /// What it may be.
+    /// Range.
     pub range: Range,
-    /// How many of its elements the scene reads.
+    /// Number of its elements that the scene reads.
     pub read: fn(&Scene) -> usize,
     /// Whether an image fits only scenes with the same value, see
     /// [`fingerprint`](crate::sim::fingerprint::fingerprint).

@@ -12,7 +12,7 @@ use crate::scene::parts::{
     STRAIN_RATES, Scene, Shape, StrengthDraw, WEIBULL_SHAPES,
 };
 
-/// What a group of parameters is, by the first part of its name.
+/// Meaning of a group of parameters, by the first part of its name.
 pub const GROUPS: &[(&str, &str)] = &[
     ("sheet", "Grid of nodes, its mass and its place"),
     ("sheet.grading", "Graded network: bars that stand for several yarns, away from the hit"),
