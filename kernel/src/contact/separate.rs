@@ -9,14 +9,14 @@ use crate::body::pose::Vector;
 use crate::contact::apply::correct_casing_loss;
 use crate::contact::column::{hold_back, load, project};
 use crate::contact::members;
-use crate::ground::lanes::{self, Item, Job, Lane};
+use crate::ground::lanes::{self, Item, Job, Lane, at};
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, SPEED_X, SPEED_Z, X, Z};
 use crate::memory::arrays::{Arrays, RowArrays};
 use crate::memory::records::{Node, Pool};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::sheet::columns::{COLUMN_PLANES, FLAT, NORMAL_X, NORMAL_Z};
+use crate::sheet::columns::{COLUMN_PLANES, NORMAL_X, NORMAL_Z};
 use crate::sheet::neighbours::{NOTHING, own};
 
 /// Rows that move in every ply and have no candidate: their columns are separated before the projectile's
@@ -59,7 +59,7 @@ impl Apart {
     /// Separates the plies in those of these rows that it contains.
     #[inline(never)]
     pub fn separate(&self, system: &mut System<'_>, [first, end]: [usize; 2]) {
-        (first..end).filter(|&row| self.contains(row)).for_each(|row| separate_row_of(system, row, 0));
+        (first..end).filter(|&row| self.contains(row)).for_each(|row| separate_row(system, row, 0));
     }
 
     /// Separates them in all others, after the projectile's impulses. `count`: candidates.
@@ -67,17 +67,9 @@ impl Apart {
     pub fn separate_others(&self, system: &mut System<'_>, count: usize) {
         for row in (0..system.layout.y.modelled()).filter(|&row| !self.contains(row)) {
             if (0..system.layout.plies).any(|ply| is_awake(system, ply, row)) {
-                separate_row_of(system, row, count);
+                separate_row(system, row, count);
             }
         }
-    }
-}
-
-fn separate_row_of(system: &mut System<'_>, row: usize, count: usize) {
-    if system.layout.has(Feature::Curved) {
-        separate_row::<true>(system, row, count);
-    } else {
-        separate_row::<false>(system, row, count);
     }
 }
 
@@ -105,21 +97,21 @@ fn candidates_with_impulse<'s>(
     column.filter(|&c| candidates.get(c).is_some_and(|c| c.impulse > 0.0 && !c.is_fixed()))
 }
 
-/// Separates the columns of one row in which plies press on each other. CURVED: of a curved sheet, whose
-/// columns have axes of their own.
-fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: usize) {
+/// Separates the columns of one row in which plies press on each other.
+fn separate_row(system: &mut System<'_>, row: usize, count: usize) {
     let (plies, chunks, [at, next]) = (system.layout.plies, system.layout.chunks, system.layout.stacked(0, row));
     let mut from = 0;
     loop {
-        let hoop = &*system.arrays.columns;
+        // Columns of a curved sheet have axes of their own.
+        let hoop = if system.layout.has(Feature::Curved) { &*system.arrays.columns } else { &[] };
         let hot = system.arrays.rows.hot.get(at..).unwrap_or(&[]);
-        let pressed = Pressed::<CURVED> { hot, next, hoop, gap: system.model.gap, chunks: [from, chunks] };
+        let pressed = Pressed { hot, next, hoop, gap: system.model.gap, chunks: [from, chunks] };
         let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };
         from = chunk + 1;
         let is_pushed = (chunk * CHUNK..system.layout.nodes_x.min(from * CHUNK))
             .any(|i| candidates_with_impulse(system, i, row, count).next().is_some());
-        let columns = PlyColumns::<CURVED> {
-            hoop: hoop.get(chunk).unwrap_or(&FLAT),
+        let columns = PlyColumns {
+            hoop: hoop.get(chunk),
             hot: system.arrays.rows.hot.get_mut(at + chunk..).unwrap_or(&mut []),
             before: system.arrays.rows.before.get(at + chunk..).unwrap_or(&[]),
             speeds: Node::numbers(system.arrays.column).as_chunks_mut().0,
@@ -160,7 +152,7 @@ fn separate_row<const CURVED: bool>(system: &mut System<'_>, row: usize, count: 
 
 /// The first chunk of a row, from one on, in which a node ends below the one that it faces below and comes
 /// nearer to it.
-struct Pressed<'a, const CURVED: bool> {
+struct Pressed<'a> {
     /// From the first chunk of the row of the first ply on, and chunks from ply to ply.
     hot: &'a [Chunk<HOT_PLANES>],
     next: usize,
@@ -170,18 +162,28 @@ struct Pressed<'a, const CURVED: bool> {
     chunks: [usize; 2],
 }
 
-impl<const CURVED: bool> Job for Pressed<'_, CURVED> {
+impl Job for Pressed<'_> {
     type Output = Option<usize>;
 
     #[inline(always)]
     fn run<L: Lane>(self) -> Option<usize> {
+        // Out of the sheet, along z or along the normals.
+        if self.hoop.is_empty() {
+            self.first(|chunk, first, _, g| at::<L, _>(chunk, first + 2, g))
+        } else {
+            self.first(|chunk, first, c, g| own::<L>(chunk, first, self.hoop.get(c), g)[2])
+        }
+    }
+}
+
+impl Pressed<'_> {
+    /// The chunk, by a component of three planes from one on.
+    #[inline(always)]
+    fn first<L: Lane>(&self, component: impl Fn(&Chunk<HOT_PLANES>, usize, usize, usize) -> L) -> Option<usize> {
         let (gap, zero) = (L::splat(self.gap), L::splat(0.0));
         for c in self.chunks[0]..self.chunks[1] {
-            let hoop = if CURVED { self.hoop.get(c) } else { None }.unwrap_or(&FLAT);
             let column = self.hot.get(c..).unwrap_or(&[]);
-            // Out of the sheet, along z or along the normals.
-            let outwards =
-                |chunk: &Chunk<HOT_PLANES>, first: usize, g: usize| own::<L, CURVED>(chunk, first, hoop, g)[2];
+            let outwards = |chunk: &Chunk<HOT_PLANES>, first: usize, g: usize| component(chunk, first, c, g);
             // One test for all of the chunk, and velocities are looked at only where it finds something.
             let (mut least, mut below) = (L::splat(f64::INFINITY), [L::splat(-f64::INFINITY); CHUNK]);
             for chunk in column.iter().step_by(self.next.max(1)) {
@@ -227,8 +229,9 @@ enum Pressing {
 /// The last of the nodes so far ends where those before it push it most: as a pool with some of them, s_k +
 /// max(0, max_a sum m_j (s_j - s_k) / sum m_j) over j = a..k. Each of them ends at the least of its own and
 /// all later ones: the regression of `column.rs`. A node on which none presses keeps its velocity exactly.
-struct PlyColumns<'a, const CURVED: bool> {
-    hoop: &'a Chunk<COLUMN_PLANES>,
+struct PlyColumns<'a> {
+    /// Constants of the columns; None in a flat sheet.
+    hoop: Option<&'a Chunk<COLUMN_PLANES>>,
     /// From their chunk of the first ply on, and chunks from ply to ply.
     hot: &'a mut [Chunk<HOT_PLANES>],
     before: &'a [[f64; CHUNK]],
@@ -248,7 +251,7 @@ struct PlyColumns<'a, const CURVED: bool> {
     only_plies: bool,
 }
 
-impl<const CURVED: bool> Job for PlyColumns<'_, CURVED> {
+impl Job for PlyColumns<'_> {
     type Output = Pressing;
 
     #[inline(always)]
@@ -257,7 +260,7 @@ impl<const CURVED: bool> Job for PlyColumns<'_, CURVED> {
         let (one, rise) = (L::splat(1.0), L::splat(self.rise));
         let (mut found, mut depths, mut face) = ([0.0; CHUNK], [0.0; CHUNK], true);
         for (g, (found, depths)) in L::groups_mut(&mut found).iter_mut().zip(L::groups_mut(&mut depths)).enumerate() {
-            let own = |chunk: &Chunk<HOT_PLANES>, first: usize| own::<L, CURVED>(chunk, first, self.hoop, g);
+            let own = |chunk: &Chunk<HOT_PLANES>, first: usize| own::<L>(chunk, first, self.hoop, g);
             // The same operations as in `load`, so that the answers are the same.
             let mut below = &NOTHING;
             let (mut speed_below, mut pressed, mut depth) = (L::splat(-f64::INFINITY), zero, zero);
@@ -298,7 +301,7 @@ impl<const CURVED: bool> Job for PlyColumns<'_, CURVED> {
     }
 }
 
-impl<const CURVED: bool> PlyColumns<'_, CURVED> {
+impl PlyColumns<'_> {
     /// Takes group g of the columns apart, whose velocities with gaps added up are known. Returns what is
     /// lost.
     #[inline(always)]
@@ -327,24 +330,25 @@ impl<const CURVED: bool> PlyColumns<'_, CURVED> {
             };
             end = L::load(&L::groups(ends)[g]).min(end);
             let push = end.sub(L::load(&L::groups(speeds)[g]));
-            let [_, _, speed] = own::<L, CURVED>(chunk, SPEED_X, self.hoop, g);
+            let [_, _, speed] = own::<L>(chunk, SPEED_X, self.hoop, g);
             let after = speed.add(push);
             let mean = L::splat(0.5).mul(L::load(&L::groups(before)[g]).add(after));
             lost = lost.sub(L::splat(share(k)).mul(push.mul(mean)));
-            let normal = |plane: usize| L::load(&L::groups(&self.hoop[plane])[g]);
             let add = |plane: &mut [f64; CHUNK], given: L| {
                 let group = &mut L::groups_mut(plane)[g];
                 L::load(group).add(given).store(group);
             };
             let [x, _, z, speed_x, _, speed_z, ..] = chunk;
-            let up = if CURVED { push.mul(normal(NORMAL_Z)) } else { push };
-            add(z, up);
-            add(speed_z, up);
-            if CURVED {
-                let along = push.mul(normal(NORMAL_X));
+            let mut up = push;
+            if let Some(hoop) = self.hoop {
+                let [normal_x, normal_z] = [NORMAL_X, NORMAL_Z].map(|plane| L::load(&L::groups(&hoop[plane])[g]));
+                let along = push.mul(normal_x);
+                up = push.mul(normal_z);
                 add(x, along);
                 add(speed_x, along);
             }
+            add(z, up);
+            add(speed_z, up);
         }
         lost
     }
@@ -462,8 +466,8 @@ mod tests {
             }
             for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                 let (mut moved, mut speeds, mut ends) = (hot, [[0.0; CHUNK]; 8], [[0.0; CHUNK]; 8]);
-                let columns = PlyColumns::<false> {
-                    hoop: &FLAT,
+                let columns = PlyColumns {
+                    hoop: None,
                     hot: &mut moved[..plies],
                     before: &[[0.0; CHUNK]; 8],
                     next: 1,

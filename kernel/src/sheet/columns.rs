@@ -50,9 +50,6 @@ pub type Columns = Chunk<SWEPT_PLANES>;
 /// Columns that are not read.
 const UNREAD: Columns = [[1.0; CHUNK]; SWEPT_PLANES];
 
-/// Columns of a flat sheet where nothing but planes of curved ones is read.
-pub(crate) const FLAT: Chunk<COLUMN_PLANES> = [[0.0; CHUNK]; COLUMN_PLANES];
-
 /// Sets constants, each with its plane, of column i of a line.
 pub(crate) fn set<const N: usize>(line: &mut [Chunk<COLUMN_PLANES>], i: usize, constants: [(usize, f64); N]) {
     for (plane, constant) in constants {

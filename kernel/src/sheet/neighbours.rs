@@ -9,17 +9,20 @@ use crate::sheet::ring::own_axes;
 /// stiffness.
 pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 
-/// Three planes from this one on, displacements or velocities, in the axes of their columns; of a flat sheet
-/// as they are.
+/// Three planes from this one on, displacements or velocities, in the axes of their columns; without `hoop`,
+/// of a flat sheet, as they are.
 #[inline(always)]
-pub(crate) fn own<L: Lane, const CURVED: bool>(
+pub(crate) fn own<L: Lane>(
     chunk: &Chunk<HOT_PLANES>,
     first: usize,
-    hoop: &Chunk<COLUMN_PLANES>,
+    hoop: Option<&Chunk<COLUMN_PLANES>>,
     g: usize,
 ) -> [L; 3] {
     let sheets = [at(chunk, first, g), at(chunk, first + 1, g), at(chunk, first + 2, g)];
-    if CURVED { own_axes(sheets, [at(hoop, NORMAL_X, g), at(hoop, NORMAL_Z, g)]) } else { sheets }
+    match hoop {
+        Some(hoop) => own_axes(sheets, [at(hoop, NORMAL_X, g), at(hoop, NORMAL_Z, g)]),
+        None => sheets,
+    }
 }
 
 /// The right-hand neighbours of group g: from the same plane, or with the first of the next chunk.

@@ -10,13 +10,13 @@ pub(crate) mod whole;
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
-use crate::ground::planes::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, SPEED_X};
+use crate::ground::planes::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, SPEED_X, SPEED_Z};
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::memory::arrays::{Arrays, RowArrays, StepScratch};
 use crate::memory::layout::Layout;
 use crate::scene::features::Feature;
 use crate::sheet::clamp::ClampedRow;
-use crate::sheet::columns::{COLUMN_PLANES, FLAT, Net};
+use crate::sheet::columns::{COLUMN_PLANES, Net};
 use crate::sheet::effects::EffectState;
 use crate::sheet::ghosts::{place_ghost_column, place_ghost_speeds};
 use crate::sheet::neighbours::own;
@@ -309,29 +309,29 @@ fn keep_speeds_across(
     before: &mut [[f64; CHUNK]],
     columns: &[Chunk<COLUMN_PLANES>],
 ) {
-    if Feature::Curved.is_built() && !columns.is_empty() {
-        lanes::dispatch(terms.instructions, Keep::<true> { hot, before, columns });
-    } else {
-        lanes::dispatch(terms.instructions, Keep::<false> { hot, before, columns });
-    }
+    let columns = if Feature::Curved.is_built() { columns } else { &[] };
+    lanes::dispatch(terms.instructions, Keep { hot, before, columns });
 }
 
-/// Keeps the velocities across the sheet of a row. CURVED: along the normals of its columns.
-struct Keep<'a, const CURVED: bool> {
+/// Keeps the velocities across the sheet of a row, along the normals of its columns if it has some.
+struct Keep<'a> {
     hot: &'a [Chunk<HOT_PLANES>],
     before: &'a mut [[f64; CHUNK]],
     columns: &'a [Chunk<COLUMN_PLANES>],
 }
 
-impl<const CURVED: bool> Job for Keep<'_, CURVED> {
+impl Job for Keep<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        for (c, (before, chunk)) in self.before.iter_mut().zip(self.hot).enumerate() {
-            let columns = if CURVED { self.columns.get(c) } else { None }.unwrap_or(&FLAT);
+        let rows = self.before.iter_mut().zip(self.hot);
+        if self.columns.is_empty() {
+            return rows.for_each(|(before, chunk)| *before = chunk[SPEED_Z]);
+        }
+        for ((before, chunk), columns) in rows.zip(self.columns) {
             for (g, before) in L::groups_mut(before).iter_mut().enumerate() {
-                own::<L, CURVED>(chunk, SPEED_X, columns, g)[2].store(before);
+                own::<L>(chunk, SPEED_X, Some(columns), g)[2].store(before);
             }
         }
     }
