@@ -38,7 +38,7 @@ pub struct Layout {
     pub upper: usize,
     /// Chunks in a row.
     pub chunks: usize,
-    /// What the scene has in addition to a plain sheet.
+    /// Features that the scene has in addition to a plain sheet.
     pub has: Features,
     /// Steps of a block that there is memory for, 4 or 8, and 1 where steps are taken one by one
     /// (`step/blocks.rs`).
@@ -90,7 +90,7 @@ impl Layout {
         self.shared_lines() + self.lines_of_reals() + self.words.div_ceil(CacheLine::WORDS)
     }
 
-    /// How many of these hold what a step notes (`arrays.rs`), or the labels of the nodes when outcomes are
+    /// Lines of these for the scratch of a step (`arrays.rs`), or the labels of the nodes when outcomes are
     /// tested: less than the hot rows, which have been counted.
     pub(crate) fn shared_lines(&self) -> usize {
         let labels = if self.has(Feature::Detachment) { self.nodes() } else { 0 };
@@ -130,7 +130,7 @@ impl Layout {
         self.plies.max(self.block_steps as usize)
     }
 
-    /// How many of these hold real numbers; the integers lie after them.
+    /// Lines of these that hold real numbers; the integers lie after them.
     pub(crate) fn lines_of_reals(&self) -> usize {
         self.reals.div_ceil(CacheLine::REALS)
     }
@@ -281,13 +281,13 @@ impl Layout {
         self.has(Feature::Drawn) || self.has(Feature::Grading) || self.has(Feature::Curved) && self.is_stack()
     }
 
-    /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass,
+    /// Multiplicity of node (i, j) in the whole sheet. Of a graded network `System::share` has its mass,
     /// too.
     pub fn node_weight(&self, i: usize, j: usize) -> f64 {
         self.x.node_weight(i) * self.y.node_weight(j)
     }
 
-    /// How often the segment that starts at node (i, j) appears in the whole sheet.
+    /// Multiplicity of the segment that starts at node (i, j) in the whole sheet.
     pub fn segment_weight(&self, axis: Axis, i: usize, j: usize) -> f64 {
         match axis {
             Axis::Horizontal => self.x.segment_weight(i) * self.y.node_weight(j),

@@ -60,7 +60,7 @@ pub(crate) fn zero_carried_forces(system: &mut System<'_>) {
     StepScratch::of(system.arrays.shared, &system.layout).carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
-/// What is left of a step near the body after its sweep. What follows the last step is left to do.
+/// Rest of a step near the body after its sweep, but for what follows the last step.
 #[inline(never)]
 pub(crate) fn end_near(
     system: &mut System<'_>,

@@ -44,7 +44,7 @@ pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What the theta rule starts from, if it is in use: to be found anew whenever positions or damage have been
+/// Start of the theta rule, if it is in use: forces, to be found anew whenever positions or damage have been
 /// changed by hand.
 pub(crate) fn start_forces(system: &mut System<'_>) {
     if system.layout.has(Feature::Theta) {
@@ -52,7 +52,7 @@ pub(crate) fn start_forces(system: &mut System<'_>) {
     }
 }
 
-/// What follows the pass of a step.
+/// End of a step: counters, and searches and tests that are due after it.
 pub(crate) fn count_step(system: &mut System<'_>) {
     system.state.step += 1;
     if system.layout.has(Feature::Rate) && (system.state.loaded > 0 || system.state.sums.contacts > 0) {
@@ -110,7 +110,7 @@ pub(crate) fn apply_contact_and_move_body(
     move_body_and_check(system, gathered, target)
 }
 
-/// What the sweep leaves to do: failures, loads and contact.
+/// Failures, loads and contact after the sweep.
 #[inline(never)]
 fn apply_contact_and_load(
     system: &mut System<'_>,

@@ -48,7 +48,7 @@
 
 /// A band's part of a pass, and what is not cut.
 mod pass;
-/// What all bands know of a pass.
+/// Plan of a pass, known to all bands.
 mod plan;
 /// Into the simulation's arrays.
 mod pointers;

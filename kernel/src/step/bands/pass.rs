@@ -1,5 +1,8 @@
-//! What a band does in a pass: the copies that it needs of its neighbours before, the sweep of its rows, and
-//! its part of a block of steps; and after the last band the part that is not cut.
+//! Pass of a band: ghost rows copied from its neighbours before, the sweep of its rows, its tiles and gaps of
+//! a block of steps; and after the last band the part of the pass that is not cut.
+//!
+//! Method: rows are slices made of pointers that all bands share; who may touch what is said in `mod.rs`.
+//! Reference: docs/model.md, "Row bands".
 
 use super::plan::Plan;
 use super::pointers::{part_mut, rows, rows_of};
@@ -21,7 +24,7 @@ use crate::step::rows::viscosity::{ViscousRows, find_moments_of_row, place_ghost
 use crate::step::rows::whole;
 use core::mem::take;
 
-/// What a sweep of rows uses that is not theirs: the row above with its moments, the forces from the row
+/// Ghost data of a sweep of rows: the row above with its moments, the forces from the row
 /// below, and the band's own numbers.
 struct Beside<'r> {
     above: &'r [Chunk<HOT_PLANES>],
@@ -80,7 +83,7 @@ impl Plan {
     /// The vertical forces on row j of a ply from the row below it. `viscous`: past and moments of both.
     ///
     /// # Safety
-    /// Nothing changes the two rows.
+    /// No call changes the two rows.
     #[inline(never)]
     unsafe fn forces_from_below(
         &self,
@@ -129,7 +132,7 @@ impl Plan {
     /// its own or a copy. `counts`: whether what they take is counted.
     ///
     /// # Safety
-    /// Nothing changes the row and those beside it; nothing else uses what is counted of it.
+    /// No other call changes the row and those beside it, or uses what it dissipates.
     #[inline(never)]
     unsafe fn find_moments(&self, j: usize, ply: usize, step: usize, past: &mut [Chunk<PAST_PLANES>], counts: bool) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
@@ -155,10 +158,10 @@ impl Plan {
         }
     }
 
-    /// What viscosity keeps of row j, to be changed; nothing without it, and above the top row.
+    /// Past and moments of row j, to be changed; empty without viscosity and above the top row.
     ///
     /// # Safety
-    /// Nothing else uses it while it is held.
+    /// No other use while it is held.
     #[allow(clippy::mut_from_ref)] // It lies in the simulation's arrays.
     unsafe fn past_of<'r>(&self, j: usize) -> &'r mut [Chunk<PAST_PLANES>] {
         let (layout, chunks) = (&self.layout, self.layout.chunks);
@@ -359,7 +362,7 @@ impl Plan {
     /// Sweeps rows [first, end) away from the body in a step of a block.
     ///
     /// # Safety
-    /// Nothing else uses the rows and what belongs to them, and nothing changes the row above.
+    /// No other call uses the rows and what belongs to them, or changes the row above.
     #[inline(never)]
     unsafe fn step_rows(&self, block: &Block, step: usize, rows: [usize; 2], beside: Beside<'_>) -> Report {
         // SAFETY: the caller's promise; there are reactions of every step and row.
@@ -375,7 +378,7 @@ impl Plan {
     /// The row above row j, none above the top row.
     ///
     /// # Safety
-    /// Nothing changes it while it is held.
+    /// No change while it is held.
     unsafe fn row_above<'r>(&self, j: usize) -> &'r [Chunk<HOT_PLANES>] {
         // SAFETY: the caller's promise.
         unsafe {

@@ -1,5 +1,5 @@
-//! What all bands need to know for one pass: made before it by the call that completed the last one, and used
-//! up after it.
+//! Plan of one pass, known to all bands: made before it by the call that completed the last one, and used up
+//! after it.
 
 use super::pointers::{Pointers, rows};
 use crate::contact::search::Gathered;
@@ -17,9 +17,9 @@ use crate::step::rows::terms::{Terms, rates};
 use crate::step::rows::whole;
 use crate::yarn::rate::Rates;
 
-/// What all bands need to know for one pass.
+/// Plan of one pass, known to all bands.
 pub(super) struct Plan {
-    /// What lies under the projectile, or why the pass cannot be made.
+    /// Candidates under the projectile, or why the pass cannot be made.
     pub(super) found: Result<Gathered, Failure>,
     /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest,
     /// and those between that rest are left out.
@@ -115,7 +115,7 @@ impl Plan {
     /// Rows of a ply that are swept.
     ///
     /// # Safety
-    /// Nothing changes the rows that are awake.
+    /// No call changes the rows that are awake.
     pub(super) unsafe fn rows_of_ply(&self, ply: usize) -> [usize; 2] {
         let layout = &self.layout;
         if !layout.is_stack() {
@@ -126,7 +126,7 @@ impl Plan {
         system::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
     }
 
-    /// What the segments have in common. A copy would add to the stack.
+    /// Constants of the segments. A copy would add to the stack.
     pub(super) fn directions(&self) -> &Directions {
         // SAFETY: those of the simulation, which is lent as long as there are bands; they change between
         // plans only.

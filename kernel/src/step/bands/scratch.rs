@@ -42,7 +42,7 @@ impl Plan {
     /// Ghost row above a gap in a step of a block.
     ///
     /// # Safety
-    /// Nothing else uses them while they are held.
+    /// No other use while they are held.
     #[allow(clippy::mut_from_ref)] // It lies in the scratch.
     pub(super) unsafe fn above_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<HOT_PLANES>] {
         let ScratchPlaces { ghosts_above_gap, .. } = self.places(if let Edge::Cut(band) = edge { band } else { 0 });
@@ -81,7 +81,7 @@ impl Plan {
     /// Scratch of a band.
     ///
     /// # Safety
-    /// Nothing else uses them while they are held.
+    /// No other use while they are held.
     pub(super) unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
         let chunks = self.layout.chunks;
         let ScratchPlaces { above, carry, viscous, kept, .. } = self.places(band);

@@ -1,4 +1,9 @@
-//! What viscosity and the rate of strain take of a row in a pass, in units of m (h/dt)^2.
+//! Energy that viscosity and the rate of strain dissipate in a row in a step, in units of m (h/dt)^2, and
+//! the sums that a sweep adds up: this energy, reactions of supports and case, and what clamps dissipate.
+//!
+//! Method: each row keeps its own sums; they are added up lowest row first, so that they do not depend on
+//! bands and blocks.
+//! Reference: docs/model.md, "Energy balance".
 
 use crate::body::pose::Vector;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, STIFFNESS};
@@ -15,7 +20,7 @@ pub(crate) struct DissipationOfRow {
     /// Units of the horizontal and the vertical segments: 1/4 l^2 times the row's weight.
     units: [f64; 2],
     pub sums: Dissipation,
-    /// What the last segments along x and y have in the sums of a mirrored row, over 1/4 l^2.
+    /// Energy of the last segments along x and y in the sums of a mirrored row, over 1/4 l^2.
     pub of_last: [f64; 2],
 }
 
@@ -23,7 +28,7 @@ impl DissipationOfRow {
     /// Account of no row.
     const NONE: DissipationOfRow = DissipationOfRow { units: [0.0; 2], sums: Dissipation::NONE, of_last: [0.0; 2] };
 
-    /// Nothing of row j yet.
+    /// Empty account of row j.
     #[inline(always)]
     pub fn of(layout: &Layout, along: Along<'_>, j: usize) -> DissipationOfRow {
         if !layout.dissipates() {

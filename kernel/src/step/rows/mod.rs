@@ -40,7 +40,7 @@ pub(crate) struct Rows<'r> {
     pub own: RowArrays<'r>,
     /// The row above the last, not swept yet; empty above the top row.
     pub above: &'r [Chunk<HOT_PLANES>],
-    /// What viscosity keeps.
+    /// Past and moments of viscosity.
     pub viscous: ViscousRows<'r>,
     /// Bars and widths of a graded network.
     pub net: Net<'r>,
@@ -234,13 +234,13 @@ fn end_row(
     reactions
 }
 
-/// What the end of a row's sweep writes in addition to its nodes.
+/// Places that the end of a row's sweep writes in addition to its nodes.
 struct RowEnd<'a> {
     /// Where the row's reach is noted.
     range: &'a mut [u32; 4],
     /// Least and greatest displacement along y.
     reach: [f64; 2],
-    /// What the clamps of all rows keep, and the number of this one among them.
+    /// State of the clamps of all rows, and the number of this row among them.
     holds: &'a [[f64; CHUNK]],
     slid: &'a mut [[f64; CHUNK]],
     clamped: &'a mut [f64],

@@ -34,23 +34,23 @@ use crate::scene::features::Feature;
 use crate::sheet::places::rest_offset;
 use core::ops::Range;
 
-/// How far a row beyond the body's reach may come nearer within a block, spacings.
+/// Distance by which a row beyond the body's reach may come nearer within a block, spacings.
 const APPROACH: f64 = 8.0;
 
-/// How many steps a block has with these instructions. The wider they are, the more a sweep waits for memory.
+/// Steps of a block with these instructions. The wider they are, the more a sweep waits for memory.
 pub(crate) fn block_steps(layout: &Layout, instructions: InstructionSet) -> usize {
     let pays = matches!(instructions, InstructionSet::Avx512 | InstructionSet::Avx2);
     if pays { layout.block_steps as usize } else { 1 }
 }
 
-/// What lies where in a block.
+/// Block of steps: its rows near the body, tiles and gaps.
 #[derive(Clone, Copy)]
 pub(crate) struct Block {
     /// Rows [first, end) that the body may reach.
     pub near: [usize; 2],
     pub steps: usize,
     rows: usize,
-    /// By how many rows a step lags the one before.
+    /// Rows by which a step lags the one before.
     lag: usize,
     /// Bands that have rows away from the body; 0 for one thread that takes the rows in turn.
     bands: u32,
@@ -259,7 +259,7 @@ mod tests {
 
     const STEPS: usize = 8;
 
-    /// How far the rows are, and what is kept for the gaps.
+    /// Steps taken by the rows, and ghost rows and forces kept for the gaps.
     struct Sheet {
         lag: usize,
         /// Steps that each row has taken.

@@ -1,4 +1,4 @@
-//! What all rows of a sweep have in common.
+//! Constants that all rows of a sweep share.
 
 use crate::ground::lanes::InstructionSet;
 use crate::ground::planes::Axis;
@@ -60,7 +60,7 @@ impl<'t> Terms<'t> {
     }
 }
 
-/// What a sweep needs of the dependence on the rate of strain.
+/// Dependence on the rate of strain in a sweep.
 pub(crate) fn rates(system: &System<'_>) -> Rates {
     if !system.layout.has(Feature::Rate) {
         return Rates::NONE;

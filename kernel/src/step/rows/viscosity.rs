@@ -14,7 +14,7 @@ use crate::sheet::viscous::{MomentsOfRow, ViscousRow};
 use crate::step::rows::terms::{Terms, rates};
 use crate::yarn::law;
 
-/// What viscosity keeps of neighbouring rows; empty without it.
+/// Past and moments of neighbouring rows; empty without viscosity.
 pub(crate) struct ViscousRows<'r> {
     /// Past of the last pass; moments of this one as far as they have been found.
     pub past: &'r mut [Chunk<PAST_PLANES>],
@@ -57,8 +57,8 @@ impl ViscousRows<'_> {
         find_moments_of_row(terms, first + k, row, dissipated);
     }
 
-    /// What the sweep of the k-th of so many rows needs, and the past of its last segments. `first`: as
-    /// above.
+    /// Viscous state for the sweep of the k-th of so many rows, and the past of its last segments. `first`:
+    /// as above.
     #[inline(always)]
     pub fn row<'a>(&'a mut self, layout: &Layout, (k, rows, first): (usize, usize, usize)) -> (ViscousRow<'a>, Last) {
         let chunks = layout.chunks;
