@@ -3,7 +3,7 @@
 use fabric_kernel::internals::shape::Solid;
 use fabric_kernel::{AttachmentKind, Drive, Grading, Projectile, Scene, Shape, Stack, TimeStep, pose, prism};
 use fabric_tests::reference::{V3, add, dot, length, scale, sub};
-use fabric_tests::{number, sim_of, small_sheet, tetrahedron};
+use fabric_tests::{number, positions, sim_of, small_sheet, tetrahedron, velocities};
 use std::ops::Range;
 
 /// A body of any shape, size, mass, attitude, velocity and spin just before a sheet that is held in any way.
@@ -190,34 +190,36 @@ fn falls(scenes: Range<u64>) {
         let (dt, kinetic) = (sim.step_limits().dt, sim.energy().unwrap().projectile_kinetic);
         let flat = matches!(scene.projectile.shape, Shape::Box | Shape::Polyhedron);
         let goes_straight = flat && scene.drive == Drive::Prescribed && scene.projectile.angular_velocity == [0.0; 3];
-        let (mut x, mut v) = (vec![[0.0; 3]; sim.layout().nodes()], vec![[0.0; 3]; sim.layout().nodes()]);
-        sim.copy_positions(x.as_flattened_mut()).unwrap();
-        let (mut last, mut before, mut fallen) = (x.clone(), 0.0, 0.0);
+        // The same run a step later, for the rare steps in which the loss falls.
+        let mut later = sim_of(&scene);
+        let (mut before, mut fallen) = (0.0, 0.0);
         let steps = 12.0 * scene.sheet.spacing / (length(scene.projectile.velocity) * dt);
         for _ in 0..(steps as u64).clamp(200, 4000) {
-            sim.copy_velocities(v.as_flattened_mut()).unwrap();
             if sim.step().is_err() || sim.counters().unconverged > 0 {
                 break;
             }
-            let mut next = x.clone();
-            sim.copy_positions(next.as_flattened_mut()).unwrap();
-            let mut bound = 1e-14 * kinetic;
-            for (((a, b), c), v) in last.iter().zip(&x).zip(&next).zip(&v) {
-                // Velocities half a step before and after; half of what forces add is in those at t_n.
-                let [was, is]: [V3; 2] = [scale(sub(*b, *a), 1.0 / dt), scale(sub(*c, *b), 1.0 / dt)];
-                let added = scale(sub(*v, was), 2.0);
-                let pushed = sub(is, add(was, added));
-                let along = dot(added, pushed) / length(pushed).max(1e-300);
-                if length(pushed) > 1e-7 {
-                    bound += 0.125 * scene.sheet.node_mass * along * along;
-                }
-            }
             let loss = sim.contact().unwrap().loss;
             let fall = before - loss;
-            assert!(fall <= bound, "{k}: {fall:e} J, not within {bound:e} J");
-            assert!(!goes_straight || fall <= 1e-14 * kinetic, "{k}: {fall:e} J");
-            (fallen, worst[0]) = (fallen + fall.max(0.0), worst[0].max(fall / bound));
-            (last, x, before) = (x, next, loss);
+            let last = if fall > 0.0 { positions(&later) } else { Vec::new() };
+            later.advance(sim.step_count() - 1 - later.step_count()).unwrap();
+            if fall > 0.0 {
+                let mut bound = 1e-14 * kinetic;
+                let (x, v, next) = (positions(&later), velocities(&later), positions(&sim));
+                for (((a, b), c), v) in last.iter().zip(&x).zip(&next).zip(&v) {
+                    // Velocities half a step before and after; half of what forces add is in those at t_n.
+                    let [was, is]: [V3; 2] = [scale(sub(*b, *a), 1.0 / dt), scale(sub(*c, *b), 1.0 / dt)];
+                    let added = scale(sub(*v, was), 2.0);
+                    let pushed = sub(is, add(was, added));
+                    let along = dot(added, pushed) / length(pushed).max(1e-300);
+                    if length(pushed) > 1e-7 {
+                        bound += 0.125 * scene.sheet.node_mass * along * along;
+                    }
+                }
+                assert!(fall <= bound, "{k}: {fall:e} J, not within {bound:e} J");
+                assert!(!goes_straight || fall <= 1e-14 * kinetic, "{k}: {fall:e} J");
+                (fallen, worst[0]) = (fallen + fall, worst[0].max(fall / bound));
+            }
+            before = loss;
         }
         (count, straight) = (count + 1, straight + u32::from(goes_straight));
         if fallen / kinetic > most {

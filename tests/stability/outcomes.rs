@@ -21,14 +21,16 @@ const AFTER: u64 = 60_000;
 /// Steps between two looks.
 const LOOK: u64 = 64;
 
+// Of seed 0 the body stays on the sheet for all of `LIMIT`.
 #[test]
 fn random_hits_end_when_they_are_over() {
-    check(0..8);
+    check(1..8);
 }
 
 #[test]
 #[ignore = "minutes; cargo xtask verify runs it"]
 fn more_random_hits() {
+    check(0..1);
     check(8..200);
 }
 

@@ -19,18 +19,22 @@ const AFTER: u64 = 4_000;
 /// Least distance from a ring's axis, over its radius, from which a body that tears the wall has grazed it.
 const GRAZES: f64 = 0.8;
 
+/// Shots without an outcome, of which nothing is judged.
+const STAY: [u64; 3] = [8, 10, 53];
+
 #[test]
 fn bodies_are_on_the_side_that_is_said() {
-    check(0..60);
+    check((0..60).filter(|seed| !STAY.contains(seed)));
 }
 
 #[test]
 #[ignore = "minutes; cargo xtask verify runs it"]
 fn more_bodies_are_on_the_side_that_is_said() {
-    check(60..1060);
+    check(STAY.into_iter().chain(60..1060));
 }
 
-fn check(seeds: std::ops::Range<u64>) {
+fn check(seeds: impl Iterator<Item = u64>) {
+    let seeds: Vec<_> = seeds.collect();
     let shots: Vec<_> = seeds.into_par_iter().map(|seed| (seed, fly(seed))).collect();
     let wrong: Vec<_> =
         shots.iter().filter_map(|(seed, end)| Some(format!("seed {seed}: {}", end.as_ref().err()?))).collect();
