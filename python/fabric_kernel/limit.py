@@ -25,8 +25,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy
-import scipy.optimize
-import scipy.special
+import scipy  # Its parts are loaded where they are used.
 from numpy.typing import ArrayLike
 
 from . import checks, designs

@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import scipy.ndimage
+import scipy  # Its parts are loaded where they are used.
 
 from ._kernel import Failed, Scene, Simulation, parameters
 
