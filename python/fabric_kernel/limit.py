@@ -424,7 +424,7 @@ class Residual(NamedTuple):
 
 def lambert_jonas(velocities: Any, limit: float, a: float, p: float) -> Any:
     # Relative to the velocity: large powers do not overflow.
-    part = numpy.clip(limit / numpy.maximum(velocities, 1e-300), 0.0, 1.0)
+    part = numpy.minimum(numpy.maximum(limit / numpy.maximum(velocities, 1e-300), 0.0), 1.0)
     return a * velocities * numpy.power(1 - numpy.power(part, p), 1 / p)
 
 

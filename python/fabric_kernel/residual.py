@@ -129,13 +129,17 @@ def asked(confidence: float, resamples: int) -> None:
         checks.refuse("confidence", f"at most {most:.3f} with {resamples} resamples", confidence)
 
 
+CURVES = (("Recht and Ipson", 2.0), ("Lambert and Jonas", None))
+"""Names of the curves and their powers; None: fitted."""
+
+
 def fits(shots: Sequence[Shot], confidence: float = 0.95, seed: int = 1, resamples: int = RESAMPLES) -> tuple[Fitted, ...]:
     """Both curves with their intervals; none where there are too few shots."""
     asked(confidence, resamples)
     v, through = numpy.array([shot.velocity for shot in shots]), numpy.array([not shot.stopped for shot in shots])
     on = v[v > v[~through].max(initial=0.0)].min(initial=math.inf)
     r, found = numpy.array([shot.residual for shot in shots]), []
-    for name, power in (("Recht and Ipson", 2.0), ("Lambert and Jonas", None)):
+    for name, power in CURVES:
         best = limit.residual_fit(v, through, r, power)
         if not math.isfinite(best.limit):
             return ()

@@ -48,9 +48,11 @@ def test_how_often_a_window_is_found_and_one_is_imagined():
         "none": (0.0, 0.0, 0.0, 10.0),
         "scatter": (0.0, 0.0, 0.0, 40.0),
     }.items():
-        found[name] = sum(
-            v50(invented(low, high, share, deviation, seed), NEYER, 20, tests=0).window is not None for seed in range(tests)
-        )
+        # Curves of residual velocities, which are most of the time, are not looked at.
+        with mock.patch.object(limits.limit, "residual_fit"):
+            found[name] = sum(
+                v50(invented(low, high, share, deviation, seed), NEYER, 20, tests=0).window is not None for seed in range(tests)
+            )
     assert found["wide"] == tests
     assert found["half"] >= scipy.stats.binom.ppf(0.001, tests, 0.95)
     assert found["narrow"] < tests
