@@ -213,9 +213,7 @@ fn move_node(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2],
         let from = candidate.displacement;
         u = [from[0] + v[0], from[1] + v[1], from[2] + v[2]];
     } // The theta rule has put the node in its place already.
-    for (plane, value) in chunk.iter_mut().zip(u.iter().chain(&v)) {
-        plane[lane] = *value;
-    }
+    planes::set_motion(chunk, lane, u, v.into());
     widen(system, j, u);
     Some(v)
 }

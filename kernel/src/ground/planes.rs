@@ -67,6 +67,14 @@ pub fn velocity([_, _, _, x, y, z, ..]: &Chunk<HOT_PLANES>, lane: usize) -> [f64
     [x[lane], y[lane], z[lane]]
 }
 
+/// Sets displacement, spacings, and velocity, spacings a pass, of a node in its chunk of the hot rows.
+#[inline(always)]
+pub fn set_motion(chunk: &mut Chunk<HOT_PLANES>, lane: usize, u: [f64; 3], v: [f64; 3]) {
+    for k in 0..3 {
+        (chunk[X + k][lane], chunk[SPEED_X + k][lane]) = (u[k], v[k]);
+    }
+}
+
 /// A velocity below this, in h/dt, counts as rest: 2^-256, some 1e-73 m/s. Ahead of a wave velocities fall
 /// off faster than exponentially, and without a least one nearly every force there would be a subnormal
 /// number, which processors are slow with. Sums of numbers above it are multiples of 2^-308, so no product of

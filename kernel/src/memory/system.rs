@@ -8,7 +8,7 @@ use crate::ground::error::{Error, Failure};
 use crate::ground::lanes::InstructionSet;
 use crate::ground::math;
 use crate::ground::planes::{
-    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, SPEED_X, STIFFNESS, STRENGTH_PLANES, YARN_PLANES,
+    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, STIFFNESS, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::Arrays;
@@ -241,11 +241,8 @@ impl System<'_> {
 
     pub fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
         let row = planes::row_mut(self.arrays.rows.hot, self.layout.chunks, j);
-        let Some(chunk) = row.get_mut(i / CHUNK) else { return };
-        let lane = i % CHUNK;
-        for k in 0..3 {
-            chunk[k][lane] = u[k];
-            chunk[SPEED_X + k][lane] = v[k];
+        if let Some(chunk) = row.get_mut(i / CHUNK) {
+            planes::set_motion(chunk, i % CHUNK, u, v);
         }
     }
 

@@ -891,8 +891,8 @@ mod tests {
             for k in 0..nx * ny {
                 let (i, j) = (k % nx, k / nx);
                 let chunk = &mut hot[j * chunks + i / CHUNK];
-                chunk[6][i % CHUNK] = f64::from(draw(2 * k));
-                chunk[7][i % CHUNK] = f64::from(draw(2 * k + 1));
+                chunk[STIFFNESS][i % CHUNK] = f64::from(draw(2 * k));
+                chunk[STIFFNESS + 1][i % CHUNK] = f64::from(draw(2 * k + 1));
             }
             let mut plainly = std::vec![0; nx * ny];
             let mut sets = Components::new(&mut plainly);

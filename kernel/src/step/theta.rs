@@ -23,7 +23,7 @@ use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{
     self, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, GUESS_ACCELERATION, HOT_PLANES, ITERATE_PLANES, SPEED_X,
-    START_ACCELERATION, STIFFNESS, VELOCITY_AFTER_IMPULSES,
+    START_ACCELERATION, STIFFNESS, VELOCITY_AFTER_IMPULSES, X,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::arrays::{Arrays, RowArrays, StepScratch};
@@ -90,7 +90,7 @@ pub(crate) fn iterate(
 /// The state's displacements as the first guess, and the forces there as those at the step's start.
 pub(crate) fn start_iterates(system: &mut System<'_>) {
     for (iterate, hot) in system.arrays.rows.iterate.iter_mut().zip(system.arrays.rows.hot.iter()) {
-        iterate[GUESS..GUESS + 3].copy_from_slice(&hot[..3]);
+        iterate[GUESS..VELOCITY_AFTER_IMPULSES].copy_from_slice(&hot[X..SPEED_X]);
     }
     forces_at_guess(system);
     forces_to_start(system);
@@ -98,14 +98,14 @@ pub(crate) fn start_iterates(system: &mut System<'_>) {
 
 fn forces_to_start(system: &mut System<'_>) {
     for chunk in system.arrays.rows.iterate.iter_mut() {
-        chunk.copy_within(GUESS_ACCELERATION..GUESS_ACCELERATION + 3, START_ACCELERATION);
+        chunk.copy_within(GUESS_ACCELERATION..ITERATE_PLANES, START_ACCELERATION);
     }
 }
 
 /// Velocities at t_n, before any impulse.
 fn start_velocities(system: &mut System<'_>) {
     for (iterate, hot) in system.arrays.rows.iterate.iter_mut().zip(system.arrays.rows.hot.iter()) {
-        iterate[VELOCITY_AFTER_IMPULSES..VELOCITY_AFTER_IMPULSES + 3].copy_from_slice(&hot[SPEED_X..SPEED_X + 3]);
+        iterate[VELOCITY_AFTER_IMPULSES..START_ACCELERATION].copy_from_slice(&hot[SPEED_X..STIFFNESS]);
     }
 }
 
@@ -238,7 +238,7 @@ fn set_guessed(
 ) {
     *nodes = NOTHING;
     if let Some(iterate) = iterate {
-        nodes[..3].copy_from_slice(&iterate[GUESS..GUESS + 3]);
+        nodes[X..SPEED_X].copy_from_slice(&iterate[GUESS..VELOCITY_AFTER_IMPULSES]);
     }
     if let Some(hot) = hot {
         nodes[STIFFNESS..].copy_from_slice(&hot[STIFFNESS..]);
