@@ -252,7 +252,7 @@ fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f6
 }
 
 /// The mean strain energies of the segments along an axis from a chunk of nodes, with their history, as
-/// [`segment_energy`] has them of plain yarn without damage; false if one of them is damaged.
+/// [`segment_energy`] has them of plain yarn without damage; returns whether none of them is damaged.
 #[inline(never)]
 fn stored_in_chunk(
     system: &System<'_>,

@@ -52,12 +52,13 @@ pub(crate) fn iterate(
     gathered: &Gathered,
     before: &Body,
 ) -> Result<(), Failure> {
-    let (prescribed, count) = (system.state.body, gathered.count);
+    // A prescribed body already has the twist of this pass.
+    let (body, count) = (system.state.body, gathered.count);
     start_velocities(system);
     keep_gaps(system, count);
     let mut kept = 0;
     for iteration in 1..=rule.max_iterations {
-        system.state.body = prescribed;
+        system.state.body = body;
         motion::load_body(system);
         approach_with_forces(system, rule, count);
         // Who gets past the body is found once, and from then on only taken back: an iteration that changed
