@@ -18,7 +18,6 @@ use crate::sheet::ring;
 
 /// Adds after the completed candidates the places of the case that back them; of a prescribed body, takes
 /// those out that such a place stops. Returns how many candidates there are now.
-#[inline(never)]
 pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
     let (body, is_free) = (system.state.body.twist(), system.scene.is_free());
     let (mut c, mut nodes, mut all) = (0, count, count);
@@ -48,7 +47,6 @@ pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
 
 /// The place of the case that a free node meets within a spacing, if it moves along the normal of this
 /// candidate.
-#[inline(never)]
 fn place_of_case(system: &System<'_>, c: usize) -> Option<Candidate> {
     let candidate = system.arrays.candidates.get(c).filter(|candidate| !candidate.is_fixed())?;
     let (i, j) = system.layout.column_and_row(candidate.node as usize);

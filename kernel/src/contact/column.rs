@@ -86,7 +86,6 @@ impl Pool {
     /// The pool of these nodes, whose velocity is sought from that of this one: Newton steps on a straight
     /// piece each, kept between velocities that are known to be too small and too great.
     #[cold]
-    #[inline(never)]
     fn solved(&self, nodes: &[Node]) -> Pool {
         let (mut pool, mut speed, [mut low, mut high]) = (*self, self.mean, [-f64::INFINITY, f64::INFINITY]);
         for _ in 0..MAX_NEWTON {

@@ -77,7 +77,6 @@ struct Equations {
 
 impl Newton<'_> {
     /// Goes on from a solve that was given up. `tolerance`: what sweeps may leave, m/s.
-    #[inline(never)]
     pub fn finish(&mut self, given_up: Solved, tolerance: f64) -> Solved {
         let mut solved = given_up;
         let (mut passes, mut before, mut was_near) = (0, f64::INFINITY, false);
@@ -107,7 +106,6 @@ impl Newton<'_> {
     }
 
     /// Residual of the laws of contact and friction, m/s: what one more sweep would change of the fastest.
-    #[inline(never)]
     pub fn residual(&self, solved: &Solved) -> f64 {
         let mut worst = 0.0;
         for (k, c) in self.candidates.iter().enumerate() {
@@ -173,7 +171,6 @@ impl Newton<'_> {
     /// Where a step of Newton's method ends: where it is whole, if that is nearer to the solution, or about
     /// the least of what the equations without friction are the gradient of, which is convex. `at`: the
     /// equations there.
-    #[inline(never)]
     fn line_search(
         &self,
         solved: &Solved,
@@ -221,7 +218,6 @@ impl Newton<'_> {
 
     /// The equations where the body changes its rates by this: the change, and what the answers of the
     /// candidates take of the rates.
-    #[inline(never)]
     fn set_equations(&self, at: &mut Equations, solved: &Solved, frozen: bool, change: &Six) {
         at.residual = *change;
         at.jacobian = [[0.0; 6]; 6];
@@ -235,7 +231,6 @@ impl Newton<'_> {
 
     /// Leaves the candidates the impulses with which they answer this change of the body's rates, and the
     /// body the rates that follow.
-    #[inline(never)]
     fn take(&mut self, solved: &mut Solved, frozen: bool, change: &Six) {
         let mut sum = [0.0; 6];
         for k in 0..self.candidates.len() {
@@ -326,7 +321,6 @@ fn combined(a: &Six, part: f64, b: &Six) -> Six {
 
 /// Solution of the equations `jacobian` times it is `residual`, by elimination in order: without friction no
 /// pivot is less than 1. None if there is one close to 0.
-#[inline(never)]
 fn solution(at: &Equations) -> Option<Six> {
     let (mut rows, mut right) = (at.jacobian, at.residual);
     for k in 0..6 {

@@ -31,7 +31,6 @@ pub(crate) struct Apart {
 
 impl Apart {
     /// Rows of so many candidates, as they were found.
-    #[inline(never)]
     pub fn of(system: &System<'_>, count: usize) -> Apart {
         let (rows, nodes_x) = (system.layout.y.modelled(), system.layout.nodes_x.max(1));
         let candidates = system.arrays.candidates.get(..count).unwrap_or(&[]);
@@ -57,13 +56,11 @@ impl Apart {
     }
 
     /// Separates the plies in those of these rows that it contains.
-    #[inline(never)]
     pub fn separate(&self, system: &mut System<'_>, [first, end]: [usize; 2]) {
         (first..end).filter(|&row| self.contains(row)).for_each(|row| separate_row(system, row, 0));
     }
 
     /// Separates them in all others, after the projectile's impulses. `count`: candidates.
-    #[inline(never)]
     pub fn separate_others(&self, system: &mut System<'_>, count: usize) {
         for row in (0..system.layout.y.modelled()).filter(|&row| !self.contains(row)) {
             if (0..system.layout.plies).any(|ply| is_awake(system, ply, row)) {
@@ -397,7 +394,6 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) 
 }
 
 /// Pushes a node of a curved sheet along the normal of its column. Returns what its velocity changes by.
-#[inline(never)]
 fn push_outwards(system: &mut System<'_>, [i, j]: [usize; 2], push: f64) -> Vector {
     let ([sine, cosine], (u, v)) = (system.normal(i), system.node(i, j));
     let given = Vector::new(push * sine, 0.0, push * cosine);
@@ -411,7 +407,6 @@ fn push_outwards(system: &mut System<'_>, [i, j]: [usize; 2], push: f64) -> Vect
 
 /// Corrects the work of the projectile's impulse on a node to which plies then give this velocity, spacings a
 /// pass: the balances of contact take the velocity at the end of the pass.
-#[inline(never)]
 fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2], given: &Vector) {
     let (_, row) = system.layout.ply_and_row(j);
     let node = (j * system.layout.nodes_x + i) as u32;
@@ -427,7 +422,6 @@ fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2
 
 /// Holds the nodes of a solved column back that press the first of them into its case. Returns what that
 /// takes of their energy, in units of m (h/dt)^2.
-#[inline(never)]
 fn rest_on_casing(system: &mut System<'_>, i: usize, row: usize) -> f64 {
     let (layout, [sine, cosine]) = (system.layout, system.normal(i));
     let Some((case, first)) = system.directions.casing.zip(system.arrays.column.first().copied()) else {

@@ -83,7 +83,6 @@ fn quantity(text: &mut Text, before: &str, value: f64, unit: &str) {
 /// A number as a text: whole ones below 1e6 as they are, others with five digits, rounded towards zero (to
 /// 1e-12) so that a limit may be used as it stands.
 /// The library's formatting of a float would need panics and 20 KB of code.
-#[inline(never)]
 pub fn number(value: f64) -> Text {
     let mut text = Text::new();
     if !value.is_finite() {

@@ -82,7 +82,6 @@ impl Scene {
     }
 
     /// Bounds of the front or the back fabric.
-    #[inline(never)]
     fn bounds(&self, back: bool, look: &mut Look) -> Result<Bounds, Error> {
         let (moduli, strongest) = (self.stiffest(back, look)?, self.strongest(back, look)?);
         let mass = self.node_mass(back);

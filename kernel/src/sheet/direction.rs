@@ -165,7 +165,6 @@ impl WarpAndWeft {
     const NOTHING: WarpAndWeft =
         WarpAndWeft { horizontal: Direction::NOTHING, vertical: Direction::NOTHING, plain: true };
 
-    #[inline(never)]
     fn of(scene: &Scene, dt: f64, unit: f64) -> WarpAndWeft {
         let [horizontal, vertical] =
             [Axis::Horizontal, Axis::Vertical].map(|axis| Direction::of(scene, axis, dt, unit));

@@ -163,7 +163,6 @@ pub struct AllOnChunk<'c> {
 
 impl AllOnChunk<'_> {
     #[cold]
-    #[inline(never)] // Not in the loop, whose registers it would take.
     fn note_fall(&mut self, fall: &Fall, yarns: &Yarns<'_>) {
         if let (Some(rate), Some(dissipation)) = (self.rate, &mut self.dissipation) {
             rate.note_fall(fall, yarns, dissipation);

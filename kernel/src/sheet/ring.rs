@@ -141,7 +141,6 @@ impl Scene {
     /// of Zylon AS, 35 x 35 per inch, in place of braided ones, 1,155 x 88 nodes of four yarns a bar, 21 in
     /// from the axis, on a case with a window. The sector of the preset `turbine_disc_sector` has left its
     /// disc at 4,000 rad/s on the engine's axis and is about to meet the middle of the window.
-    #[inline(never)] // Of its caller's stack as little as the other presets.
     pub fn ring_40in() -> Scene {
         let small = Scene::sheet_3in_sphere();
         let (yarns, denier, per_metre) = (4.0, 1e-3 / 9000.0, 35.0 / 0.0254);

@@ -39,7 +39,6 @@ impl<'a> StrainRate<'a> {
 
     /// Stiffening of a lane group of segments along x and of one along y, one by one.
     #[cold]
-    #[inline(never)]
     fn stiffenings<L: Lane>(&self, q: [L; 2]) -> [L; 2] {
         let mut groups = [L::ZEROS; 2];
         for ((group, law), q) in groups.iter_mut().zip(&self.laws).zip(q) {

@@ -114,7 +114,6 @@ impl<'a> Row<'a> {
         if Feature::Curved.is_built() && self.pass.x.closed { self.peek_across_the_seam() } else { [0.0; 3] }
     }
 
-    #[inline(never)]
     fn peek_across_the_seam(&self) -> [f64; 3] {
         let Row { pass, j, row, history, above, yarn, effects, .. } = self;
         let last = pass.verticals.wrapping_sub(1);

@@ -45,7 +45,6 @@ use crate::yarn::rate::Rates;
 const LARGEST_FORCE: f64 = 1e80;
 
 /// One step of nodes and rates. On a failure nothing has changed.
-#[inline(never)]
 pub(crate) fn iterate(
     system: &mut System<'_>,
     rule: Integrator,
@@ -118,7 +117,6 @@ fn keep_gaps(system: &mut System<'_>, count: usize) {
 }
 
 /// phi/dt + n.(v_n + g) of every candidate.
-#[inline(never)]
 fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
     let unit_speed = system.model.unit_speed;
     for c in 0..count {
@@ -134,7 +132,6 @@ fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize)
 }
 
 /// v_n and the impulse of every candidate.
-#[inline(never)]
 fn push_candidates(system: &mut System<'_>, count: usize) {
     for c in 0..count {
         let Some(candidate) = system.arrays.candidates.get(c) else { break };
@@ -153,7 +150,6 @@ fn push_candidates(system: &mut System<'_>, count: usize) {
 
 /// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a
 /// number.
-#[inline(never)]
 fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
     let chunks = system.layout.chunks;
     let (mut largest, mut finite) = (0.0, true);
@@ -231,7 +227,6 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
 }
 
 /// Puts nodes to their guesses, with the stiffnesses of `hot`.
-#[inline(never)]
 fn set_guessed(
     nodes: &mut Chunk<HOT_PLANES>,
     iterate: Option<&Chunk<ITERATE_PLANES>>,
@@ -247,7 +242,6 @@ fn set_guessed(
 }
 
 /// Takes the converged guess: positions, velocities without impulses, supports, damage.
-#[inline(never)]
 fn commit(system: &mut System<'_>, rule: Integrator) {
     let chunks = system.layout.chunks;
     let theta = rule.theta;

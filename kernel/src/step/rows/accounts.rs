@@ -45,7 +45,6 @@ impl DissipationOfRow {
     }
 
     /// Notes what relaxation will take of the last segments of a mirrored row.
-    #[inline(never)]
     pub fn relax_last(&mut self, pass: &Pass<'_>, [row, above]: [&[Chunk<HOT_PLANES>]; 2]) {
         let last = pass.x.modelled() - 1;
         let place = |row: &[Chunk<HOT_PLANES>], i: usize| {

@@ -261,7 +261,6 @@ fn note_range(terms: &Terms<'_>, row: &[Chunk<HOT_PLANES>], range: &mut [u32; 4]
 
 /// [`end_row`] where clamps may slip.
 #[cold]
-#[inline(never)]
 fn slide_row(
     terms: &Terms<'_>,
     weighed: Option<&Net<'_>>,
@@ -354,7 +353,6 @@ fn keep_fixed(sliding: Option<usize>, row: &[Chunk<HOT_PLANES>], kept: &mut [[f6
 
 /// Keeps the velocities of a row's fixed nodes, after the displacements.
 #[cold]
-#[inline(never)]
 fn keep_speeds(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4], nodes: usize) {
     for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
         if let (Some(chunk), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(nodes + i)) {
