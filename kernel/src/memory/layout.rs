@@ -265,6 +265,11 @@ impl Layout {
         row < self.y.segments() && ply < self.plies
     }
 
+    /// Whether velocities of ghost columns are read: for moments of viscosity and for the slack balance.
+    pub(crate) fn reads_ghost_speeds(&self) -> bool {
+        self.has(Feature::Viscosity) || self.has(Feature::Slack)
+    }
+
     /// Whether viscosity or the rate dissipates energy.
     pub fn dissipates(&self) -> bool {
         self.has.dissipate()

@@ -19,7 +19,6 @@ use crate::step::rows::viscosity;
 /// Change of velocity per step at t_n by the yarns and by the case that the node rests on. `viscous`: with
 /// the viscous forces of the next pass.
 pub(crate) fn acceleration(system: &System<'_>, viscous: bool, i: usize, j: usize) -> [f64; 3] {
-    let viscous = viscous && Feature::Viscosity.is_built();
     let from = |i: Option<usize>, j: Option<usize>| {
         i.zip(j).and_then(|(i, j)| forces_from(system, viscous, i, j)).unwrap_or_default()
     };

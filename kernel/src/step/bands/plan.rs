@@ -7,7 +7,6 @@ use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
 use crate::memory::layout::Layout;
 use crate::memory::system::{self, System};
-use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
 use crate::sheet::ghosts::place_ghost_speeds;
 use crate::step::blocks;
@@ -47,8 +46,7 @@ fn prepare_rows(system: &mut System<'_>) -> [usize; 2] {
         }
         rows = [rows[0].min(first), rows[1].max(end)];
         whole::place_ghosts_above(system, end);
-        if (system.layout.has(Feature::Viscosity) || system.layout.has(Feature::Slack)) && system.layout.x.is_mirrored()
-        {
+        if system.layout.x.is_mirrored() && system.layout.reads_ghost_speeds() {
             let (line, chunks) = (system.layout.x, system.layout.chunks);
             let rows = system.arrays.rows.hot.get_mut(first * chunks..end * chunks);
             place_ghost_speeds(rows.unwrap_or(&mut []), chunks, line);

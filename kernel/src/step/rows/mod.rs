@@ -191,7 +191,7 @@ impl Rows<'_> {
         for row in self.own.hot.chunks_exact_mut(layout.chunks.max(1)) {
             place_ghost_column(row, layout.x);
         }
-        if layout.has(Feature::Viscosity) || layout.has(Feature::Slack) {
+        if layout.reads_ghost_speeds() {
             place_ghost_speeds(self.own.hot, layout.chunks, layout.x);
         }
     }
