@@ -1,7 +1,7 @@
 //! `cargo xtask wheel`: the Python package as wheels, and its tests in an environment that has nothing else.
 
-use crate::platforms::{compiler_for, own};
-use crate::targets::{TARGETS, Target};
+use crate::platforms::{Compiler, compiler_for, own};
+use crate::targets::TARGETS;
 use crate::tools::{
     self, Outcome, emptied, finish, output, pip, py_tests, python_with, run as command, said, target, top,
 };
@@ -11,11 +11,10 @@ use std::process::Command;
 /// Builds the wheels into target/wheels, and packs their source.
 pub fn run() -> Outcome {
     let folder = emptied(target().join("wheels"))?;
-    build(&folder, None)?;
-    let other = |target: &&Target| target.wheel && !target.triple.starts_with(std::env::consts::ARCH);
-    for target in TARGETS.iter().filter(other) {
-        match target.compiler.found().and_then(|_| compiler_for(target.triple)) {
-            Ok(_) => build(&folder, Some(target))?,
+    for target in TARGETS.iter().filter(|target| target.wheel) {
+        let host = target.triple.starts_with(std::env::consts::ARCH);
+        match if host { Ok(own()) } else { compiler_for(target.triple) } {
+            Ok(compiler) => build(&folder, Some((target.triple, &compiler)))?,
             Err(reason) => tools::left_out(&format!("wheel for {}", target.triple), &reason),
         }
     }
@@ -28,14 +27,20 @@ pub fn run() -> Outcome {
     Ok(())
 }
 
-/// One wheel, for this platform or another one.
-fn build(folder: &Path, other: Option<&Target>) -> Outcome {
+/// One wheel: for this machine, or, to be released, for every Linux of a target with glibc 2.17 or newer, of
+/// which zig has the libraries.
+fn build(folder: &Path, released: Option<(&str, &Compiler)>) -> Outcome {
     let python = python_with("python/requirements.txt")?;
     let mut maturin = Command::new(python.with_file_name("maturin"));
-    if let Some(Target { triple, compiler, .. }) = other {
-        maturin = compiler_for(triple)?.lent_to(maturin);
-        maturin.args(["build", "--quiet", "--target", triple]).arg("--target-dir").arg(target().join("cross"));
-        maturin.env(format!("CARGO_TARGET_{}_LINKER", triple.to_uppercase().replace('-', "_")), compiler.0[0]);
+    if let Some((triple, compiler)) = released {
+        let zig = python_with("python/zig.txt")?;
+        maturin = compiler.lent_to(maturin);
+        maturin.args(["build", "--quiet", "--zig", "--compatibility", "manylinux2014", "--target", triple]);
+        maturin.arg("--target-dir").arg(target().join("cross"));
+        // zig is a module of this Python.
+        let folders = std::env::var_os("PATH").unwrap_or_default();
+        let folders = zig.parent().map(Path::to_path_buf).into_iter().chain(std::env::split_paths(&folders));
+        maturin.env("PATH", std::env::join_paths(folders).map_err(|error| error.to_string())?);
     } else {
         maturin = own().lent_to(maturin);
         maturin.args(["build", "--quiet", "--interpreter"]).arg(&python).arg("--target-dir").arg(target());
@@ -43,7 +48,7 @@ fn build(folder: &Path, other: Option<&Target>) -> Outcome {
     maturin.env("CARGO_ENCODED_RUSTFLAGS", flags());
     // In the source that is packed the lock names crates that are not in it.
     maturin.arg("--locked").arg("--out").arg(folder).current_dir(top().join("python"));
-    let platform = other.map_or("this platform", |target| target.triple);
+    let platform = released.map_or("this platform", |(triple, _)| triple);
     said(&format!("Compiling the Python package for {platform}"), || finish(&mut maturin).map(|_| ()))
 }
 
