@@ -1,6 +1,6 @@
 //! The rigid case behind a node that the projectile presses on it.
 //!
-//! Method: beside each candidate whose node may be pressed on the case in this pass, the place of the case
+//! Method: beside each candidate whose node may be pressed on the case in this step, the place of the case
 //! that the node then meets is a candidate that is held. The node moves along the body's normal n. With its
 //! height g above the case, the case's outward normal c and n.c < 0 it meets the case when n.v has grown by
 //! (g/dt + c.v)/(-n.c). So body, node and case are solved together, and the case takes what the node does

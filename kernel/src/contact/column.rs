@@ -26,7 +26,7 @@ impl Node {
         self.release
     }
 
-    /// Velocity change of its pool, spacings a pass, after [`set_pool_velocity_change`].
+    /// Velocity change of its pool, spacings a step, after [`set_pool_velocity_change`].
     pub(super) fn pool_velocity_change(&self) -> f64 {
         self.release
     }
@@ -227,7 +227,7 @@ pub(super) fn hold_back(column: &mut [Node], floor: f64, before: impl Fn(usize) 
 }
 
 /// Puts the nodes at a place of the sheet into the column, as the sweep left them. Returns how deep facing
-/// ones are through each other at the pass's start, spacings, 0 if none is; and whether any press on each
+/// ones are through each other at the step's start, spacings, 0 if none is; and whether any press on each
 /// other before the projectile does.
 pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool) {
     let (lane, gap) = (i % CHUNK, system.model.gap);
@@ -243,7 +243,7 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
         let Some(chunk) = hot.get(at) else { break };
         at += next;
         let ([x, y, z], [a, b, v]) = (own(planes::displacement(chunk, lane)), own(planes::velocity(chunk, lane)));
-        // Where it was at the pass's start: the projectile's impulses must not change who faces whom.
+        // Where it was at the step's start: the projectile's impulses must not change who faces whom.
         let (x, y) = (x - a, y - b);
         let allowed = match below {
             Some([x_below, y_below, z_below, v_below])

@@ -34,7 +34,7 @@ const MOST_STEPS: u32 = 30;
 const LEFT: [f64; 2] = [0.9, 1.01];
 /// Compliance added to the body's in a damped step, over that of a node: first, growth, most.
 const DAMPING: [f64; 3] = [1e-3, 3.0, 0.2];
-/// Gap rates and slips that do not count where several candidates share a column, spacings a pass: to end
+/// Gap rates and slips that do not count where several candidates share a column, spacings a step: to end
 /// with, and of one column.
 const ROUGH: [f64; 2] = [1e-7, 2e-8];
 /// Slopes of a sliding candidate below this, over the compliance of its node, are no slopes.

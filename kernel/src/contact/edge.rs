@@ -24,7 +24,7 @@ const MOST_PLANES: u32 = 8;
 /// A node no deeper than this part of the spacing touches, rounding aside.
 pub(crate) const TOUCHING: f64 = 1e-9;
 
-/// The body at both ends of a pass in which it keeps its rates, for nodes that may get past one of its edges.
+/// The body at both ends of a step in which it keeps its rates, for nodes that may get past one of its edges.
 pub struct EdgeTest<'s> {
     solid: &'s Solid,
     start: Body,
@@ -123,7 +123,7 @@ pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> 
     kept
 }
 
-/// Where a candidate's node is at the pass's start and, without an impulse, at its end, m.
+/// Where a candidate's node is at the step's start and, without an impulse, at its end, m.
 fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
     let Some(candidate) = system.arrays.candidates.get(c) else { return [Vector::zeros(); 2] };
     let (i, j) = system.layout.column_and_row(candidate.node as usize);
@@ -178,7 +178,7 @@ fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count
     kept
 }
 
-/// Depth at the pass's end of the deepest of the first `kept` candidates that is held, m; 0 if none is
+/// Depth at the step's end of the deepest of the first `kept` candidates that is held, m; 0 if none is
 /// inside. Turning has brought the nodes below a flat face so deep; one beside them, no farther away than
 /// they are from each other, at most twice as deep.
 fn deepest_support(system: &System<'_>, test: &EdgeTest<'_>, kept: usize) -> f64 {

@@ -270,9 +270,9 @@ pub(crate) struct Gathered {
     pub is_beyond_fine: bool,
 }
 
-/// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed
-/// node cannot give way to each other: such nodes are no candidates, and their depth is noted alone. Only
-/// rows [first, end) are looked at.
+/// Copies the nodes closer than a spacing, the larger one, to the projectile. Between a prescribed body and a
+/// fixed node there is no compliance: such nodes are no candidates, and their depth is noted alone. Only rows
+/// [first, end) are searched.
 #[inline(never)]
 pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;

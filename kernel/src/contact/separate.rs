@@ -216,7 +216,7 @@ enum Pressing {
     /// A number above 0 for those in which facing nodes press on each other, or are through each other by
     /// more than any were; for all if some of their nodes do not face each other.
     Pressed([f64; CHUNK]),
-    /// They are separated: how deep facing nodes were through each other at the pass's start, spacings, and
+    /// They are separated: how deep facing nodes were through each other at the step's start, spacings, and
     /// what was lost, m (h/dt)^2.
     Separated { depth: f64, lost: f64 },
 }
@@ -406,7 +406,7 @@ fn push_outwards(system: &mut System<'_>, [i, j]: [usize; 2], push: f64) -> Vect
 }
 
 /// Corrects the work of the projectile's impulse on a node to which plies then give this velocity, spacings a
-/// pass: the balances of contact take the velocity at the end of the pass.
+/// step: the balances of contact take the velocity at the end of the step.
 fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2], given: &Vector) {
     let (_, row) = system.layout.ply_and_row(j);
     let node = (j * system.layout.nodes_x + i) as u32;

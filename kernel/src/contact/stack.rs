@@ -40,7 +40,7 @@ const EVEN: [f64; 2] = [1e-9, 1e-6];
 /// Tolerance of gap rates and slips, in parts of the fastest before contact and of the speeds that they are
 /// differences of.
 const TOLERANCE: [f64; 2] = [1e-12, 4e-15];
-/// A gap rate that does not count if no velocity changes any more, spacings a pass.
+/// A gap rate that does not count if no velocity changes any more, spacings a step.
 const HARMLESS: f64 = 1e-9;
 /// Sweeps before friction that goes back and forth is under-relaxed.
 const PATIENCE: u32 = 4;

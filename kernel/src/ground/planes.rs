@@ -33,7 +33,7 @@ pub const START_ACCELERATION: usize = 6;
 pub const GUESS_ACCELERATION: usize = 9;
 /// Planes of the row that carries vertical forces upwards.
 pub const CARRY_PLANES: usize = 3;
-/// Planes of the rows of what viscosity keeps of the last pass: twice the strain of the horizontal and
+/// Planes of the rows of what viscosity keeps of the last step: twice the strain of the horizontal and
 /// vertical segment, the viscous part of their stress, and the moments of the yarns along x and along y at
 /// the node.
 pub const PAST_PLANES: usize = 6;
@@ -61,13 +61,13 @@ pub fn displacement([x, y, z, ..]: &Chunk<HOT_PLANES>, lane: usize) -> [f64; 3] 
     [x[lane], y[lane], z[lane]]
 }
 
-/// Velocity of a node in its chunk of the hot rows, spacings a pass.
+/// Velocity of a node in its chunk of the hot rows, spacings a step.
 #[inline(always)]
 pub fn velocity([_, _, _, x, y, z, ..]: &Chunk<HOT_PLANES>, lane: usize) -> [f64; 3] {
     [x[lane], y[lane], z[lane]]
 }
 
-/// Sets displacement, spacings, and velocity, spacings a pass, of a node in its chunk of the hot rows.
+/// Sets displacement, spacings, and velocity, spacings a step, of a node in its chunk of the hot rows.
 #[inline(always)]
 pub fn set_motion(chunk: &mut Chunk<HOT_PLANES>, lane: usize, u: [f64; 3], v: [f64; 3]) {
     for k in 0..3 {

@@ -96,7 +96,7 @@ macro_rules! arrays {
     ($then:ident) => {
         $then! { layout;
             rows {
-                /// Displacement, spacings, velocity, spacings a pass, and stiffness of the two segments that
+                /// Displacement, spacings, velocity, spacings a step, and stiffness of the two segments that
                 /// begin at each node.
                 hot: [Chunk<HOT_PLANES>], true, [1, layout.stored_rows(), layout.chunks];
                 /// Largest q beyond critical of each segment; `planes.rs` says what it is before.
@@ -109,13 +109,13 @@ macro_rules! arrays {
                 energy_error: [Chunk<ENERGY_ERROR_PLANES>], layout.has(Feature::Slack), [1, layout.nodes_y, layout.chunks];
                 /// Guess and accelerations of the theta rule, spacings and steps.
                 iterate: [Chunk<ITERATE_PLANES>], layout.has(Feature::Theta), [1, layout.stored_rows(), layout.chunks];
-                /// Twice the strain and viscous stress of each segment in the last pass, moments of each
+                /// Twice the strain and viscous stress of each segment in the last step, moments of each
                 /// node.
                 past: [Chunk<PAST_PLANES>], layout.has(Feature::Viscosity), [1, layout.stored_rows(), layout.chunks];
                 /// Impulse of the case on each row, components x and z, and energy dissipated by it, per
                 /// lane; m h/dt, m (h/dt)^2.
                 case_impulse_of_row: [[[f64; CHUNK]; 3]], layout.has(Feature::Casing), [1, layout.nodes_y, 1];
-                /// Impulse of the case on each node, spacings a pass times its mass.
+                /// Impulse of the case on each node, spacings a step times its mass.
                 case_impulse: [[f64; CHUNK]], layout.has(Feature::Casing), [1, layout.nodes_y, layout.chunks];
                 /// Largest impulse of the clamp on each node in a step, spacings/step times its mass;
                 /// constant.
@@ -124,9 +124,9 @@ macro_rules! arrays {
                 slid: [[f64; CHUNK]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
                 /// Velocity of each node normal to the sheet before the sweep, spacings/step.
                 before: [[f64; CHUNK]], layout.is_stack(), [1, layout.nodes_y, layout.chunks];
-                /// Energy that viscosity and rate dissipate in each row in a pass, m (h/dt)^2.
+                /// Energy that viscosity and rate dissipate in each row in a step, m (h/dt)^2.
                 dissipated: [f64], layout.dissipates(), [layout.block_steps as usize, layout.nodes_y, 1];
-                /// Energy that the clamps of each row dissipate in a pass, m (h/dt)^2.
+                /// Energy that the clamps of each row dissipate in a step, m (h/dt)^2.
                 clamped: [f64], layout.has(Feature::Clamps), [layout.block_steps as usize, layout.nodes_y, 1];
                 /// Fixed nodes of each row: two runs of columns [first, end).
                 runs: [[u32; 4]], true, [1, layout.nodes_y, 1];

@@ -48,12 +48,12 @@ records! {
 
     /// Node in a column of facing nodes; one of eight velocities where a chunk of columns is solved at once.
     pub struct Node {
-        /// Velocity along z before contact, spacings a pass.
+        /// Velocity along z before contact, spacings a step.
         pub before: f64,
         /// Velocity along z with friction's part, before and then after the plies' impulses, spacings a
-        /// pass.
+        /// step.
         pub speed: f64,
-        /// Distance by which it may come nearer to the node below in this pass, spacings; infinite if they do
+        /// Distance by which it may come nearer to the node below in this step, spacings; infinite if they do
         /// not face each other.
         pub gap: f64,
         /// Sum of the gaps up to this node.
@@ -66,7 +66,7 @@ records! {
         /// Velocity along z of a candidate at which the projectile's impulse on it ends. Between the solves
         /// of `column_friction.rs`: pool stiffness, then pool velocity change.
         pub release: f64,
-        /// The projectile's impulse on it along z, in masses of a node and spacings a pass.
+        /// The projectile's impulse on it along z, in masses of a node and spacings a step.
         pub push: f64,
     }
 

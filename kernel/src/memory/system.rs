@@ -351,7 +351,7 @@ impl System<'_> {
         Some([planes::get(line, columns::CHORD, i)?, planes::get(line, columns::CHORD_Z, i)?])
     }
 
-    /// Energy error of the segment from node (i, j), and its correcting stress in the last pass; None where
+    /// Energy error of the segment from node (i, j), and its correcting stress in the last step; None where
     /// none of its kind has been slack.
     pub fn energy_error(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
         let row = planes::row(self.arrays.rows.energy_error, self.layout.chunks, j);
@@ -657,7 +657,7 @@ impl System<'_> {
         self.set_awake(ply, if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] });
     }
 
-    /// Velocity of a node in this pass before any impulse, spacings a pass.
+    /// Velocity of a node in this step before any impulse, spacings a step.
     pub fn free_velocity(&self, i: usize, j: usize) -> Vector {
         if self.layout.has(Feature::Theta) {
             return self.velocity_with_forces(self.scene.integrator.theta, i, j);

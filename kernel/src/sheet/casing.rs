@@ -52,8 +52,8 @@ impl Cylinder {
         Some(Cylinder { radius, window: [math::sin(angle), math::cos(angle), cosine], along: [place / h, half / h] })
     }
 
-    /// (M24) The push of the case on nodes, spacings a pass, and its parts along x and z: what it adds to
-    /// their change of velocity. `place`: at the start of the pass, spacings from the axis; `before`:
+    /// (M24) The push of the case on nodes, spacings a step, and its parts along x and z: what it adds to
+    /// their change of velocity. `place`: at the start of the step, spacings from the axis; `before`:
     /// velocity along x and z then; `change`: by the yarns. Adds to the sums of the push along x and z and of
     /// the energy that it takes, in units of m (h/dt)^2.
     #[inline(always)]

@@ -139,7 +139,7 @@ impl Scene {
     /// (M18) Viscosity makes of a mode x_{n+1} - 2 x_n + x_{n-1} + Omega^2 x_n + K (x_n - x_{n-1}) = 0, which
     /// is stable while Omega^2 + 2 K < 4. With Omega = omega dt, C = c dt/h of the mean segment and E/E_mean
     /// = s at most, K <= 4 C b_1 s U_c^2 + 2 b_2 s q_c U_c^2 + 32 C b_3, because no strain grows by more than
-    /// q_c within a pass. So Omega^2 + 4 xi Omega + 4 eta < 4: dt < dt_crit (sqrt(1 - eta + xi^2) - xi).
+    /// q_c within a step. So Omega^2 + 4 xi Omega + 4 eta < 4: dt < dt_crit (sqrt(1 - eta + xi^2) - xi).
     fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> Result<f64, Error> {
         let [linear, quadratic, bending] = self.viscosity();
         if [linear, quadratic, bending] == [0.0; 3] {

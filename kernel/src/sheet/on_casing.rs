@@ -1,7 +1,7 @@
 //! Case under a ring within the sweep: its impulse on each node, added to the change of velocity by the
 //! yarns.
 //!
-//! Method: the law of `casing.rs` at the places at the start of the pass. The impulses of a row are summed
+//! Method: the law of `casing.rs` at the places at the start of the step. The impulses of a row are summed
 //! lane by lane.
 //! Limits: those of `casing.rs`.
 //! Reference: docs/model.md, "Curved sheets and rings".

@@ -29,7 +29,7 @@ pub struct Segments<L> {
     pub d: [[L; 3]; 2],
     /// Twice the strain.
     pub q: [L; 2],
-    /// Stiffness before the damage of this pass.
+    /// Stiffness before the damage of this step.
     pub before: [L; 2],
     /// Stiffness.
     pub stiffness: [L; 2],
@@ -104,7 +104,7 @@ pub fn per_mass<L: Lane>(right: L, left: L, vertical: L, widths: Option<[L; 2]>)
     }
 }
 
-/// Lane group of segments in which some stiffness has fallen in this pass.
+/// Lane group of segments in which some stiffness has fallen in this step.
 pub struct Fall {
     /// Twice the strain, stiffness before and after, each along x and along y.
     numbers: [[[f64; CHUNK]; 2]; 3],

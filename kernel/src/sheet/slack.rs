@@ -1,22 +1,23 @@
-//! The energy that a step makes of segments that become slack or taut, and how each gives it back.
+//! Energy error of segments that become slack or taut in a step, and the stress that corrects it.
 //!
 //! Method: in a step velocity Verlet changes the energy 1/2 m v_{n-1/2} v_{n+1/2} + W_n + D_n by what the
 //! strain energy W and the dissipated energy D of a segment grow by, less the work of the trapezoid rule on
 //! it. That is known exactly: with the vector x from end to end at t_n, its last change w, the natural length
 //! l, r = 2 x.w/l^2 and p = |w|^2/l^2, q was q_0 = q - r + p, so with the stress k q+ + g of each step, k_0
-//! and g_0 in the last one, a segment makes
+//! and g_0 in the last one, the energy error of a segment in a step is
 //!
 //! ```text
 //! k q+ (q+ - r) - k_0 q_0+ (q_0+ + r - 2 p) + 4 (D - D_0) - g_0 (r - 2 p) - g r,
 //!     in units of l^2/4 m h^2/dt^2.
 //! ```
 //!
-//! The sum of all but the last part is what it owes, b. The stress g = b/(2 r) takes half of that in its own
-//! step and half in the next one. It acts along the segment, also while it is slack, so momentum and angular
-//! momentum stay exact. The segments of a row along x, or upwards from it, keep this from the first slack one
-//! of them on, crimped ones from the start. Before, g is 0, and what a taut segment makes is of third order.
-//! Limits: g is at most 0.3 k |r|, so a slack segment may push or pull that much, and what it owes waits
-//! until it moves. A broken one gives nothing back. The motion itself is not mended. Velocity Verlet; no
+//! The sum of all but the last part is the accumulated error b. The stress g = b/(2 r) corrects half of it in
+//! its own step and half in the next one. It acts along the segment, also while it is slack, so momentum and
+//! angular momentum stay exact. The segments of a row along x, or upwards from it, keep b from the first
+//! slack one of them on, crimped ones from the start. Before, g is 0, and the error of a taut segment is of
+//! third order.
+//! Limits: g is at most 0.3 k |r|, so a slack segment may push or pull that much, and its error waits until
+//! it moves. The error of a broken segment remains. The motion itself is not corrected. Velocity Verlet; no
 //! dependence on the rate.
 //! Reference: docs/model.md, "Slack and taut"; discrete gradients: O. Gonzalez, J. Nonlinear Sci. 6 (1996)
 //! 449.
@@ -38,14 +39,14 @@ pub(crate) const NO_ENERGY_ERROR: Chunk<ENERGY_ERROR_PLANES> = [[0.0; CHUNK]; EN
 /// First plane of the stresses given: the energy errors come before.
 pub(crate) const GIVEN: usize = 2;
 
-/// Energy errors of eight segments of one direction, and the correcting stress of the last pass.
+/// Energy errors of eight segments of one direction, and the correcting stress of the last step.
 pub(crate) struct EnergyError<'a> {
     pub energy: &'a mut [f64; CHUNK],
     pub given: &'a mut [f64; CHUNK],
 }
 
 impl EnergyError<'_> {
-    /// (M9) The stress that group g gives in this pass. Its stiffnesses of the last pass and of this one;
+    /// (M9) The stress that group g gives in this step. Its stiffnesses of the last step and of this one;
     /// `x`, `w`: from end to end, and how the ends move relative to each other.
     #[inline(always)]
     pub fn stress<L: Lane>(

@@ -1,7 +1,7 @@
 //! Dependence on the rate of strain within the sweep: stiffness of each segment at its mean rate, and what
 //! relaxation and rupture dissipate.
 //!
-//! Method: the law of `yarn/rate.rs` at the time of the pass. Most segments are slower than the reference
+//! Method: the law of `yarn/rate.rs` at the time of the step. Most segments are slower than the reference
 //! rate or faster than the highest, where the logarithm is constant; a lane group with a rate within takes
 //! the exact law of each segment.
 //! Limits: velocity Verlet.
@@ -55,7 +55,7 @@ impl<'a> StrainRate<'a> {
         let (Segments { q, before, stiffness, .. }, [of_x, of_y]) = (*segments, &self.constants);
         let (of_x, of_y) = (of_x.lanes::<L>(), of_y.lanes::<L>());
         let beyond = [of_x.beyond(q[0]), of_y.beyond(q[1])];
-        // Before the damage of this pass.
+        // Before the damage of this step.
         let relaxing = [of_x.relaxing(before[0], beyond[0]), of_y.relaxing(before[1], beyond[1])];
         dissipation.add(relaxing, L::splat(self.relaxing), g);
         let is_within = of_x.within(beyond[0]).max(of_y.within(beyond[1])).any_above(L::splat(0.0));

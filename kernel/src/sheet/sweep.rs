@@ -289,7 +289,7 @@ pub(crate) struct Copies<'a> {
 }
 
 impl<'a> Copies<'a> {
-    /// Effects on segments of this pass.
+    /// Effects on segments of this step.
     #[inline(always)]
     pub fn of(Pass { directions, rates, .. }: &'a Pass<'_>) -> Copies<'a> {
         let (rate, viscosity) = (StrainRate::of(*directions, rates), viscous::along(*directions));
@@ -398,7 +398,7 @@ pub(crate) struct Lift<'a> {
     pub yarn: &'a YarnRow<'a>,
     /// Energy errors and stresses of its slack segments, empty where none has been slack along y.
     pub energy_error: &'a [Chunk<ENERGY_ERROR_PLANES>],
-    /// Past of viscosity of both rows, with the moments of this pass; empty without it.
+    /// Past of viscosity of both rows, with the moments of this step; empty without it.
     pub viscous: [&'a [Chunk<PAST_PLANES>]; 2],
 }
 

@@ -1,14 +1,14 @@
 //! Viscosity of taut yarn within the hot pass (`sweep.rs`): the stress of each segment, and the moments of a
 //! row.
 //!
-//! Method: (M16) takes what the strain of a segment has grown by since the last pass, which is kept for it,
+//! Method: (M16) takes what the strain of a segment has grown by since the last step, which is kept for it,
 //! so stress and viscous part are one force. (M17) along z needs the velocities of nodes two away, all as
 //! they were: the moments of row j + 1 are found before row j is swept, here as -M_i. The forces belong to
 //! t_n and their rates to t_{n-1/2}, an error of first order in dt of a force that vanishes with the spacing;
 //! the tensions that open the moments are those of t_{n-1}, at the latest damage. As a force of the segment
 //! between nodes i and i + 1 the moments are M_i - M_{i+1}. What viscosity takes in a step is force times the
-//! mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a pass takes half of the rate
-//! before it times the forces of the last pass and of its own (`step/rows/viscosity.rs` adds what is open).
+//! mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a step counts half of the rate
+//! before it times the forces of the last step and of its own (`step/rows/viscosity.rs` adds what is open).
 //! Limits: velocity Verlet, no graded network. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
@@ -19,7 +19,7 @@ use crate::sheet::neighbours::{NOTHING, right_of};
 use crate::sheet::segments::{Dissipation, Segments};
 use crate::yarn::law::{self, ViscosityLanes, ViscositySplats};
 
-/// Past of a row with viscosity: strain and viscous stress of its segments in the last pass, and moments of
+/// Past of a row with viscosity: strain and viscous stress of its segments in the last step, and moments of
 /// its nodes in this one.
 pub struct ViscousRow<'a> {
     /// Past of the row.
@@ -119,7 +119,7 @@ impl Past<'_> {
     }
 }
 
-/// The moments of a row of nodes, along z, of the yarns along x and y. Gives twice what they take in a pass,
+/// The moments of a row of nodes, along z, of the yarns along x and y. Gives twice what they take in a step,
 /// by columns.
 pub(crate) struct MomentsOfRow<'a> {
     pub directions: Along<'a>,

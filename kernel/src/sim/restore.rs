@@ -284,8 +284,8 @@ mod tests {
             }
         };
         // The step count, and row by row whether it has been slack, and the nodes in order: three
-        // displacements, three velocities, and for each segment that starts there its history, what it owes
-        // and what it gave.
+        // displacements, three velocities, and for each segment that starts there its history, energy
+        // error and correcting stress.
         for at in HEADER_WORDS..frame_words(layout.has) - 1 {
             check(at, f64::NAN.to_bits(), false);
         }

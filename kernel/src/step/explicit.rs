@@ -82,7 +82,7 @@ fn move_body_and_check(
     motion::refuse_lost_body(system)
 }
 
-/// Before the sweep: the candidates of the next pass among `rows` [first, end), or why there can be none. The
+/// Before the sweep: the candidates of the next step among `rows` [first, end), or why there can be none. The
 /// state stays as it is.
 #[inline(never)]
 pub(crate) fn look_ahead(system: &mut System<'_>, rows: [usize; 2]) -> Result<Gathered, Failure> {
@@ -93,7 +93,7 @@ pub(crate) fn look_ahead(system: &mut System<'_>, rows: [usize; 2]) -> Result<Ga
     found
 }
 
-/// After the sweep: the rest of the pass.
+/// After the sweep: the rest of the step.
 #[inline(never)]
 pub(crate) fn apply_contact_and_move_body(
     system: &mut System<'_>,

@@ -17,7 +17,7 @@ use crate::step::rows::terms::rates;
 use crate::step::rows::viscosity;
 
 /// Change of velocity per step at t_n by the yarns and by the case that the node rests on. `viscous`: with
-/// the viscous forces of the next pass.
+/// the viscous forces of the next step.
 pub(crate) fn acceleration(system: &System<'_>, viscous: bool, i: usize, j: usize) -> [f64; 3] {
     let from = |i: Option<usize>, j: Option<usize>| {
         i.zip(j).and_then(|(i, j)| forces_from(system, viscous, i, j)).unwrap_or_default()

@@ -1,10 +1,10 @@
-//! The projectile's part of a pass: prescribed rates, external load, motion, and the refusal of a body that
+//! The projectile's part of a step: prescribed rates, external load, motion, and the refusal of a body that
 //! is too fast or lost.
 //!
 //! Method: a free body takes the impulse of its load, F dt, before contact, and drifts with the velocity
-//! after contact (`body/projectile.rs`). A prescribed body has the mean rates of the pass from its path
+//! after contact (`body/projectile.rs`). A prescribed body has the mean rates of the step from its path
 //! (`body/path.rs`), and so ends at the path's pose. Work of the load is force times the mean of the
-//! velocities before and after the pass.
+//! velocities before and after the step.
 //! Limits: the load is constant in a step. In a step a body turns by less than half a radian, and no point of
 //! its surface crosses a spacing.
 //! Reference: docs/model.md, "Prescribed projectile"; L. Verlet, Phys. Rev. 159 (1967) 98.
@@ -35,7 +35,7 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
     if finite && !lost { Ok(()) } else { Err(Failure::NonFinite) }
 }
 
-/// A prescribed body on a path (M13): sets its rates for this pass and returns its pose at the pass's end.
+/// A prescribed body on a path (M13): sets its rates for this step and returns its pose at the step's end.
 /// After a path it coasts with the rates the path ended with.
 pub(crate) fn prescribe_twist(system: &mut System<'_>) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
     if system.scene.is_free() {

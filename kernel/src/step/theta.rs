@@ -51,7 +51,7 @@ pub(crate) fn iterate(
     gathered: &Gathered,
     before: &Body,
 ) -> Result<(), Failure> {
-    // A prescribed body already has the twist of this pass.
+    // A prescribed body already has the twist of this step.
     let (body, count) = (system.state.body, gathered.count);
     start_velocities(system);
     keep_gaps(system, count);

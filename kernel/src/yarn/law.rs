@@ -48,7 +48,7 @@ pub struct Segment {
 pub const FAILED: f64 = f64::MAX;
 
 /// A new q beyond this, a stretch of 1e25, is no fabric any more: the state is lost. So far below the largest
-/// number that what the next pass makes of a state is still a number, whose energy is one.
+/// number that what the next step makes of a state is still a number, whose energy is one.
 pub const LOST: f64 = 1e50;
 
 /// Damage of a segment after a new largest strain.
@@ -214,7 +214,7 @@ impl<L: Lane> RestLanes<L> {
 /// Part of the tension at the critical stretch up to which the bending viscosity grows with the tension.
 const FULL_BENDING: f64 = 0.1;
 
-/// Viscosity of the yarns of one direction, in the stepper's units: strain rates in 1 per pass, velocities in
+/// Viscosity of the yarns of one direction, in the stepper's units: strain rates in 1 per step, velocities in
 /// h/dt.
 ///
 /// Method: with the speed c of sound along the yarn and its mass mu per length, a segment that is stretched

@@ -234,7 +234,7 @@ impl<L: Lane> RateLanes<L> {
 pub struct Rates {
     /// Time since the load began, s.
     pub time: f64,
-    /// C_E times the growth of the logarithm of the time since the last pass.
+    /// C_E times the growth of the logarithm of the time since the last step.
     pub relaxing: f64,
     /// q of horizontal and vertical segments from which damage is looked for.
     pub limits: [f64; 2],

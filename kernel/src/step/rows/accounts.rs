@@ -123,7 +123,7 @@ fn add_case_impulses(system: &mut System<'_>, ply: usize, [first, end]: [usize; 
     let share = system.mass_share(ply);
     let (unit, sums) = (system.model.unit_energy * share, &mut system.state.sums);
     for push in system.arrays.rows.case_impulse_of_row.get_mut(first..end).unwrap_or_default() {
-        // The next pass may leave out a row.
+        // The next step may leave out a row.
         let [x, z, dissipated] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
         *push = [[0.0; CHUNK]; 3];
         sums.casing -= Vector::new(x, 0.0, z) * share;

@@ -132,8 +132,8 @@ impl Block {
         let (steps, rows) = (system.block_steps, system.layout.nodes_y);
         // So that outcomes are tested after a block.
         let is_due = steps > 1 && most >= steps as u64 && system.state.step.is_multiple_of(steps as u64);
-        // What the attachments take in a block is booked at its end, too late for a window that ends within
-        // it.
+        // Energy dissipated by attachments in a block is added up at its end, too late for a window that ends
+        // within it.
         let window = system.model.window_steps.max(1);
         let window_ends = system.layout.has(Feature::Clamps) && system.state.step % window + steps as u64 > window;
         if !is_due || window_ends || system.rows_to_step(0) != [0, rows] {

@@ -1,8 +1,8 @@
 //! Viscosity of rows (`sheet/viscous.rs` is that of segments): what it starts from, the moments of a row and
-//! of one node, what it dissipates in a pass, and the energy of the pass that is open.
+//! of one node, what it dissipates in a step, and the energy of the step that is open.
 //!
-//! Method: a pass has counted half of what its own forces take, with the rate after it; the other half, with
-//! the rate of t_{n+1/2}, is open until the next pass and is added to a balance in between.
+//! Method: a step has counted half of what its own forces take, with the rate after it; the other half, with
+//! the rate of t_{n+1/2}, is open until the next step and is added to a balance in between.
 //! Reference: docs/model.md, "Viscosity".
 
 use crate::ground::lanes;
@@ -16,11 +16,11 @@ use crate::yarn::law;
 
 /// Past and moments of neighbouring rows; empty without viscosity.
 pub(crate) struct ViscousRows<'r> {
-    /// Past of the last pass; moments of this one as far as they have been found.
+    /// Past of the last step; moments of this one as far as they have been found.
     pub past: &'r mut [Chunk<PAST_PLANES>],
     /// Past of the row above the last, or of the ghost row there; empty for none.
     pub above: &'r mut [Chunk<PAST_PLANES>],
-    /// Whether the moments of the first and of the last row are those of this pass already.
+    /// Whether the moments of the first and of the last row are those of this step already.
     pub moments_found: [bool; 2],
 }
 
@@ -173,7 +173,7 @@ pub(crate) fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2
     find_moments_of_row(&terms, j, row, dissipated);
 }
 
-/// Starts from the present state: the strain of the last pass is that of the displacements less the
+/// Starts from the present state: the strain of the last step is that of the displacements less the
 /// velocities, and nothing has acted.
 #[inline(never)]
 pub(crate) fn start(system: &mut System<'_>) {
@@ -197,7 +197,7 @@ pub(crate) fn start(system: &mut System<'_>) {
     }
 }
 
-/// Energy that the forces of the last pass dissipate at the present rates and no sum holds yet, J.
+/// Energy that the forces of the last step dissipate at the present rates and no sum holds yet, J.
 pub(crate) fn uncounted_dissipation(system: &System<'_>) -> f64 {
     if !system.layout.has(Feature::Viscosity) {
         return 0.0;
@@ -219,7 +219,7 @@ pub(crate) fn uncounted_dissipation(system: &System<'_>) -> f64 {
     dissipated * system.model.unit_energy
 }
 
-/// Twice the strain in the last pass of the segment from node (i, j), the viscous part of its stress, and the
+/// Twice the strain in the last step of the segment from node (i, j), the viscous part of its stress, and the
 /// node's moment.
 pub(crate) fn past(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
     let row = planes::row(system.arrays.rows.past, system.layout.chunks, j);
@@ -248,7 +248,7 @@ fn negative_second_difference(system: &System<'_>, axis: Axis, i: usize, j: usiz
     (here - before) + (here - after)
 }
 
-/// Moment -M_i that the next pass finds for the yarn of this direction at a node, or at its image.
+/// Moment -M_i that the next step finds for the yarn of this direction at a node, or at its image.
 pub(crate) fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
     let ((i, _), (j, _)) = (system.layout.x.node(i), system.layout.y.node(j));
     let tension = |i: Option<usize>, j: Option<usize>| {
