@@ -56,7 +56,7 @@ class Slave:
         return function(self.store, *([] if kind == "[static]" else [self.component]), *arguments)
 
     def call(self, name, *arguments):
-        """The same, None for success; as FMPy does it, all but that and a warning raises."""
+        """Call with None for success; as FMPy does it, all but that and a warning raises."""
         result = self.plain(name, *arguments)
         if isinstance(result, str) and STATUS.index(result) > 1:
             raise FMICallException(function=name, status=STATUS.index(result))

@@ -177,7 +177,7 @@ class Host:
         return self.attempt(self.fmu.enterInitializationMode, startTime=start, stopTime=stop)
 
     def whole(self, values):
-        """The same values, for FMI 3.0 with whole vectors instead of elements: `name[3]` in the start value of `name`."""
+        """Values as for FMI 2.0, for FMI 3.0 with whole vectors instead of elements: `name[3]` in the start value of `name`."""
         if self.version == 2:
             return values
         found = {}

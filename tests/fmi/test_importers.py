@@ -1,4 +1,4 @@
-"""The same run in a C loop, in FMPy and in ecospy, in both versions: the same bits at every step size."""
+"""One run in a C loop, in FMPy and in ecospy, in both versions: the same bits at every step size."""
 
 import json
 import pathlib

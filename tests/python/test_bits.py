@@ -1,4 +1,4 @@
-"""The same bits as Rust: digests of scenes that tests/golden pins, through every way of making, stepping and copying a
+"""Bits equal to those of Rust: digests of scenes that tests/golden pins, through every way of making, stepping and copying a
 simulation."""
 
 import os

@@ -47,7 +47,7 @@ class Cluster:
         return process
 
     def ensemble_in_the_background(self):
-        """The same call in a process of its own, so that this one can watch its file."""
+        """Call in a process of its own, so that this one can watch its file."""
         script = self.folder / "call.py"
         script.write_text(CALL)
         return subprocess.Popen([sys.executable, script, self.address, self.keep], stderr=subprocess.PIPE, text=True)

@@ -12,7 +12,7 @@ SOURCES = {".rs", ".py", ".h", ".hpp", ".c", ".ts"}
 
 
 def files():
-    """Of the clone, without what is built."""
+    """Files of the clone, without what is built."""
     listed = subprocess.run(["git", "ls-files"], cwd=TOP, capture_output=True, text=True, check=True).stdout.split("\n")
     return [TOP / name for name in listed if (TOP / name).is_file()]
 

@@ -524,7 +524,7 @@ def readonly(array):
 
 
 def offset(array):
-    """The same numbers at an address that is no multiple of eight."""
+    """Equal numbers at an address that is no multiple of eight."""
     raw = numpy.zeros(array.nbytes + 1, numpy.uint8)
     other = raw[1:].view(float).reshape(array.shape)
     other[...] = array

@@ -13,7 +13,7 @@ from fabric_kernel.v50 import Shooter, Shot
 
 
 def shots(random, scatter, error, count=24):
-    """Of a fabric whose single limits are 100 m/s with this scatter, and with an error of the residual velocity, m/s."""
+    """Shots at a fabric whose single limits are 100 m/s with this scatter, and with an error of the residual velocity, m/s."""
     v = numpy.concatenate(
         [[200.0, 50.0, 75.0, 87.0, 93.7, 97.0], 100.0 * (0.97 + 1.53 * numpy.linspace(0.0, 1.0, count - 6) ** 1.7)]
     )

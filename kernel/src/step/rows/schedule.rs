@@ -25,7 +25,7 @@
 //! and Applications Conf. (2009) 579 (wavefront parallelization); D. Wonnacott, Int. J. Parallel Programming
 //! 30 (2002) 181 (time skewing for parallel computers).
 
-use crate::contact::search::Search;
+use crate::contact::search::{ROUNDING, Search};
 use crate::ground::lanes::InstructionSet;
 use crate::ground::ranges::range_of;
 use crate::memory::layout::Layout;
@@ -142,7 +142,7 @@ impl Block {
         let (body, h) = (&system.state.body, system.scene.sheet.spacing);
         // Its surface crosses less than a spacing in a step (`Model::too_fast`).
         let margin = system.scene.largest_spacing() + steps as f64 * h;
-        let [_, half, _] = system.solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
+        let [_, half, _] = system.solid.half_extents(&body.orientation).map(|extent| extent + margin * ROUNDING);
         let (low, high) = (body.position.y - half, body.position.y + half);
         let rise = system.directions.front.vertical.rest.spacing;
         let reach = Reach { low, high, h, rise, nodes_y: system.scene.sheet.nodes_y };
@@ -229,7 +229,7 @@ impl Block {
         !(near..beyond).contains(&j) && step + 1 < self.steps && self.reach.meets(j, range, 0.0)
     }
 
-    /// Whether any of neighbouring rows, the first of them row j, is.
+    /// Whether any of neighbouring rows, the first of them row j, is met ([`Block::is_met`]).
     pub fn are_met(&self, step: usize, j: usize, ranges: &[[u32; 4]]) -> bool {
         ranges.iter().zip(j..).any(|(range, j)| self.is_met(step, j, *range))
     }
