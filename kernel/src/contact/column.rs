@@ -17,7 +17,6 @@ use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::{Arrays, RowArrays};
 use crate::memory::records::{Node, Pool};
 use crate::memory::system::System;
-use crate::scene::features::Feature;
 use crate::sheet::ring;
 
 impl Node {
@@ -234,7 +233,7 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
     let rise = system.directions.front.vertical.rest.spacing;
     let shares = [1.0, system.model.back_share];
     let [mut at, next] = system.layout.stacked(i, row);
-    let normal = system.layout.has(Feature::Curved).then(|| system.normal(i));
+    let normal = system.normal(i);
     let own = |v: [f64; 3]| normal.map_or(v, |normal| ring::own_axes(v, normal));
     let System { directions, arrays: Arrays { rows: RowArrays { hot, .. }, column, .. }, .. } = system;
     let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);

@@ -178,18 +178,17 @@ impl Neighbourhood<'_> {
     }
 
     /// The first of the chunks [from, end) of a row with a node in the box and the ball, and where its nodes
-    /// are. `net`: columns of a graded network or a curved sheet; `first`: rest place of the row's first
+    /// are. `columns`: those of a graded network or a curved sheet; `first`: rest place of the row's first
     /// node, spacings.
     fn next(
         &self,
         row: &[Chunk<HOT_PLANES>],
-        net: &Net<'_>,
+        columns: &[Chunk<COLUMN_PLANES>],
         chunks: [usize; 2],
         first: [f64; 3],
         offsets: &mut Offsets,
     ) -> Option<usize> {
-        let (set, columns) = (self.search.instructions, net.columns);
-        lanes::dispatch(set, Near { near: self, row, columns, is_curved: net.is_curved(), chunks, first, offsets })
+        lanes::dispatch(self.search.instructions, Near { near: self, row, columns, chunks, first, offsets })
     }
 }
 
@@ -197,7 +196,6 @@ impl Neighbourhood<'_> {
 struct Near<'a> {
     near: &'a Neighbourhood<'a>,
     columns: &'a [Chunk<COLUMN_PLANES>],
-    is_curved: bool,
     row: &'a [Chunk<HOT_PLANES>],
     chunks: [usize; 2],
     first: [f64; 3],
@@ -237,10 +235,8 @@ impl Job for Near<'_> {
                     beyond_x.store(&mut L::groups_mut(out)[g]);
                     continue;
                 }
-                let depth = match self.columns.get(c) {
-                    Some(columns) if self.is_curved => L::load(&L::groups(&columns[PLACE_Z])[g]),
-                    _ => L::splat(z0),
-                };
+                let depth =
+                    self.columns.get(c).map_or(L::splat(z0), |columns| L::load(&L::groups(&columns[PLACE_Z])[g]));
                 let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(depth, z, 2));
                 let beyond_box = beyond_x.max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));
                 let beyond_ball = rx.mul(rx).add(ry.mul(ry)).add(rz.mul(rz)).sub(reach2);
@@ -283,10 +279,10 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.limits.dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
-    let (free_body, curved) = (system.scene.is_free(), layout.has(Feature::Curved));
     let Arrays { rows, candidates, tangential, columns, lines, .. } = &mut system.arrays;
     let RowArrays { hot, ranges, runs, slid, .. } = rows;
     let net = Net { columns, lines };
+    let (free_body, curved) = (system.scene.is_free(), !net.hoop().is_empty());
     let near = search.neighbourhood(h);
     let mut slots = candidates.iter_mut().take(layout.candidates);
     let (mut count, mut deepest) = (0, 0.0);
@@ -312,9 +308,9 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
         // Of a curved row every column may lie at either side of the body.
         let [mut from, end] =
             if curved { [0, chunks] } else { near.chunks(x0, net.columns, range_of([*left, *right]), chunks) };
-        let of_row = Net { columns: system.layout.columns_of(net.columns, ply), ..net };
+        let columns = layout.columns_of(net.columns, ply);
         while from < end
-            && let Some(c) = near.next(row, &of_row, [from, end], first, &mut offsets)
+            && let Some(c) = near.next(row, columns, [from, end], first, &mut offsets)
         {
             from = c + 1;
             let Some(chunk) = row.get(c) else { break };
@@ -534,7 +530,7 @@ mod tests {
                 for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                     let search = Search::new(&solid, &body, h, set);
                     let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
-                    let found = search.neighbourhood(h).next(&row, &Net::default(), [from, 10], first, &mut offsets);
+                    let found = search.neighbourhood(h).next(&row, &[], [from, 10], first, &mut offsets);
                     assert_eq!(found, expected, "{set:?}");
                     let Some(c) = found else { continue };
                     assert_eq!(offsets.beyond.map(|x| x <= 0.0), inside(c));

@@ -16,7 +16,7 @@ use crate::memory::arrays::{Arrays, RowArrays};
 use crate::memory::records::{Node, Pool};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::sheet::columns::{COLUMN_PLANES, NORMAL_X, NORMAL_Z};
+use crate::sheet::columns::{COLUMN_PLANES, NORMAL_X, NORMAL_Z, Net};
 use crate::sheet::neighbours::{NOTHING, own};
 
 /// Rows that move in every ply and have no candidate: their columns are separated before the projectile's
@@ -100,7 +100,7 @@ fn separate_row(system: &mut System<'_>, row: usize, count: usize) {
     let mut from = 0;
     loop {
         // Columns of a curved sheet have axes of their own.
-        let hoop = if system.layout.has(Feature::Curved) { &*system.arrays.columns } else { &[] };
+        let hoop = Net { columns: system.arrays.columns, lines: system.arrays.lines }.hoop();
         let hot = system.arrays.rows.hot.get(at..).unwrap_or(&[]);
         let pressed = Pressed { hot, next, hoop, gap: system.model.gap, chunks: [from, chunks] };
         let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };
@@ -365,7 +365,7 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) 
     // ply.
     let rests = layout.has(Feature::Casing) && candidates_with_impulse(system, i, row, count).next().is_none();
     let by_case = if rests { rest_on_casing(system, i, row) } else { 0.0 };
-    let mut lost = -by_case;
+    let (mut lost, normal) = (-by_case, system.normal(i));
     for ply in 0..layout.plies {
         let j = ply * rows + row;
         let Arrays { rows: RowArrays { hot, before, .. }, column, .. } = &mut system.arrays;
@@ -380,8 +380,8 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) 
             continue;
         }
         lost -= mass * (push * (0.5 * (before[lane] + speed)));
-        let given = if layout.has(Feature::Curved) {
-            push_outwards(system, [i, j], push)
+        let given = if let Some(normal) = normal {
+            push_outwards(system, [i, j], push, normal)
         } else {
             chunk[SPEED_Z][lane] = speed;
             chunk[Z][lane] += push;
@@ -394,8 +394,8 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) 
 }
 
 /// Pushes a node of a curved sheet along the normal of its column. Returns what its velocity changes by.
-fn push_outwards(system: &mut System<'_>, [i, j]: [usize; 2], push: f64) -> Vector {
-    let ([sine, cosine], (u, v)) = (system.normal(i), system.node(i, j));
+fn push_outwards(system: &mut System<'_>, [i, j]: [usize; 2], push: f64, [sine, cosine]: [f64; 2]) -> Vector {
+    let (u, v) = system.node(i, j);
     let given = Vector::new(push * sine, 0.0, push * cosine);
     if system.layout.has(Feature::Casing) {
         correct_casing_loss(system, [u[0] - v[0], u[2] - v[2]], [i, j], &given);
@@ -423,19 +423,18 @@ fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2
 /// Holds the nodes of a solved column back that press the first of them into its case. Returns what that
 /// takes of their energy, in units of m (h/dt)^2.
 fn rest_on_casing(system: &mut System<'_>, i: usize, row: usize) -> f64 {
-    let (layout, [sine, cosine]) = (system.layout, system.normal(i));
-    let Some((case, first)) = system.directions.casing.zip(system.arrays.column.first().copied()) else {
-        return 0.0;
-    };
+    let layout = system.layout;
+    let case = system.directions.casing.zip(system.normal(i));
+    let Some(((case, normal), first)) = case.zip(system.arrays.column.first().copied()) else { return 0.0 };
     let ([x, y, z], ([u, v, w], _)) = (system.rest(i, row), system.node(i, row));
-    let room = case.room([x + u, y + v, z + w], [sine, cosine], first.speed - first.before);
+    let room = case.room([x + u, y + v, z + w], normal, first.speed - first.before);
     let Arrays { rows: RowArrays { before, .. }, column, .. } = &mut system.arrays;
     let at = |ply: usize| {
         let chunk = before.get((ply * layout.y.modelled() + row) * layout.chunks + i / CHUNK);
         chunk.map_or(0.0, |before| before[i % CHUNK])
     };
     let [given, taken] = hold_back(column, first.speed + room, at);
-    system.state.sums.casing -= Vector::new(given * sine, 0.0, given * cosine);
+    system.state.sums.casing -= Vector::new(given * normal[0], 0.0, given * normal[1]);
     system.state.sums.casing_loss += taken * system.model.unit_energy;
     taken
 }

@@ -155,15 +155,10 @@ impl Layout {
         lines.ok_or(Error::plain(Code::TooManyNodes, "of"))
     }
 
-    /// Rows of what viscosity keeps that a band copies: two at each of its ends.
-    pub(crate) fn viscous_rows_at_cuts(&self) -> usize {
-        if self.has(Feature::Viscosity) { 4 } else { 0 }
-    }
-
-    /// Rows of what viscosity keeps in the scratch of a band: those, and in each step of a block the row
-    /// above a gap.
-    pub(crate) fn viscous_rows_of_a_band(&self) -> usize {
-        self.viscous_rows_at_cuts() + if self.has(Feature::Viscosity) { self.block_steps_of_a_band() } else { 0 }
+    /// Rows of what viscosity keeps in the scratch of a band: two at each of its ends, and in each step of a
+    /// block the row above a gap.
+    pub(crate) fn viscous_rows_of_a_band(&self) -> [usize; 2] {
+        if self.has(Feature::Viscosity) { [4, self.block_steps_of_a_band()] } else { [0; 2] }
     }
 
     /// Steps of a block whose rows a band keeps.
@@ -174,8 +169,8 @@ impl Layout {
     /// Numbers of one band: a row above it, forces from below it, both of every step of a block, too, copies
     /// of viscosity's at its ends, its fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
-        let rows = 1 + self.block_steps_of_a_band();
-        self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + self.viscous_rows_of_a_band() * PAST_PLANES)
+        let (rows, [at_cuts, above_gap]) = (1 + self.block_steps_of_a_band(), self.viscous_rows_of_a_band());
+        self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + (at_cuts + above_gap) * PAST_PLANES)
             + (3 * self.kept_nodes()).next_multiple_of(CacheLine::REALS)
     }
 
@@ -230,10 +225,16 @@ impl Layout {
         self.has.has(feature)
     }
 
-    /// Line of a ply among those of all, see [`Net`](crate::sheet::columns::Net); a graded network has one.
+    /// Number of a ply's line of constants of columns.
+    #[inline]
+    pub(crate) fn line_of(&self, ply: usize) -> usize {
+        ply.min(self.lines_of_columns() - 1)
+    }
+
+    /// Line of a ply among those of all, see [`Net`](crate::sheet::columns::Net).
     #[inline]
     pub(crate) fn columns_of<'a>(&self, lines: &'a [Chunk<COLUMN_PLANES>], ply: usize) -> &'a [Chunk<COLUMN_PLANES>] {
-        if self.has(Feature::Curved) { planes::row(lines, self.chunks, ply) } else { lines }
+        if self.lines_of_columns() > 1 { planes::row(lines, self.chunks, ply) } else { lines }
     }
 
     /// Whether there are several plies.

@@ -170,18 +170,18 @@ impl System<'_> {
         (u * (2.0 * x + u) + w * (2.0 * z + w)) / (math::length([x + u, 0.0, z + w]) + radius)
     }
 
-    /// Normal of a column at rest along x and z.
+    /// Normal of a column of a curved sheet at rest, along x and z; None of a flat sheet.
     #[inline]
-    pub fn normal(&self, i: usize) -> [f64; 2] {
-        [(columns::NORMAL_X, 0.0), (columns::NORMAL_Z, 1.0)]
-            .map(|(plane, of_flat)| planes::get(self.arrays.columns, plane, i).unwrap_or(of_flat))
+    pub fn normal(&self, i: usize) -> Option<[f64; 2]> {
+        let hoop = self.net(0).hoop();
+        Some([planes::get(hoop, columns::NORMAL_X, i)?, planes::get(hoop, columns::NORMAL_Z, i)?])
     }
 
     /// A vector in the axes of its column, of which the last one is across the sheet; of a flat sheet as it
     /// is.
     #[inline]
     pub fn own_axes(&self, i: usize, v: [f64; 3]) -> [f64; 3] {
-        if self.layout.has(Feature::Curved) { ring::own_axes(v, self.normal(i)) } else { v }
+        self.normal(i).map_or(v, |normal| ring::own_axes(v, normal))
     }
 
     /// Lines of constants of a ply.
@@ -346,9 +346,8 @@ impl System<'_> {
 
     /// Rest vector along x and z of a horizontal segment of a curved sheet.
     fn chord(&self, axis: Axis, i: usize, ply: usize) -> Option<[f64; 2]> {
-        let is_curved = axis == Axis::Horizontal && self.layout.has(Feature::Curved);
-        let line = is_curved.then(|| self.net(ply).columns)?;
-        Some([planes::get(line, columns::CHORD, i)?, planes::get(line, columns::CHORD_Z, i)?])
+        let hoop = if axis == Axis::Horizontal { self.net(ply).hoop() } else { return None };
+        Some([planes::get(hoop, columns::CHORD, i)?, planes::get(hoop, columns::CHORD_Z, i)?])
     }
 
     /// Energy error of the segment from node (i, j), and its correcting stress in the last step; None where

@@ -68,17 +68,17 @@ pub struct Net<'a> {
     pub lines: &'a [Chunk<COLUMN_PLANES>],
 }
 
-impl Net<'_> {
+impl<'a> Net<'a> {
     /// Whether they are of a flat sheet without grading.
     #[inline]
     pub fn is_flat(&self) -> bool {
         self.columns.is_empty() || !(Feature::Grading.is_built() || Feature::Curved.is_built())
     }
 
-    /// Whether they are of a curved sheet. A graded network has lines of rows, too.
+    /// Columns of a curved sheet; empty of a flat one. A graded network has lines of rows, too.
     #[inline]
-    pub fn is_curved(&self) -> bool {
-        Feature::Curved.is_built() && !self.columns.is_empty() && self.lines.is_empty()
+    pub fn hoop(&self) -> &'a [Chunk<COLUMN_PLANES>] {
+        if Feature::Curved.is_built() && self.lines.is_empty() { self.columns } else { &[] }
     }
 
     /// Nodes of the fabric that node (i, j) stands for.
@@ -99,8 +99,8 @@ impl Net<'_> {
         planes::get(self.lines, WIDTH, j).unwrap_or(1.0)
     }
 
-    /// Whether the bars from the nodes of chunk c of row j are single segments of single yarns, as all are
-    /// without grading.
+    /// Whether the bars from the nodes of chunk c of row j are single segments of single yarns, as all of a
+    /// flat sheet are without grading; false of a curved sheet.
     pub fn is_fine(&self, c: usize, j: usize) -> bool {
         let Some(columns) = self.columns.get(c) else { return true };
         [SEGMENTS, WIDTH].into_iter().all(|plane| {

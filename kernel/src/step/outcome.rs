@@ -374,7 +374,8 @@ fn has_passed(system: &System<'_>) -> bool {
     let start = start_in_sheet(system);
     let [x, y] = system.scene.half_size();
     let (mut low, mut high) = ([-x, -y, 0.0], [x, y, system.scene.stack_height()]);
-    if system.layout.has(Feature::Curved) {
+    let is_curved = system.layout.has(Feature::Curved);
+    if is_curved {
         let counts = [system.layout.chunks, system.layout.nodes_x];
         [[low[0], low[2]], [high[0], high[2]]] =
             ring::box_at_rest(system.arrays.columns, counts, system.scene.sheet.spacing);
@@ -382,7 +383,7 @@ fn has_passed(system: &System<'_>) -> bool {
     let flight = flight(system);
     if !system.scene.is_free() {
         // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
-        let axes = if system.layout.has(Feature::Curved) { 0..3 } else { 2..3 };
+        let axes = if is_curved { 0..3 } else { 2..3 };
         return axes.into_iter().any(|k| {
             let (from, x, extent) = (start[k], flight.position[k], flight.extents[k]);
             (from < low[k] && x > high[k] + extent) || (from > high[k] && x < low[k] - extent)
@@ -407,7 +408,7 @@ fn has_passed(system: &System<'_>) -> bool {
             0.0
         })
         < 0.0;
-    let returns = back && !system.layout.has(Feature::Curved);
+    let returns = back && !is_curved;
     !returns && flight.leaves(&region)
 }
 

@@ -10,7 +10,6 @@ use crate::ground::lanes::{Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, X};
 use crate::memory::system::System;
-use crate::scene::features::Feature;
 use crate::sheet::neighbours::Around;
 use crate::sheet::sweep::greatest;
 
@@ -19,8 +18,7 @@ use crate::sheet::sweep::greatest;
 #[inline(always)]
 pub(crate) fn around<'a>(system: &'a System<'_>, c: usize, j: usize) -> Option<Around<'a>> {
     let layout = &system.layout;
-    let cut = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Curved);
-    if cut || !system.net(0).is_fine(c, j) {
+    if layout.x.is_mirrored() || layout.y.is_mirrored() || !system.net(0).is_fine(c, j) {
         return None;
     }
     let [row, above] = [j, j + 1].map(|j| planes::row(system.arrays.rows.hot, layout.chunks, j));

@@ -92,7 +92,7 @@ impl Plan {
         carry: &mut [Chunk<CARRY_PLANES>],
         viscous: [&[Chunk<PAST_PLANES>]; 2],
     ) {
-        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        let (memory, chunks) = (&self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the arrays; the caller's promise.
         unsafe {
             let yarn = rows(memory.rows.yarn, chunks, j - 1, 1);
@@ -101,7 +101,7 @@ impl Plan {
             let history = rows(memory.rows.history, chunks, j - 1, 1);
             let here = rows(memory.rows.hot, chunks, j, 1);
             let bits = rows(memory.rows.been_slack, 1, j - 1, 1).first().copied().unwrap_or(0);
-            let count = usize::from(layout.has(Feature::Slack) && bits & bit(Axis::Vertical) != 0);
+            let count = usize::from(bits & bit(Axis::Vertical) != 0);
             let energy_error = rows(memory.rows.energy_error, chunks, j - 1, count);
             let terms = self.terms(false);
             let yarn = terms.yarn_row(yarn, strength, 0, ply);
@@ -427,9 +427,8 @@ impl Plan {
     /// The simulation's arrays are there.
     unsafe fn net<'r>(&self, ply: usize) -> Net<'r> {
         let (layout, memory) = (&self.layout, &self.memory);
-        let line = if layout.has(Feature::Curved) { ply } else { 0 };
         // SAFETY: they are as long, and nothing changes them.
-        unsafe { Net { columns: rows(memory.columns, layout.chunks, line, 1), lines: &*memory.lines } }
+        unsafe { Net { columns: rows(memory.columns, layout.chunks, layout.line_of(ply), 1), lines: &*memory.lines } }
     }
 
     /// The part of a pass that is not cut.

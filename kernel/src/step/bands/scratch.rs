@@ -6,7 +6,6 @@
 use super::plan::Plan;
 use super::pointers::part_mut;
 use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
-use crate::scene::features::Feature;
 use crate::step::rows::schedule::Edge;
 
 /// Scratch of one band in one pass.
@@ -56,7 +55,8 @@ impl Plan {
     /// As for [`Plan::above_gap`].
     #[allow(clippy::mut_from_ref)] // It lies in the scratch.
     pub(super) unsafe fn moments_above_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<PAST_PLANES>] {
-        let chunks = if self.layout.has(Feature::Viscosity) { self.layout.chunks } else { 0 };
+        let [_, steps] = self.layout.viscous_rows_of_a_band();
+        let chunks = if steps > 0 { self.layout.chunks } else { 0 };
         let ScratchPlaces { moments_above_gap, .. } = self.places(if let Edge::Cut(band) = edge { band } else { 0 });
         // SAFETY: the caller's promise.
         unsafe { part_mut(moments_above_gap.cast(), step * chunks..(step + 1) * chunks) }
@@ -83,14 +83,14 @@ impl Plan {
     /// # Safety
     /// No other use while they are held.
     pub(super) unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
-        let chunks = self.layout.chunks;
+        let (chunks, [at_cuts, _]) = (self.layout.chunks, self.layout.viscous_rows_of_a_band());
         let ScratchPlaces { above, carry, viscous, kept, .. } = self.places(band);
         // SAFETY: Bands::of has found room for as many bands, one after the other; the caller's promise.
         unsafe {
             Scratch {
                 above: part_mut(above.cast(), 0..chunks),
                 carry: part_mut(carry.cast(), 0..chunks),
-                viscous: part_mut(viscous.cast(), 0..self.layout.viscous_rows_at_cuts() * chunks),
+                viscous: part_mut(viscous.cast(), 0..at_cuts * chunks),
                 kept: part_mut(kept.cast(), 0..self.layout.kept_nodes()),
             }
         }
@@ -105,8 +105,9 @@ impl Plan {
         let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
         let carry = above.wrapping_add(HOT_PLANES * row);
         let viscous = carry.wrapping_add(CARRY_PLANES * row);
-        let moments_above_gap = viscous.wrapping_add(layout.viscous_rows_at_cuts() * PAST_PLANES * row);
-        let ghosts_above_gap = viscous.wrapping_add(layout.viscous_rows_of_a_band() * PAST_PLANES * row);
+        let [at_cuts, above_gap] = layout.viscous_rows_of_a_band().map(|rows| rows * PAST_PLANES * row);
+        let moments_above_gap = viscous.wrapping_add(at_cuts);
+        let ghosts_above_gap = moments_above_gap.wrapping_add(above_gap);
         let forces_below_gap = ghosts_above_gap.wrapping_add(steps * HOT_PLANES * row);
         let kept = forces_below_gap.wrapping_add(steps * CARRY_PLANES * row);
         ScratchPlaces { above, carry, viscous, moments_above_gap, ghosts_above_gap, forces_below_gap, kept }

@@ -128,7 +128,7 @@ impl Rows<'_> {
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             // None but of a stack.
             if let Some(before) = before.get_mut(k * chunks..(k + 1) * chunks) {
-                keep_speeds_across(terms, row, before, pass.net.columns);
+                lanes::dispatch(terms.instructions, Keep { hot: row, before, columns: pass.net.hoop() });
             }
             keep_fixed(slips.then_some(layout.nodes_x), row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, k, ply);
@@ -298,18 +298,6 @@ fn slide_row(
     }
     note_range(terms, row, range, [low, high]);
     reactions.map(|reaction| reaction.into())
-}
-
-/// Keeps the velocities across the sheet of a row, along the normals of its columns.
-#[inline(never)]
-fn keep_speeds_across(
-    terms: &Terms<'_>,
-    hot: &[Chunk<HOT_PLANES>],
-    before: &mut [[f64; CHUNK]],
-    columns: &[Chunk<COLUMN_PLANES>],
-) {
-    let columns = if Feature::Curved.is_built() { columns } else { &[] };
-    lanes::dispatch(terms.instructions, Keep { hot, before, columns });
 }
 
 /// Keeps the velocities across the sheet of a row, along the normals of its columns if it has some.
