@@ -17,7 +17,7 @@ const CLAUSES: [&str; 5] = ["What", "Whether it", "How", "By how much", "Nothing
 const COLUMNS: usize = 110;
 
 /// Files in which something is farther away than something else. Time has before and after.
-const IN_SPACE: [&str; 8] = [
+const IN_SPACE: [&str; 9] = [
     "kernel/src/body/shape.rs",
     "kernel/src/contact/backing.rs",
     "kernel/src/contact/edge.rs",
@@ -25,6 +25,7 @@ const IN_SPACE: [&str; 8] = [
     "kernel/src/scene/fields/table.rs",
     "kernel/src/scene/parts.rs",
     "kernel/src/sheet/check.rs",
+    "kernel/src/step/flight.rs",
     "kernel/src/step/outcome.rs",
 ];
 

@@ -28,7 +28,7 @@ use crate::step::blocks;
 use crate::step::energy::{self, Energy, Ply};
 use crate::step::explicit;
 use crate::step::forces;
-use crate::step::outcome;
+use crate::step::pieces::Pieces;
 use crate::step::readout::GreatestOfRow;
 use crate::step::rows::schedule;
 use crate::step::slip::{self, Slip};
@@ -527,13 +527,13 @@ impl<'a> Sim<'a> {
         let pieces = if self.system.scene.attachment.kind == AttachmentKind::Free {
             None
         } else {
-            Some(outcome::pieces(&mut self.system))
+            Some(Pieces::of(&mut self.system))
         };
         let (mut deflection, mut largest) = (0.0, 0.0);
         for j in 0..self.system.layout.nodes_y {
             for i in 0..self.system.layout.nodes_x {
                 let z = math::abs(self.system.deflection(i, j));
-                let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(outcome::piece(&self.system, pieces, i, j)));
+                let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(pieces.of_node(&self.system, i, j)));
                 if held {
                     deflection = math::max(z, deflection);
                 }

@@ -3,31 +3,30 @@
 //!
 //! Method: tested when the step count is a multiple of 64; *attachment_failed* is latched by `explicit.rs` at
 //! the end of a force window. All others but "passed" need a first contact.
-//! Nodes joined to a support are found by joining nodes over live segments into components (union by smaller
-//! number). "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited"
-//! asks what can still act on the body: the held part of the sheet must lie behind or beside its flight, and
-//! loose pieces in its way must move with it. "Through" asks whether what has slowed the body lately, over
-//! the rest of its way past the held yarn, is little against its energy. All but "detached" are judged along
-//! one normal of the sheet, from the side of the body to the other ([`Course`]): the same end of contact is
-//! "exited" for a body that moves along it, and "rebounded" for one that does not. Held yarn of a curved
-//! sheet swings back along the radius.
+//! "Detached" asks whether any node touched in the last 64 steps is joined to a support (`pieces.rs`).
+//! "Exited" asks what can still act on the body (`flight.rs`): the held part of the sheet must lie behind or
+//! beside its flight, and loose pieces in its way must move with it. "Through" asks whether what has slowed
+//! the body lately, over the rest of its way past the held yarn, is little against its energy. All but
+//! "detached" are judged along one normal of the sheet, from the side of the body to the other ([`Course`]):
+//! the same end of contact is "exited" for a body that moves along it, and "rebounded" for one that does not.
+//! Held yarn of a curved sheet swings back along the radius.
 //! Limits: the body is taken to fly on straight (under its present load), and so are the nodes. A body that
 //! comes to a ring from outside has exited once it is within and clear of that half of the wall, or beyond
 //! the other half. Without `track_detachment` nothing is known to be loose once a segment has failed: then no
 //! node at all may be in the way.
-//! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
+//! Reference: docs/model.md, "Outcomes".
 
 use crate::body::pose::{Vector, into_body};
 use crate::ground::lanes::CacheLine;
 use crate::ground::math;
-use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, STIFFNESS};
-use crate::memory::arrays::{Arrays, RowArrays};
+use crate::ground::planes::Axis;
 use crate::memory::system::System;
 use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
 use crate::scene::parts::AttachmentKind;
-use crate::sheet::clamp::has_let_go;
 use crate::sheet::ring::{self, Hoop, from_axis};
+use crate::step::flight::{Flight, Region};
+use crate::step::pieces::{Pieces, is_alone, is_live, join_nodes};
 
 /// Steps between two tests.
 pub const TEST_INTERVAL: u64 = 64;
@@ -51,111 +50,6 @@ const IN_THE_WAY: f64 = 0.25;
 /// Work that loose pieces in the way may still exchange with a body that has exited, in units of
 /// [`settling`]. See [`SETTLED_PART`].
 const EXCHANGE: f64 = 4.0;
-
-/// The body as it flies on when nothing touches it.
-struct Flight {
-    position: Vector,
-    velocity: Vector,
-    /// Acceleration by the present external load, m/s^2.
-    acceleration: Vector,
-    /// Half extents along the sheet's axes as it lies now, m.
-    extents: [f64; 3],
-    /// Distance from the centre to the farthest surface point, m.
-    reach: f64,
-    /// Speed of that point by turning, m/s.
-    turning: f64,
-}
-
-impl Flight {
-    /// Whether the body leaves a box for good: along some axis it lies beyond it, moves away faster than
-    /// anything in the box, and no load pulls it back. A body that turns faster than it moves away must lie
-    /// beyond it in any orientation.
-    fn leaves(&self, region: &Region) -> bool {
-        [(self.extents, self.turning), ([self.reach; 3], 0.0)].iter().any(|(extents, turning)| {
-            (0..3).any(|k| {
-                let (x, v, a) = (self.position[k], self.velocity[k], self.acceleration[k]);
-                let above = x - extents[k] > region.high[k] && v - turning > region.fastest[k] && a >= 0.0;
-                let below = x + extents[k] < region.low[k] && v + turning < region.slowest[k] && a <= 0.0;
-                above || below
-            })
-        })
-    }
-
-    /// Whether a point lies behind the whole body, in any orientation, and no load turns the body back to it.
-    fn has_behind(&self, position: &Vector) -> bool {
-        let behind = (position - self.position).dot(&self.velocity) < -self.reach * self.velocity.norm();
-        behind && self.acceleration.dot(&self.velocity) >= 0.0
-    }
-
-    /// Whether a point lies before the body's centre.
-    fn has_ahead(&self, position: &Vector) -> bool {
-        (position - self.position).dot(&self.velocity) > 0.0
-    }
-
-    /// Whether a node that flies on straight never comes within the body's reach.
-    fn misses(&self, position: &Vector, velocity: &Vector) -> bool {
-        let (r, v) = (position - self.position, velocity - self.velocity);
-        let (x, u) = ((*position).into(), (*velocity).into());
-        // A load that drives the two further apart all the time leaves the straight flight as the nearer one.
-        if r.dot(&self.acceleration) > 0.0 || v.dot(&self.acceleration) > 0.0 {
-            return self.leaves(&Region { low: x, high: x, slowest: u, fastest: u });
-        }
-        let (distance2, reach2, approach) = (r.norm_squared(), self.reach * self.reach, -r.dot(&v));
-        // The least squared distance is r^2 - (r.v)^2/v^2.
-        distance2 > reach2 && (approach <= 0.0 || (distance2 - reach2) * v.norm_squared() > approach * approach)
-    }
-}
-
-/// A box about nodes, m, and the range of their velocities, m/s.
-#[derive(Clone, Copy)]
-struct Region {
-    low: [f64; 3],
-    high: [f64; 3],
-    slowest: [f64; 3],
-    fastest: [f64; 3],
-}
-
-impl Region {
-    const EMPTY: Region = Region { low: [f64::MAX; 3], high: [f64::MIN; 3], slowest: [0.0; 3], fastest: [0.0; 3] };
-
-    fn include(&mut self, x: &Vector) {
-        for k in 0..3 {
-            self.low[k] = math::min(x[k], self.low[k]);
-            self.high[k] = math::max(x[k], self.high[k]);
-        }
-    }
-
-    fn include_velocity(&mut self, v: &Vector) {
-        for k in 0..3 {
-            self.slowest[k] = math::min(v[k], self.slowest[k]);
-            self.fastest[k] = math::max(v[k], self.fastest[k]);
-        }
-    }
-
-    /// The box with its mirror images about the planes across axis k, from that at 0 to that at `last`.
-    fn mirror(&mut self, k: usize, last: f64) {
-        let beyond = self.high[k] - last;
-        let far = math::max(-self.low[k], beyond);
-        (self.low[k], self.high[k]) = (-far, last + far);
-    }
-}
-
-/// Connected components of the sheet, for one query.
-pub(crate) struct Pieces {
-    /// Number of the piece that holds the supports.
-    support: Option<usize>,
-    /// Whether every node is labelled with the number of its piece.
-    labelled: bool,
-    /// Without labels: whether the sheet, one piece, counts as held.
-    held: bool,
-}
-
-impl Pieces {
-    /// Whether a piece is joined to a support.
-    pub(crate) fn hold(&self, piece: usize) -> bool {
-        if self.labelled { self.support == Some(piece) } else { self.held }
-    }
-}
 
 /// State of the loose pieces near the body's way.
 struct Loose {
@@ -333,7 +227,7 @@ fn is_through(system: &mut System<'_>, course: &Course) -> bool {
 /// is none. None if some is in its way, deeper within what the body sweeps by moving on than R/4; or if the
 /// body may turn an edge into some, because it turns faster than it moves on.
 fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
-    let pieces = pieces(system);
+    let pieces = Pieces::of(system);
     let (body, solid) = (&system.state.body, &system.solid);
     let (margin, reach, mut way) = (IN_THE_WAY * solid.radius(), solid.reach(), 0.0);
     let speed = body.velocity.norm();
@@ -347,7 +241,7 @@ fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
         let ahead = from_centre.dot(&direction);
         let beside = from_centre - direction * ahead;
         let apart = ahead <= nearest || beside.norm() > reach + margin;
-        if apart || !pieces.hold(piece(system, &pieces, i, j)) {
+        if apart || !pieces.hold(pieces.of_node(system, i, j)) {
             continue;
         }
         if tumbles {
@@ -380,7 +274,7 @@ fn has_passed(system: &System<'_>) -> bool {
         [[low[0], low[2]], [high[0], high[2]]] =
             ring::box_at_rest(system.arrays.columns, counts, system.scene.sheet.spacing);
     }
-    let flight = flight(system);
+    let flight = Flight::of(system);
     if !system.scene.is_free() {
         // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
         let axes = if is_curved { 0..3 } else { 2..3 };
@@ -424,27 +318,14 @@ fn add_images(system: &System<'_>, region: &mut Region) {
     }
 }
 
-fn flight(system: &System<'_>) -> Flight {
-    let (body, solid) = (&system.state.body, &system.solid);
-    let free = system.scene.is_free();
-    Flight {
-        position: body.position,
-        velocity: body.velocity,
-        acceleration: if free { system.state.force * system.model.inertia.inverse_mass } else { Vector::zeros() },
-        extents: solid.half_extents(&body.orientation),
-        reach: solid.reach(),
-        turning: if solid.feels_torque() { body.angular_velocity.norm() * solid.reach() } else { 0.0 },
-    }
-}
-
 /// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`:
 /// loose pieces in its way are allowed if they have next to nothing to exchange with it.
 fn way_is_clear(system: &mut System<'_>, course: &Course, beside_debris: bool) -> bool {
-    let flight = flight(system);
+    let flight = Flight::of(system);
     if course.around.is_none() && whole_yarn_is_in_the_way(system, &flight) {
         return false;
     }
-    let pieces = pieces(system);
+    let pieces = Pieces::of(system);
     if !held_is_clear(system, &pieces, &flight, course) {
         return false;
     }
@@ -506,7 +387,7 @@ fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight, course: 
     let mut held = Held::NOTHING;
     let enters = course.around.is_some() && flight.velocity.dot(&course.normal) > 0.0;
     rows_from(system, flight).all(|j| {
-        for i in (0..system.layout.nodes_x).filter(|&i| pieces.hold(piece(system, pieces, i, j))) {
+        for i in (0..system.layout.nodes_x).filter(|&i| pieces.hold(pieces.of_node(system, i, j))) {
             if !(enters && from_axis(&system.position(i, j)).dot(&course.direction) > 0.0) {
                 held.include(system, flight, i, j);
             }
@@ -561,7 +442,7 @@ fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Lo
     system.arrays.flags.fill(0);
     let (mut ahead, mut behind, mut in_the_way) = (WeightedSum::NOTHING, WeightedSum::NOTHING, false);
     for (i, j) in system.nodes() {
-        let piece = piece(system, pieces, i, j);
+        let piece = pieces.of_node(system, i, j);
         if pieces.hold(piece) {
             continue;
         }
@@ -593,7 +474,7 @@ fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Lo
 fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose) -> f64 {
     let (mut mass, mut energy) = (0.0, 0.0);
     for (i, j) in system.nodes() {
-        let piece = piece(system, pieces, i, j);
+        let piece = pieces.of_node(system, i, j);
         let overtaken = || {
             loose.are_overtaken && lies_ahead(system, piece, flight) && !pieces.hold(piece) && !is_alone(system, i, j)
         };
@@ -612,44 +493,6 @@ fn lies_ahead(system: &System<'_>, piece: usize, flight: &Flight) -> bool {
     flight.has_ahead(&system.position(i, j))
 }
 
-/// Finds what hangs together. Before the first failure all nodes are one piece; later, without labels, none
-/// is known to be loose.
-pub(crate) fn pieces(system: &mut System<'_>) -> Pieces {
-    let several = system.failed_segments > 0 || system.layout.is_stack();
-    let labelled = several && system.layout.has(Feature::Detachment);
-    let support = if labelled { join_nodes(system) } else { None };
-    let held = system.scene.attachment.kind != AttachmentKind::Free || !system.layout.has(Feature::Detachment);
-    Pieces { support, labelled, held }
-}
-
-/// The number of the piece that a node belongs to.
-pub(crate) fn piece(system: &System<'_>, pieces: &Pieces, i: usize, j: usize) -> usize {
-    let label = CacheLine::words_of(system.arrays.shared).get(j * system.layout.nodes_x + i);
-    label.filter(|_| pieces.labelled).map_or(0, |&label| label as usize)
-}
-
-/// Whether no live segment ends at a node: then it flies straight.
-fn is_alone(system: &System<'_>, i: usize, j: usize) -> bool {
-    let before = |axis: Axis, i: Option<usize>, j: Option<usize>| match (i, j) {
-        (Some(i), Some(j)) => is_live(system, axis, i, j),
-        _ => false,
-    };
-    !(is_live(system, Axis::Horizontal, i, j)
-        || before(Axis::Horizontal, system.layout.x.before(i), Some(j))
-        || is_live(system, Axis::Vertical, i, j)
-        || before(Axis::Vertical, Some(i), j.checked_sub(1)))
-}
-
-/// Whether the segment that starts at node (i, j) has not failed.
-fn is_live(system: &System<'_>, axis: Axis, i: usize, j: usize) -> bool {
-    is_live_in(planes::row(system.arrays.rows.hot, system.layout.chunks, j), axis, i)
-}
-
-/// [`is_live`] of the segment that starts at column i of a row.
-fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
-    planes::get(row, STIFFNESS + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
-}
-
 /// Whether some node was touched since the last test, some node is fixed, and no live path joins any two of
 /// them.
 fn contact_is_detached(system: &mut System<'_>) -> bool {
@@ -662,60 +505,6 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
     let labels = CacheLine::words_of(system.arrays.shared).iter().take(system.layout.nodes());
     let mut touched = labels.enumerate().filter(|(k, _)| system.has_flag(*k));
     !touched.any(|(_, &label)| label as usize == support)
-}
-
-/// Labels every node with the smallest number of a node that live segments join it to. All fixed nodes count
-/// as joined. Gives the label of the fixed nodes, if there are any.
-fn join_nodes(system: &mut System<'_>) -> Option<usize> {
-    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let grip = system.directions.grip;
-    let Arrays { rows: RowArrays { hot, runs, slid, .. }, shared, .. } = &mut system.arrays;
-    let mut sets = Components::new(CacheLine::words(shared).get_mut(..nx * ny).unwrap_or_default());
-    join_live_segments(&mut sets, hot, chunks, [nx, ny]);
-    if system.layout.x.is_closed() {
-        let last = nx.saturating_sub(1);
-        let joined = (0..ny).filter(|&j| is_live_in(planes::row(hot, chunks, j), Axis::Horizontal, last));
-        joined.for_each(|j| sets.join(j * nx, j * nx + last));
-    }
-    // All fixed nodes into one component.
-    let mut support = None;
-    for (j, run) in runs.iter().enumerate() {
-        for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
-            if has_let_go(slid, j * chunks + i / CHUNK, i % CHUNK, grip) {
-                continue;
-            }
-            let k = j * nx + i;
-            match support {
-                None => support = Some(k),
-                Some(first) => sets.join(first, k),
-            }
-        }
-    }
-    sets.flatten();
-    support.map(|k| sets.find(k))
-}
-
-/// Joins the ends of every live segment of so many nodes.
-fn join_live_segments(sets: &mut Components<'_>, hot: &[Chunk<HOT_PLANES>], chunks: usize, [nx, ny]: [usize; 2]) {
-    let mut below: &[Chunk<HOT_PLANES>] = &[];
-    for j in 0..ny {
-        let row = planes::row(hot, chunks, j);
-        let mut from_below = false;
-        for i in 0..nx {
-            let k = j * nx + i;
-            let from_left = i > 0 && is_live_in(row, Axis::Horizontal, i - 1);
-            if from_left {
-                sets.join(k - 1, k);
-            }
-            // Most often the other three sides of the cell have joined the two ends already.
-            let joined = from_below && from_left && is_live_in(below, Axis::Horizontal, i - 1);
-            from_below = is_live_in(below, Axis::Vertical, i);
-            if from_below && !joined {
-                sets.join(k - nx, k);
-            }
-        }
-        below = row;
-    }
 }
 
 /// Whether live segments run straight from a touched node to a fixed one: the usual case, found without
@@ -745,63 +534,10 @@ fn settling(system: &System<'_>) -> f64 {
     math::max(part, system.model.node_mass * system.state.body.velocity.norm_squared())
 }
 
-/// Disjoint sets over the nodes, in caller's memory.
-pub struct Components<'a> {
-    labels: &'a mut [u32],
-}
-
-impl<'a> Components<'a> {
-    /// Every node by itself.
-    pub fn new(labels: &'a mut [u32]) -> Components<'a> {
-        for (k, label) in labels.iter_mut().enumerate() {
-            *label = k as u32;
-        }
-        Components { labels }
-    }
-
-    /// The representative of a node's component.
-    pub fn find(&mut self, node: usize) -> usize {
-        let mut k = node;
-        loop {
-            let Some(&parent) = self.labels.get(k) else { return node };
-            if parent as usize == k {
-                return k;
-            }
-            let grandparent = self.labels.get(parent as usize).copied().unwrap_or(parent);
-            if let Some(label) = self.labels.get_mut(k) {
-                *label = grandparent;
-            }
-            k = grandparent as usize;
-        }
-    }
-
-    /// Gives every node the number of its component's representative.
-    pub fn flatten(&mut self) {
-        // A representative has the smallest number of its component, so those before are done.
-        for k in 0..self.labels.len() {
-            let root = self.find(k) as u32;
-            if let Some(label) = self.labels.get_mut(k) {
-                *label = root;
-            }
-        }
-    }
-
-    /// Joins two nodes' components.
-    pub fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.find(a), self.find(b));
-        let (small, large) = if a < b { (a, b) } else { (b, a) };
-        if let Some(label) = self.labels.get_mut(large) {
-            *label = small as u32;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Scene;
-    use crate::ground::planes::CHUNK;
-    use crate::ground::random::splitmix64;
     use crate::scene::parts::Shape;
     use crate::tests::{sheet, sim};
     use std::vec::Vec;
@@ -811,7 +547,7 @@ mod tests {
         let mut scene = Scene::sheet_3in_sphere();
         scene.projectile.position[1] = 7.3 * scene.sheet.spacing;
         let sim = sim(&scene);
-        let (system, flight) = (&sim.system, flight(&sim.system));
+        let (system, flight) = (&sim.system, Flight::of(&sim.system));
         let mut rows: Vec<usize> = rows_from(system, &flight).collect();
         assert_eq!(rows[..4], [59, 58, 60, 57], "the middle one is 52");
         let off = |j: usize| (system.position(0, j).y - flight.position.y).abs();
@@ -835,12 +571,12 @@ mod tests {
             let mut sim = sim(&scene);
             for _ in 0..300 {
                 sim.advance(TEST_INTERVAL).unwrap();
-                let flight = flight(&sim.system);
+                let flight = Flight::of(&sim.system);
                 let in_the_way = whole_yarn_is_in_the_way(&sim.system, &flight);
-                let pieces = pieces(&mut sim.system);
+                let pieces = Pieces::of(&mut sim.system);
                 let mut held = Held::NOTHING;
                 for (i, j) in sim.system.nodes() {
-                    if pieces.hold(piece(&sim.system, &pieces, i, j)) {
+                    if pieces.hold(pieces.of_node(&sim.system, i, j)) {
                         held.include(&sim.system, &flight, i, j);
                     }
                 }
@@ -879,39 +615,5 @@ mod tests {
         assert_eq!(way_through(Shape::Sphere, 0.0, -1e-6), Some(0.0), "a sheet behind the centre");
         assert_eq!(way_through(Shape::Cylinder, 3e-3, 9e-3), None, "in the way of the flat end");
         assert_eq!(way_through(Shape::Cylinder, 5e-3, 9e-3), Some(9e-3), "beside the shank");
-    }
-
-    #[test]
-    fn live_segments_join_their_ends_whatever_has_failed() {
-        let ([nx, ny], chunks) = ([19, 17], 3);
-        for case in 0..200 {
-            // Nearly whole, in pieces, dust.
-            let threshold = [u64::MAX / 50, u64::MAX / 2, u64::MAX / 4 * 3][case % 3];
-            let draw = |k: usize| splitmix64((case * 10_000 + k) as u64) > threshold;
-            let mut hot = std::vec![[[0.0; CHUNK]; HOT_PLANES]; chunks * ny];
-            for k in 0..nx * ny {
-                let (i, j) = (k % nx, k / nx);
-                let chunk = &mut hot[j * chunks + i / CHUNK];
-                chunk[STIFFNESS][i % CHUNK] = f64::from(draw(2 * k));
-                chunk[STIFFNESS + 1][i % CHUNK] = f64::from(draw(2 * k + 1));
-            }
-            let mut plainly = std::vec![0; nx * ny];
-            let mut sets = Components::new(&mut plainly);
-            for k in 0..nx * ny {
-                let (i, j) = (k % nx, k / nx);
-                if i + 1 < nx && draw(2 * k) {
-                    sets.join(k, k + 1);
-                }
-                if j + 1 < ny && draw(2 * k + 1) {
-                    sets.join(k, k + nx);
-                }
-            }
-            sets.flatten();
-            let mut labels = std::vec![0; nx * ny];
-            let mut sets = Components::new(&mut labels);
-            join_live_segments(&mut sets, &hot, chunks, [nx, ny]);
-            sets.flatten();
-            assert_eq!(labels, plainly, "case {case}");
-        }
     }
 }
