@@ -1,4 +1,5 @@
 pub mod arrays;
+mod fill;
 pub mod image;
 pub mod layout;
 pub mod model;

@@ -1,31 +1,28 @@
 //! The mechanical system that is stepped: scene, constants, scalar state and the caller's memory, and the
-//! access to its nodes and segments. What steps it and reads it out are functions of it, on the floors above.
+//! access to its nodes and segments (`fill.rs` fills its arrays). Functions on the floors above step it and
+//! read it out.
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
 use crate::body::shape::Solid;
-use crate::ground::error::{Error, Failure};
+use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
 use crate::ground::math;
-use crate::ground::planes::{
-    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, STIFFNESS, STRENGTH_PLANES, YARN_PLANES,
-};
-use crate::ground::ranges::{NOT_KEPT, end_of_range};
+use crate::ground::planes::{self, Axis, CHUNK, STIFFNESS};
 use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
 use crate::memory::model::Model;
 use crate::memory::state::State;
 use crate::scene::features::Feature;
-use crate::scene::parts::{CRITICAL_STRETCH_MAX, Scene};
+use crate::scene::parts::Scene;
 use crate::sheet::clamp;
 use crate::sheet::columns::{self, Net, PLACE, PLACE_Z};
 use crate::sheet::direction::{Along, Direction, Directions};
 use crate::sheet::ghosts;
-use crate::sheet::grading;
 use crate::sheet::neighbours::NOTHING;
-use crate::sheet::places::{Places, rest_offset};
+use crate::sheet::places::rest_offset;
 use crate::sheet::ring;
-use crate::sheet::slack::{self, EnergyError, GIVEN, NO_ENERGY_ERROR};
+use crate::sheet::slack::{self, EnergyError, GIVEN};
 use crate::sheet::weave::{self, in_runs};
 use crate::yarn::law::{self, DamageLaw, Rest, RestLanes};
 use crate::yarn::rate::RateLaw;
@@ -269,41 +266,6 @@ impl System<'_> {
         weave::attachment_of(self.scene.attachment.kind, self.layout.y.nodes, self.layout.upper, row, side)
     }
 
-    /// Largest impulse of the clamp on every held node in a step.
-    fn fill_holds(&mut self) {
-        let [nx, ny] = [self.layout.x.nodes as usize, self.layout.y.nodes as usize];
-        let dt = self.model.limits.dt;
-        let unit = self.model.unit_impulse / dt;
-        let runs_of = |j: usize| self.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
-        for j in 0..self.layout.nodes_y {
-            let ((ply, row), run) = (self.layout.ply_and_row(j), runs_of(j));
-            let first = self.layout.rows_of(ply)[0];
-            let whole = f64::from(self.scene.sheet.plies) * self.scene.attachment.hold / (unit * self.mass_share(ply));
-            for columns in [[run[0], run[1]], [run[2], run[3]]] {
-                for i in columns[0]..columns[1] {
-                    // Those of the same column that the same disc holds.
-                    let upper = row >= self.layout.upper;
-                    let same = |other: usize| {
-                        (other >= self.layout.upper) == upper && in_runs(&runs_of(first + other), i as usize)
-                    };
-                    let of_column = (0..self.layout.y.modelled()).filter(|&other| same(other)).count();
-                    let yarns = clamp::yarns_ending(
-                        &self.scene,
-                        [i as usize, row],
-                        [nx, ny],
-                        (columns[1] - columns[0]) as usize,
-                        of_column,
-                    );
-                    let hold = if whole > 0.0 { whole * yarns } else { f64::MAX };
-                    let place = j * self.layout.chunks + i as usize / CHUNK;
-                    if let Some(holds) = self.arrays.rows.holds.get_mut(place) {
-                        holds[i as usize % CHUNK] = hold;
-                    }
-                }
-            }
-        }
-    }
-
     /// The segment that starts at node (i, j), if there is one.
     pub fn segment(&self, axis: Axis, i: usize, j: usize) -> Option<SegmentView> {
         let chunks = self.layout.chunks;
@@ -397,69 +359,6 @@ impl System<'_> {
         stiffness * stiffening
     }
 
-    /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
-    pub fn fill_model(&mut self) -> Result<(), Error> {
-        let (layout, places) = (self.layout, Places::both(&self.scene));
-        for (j, run) in self.arrays.rows.runs.iter_mut().enumerate() {
-            let [[a, b], [c, d]] = weave::runs_among(&self.scene, &places, layout.ply_and_row(j).1);
-            *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
-        }
-        if layout.has(Feature::Clamps) {
-            self.fill_holds();
-        }
-        if let Some(hoop) = ring::Hoop::of(&self.scene) {
-            for (ply, line) in self.arrays.columns.chunks_exact_mut(self.layout.chunks.max(1)).enumerate() {
-                let along = self.directions.of_ply(ply);
-                hoop.fill(line, &along.around(), along.turn);
-            }
-        }
-        let (Layout { nodes_x: nx, nodes_y: ny, chunks, .. }, strength) = (layout, layout.has(Feature::Strength));
-        if !layout.has_constants() && !strength {
-            return Ok(());
-        }
-        if self.layout.has(Feature::Grading) {
-            grading::fill(self.arrays.columns, &places[0], &self.directions.front.horizontal.rest);
-            grading::fill(self.arrays.lines, &places[1], &self.directions.front.vertical.rest);
-        }
-        // Of the front and of the back fabric.
-        let mut weakest = [CRITICAL_STRETCH_MAX; 2];
-        self.arrays.rows.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
-        self.arrays.rows.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
-        for j in 0..ny {
-            let (ply, row_of_ply) = layout.ply_and_row(j);
-            let before = ply as u64 * self.scene.segments_of_ply();
-            let (along, back) = (self.directions.of_ply(ply), usize::from(self.directions.is_back(ply)));
-            let row = planes::row_mut(self.arrays.rows.yarn, chunks, j);
-            let strengths = planes::row_mut(self.arrays.rows.strength, chunks, j);
-            let verticals = layout.has_verticals(j);
-            for i in 0..nx {
-                let exists = [(Axis::Horizontal, i < layout.x.segments()), (Axis::Vertical, verticals)];
-                for (axis, _) in exists.into_iter().filter(|(_, exists)| *exists) {
-                    let direction = along.along(axis);
-                    let bar = self.scene.draw_bar(&places, before, axis, [i, row_of_ply])?;
-                    let turn = if axis == Axis::Horizontal { along.turn } else { 1.0 };
-                    let stiffness = bar.modulus / (direction.modulus_per_stiffness * (bar.segments * turn));
-                    let constants = [(axis as usize, stiffness), (axis as usize + 2, bar.damage_rate)];
-                    for (plane, constant) in constants {
-                        if let Some(slot) = planes::get_mut(row, plane, i) {
-                            *slot = constant;
-                        }
-                    }
-                    if let Some(slot) = planes::get_mut(strengths, axis as usize, i) {
-                        *slot = bar.critical_stretch;
-                        weakest[back] = math::min(*slot, weakest[back]);
-                    }
-                }
-            }
-        }
-        if strength {
-            let [of_front, of_back] = weakest;
-            self.directions.front.weaken(of_front);
-            self.directions.back.weaken(of_back);
-        }
-        Ok(())
-    }
-
     /// Sets the flag of a node or of a piece; without room for flags it does nothing.
     pub(crate) fn set_flag(&mut self, k: usize) {
         if let Some(flags) = self.arrays.flags.get_mut(k / 32) {
@@ -472,137 +371,9 @@ impl System<'_> {
         self.arrays.flags.get(k / 32).is_some_and(|flags| flags >> (k % 32) & 1 == 1)
     }
 
-    /// Sheet flat, at rest and whole.
-    pub fn clear_state(&mut self) {
-        self.arrays.rows.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
-        self.arrays.rows.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
-        for (history, strength) in self.arrays.rows.history.iter_mut().zip(self.arrays.rows.strength.iter()) {
-            *history = strength.map(|plane| plane.map(law::twice_strain_at));
-        }
-        self.arrays.flags.fill(0);
-        self.arrays.rows.energy_error.fill(NO_ENERGY_ERROR);
-        if self.layout.has(Feature::Clamps) {
-            self.arrays.rows.slid.fill([0.0; CHUNK]);
-        }
-        for j in 0..self.arrays.rows.been_slack.len() {
-            let Along { horizontal, vertical, .. } = self.directions_of_row(j);
-            let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * slack::bit(axis);
-            let bits = slack(&horizontal.rest, Axis::Horizontal) | slack(&vertical.rest, Axis::Vertical);
-            if let Some(been_slack) = self.arrays.rows.been_slack.get_mut(j) {
-                *been_slack = bits;
-            }
-        }
-        self.rebuild_derived();
-    }
-
-    /// Everything that follows from displacements, velocities and histories: stiffness planes, failed
-    /// segments, row ranges, awake rows. Clears a failure.
-    pub fn rebuild_derived(&mut self) {
-        self.refill(|_, _| true);
-    }
-
-    /// [`System::rebuild_derived`], with every row filled anew before what follows from it, while it is at
-    /// hand. `fill` returns whether a history of the row has changed; if not, its stiffnesses are still
-    /// right.
-    pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
-        self.failure = None;
-        self.arrays.rows.before.fill([0.0; CHUNK]);
-        self.arrays.rows.case_impulse_of_row.fill([[0.0; CHUNK]; 3]);
-        self.arrays.rows.case_impulse.fill([0.0; CHUNK]);
-        (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));
-        for j in 0..self.layout.nodes_y {
-            if fill(self, j) {
-                self.rebuild_stiffness(j);
-            }
-            if self.rebuild_range(j) {
-                self.wake(j);
-            }
-        }
-        self.failed_segments = self.count_failed([0, self.layout.nodes_y]);
-    }
-
-    /// Stiffness of the segments that start in row j, from their histories.
-    fn rebuild_stiffness(&mut self, j: usize) {
-        let (chunks, ends) = (self.layout.chunks, self.ends_of_segments(j));
-        let Along { horizontal: h, vertical: v, .. } = self.directions.of_ply(self.layout.ply_and_row(j).0);
-        let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
-        let uniform = uniform.map(|constant| [constant; CHUNK]);
-        let shared = [h, v].map(|direction| [direction.law.critical_stretch; CHUNK]);
-        let row = planes::row_mut(self.arrays.rows.hot, chunks, j);
-        let history = planes::row(self.arrays.rows.history, chunks, j);
-        let yarn = planes::row(self.arrays.rows.yarn, chunks, j);
-        let strength = planes::row(self.arrays.rows.strength, chunks, j);
-        for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
-            let yarn = yarn.get(c).unwrap_or(&uniform);
-            let strength = strength.get(c).unwrap_or(&shared);
-            for (k, direction) in [h, v].into_iter().enumerate() {
-                let mut stiffness = yarn[k];
-                stiffness.iter_mut().skip(ends[k].saturating_sub(c * CHUNK)).for_each(|none| *none = 0.0);
-                let whole = history[k].iter().fold(true, |whole, &largest| whole & (largest <= direction.critical));
-                if !whole {
-                    let constants = yarn[k + 2].iter().zip(&strength[k]).zip(&history[k]);
-                    for (stiffness, ((&damage_rate, &critical), &largest)) in stiffness.iter_mut().zip(constants) {
-                        *stiffness *= direction.law.at(critical).alpha(damage_rate, largest);
-                    }
-                }
-                hot[STIFFNESS + k] = stiffness;
-            }
-        }
-    }
-
     /// Horizontal and vertical segments of row j start before these columns.
     pub fn ends_of_segments(&self, j: usize) -> [usize; 2] {
         [self.layout.x.segments(), if self.layout.has_verticals(j) { self.layout.nodes_x } else { 0 }]
-    }
-
-    /// Least and greatest y displacement of row j. Returns whether a node of it is not exactly at rest in its
-    /// place.
-    fn rebuild_range(&mut self, j: usize) -> bool {
-        let row = planes::row(self.arrays.rows.hot, self.layout.chunks, j);
-        let (mut low, mut high, mut moved) = ([0.0; CHUNK], [0.0; CHUNK], false);
-        let mut take = |chunk: &Chunk<HOT_PLANES>| {
-            for ((low, high), &y) in low.iter_mut().zip(&mut high).zip(&chunk[1]) {
-                *low = math::min(y, *low);
-                *high = math::max(y, *high);
-            }
-            moved |= chunk[..6].iter().flatten().fold(false, |moved, &x| moved | (x != 0.0));
-        };
-        let (whole, rest) = row.split_at_checked(self.layout.nodes_x / CHUNK).unwrap_or((row, &[]));
-        whole.iter().for_each(&mut take);
-        if let Some(mut last) = rest.first().copied() {
-            // After the last node there may be an image.
-            for plane in &mut last {
-                plane.iter_mut().skip(self.layout.nodes_x % CHUNK).for_each(|place| *place = 0.0);
-            }
-            take(&last);
-        }
-        if let Some(range) = self.arrays.rows.ranges.get_mut(j) {
-            let least = low.iter().fold(0.0, |least, &y| math::min(y, least));
-            let greatest = high.iter().fold(0.0, |greatest, &y| math::max(y, greatest));
-            *range = [end_of_range(least), end_of_range(greatest), NOT_KEPT, NOT_KEPT];
-        }
-        moved
-    }
-
-    /// Failed segments of rows [first, end) in the whole sheet.
-    pub fn count_failed(&self, [first, end]: [usize; 2]) -> u64 {
-        let mut failed = 0.0;
-        for j in first..end {
-            let ends = self.ends_of_segments(j);
-            for (c, hot) in planes::row(self.arrays.rows.hot, self.layout.chunks, j).iter().enumerate() {
-                for axis in [Axis::Horizontal, Axis::Vertical] {
-                    let (stiffness, first) = (&hot[STIFFNESS + axis as usize], c * CHUNK);
-                    if stiffness.iter().fold(true, |live, &k| live & (k != 0.0)) {
-                        continue;
-                    }
-                    let segments = ends[axis as usize].saturating_sub(first);
-                    for (lane, _) in stiffness.iter().enumerate().take(segments).filter(|(_, k)| **k == 0.0) {
-                        failed += self.layout.segment_weight(axis, first + lane, j);
-                    }
-                }
-            }
-        }
-        failed as u64
     }
 
     /// Puts the ghost row beyond the plane y = 0 in its place.
