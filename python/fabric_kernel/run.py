@@ -12,11 +12,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas
 import tqdm
 
 from . import about as scenes
-from . import batch, movie, page, plot, runs, sheets
+from . import batch, page, runs
 from ._kernel import PRESETS, Failed, Refused, Scene, Simulation
 from .files import naming, written
 from .textile import spacings
@@ -57,6 +56,8 @@ class Frames:
             self.kept, self.stride = self.kept[::2], 2 * self.stride
 
     def add(self, simulation: Simulation) -> None:
+        from . import sheets  # Only where pictures are made, as it loads matplotlib.
+
         plies = [sheets.Sheet(simulation, ply) for ply in range(simulation.scene["stack.plies"] if self.vtk else 1)]
         step, files = simulation.step_count, []
         if self.vtk:
@@ -72,8 +73,12 @@ class Frames:
         if self.kept and self.kept[-1][1] != simulation.time:
             self.add(simulation)
         if self.movie:
+            from . import movie
+
             movie.written([sheet for sheet, _, _ in self.kept], out / "movie.gif")
         if self.vtk:
+            from . import sheets
+
             sheets.vtk_series(self.folder / "run.pvd", [(time, files) for _, time, files in self.kept])
         return ["movie.gif"] * self.movie + ["vtk/run.pvd"] * self.vtk
 
@@ -257,6 +262,10 @@ def report(
     out: Path, summary: dict[str, Any], simulation: Simulation, rows: Any, lines: list[tuple[str, str]], extra: list[str]
 ) -> None:
     """The pictures, and report.html with all of them."""
+    import pandas
+
+    from . import plot, sheets
+
     name, ended = summary["scene"], summary["ended_by"]
     marks = [(latch["time"], outcome) for outcome, latch in summary["outcomes"].items()]
     plot.history(pandas.DataFrame(rows), out / "history.svg", title=name, marks=marks)
@@ -308,6 +317,8 @@ def report(
 
 def reported(out: Path) -> dict[str, Any]:
     """Draws pictures and report of a run again, of the files in its folder, and returns its summary."""
+    import pandas
+
     summary, simulation = json.loads((out / "summary.json").read_text()), Simulation(Scene.read(out / "scene.toml"))
     simulation.restore(gzip.decompress((out / "state.gz").read_bytes()))
     rows = pandas.read_csv(out / "history.csv", float_precision="round_trip").set_axis(COLUMNS, axis=1)

@@ -3,7 +3,7 @@
 use crate::platforms::{Compiler, compiler_for, own};
 use crate::targets::TARGETS;
 use crate::tools::{
-    self, Outcome, emptied, finish, output, pip, py_tests, python_with, run as command, said, target, top,
+    self, Outcome, emptied, finish, output, pip, py_tests, python_with, read, run as command, said, target, top, write,
 };
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -87,23 +87,38 @@ pub fn installed() -> Result<PathBuf, String> {
     let python = python_with("evidence/requirements.txt")?;
     let folder = emptied(target().join("evidence-wheel"))?;
     build(&folder, None)?;
-    let wheel = only_file(&folder)?.to_string_lossy().into_owned();
-    if output(&python, &["-c", IS_INSTALLED, &wheel]).is_err() {
-        pip(&python, &["--force-reinstall", "--no-deps", &wheel])?;
-    }
+    renewed(&python, &only_file(&folder)?)?;
     Ok(python)
 }
 
-/// Installs the wheel in an empty environment and runs the tests there, those with a Dask cluster included.
+/// Installs a wheel unless it is what is installed.
+fn renewed(python: &Path, wheel: &Path) -> Outcome {
+    let wheel = wheel.to_string_lossy();
+    if output(python, &["-c", IS_INSTALLED, &wheel]).is_ok() {
+        return Ok(());
+    }
+    pip(python, &["--force-reinstall", "--no-deps", &wheel])
+}
+
+/// Runs the tests, those with a Dask cluster included, in an environment that has the wheel, what it asks for
+/// and nothing else.
 pub fn test() -> Outcome {
-    let top_folder = emptied(target().join("wheel-test"))?;
-    build(&top_folder, None)?;
-    let wheel = only_file(&top_folder)?;
+    let folder = target().join("wheel-test");
+    let venv = folder.join("venv");
+    let (python, stamp) = (venv.join("bin/python"), venv.join("asked-for"));
+    let asked = read(top().join("python/pyproject.toml"))?;
+    let kept = std::fs::read_to_string(&stamp).is_ok_and(|before| before == asked);
+    let built = emptied(folder.join("wheel"))?;
+    build(&built, None)?;
+    let wheel = only_file(&built)?;
     names_no_folder(&wheel)?;
-    let venv = top_folder.join("venv");
-    command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
-    let python = venv.join("bin/python");
-    pip(&python, &[&format!("{}[test]", wheel.display())])?;
+    if !kept {
+        emptied(venv.clone())?;
+        command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
+        pip(&python, &[&format!("{}[test]", wheel.display())])?;
+        write(stamp, asked)?;
+    }
+    renewed(&python, &wheel)?;
     py_tests(&python, "tests/python")
 }
 
