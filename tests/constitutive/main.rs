@@ -107,7 +107,7 @@ struct Worst {
 impl Worst {
     fn point(&mut self, law: &DamageLaw, segment: &Segment, stretch: f64) {
         let (rate, d) = (segment.damage_rate, [stretch - 1.0, 0.0, 0.0]);
-        let q = Rest::PLAIN.twice_strain(d);
+        let q = Rest::PLAIN.lanes().twice_strain(d);
         let alpha = if law.is_damaging(q, 0.0) { law.damage(rate, q).alpha } else { 1.0 };
         if q > law.critical_twice_strain() {
             let reference = exact_alpha(law, rate, q);
@@ -131,7 +131,7 @@ impl Worst {
         // The force at this alpha.
         let area = 1.075e-7;
         let stress = yarn::stress(0.5 * alpha * segment.modulus, q);
-        let force = Rest::PLAIN.force(area * stress, d)[0];
+        let force = Rest::PLAIN.lanes().force(area * stress, d)[0];
         if force > 0.0 {
             let strain = exact(0.5) * (exact(stretch) * exact(stretch) - exact(1.0));
             let reference = exact(area) * exact(stretch) * exact(alpha) * exact(segment.modulus) * strain;
@@ -162,7 +162,7 @@ fn of_directions(seed: u64, plain: bool) -> [f64; 2] {
         let rest = if plain { Rest::PLAIN } else { Rest::of(spacing, at_rest) };
         let size = spacing * 10f64.powf(random.between(-6.0, 1.0));
         let d = [0, 1, 2].map(|_| size * random.between(-1.0, 1.0));
-        let (q, [x, y, z]) = (rest.twice_strain(d), d.map(exact));
+        let (q, [x, y, z]) = (rest.lanes().twice_strain(d), d.map(exact));
         let (rho, u) = (exact(spacing), exact(at_rest));
         let along = &rho + &x;
         let squared = &along * &along + &y * &y + &z * &z;
@@ -172,7 +172,7 @@ fn of_directions(seed: u64, plain: bool) -> [f64; 2] {
         strain = strain.max(error(q, &exact_q) / ulp(greatest));
         let stiffness = random.between(1e9, 1e11);
         let stress = yarn::stress(stiffness, q);
-        let found = rest.force(stress, d);
+        let found = rest.lanes().force(stress, d);
         let stress = exact(stiffness) * exact(q.max(0.0));
         for (found, reference) in found.into_iter().zip([&stress * along, &stress * y, &stress * z]) {
             if q > 0.0 {
@@ -194,7 +194,7 @@ fn strain_and_force_in_any_direction_are_those_of_256_bits_to_rounding() {
     let ([strain, force], [at_rest, force_there]) = (of_directions(22, true), of_directions(23, false));
     assert!(strain <= 9.0 && force <= 3.0 && at_rest <= 24.0 && force_there <= 3.0);
     // At rest the strain is that of the stretch, to the bit.
-    assert_eq!(Rest::of(1.3, 1.01).twice_strain([0.0; 3]), yarn::twice_strain_at(1.01));
+    assert_eq!(Rest::of(1.3, 1.01).lanes().twice_strain([0.0; 3]), yarn::twice_strain_at(1.01));
     assert_eq!(Rest::of(1.0, 1.0), Rest::PLAIN);
 }
 

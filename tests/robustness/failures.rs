@@ -154,9 +154,11 @@ fn latched(sim: &mut Sim<'_>, failure: Failure, image: &[u8]) {
     // A bad image does not clear it, a good one does, and so does a reset.
     assert!(sim.load(&image[1..]).is_err());
     assert_eq!(sim.failure(), Some(failure));
+    let mut fresh = sim_of(sim.scene());
+    fresh.load(image).unwrap();
     sim.load(image).unwrap();
-    assert_eq!(sim.failure(), None);
-    sim.step().unwrap();
+    assert_eq!((sim.failure(), sim.step()), (None, fresh.step()));
+    assert_eq!(sim.digest(), fresh.digest());
     sim.reset();
     assert_eq!((sim.failure(), sim.step_count()), (None, 0));
     sim.step().unwrap();

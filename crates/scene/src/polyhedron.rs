@@ -84,7 +84,7 @@ fn integrals(planes: &[Plane]) -> (f64, Vector, Matrix3<f64>) {
         Projectile { shape: Shape::Polyhedron, faces: Faces::of(planes), ..Scene::sheet_3in_sphere().projectile };
     let Solid::Polyhedron(solid) = Solid::of(&body) else { return sums };
     for plane in planes {
-        let on = |p: &Vector| abs(gap(plane, p)) <= SAME * solid.reach();
+        let on = |p: &Vector| abs(gap(plane, p)) <= SAME * solid.reach;
         let corners: Vec<Vector> = solid.vertices().iter().copied().filter(on).collect();
         let middle = corners.iter().sum::<Vector>() / corners.len() as f64;
         for [a, b] in solid.edges().filter(|[a, b]| on(a) && on(b)) {

@@ -44,29 +44,19 @@ impl Track {
     pub fn pose(&self, elapsed: f64, dt: f64) -> (Vector, Quaternion<f64>) {
         let duration = self.steps as f64 * dt;
         let s = elapsed / self.steps as f64;
-        let position = hermite(
-            s,
-            &Vector::zeros(),
-            &(self.start.velocity * duration),
-            &(self.end.position - self.start.position),
-            &(self.end.velocity * duration),
-        ) + self.start.position;
-        let whole = rotation_vector(&(self.start.orientation.conjugate() * self.end.orientation));
-        let turn = hermite(
-            s,
-            &Vector::zeros(),
-            &(self.start.angular_velocity * duration),
-            &whole,
-            &(self.end.angular_velocity * duration),
-        );
-        (position, self.start.orientation * exponential(&turn))
+        // (M13) Cubic Hermite polynomial on [0, 1] from 0, with these slopes at its ends. The 0 is a term of
+        // the sum, so that no -0 comes out.
+        let r = 1.0 - s;
+        let cubic = |first: Vector, end: Vector, last: Vector| {
+            let rise = Vector::zeros() + first * duration * (s * r * r) + end * (s * s * (3.0 - 2.0 * s));
+            rise - last * duration * (s * s * r)
+        };
+        let (start, end) = (&self.start, &self.end);
+        let whole = rotation_vector(&(start.orientation.conjugate() * end.orientation));
+        let turn = cubic(start.angular_velocity, whole, end.angular_velocity);
+        let way = cubic(start.velocity, end.position - start.position, end.velocity);
+        (way + start.position, start.orientation * exponential(&turn))
     }
-}
-
-/// (M13) Cubic Hermite polynomial on [0, 1] with end values and end slopes.
-fn hermite(s: f64, p0: &Vector, m0: &Vector, p1: &Vector, m1: &Vector) -> Vector {
-    let r = 1.0 - s;
-    p0 * (r * r * (1.0 + 2.0 * s)) + m0 * (s * r * r) + p1 * (s * s * (3.0 - 2.0 * s)) - m1 * (s * s * r)
 }
 
 /// Axis times angle, rad, of the shorter turn.

@@ -58,11 +58,9 @@ pub(crate) struct HalfSpaces {
 impl HalfSpaces {
     /// Half-spaces below these faces.
     pub(crate) fn of(faces: &Faces) -> HalfSpaces {
-        let mut half_spaces = HalfSpaces { faces: [Face::default(); MAX_FACES], count: faces.in_use().len() };
-        for (face, plane) in half_spaces.faces.iter_mut().zip(faces.in_use()) {
-            *face = Face::of(*plane);
-        }
-        half_spaces
+        let mut all = [Face::default(); MAX_FACES];
+        all.iter_mut().zip(faces.in_use()).for_each(|(face, plane)| *face = Face::of(*plane));
+        HalfSpaces { faces: all, count: faces.in_use().len() }
     }
 
     fn faces(&self) -> &[Face] {
@@ -160,8 +158,10 @@ pub struct Polyhedron {
     vertices: [Vector; MAX_VERTICES],
     /// Vertices found; more than there are places only if the faces are refused.
     vertex_count: usize,
-    reach: f64,
-    gyration: [f64; 3],
+    /// Distance of the farthest vertex from the centre of mass, m.
+    pub reach: f64,
+    /// Principal moments of inertia over the mass, m^2.
+    pub gyration: [f64; 3],
 }
 
 impl Polyhedron {
@@ -209,11 +209,6 @@ impl Polyhedron {
         self.faces().iter().map(|face| face.distance).reduce(|a, b| math::min(b, a)).unwrap_or(0.0)
     }
 
-    /// Distance of the farthest vertex from the centre of mass, m.
-    pub fn reach(&self) -> f64 {
-        self.reach
-    }
-
     /// Whether the plane through the centre of mass with this unit normal mirrors every face onto a face, and
     /// is across a principal axis.
     pub fn is_mirrored_by(&self, normal: &Vector) -> bool {
@@ -231,17 +226,9 @@ impl Polyhedron {
             })
     }
 
-    /// Principal moments of inertia over the mass, m^2.
-    pub fn gyration(&self) -> [f64; 3] {
-        self.gyration
-    }
-
     /// Distance that the body reaches along a unit direction, m.
     pub fn support(&self, direction: &Vector) -> f64 {
-        self.vertices().iter().fold(0.0, |farthest, vertex| {
-            let along = vertex.dot(direction);
-            math::max(along, farthest)
-        })
+        self.vertices().iter().map(|vertex| vertex.dot(direction)).fold(0.0, |a, b| math::max(b, a))
     }
 
     /// Whether a point in the body's frame lies higher than `height` above two faces, m.
@@ -349,8 +336,8 @@ mod tests {
         // edge.
         assert_eq!(counts(&octahedron()), (6, 12));
         let body = Polyhedron::new(&Faces::of(&octahedron()), [0.0; 3]);
-        assert!((body.reach() - 0.01 * math::sqrt(3.0)).abs() < 1e-16);
-        assert!((body.half_spaces.reach_across(&Vector::new(0.0, 0.0, 1.0)) - body.reach()).abs() < 1e-16);
+        assert!((body.reach - 0.01 * math::sqrt(3.0)).abs() < 1e-16);
+        assert!((body.half_spaces.reach_across(&Vector::new(0.0, 0.0, 1.0)) - body.reach).abs() < 1e-16);
         assert_eq!(body.least_distance(), 0.01);
         // A plane that cuts nothing off adds nothing.
         let idle = [&cube[..], &[[0.6, 0.8, 0.0, 0.03]]].concat();

@@ -25,13 +25,10 @@ const PLACE_ROUNDING: f64 = 4.0 * f64::EPSILON;
 pub(crate) fn set_twist(system: &mut System<'_>, solved: &Solved) {
     let Twist { velocity, angular_velocity } = solved.twist;
     (system.state.body.velocity, system.state.body.angular_velocity) = (velocity, angular_velocity);
-    if solved.sweeps as u64 > system.state.sums.most_sweeps {
-        system.state.sums.most_sweeps = solved.sweeps as u64;
-    }
+    let sums = &mut system.state.sums;
+    sums.most_sweeps = sums.most_sweeps.max(u64::from(solved.sweeps));
     if !solved.converged {
-        let place = system.state.body.position;
-        let places = math::length([place.x, place.y, place.z]) + system.model.reach;
-        let sums = &mut system.state.sums;
+        let places = math::length(system.state.body.position.into()) + system.model.reach;
         // Gaps are differences of places: what rounding of these can do to a speed is no lack of convergence.
         sums.unconverged += u64::from(solved.residual > PLACE_ROUNDING * places / system.model.limits.dt);
         sums.contact_residual = math::max(solved.residual, sums.contact_residual);
@@ -40,6 +37,7 @@ pub(crate) fn set_twist(system: &mut System<'_>, solved: &Solved) {
 
 /// Sums of a step's impulses. (M13) Work is impulse times the mean of the rates before and after, for a free
 /// and a prescribed body alike: the two then agree to second order.
+#[derive(Default)]
 struct Totals {
     /// Mean of the body's velocities before and after.
     body: Twist,
@@ -58,19 +56,9 @@ struct Totals {
 
 impl Totals {
     fn between(before: &Body, after: &Body) -> Totals {
-        Totals {
-            body: Twist {
-                velocity: (before.velocity + after.velocity) * 0.5,
-                angular_velocity: (before.angular_velocity + after.angular_velocity) * 0.5,
-            },
-            impulse: Vector::zeros(),
-            angular_impulse: Vector::zeros(),
-            work: 0.0,
-            loss: 0.0,
-            friction: 0.0,
-            support_work: 0.0,
-            touched: 0,
-        }
+        let velocity = (before.velocity + after.velocity) * 0.5;
+        let angular_velocity = (before.angular_velocity + after.angular_velocity) * 0.5;
+        Totals { body: Twist { velocity, angular_velocity }, ..Totals::default() }
     }
 
     /// Work of friction on the body.

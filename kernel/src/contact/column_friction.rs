@@ -222,7 +222,7 @@ impl StackSolve<'_, '_> {
             friction: self.system.scene.contact.friction,
         };
         let [s0, s1] = t.slip(&self.body);
-        let (lift, rates) = (contact.lift(&contact.impulse), [self.gap_rate(&candidate), s0, s1]);
+        let (lift, rates) = (contact.lift(&contact.impulse), [candidate.gap_rate(&self.body), s0, s1]);
         for (k, rate) in rates.into_iter().enumerate() {
             let along = contact.impulse[k] - contact.up[k] * lift;
             contact.rate[k] = rate + touch.inverse_mass * along + contact.up[k] * touch.velocity_change_z;

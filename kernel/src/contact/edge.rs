@@ -96,8 +96,8 @@ fn at(body: &Body, x: &Vector) -> Vector {
 /// Returns how many are left. `deepest`: what gathering found, m.
 #[inline(never)]
 pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
+    // A sphere has no edge.
     if !system.solid.feels_torque() {
-        // A sphere has no edge.
         return count;
     }
     let body = &system.state.body;
@@ -143,12 +143,10 @@ pub(crate) fn solve_contact(
     solve_first: impl Fn(&mut System<'_>, usize) -> Solved,
 ) -> (Solved, usize) {
     for _ in 0..MOST_ROUNDS {
-        let solved = solve_first(system, kept);
-        if kept == count {
-            return (solved, kept);
+        let (solved, alone) = (solve_first(system, kept), kept);
+        if alone < count {
+            kept = meets_after_all(system, &solved, alone, count);
         }
-        let alone = kept;
-        kept = meets_after_all(system, &solved, kept, count);
         if kept == alone {
             return (solved, kept);
         }
@@ -182,13 +180,6 @@ fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count
 /// inside. Turning has brought the nodes below a flat face so deep; one beside them, no farther away than
 /// they are from each other, at most twice as deep.
 fn deepest_support(system: &System<'_>, test: &EdgeTest<'_>, kept: usize) -> f64 {
-    let mut deepest = 0.0;
-    for (c, candidate) in system.arrays.candidates.iter().enumerate().take(kept) {
-        if candidate.is_fixed() {
-            let [_, y] = free_way(system, c);
-            let depth = test.depth_at_end(&y);
-            deepest = math::max(depth, deepest);
-        }
-    }
-    deepest
+    let held = system.arrays.candidates.iter().enumerate().take(kept).filter(|(_, candidate)| candidate.is_fixed());
+    held.map(|(c, _)| test.depth_at_end(&free_way(system, c)[1])).fold(0.0, |a, b| math::max(b, a))
 }

@@ -18,7 +18,7 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
 use crate::contact::candidate::{Given, Solved};
-use crate::contact::laws;
+use crate::contact::laws::{self, Gain};
 use crate::ground::math;
 use crate::memory::records::{Candidate, Tangential};
 
@@ -57,8 +57,16 @@ pub(crate) struct Newton<'c> {
     /// One for each candidate; none without friction.
     pub tangential: &'c mut [Tangential],
     pub given: &'c Given<'c>,
+    /// Rates of the body with these impulses.
+    pub solved: Solved,
+    /// Change of speed that sweeps may leave, m/s.
+    pub tolerance: f64,
     /// rho of a fixed node over its effective mass.
     pub stiff: f64,
+    /// Whether friction is that which the impulses so far allow.
+    pub frozen: bool,
+    /// Passes over the candidates so far.
+    pub passes: u32,
 }
 
 /// Row of the contact Jacobian: one direction of a candidate.
@@ -76,50 +84,71 @@ struct Equations {
 }
 
 impl Newton<'_> {
-    /// Goes on from a solve that was given up. `tolerance`: what sweeps may leave, m/s.
-    pub fn finish(&mut self, given_up: Solved, tolerance: f64) -> Solved {
-        let mut solved = given_up;
-        let (mut passes, mut before, mut was_near) = (0, f64::INFINITY, false);
+    /// Goes on from a solve that was given up. What does not converge here either is scaled back.
+    pub fn finish(mut self) -> Solved {
+        let (mut before, mut was_near) = (f64::INFINITY, false);
         loop {
-            solved.residual = self.residual(&solved);
-            passes += 1;
-            let is_near = solved.residual <= CONVERGED_PART * tolerance;
-            solved.converged = is_near && (was_near || self.tangential.is_empty());
-            if solved.converged || passes >= MAX_PASSES {
+            let residual = self.residual();
+            self.passes += 1;
+            let is_near = residual <= CONVERGED_PART * self.tolerance;
+            self.solved.residual = residual;
+            self.solved.converged = is_near && (was_near || self.tangential.is_empty());
+            if self.solved.converged || self.passes >= MAX_PASSES {
                 break;
             }
             // The rounding of gap rates enters the impulses so many times over.
-            if solved.residual > 0.5 * before {
+            if residual > 0.5 * before {
                 self.stiff = math::max(SOFTENING * self.stiff, SOFTEST);
             }
-            (before, was_near) = (solved.residual, is_near);
-            let mut found = self.root(&solved, false, tolerance, &mut passes).map(|change| (change, false));
-            if found.is_none() && solved.residual > FROZEN_ABOVE * tolerance {
-                found = self.root(&solved, true, tolerance, &mut passes).map(|change| (change, true));
+            (before, was_near) = (residual, is_near);
+            self.frozen = false;
+            let mut change = self.root();
+            if change.is_none() && residual > FROZEN_ABOVE * self.tolerance {
+                self.frozen = true;
+                change = self.root();
             }
-            let Some((change, frozen)) = found else { break };
-            self.take(&mut solved, frozen, &change);
-            passes += 1;
+            let Some(change) = change else { break };
+            self.take(&change);
+            self.passes += 1;
         }
-        solved.sweeps += passes;
-        solved
+        self.solved.sweeps += self.passes;
+        if !self.solved.converged {
+            self.scale_back();
+            self.solved.residual = self.residual();
+        }
+        self.solved
+    }
+
+    /// Scales impulses that were given up on back until they add no energy.
+    #[inline(never)]
+    fn scale_back(&mut self) {
+        let mut gain = Gain::of_body(self.given.body.twist(), self.given.inertia, &self.solved);
+        for (k, c) in self.candidates.iter().enumerate() {
+            let friction = self.tangential.get(k);
+            gain.before += c.multiplicity * gain.work_before(c, friction);
+            if !c.is_fixed() {
+                let [p, q] = friction.map_or([0.0; 2], |t| t.impulse);
+                gain.change += c.multiplicity * (c.impulse * c.impulse + (p * p + q * q)) / self.given.node_mass;
+            }
+        }
+        self.solved = gain.scale_back(self.candidates, self.tangential, self.solved);
     }
 
     /// Residual of the laws of contact and friction, m/s: what one more sweep would change of the fastest.
-    pub fn residual(&self, solved: &Solved) -> f64 {
+    fn residual(&self) -> f64 {
         let mut worst = 0.0;
         for (k, c) in self.candidates.iter().enumerate() {
             if c.effective_mass == 0.0 {
                 continue;
             }
-            let (own, rate) = self.rate(c, solved);
+            let (own, rate) = self.rate(c);
             let impulse = laws::projected_normal(c.impulse, rate, c.effective_mass);
             worst = math::max(math::abs(impulse - c.impulse) / c.effective_mass, worst);
             if let Some(t) = self.tangential.get(k)
                 && t.effective_mass > 0.0
             {
                 let [p, q] = t.impulse;
-                let [s0, s1] = t.slip(&solved.twist);
+                let [s0, s1] = t.slip(&self.solved.twist);
                 let next = t.next([s0 + p * own, s1 + q * own], self.given.friction * c.impulse);
                 let change = math::length([next[0] - p, next[1] - q, 0.0]);
                 worst = math::max(change / t.effective_mass, worst);
@@ -129,9 +158,9 @@ impl Newton<'_> {
     }
 
     /// 1/m of a candidate's node, 1/kg, 0 if it is fixed, and how fast its gap grows, m/s.
-    fn rate(&self, c: &Candidate, solved: &Solved) -> (f64, f64) {
+    fn rate(&self, c: &Candidate) -> (f64, f64) {
         let own = if c.is_fixed() { 0.0 } else { 1.0 / self.given.node_mass };
-        (own, c.gap_rate(&solved.twist) + c.impulse * own)
+        (own, c.gap_rate(&self.solved.twist) + c.impulse * own)
     }
 
     fn row(&self, direction: &Vector, arm: &Vector, multiplicity: f64) -> JacobianRow {
@@ -144,25 +173,22 @@ impl Newton<'_> {
         JacobianRow { entries: six(direction, arm), response: six(&push, &twist) }
     }
 
-    /// The change of the rates that solves the six equations, if Newton's method finds it. `frozen`: with the
-    /// friction that the impulses so far allow.
-    fn root(&self, solved: &Solved, frozen: bool, tolerance: f64, passes: &mut u32) -> Option<Six> {
+    /// The change of the rates that solves the six equations, if Newton's method finds it.
+    fn root(&mut self) -> Option<Six> {
         let mut change = [0.0; 6];
         let mut at = Equations { residual: change, jacobian: [[0.0; 6]; 6] };
-        self.set_equations(&mut at, solved, frozen, &change);
-        *passes += 1;
+        self.set_equations(&mut at, &change);
         let first = self.product(&at.residual, &at.residual);
         let [solved_below, enough_below] = ROOT_TOLERANCES.map(|part| part * part * first);
         // What rounding may leave.
-        let rounding = ROUNDING_PART * tolerance;
+        let rounding = ROUNDING_PART * self.tolerance;
         let solved_below = math::max(solved_below, self.given.inertia.mass * (rounding * rounding));
         loop {
             let square = self.product(&at.residual, &at.residual);
             if square <= solved_below {
                 return Some(change);
             }
-            let found =
-                solution(&at).and_then(|step| self.line_search(solved, frozen, (&change, &step), &mut at, passes));
+            let found = solution(&at).and_then(|step| self.line_search(&change, &step, &mut at));
             let Some(next) = found else { return (square <= enough_below).then_some(change) };
             change = next;
         }
@@ -171,21 +197,13 @@ impl Newton<'_> {
     /// Where a step of Newton's method ends: where it is whole, if that is nearer to the solution, or about
     /// the least of what the equations without friction are the gradient of, which is convex. `at`: the
     /// equations there.
-    fn line_search(
-        &self,
-        solved: &Solved,
-        frozen: bool,
-        (change, step): (&Six, &Six),
-        at: &mut Equations,
-        passes: &mut u32,
-    ) -> Option<Six> {
+    fn line_search(&mut self, change: &Six, step: &Six, at: &mut Equations) -> Option<Six> {
         let (square, along) = (self.product(&at.residual, &at.residual), self.product(&at.residual, step));
         // Parts of the step that are too short and too long.
         let (mut part, mut low, mut high) = (1.0, 0.0, 1.0);
-        while *passes < MAX_PASSES {
+        while self.passes < MAX_PASSES {
             let next = combined(change, -part, step);
-            self.set_equations(at, solved, frozen, &next);
-            *passes += 1;
+            self.set_equations(at, &next);
             let rest = self.product(&at.residual, step);
             let nearer = part == 1.0 && (rest > 0.0 || self.product(&at.residual, &at.residual) < square);
             // A kink ends a step, too.
@@ -218,32 +236,32 @@ impl Newton<'_> {
 
     /// The equations where the body changes its rates by this: the change, and what the answers of the
     /// candidates take of the rates.
-    fn set_equations(&self, at: &mut Equations, solved: &Solved, frozen: bool, change: &Six) {
+    fn set_equations(&mut self, at: &mut Equations, change: &Six) {
+        self.passes += 1;
         at.residual = *change;
         at.jacobian = [[0.0; 6]; 6];
         for (k, row) in at.jacobian.iter_mut().enumerate() {
             row[k] = 1.0;
         }
         for (k, c) in self.candidates.iter().enumerate() {
-            self.answer(k, c, solved, frozen, change, |row, given, slope| at.add(row, given, slope));
+            self.answer(k, c, change, |row, given, slope| at.add(row, given, slope));
         }
     }
 
     /// Leaves the candidates the impulses with which they answer this change of the body's rates, and the
     /// body the rates that follow.
-    fn take(&mut self, solved: &mut Solved, frozen: bool, change: &Six) {
+    fn take(&mut self, change: &Six) {
         let mut sum = [0.0; 6];
         for k in 0..self.candidates.len() {
             let Some(&c) = self.candidates.get(k) else { return };
-            let [normal, p, q] =
-                self.answer(k, &c, solved, frozen, change, |row, given, _| sum = combined(&sum, given, &row.response));
+            let [normal, p, q] = self.answer(k, &c, change, |row, given, _| sum = combined(&sum, given, &row.response));
             if let Some(slot) = self.candidates.get_mut(k) {
                 slot.impulse = normal;
             }
             let Some(mut t) = self.tangential.get(k).copied() else { continue };
             // With frozen friction the normal impulse may now allow less.
             t.impulse = laws::limited([p, q], self.given.friction * normal);
-            if frozen {
+            if self.frozen {
                 let multiplicity = c.multiplicity;
                 for (d, given) in [(0, t.impulse[0] - p), (1, t.impulse[1] - q)] {
                     sum = combined(&sum, given, &self.row(&t.tangents[d], &t.arms[d], multiplicity).response);
@@ -254,23 +272,15 @@ impl Newton<'_> {
             }
         }
         let [a, b, c, d, e, f] = sum;
-        solved.twist.velocity -= Vector::new(a, b, c);
-        solved.twist.angular_velocity -= Vector::new(d, e, f);
+        self.solved.twist.velocity -= Vector::new(a, b, c);
+        self.solved.twist.angular_velocity -= Vector::new(d, e, f);
     }
 
     /// The impulses with which a candidate answers a change of the body's rates. `each` gets, for each of its
     /// directions, what more is given, and the derivative of that by the rates.
     #[inline(always)]
-    fn answer(
-        &self,
-        k: usize,
-        c: &Candidate,
-        solved: &Solved,
-        frozen: bool,
-        change: &Six,
-        mut each: impl FnMut(&JacobianRow, f64, &Six),
-    ) -> [f64; 3] {
-        let (own, rate) = self.rate(c, solved);
+    fn answer(&self, k: usize, c: &Candidate, change: &Six, mut each: impl FnMut(&JacobianRow, f64, &Six)) -> [f64; 3] {
+        let (own, rate) = self.rate(c);
         let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.given.node_mass };
         let normal = self.row(&c.normal, &c.arm, c.multiplicity);
         let impulse = laws::projected_normal(c.impulse, rate - dot(&normal.entries, change), rho);
@@ -279,10 +289,10 @@ impl Newton<'_> {
         let Some(t) = self.tangential.get(k) else { return [impulse, 0.0, 0.0] };
         let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.given.node_mass };
         let rows = [0, 1].map(|d| self.row(&t.tangents[d], &t.arms[d], c.multiplicity));
-        let slip = t.slip(&solved.twist);
+        let slip = t.slip(&self.solved.twist);
         let slip = [0, 1].map(|d| slip[d] + t.impulse[d] * own - dot(&rows[d].entries, change));
         let trial = laws::trial_friction(t.impulse, slip, rho);
-        let (most, grows) = if frozen { (c.impulse, 0.0) } else { (impulse, self.given.friction) };
+        let (most, grows) = if self.frozen { (c.impulse, 0.0) } else { (impulse, self.given.friction) };
         let (most, size) = (self.given.friction * most, math::length([trial[0], trial[1], 0.0]));
         let next = laws::limited(trial, most);
         // Of a node that slides: the disc grows with the normal impulse, and the direction turns.

@@ -9,7 +9,7 @@ use crate::body::pose::{self, Vector};
 use crate::body::projectile::Body;
 use crate::body::shape::{self, Solid};
 use crate::ground::error::Failure;
-use crate::ground::lanes::{self, InstructionSet, Job, Lane};
+use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::ground::ranges::{NOT_KEPT, end_of_range, range_of, spread};
@@ -37,16 +37,15 @@ pub struct Search<'s> {
     /// Square of the radius about the body's centre beyond which nothing is a candidate, m^2.
     reach2: f64,
     margin: f64,
-    instructions: InstructionSet,
 }
 
 impl<'s> Search<'s> {
     /// Prepares a search for nodes closer than `margin` (the node spacing, m).
     #[inline(never)]
-    pub fn new(solid: &'s Solid, body: &'s Body, margin: f64, instructions: InstructionSet) -> Search<'s> {
+    pub fn new(solid: &'s Solid, body: &'s Body, margin: f64) -> Search<'s> {
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * ROUNDING);
         let reach = (solid.reach() + margin) * ROUNDING;
-        Search { solid, body, half, reach2: reach * reach, margin, instructions }
+        Search { solid, body, half, reach2: reach * reach, margin }
     }
 
     /// Columns, rows and plies of the flat sheet outside which no node is in the body's box.
@@ -66,11 +65,6 @@ impl<'s> Search<'s> {
             0..plies
         };
         [places[0].within(left, right), places[1].within(bottom, top), behind]
-    }
-
-    /// Whether the plane of the flat sheet cuts the body's box.
-    fn meets_plane(&self) -> bool {
-        math::abs(self.body.position.z) <= self.half[2]
     }
 
     /// Whether the body reaches beyond the fine part of a graded network. Beyond the edge of the sheet
@@ -106,7 +100,7 @@ impl<'s> Search<'s> {
     pub fn candidate(&self, x: &Vector) -> Option<(f64, Vector, Vector)> {
         let r = x - self.body.position;
         let outside = |k: usize| r[k] > self.half[k] || r[k] < -self.half[k];
-        if outside(0) || outside(1) || outside(2) || r.norm_squared() > self.reach2 {
+        if (0..3).any(outside) || r.norm_squared() > self.reach2 {
             return None;
         }
         self.candidate_at(&r, || self.body.velocity, 0.0)
@@ -176,28 +170,17 @@ impl Neighbourhood<'_> {
         let chunk = |place: f64| (((place - x0) / CHUNK as f64) as usize).min(count);
         [chunk(from), chunk(to) + 1]
     }
-
-    /// The first of the chunks [from, end) of a row with a node in the box and the ball, and where its nodes
-    /// are. `columns`: those of a graded network or a curved sheet; `first`: rest place of the row's first
-    /// node, spacings.
-    fn next(
-        &self,
-        row: &[Chunk<HOT_PLANES>],
-        columns: &[Chunk<COLUMN_PLANES>],
-        chunks: [usize; 2],
-        first: [f64; 3],
-        offsets: &mut Offsets,
-    ) -> Option<usize> {
-        lanes::dispatch(self.search.instructions, Near { near: self, row, columns, chunks, first, offsets })
-    }
 }
 
-/// [`Neighbourhood::next`] as a job for the lanes.
+/// The first of some chunks of a row with a node in the box and the ball, and where its nodes are.
 struct Near<'a> {
     near: &'a Neighbourhood<'a>,
+    /// Columns of a graded network or a curved sheet.
     columns: &'a [Chunk<COLUMN_PLANES>],
     row: &'a [Chunk<HOT_PLANES>],
+    /// Chunks [first, end).
     chunks: [usize; 2],
+    /// Rest place of the row's first node, spacings.
     first: [f64; 3],
     offsets: &'a mut Offsets,
 }
@@ -213,13 +196,13 @@ impl Job for Near<'_> {
         let centre = [L::splat(centre.x), L::splat(centre.y), L::splat(centre.z)];
         let half = [L::splat(a), L::splat(b), L::splat(c)];
         let (zero, h, reach2) = (L::splat(0.0), L::splat(self.near.h), L::splat(*reach2));
-        let [x0, y0, z0] = self.first;
-        let [from, end] = self.chunks;
+        let ([x0, y0, z0], [from, end]) = (self.first, self.chunks);
+        let columns = self.columns;
         let part = self.row.get(from..end.min(self.row.len())).unwrap_or(&[]);
         let Offsets { r: [out_x, out_y, out_z], beyond: out } = self.offsets;
         for (c, [x, y, z, ..]) in (from..).zip(part) {
             // Offsets in a line are halves, so that no sum of them is rounded.
-            let (columns, column) = match self.columns.get(c) {
+            let (places, column) = match columns.get(c) {
                 Some(columns) => (&columns[PLACE], 0.0),
                 None => (&COLUMNS, x0 + (c * CHUNK) as f64),
             };
@@ -228,15 +211,14 @@ impl Job for Near<'_> {
                 let from_centre =
                     |place: L, u: &[f64; CHUNK], k: usize| place.add(L::load(&L::groups(u)[g])).mul(h).sub(centre[k]);
                 let beyond_axis = |r: L, k: usize| r.max(zero.sub(r)).sub(half[k]);
-                let rx = from_centre(L::load(&L::groups(columns)[g]).add(L::splat(column)), x, 0);
+                let rx = from_centre(L::load(&L::groups(places)[g]).add(L::splat(column)), x, 0);
                 let beyond_x = beyond_axis(rx, 0);
                 if !zero.sub(beyond_x).any_not_below(zero) {
                     // Most of a row lies to one side, and nothing more is asked of nodes beyond the box.
                     beyond_x.store(&mut L::groups_mut(out)[g]);
                     continue;
                 }
-                let depth =
-                    self.columns.get(c).map_or(L::splat(z0), |columns| L::load(&L::groups(&columns[PLACE_Z])[g]));
+                let depth = columns.get(c).map_or(L::splat(z0), |columns| L::load(&L::groups(&columns[PLACE_Z])[g]));
                 let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(depth, z, 2));
                 let beyond_box = beyond_x.max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));
                 let beyond_ball = rx.mul(rx).add(ry.mul(ry)).add(rz.mul(rz)).sub(reach2);
@@ -272,8 +254,8 @@ pub(crate) struct Gathered {
 #[inline(never)]
 pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
-    let (body, margin) = (&system.state.body, system.scene.largest_spacing());
-    let search = Search::new(&system.solid, body, margin, system.instructions);
+    let body = &system.state.body;
+    let search = Search::new(&system.solid, body, system.scene.largest_spacing());
     let (rise, ply_gap) = (system.directions.front.vertical.rest.spacing, system.model.gap);
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.limits.dt, &system.layout);
@@ -309,9 +291,9 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
         let [mut from, end] =
             if curved { [0, chunks] } else { near.chunks(x0, net.columns, range_of([*left, *right]), chunks) };
         let columns = layout.columns_of(net.columns, ply);
-        while from < end
-            && let Some(c) = near.next(row, columns, [from, end], first, &mut offsets)
-        {
+        while from < end {
+            let next = Near { near: &near, columns, row, chunks: [from, end], first, offsets: &mut offsets };
+            let Some(c) = lanes::dispatch(system.instructions, next) else { break };
             from = c + 1;
             let Some(chunk) = row.get(c) else { break };
             let held = meets_runs(&run, [c * CHUNK, from * CHUNK]);
@@ -351,8 +333,9 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
             }
         }
     }
-    let is_beyond_fine =
-        layout.has(Feature::Grading) && (count > 0 || search.meets_plane()) && search.is_beyond_fine(&system.scene);
+    // On the sheet, or with the box across its plane.
+    let meets = count > 0 || math::abs(body.position.z) <= search.half[2];
+    let is_beyond_fine = layout.has(Feature::Grading) && meets && search.is_beyond_fine(&system.scene);
     Ok(Gathered { count, deepest, is_beyond_fine })
 }
 
@@ -363,9 +346,8 @@ pub(crate) fn add_free_velocity(system: &mut System<'_>, count: usize) {
     let Arrays { rows: RowArrays { hot, .. }, candidates, tangential, .. } = &mut system.arrays;
     // They come row by row: one division for each row is enough.
     let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
-    let slots = candidates.get_mut(..count).unwrap_or(&mut []);
     let mut places = tangential.iter_mut();
-    for candidate in slots {
+    for candidate in candidates.iter_mut().take(count) {
         let node = candidate.node as usize;
         let mut i = node.wrapping_sub(start);
         if i >= nx {
@@ -387,6 +369,7 @@ mod tests {
     use super::*;
     use crate::body::pose;
     use crate::body::projectile::Motion;
+    use crate::ground::lanes::InstructionSet;
     use crate::scene::parts::{Projectile, Scene, Shape};
     use crate::tests::{AT_REST, number};
     use std::vec::Vec;
@@ -401,7 +384,7 @@ mod tests {
         let (solid, mut body) = sphere();
         body.position = Vector::new(0.0, 0.2, 0.0);
         let h = 7.26e-4;
-        let search = Search::new(&solid, &body, h, InstructionSet::Scalar);
+        let search = Search::new(&solid, &body, h);
         let near = search.neighbourhood(h);
         for (share, inside) in [(0.999, true), (1.0, true), (1.001, false)] {
             let end = share * (solid.radius() + h);
@@ -430,7 +413,7 @@ mod tests {
                 Projectile { shape, radius: 5e-3, length: 0.02, ..Scene::sheet_10in_cylinder().projectile };
             let solid = Solid::of(&Projectile { size: [0.01, 0.014, 0.02], ..projectile });
             let body = Body { position: Vector::new(0.01, -0.02, 0.03), orientation: q, ..sphere().1 };
-            let search = Search::new(&solid, &body, margin, InstructionSet::Scalar);
+            let search = Search::new(&solid, &body, margin);
             let (mut found, size) = (0, 1.2 * (solid.reach() + margin));
             for k in 0..20_000 {
                 let r = Vector::new(number(3 * k), number(3 * k + 1), number(3 * k + 2)) * size;
@@ -465,7 +448,7 @@ mod tests {
             let turn = about * half_sine;
             let q = pose::normalised([half_cosine, turn.x, turn.y, turn.z]);
             let body = Body { position: Vector::new(0.02, -0.01, 0.03), orientation: q, ..sphere().1 };
-            let search = Search::new(&solid, &body, h, InstructionSet::Scalar);
+            let search = Search::new(&solid, &body, h);
             for (k, sign) in axes.into_iter().flat_map(|k| [(k, 1.0), (k, -1.0)]) {
                 for (away, found) in [(0.9, true), (1.1, false), (1.3, false)] {
                     let mut r = Vector::zeros();
@@ -484,6 +467,8 @@ mod tests {
         let (h, first) = (1e-3, [-40.0, 2.0, 0.0]);
         body.position = Vector::new(0.0123, -0.004, 0.002);
         let half = (solid.radius() + h) / h;
+        let search = Search::new(&solid, &body, h);
+        let near = search.neighbourhood(h);
         let (mut hits, mut misses, mut left_out) = (0, 0, 0);
         for k in 0..400 {
             let row: Vec<Chunk<HOT_PLANES>> = (0..10)
@@ -505,16 +490,14 @@ mod tests {
                     r.iter().map(|x| x * x).sum::<f64>() <= half * half
                 })
             };
-            let set = InstructionSet::Scalar;
-            let range = spread(&row, set);
+            let range = spread(&row, InstructionSet::Scalar);
             // The same of a graded network whose columns are as far from each other.
             let mut columns = [[[0.0; CHUNK]; COLUMN_PLANES]; 10];
             for (i, place) in columns.iter_mut().flat_map(|planes| &mut planes[PLACE]).enumerate() {
                 *place = first[0] + i as f64;
             }
             for columns in [&[], &columns[..]] {
-                let search = Search::new(&solid, &body, h, set);
-                let [start, end] = search.neighbourhood(h).chunks(first[0], columns, range, row.len());
+                let [start, end] = near.chunks(first[0], columns, range, row.len());
                 for c in (0..10).filter(|c| !(start..end).contains(c)) {
                     left_out += 1;
                     assert_eq!(inside(c), [false; CHUNK]);
@@ -528,9 +511,9 @@ mod tests {
                     misses += 1
                 }
                 for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
-                    let search = Search::new(&solid, &body, h, set);
-                    let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
-                    let found = search.neighbourhood(h).next(&row, &[], [from, 10], first, &mut offsets);
+                    let (mut offsets, chunks) = (Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] }, [from, 10]);
+                    let (columns, offsets) = (&[][..], &mut offsets);
+                    let found = lanes::dispatch(set, Near { near: &near, columns, row: &row, chunks, first, offsets });
                     assert_eq!(found, expected, "{set:?}");
                     let Some(c) = found else { continue };
                     assert_eq!(offsets.beyond.map(|x| x <= 0.0), inside(c));

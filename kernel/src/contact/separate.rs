@@ -76,12 +76,7 @@ fn is_awake(system: &System<'_>, ply: usize, row: usize) -> bool {
 }
 
 /// Candidates with a normal impulse in a column of free nodes.
-fn candidates_with_impulse<'s>(
-    system: &'s System<'_>,
-    i: usize,
-    row: usize,
-    count: usize,
-) -> impl Iterator<Item = usize> + 's {
+fn candidates_with_impulse(system: &System<'_>, i: usize, row: usize, count: usize) -> impl Iterator<Item = usize> {
     let Arrays { leaders, members, ends, candidates, .. } = &system.arrays;
     let place = row * system.layout.nodes_x + i;
     // An earlier step may have left the number of a candidate that is now elsewhere.

@@ -17,9 +17,10 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia, Twist};
 use crate::contact::candidate::{Given, Solved};
-use crate::contact::laws::{self, Gain};
+use crate::contact::laws;
 use crate::contact::newton::{Newton, STIFF};
 use crate::ground::math;
+use crate::memory::arrays::Arrays;
 use crate::memory::records::{Candidate, Tangential};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
@@ -60,7 +61,7 @@ pub(crate) const USED_REACH: f64 = 0.9;
 pub fn solve(candidates: &mut [Candidate], tangential: &mut [Tangential], given: &Given<'_>) -> Solved {
     let Given { body, inertia, node_mass, symmetry, friction } = *given;
     let has_friction = Feature::Friction.is_built() && !tangential.is_empty();
-    let (solved, settled) = if has_friction {
+    let (solved, tolerance) = if has_friction {
         sweeps::<true>(candidates, tangential, friction, body, inertia, node_mass, symmetry)
     } else {
         sweeps::<false>(candidates, tangential, friction, body, inertia, node_mass, symmetry)
@@ -68,13 +69,7 @@ pub fn solve(candidates: &mut [Candidate], tangential: &mut [Tangential], given:
     if solved.converged {
         return solved;
     }
-    let mut newton = Newton { candidates, tangential, given, stiff: STIFF };
-    let mut solved = newton.finish(solved, settled);
-    if !solved.converged {
-        solved = scale_back(newton.candidates, newton.tangential, given, solved);
-        solved.residual = newton.residual(&solved);
-    }
-    solved
+    Newton { candidates, tangential, given, solved, tolerance, stiff: STIFF, frozen: false, passes: 0 }.finish()
 }
 
 /// Compliances of the body and of the nodes, which all have the same mass.
@@ -194,17 +189,12 @@ impl<'s> Compliances<'s> {
         }
     }
 
-    /// The masses of candidates that begin. Of what is out of reach it is 0, so that no sweep changes it.
-    fn set_masses_in_reach(&self, candidates: &mut [Candidate], rates: &Twist, out_of_reach: f64) {
+    /// The masses of candidates. Of what is out of reach it is 0, so that no sweep changes it.
+    fn set_masses(&self, candidates: &mut [Candidate], rates: &Twist, out_of_reach: f64) {
         for c in candidates {
             let is_far = self.gap_rate(c, rates) > out_of_reach;
             c.effective_mass = if is_far { 0.0 } else { self.effective_mass(c) };
         }
-    }
-
-    /// The masses of all.
-    fn set_masses(&self, candidates: &mut [Candidate]) {
-        candidates.iter_mut().for_each(|c| c.effective_mass = self.effective_mass(c));
     }
 
     /// One sweep over all candidates, in their order. Returns the largest change of an impulse, in that of a
@@ -303,7 +293,7 @@ fn sweeps<const FRICTION: bool>(
     // impulse.
     let follows = sizes.greatest_multiplicity * (inertia.inverse_mass + sizes.farthest * inertia.inverse_moments.max());
     let mut out_of_reach = if FRICTION { f64::INFINITY } else { LEFT_OUT_ABOVE * moving };
-    compliances.set_masses_in_reach(candidates, &rates, out_of_reach);
+    compliances.set_masses(candidates, &rates, out_of_reach);
     let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
     let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));
     while sweeps < most && !converged {
@@ -315,39 +305,18 @@ fn sweeps<const FRICTION: bool>(
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
             rates = body.twist();
-            compliances.set_masses(candidates);
+            compliances.set_masses(candidates, &rates, out_of_reach);
             candidates.iter_mut().for_each(|c| c.impulse = 0.0);
         }
     }
     if !converged {
-        compliances.set_masses(candidates);
+        compliances.set_masses(candidates, &rates, f64::INFINITY);
     }
     (Solved { sweeps, converged, twist: rates, residual: 0.0 }, tolerance / node_mass)
 }
 
-/// Impulses that were given up on, scaled back until they add no energy.
-#[inline(never)]
-fn scale_back(
-    candidates: &mut [Candidate],
-    tangential: &mut [Tangential],
-    given: &Given<'_>,
-    solved: Solved,
-) -> Solved {
-    let mut gain = Gain::of_body(given.body.twist(), given.inertia, &solved);
-    for (k, c) in candidates.iter().enumerate() {
-        let friction = tangential.get(k);
-        gain.before += c.multiplicity * gain.work_before(c, friction);
-        if !c.is_fixed() {
-            let [p, q] = friction.map_or([0.0; 2], |t| t.impulse);
-            gain.change += c.multiplicity * (c.impulse * c.impulse + (p * p + q * q)) / given.node_mass;
-        }
-    }
-    gain.scale_back(candidates, tangential, solved)
-}
-
 /// The impulses of the first `count` candidates of a single sheet.
 pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
-    let slots = system.arrays.candidates.get_mut(..count).unwrap_or(&mut []);
     let given = Given {
         body: &system.state.body,
         inertia: &system.model.inertia,
@@ -355,7 +324,9 @@ pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
         symmetry: system.scene.symmetry,
         friction: system.scene.contact.friction,
     };
-    solve(slots, system.arrays.tangential.get_mut(..count).unwrap_or(&mut []), &given)
+    let Arrays { candidates, tangential, .. } = &mut system.arrays;
+    let slots = candidates.get_mut(..count).unwrap_or_default();
+    solve(slots, tangential.get_mut(..count).unwrap_or_default(), &given)
 }
 
 #[cfg(test)]

@@ -25,7 +25,6 @@ use crate::contact::laws::{self, Gain};
 use crate::contact::members;
 use crate::contact::solve::{MAX_SWEEPS, USED_REACH};
 use crate::ground::math;
-use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::Arrays;
 use crate::memory::records::{Candidate, Relaxation, Tangential, Touch};
 use crate::memory::system::System;
@@ -83,8 +82,6 @@ pub(super) struct StackSolve<'s, 'a> {
     inverse_node_mass: f64,
     /// A gap rate or a slip that does not count, m/s.
     pub(super) tolerance: f64,
-    /// Whether the body turns, now or by contact.
-    turns: bool,
     /// Masses of the nodes of a column.
     mass: f64,
     /// Longest arm of a candidate, m.
@@ -104,25 +101,19 @@ pub(super) struct StackSolve<'s, 'a> {
 impl<'s, 'a> StackSolve<'s, 'a> {
     /// With the rates of the body before contact.
     fn at(system: &'s mut System<'a>) -> StackSolve<'s, 'a> {
-        let (inertia, body) = (system.model.inertia, system.state.body.twist());
-        let inverse_node_mass = 1.0 / system.model.node_mass;
-        let turns = body.angular_velocity != Vector::zeros() || inertia.inverse_moments != Vector::zeros();
         let scene = &system.scene;
-        let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
-        let (tolerance, arm, widest, supported, sweeps, damping) = (0.0, 0.0, 0.0, false, 0, 0.0);
         StackSolve {
+            inertia: system.model.inertia,
+            inverse_node_mass: 1.0 / system.model.node_mass,
+            tolerance: 0.0,
+            mass: f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share,
+            arm: 0.0,
+            widest: 0.0,
+            supported: false,
+            sweeps: 0,
+            damping: 0.0,
+            body: system.state.body.twist(),
             system,
-            inertia,
-            inverse_node_mass,
-            tolerance,
-            turns,
-            mass,
-            arm,
-            widest,
-            supported,
-            sweeps,
-            damping,
-            body,
         }
     }
 
@@ -154,7 +145,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
         self.set_impulse(c, 0.0);
         let candidate = self.candidate(c);
         self.set_touch(c, Touch { normal: self.own_axes(c, candidate.normal).into(), ..Touch::default() });
-        let rate = self.gap_rate(&candidate);
+        let rate = candidate.gap_rate(&self.body);
         let (mut fastest, mut farthest) = (math::abs(rate), candidate.arm.dot(&candidate.arm));
         if let Some(t) = self.tangential(c) {
             for (slip, arm) in t.slip(&self.body).into_iter().zip(t.arms) {
@@ -171,15 +162,11 @@ impl<'s, 'a> StackSolve<'s, 'a> {
 
     /// Range of the velocities along z in the column of a candidate, m/s: no node of it is moved by more
     /// before the body pushes one.
-    fn spread(&self, c: usize) -> f64 {
-        let (i, row) = place(self.system, c);
+    fn spread(&mut self, c: usize) -> f64 {
+        self.load_column(c);
         let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
-        let [at, next] = self.system.layout.stacked(i, row);
-        for ply in 0..self.system.layout.plies {
-            let velocity =
-                self.system.arrays.rows.hot.get(at + ply * next).map(|chunk| planes::velocity(chunk, i % CHUNK));
-            let [_, _, speed] = self.system.own_axes(i, velocity.unwrap_or([0.0; 3]));
-            (low, high) = (math::min(speed, low), math::max(speed, high));
+        for node in self.system.arrays.column.iter() {
+            (low, high) = (math::min(node.before, low), math::max(node.before, high));
         }
         (high - low) * self.system.model.unit_speed
     }
@@ -194,7 +181,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
             let (members, first, mut near) = (all.len() as f64, kept, false);
             for k in all {
                 let c = self.member(k);
-                let is_near = self.gap_rate(&self.candidate(c)) <= reach;
+                let is_near = self.candidate(c).gap_rate(&self.body) <= reach;
                 near |= is_near;
                 if (is_near || c == leader)
                     && let Some(member) = self.system.arrays.members.get_mut(kept)
@@ -215,7 +202,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
 
     /// Sets the compliances of a candidate, one of so many of a column.
     fn weigh(&mut self, c: usize, leader: usize, members: f64) {
-        let inverse_mass = self.inverse_mass(c);
+        let inverse_mass = self.inverse_node_mass / self.share(c);
         let compliance = self.added_compliance(c, inverse_mass, leader, members);
         let mut friction = self.tangential(c);
         if let Some(t) = &mut friction {
@@ -263,11 +250,6 @@ impl<'s, 'a> StackSolve<'s, 'a> {
         let velocity = after.velocity - before.velocity;
         let change = Twist { velocity, angular_velocity: after.angular_velocity - before.angular_velocity };
         change.fastest(self.arm) + self.widest
-    }
-
-    /// Inverse mass of a candidate's node, 1/kg.
-    fn inverse_mass(&self, c: usize) -> f64 {
-        self.inverse_node_mass / self.share(c)
     }
 
     /// Mass of a candidate's node over that of one of the front fabric.
@@ -377,7 +359,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
     fn partial_gap_rate(&self, c: usize) -> f64 {
         let (candidate, [along, across, _]) = (self.candidate(c), self.touch(c).normal);
         let [x, y] = self.along(c, candidate.impulse);
-        self.gap_rate(&candidate) + (along * x + across * y)
+        candidate.gap_rate(&self.body) + (along * x + across * y)
     }
 
     /// Next impulses along the surface of a candidate with friction.
@@ -389,21 +371,10 @@ impl<'s, 'a> StackSolve<'s, 'a> {
         t.next([p + moved[0], q + moved[1]], self.system.scene.contact.friction * impulse)
     }
 
-    /// Growth of a candidate's gap without an impulse on its node, m/s.
-    pub(super) fn gap_rate(&self, candidate: &Candidate) -> f64 {
-        if self.turns {
-            candidate.gap_rate(&self.body)
-        } else {
-            candidate.free_gap_rate - candidate.normal.dot(&self.body.velocity)
-        }
-    }
-
     /// Changes the velocity of the body by a change of a candidate's normal impulse.
     fn press(&self, body: &mut Twist, candidate: &Candidate, change: f64) {
         body.velocity -= candidate.normal * (change * self.inertia.inverse_mass);
-        if self.turns {
-            body.angular_velocity -= candidate.arm.component_mul(&self.inertia.inverse_moments) * change;
-        }
+        body.angular_velocity -= candidate.arm.component_mul(&self.inertia.inverse_moments) * change;
     }
 
     /// Solves the column that this candidate leads. Returns whether it was solved already.
@@ -451,7 +422,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
             // A prescribed body: neither has a compliance.
             return 0.0;
         }
-        let trial = candidate.impulse - self.gap_rate(&candidate) / compliance;
+        let trial = candidate.impulse - candidate.gap_rate(&self.body) / compliance;
         let impulse = math::max(trial, 0.0);
         self.supported |= impulse > 0.0;
         let change = impulse - candidate.impulse;

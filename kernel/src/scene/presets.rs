@@ -145,9 +145,7 @@ impl Scene {
                 kind: AttachmentKind::TwoSides,
                 disc_inset: 25.4e-3,
                 disc_radius: 19.05e-3,
-                hold: 0.0,
-                grip: 0.0,
-                strength: 0.0,
+                ..small.attachment
             },
             projectile: Projectile {
                 shape: Shape::Cylinder,

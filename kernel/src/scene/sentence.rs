@@ -194,12 +194,6 @@ mod tests {
     }
 
     #[test]
-    fn text_of_two_fields_names_both() {
-        let error = Error::beside("contact.friction", "integrator.kind");
-        assert_eq!(error.text().as_str(), "contact.friction: does not go with another field: integrator.kind");
-    }
-
-    #[test]
     fn numbers_have_five_digits_and_are_rounded_towards_zero() {
         for (value, expected) in [
             (0.0, "0"),

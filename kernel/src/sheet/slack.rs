@@ -203,7 +203,8 @@ mod tests {
         let (rest, k) = (Rest::of(1.0, 0.99), 0.3);
         for w in [[2e-2, 0.0, 0.0], [-2e-2, 0.0, 0.0], [2e-2, 0.01, -0.03], [-2e-2, -0.03, 0.02]] {
             let d: [f64; 3] = [1.01e-2 + 0.5 * w[0], 0.0, 0.0];
-            let (q, q_0) = (rest.twice_strain(d), rest.twice_strain([d[0] - w[0], d[1] - w[1], d[2] - w[2]]));
+            let (q, q_0) =
+                (rest.lanes().twice_strain(d), rest.lanes().twice_strain([d[0] - w[0], d[1] - w[1], d[2] - w[2]]));
             let p = (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * rest.inverse_square;
             assert!(q * q_0 < 0.0, "{q} {q_0}");
             let (mut energy, mut given_before) = ([0.0; CHUNK], [0.0; CHUNK]);

@@ -10,7 +10,7 @@ use crate::body::projectile::Motion;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::scene::fields::{
-    ANGULAR_VELOCITY, ANY_SIGN, DURATION, FORCE, POSITION, QUATERNION, Quantity, RATIO, VELOCITY, quantity,
+    ANGULAR_VELOCITY, ANY_SIGN, DURATION, FORCE, POSITION, QUATERNION, Quantity, RATIO, Str, VELOCITY, quantity,
 };
 use crate::sim::simulation::{Contact, Counters, Fabric, Sim, Support};
 use crate::step::energy::{Energy, Ply};
@@ -85,14 +85,12 @@ impl Readings {
     /// The energies.
     pub fn energy(&mut self, sim: &Sim<'_>) -> Result<Energy, Failure> {
         let energy = self.energy.map_or_else(|| sim.energy(), Ok)?;
-        self.energy = Some(energy);
-        Ok(energy)
+        Ok(*self.energy.insert(energy))
     }
 
     fn fabric(&mut self, sim: &mut Sim<'_>) -> Result<Fabric, Failure> {
         let fabric = self.fabric.map_or_else(|| sim.fabric(), Ok)?;
-        self.fabric = Some(fabric);
-        Ok(fabric)
+        Ok(*self.fabric.insert(fabric))
     }
 
     /// The elements of an output, row by row, then zeros. Those of single plies are read from [`Sim::ply`]
@@ -114,30 +112,25 @@ impl Readings {
     }
 }
 
-/// Not in the FMUs.
-const NO_FMI: (&str, u32) = ("", 0);
+type Fmi = (Str, u32);
 
-const fn row(
-    name: &'static str,
-    fmi: (&'static str, u32),
-    quantity: &'static Quantity,
-    shape: &'static [usize],
-    get: Get,
-    about: &'static str,
-) -> Output {
-    Output { name, fmi, quantity, shape, nominal: 0.0, get, about }
+/// Not in the FMUs.
+const NO_FMI: Fmi = ("", 0);
+
+const fn row(name: Str, fmi: Fmi, of: &'static Quantity, shape: &'static [usize], get: Get, about: Str) -> Output {
+    Output { name, fmi, quantity: of, shape, nominal: 0.0, get, about }
 }
 
 /// The way of nodes through something.
-const fn way(name: &'static str, fmi: (&'static str, u32), get: Get, about: &'static str) -> Output {
+const fn way(name: Str, fmi: Fmi, get: Get, about: Str) -> Output {
     Output { nominal: 1e-6, ..row(name, fmi, &POSITION, &[], get, about) }
 }
 
-const fn energy(name: &'static str, fmi: (&'static str, u32), of: fn(&Energy) -> f64, about: &'static str) -> Output {
+const fn energy(name: Str, fmi: Fmi, of: fn(&Energy) -> f64, about: Str) -> Output {
     row(name, fmi, &ENERGY, &[], Get::Energy(of), about)
 }
 
-const fn count(name: &'static str, fmi: (&'static str, u32), of: fn(&Counters) -> f64, about: &'static str) -> Output {
+const fn count(name: Str, fmi: Fmi, of: fn(&Counters) -> f64, about: Str) -> Output {
     row(name, fmi, &COUNT, &[], Get::Counters(of), about)
 }
 

@@ -8,13 +8,12 @@ use crate::body::path::{self, Path, Track};
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Motion};
 use crate::body::shape::Solid;
-use crate::ground::error::{Code, Error, Failure};
+use crate::ground::error::{Code, Error, Failure, finite3, unit_quaternion};
 use crate::ground::lanes::{self, CacheLine, InstructionSet};
 use crate::ground::math;
-use crate::ground::planes::Axis;
 use crate::memory::arrays;
 use crate::memory::layout::Layout;
-use crate::memory::model::{Model, start_motion};
+use crate::memory::model::Model;
 use crate::memory::state::{COUNT_MAX, State};
 use crate::memory::system::{SegmentView, System};
 use crate::memory::watch::{FirstContact, Latch, Outcome, OutcomeSet};
@@ -22,7 +21,6 @@ use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Scene, StepLimits};
 use crate::sheet::direction::Directions;
 use crate::sim::start;
-use crate::sim::{restore, snapshot};
 use crate::step::bands::Bands;
 use crate::step::blocks;
 use crate::step::energy::{self, Energy, Ply};
@@ -216,13 +214,10 @@ impl<'a> Sim<'a> {
     /// Back to step 0 as after [`Sim::new`]. Clears a failure, motion and history set by hand, and the
     /// external load.
     pub fn reset(&mut self) {
-        let motion = path::into_sheet(&self.system.model.pose, &start_motion(&self.system.scene));
-        let mut body = Body::of(&motion);
-        if Feature::Mirrors.is_built() {
-            // Accepted once, so accepted again.
-            let _ = self.system.scene.symmetry.align(&self.system.solid, &mut body, self.system.scene.sheet.spacing);
+        // Accepted once, so accepted again.
+        if let Ok(body) = start::place_body(&self.system.scene, &self.system.model, &self.system.solid) {
+            self.system.state = State::at_start(body);
         }
-        self.system.state = State::at_start(body);
         self.system.clear_state();
         self.start();
     }
@@ -328,7 +323,6 @@ impl<'a> Sim<'a> {
     }
 
     fn body_of_path(&self, path: &Path) -> Result<Body, Error> {
-        use crate::ground::error::{finite3, unit_quaternion};
         finite3("path.position", path.end.position)?;
         finite3("path.velocity", path.end.velocity)?;
         unit_quaternion("path.orientation", path.end.orientation)?;
@@ -340,16 +334,16 @@ impl<'a> Sim<'a> {
     /// host).
     pub fn set_external_load(&mut self, force: [f64; 3], torque: [f64; 3]) -> Result<(), Error> {
         self.system.sound()?;
-        crate::ground::error::finite3("external.force", force)?;
-        crate::ground::error::finite3("external.torque", torque)?;
+        finite3("external.force", force)?;
+        finite3("external.torque", torque)?;
         if !self.system.scene.is_free() {
             return Err(Error::plain(Code::WrongDrive, "drive"));
         }
         let force = Vector::from(self.system.model.pose.vector_in(force));
         let torque = Vector::from(self.system.model.pose.vector_in(torque));
         // What is a number in the host's axes may be none in the sheet's.
-        crate::ground::error::finite3("external.force", force.into())?;
-        crate::ground::error::finite3("external.torque", torque.into())?;
+        finite3("external.force", force.into())?;
+        finite3("external.torque", torque.into())?;
         self.system.scene.symmetry.check_load(&force, &torque)?;
         self.system.state.force = force.component_mul(&self.system.scene.symmetry.force_mask());
         self.system.state.torque = torque.component_mul(&self.system.scene.symmetry.torque_mask());
@@ -470,22 +464,18 @@ impl<'a> Sim<'a> {
     /// Impulses on the supports; zero without `track_support`.
     pub fn support(&self) -> Result<Support, Failure> {
         self.system.sound()?;
-        let mut total = Vector::zeros();
-        let attachments = self.system.state.sums.support.map(|support| {
-            let impulse = support * self.system.model.unit_impulse;
+        let (sums, model, mut total) = (&self.system.state.sums, &self.system.model, Vector::zeros());
+        let mut impulse_out = |sum: Vector| {
+            let impulse = sum * model.unit_impulse;
             total += impulse;
-            self.system.model.pose.vector_out(impulse.into())
-        });
-        let casing = self.system.state.sums.casing * self.system.model.unit_impulse;
-        total += casing;
-        let pose = &self.system.model.pose;
-        let sums = &self.system.state.sums;
+            model.pose.vector_out(impulse.into())
+        };
         Ok(Support {
-            total: pose.vector_out(total.into()),
-            attachments,
-            casing: pose.vector_out(casing.into()),
+            attachments: sums.support.map(&mut impulse_out),
+            casing: impulse_out(sums.casing),
+            total: model.pose.vector_out(total.into()),
             force: sums.support_force,
-            let_go: sums.let_go.map(|step| step as f64 * self.system.model.limits.dt),
+            let_go: sums.let_go.map(|step| step as f64 * model.limits.dt),
         })
     }
 
@@ -580,49 +570,17 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Bytes of a snapshot image of this simulation.
-    pub fn snapshot_bytes(&self) -> usize {
-        self.system.layout.snapshot_bytes()
-    }
-
-    /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing. Needs the
-    /// feature `snapshot`.
-    pub fn save(&self, image: &mut [u8]) -> Result<(), Error> {
-        Feature::Snapshot.needed_by("image")?;
-        snapshot::save(&self.system, image)
-    }
-
-    /// Puts the simulation into the state of an image made with the same scene, on any target. Clears a
-    /// failure. On an error nothing has changed.
-    pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
-        Feature::Snapshot.needed_by("image")?;
-        restore::load(&mut self.system, image)
-    }
-
-    /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum,
-    /// which finds what happens to bytes on their way, is not looked at. Everything else is.
-    pub fn load_kept(&mut self, image: &[u8]) -> Result<(), Error> {
-        Feature::Snapshot.needed_by("image")?;
-        restore::load_kept(&mut self.system, image)
-    }
-
-    /// A hash of the whole state: equal digests mean equal bits. Row-major and unpadded, so independent of
-    /// instruction set and number of threads. Commits nothing.
-    pub fn digest(&self) -> u64 {
-        snapshot::digest(&self.system)
-    }
-
     /// Positions at t_n, m, 3 per node modelled, node by node (rows along x first), host's frame.
     pub fn copy_positions(&self, out: &mut [f64]) -> Result<(), Error> {
         self.system.sound()?;
-        self.copy_nodes("out", out, |sim, i, j| sim.system.model.pose.point_out(sim.system.position(i, j).into()))
+        self.copy_nodes(out, |sim, i, j| sim.system.model.pose.point_out(sim.system.position(i, j).into()))
     }
 
     /// Velocities at t_n, m/s, 3 per node modelled, host's axes: the stored half-step velocities and half a
     /// step of the forces, or those that the theta rule stores.
     pub fn copy_velocities(&self, out: &mut [f64]) -> Result<(), Error> {
         self.system.sound()?;
-        self.copy_nodes("out", out, |sim, i, j| {
+        self.copy_nodes(out, |sim, i, j| {
             let (_, v) = sim.system.node(i, j);
             let stored = sim.system.layout.has(Feature::Theta) || sim.system.is_fixed(i, j);
             let viscous = sim.system.layout.has(Feature::Viscosity);
@@ -650,37 +608,18 @@ impl<'a> Sim<'a> {
     }
 
     fn copy_segments(&self, out: &mut [f64], value: impl Fn(&Self, &SegmentView) -> f64) -> Result<(), Error> {
-        let needed = self.system.layout.segments();
-        if out.len() != needed {
-            return Err(Error::new(Code::WrongLength, "out", out.len() as f64, needed as f64));
-        }
+        start::check_length("out", out, self.system.layout.segments())?;
         let mut slots = out.iter_mut();
-        let plies = 0..self.system.layout.plies;
-        for (ply, axis) in plies.flat_map(|ply| [(ply, Axis::Horizontal), (ply, Axis::Vertical)]) {
-            let [first, end] = self.system.layout.rows_of(ply);
-            for j in first..end {
-                for i in 0..self.system.layout.nodes_x {
-                    if let Some(segment) = self.system.segment(axis, i, j)
-                        && let Some(slot) = slots.next()
-                    {
-                        *slot = value(self, &segment);
-                    }
-                }
+        start::for_each_segment(&self.system.layout, |axis, i, j| {
+            if let (Some(segment), Some(slot)) = (self.system.segment(axis, i, j), slots.next()) {
+                *slot = value(self, &segment);
             }
-        }
+        });
         Ok(())
     }
 
-    fn copy_nodes(
-        &self,
-        field: &'static str,
-        out: &mut [f64],
-        value: impl Fn(&Self, usize, usize) -> [f64; 3],
-    ) -> Result<(), Error> {
-        let needed = 3 * self.system.layout.nodes();
-        if out.len() != needed {
-            return Err(Error::new(Code::WrongLength, field, out.len() as f64, needed as f64));
-        }
+    fn copy_nodes(&self, out: &mut [f64], value: impl Fn(&Self, usize, usize) -> [f64; 3]) -> Result<(), Error> {
+        start::check_length("out", out, 3 * self.system.layout.nodes())?;
         let (slots, _) = out.as_chunks_mut::<3>();
         for (k, slot) in slots.iter_mut().enumerate() {
             let (i, j) = self.system.layout.column_and_row(k);

@@ -10,7 +10,9 @@ use crate::ground::hash::Hash;
 use crate::memory::image::{self, HEADER_WORDS};
 use crate::memory::state::Visitor;
 use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::sim::fingerprint::fingerprint;
+use crate::sim::simulation::Sim;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
 /// Version of the image's format; changes whenever its content or meaning does.
@@ -57,47 +59,34 @@ impl Visitor for Writer<'_> {
     }
 }
 
-/// Writes the image into the first bytes of `image`. Commits nothing.
-pub(crate) fn save(system: &System<'_>, image: &mut [u8]) -> Result<(), Error> {
-    system.sound()?;
-    let needed = system.layout.snapshot_bytes();
-    let Some(image) = image.get_mut(..needed) else {
-        return Err(Error::new(Code::ShortBuffer, "image", image.len() as f64, needed as f64));
-    };
-    let (chunks, _) = image.as_chunks_mut::<8>();
-    let mut writer = Writer { chunks: chunks.iter_mut(), hash: Hash::default() };
-    let checksum = writer.words_of(system);
-    writer.word(checksum);
-    Ok(())
-}
+impl Sim<'_> {
+    /// Bytes of a snapshot image of this simulation.
+    pub fn snapshot_bytes(&self) -> usize {
+        self.system.layout.snapshot_bytes()
+    }
 
-/// A hash of the whole state, row-major and unpadded. Commits nothing.
-pub(crate) fn digest(system: &System<'_>) -> u64 {
-    Writer { chunks: [].iter_mut(), hash: Hash::default() }.words_of(system)
+    /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing. Needs the
+    /// feature `snapshot`.
+    pub fn save(&self, image: &mut [u8]) -> Result<(), Error> {
+        Feature::Snapshot.needed_by("image")?;
+        self.system.sound()?;
+        let (given, needed) = (image.len(), self.snapshot_bytes());
+        let image = image.get_mut(..needed);
+        let image = image.ok_or(Error::new(Code::ShortBuffer, "image", given as f64, needed as f64))?;
+        let (chunks, _) = image.as_chunks_mut::<8>();
+        let mut writer = Writer { chunks: chunks.iter_mut(), hash: Hash::default() };
+        let checksum = writer.words_of(&self.system);
+        writer.word(checksum);
+        Ok(())
+    }
+
+    /// A hash of the whole state: equal digests mean equal bits. Row-major and unpadded, so independent of
+    /// instruction set and number of threads. Commits nothing.
+    pub fn digest(&self) -> u64 {
+        Writer { chunks: [].iter_mut(), hash: Hash::default() }.words_of(&self.system)
+    }
 }
 
 pub(super) fn header(system: &System<'_>) -> [u64; HEADER_WORDS] {
     [MAGIC, FORMAT, fingerprint(&system.scene, system.model.limits.dt), system.layout.snapshot_bytes() as u64 / 8]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::memory::image::frame_words;
-    use crate::tests::{saved, sim, torn_by_a_sphere, word_of};
-
-    #[test]
-    fn an_image_begins_with_its_name_version_scene_and_length() {
-        let scene = torn_by_a_sphere();
-        let sim = sim(&scene);
-        let image = saved(&sim);
-        assert_eq!(&image[..8], b"FABRSNAP");
-        assert_eq!(word_of(&image, 1), FORMAT);
-        assert_eq!(word_of(&image, 2), fingerprint(&scene, sim.step_limits().dt));
-        assert_eq!(8 * word_of(&image, 3), image.len() as u64);
-        // Then the scalar state; a word a row; 6 numbers and 2 moments a node; history, energy error and
-        // given, last strain and viscous stress a segment; a bit a node in words of 32, a checksum.
-        let words = frame_words(sim.layout().has) + 21 + 8 * 441 + 5 * (2 * 20 * 21) + 441_usize.div_ceil(32);
-        assert_eq!(image.len(), 8 * words);
-    }
 }

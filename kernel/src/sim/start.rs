@@ -6,8 +6,7 @@ use crate::body::projectile::Body;
 use crate::body::shape::Solid;
 use crate::contact::edge::TOUCHING;
 use crate::contact::search::Search;
-use crate::ground::error::{Code, Error};
-use crate::ground::lanes::InstructionSet;
+use crate::ground::error::{Code, Error, finite};
 use crate::ground::planes::{self, Axis};
 use crate::memory::layout::Layout;
 use crate::memory::model::{Model, start_motion};
@@ -90,7 +89,7 @@ fn overlaps(scene: &Scene, gap: f64) -> bool {
 fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Result<(), Error> {
     let h_y = scene.spacing(Axis::Vertical);
     let places = Places::both(scene);
-    let search = Search::new(solid, body, scene.largest_spacing(), InstructionSet::Scalar);
+    let search = Search::new(solid, body, scene.largest_spacing());
     let (movable, [columns, rows, plies]) = (scene.is_free(), search.box_at_rest(scene, &places));
     let (columns, plies) = if scene.is_curved() {
         (0..places[0].nodes() as usize, 0..scene.stack.plies as usize)
@@ -124,19 +123,12 @@ fn place_at_rest(scene: &Scene, columns: &Places, i: usize, ply: usize) -> [f64;
 
 /// See [`Sim::set_motion`](crate::Sim::set_motion).
 pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities: &[f64]) -> Result<(), Error> {
-    system.sound()?;
     refuse_if_started(system)?;
-    for (field, values) in [("positions", positions), ("velocities", velocities)] {
-        if values.len() != 3 * system.layout.nodes() {
-            let wanted = 3.0 * system.layout.nodes() as f64;
-            return Err(Error::new(Code::WrongLength, field, values.len() as f64, wanted));
-        }
-        values.iter().try_for_each(|&x| crate::ground::error::finite(field, x))?;
-    }
+    check_numbers("positions", positions, 3 * system.layout.nodes())?;
+    check_numbers("velocities", velocities, 3 * system.layout.nodes())?;
     let (points, _) = positions.as_chunks::<3>();
     let (speeds, _) = velocities.as_chunks::<3>();
-    let margin = system.scene.largest_spacing();
-    let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
+    let search = Search::new(&system.solid, &system.state.body, system.scene.largest_spacing());
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
         let (i, j) = system.layout.column_and_row(k);
         let fixed = system.is_fixed(i, j);
@@ -207,43 +199,54 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
 
 /// See [`Sim::set_largest_stretch`](crate::Sim::set_largest_stretch).
 pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) -> Result<(), Error> {
-    system.sound()?;
     refuse_if_started(system)?;
-    if stretches.len() != system.layout.segments() {
-        let wanted = system.layout.segments() as f64;
-        return Err(Error::new(Code::WrongLength, "stretches", stretches.len() as f64, wanted));
-    }
-    stretches.iter().try_for_each(|&x| crate::ground::error::finite("stretches", x))?;
+    check_numbers("stretches", stretches, system.layout.segments())?;
     if let Some(&below) = stretches.iter().find(|&&x| x < 0.0) {
         return Err(Error::new(Code::OutOfRange, "stretches", below, 0.0));
     }
     if let Some(&above) = stretches.iter().find(|&&x| x > LARGEST_STRETCH) {
         return Err(Error::new(Code::OutOfRange, "stretches", above, LARGEST_STRETCH));
     }
-    let mut stretches = stretches.iter();
-    let chunks = system.layout.chunks;
-    let layout = system.layout;
+    let (mut stretches, layout) = (stretches.iter(), system.layout);
+    for_each_segment(&layout, |axis, i, j| {
+        let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));
+        let strength = planes::row(system.arrays.rows.strength, layout.chunks, j);
+        let whole = planes::get(strength, axis as usize, i).map(twice_strain_at);
+        let critical = whole.unwrap_or(system.direction(axis, j).critical);
+        let history = planes::row_mut(system.arrays.rows.history, layout.chunks, j);
+        if let Some(slot) = planes::get_mut(history, axis as usize, i) {
+            *slot = if q > critical { q } else { whole.unwrap_or(0.0) };
+        }
+    });
+    system.rebuild_derived();
+    explicit::start_forces(system);
+    energy::start_audit(system);
+    Ok(())
+}
+
+/// Calls `each` with the direction of every segment and the node where it starts, in the order of their
+/// numbers.
+pub(crate) fn for_each_segment(layout: &Layout, mut each: impl FnMut(Axis, usize, usize)) {
     let all = (0..layout.plies).flat_map(|ply| [(Axis::Horizontal, ply), (Axis::Vertical, ply)]);
     for (axis, ply) in all {
         let [first, end] = layout.rows_of(ply);
         let columns = if axis == Axis::Horizontal { layout.x.segments() } else { layout.nodes_x };
         for j in (first..end).filter(|&j| axis == Axis::Horizontal || layout.has_verticals(j)) {
-            let critical = system.direction(axis, j).critical;
-            let history = planes::row_mut(system.arrays.rows.history, chunks, j);
-            for i in 0..columns {
-                let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));
-                let strength = planes::row(system.arrays.rows.strength, chunks, j);
-                let whole = planes::get(strength, axis as usize, i).map(twice_strain_at);
-                if let Some(slot) = planes::get_mut(history, axis as usize, i) {
-                    *slot = if q > whole.unwrap_or(critical) { q } else { whole.unwrap_or(0.0) };
-                }
-            }
+            (0..columns).for_each(|i| each(axis, i, j));
         }
     }
-    system.rebuild_derived();
-    explicit::start_forces(system);
-    energy::start_audit(system);
-    Ok(())
+}
+
+/// Refuses an array that has not as many numbers as are needed.
+pub(crate) fn check_length(field: &'static str, values: &[f64], needed: usize) -> Result<(), Error> {
+    let found = values.len();
+    if found == needed { Ok(()) } else { Err(Error::new(Code::WrongLength, field, found as f64, needed as f64)) }
+}
+
+/// Refuses an array of another length, or with a number that is not finite.
+fn check_numbers(field: &'static str, values: &[f64], needed: usize) -> Result<(), Error> {
+    check_length(field, values, needed)?;
+    values.iter().try_for_each(|&x| finite(field, x))
 }
 
 /// Whether a node lies on the mirror planes x = 0 and y = 0.
@@ -260,5 +263,6 @@ fn leaves_plane(system: &System<'_>, i: usize, j: usize, vector: &Vector, unit: 
 }
 
 fn refuse_if_started(system: &System<'_>) -> Result<(), Error> {
+    system.sound()?;
     if system.state.step == 0 { Ok(()) } else { Err(Error::plain(Code::AlreadyStarted, "")) }
 }

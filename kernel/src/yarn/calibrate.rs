@@ -1,11 +1,10 @@
-//! From fibrils to the yarn law: least squares per yarn, and streaming statistics over the population.
+//! From fibrils to the yarn law: least squares per yarn.
 //!
 //! Method: the law alpha = A (exp(-lambda (U - U_c)) - B) is fitted to a yarn's staircase on a uniform grid
 //! from U_c to its last rupture. For a given lambda, A and A B follow from linear least squares; lambda by
-//! golden section on its logarithm. The population (mean, spread, the line lambda(E) with its residual
-//! spread) is gathered by updating formulas: no storage that grows with the number of yarns.
+//! golden section on its logarithm.
 //! Limits: lambda in [3, 3000]; the grid has [`GRID`] points.
-//! Reference: B. P. Welford, Technometrics 4 (1962) 419; J. Kiefer, Proc. Amer. Math. Soc. 4 (1953) 502.
+//! Reference: J. Kiefer, Proc. Amer. Math. Soc. 4 (1953) 502.
 
 use crate::ground::math;
 use crate::yarn::fibril::BundleYarn;
@@ -95,87 +94,24 @@ fn law_of_rate(target: &[f64], width: f64, damage_rate: f64, kind: Fit) -> Fitte
     FittedLaw { damage_rate, a, b: c / a, misfit: math::sqrt(sum / n) }
 }
 
-/// Statistics of pairs (x, y), updated one by one: means, spreads, and the regression line y(x).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Regression {
-    count: u64,
-    mean_x: f64,
-    mean_y: f64,
-    sxx: f64,
-    sxy: f64,
-    syy: f64,
-}
-
-impl Regression {
-    /// Takes a pair in.
-    pub fn add(&mut self, x: f64, y: f64) {
-        self.count += 1;
-        let n = self.count as f64;
-        let (dx, dy) = (x - self.mean_x, y - self.mean_y);
-        self.mean_x += dx / n;
-        self.mean_y += dy / n;
-        self.sxx += dx * (x - self.mean_x);
-        self.sxy += dx * (y - self.mean_y);
-        self.syy += dy * (y - self.mean_y);
-    }
-
-    /// Pairs so far.
-    pub fn count(&self) -> u64 {
-        self.count
-    }
-
-    /// Means of x and y.
-    pub fn means(&self) -> (f64, f64) {
-        (self.mean_x, self.mean_y)
-    }
-
-    /// Standard deviations of x and y (n - 1 in the denominator).
-    pub fn deviations(&self) -> (f64, f64) {
-        let n = self.count as f64 - 1.0;
-        (math::sqrt(self.sxx / n), math::sqrt(self.syy / n))
-    }
-
-    /// Slope and intercept of the least-squares line y(x), and the standard deviation about it (n - 2).
-    pub fn line(&self) -> (f64, f64, f64) {
-        let slope = self.sxy / self.sxx;
-        let left = self.syy - slope * self.sxy;
-        let residual = math::sqrt(math::max(left, 0.0) / (self.count as f64 - 2.0));
-        (slope, self.mean_y - slope * self.mean_x, residual)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::yarn::fibril::Bundle;
     use std::vec;
 
-    /// The population's regression lambda(E/GPa).
-    fn regression(yarns: u64) -> Regression {
-        let bundle = Bundle::zylon();
-        let mut memory = vec![0.0; BundleYarn::reals(&bundle)];
-        let mut regression = Regression::default();
-        for number in 0..yarns {
-            let yarn = BundleYarn::draw(&bundle, 1, number, &mut memory).unwrap();
-            let law = fit(&yarn, bundle.critical_stretch, Fit::Rate);
-            regression.add(yarn.modulus(1.0) / 1e9, law.damage_rate);
-        }
-        regression
-    }
-
+    /// Powell and Zohdi: E 140.21 GPa, mean lambda 230.6; their line over a population is in the evidence.
     #[test]
-    fn the_papers_line() {
-        // Powell and Zohdi: E 140.21 +- 2.04 GPa; lambda = 7.91 E/GPa - 878.46, standard deviation 8.35, mean
-        // 230.6.
-        let regression = regression(3000);
-        let ((modulus, rate), (modulus_sd, _)) = (regression.means(), regression.deviations());
-        let (slope, intercept, residual) = regression.line();
-        assert!((modulus - 140.228).abs() < 0.15, "{modulus}");
-        assert!((modulus_sd - 2.033).abs() < 0.1, "{modulus_sd}");
-        assert!((rate - 230.6).abs() < 1.0, "{rate}");
-        assert!((slope - 7.91).abs() < 0.25, "{slope}");
-        assert!((intercept + 878.46).abs() < 35.0, "{intercept}");
-        assert!((residual - 8.35).abs() < 0.5, "{residual}");
+    fn the_papers_mean_rate() {
+        let (bundle, count) = (Bundle::zylon(), 3000);
+        let mut memory = vec![0.0; BundleYarn::reals(&bundle)];
+        let (mut modulus, mut rate) = (0.0, 0.0);
+        for number in 0..count {
+            let yarn = BundleYarn::draw(&bundle, 1, number, &mut memory).unwrap();
+            modulus += yarn.modulus(1.0) / count as f64;
+            rate += fit(&yarn, bundle.critical_stretch, Fit::Rate).damage_rate / count as f64;
+        }
+        assert!((modulus / 1e9 - 140.228).abs() < 0.15 && (rate - 230.6).abs() < 1.0, "{modulus:e} {rate}");
     }
 
     #[test]
@@ -189,17 +125,5 @@ mod tests {
         }
         let law = law_of_rate(&target, width, rate, Fit::RateAndConstants);
         assert!((law.a - a).abs() < 1e-12 && (law.b - b).abs() < 1e-12 && law.misfit < 1e-13);
-    }
-
-    #[test]
-    fn regression_of_a_known_line() {
-        let mut regression = Regression::default();
-        for k in 0..100 {
-            let x = k as f64;
-            regression.add(x, 3.0 * x - 7.0 + if k % 2 == 0 { 0.5 } else { -0.5 });
-        }
-        let (slope, intercept, residual) = regression.line();
-        assert!((slope - 3.0).abs() < 1e-3 && (intercept + 7.0).abs() < 0.1);
-        assert!((residual - 0.505).abs() < 0.01);
     }
 }

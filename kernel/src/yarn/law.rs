@@ -115,18 +115,6 @@ impl Rest {
         }
     }
 
-    /// See [`RestLanes::twice_strain`].
-    #[inline(always)]
-    pub fn twice_strain<L: Lane>(&self, d: [L; 3]) -> L {
-        self.lanes().twice_strain(d)
-    }
-
-    /// See [`RestLanes::force`].
-    #[inline(always)]
-    pub fn force<L: Lane>(&self, stress: L, d: [L; 3]) -> [L; 3] {
-        self.lanes().force(stress, d)
-    }
-
     /// Constants of several such segments of a flat sheet.
     #[inline(always)]
     pub fn lanes<L: Lane>(&self) -> RestLanes<L> {
@@ -200,8 +188,8 @@ impl<L: Lane> RestLanes<L> {
     /// components. `d`: as for [`RestLanes::twice_strain`].
     #[inline(always)]
     pub fn force(&self, stress: L, d: [L; 3]) -> [L; 3] {
-        let ends = self.end_to_end(d);
-        [stress.mul(ends[0]), stress.mul(ends[1]), stress.mul(ends[2])]
+        let [x, y, z] = self.end_to_end(d);
+        [stress.mul(x), stress.mul(y), stress.mul(z)]
     }
 
     /// Vector from end to end, c + d.
@@ -424,7 +412,7 @@ mod tests {
 
     /// Second Piola-Kirchhoff stress, Pa, of a segment pulled along its rest direction.
     fn stress_at(alpha: f64, stretch: f64) -> f64 {
-        stress(0.5 * alpha * YARN.modulus, Rest::PLAIN.twice_strain([stretch - 1.0, 0.0, 0.0]))
+        stress(0.5 * alpha * YARN.modulus, Rest::PLAIN.lanes().twice_strain([stretch - 1.0, 0.0, 0.0]))
     }
 
     fn alpha_at(law: &DamageLaw, stretch: f64) -> f64 {

@@ -13,6 +13,7 @@ mod table;
 
 pub use choices::{ATTACHMENT, CHOICES, Choice, DRAW, DRIVE, INTEGRATOR, ROTATION, SHAPE, STEP_CHECK, STRENGTH_DRAW};
 pub use lookup::{SLOTS, check, field, slot_of};
+pub(crate) use quantities::Str;
 pub use quantities::{
     ANGLE, ANGULAR_VELOCITY, ANY_SIGN, AREA, DAMAGE_SLOPE, DURATION, FORCE, INERTIA, LENGTH, MASS, MODULUS, POSITION,
     QUATERNION, Quantity, RATIO, STRAIN_RATE, VELOCITY, quantity,

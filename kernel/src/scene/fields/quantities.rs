@@ -17,15 +17,11 @@ pub struct Quantity {
     pub description: &'static str,
 }
 
+/// Text of the program.
+pub(crate) type Str = &'static str;
+
 /// A quantity.
-pub const fn quantity(
-    name: &'static str,
-    unit: &'static str,
-    display: &'static str,
-    least: f64,
-    nominal: f64,
-    description: &'static str,
-) -> Quantity {
+pub const fn quantity(name: Str, unit: Str, display: Str, least: f64, nominal: f64, description: Str) -> Quantity {
     Quantity { name, unit, display, least, nominal, description }
 }
 

@@ -102,8 +102,7 @@ impl Field {
     /// Sets an element from such bits.
     ///
     /// # Errors
-    /// [`Code::UnknownChoice`], or for a count beyond 32 bits the code of its range, [`Code::OutOfRange`] if
-    /// it has none; nothing is changed.
+    /// [`Code::UnknownChoice`], or for a count beyond 32 bits the code of its range; nothing is changed.
     pub fn set_word(&self, scene: &mut Scene, element: usize, word: u64) -> Result<(), Error> {
         let small = u32::try_from(word);
         let known = match self.place {
@@ -124,10 +123,7 @@ impl Field {
             (Place::Flag(place), _) => *place(scene) = word == 1,
             (Place::Count(place), Ok(count)) => *place(scene) = count,
             (Place::Choice(_, _, set), Ok(number)) => set(scene, number),
-            (_, Err(_)) => {
-                self.check_element(word as f64)?;
-                return Err(Error::new(Code::OutOfRange, self.name, word as f64, u32::MAX as f64));
-            }
+            (_, Err(_)) => return self.check_element(word as f64),
         }
         Ok(())
     }
@@ -144,44 +140,41 @@ impl Field {
 
     /// Refuses an element that cannot be, whatever the others are. A quaternion is checked as a whole.
     pub(super) fn check_element(&self, value: f64) -> Result<(), Error> {
-        let beyond = |code, limit| Err(Error::new(code, self.name, value, limit));
         finite(self.name, value)?;
+        let ([least, greatest], [from, to]) = (self.limits(), self.ends());
         match self.range {
-            Range::Any | Range::UnitQuaternion => Ok(()),
             Range::Positive => positive(self.name, value),
             Range::NotNegative => not_negative(self.name, value),
-            Range::Within(least, _) if value < least => beyond(Code::OutOfRange, least),
-            Range::Within(_, greatest) if value > greatest => beyond(Code::OutOfRange, greatest),
-            Range::Above(least, _) if value <= least => beyond(Code::OutOfRange, least),
-            Range::Above(_, greatest) if value > greatest => beyond(Code::OutOfRange, greatest),
-            Range::Below(least, _) if value < least => beyond(Code::OutOfRange, least),
-            Range::Below(_, greatest) if value >= greatest => beyond(Code::OutOfRange, greatest),
-            Range::Within(..) | Range::Above(..) | Range::Below(..) => Ok(()),
-            Range::Nodes if value < 2.0 => beyond(Code::OutOfRange, 2.0),
-            Range::Nodes if value > MAX_NODES_PER_SIDE as f64 => beyond(Code::TooManyNodes, MAX_NODES_PER_SIDE as f64),
-            Range::Nodes => Ok(()),
+            Range::Nodes if value > greatest => Err(Error::new(Code::TooManyNodes, self.name, value, greatest)),
+            _ if value < least => Err(Error::new(Code::OutOfRange, self.name, value, from)),
+            _ if value > greatest => Err(Error::new(Code::OutOfRange, self.name, value, to)),
+            _ => Ok(()),
         }
     }
 
     /// Least and greatest value that an element may have; infinite where there is none.
     pub fn limits(&self) -> [f64; 2] {
-        let whole = |place| match place {
-            Place::Choice(choice, ..) => choice.items.len() as f64 - 1.0,
-            Place::Flag(_) => 1.0,
-            Place::Seed(_) => u64::MAX as f64,
-            _ => u32::MAX as f64,
-        };
+        let [from, to] = self.ends();
         match self.range {
             // Only a polyhedron has moments of its own: else they stay at 0.
-            Range::Positive if self.name == "projectile.moments" => [0.0, f64::INFINITY],
-            Range::Positive => [0.0_f64.next_up(), f64::INFINITY],
-            Range::NotNegative => [0.0, f64::INFINITY],
-            Range::Within(least, greatest) => [least, greatest],
-            Range::Above(least, greatest) => [least.next_up(), greatest],
-            Range::Below(least, greatest) => [least, greatest.next_down()],
-            Range::Nodes => [2.0, MAX_NODES_PER_SIDE as f64],
-            Range::Any | Range::UnitQuaternion if self.is_real() => [f64::NEG_INFINITY, f64::INFINITY],
-            Range::Any | Range::UnitQuaternion => [0.0, whole(self.place)],
+            Range::Positive if self.name == "projectile.moments" => [from, to],
+            Range::Positive | Range::Above(..) => [from.next_up(), to],
+            Range::Below(..) => [from, to.next_down()],
+            _ => [from, to],
+        }
+    }
+
+    /// Ends of its range, whether or not they belong to it.
+    fn ends(&self) -> [f64; 2] {
+        match (self.range, self.place) {
+            (Range::Positive | Range::NotNegative, _) => [0.0, f64::INFINITY],
+            (Range::Within(from, to) | Range::Above(from, to) | Range::Below(from, to), _) => [from, to],
+            (Range::Nodes, _) => [2.0, MAX_NODES_PER_SIDE as f64],
+            (_, Place::Reals(..)) => [f64::NEG_INFINITY, f64::INFINITY],
+            (_, Place::Choice(choice, ..)) => [0.0, choice.items.len() as f64 - 1.0],
+            (_, Place::Flag(_)) => [0.0, 1.0],
+            (_, Place::Seed(_)) => [0.0, u64::MAX as f64],
+            (_, Place::Count(_)) => [0.0, u32::MAX as f64],
         }
     }
 

@@ -37,6 +37,20 @@ pub const GROUPS: &[(&str, &str)] = &[
 
 const INFINITE: f64 = f64::INFINITY;
 
+/// Elements that a scene reads of a number: all, or none.
+type Read = fn(&Scene) -> usize;
+const FOUR_CORNERS: Read = |s| if_so(s.attachment.kind == AttachmentKind::FourCorners);
+const GRADED: Read = |s| if_so(s.is_graded());
+const CASED: Read = |s| if_so(s.casing.radius != 0.0);
+const STACKED: Read = |s| if_so(s.stack.plies > 1);
+const OWN_WEFT: Read = |s| if_so(s.weft.modulus_mean != 0.0);
+const ROUND: Read =
+    |s| if_so(matches!(s.projectile.shape, Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder));
+const SECTOR: Read = |s| if_so(s.projectile.shape == Shape::DiscSector);
+const DRAWN_STRENGTH: Read = |s| if_so(s.yarn.strength_draw != StrengthDraw::None);
+const ON_RATE: Read = |s| if_so(s.depends_on_rate());
+const THETA_RULE: Read = |s| if_so(s.integrator.kind == IntegratorKind::Theta);
+
 /// The table.
 #[rustfmt::skip]
 pub const FIELDS: &[Field] = &[
@@ -70,23 +84,23 @@ pub const FIELDS: &[Field] = &[
     count("sheet.grading.largest", |s| &mut s.sheet.grading.largest, Range::Within(0.0, GRADING_LARGEST as f64), 740,
         "Most yarns that one bar stands for, and as many crossings: 2, 4, 8, 16, 32 or 64; 0 or 1 = no grading. Bars grow by factors of two away from the fine part. Not with viscosity, a dependence on the rate of strain, friction or separate plies"),
     count("sheet.grading.run", |s| &mut s.sheet.grading.run, Range::Within(1.0, 1e6), 741,
-        "Bars of each size before the next. Read with grading only").read(graded),
+        "Bars of each size before the next. Read with grading only").read(GRADED),
     shaped("sheet.grading.centre", Place::Reals(|s| &mut s.sheet.grading.centre, &[2]), &POSITION, Range::Any, 742,
         "Middle of the fine part along x and along y in the sheet's frame, about the expected hit; 0 across a mirror plane. Read with grading only")
-        .read(graded),
+        .read(GRADED),
     shaped("sheet.grading.half_width", Place::Reals(|s| &mut s.sheet.grading.half_width, &[2]), &LENGTH, Range::NotNegative, 744,
         "Half the width of the fine part along x and along y. Read with grading only")
-        .read(graded),
+        .read(GRADED),
     // ---- Separate plies
     count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
         "Separate plies, each a network with samples of its own, held like the first, in contact with each other. Velocity Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network")
         .read(|s| if_so(s.stack.plies != 1)),
     real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
         "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other, as plies of a ring with pre-strain along x must. Read for more than one ply only")
-        .read(stacked),
+        .read(STACKED),
     flag("stack.turned", |s| &mut s.stack.turned, 722,
         "Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for more than one ply only")
-        .read(stacked),
+        .read(STACKED),
     // ---- The fabric of the last plies
     count("back.plies", |s| &mut s.back.plies, Range::Within(0.0, MAX_PLIES as f64), 723,
         "The last so many plies, less than stack.plies, are of this fabric; 0: none"),
@@ -114,10 +128,10 @@ pub const FIELDS: &[Field] = &[
     choice("attachment.kind", &ATTACHMENT, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, &ATTACHMENTS, k), 240,
         "Which nodes are held"),
     real("attachment.disc_inset", |s| one(&mut s.attachment.disc_inset), &LENGTH, Range::NotNegative, 241,
-        "Distance of a corner disc's centre from both edges. Read for four corners only").read(four_corners),
+        "Distance of a corner disc's centre from both edges. Read for four corners only").read(FOUR_CORNERS),
     real("attachment.disc_radius", |s| one(&mut s.attachment.disc_radius), &LENGTH, Range::Positive, 242,
         "Radius of the corner discs. Each must hold a node; they may neither overlap nor reach under the projectile. Read for four corners only")
-        .read(four_corners),
+        .read(FOUR_CORNERS),
     real("attachment.hold", |s| one(&mut s.attachment.hold), &FORCE, Range::NotNegative, 757,
         "Force H at which the clamp lets a bar of one ply slip (M25), for each bar that ends there; 0 = without limit. Velocity Verlet only; not with a graded network"),
     real("attachment.grip", |s| one(&mut s.attachment.grip), &LENGTH, Range::NotNegative, 758,
@@ -148,13 +162,13 @@ pub const FIELDS: &[Field] = &[
         |s, k| pick(&mut s.yarn.strength_draw, &STRENGTH_DRAWS, k), 660,
         "Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are sampled; not with mirror planes"),
     real("yarn.weibull_shape", |s| one(&mut s.yarn.weibull_shape), &RATIO, Range::Within(WEIBULL_SHAPES[0], WEIBULL_SHAPES[1]), 661,
-        "Weibull shape m of the critical strain U_c - 1. Read for sampled strength only").read(drawn_strength),
+        "Weibull shape m of the critical strain U_c - 1. Read for sampled strength only").read(DRAWN_STRENGTH),
     real("yarn.weibull_gauge_length", |s| one(&mut s.yarn.weibull_gauge_length), &LENGTH, Range::NotNegative, 662,
         "Gauge length L at which yarn.critical_stretch - 1 is the Weibull scale: that of a segment of length h is larger by (L/h)^(1/m). 0: L is h. Read for sampled strength only")
-        .read(drawn_strength),
+        .read(DRAWN_STRENGTH),
     real("yarn.weibull_correlation", |s| one(&mut s.yarn.weibull_correlation), &RATIO, Range::Within(0.0, 1.0), 663,
         "Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0. Read for sampled strength only, that of the back fabric included")
-        .read(|s| drawn_strength(s).max(if_so(s.back.plies > 0 && s.back.weibull_shape != 0.0))),
+        .read(|s| DRAWN_STRENGTH(s).max(if_so(s.back.plies > 0 && s.back.weibull_shape != 0.0))),
     real("yarn.viscosity_linear", |s| one(&mut s.yarn.viscosity_linear), &RATIO, Range::Within(0.0, 1.0), 640,
         "Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity Verlet only"),
     real("yarn.viscosity_quadratic", |s| one(&mut s.yarn.viscosity_quadratic), &RATIO, Range::Within(0.0, 10.0), 641,
@@ -167,28 +181,28 @@ pub const FIELDS: &[Field] = &[
         "Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none"),
     real("yarn.rate_reference", |s| one(&mut s.yarn.rate_reference), &STRAIN_RATE, Range::Within(0.0, STRAIN_RATES[1]), 682,
         "Rate of strain at which modulus and critical stretch are as given, at least 1e-9/s; slower ones count as this. Read for yarn that depends on the rate only")
-        .read(on_rate),
+        .read(ON_RATE),
     real("yarn.rate_limit", |s| one(&mut s.yarn.rate_limit), &STRAIN_RATE, Range::Within(0.0, STRAIN_RATES[1]), 683,
         "Largest rate of strain measured, at least yarn.rate_reference; faster ones count as this. Read for yarn that depends on the rate only")
-        .read(on_rate),
+        .read(ON_RATE),
     // ---- Yarn along y
     real("weft.modulus_mean", |s| one(&mut s.weft.modulus_mean), &MODULUS, Range::NotNegative, 626,
         "Mean Young's modulus of a segment along y; 0: modulus and damage rate as along x"),
     real("weft.modulus_sd", |s| one(&mut s.weft.modulus_sd), &MODULUS, Range::NotNegative, 627,
-        "Standard deviation of the modulus. Read if weft.modulus_mean is not 0").read(own_weft),
+        "Standard deviation of the modulus. Read if weft.modulus_mean is not 0").read(OWN_WEFT),
     real("weft.damage_slope", |s| one(&mut s.weft.damage_slope), &DAMAGE_SLOPE, Range::Any, 628,
-        "Slope of the damage rate over the modulus (M6). Read if weft.modulus_mean is not 0").read(own_weft),
+        "Slope of the damage rate over the modulus (M6). Read if weft.modulus_mean is not 0").read(OWN_WEFT),
     real("weft.damage_intercept", |s| one(&mut s.weft.damage_intercept), &RATIO, Range::Any, 629,
-        "Damage rate at zero modulus (M6); the mean rate must be at least 3. Read if weft.modulus_mean is not 0").read(own_weft),
+        "Damage rate at zero modulus (M6); the mean rate must be at least 3. Read if weft.modulus_mean is not 0").read(OWN_WEFT),
     real("weft.damage_sd", |s| one(&mut s.weft.damage_sd), &RATIO, Range::NotNegative, 630,
-        "Standard deviation of the damage rate about the line. Read if weft.modulus_mean is not 0").read(own_weft),
+        "Standard deviation of the damage rate about the line. Read if weft.modulus_mean is not 0").read(OWN_WEFT),
     real("weft.critical_stretch", |s| one(&mut s.weft.critical_stretch), &RATIO, Range::Within(0.0, 2.0), 631,
         "Critical stretch U_c of a segment along y, greater than 1 (M5); 0: as along x"),
     // ---- Projectile
     choice("projectile.shape", &SHAPE, |s| s.projectile.shape as u32, |s, k| pick(&mut s.projectile.shape, &SHAPES, k), 210,
         "Form of the projectile (M12)"),
     real("projectile.radius", |s| one(&mut s.projectile.radius), &LENGTH, Range::Positive, 211,
-        "Radius, at least sheet.spacing. Read for a sphere and the two cylinders only").read(round),
+        "Radius, at least sheet.spacing. Read for a sphere and the two cylinders only").read(ROUND),
     real("projectile.length", |s| one(&mut s.projectile.length), &LENGTH, Range::Positive, 212,
         "Whole length along the axis, at least 2 sheet.spacing, and with a hemispherical end at least the radius. Read for the two cylinders only")
         .read(|s| if_so(matches!(s.projectile.shape, Shape::Cylinder | Shape::HemisphericalCylinder))),
@@ -215,23 +229,23 @@ pub const FIELDS: &[Field] = &[
     vector("projectile.angular_velocity", |s| &mut s.projectile.angular_velocity, &ANGULAR_VELOCITY, Range::Any, 610,
         "Angular velocity at the start, host's axes").not_in_fingerprint(),
     real("projectile.sector.inner_radius", |s| one(&mut s.projectile.sector.inner_radius), &LENGTH, Range::NotNegative, 294,
-        "Radius of the bore, 0 or between 1e-6 and 1 - 1e-6 of that of the rim; filled up to its one chord. Read for a disc sector only").read(sector),
+        "Radius of the bore, 0 or between 1e-6 and 1 - 1e-6 of that of the rim; filled up to its one chord. Read for a disc sector only").read(SECTOR),
     real("projectile.sector.outer_radius", |s| one(&mut s.projectile.sector.outer_radius), &LENGTH, Range::Positive, 295,
         "Radius of the rim, which is made of eight chords; no face may be nearer to the centre of mass than sheet.spacing. Read for a disc sector only")
-        .read(sector),
+        .read(SECTOR),
     real("projectile.sector.angle", |s| one(&mut s.projectile.sector.angle), &ANGLE, Range::Below(1e-3, core::f64::consts::PI), 296,
-        "Angle of a disc sector. Read for a disc sector only").read(sector),
+        "Angle of a disc sector. Read for a disc sector only").read(SECTOR),
     real("projectile.sector.thickness", |s| one(&mut s.projectile.sector.thickness), &LENGTH, Range::Positive, 297,
-        "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector),
+        "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(SECTOR),
     // ---- Case
     real("casing.radius", |s| one(&mut s.casing.radius), &LENGTH, Range::NotNegative, 752,
         "Radius of a rigid case about the axis of a ring, which its nodes may lift off but not enter (M24), at most sheet.radius; 0 = none. A ring with pre-strain along x needs one of sheet.radius. The projectile does not meet it"),
     shaped("casing.window_angle", Place::Reals(|s| &mut s.casing.window_angle, &[2]), &ANGLE, Range::Within(0.0, core::f64::consts::TAU), 753,
         "A window in which there is no case: angle of its middle from +z towards +x, and half its angle; 0 = no window. Read with a case only")
-        .read(cased),
+        .read(CASED),
     shaped("casing.window_place", Place::Reals(|s| &mut s.casing.window_place, &[2]), &POSITION, Range::Any, 755,
         "The same along y: place of its middle in the sheet's frame, and half its length; 0 = no window. Read with a case only")
-        .read(cased),
+        .read(CASED),
     // ---- Contact
     real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
         "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with a graded network"),
@@ -244,11 +258,11 @@ pub const FIELDS: &[Field] = &[
     choice("integrator.kind", &INTEGRATOR, |s| s.integrator.kind as u32, |s, k| pick(&mut s.integrator.kind, &INTEGRATORS, k), 282,
         "Velocity Verlet (M7), or the paper's theta rule (M10)"),
     real("integrator.theta", |s| one(&mut s.integrator.theta), &RATIO, Range::Within(0.5, 1.0), 283,
-        "Theta rule: weight of the forces at the step's end (M10); 0.5 is of second order").read(theta_rule),
+        "Theta rule: weight of the forces at the step's end (M10); 0.5 is of second order").read(THETA_RULE),
     real("integrator.tolerance", |s| one(&mut s.integrator.tolerance), &RATIO, Range::Positive, 284,
-        "Theta rule: the iteration ends when no node moves by more than this, in node spacings").read(theta_rule),
+        "Theta rule: the iteration ends when no node moves by more than this, in node spacings").read(THETA_RULE),
     count("integrator.max_iterations", |s| &mut s.integrator.max_iterations, Range::Within(1.0, u32::MAX as f64), 285,
-        "Theta rule: iterations after which a step fails").read(theta_rule),
+        "Theta rule: iterations after which a step fails").read(THETA_RULE),
     row("seed", Place::Seed(|s| &mut s.seed), Range::Any, 260, "Seed of the random samples"),
     // ---- Time step
     real("time_step.fraction", |s| one(&mut s.time_step.fraction), &RATIO, Range::Positive, 286,
@@ -283,9 +297,9 @@ const fn if_so(condition: bool) -> usize {
     if condition { usize::MAX } else { 0 }
 }
 
-type Str = &'static str;
 type Reals = fn(&mut Scene) -> &mut [f64];
 type Of = &'static Quantity;
+type Chosen = fn(&Scene) -> u32;
 
 const fn row(name: Str, place: Place, range: Range, fmi: u32, about: Str) -> Field {
     Field { name, place, quantity: None, range, read: |_| usize::MAX, in_fingerprint: true, fmi, about }
@@ -320,14 +334,7 @@ const fn flag(name: Str, place: fn(&mut Scene) -> &mut bool, fmi: u32, about: St
     row(name, Place::Flag(place), Range::Any, fmi, about)
 }
 
-const fn choice(
-    name: Str,
-    of: &'static Choice,
-    get: fn(&Scene) -> u32,
-    set: fn(&mut Scene, u32),
-    fmi: u32,
-    about: Str,
-) -> Field {
+const fn choice(name: Str, of: &'static Choice, get: Chosen, set: fn(&mut Scene, u32), fmi: u32, about: Str) -> Field {
     row(name, Place::Choice(of, get, set), Range::Any, fmi, about)
 }
 
@@ -340,44 +347,4 @@ fn pick<T: Copy>(place: &mut T, all: &[Named<T>], number: u32) {
 
 fn one(number: &mut f64) -> &mut [f64] {
     core::slice::from_mut(number)
-}
-
-fn four_corners(scene: &Scene) -> usize {
-    if_so(scene.attachment.kind == AttachmentKind::FourCorners)
-}
-
-fn graded(scene: &Scene) -> usize {
-    if_so(scene.is_graded())
-}
-
-fn cased(scene: &Scene) -> usize {
-    if_so(scene.casing.radius != 0.0)
-}
-
-fn stacked(scene: &Scene) -> usize {
-    if_so(scene.stack.plies > 1)
-}
-
-fn own_weft(scene: &Scene) -> usize {
-    if_so(scene.weft.modulus_mean != 0.0)
-}
-
-fn round(scene: &Scene) -> usize {
-    if_so(matches!(scene.projectile.shape, Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder))
-}
-
-fn sector(scene: &Scene) -> usize {
-    if_so(scene.projectile.shape == Shape::DiscSector)
-}
-
-fn drawn_strength(scene: &Scene) -> usize {
-    if_so(scene.yarn.strength_draw != StrengthDraw::None)
-}
-
-fn on_rate(scene: &Scene) -> usize {
-    if_so(scene.depends_on_rate())
-}
-
-fn theta_rule(scene: &Scene) -> usize {
-    if_so(scene.integrator.kind == IntegratorKind::Theta)
 }

@@ -53,7 +53,7 @@ impl DissipationOfRow {
         let [x, y, z] = place(row, last);
         for (axis, [a, b, c]) in [(Axis::Horizontal, place(row, last + 1)), (Axis::Vertical, place(above, last))] {
             let direction = pass.directions.along(axis);
-            let q: f64 = direction.rest.twice_strain(axis.own_axes([a - x, b - y, c - z]));
+            let q: f64 = direction.rest.lanes().twice_strain(axis.own_axes([a - x, b - y, c - z]));
             let stiffness = planes::get(row, STIFFNESS + axis as usize, last).unwrap_or(0.0);
             let rate = direction.rate.at(pass.rates.time).splats().lanes();
             self.of_last[axis as usize] = pass.rates.relaxing * rate.relaxing(stiffness, rate.beyond(q));
