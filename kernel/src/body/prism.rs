@@ -256,11 +256,6 @@ fn next(k: usize, count: usize) -> usize {
     if k + 1 < count { k + 1 } else { 0 }
 }
 
-/// Corners with the ones after them.
-fn edges(corners: &[[f64; 2]]) -> impl Iterator<Item = (&[f64; 2], &[f64; 2])> {
-    corners.iter().zip(corners.iter().cycle().skip(1))
-}
-
 /// Outward unit normal of an edge and its distance from a point.
 fn side(start: [f64; 2], end: [f64; 2], from: [f64; 2]) -> ([f64; 2], f64) {
     let (x, y) = (end[0] - start[0], end[1] - start[1]);
@@ -272,10 +267,7 @@ fn side(start: [f64; 2], end: [f64; 2], from: [f64; 2]) -> ([f64; 2], f64) {
 /// Refuses a polygon with a corner to the right of an edge, or with an edge of no length.
 fn refuse_not_convex(corners: &[[f64; 2]]) -> Result<(), Error> {
     let bad = |number: usize| Err(Error::new(Code::OutOfRange, "prism.corners", number as f64, 0.0));
-    for (k, (&start, &end)) in edges(corners).enumerate() {
-        if start == end {
-            return bad(k);
-        }
+    for (k, (&start, &end)) in corners.iter().zip(corners.iter().cycle().skip(1)).enumerate() {
         let mut inside = 0.0;
         for &corner in corners {
             let (_, distance) = side(start, end, corner);

@@ -261,28 +261,6 @@ mod tests {
         }
     }
 
-    #[test]
-    fn both_rules_turn_a_body_about_a_principal_axis_at_a_steady_rate() {
-        let solid = Solid::Cylinder { radius: 6.35e-3, half_length: 0.01905 };
-        let inertia = Inertia::of(&solid, 0.037, true);
-        let motion = Motion {
-            position: [1.0, 2.0, 3.0],
-            velocity: [-4.0, 5.0, 6.0],
-            angular_velocity: [0.0, 0.0, 50.0],
-            ..AT_REST
-        };
-        for rule in [RotationRule::MIDPOINT, RotationRule::theta(0.5), RotationRule::theta(1.0)] {
-            let mut body = Body::of(&motion);
-            (0..100).for_each(|_| body.drift(&inertia, rule, 1e-4));
-            assert!((body.position - Vector::new(0.96, 2.05, 3.06)).norm() < 1e-12);
-            assert_eq!(body.angular_velocity, Vector::new(0.0, 0.0, 50.0));
-            // Cayley's turn per step is 2 atan(dt w/2).
-            let angle = 100.0 * crate::ground::math::atan2(0.5 * 1e-4 * 50.0, 1.0);
-            assert!((body.orientation.w - crate::ground::math::cos(angle)).abs() < 1e-13);
-            assert!((body.orientation.k - crate::ground::math::sin(angle)).abs() < 1e-13);
-        }
-    }
-
     /// The mean of the theta rule turns the body: of a tumbling one too.
     #[test]
     fn the_theta_rule_turns_by_the_weighted_mean_of_the_rates() {

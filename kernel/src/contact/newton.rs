@@ -176,8 +176,7 @@ impl Newton<'_> {
     /// The change of the rates that solves the six equations, if Newton's method finds it.
     fn root(&mut self) -> Option<Six> {
         let mut change = [0.0; 6];
-        let mut at = Equations { residual: change, jacobian: [[0.0; 6]; 6] };
-        self.set_equations(&mut at, &change);
+        let mut at = self.equations(&change);
         let first = self.product(&at.residual, &at.residual);
         let [solved_below, enough_below] = ROOT_TOLERANCES.map(|part| part * part * first);
         // What rounding may leave.
@@ -203,7 +202,7 @@ impl Newton<'_> {
         let (mut part, mut low, mut high) = (1.0, 0.0, 1.0);
         while self.passes < MAX_PASSES {
             let next = combined(change, -part, step);
-            self.set_equations(at, &next);
+            *at = self.equations(&next);
             let rest = self.product(&at.residual, step);
             let nearer = part == 1.0 && (rest > 0.0 || self.product(&at.residual, &at.residual) < square);
             // A kink ends a step, too.
@@ -224,28 +223,21 @@ impl Newton<'_> {
     fn product(&self, one: &Six, other: &Six) -> f64 {
         let Inertia { inverse_mass, inverse_moments, mass, moments, .. } = self.given.inertia;
         let [a, b, c, d, e, f] = core::array::from_fn(|k| one[k] * other[k]);
-        let mut sum = 0.0;
-        if *inverse_mass > 0.0 {
-            sum += mass * (a + b + c);
-        }
-        if *inverse_moments != Vector::zeros() {
-            sum += moments.x * d + moments.y * e + moments.z * f;
-        }
-        sum
+        let moves = if *inverse_mass > 0.0 { mass * (a + b + c) } else { 0.0 };
+        let turns = *inverse_moments != Vector::zeros();
+        moves + if turns { moments.x * d + moments.y * e + moments.z * f } else { 0.0 }
     }
 
     /// The equations where the body changes its rates by this: the change, and what the answers of the
     /// candidates take of the rates.
-    fn set_equations(&mut self, at: &mut Equations, change: &Six) {
+    fn equations(&mut self, change: &Six) -> Equations {
         self.passes += 1;
-        at.residual = *change;
-        at.jacobian = [[0.0; 6]; 6];
-        for (k, row) in at.jacobian.iter_mut().enumerate() {
-            row[k] = 1.0;
-        }
+        let mut at = Equations { residual: *change, jacobian: [[0.0; 6]; 6] };
+        (0..6).for_each(|k| at.jacobian[k][k] = 1.0);
         for (k, c) in self.candidates.iter().enumerate() {
             self.answer(k, c, change, |row, given, slope| at.add(row, given, slope));
         }
+        at
     }
 
     /// Leaves the candidates the impulses with which they answer this change of the body's rates, and the

@@ -215,8 +215,8 @@ impl<'s> Compliances<'s> {
                 continue;
             }
             let fixed = self.supported && c.is_fixed();
-            if c.impulse > 0.0 {
-                c.free_gap_rate += if fixed { 0.0 } else { c.impulse / self.node_mass };
+            if c.impulse > 0.0 && !fixed {
+                c.free_gap_rate += c.impulse / self.node_mass;
             }
             let gap_rate = self.gap_rate(&c, rates);
             let impulse = laws::projected_normal(c.impulse, gap_rate, c.effective_mass);
@@ -519,30 +519,6 @@ mod tests {
                 );
             }
             assert!((solved.twist.velocity.y + 7.0).abs() < 1e-12 && left.impulse > 0.0);
-        }
-    }
-
-    /// Nodes that already move as the body's surface does, but for rounding: nothing is left to be solved.
-    #[test]
-    fn what_rounding_leaves_is_no_lack_of_convergence() {
-        for (k, nodes) in (0..400).zip([1, 4, 20, 100].into_iter().cycle()) {
-            let draw = |m: u64| number(10_000 * k + m);
-            let (mut inertia, mut body) = rod(10.0 * f64::from(nodes), true);
-            body.velocity = Vector::new(draw(0), draw(1), draw(2)) * 100.0;
-            body.angular_velocity = Vector::new(draw(3), draw(4), draw(5)) * 3000.0;
-            if k % 3 == 0 {
-                inertia = rod(1e5 * f64::from(nodes), true).0;
-            }
-            let riding = |node: u64| {
-                let draw = |m: u64| draw(8 * node + m);
-                let normal = Vector::new(draw(0), draw(1), 1.0 + draw(2)).normalize();
-                let arm = Vector::new(6e-3 * draw(3), 6e-3 * draw(4), 0.019).cross(&normal);
-                armed(normal, arm, 1.0, normal.dot(&body.velocity) + arm.dot(&body.angular_velocity))
-            };
-            let mut slots: Vec<_> = (1..=nodes as u64).map(riding).collect();
-            let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
-            assert!(solved.converged && solved.sweeps <= 3, "{k}: {} sweeps", solved.sweeps);
-            assert!((solved.twist.velocity - body.velocity).norm() <= 1e-13 * body.velocity.norm());
         }
     }
 

@@ -1,3 +1,4 @@
+pub mod choices;
 pub mod features;
 pub mod fields;
 pub mod measures;

@@ -6,6 +6,10 @@
 //! own frame has its nodes in the plane z = 0, rows along x. Quaternions are scalar first and turn body
 //! vectors into world vectors.
 
+pub use crate::scene::choices::{
+    AttachmentKind, Draw, Drive, IntegratorKind, RotationKind, Shape, StepCheck, StrengthDraw,
+};
+
 /// Largest number of nodes along one side.
 pub const MAX_NODES_PER_SIDE: u32 = 1 << 20;
 
@@ -129,20 +133,6 @@ pub const MAX_PLIES: u32 = 1000;
 /// Largest gap between plies, node spacings.
 pub const MAX_GAP: f64 = 1e6;
 
-/// Which nodes are fixed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum AttachmentKind {
-    /// The first and last column (x = -a and x = +a).
-    TwoSides = 0,
-    /// The whole edge.
-    FourSides = 1,
-    /// Discs near the four corners.
-    FourCorners = 2,
-    /// No node: a free sheet.
-    Free = 3,
-}
-
 /// Attachment of the sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attachment {
@@ -215,16 +205,6 @@ pub struct Yarn {
     pub rate_limit: f64,
 }
 
-/// Critical stretch of a segment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum StrengthDraw {
-    /// `critical_stretch`, of all segments (the paper).
-    None = 0,
-    /// A draw: U_c - 1 has a Weibull distribution.
-    Weibull = 1,
-}
-
 /// The yarn along y, the weft, where it is unlike that along x, the warp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weft {
@@ -255,16 +235,6 @@ impl Weft {
     };
 }
 
-/// Unit that gets a sample of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Draw {
-    /// Every segment (the paper).
-    Segment = 0,
-    /// Every woven yarn: all segments of a row, or of a column, are alike.
-    Yarn = 1,
-}
-
 /// Mirror planes through the middle of the sheet. Only the part at x <= 0, y <= 0 is modelled then; sums,
 /// energies and counts of segments stay those of the whole sheet, read-outs of nodes and segments cover the
 /// part. For uniform yarn, a free projectile, and a hit that the planes leave as it is: centred on each of
@@ -275,25 +245,6 @@ pub struct Symmetry {
     pub mirror_x: bool,
     /// The plane y = 0.
     pub mirror_y: bool,
-}
-
-/// The projectile's form.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Shape {
-    /// A sphere of `radius`; feels no torque without friction.
-    Sphere = 0,
-    /// A flat-ended cylinder of `radius` and `length` along its body z axis.
-    Cylinder = 1,
-    /// A cylinder of `radius` and total `length` with a hemisphere at its body +z end and a flat at the
-    /// other.
-    HemisphericalCylinder = 2,
-    /// A box of edge lengths `size` along the body axes.
-    Box = 3,
-    /// A convex polyhedron: `faces` and `moments`. See [`crate::body::prism`] for prisms.
-    Polyhedron = 4,
-    /// A homogeneous sector of a disc with a bore: `sector`.
-    DiscSector = 5,
 }
 
 /// Largest number of faces of a polyhedron.
@@ -403,16 +354,6 @@ pub struct ContactLaw {
     pub friction: f64,
 }
 
-/// Who moves the projectile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Drive {
-    /// The kernel integrates the rigid body under contact and external load.
-    Free = 0,
-    /// The host prescribes the pose ([`crate::body::path::Path`]); without a path the body coasts.
-    Prescribed = 1,
-}
-
 /// The time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeStep {
@@ -432,17 +373,6 @@ impl TimeStep {
     pub const fn seconds(seconds: f64) -> TimeStep {
         TimeStep { fraction: 0.0, seconds }
     }
-}
-
-/// Integrator of the nodes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum IntegratorKind {
-    /// Velocity Verlet, explicit: the default.
-    Verlet = 0,
-    /// The paper's theta rule by fixed-point iteration: the reference method, several times the cost (feature
-    /// `theta`).
-    Theta = 1,
 }
 
 /// Integrator of the nodes, with the settings of the theta rule (read for it only).
@@ -466,16 +396,6 @@ impl Integrator {
     pub const THETA: Integrator = Integrator { kind: IntegratorKind::Theta, ..Integrator::VERLET };
 }
 
-/// Rule for the projectile's rotation between impulses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum RotationKind {
-    /// Implicit midpoint rule: keeps kinetic energy and angular momentum.
-    Midpoint = 0,
-    /// The paper's theta rule (its equations 14-16); does not conserve (feature `theta`).
-    Theta = 1,
-}
-
 /// Rule for the projectile's rotation between impulses, with the setting of the theta rule (read for it
 /// only).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -494,17 +414,6 @@ impl RotationRule {
     pub const fn theta(theta: f64) -> RotationRule {
         RotationRule { kind: RotationKind::Theta, theta }
     }
-}
-
-/// Whether the step is checked against the limit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum StepCheck {
-    /// Refuse a step above 0.5 dt_crit.
-    Refuse = 0,
-    /// No check: for stability studies only. Results above the limit are wrong, although they may look
-    /// plausible.
-    None = 1,
 }
 
 /// Everything that defines a simulation. Obtain one from [`Scene::sheet_3in_sphere`] or

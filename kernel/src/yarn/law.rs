@@ -118,12 +118,7 @@ impl Rest {
     /// Constants of several such segments of a flat sheet.
     #[inline(always)]
     pub fn lanes<L: Lane>(&self) -> RestLanes<L> {
-        RestLanes {
-            chord: [L::splat(self.spacing), L::splat(NONE)],
-            twice_chord: [L::splat(2.0 * self.spacing), L::splat(NONE)],
-            inverse_square: L::splat(self.inverse_square),
-            twice_strain: L::splat(self.twice_strain),
-        }
+        RestSplats::of(self).lanes()
     }
 }
 
