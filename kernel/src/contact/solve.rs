@@ -364,10 +364,6 @@ mod tests {
         Candidate { normal, arm, multiplicity, free_gap_rate, ..Candidate::default() }
     }
 
-    fn fixed(free: Candidate) -> Candidate {
-        Candidate { multiplicity: 1.0, fixed: 1, ..free }
-    }
-
     #[test]
     fn one_node_off_the_axis_takes_the_impulse_of_rigid_body_mechanics() {
         let (normal, arm) = (Vector::new(0.48, -0.6, 0.64), Vector::new(4e-3, -0.011, 7e-3));
@@ -392,16 +388,6 @@ mod tests {
             let rate = body.angular_velocity - arm.component_div(&moments) * taken;
             assert!((solved.twist.angular_velocity - rate).norm() < 1e-9);
         }
-    }
-
-    /// Twenty nodes of one normal, their speeds along it within `spread`, m/s, before a body of the mass of
-    /// `share` nodes.
-    fn crowd(share: f64, spread: f64) -> (Vec<Candidate>, Solved, Body, Inertia) {
-        let (inertia, mut body) = rod(share, true);
-        body.angular_velocity = Vector::zeros();
-        let mut slots: Vec<_> = (0..20).map(|k| armed(Vector::z(), Vector::zeros(), 1.0, spread * number(k))).collect();
-        let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
-        (slots, solved, body, inertia)
     }
 
     #[test]
@@ -484,7 +470,10 @@ mod tests {
     /// node for long.
     #[test]
     fn what_sweeps_do_not_finish_newtons_method_does() {
-        let (slots, solved, body, inertia) = crowd(0.01, 0.01);
+        let (inertia, mut body) = rod(0.01, true);
+        body.angular_velocity = Vector::zeros();
+        let mut slots: Vec<_> = (0..20).map(|k| armed(Vector::z(), Vector::zeros(), 1.0, 0.01 * number(k))).collect();
+        let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
         assert!(solved.converged && solved.sweeps > MAX_SWEEPS && solved.sweeps < MAX_SWEEPS + 20, "{solved:?}");
         assert!(solved.residual <= 1e-13 * body.velocity.z);
         let energy = |speed: f64, nodes: f64| 0.5 * inertia.mass * speed * speed + 0.5 * NODE * nodes;
@@ -503,7 +492,7 @@ mod tests {
             let (inertia, mut body) = rod(5.0, true);
             (body.velocity, body.angular_velocity) = (Vector::new(2.0, -7.0, 40.0), Vector::zeros());
             let normal = |angle: f64| Vector::new(math::sin(angle), 0.0, math::cos(angle));
-            let held = |angle: f64| fixed(armed(normal(angle), Vector::zeros(), 1.0, 0.0));
+            let held = |angle: f64| Candidate { fixed: 1, ..armed(normal(angle), Vector::zeros(), 1.0, 0.0) };
             // Between them the body is pressed from both sides along x.
             let mut slots = [held(angle), held(-angle)];
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());

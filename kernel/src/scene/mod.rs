@@ -1,4 +1,3 @@
-pub mod choices;
 pub mod features;
 pub mod fields;
 pub mod measures;

@@ -1,12 +1,12 @@
 //! The parts of a scene: plain data that says what is simulated, and how large some of its numbers may be.
-//! Each number has its default in `presets.rs` and a row in the table `fields/table.rs`; what goes with what
-//! is checked in `check.rs`.
+//! Each number has its default in `presets.rs` and a row in the table `fields/table.rs`, which says when it
+//! is read and what it does not go with; `check.rs` checks that.
 //!
 //! All numbers are SI. Vectors of the projectile and of the sheet's pose are in the host's frame; the sheet's
 //! own frame has its nodes in the plane z = 0, rows along x. Quaternions are scalar first and turn body
 //! vectors into world vectors.
 
-pub use crate::scene::choices::{
+pub use crate::scene::fields::choices::{
     AttachmentKind, Draw, Drive, IntegratorKind, RotationKind, Shape, StepCheck, StrengthDraw,
 };
 
@@ -30,22 +30,18 @@ pub struct Sheet {
     pub yarn_area: f64,
     /// Cross-section of one yarn along y of one ply, m^2, > 0; 0: as along x.
     pub yarn_area_y: f64,
-    /// Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1, in
-    /// [0, 1]. A segment pulls only once this length is taken up.
+    /// Crimp of the yarns along x and y, in [0, 1]: natural length of a segment over the spacing, less 1.
     pub crimp: [f64; 2],
-    /// Strain of the held sheet along x and along y: node spacing over the natural length of a segment, less
-    /// 1, >= 0 and below that of U_c. Along x two held sides are needed, along y four.
+    /// Strain of the held sheet along x and y, >= 0: spacing over the natural length of a segment, less 1.
     pub pre_strain: [f64; 2],
-    /// Number of layers bonded into one network (mass and area are multiplied), 1 ..= 1000. `Stack` has plies
-    /// that move apart.
+    /// Layers bonded into one network (mass and area are multiplied), 1 ..= 1000.
     pub plies: u32,
     /// Where bars of the network stand for several yarns.
     pub grading: Grading,
     /// Radius to the nodes of a sheet that is curved about its y axis, m; 0: flat. Node (i, j) then rests at
     /// (R sin a, y, R cos a), and a segment along x is a chord of the node spacing.
     pub radius: f64,
-    /// Whether a segment joins the last node of every row to its first: a ring. Needs the radius that so many
-    /// chords close.
+    /// Whether a segment joins the last node of every row to its first: a ring.
     pub closed: bool,
     /// Origin of the sheet's frame in the host's frame, m: the middle of a flat sheet, on the axis of a
     /// curved one.
@@ -59,8 +55,7 @@ pub struct Sheet {
 /// See docs/model.md, "Graded networks".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grading {
-    /// Most yarns that a bar stands for: 2, 4, 8 ... 64; 0 or 1: no grading, and the other numbers are not
-    /// read.
+    /// Most yarns that a bar stands for: 2, 4, 8 ... 64; 0 or 1: no grading.
     pub largest: u32,
     /// Bars of each size before the next, at least 1.
     pub run: u32,
@@ -75,13 +70,10 @@ pub struct Grading {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stack {
     /// Separate plies, 1 ..= [`MAX_PLIES`]. Ply k rests at z = k `gap`; the sheet's frame is that of ply 0.
-    /// More than one ply: velocity Verlet, no mirror planes and no dependence on the rate of strain.
     pub plies: u32,
-    /// Distance of neighbouring plies where they rest, m, >= 0 and at most a million node spacings: 0 if they
-    /// lie on each other.
+    /// Distance of neighbouring plies where they rest, m, >= 0 and at most a million node spacings.
     pub gap: f64,
-    /// Every other ply, from the second on, is turned by 90 degrees: its warp runs along y. The node spacings
-    /// must be alike.
+    /// Whether every other ply, from the second on, is turned by 90 degrees: its warp runs along y.
     pub turned: bool,
 }
 
@@ -90,8 +82,7 @@ pub struct Stack {
 /// rest of the yarn law is that of `yarn`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Back {
-    /// The last so many plies of `stack.plies` are of this fabric, less than all; 0: none, and the numbers
-    /// below are not read.
+    /// Number of the last plies of `stack.plies` that are of this fabric, less than all; 0: none.
     pub plies: u32,
     /// Mass of a node, kg, > 0.
     pub node_mass: f64,
@@ -103,8 +94,7 @@ pub struct Back {
     pub crimp: [f64; 2],
     /// Mean Young's modulus, Pa, > 0.
     pub modulus_mean: f64,
-    /// Standard deviation of the modulus, Pa, >= 0. Modulus and damage rate are sampled if this or
-    /// `damage_sd` is not 0.
+    /// Standard deviation of the modulus, Pa, >= 0.
     pub modulus_sd: f64,
     /// Slope of the damage rate over the modulus, 1/Pa.
     pub damage_slope: f64,
@@ -116,8 +106,7 @@ pub struct Back {
     pub critical_stretch: f64,
     /// Weibull shape m of the critical strain U_c - 1, in [1, 1000]; 0: it is not drawn.
     pub weibull_shape: f64,
-    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: the length of a segment
-    /// (drawn strength only).
+    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: that of a segment.
     pub weibull_gauge_length: f64,
 }
 
@@ -155,13 +144,13 @@ pub struct Attachment {
 pub struct Yarn {
     /// Mean Young's modulus of a segment, Pa, > 0.
     pub modulus_mean: f64,
-    /// Standard deviation of the modulus, Pa, >= 0 (stochastic yarn only).
+    /// Standard deviation of the modulus, Pa, >= 0.
     pub modulus_sd: f64,
     /// Slope of the damage rate over the modulus, 1/Pa.
     pub damage_slope: f64,
     /// Damage rate at zero modulus (the line lambda = slope E + intercept), dimensionless.
     pub damage_intercept: f64,
-    /// Standard deviation of the damage rate about that line, >= 0 (stochastic yarn only).
+    /// Standard deviation of the damage rate about that line, >= 0.
     pub damage_sd: f64,
     /// Critical stretch U_c, > 1.
     pub critical_stretch: f64,
@@ -173,51 +162,44 @@ pub struct Yarn {
     pub alpha_fail: f64,
     /// true: modulus and damage rate are drawn; false: all segments take the mean.
     pub stochastic: bool,
-    /// Unit that gets a sample of its own (stochastic yarn only).
+    /// Unit that gets a sample of its own.
     pub draw: Draw,
-    /// Whether every segment has a critical stretch of its own; whether or not modulus and damage rate are
-    /// sampled.
+    /// Whether every segment has a critical stretch of its own.
     pub strength_draw: StrengthDraw,
-    /// Weibull shape m of the critical strain U_c - 1, in [1, 1000] (drawn strength only).
+    /// Weibull shape m of the critical strain U_c - 1, in [1, 1000].
     pub weibull_shape: f64,
-    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: the length of a segment
-    /// (drawn strength only).
+    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: that of a segment.
     pub weibull_gauge_length: f64,
-    /// Correlation of the normal scores of two segments of one woven yarn, in [0, 1] (drawn strength only).
+    /// Correlation of the normal scores of two segments of one woven yarn, in [0, 1].
     pub weibull_correlation: f64,
-    /// Linear viscosity of taut yarn against oscillation behind a front, dimensionless, in [0, 1]; 0.06 if in
-    /// doubt, 0 = none (velocity Verlet only). See docs/model.md, "Viscosity".
+    /// Linear viscosity of taut yarn, dimensionless, in [0, 1]; 0.06 if in doubt, 0 = none.
     pub viscosity_linear: f64,
     /// Quadratic viscosity of taut yarn, dimensionless, in [0, 10]; 1.5 if in doubt.
     pub viscosity_quadratic: f64,
     /// Viscosity against bending of taut yarn, dimensionless, in [0, 0.2]; 0.06 if in doubt.
     pub viscosity_bending: f64,
-    /// C_E, growth of the modulus by e-fold of the rate of strain, in [0, 1]; 0 = none (velocity Verlet and
-    /// one ply only). `modulus_mean` is then that of `rate_reference`. See docs/model.md, "Rate of strain".
+    /// C_E, growth of the modulus by e-fold of the rate of strain, in [0, 1]; 0 = none.
     pub rate_modulus: f64,
     /// C_U, growth of the critical strain by e-fold of the rate of strain, in [0, 1]; 0 = none.
     pub rate_stretch: f64,
-    /// Rate of strain of modulus and critical stretch as given, 1/s, in [1e-9, 1e9]; slower ones count as
-    /// this (dependence on the rate only).
+    /// Rate of strain of modulus and critical stretch as given, 1/s, in [1e-9, 1e9].
     pub rate_reference: f64,
-    /// Largest rate of strain measured, 1/s, at most 1e9; faster ones count as this (dependence on the rate
-    /// only).
+    /// Largest rate of strain measured, 1/s, at most 1e9; faster ones count as this.
     pub rate_limit: f64,
 }
 
 /// The yarn along y, the weft, where it is unlike that along x, the warp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weft {
-    /// Mean Young's modulus, Pa, > 0; 0: modulus and damage rate are those of `yarn`, and the four numbers
-    /// after this are not read.
+    /// Mean Young's modulus, Pa, > 0; 0: modulus and damage rate are those of `yarn`.
     pub modulus_mean: f64,
-    /// Standard deviation of the modulus, Pa, >= 0 (stochastic yarn only).
+    /// Standard deviation of the modulus, Pa, >= 0.
     pub modulus_sd: f64,
     /// Slope of the damage rate over the modulus, 1/Pa.
     pub damage_slope: f64,
     /// Damage rate at zero modulus, dimensionless.
     pub damage_intercept: f64,
-    /// Standard deviation of the damage rate about that line, >= 0 (stochastic yarn only).
+    /// Standard deviation of the damage rate about that line, >= 0.
     pub damage_sd: f64,
     /// Critical stretch U_c, > 1; 0: that of `yarn`.
     pub critical_stretch: f64,
@@ -298,24 +280,20 @@ pub struct Sector {
 pub struct Projectile {
     /// Form.
     pub shape: Shape,
-    /// Radius, m, >= the node spacing (read for a sphere and the two cylinders only).
+    /// Radius, m, >= the node spacing.
     pub radius: f64,
-    /// Length along the axis, m, at least two node spacings, and at least the radius with a hemispherical end
-    /// (read for the two cylinders only).
+    /// Length along the axis, m, at least two node spacings, and the radius with a hemispherical end.
     pub length: f64,
-    /// Edge lengths of a box along the body axes, m, each at least two node spacings (read for a box only).
+    /// Edge lengths of a box along the body axes, m, each at least two node spacings.
     pub size: [f64; 3],
-    /// Faces of a polyhedron, none nearer to the centre of mass than the node spacing (read for a polyhedron
-    /// only).
+    /// Faces of a polyhedron, none nearer to the centre of mass than the node spacing.
     pub faces: Faces,
     /// Principal moments of inertia of a polyhedron about its centre of mass, kg m^2, > 0, none greater than
-    /// the other two together; the body axes are the principal axes (read for a polyhedron of known mass
-    /// only; other shapes are homogeneous).
+    /// the other two together; the body axes are the principal axes. Other shapes are homogeneous.
     pub moments: [f64; 3],
-    /// Dimensions of a disc sector (read for a disc sector only).
+    /// Dimensions of a disc sector.
     pub sector: Sector,
-    /// Mass, kg, at least one node's mass. With [`Drive::Prescribed`] 0 means "not known": the body is moved
-    /// by the host.
+    /// Mass, kg, at least one node's mass. With [`Drive::Prescribed`] 0 means "not known".
     pub mass: f64,
     /// Centre of mass at the start, m.
     pub position: [f64; 3],
@@ -333,11 +311,9 @@ pub struct Projectile {
 pub struct Casing {
     /// Radius, m, at most that of the ring; 0: no case, and the numbers below are not read.
     pub radius: f64,
-    /// A window in which there is no case: angle of its middle from +z towards +x, and half its angle, rad;
-    /// half an angle of 0: no window.
+    /// A window without case, if not 0: angle of its middle from +z towards +x, and half its angle, rad.
     pub window_angle: [f64; 2],
-    /// Window along y: place of its middle, and half its length, m, within the ring; half a length of 0: no
-    /// window.
+    /// Window along y, if not 0: place of its middle, and half its length, m, within the ring.
     pub window_place: [f64; 2],
 }
 
@@ -349,8 +325,7 @@ impl Casing {
 /// Law of contact in addition to the impulses that keep yarn and projectile apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
-    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere
-    /// feels torque, too. See docs/model.md, "Friction".
+    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none. With friction a sphere feels torque, too.
     pub friction: f64,
 }
 
@@ -450,8 +425,8 @@ pub struct Scene {
     pub step_check: StepCheck,
     /// Integrator of the nodes.
     pub integrator: Integrator,
-    /// Whether segments give back the energy that the step makes where they become slack or taut (velocity
-    /// Verlet only): without it a sheet that rattles gains energy. See docs/model.md, "Slack and taut".
+    /// Whether the energy error of segments that become slack or taut is corrected: without it a sheet that
+    /// rattles gains energy. See docs/model.md, "Slack and taut".
     pub slack_balance: bool,
     /// Rule for the projectile's rotation.
     pub rotation_rule: RotationRule,
@@ -461,16 +436,14 @@ pub struct Scene {
     /// Watch whether the nodes in contact are still connected to a support (4 bytes per node). Without it
     /// there is no outcome "detached", and a body that carries torn cloth is never said to have exited.
     pub track_detachment: bool,
-    /// Watch whether held yarn can still stop a free body: the outcome "through", long before "exited". It
-    /// needs `track_detachment` to distinguish held yarn from loose yarn; without it all yarn counts as held.
-    /// See docs/model.md, "Outcomes".
+    /// Watch whether held yarn can still stop a free body: the outcome "through", long before "exited".
+    /// Without `track_detachment` all yarn counts as held. See docs/model.md, "Outcomes".
     pub track_through: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
-    /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 120
-    /// bytes (128 with the theta rule, 272 with friction); more is the failure
-    /// [`crate::Failure::ContactCapacity`]. 0 = every node modelled, which cannot be exceeded. A smaller
-    /// number is for tight memory: docs/embedding.md, "Memory", says how to choose it.
+    /// Greatest number of nodes closer than a spacing to the projectile at once; more is the failure
+    /// [`crate::Failure::ContactCapacity`]. 0 = every node modelled. A smaller number is for tight memory:
+    /// docs/embedding.md, "Memory".
     pub contact_capacity: u32,
 }
 

@@ -5,14 +5,13 @@
 //! keys of kept results, and the parameter table of the documents. A new parameter needs its field in
 //! `parts.rs`, its row in `table.rs`, and the code that reads it.
 
+pub(crate) mod choices;
 mod lookup;
 mod quantities;
 mod row;
 mod table;
 
-pub use crate::scene::choices::{
-    ATTACHMENT, CHOICES, Choice, DRAW, DRIVE, INTEGRATOR, ROTATION, SHAPE, STEP_CHECK, STRENGTH_DRAW,
-};
+pub use choices::{CHOICES, Choice};
 pub use lookup::{SLOTS, check, field, slot_of};
 pub(crate) use quantities::Str;
 pub use quantities::{

@@ -2,7 +2,7 @@
 //! checked by itself.
 
 use crate::ground::error::{Code, Error, finite, not_negative, positive};
-use crate::scene::choices::Choice;
+use crate::scene::fields::choices::Choice;
 use crate::scene::fields::quantities::Quantity;
 use crate::scene::parts::{MAX_NODES_PER_SIDE, Scene};
 

@@ -4,7 +4,7 @@
 //! Once there is a release, a new parameter goes to the end of the table, with a group of its own or none, so
 //! that hosts compiled before it go on working; 0 has to mean that it is off, so that images still fit.
 
-use crate::scene::choices::*;
+use crate::scene::fields::choices::*;
 use crate::scene::fields::quantities::*;
 use crate::scene::fields::row::{Field, Place, Range};
 use crate::scene::parts::{
@@ -124,7 +124,7 @@ pub const FIELDS: &[Field] = &[
     of_back("back.weibull_gauge_length", |s| one(&mut s.back.weibull_gauge_length), &LENGTH, Range::NotNegative, 736,
         "Gauge length L at which back.critical_stretch - 1 is the Weibull scale; 0: L is the length of a segment. Counts for sampled strength only"),
     // ---- Attachment
-    choice("attachment.kind", &ATTACHMENT, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, AttachmentKind::ALL, k), 240,
+    choice("attachment.kind", &AttachmentKind::CHOICE, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, AttachmentKind::ALL, k), 240,
         "Which nodes are held"),
     real("attachment.disc_inset", |s| one(&mut s.attachment.disc_inset), &LENGTH, Range::NotNegative, 241,
         "Distance of a corner disc's centre from both edges. Read for four corners only").read(FOUR_CORNERS),
@@ -154,10 +154,10 @@ pub const FIELDS: &[Field] = &[
     real("yarn.alpha_fail", |s| one(&mut s.yarn.alpha_fail), &RATIO, Range::Below(0.0, 1.0), 256,
         "Remaining part alpha of the stiffness (M5) at or below which a segment fails"),
     flag("yarn.stochastic", |s| &mut s.yarn.stochastic, 257, "Modulus and damage rate are sampled; if not, every segment takes the means"),
-    choice("yarn.draw", &DRAW, |s| s.yarn.draw as u32, |s, k| pick(&mut s.yarn.draw, Draw::ALL, k), 274,
+    choice("yarn.draw", &Draw::CHOICE, |s| s.yarn.draw as u32, |s, k| pick(&mut s.yarn.draw, Draw::ALL, k), 274,
         "What gets a sample of its own. Read for stochastic yarn only")
         .read(|s| if_so(s.yarn.stochastic)),
-    choice("yarn.strength_draw", &STRENGTH_DRAW, |s| s.yarn.strength_draw as u32,
+    choice("yarn.strength_draw", &StrengthDraw::CHOICE, |s| s.yarn.strength_draw as u32,
         |s, k| pick(&mut s.yarn.strength_draw, StrengthDraw::ALL, k), 660,
         "Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are sampled; not with mirror planes"),
     real("yarn.weibull_shape", |s| one(&mut s.yarn.weibull_shape), &RATIO, Range::Within(WEIBULL_SHAPES[0], WEIBULL_SHAPES[1]), 661,
@@ -198,7 +198,7 @@ pub const FIELDS: &[Field] = &[
     real("weft.critical_stretch", |s| one(&mut s.weft.critical_stretch), &RATIO, Range::Within(0.0, 2.0), 631,
         "Critical stretch U_c of a segment along y, greater than 1 (M5); 0: as along x"),
     // ---- Projectile
-    choice("projectile.shape", &SHAPE, |s| s.projectile.shape as u32, |s, k| pick(&mut s.projectile.shape, Shape::ALL, k), 210,
+    choice("projectile.shape", &Shape::CHOICE, |s| s.projectile.shape as u32, |s, k| pick(&mut s.projectile.shape, Shape::ALL, k), 210,
         "Form of the projectile (M12)"),
     real("projectile.radius", |s| one(&mut s.projectile.radius), &LENGTH, Range::Positive, 211,
         "Radius, at least sheet.spacing. Read for a sphere and the two cylinders only").read(ROUND),
@@ -253,8 +253,8 @@ pub const FIELDS: &[Field] = &[
         "Mirror plane x = 0. Sums stay those of the whole sheet. For uniform yarn, a free projectile and a centred, untilted hit"),
     flag("symmetry.mirror_y", |s| &mut s.symmetry.mirror_y, 281, "Mirror plane y = 0, likewise"),
     // ---- Who moves the projectile, and how the nodes are stepped
-    choice("drive", &DRIVE, |s| s.drive as u32, |s, k| pick(&mut s.drive, Drive::ALL, k), 200, "Who moves the projectile"),
-    choice("integrator.kind", &INTEGRATOR, |s| s.integrator.kind as u32, |s, k| pick(&mut s.integrator.kind, IntegratorKind::ALL, k), 282,
+    choice("drive", &Drive::CHOICE, |s| s.drive as u32, |s, k| pick(&mut s.drive, Drive::ALL, k), 200, "Who moves the projectile"),
+    choice("integrator.kind", &IntegratorKind::CHOICE, |s| s.integrator.kind as u32, |s, k| pick(&mut s.integrator.kind, IntegratorKind::ALL, k), 282,
         "Velocity Verlet (M7), or the paper's theta rule (M10)"),
     real("integrator.theta", |s| one(&mut s.integrator.theta), &RATIO, Range::Within(0.5, 1.0), 283,
         "Theta rule: weight of the forces at the step's end (M10); 0.5 is of second order").read(THETA_RULE),
@@ -269,11 +269,11 @@ pub const FIELDS: &[Field] = &[
         .read(|s| if_so(s.time_step.seconds == 0.0)).not_in_fingerprint(),
     real("time_step.seconds", |s| one(&mut s.time_step.seconds), &DURATION, Range::NotNegative, 261,
         "Time step in seconds, at most 0.5 dt_crit; 0: time_step.fraction says it").not_in_fingerprint(),
-    choice("step_check", &STEP_CHECK, |s| s.step_check as u32, |s, k| pick(&mut s.step_check, StepCheck::ALL, k), 287,
+    choice("step_check", &StepCheck::CHOICE, |s| s.step_check as u32, |s, k| pick(&mut s.step_check, StepCheck::ALL, k), 287,
         "Whether the time step is checked against its limit").not_in_fingerprint(),
     flag("slack_balance", |s| &mut s.slack_balance, 289,
         "The energy error of segments that become slack or taut is corrected. Velocity Verlet only; not with a dependence on the rate of strain"),
-    choice("rotation_rule.kind", &ROTATION, |s| s.rotation_rule.kind as u32, |s, k| pick(&mut s.rotation_rule.kind, RotationKind::ALL, k), 290,
+    choice("rotation_rule.kind", &RotationKind::CHOICE, |s| s.rotation_rule.kind as u32, |s, k| pick(&mut s.rotation_rule.kind, RotationKind::ALL, k), 290,
         "The implicit midpoint rule, or the paper's theta rule"),
     real("rotation_rule.theta", |s| one(&mut s.rotation_rule.theta), &RATIO, Range::Within(0.5, 1.0), 291,
         "Theta rule of the rotation: weight of the step's end")

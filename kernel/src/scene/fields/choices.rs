@@ -11,7 +11,7 @@ pub struct Choice {
 
 /// Enum of a choice, its table, and all its items in the order of their numbers.
 macro_rules! choice {
-    ($(#[$about:meta])* $kind:ident, $table:ident, $title:literal: $($item:ident, $name:literal, $meaning:literal;)+) => {
+    ($(#[$about:meta])* $kind:ident, $title:literal: $($item:ident, $name:literal, $meaning:literal;)+) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u32)]
@@ -19,10 +19,8 @@ macro_rules! choice {
             $(#[doc = $meaning] $item,)+
         }
 
-        $(#[$about])*
-        pub const $table: Choice = Choice { name: $title, items: &[$(($name, $meaning)),+] };
-
         impl $kind {
+            pub(super) const CHOICE: Choice = Choice { name: $title, items: &[$(($name, $meaning)),+] };
             pub(super) const ALL: &'static [$kind] = &[$($kind::$item),+];
         }
     };
@@ -30,7 +28,7 @@ macro_rules! choice {
 
 choice! {
     /// Which nodes are fixed.
-    AttachmentKind, ATTACHMENT, "Attachment":
+    AttachmentKind, "Attachment":
     TwoSides, "two_sides", "first and last column (left and right)";
     FourSides, "four_sides", "the whole edge";
     FourCorners, "four_corners", "discs near the four corners";
@@ -39,21 +37,21 @@ choice! {
 
 choice! {
     /// Unit that gets a sample of its own.
-    Draw, DRAW, "Draw":
+    Draw, "Draw":
     Segment, "segment", "every segment";
     Yarn, "yarn", "every woven yarn: a whole row or column of segments";
 }
 
 choice! {
     /// Critical stretch of a segment.
-    StrengthDraw, STRENGTH_DRAW, "StrengthDraw":
+    StrengthDraw, "StrengthDraw":
     None, "none", "every segment has yarn.critical_stretch";
     Weibull, "weibull", "every segment has its own: U_c - 1 has a Weibull distribution";
 }
 
 choice! {
     /// The projectile's form.
-    Shape, SHAPE, "Shape":
+    Shape, "Shape":
     Sphere, "sphere", "sphere; feels no torque without friction";
     Cylinder, "cylinder", "flat-ended cylinder along the body's z axis";
     HemisphericalCylinder, "hemispherical_cylinder", "cylinder along the body's z axis with a hemisphere at its +z end";
@@ -64,32 +62,40 @@ choice! {
 
 choice! {
     /// Who moves the projectile.
-    Drive, DRIVE, "Drive":
+    Drive, "Drive":
     Free, "free", "the model moves the projectile under contact and the external load";
     Prescribed, "prescribed", "the host moves the projectile; the model gives force, impulse and work";
 }
 
 choice! {
     /// Integrator of the nodes.
-    IntegratorKind, INTEGRATOR, "Integrator":
+    IntegratorKind, "Integrator":
     Verlet, "verlet", "velocity Verlet, explicit";
     Theta, "theta", "the paper's theta rule by fixed-point iteration: the reference method";
 }
 
 choice! {
     /// Whether the time step is checked.
-    StepCheck, STEP_CHECK, "StepCheck":
+    StepCheck, "StepCheck":
     Refuse, "refuse", "a step above 0.5 dt_crit is refused";
     None, "none", "no check, for stability studies only: wrong results without a warning";
 }
 
 choice! {
     /// Rule for the projectile's rotation.
-    RotationKind, ROTATION, "Rotation":
+    RotationKind, "Rotation":
     Midpoint, "midpoint", "implicit midpoint rule, which keeps energy and angular momentum";
     Theta, "theta", "the paper's theta rule, which does not conserve";
 }
 
 /// Every choice of a scene.
-pub const CHOICES: &[&Choice] =
-    &[&ATTACHMENT, &DRAW, &STRENGTH_DRAW, &SHAPE, &DRIVE, &INTEGRATOR, &STEP_CHECK, &ROTATION];
+pub const CHOICES: &[&Choice] = &[
+    &AttachmentKind::CHOICE,
+    &Draw::CHOICE,
+    &StrengthDraw::CHOICE,
+    &Shape::CHOICE,
+    &Drive::CHOICE,
+    &IntegratorKind::CHOICE,
+    &StepCheck::CHOICE,
+    &RotationKind::CHOICE,
+];
