@@ -8,7 +8,7 @@ pub(crate) mod viscosity;
 pub(crate) mod whole;
 
 use crate::body::pose::Vector;
-use crate::ground::lanes::Lane;
+use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, SPEED_X, SPEED_Z};
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
@@ -128,7 +128,7 @@ impl Rows<'_> {
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             // None but of a stack.
             if let Some(before) = before.get_mut(k * chunks..(k + 1) * chunks) {
-                keep_speeds_across(row, before, pass.net.hoop());
+                lanes::dispatch(terms.instructions, Keep { hot: row, before, columns: pass.net.hoop() });
             }
             keep_fixed(slips.then_some(layout.nodes_x), row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, k, ply);
@@ -301,15 +301,25 @@ fn slide_row(
 }
 
 /// Keeps the velocities across the sheet of a row, along the normals of its columns if it has some.
-#[inline(never)]
-fn keep_speeds_across(hot: &[Chunk<HOT_PLANES>], before: &mut [[f64; CHUNK]], hoop: &[Chunk<COLUMN_PLANES>]) {
-    for (c, (chunk, before)) in hot.iter().zip(before).enumerate() {
-        let Some(hoop) = hoop.get(c) else {
-            *before = chunk[SPEED_Z];
-            continue;
-        };
-        for (g, before) in <[f64; 2]>::groups_mut(before).iter_mut().enumerate() {
-            own::<[f64; 2]>(chunk, SPEED_X, Some(hoop), g)[2].store(before);
+struct Keep<'a> {
+    hot: &'a [Chunk<HOT_PLANES>],
+    before: &'a mut [[f64; CHUNK]],
+    columns: &'a [Chunk<COLUMN_PLANES>],
+}
+
+impl Job for Keep<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane>(self) {
+        let rows = self.before.iter_mut().zip(self.hot);
+        if self.columns.is_empty() {
+            return rows.for_each(|(before, chunk)| *before = chunk[SPEED_Z]);
+        }
+        for ((before, chunk), columns) in rows.zip(self.columns) {
+            for (g, before) in L::groups_mut(before).iter_mut().enumerate() {
+                own::<L>(chunk, SPEED_X, Some(columns), g)[2].store(before);
+            }
         }
     }
 }
