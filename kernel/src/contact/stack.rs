@@ -290,6 +290,9 @@ impl<'s, 'a> StackSolve<'s, 'a> {
 
     /// A vector in the axes of a candidate's column.
     pub(super) fn own_axes(&self, c: usize, v: Vector) -> Vector {
+        if !self.system.layout.has(Feature::Curved) {
+            return v;
+        }
         Vector::from(self.system.own_axes(place(self.system, c).0, v.into()))
     }
 
