@@ -132,7 +132,7 @@ mod tests {
     use crate::body::projectile::Motion;
     use crate::ground::random::splitmix64;
     use crate::scene::parts::Scene;
-    use crate::{CacheLine, Layout, Sim};
+    use crate::{Body, CacheLine, Layout, Sim, Solid};
     use std::vec;
     use std::vec::Vec;
 
@@ -143,6 +143,12 @@ mod tests {
         orientation: [1.0, 0.0, 0.0, 0.0],
         angular_velocity: [0.0; 3],
     };
+
+    /// The preset's sphere at 100 m/s.
+    pub fn sphere() -> (Solid, Body) {
+        let solid = Solid::of(&Scene::sheet_3in_sphere().projectile);
+        (solid, Body::of(&Motion { velocity: [0.0, 0.0, 100.0], ..AT_REST }))
+    }
 
     /// Equal but for this share of what is expected.
     #[track_caller]

@@ -37,15 +37,22 @@ pub struct Search<'s> {
     /// Square of the radius about the body's centre beyond which nothing is a candidate, m^2.
     reach2: f64,
     margin: f64,
+    /// Node spacing, m, and centre and half extents of the box in the sheet's plane, spacings.
+    h: f64,
+    centre_in_plane: [f64; 2],
+    half_in_plane: [f64; 2],
 }
 
 impl<'s> Search<'s> {
-    /// Prepares a search for nodes closer than `margin` (the node spacing, m).
+    /// Prepares a search for nodes closer than `margin` (the larger node spacing, m). `h`: the spacing, m.
     #[inline(never)]
-    pub fn new(solid: &'s Solid, body: &'s Body, margin: f64) -> Search<'s> {
+    pub fn new(solid: &'s Solid, body: &'s Body, h: f64, margin: f64) -> Search<'s> {
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * ROUNDING);
         let reach = (solid.reach() + margin) * ROUNDING;
-        Search { solid, body, half, reach2: reach * reach, margin }
+        // In spacings rounding is another: a little more again.
+        let half_in_plane = [0, 1].map(|k| half[k] / h * ROUNDING);
+        let centre_in_plane = [0, 1].map(|k| body.position[k] / h);
+        Search { solid, body, half, reach2: reach * reach, margin, h, centre_in_plane, half_in_plane }
     }
 
     /// Columns, rows and plies of the flat sheet outside which no node is in the body's box.
@@ -78,13 +85,6 @@ impl<'s> Search<'s> {
             let place = |crossing: u32| rest_offset(crossing as usize, places.crossings) * h;
             (first > 0 && x - reach < place(first)) || (last + 1 < places.crossings && x + reach > place(last))
         })
-    }
-
-    /// Test of many nodes at once; `h`: the spacing, m.
-    pub(crate) fn neighbourhood(&self, h: f64) -> Neighbourhood<'_> {
-        // In spacings rounding is another: a little more again.
-        let (centre, half) = ([0, 1].map(|k| self.body.position[k] / h), [0, 1].map(|k| self.half[k] / h * ROUNDING));
-        Neighbourhood { search: self, h, centre, half }
     }
 
     /// Gap of any point, m.
@@ -128,31 +128,12 @@ impl<'s> Search<'s> {
         (gap.distance < self.margin)
             .then(|| (gap.distance, pose::out_of_body(q, &gap.normal), r_body.cross(&gap.normal)))
     }
-}
 
-/// The body's box and the ball about it.
-pub(crate) struct Neighbourhood<'s> {
-    search: &'s Search<'s>,
-    h: f64,
-    /// Centre and half extents of the box in the sheet's plane, spacings.
-    centre: [f64; 2],
-    half: [f64; 2],
-}
-
-/// The nodes of a chunk as the body sees them.
-struct Offsets {
-    /// From the body's centre, m; of nodes beyond the box or the ball they may be others.
-    r: [[f64; CHUNK]; 3],
-    /// Distance beyond the box and the ball, not above 0 inside.
-    beyond: [f64; CHUNK],
-}
-
-impl Neighbourhood<'_> {
     /// Whether no node of a row at y0 is in the box: of all the displacement along y lies in `range`, which
     /// holds 0.
     #[inline]
     pub(crate) fn misses_row(&self, y0: f64, [low, high]: [f64; 2]) -> bool {
-        let ([_, y], [_, half]) = (self.centre, self.half);
+        let ([_, y], [_, half]) = (self.centre_in_plane, self.half_in_plane);
         // One end decides, because the other one is no nearer than the row's own place.
         if y0 < y { y0 + high < y - half } else { y0 + low > y + half }
     }
@@ -160,7 +141,7 @@ impl Neighbourhood<'_> {
     /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at
     /// x0 + i + u, or of a graded network in its place, the displacement u lies in `range`.
     fn chunks(&self, x0: f64, columns: &[Chunk<COLUMN_PLANES>], [low, high]: [f64; 2], count: usize) -> [usize; 2] {
-        let ([x, _], [half, _]) = (self.centre, self.half);
+        let ([x, _], [half, _]) = (self.centre_in_plane, self.half_in_plane);
         let (from, to) = (x - half - high, x + half - low);
         if !columns.is_empty() {
             let first = columns.partition_point(|chunk| chunk[PLACE][CHUNK - 1] < from);
@@ -172,9 +153,17 @@ impl Neighbourhood<'_> {
     }
 }
 
+/// The nodes of a chunk as the body sees them.
+struct Offsets {
+    /// From the body's centre, m; of nodes beyond the box or the ball they may be others.
+    r: [[f64; CHUNK]; 3],
+    /// Distance beyond the box and the ball, not above 0 inside.
+    beyond: [f64; CHUNK],
+}
+
 /// The first of some chunks of a row with a node in the box and the ball, and where its nodes are.
 struct Near<'a> {
-    near: &'a Neighbourhood<'a>,
+    search: &'a Search<'a>,
     /// Columns of a graded network or a curved sheet.
     columns: &'a [Chunk<COLUMN_PLANES>],
     row: &'a [Chunk<HOT_PLANES>],
@@ -191,11 +180,11 @@ impl Job for Near<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) -> Option<usize> {
         const COLUMNS: [f64; CHUNK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-        let Search { body, half, reach2, .. } = self.near.search;
+        let Search { body, half, reach2, h, .. } = self.search;
         let (centre, [a, b, c]) = (&body.position, *half);
         let centre = [L::splat(centre.x), L::splat(centre.y), L::splat(centre.z)];
         let half = [L::splat(a), L::splat(b), L::splat(c)];
-        let (zero, h, reach2) = (L::splat(0.0), L::splat(self.near.h), L::splat(*reach2));
+        let (zero, h, reach2) = (L::splat(0.0), L::splat(*h), L::splat(*reach2));
         let ([x0, y0, z0], [from, end]) = (self.first, self.chunks);
         let columns = self.columns;
         let part = self.row.get(from..end.min(self.row.len())).unwrap_or(&[]);
@@ -253,9 +242,8 @@ pub(crate) struct Gathered {
 /// [first, end) are searched.
 #[inline(never)]
 pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) -> Result<Gathered, Failure> {
-    let h = system.scene.sheet.spacing;
     let body = &system.state.body;
-    let search = Search::new(&system.solid, body, system.scene.largest_spacing());
+    let search = Search::new(&system.solid, body, system.scene.sheet.spacing, system.scene.largest_spacing());
     let (rise, ply_gap) = (system.directions.front.vertical.rest.spacing, system.model.gap);
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.limits.dt, &system.layout);
@@ -265,7 +253,6 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let RowArrays { hot, ranges, runs, slid, .. } = rows;
     let net = Net { columns, lines };
     let (free_body, curved) = (system.scene.is_free(), !net.hoop().is_empty());
-    let near = search.neighbourhood(h);
     let mut slots = candidates.iter_mut().take(layout.candidates);
     let (mut count, mut deepest) = (0, 0.0);
     let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
@@ -275,7 +262,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
         let (ply, row_of_ply) = layout.ply_and_row(j);
         let y0 = rest_offset(row_of_ply, nodes_y) * rise;
         let y0 = if layout.has(Feature::Grading) { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
-        if near.misses_row(y0, range_of([*low, *high])) {
+        if search.misses_row(y0, range_of([*low, *high])) {
             *left = NOT_KEPT;
             continue;
         }
@@ -289,10 +276,10 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
         }
         // Of a curved row every column may lie at either side of the body.
         let [mut from, end] =
-            if curved { [0, chunks] } else { near.chunks(x0, net.columns, range_of([*left, *right]), chunks) };
+            if curved { [0, chunks] } else { search.chunks(x0, net.columns, range_of([*left, *right]), chunks) };
         let columns = layout.columns_of(net.columns, ply);
         while from < end {
-            let next = Near { near: &near, columns, row, chunks: [from, end], first, offsets: &mut offsets };
+            let next = Near { search: &search, columns, row, chunks: [from, end], first, offsets: &mut offsets };
             let Some(c) = lanes::dispatch(system.instructions, next) else { break };
             from = c + 1;
             let Some(chunk) = row.get(c) else { break };
@@ -368,31 +355,24 @@ pub(crate) fn add_free_velocity(system: &mut System<'_>, count: usize) {
 mod tests {
     use super::*;
     use crate::body::pose;
-    use crate::body::projectile::Motion;
     use crate::ground::lanes::InstructionSet;
     use crate::scene::parts::{Projectile, Scene, Shape};
-    use crate::tests::{AT_REST, number};
+    use crate::tests::{number, sphere};
     use std::vec::Vec;
-
-    fn sphere() -> (Solid, Body) {
-        let solid = Solid::of(&Scene::sheet_3in_sphere().projectile);
-        (solid, Body::of(&Motion { velocity: [0.0, 0.0, 100.0], ..AT_REST }))
-    }
 
     #[test]
     fn the_box_of_the_search_ends_a_spacing_beyond_the_body() {
         let (solid, mut body) = sphere();
         body.position = Vector::new(0.0, 0.2, 0.0);
         let h = 7.26e-4;
-        let search = Search::new(&solid, &body, h);
-        let near = search.neighbourhood(h);
+        let search = Search::new(&solid, &body, h, h);
         for (share, inside) in [(0.999, true), (1.0, true), (1.001, false)] {
             let end = share * (solid.radius() + h);
             for (y0, range) in [(end, [0.0, 1.0]), (end + h, [-h, 0.0]), (-end, [-1.0, 0.0]), (-end - h, [0.0, h])] {
-                assert_eq!(!near.misses_row((0.2 + y0) / h, range.map(|u| u / h)), inside);
+                assert_eq!(!search.misses_row((0.2 + y0) / h, range.map(|u| u / h)), inside);
             }
         }
-        assert!(!near.misses_row(0.2 / h, [0.0; 2]));
+        assert!(!search.misses_row(0.2 / h, [0.0; 2]));
         // Up to a spacing away a node is a candidate, along the axes of the box too.
         for way in [Vector::x(), Vector::y(), Vector::z()] {
             for (away, found) in [(1.0 - 1e-11, true), (1.0 + 1e-8, false)] {
@@ -413,7 +393,7 @@ mod tests {
                 Projectile { shape, radius: 5e-3, length: 0.02, ..Scene::sheet_10in_cylinder().projectile };
             let solid = Solid::of(&Projectile { size: [0.01, 0.014, 0.02], ..projectile });
             let body = Body { position: Vector::new(0.01, -0.02, 0.03), orientation: q, ..sphere().1 };
-            let search = Search::new(&solid, &body, margin);
+            let search = Search::new(&solid, &body, margin, margin);
             let (mut found, size) = (0, 1.2 * (solid.reach() + margin));
             for k in 0..20_000 {
                 let r = Vector::new(number(3 * k), number(3 * k + 1), number(3 * k + 2)) * size;
@@ -448,7 +428,7 @@ mod tests {
             let turn = about * half_sine;
             let q = pose::normalised([half_cosine, turn.x, turn.y, turn.z]);
             let body = Body { position: Vector::new(0.02, -0.01, 0.03), orientation: q, ..sphere().1 };
-            let search = Search::new(&solid, &body, h);
+            let search = Search::new(&solid, &body, h, h);
             for (k, sign) in axes.into_iter().flat_map(|k| [(k, 1.0), (k, -1.0)]) {
                 for (away, found) in [(0.9, true), (1.1, false), (1.3, false)] {
                     let mut r = Vector::zeros();
@@ -467,8 +447,7 @@ mod tests {
         let (h, first) = (1e-3, [-40.0, 2.0, 0.0]);
         body.position = Vector::new(0.0123, -0.004, 0.002);
         let half = (solid.radius() + h) / h;
-        let search = Search::new(&solid, &body, h);
-        let near = search.neighbourhood(h);
+        let search = Search::new(&solid, &body, h, h);
         let (mut hits, mut misses, mut left_out) = (0, 0, 0);
         for k in 0..400 {
             let row: Vec<Chunk<HOT_PLANES>> = (0..10)
@@ -497,7 +476,7 @@ mod tests {
                 *place = first[0] + i as f64;
             }
             for columns in [&[], &columns[..]] {
-                let [start, end] = near.chunks(first[0], columns, range, row.len());
+                let [start, end] = search.chunks(first[0], columns, range, row.len());
                 for c in (0..10).filter(|c| !(start..end).contains(c)) {
                     left_out += 1;
                     assert_eq!(inside(c), [false; CHUNK]);
@@ -513,7 +492,8 @@ mod tests {
                 for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                     let (mut offsets, chunks) = (Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] }, [from, 10]);
                     let (columns, offsets) = (&[][..], &mut offsets);
-                    let found = lanes::dispatch(set, Near { near: &near, columns, row: &row, chunks, first, offsets });
+                    let found =
+                        lanes::dispatch(set, Near { search: &search, columns, row: &row, chunks, first, offsets });
                     assert_eq!(found, expected, "{set:?}");
                     let Some(c) = found else { continue };
                     assert_eq!(offsets.beyond.map(|x| x <= 0.0), inside(c));

@@ -332,17 +332,10 @@ pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::projectile::Motion;
     use crate::body::shape::Solid;
     use crate::scene::parts::Scene;
-    use crate::tests::{AT_REST, close, number};
+    use crate::tests::{close, number, sphere};
     use std::vec::Vec;
-
-    /// The preset's sphere at 100 m/s.
-    fn sphere() -> (Solid, Body) {
-        let solid = Solid::of(&Scene::sheet_3in_sphere().projectile);
-        (solid, Body::of(&Motion { velocity: [0.0, 0.0, 100.0], ..AT_REST }))
-    }
 
     fn solve(slots: &mut [Candidate], body: &Body, inertia: &Inertia, node_mass: f64, symmetry: Symmetry) -> Solved {
         super::solve(slots, &mut [], &Given { body, inertia, node_mass, symmetry, friction: 0.0 })

@@ -89,7 +89,7 @@ fn overlaps(scene: &Scene, gap: f64) -> bool {
 fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Result<(), Error> {
     let h_y = scene.spacing(Axis::Vertical);
     let places = Places::both(scene);
-    let search = Search::new(solid, body, scene.largest_spacing());
+    let search = Search::new(solid, body, scene.sheet.spacing, scene.largest_spacing());
     let (movable, [columns, rows, plies]) = (scene.is_free(), search.box_at_rest(scene, &places));
     let (columns, plies) = if scene.is_curved() {
         (0..places[0].nodes() as usize, 0..scene.stack.plies as usize)
@@ -128,7 +128,8 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     check_numbers("velocities", velocities, 3 * system.layout.nodes())?;
     let (points, _) = positions.as_chunks::<3>();
     let (speeds, _) = velocities.as_chunks::<3>();
-    let search = Search::new(&system.solid, &system.state.body, system.scene.largest_spacing());
+    let (h, margin) = (system.scene.sheet.spacing, system.scene.largest_spacing());
+    let search = Search::new(&system.solid, &system.state.body, h, margin);
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
         let (i, j) = system.layout.column_and_row(k);
         let fixed = system.is_fixed(i, j);
@@ -165,7 +166,6 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
             return Err(Error::new(Code::PliesOverlap, "positions", gap, 0.0));
         }
     }
-    let h = system.scene.sheet.spacing;
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
         let (i, j) = system.layout.column_and_row(k);
         let x = system.model.pose.point_in(*point);

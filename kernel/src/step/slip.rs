@@ -94,7 +94,7 @@ fn crossing(system: &System<'_>, thickness: f64, i: usize, j: usize) -> Option<[
     let (warp_part, weft_part) = (warp.tension / h_x, weft.tension / h_y);
     let sum = warp_part + weft_part;
     let mut normal = if sum > 0.0 { 2.0 * thickness * warp_part * weft_part / sum } else { 0.0 };
-    let search = Search::new(&system.solid, &system.state.body, h_x);
+    let search = Search::new(&system.solid, &system.state.body, h_x, h_x);
     if search.gap(&system.position(i, j)) <= ON_BODY * h_x {
         normal += 0.5 * (math::abs(warp.force.dot(&across)) + math::abs(weft.force.dot(&across)));
     }

@@ -155,7 +155,7 @@ impl Block {
             _ => [0, 0],
         };
         let [first, end] = near;
-        let search = Search::new(&system.solid, body, margin);
+        let search = Search::new(&system.solid, body, h, margin);
         let is_held = (first..end).any(|j| {
             let [a, b, c, d] = system.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
             (a..b).chain(c..d).any(|i| search.candidate(&system.position(i as usize, j)).is_some())
