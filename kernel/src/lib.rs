@@ -75,9 +75,9 @@ mod step;
 mod sim;
 
 pub use body::path::{Path, exponential};
+pub use body::pose;
 pub use body::projectile::{Body, Inertia, Motion};
 pub use body::shape::Solid;
-pub use body::{pose, prism};
 pub use ground::error::{Code, Error, Failure};
 pub use ground::hash::Hash;
 pub use ground::lanes::{CacheLine, InstructionSet};

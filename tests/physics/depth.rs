@@ -1,7 +1,7 @@
 //! How deep nodes get into a body without friction: a search over random scenes.
 
 use fabric_kernel::internals::shape::Solid;
-use fabric_kernel::{AttachmentKind, Drive, Grading, Projectile, Scene, Shape, Stack, TimeStep, pose, prism};
+use fabric_kernel::{AttachmentKind, Drive, Grading, Projectile, Scene, Sector, Shape, Stack, TimeStep, pose};
 use fabric_tests::reference::{V3, add, dot, length, scale, sub};
 use fabric_tests::{number, positions, sim_of, small_sheet, tetrahedron, velocities};
 use std::ops::Range;
@@ -24,7 +24,10 @@ fn drawn(k: u64) -> Scene {
             let moments = [1.2 * base.mass * radius * radius; 3];
             Projectile { shape: Shape::Polyhedron, faces: tetrahedron(radius), moments, ..base }
         }
-        _ => prism::disc_sector(2.0 * h, 9.0 * h, 1.1, size[2], base.mass).unwrap().projectile,
+        _ => {
+            let sector = Sector { inner_radius: 2.0 * h, outer_radius: 9.0 * h, angle: 1.1, thickness: size[2] };
+            Projectile { shape: Shape::DiscSector, sector, ..base }
+        }
     };
     scene.attachment.kind =
         [AttachmentKind::FourSides, AttachmentKind::TwoSides, AttachmentKind::Free][(3.0 * draw(5)) as usize];

@@ -2,7 +2,7 @@
 //! rest as it is.
 
 use crate::contact::gap;
-use fabric_kernel::{Energy, Faces, Projectile, Scene, Sector, Shape, Sim, Solid, TimeStep, pose, prism};
+use fabric_kernel::{Energy, Faces, Projectile, Scene, Sector, Shape, Sim, Solid, TimeStep, pose};
 use fabric_tests::reference::{V3, add, cross, length, sub};
 use fabric_tests::{close, number, sim_of, small_sheet};
 use rayon::prelude::*;
@@ -97,9 +97,11 @@ impl Slide {
 fn bodies() -> [(Projectile, f64); 6] {
     let (h, base) = (spacing(), Projectile { mass: 0.01, ..small_sheet(2, 0.0).projectile });
     let cuboid = Projectile { shape: Shape::Box, size: [20.0 * h, 6.0 * h, 8.0 * h], ..base };
-    let corners = [[8.0, -4.0], [10.0, 1.0], [2.0, 5.0], [-9.0, 4.0], [-8.0, -4.0]].map(|x| x.map(|x| x * h));
-    let pentagon = prism::prism(&corners, 7.0 * h, 0.01).unwrap();
     let (n, m) = (0.8, 0.6);
+    let sides = [[0.0, -1.0, 4.0], [n, -m, 8.0], [m, n, 7.0], [-0.28, 0.96, 5.0], [-0.96, -0.28, 9.0]];
+    let sides = sides.map(|[x, y, distance]| [x, y, 0.0, distance * h]);
+    let faces = Faces::of(&[&sides[..], &[[0.0, 0.0, 1.0, 3.5 * h], [0.0, 0.0, -1.0, 3.5 * h]]].concat());
+    let pentagon = Projectile { shape: Shape::Polyhedron, faces, moments: [6e-8, 1.3e-7, 1.5e-7], ..base };
     let sides = [[n, 0.0, -m, 6.0 * h], [-n, 0.0, -m, 6.0 * h], [0.0, n, m, 4.0 * h], [0.0, -n, m, 4.0 * h]];
     let faces = Faces::of(&[&sides[..], &[[0.0, 0.0, 1.0, 3.0 * h], [0.0, 0.0, -1.0, 3.0 * h]]].concat());
     let slanting = Projectile { shape: Shape::Polyhedron, faces, moments: [3e-8, 7e-8, 8e-8], ..base };
@@ -112,7 +114,7 @@ fn bodies() -> [(Projectile, f64); 6] {
     let sector = Projectile { shape: Shape::DiscSector, sector, ..base };
     [
         (cuboid, 4.0 * h),
-        (pentagon.projectile, 3.5 * h),
+        (pentagon, 3.5 * h),
         (slanting, 3.0 * h),
         (cylinder, 3.5 * h),
         (bullet, flat_end),

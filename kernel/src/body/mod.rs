@@ -1,6 +1,6 @@
 pub mod path;
 pub mod polyhedron;
 pub mod pose;
-pub mod prism;
 pub mod projectile;
+pub(crate) mod sector;
 pub mod shape;

@@ -9,7 +9,7 @@
 
 use crate::body::polyhedron::{self, Gap, HalfSpaces, Polyhedron};
 use crate::body::pose::{Vector, into_body};
-use crate::body::prism;
+use crate::body::sector;
 use crate::ground::error::{Code, Error};
 use crate::ground::math;
 use crate::scene::features::Feature;
@@ -97,7 +97,7 @@ fn check_sector(sector: &Sector, spacing: f64) -> Result<(), Error> {
         let limit = if inner_radius < least { least } else { greatest };
         return Err(Error::new(Code::OutOfRange, "projectile.sector.inner_radius", inner_radius, limit));
     }
-    polyhedron::check(&prism::of_sector(sector).faces(), spacing).map_err(|error| match error.code {
+    polyhedron::check(&sector::profile(sector).faces(), spacing).map_err(|error| match error.code {
         // A face, whose distance is named, is too near to the centre of mass.
         Code::ProjectileTooSmall => Error { field: RADIUS, ..error },
         // Beyond the range of numbers.
@@ -117,7 +117,7 @@ fn check_moments(moments: [f64; 3]) -> Result<(), Error> {
 fn faces(body: &Projectile) -> Faces {
     match body.shape {
         Shape::Box => box_faces(body.size),
-        Shape::DiscSector => prism::of_sector(&body.sector).faces(),
+        Shape::DiscSector => sector::profile(&body.sector).faces(),
         _ => body.faces,
     }
 }
@@ -151,7 +151,7 @@ impl Solid {
             // A body of unknown mass has no known moments.
             Shape::Polyhedron => body.moments.map(|moment| if mass > 0.0 { moment / mass } else { 0.0 }),
             // With a mass those of a polyhedron of these moments, to the last bit.
-            Shape::DiscSector => prism::of_sector(&body.sector)
+            Shape::DiscSector => sector::profile(&body.sector)
                 .gyration()
                 .map(|squared| if mass > 0.0 { mass * squared / mass } else { squared }),
         };
@@ -371,7 +371,8 @@ mod tests {
     }
 
     fn sector() -> Solid {
-        Solid::of(&prism::disc_sector(0.005, 0.02, 1.2, 0.008, 0.02).unwrap().projectile)
+        let sector = Sector { inner_radius: 0.005, outer_radius: 0.02, angle: 1.2, thickness: 0.008 };
+        Solid::of(&Projectile { shape: Shape::DiscSector, sector, ..Scene::sheet_3in_sphere().projectile })
     }
 
     /// One of each shape; the hemispherical cylinder long, stubby, and with no shank at all. All within 30
