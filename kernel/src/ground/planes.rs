@@ -120,10 +120,12 @@ pub fn get<const P: usize>(row: &[Chunk<P>], plane: usize, column: usize) -> Opt
     row.get(column / CHUNK)?.get(plane).map(|numbers| numbers[column % CHUNK])
 }
 
-/// One number of a chunked row, to be changed.
+/// Sets one number of a chunked row; a place outside of it is left out.
 #[inline(always)]
-pub fn get_mut<const P: usize>(row: &mut [Chunk<P>], plane: usize, column: usize) -> Option<&mut f64> {
-    row.get_mut(column / CHUNK)?.get_mut(plane).map(|numbers| &mut numbers[column % CHUNK])
+pub fn set<const P: usize>(row: &mut [Chunk<P>], plane: usize, column: usize, value: f64) {
+    if let Some(numbers) = row.get_mut(column / CHUNK).and_then(|chunk| chunk.get_mut(plane)) {
+        numbers[column % CHUNK] = value;
+    }
 }
 
 /// Row j of a block of chunked rows; empty outside the block.
@@ -148,7 +150,7 @@ mod tests {
         // Three rows of two chunks: the number says its row, plane and column.
         for (j, plane, column) in (0..3).flat_map(|j| (0..2).flat_map(move |p| (0..16).map(move |i| (j, p, i)))) {
             let number = (100 * j + 20 * plane + column) as f64;
-            *get_mut(row_mut(&mut block, 2, j), plane, column).unwrap() = number;
+            set(row_mut(&mut block, 2, j), plane, column, number);
             assert_eq!(block[2 * j + column / 8][plane][column % 8], number);
             assert_eq!(get(row(&block, 2, j), plane, column), Some(number));
         }

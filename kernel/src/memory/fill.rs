@@ -66,16 +66,10 @@ impl System<'_> {
                     let bar = self.scene.draw_bar(&places, before, axis, [i, row_of_ply])?;
                     let turn = if axis == Axis::Horizontal { along.turn } else { 1.0 };
                     let stiffness = bar.modulus / (direction.modulus_per_stiffness * (bar.segments * turn));
-                    let constants = [(axis as usize, stiffness), (axis as usize + 2, bar.damage_rate)];
-                    for (plane, constant) in constants {
-                        if let Some(slot) = planes::get_mut(row, plane, i) {
-                            *slot = constant;
-                        }
-                    }
-                    if let Some(slot) = planes::get_mut(strengths, axis as usize, i) {
-                        *slot = bar.critical_stretch;
-                        weakest[back] = math::min(*slot, weakest[back]);
-                    }
+                    planes::set(row, axis as usize, i, stiffness);
+                    planes::set(row, axis as usize + 2, i, bar.damage_rate);
+                    planes::set(strengths, axis as usize, i, bar.critical_stretch);
+                    weakest[back] = math::min(bar.critical_stretch, weakest[back]);
                 }
             }
         }

@@ -209,6 +209,19 @@ impl Layout {
         self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments() * self.plies
     }
 
+    /// Calls `each` with the direction of every segment and the node where it starts, in the order of their
+    /// numbers.
+    pub(crate) fn for_each_segment(&self, mut each: impl FnMut(Axis, usize, usize)) {
+        let all = (0..self.plies).flat_map(|ply| [(Axis::Horizontal, ply), (Axis::Vertical, ply)]);
+        for (axis, ply) in all {
+            let [first, end] = self.rows_of(ply);
+            let columns = if axis == Axis::Horizontal { self.x.segments() } else { self.nodes_x };
+            for j in (first..end).filter(|&j| axis == Axis::Horizontal || self.has_verticals(j)) {
+                (0..columns).for_each(|i| each(axis, i, j));
+            }
+        }
+    }
+
     /// Rows of the hot block: those modelled, and the ghost row beyond the plane y = 0.
     pub(crate) fn stored_rows(&self) -> usize {
         self.nodes_y + usize::from(self.y.is_mirrored())

@@ -53,9 +53,7 @@ const UNREAD: Columns = [[1.0; CHUNK]; SWEPT_PLANES];
 /// Sets constants, each with its plane, of column i of a line.
 pub(crate) fn set<const N: usize>(line: &mut [Chunk<COLUMN_PLANES>], i: usize, constants: [(usize, f64); N]) {
     for (plane, constant) in constants {
-        if let Some(slot) = planes::get_mut(line, plane, i) {
-            *slot = constant;
-        }
+        planes::set(line, plane, i, constant);
     }
 }
 

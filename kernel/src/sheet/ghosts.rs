@@ -11,12 +11,8 @@ pub(crate) fn place_ghost_column<const P: usize>(row: &mut [Chunk<P>], line: Lin
     let (node, turned) = line.node(place);
     for (plane, sign) in [(0, if turned { -1.0 } else { 1.0 }), (1, 1.0), (2, 1.0)] {
         let value = planes::get(row, plane, node).unwrap_or(0.0);
-        if let Some(slot) = planes::get_mut(row, plane, place) {
-            *slot = sign * value;
-        }
-        if let Some(slot) = planes::get_mut(row, SPEED_X + plane, place) {
-            *slot = 0.0;
-        }
+        planes::set(row, plane, place, sign * value);
+        planes::set(row, SPEED_X + plane, place, 0.0);
     }
 }
 
@@ -41,9 +37,7 @@ pub(crate) fn place_ghost_speeds(hot: &mut [Chunk<HOT_PLANES>], chunks: usize, l
     for row in hot.chunks_exact_mut(chunks.max(1)) {
         for (plane, sign) in [(SPEED_X, if mirrored { -1.0 } else { 1.0 }), (SPEED_X + 1, 1.0), (SPEED_Z, 1.0)] {
             let speed = planes::get(row, plane, node).unwrap_or(0.0);
-            if let Some(slot) = planes::get_mut(row, plane, line.modelled()) {
-                *slot = sign * speed;
-            }
+            planes::set(row, plane, line.modelled(), sign * speed);
         }
     }
 }

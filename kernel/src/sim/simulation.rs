@@ -610,7 +610,7 @@ impl<'a> Sim<'a> {
     fn copy_segments(&self, out: &mut [f64], value: impl Fn(&Self, &SegmentView) -> f64) -> Result<(), Error> {
         start::check_length("out", out, self.system.layout.segments())?;
         let mut slots = out.iter_mut();
-        start::for_each_segment(&self.system.layout, |axis, i, j| {
+        self.system.layout.for_each_segment(|axis, i, j| {
             if let (Some(segment), Some(slot)) = (self.system.segment(axis, i, j), slots.next()) {
                 *slot = value(self, &segment);
             }

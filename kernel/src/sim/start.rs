@@ -208,33 +208,18 @@ pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) ->
         return Err(Error::new(Code::OutOfRange, "stretches", above, LARGEST_STRETCH));
     }
     let (mut stretches, layout) = (stretches.iter(), system.layout);
-    for_each_segment(&layout, |axis, i, j| {
+    layout.for_each_segment(|axis, i, j| {
         let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));
         let strength = planes::row(system.arrays.rows.strength, layout.chunks, j);
         let whole = planes::get(strength, axis as usize, i).map(twice_strain_at);
         let critical = whole.unwrap_or(system.direction(axis, j).critical);
         let history = planes::row_mut(system.arrays.rows.history, layout.chunks, j);
-        if let Some(slot) = planes::get_mut(history, axis as usize, i) {
-            *slot = if q > critical { q } else { whole.unwrap_or(0.0) };
-        }
+        planes::set(history, axis as usize, i, if q > critical { q } else { whole.unwrap_or(0.0) });
     });
     system.rebuild_derived();
     explicit::start_forces(system);
     energy::start_audit(system);
     Ok(())
-}
-
-/// Calls `each` with the direction of every segment and the node where it starts, in the order of their
-/// numbers.
-pub(crate) fn for_each_segment(layout: &Layout, mut each: impl FnMut(Axis, usize, usize)) {
-    let all = (0..layout.plies).flat_map(|ply| [(Axis::Horizontal, ply), (Axis::Vertical, ply)]);
-    for (axis, ply) in all {
-        let [first, end] = layout.rows_of(ply);
-        let columns = if axis == Axis::Horizontal { layout.x.segments() } else { layout.nodes_x };
-        for j in (first..end).filter(|&j| axis == Axis::Horizontal || layout.has_verticals(j)) {
-            (0..columns).for_each(|i| each(axis, i, j));
-        }
-    }
 }
 
 /// Refuses an array that has not as many numbers as are needed.

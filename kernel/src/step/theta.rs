@@ -22,7 +22,7 @@ use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{
-    self, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, GUESS_ACCELERATION, HOT_PLANES, ITERATE_PLANES, SPEED_X,
+    self, CARRY_PLANES, CHUNK, Chunk, GUESS, GUESS_ACCELERATION, HOT_PLANES, ITERATE_PLANES, SPEED_X,
     START_ACCELERATION, STIFFNESS, VELOCITY_AFTER_IMPULSES, X,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
@@ -141,9 +141,7 @@ fn push_candidates(system: &mut System<'_>, count: usize) {
         let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);
         let row = planes::row_mut(system.arrays.rows.iterate, system.layout.chunks, j);
         for axis in 0..3 {
-            if let Some(velocity) = planes::get_mut(row, VELOCITY_AFTER_IMPULSES + axis, i) {
-                *velocity = v[axis] + push[axis];
-            }
+            planes::set(row, VELOCITY_AFTER_IMPULSES + axis, i, v[axis] + push[axis]);
         }
     }
 }
@@ -274,30 +272,21 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
 
 /// History and stiffness at the new positions, once a step.
 fn commit_damage(system: &mut System<'_>) {
-    let chunks = system.layout.chunks;
-    let mut failed = false;
-    for j in 0..system.layout.nodes_y {
-        for i in 0..system.layout.nodes_x {
-            for axis in [Axis::Horizontal, Axis::Vertical] {
-                let Some(segment) = system.segment(axis, i, j) else { continue };
-                let q = segment.twice_strain();
-                if !system.direction(axis, j).law.is_damaging(q, segment.history) {
-                    continue;
-                }
-                let Damage { alpha, history: largest } = system.law_of(&segment).damage(segment.damage_rate, q);
-                failed |= alpha == 0.0;
-                let stiffness = planes::row_mut(system.arrays.rows.hot, chunks, j);
-                if let Some(slot) = planes::get_mut(stiffness, STIFFNESS + axis as usize, i) {
-                    *slot = alpha * segment.undamaged;
-                }
-                let history = planes::row_mut(system.arrays.rows.history, chunks, j);
-                if let Some(slot) = planes::get_mut(history, axis as usize, i) {
-                    *slot = largest;
-                }
-            }
+    let (layout, mut failed) = (system.layout, false);
+    layout.for_each_segment(|axis, i, j| {
+        let Some(segment) = system.segment(axis, i, j) else { return };
+        let q = segment.twice_strain();
+        if !system.direction(axis, j).law.is_damaging(q, segment.history) {
+            return;
         }
-    }
+        let Damage { alpha, history } = system.law_of(&segment).damage(segment.damage_rate, q);
+        failed |= alpha == 0.0;
+        let hot = planes::row_mut(system.arrays.rows.hot, layout.chunks, j);
+        planes::set(hot, STIFFNESS + axis as usize, i, alpha * segment.undamaged);
+        let histories = planes::row_mut(system.arrays.rows.history, layout.chunks, j);
+        planes::set(histories, axis as usize, i, history);
+    });
     if failed {
-        system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
+        system.failed_segments = system.count_failed([0, layout.nodes_y]);
     }
 }

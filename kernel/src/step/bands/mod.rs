@@ -48,11 +48,11 @@
 
 /// A band's part of a pass, and what is not cut.
 mod pass;
-/// Plan of a pass, known to all bands.
+/// Plan of a pass.
 mod plan;
-/// Into the simulation's arrays.
+/// Pointers into the simulation's arrays.
 mod pointers;
-/// The bands' own numbers.
+/// Scratch of the bands.
 mod scratch;
 
 use crate::ground::error::{Code, Error, Failure};

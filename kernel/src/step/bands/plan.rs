@@ -16,7 +16,7 @@ use crate::step::rows::terms::{Terms, rates};
 use crate::step::rows::whole;
 use crate::yarn::rate::Rates;
 
-/// Plan of one pass, known to all bands.
+/// Plan of one pass.
 pub(super) struct Plan {
     /// Candidates under the projectile, or why the pass cannot be made.
     pub(super) found: Result<Gathered, Failure>,

@@ -10,7 +10,7 @@ use crate::ground::planes::{self, Axis, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, 
 use crate::memory::layout::Layout;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::sheet::viscous::{MomentsOfRow, ViscousRow};
+use crate::sheet::viscous::{MomentsOfRow, NO_PAST, ViscousRow};
 use crate::step::rows::terms::{Terms, rates};
 use crate::yarn::law;
 
@@ -79,7 +79,7 @@ impl ViscousRows<'_> {
     #[inline(never)]
     pub fn taken_of_last(&mut self, layout: &Layout, k: usize, before: &Last) -> [f64; 2] {
         // It was that of a node beside the plane.
-        set(planes::row_mut(self.past, layout.chunks, k), MOMENT, layout.x.modelled(), 0.0);
+        planes::set(planes::row_mut(self.past, layout.chunks, k), MOMENT, layout.x.modelled(), 0.0);
         let now = last_of(planes::row(self.past, layout.chunks, k), layout);
         [0, 1].map(|axis| (now[axis][0] - before[axis][0]) * (now[axis][1] + before[axis][1]))
     }
@@ -126,19 +126,13 @@ pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow
     *dissipated = 0.5 * layout.y.node_weight(j) * all;
     let (node, _) = line.node(line.modelled());
     let image = planes::get(past, MOMENT, node).unwrap_or(0.0);
-    set(past, MOMENT, line.modelled(), image);
+    planes::set(past, MOMENT, line.modelled(), image);
 }
 
 /// Moments of the ghost row along y: those of the row that it mirrors.
 pub(crate) fn place_ghost_moments(ghosts: &mut [Chunk<PAST_PLANES>], row: &[Chunk<PAST_PLANES>]) {
     for (ghost, chunk) in ghosts.iter_mut().zip(row) {
         ghost[MOMENT + 1] = chunk[MOMENT + 1];
-    }
-}
-
-fn set<const P: usize>(row: &mut [Chunk<P>], plane: usize, column: usize, value: f64) {
-    if let Some(slot) = planes::get_mut(row, plane, column) {
-        *slot = value;
     }
 }
 
@@ -180,21 +174,12 @@ pub(crate) fn start(system: &mut System<'_>) {
     if !system.layout.has(Feature::Viscosity) {
         return;
     }
-    let chunks = system.layout.chunks;
-    system.arrays.rows.past.fill(crate::sheet::viscous::NO_PAST);
-    for j in 0..system.layout.nodes_y {
-        for i in 0..system.layout.nodes_x {
-            for axis in [Axis::Horizontal, Axis::Vertical] {
-                let Some(before) = system.segment(axis, i, j).map(|segment| segment.twice_strain_before()) else {
-                    continue;
-                };
-                let past = planes::row_mut(system.arrays.rows.past, chunks, j);
-                if let Some(slot) = planes::get_mut(past, axis as usize, i) {
-                    *slot = before;
-                }
-            }
-        }
-    }
+    let layout = system.layout;
+    system.arrays.rows.past.fill(NO_PAST);
+    layout.for_each_segment(|axis, i, j| {
+        let Some(before) = system.segment(axis, i, j).map(|segment| segment.twice_strain_before()) else { return };
+        planes::set(planes::row_mut(system.arrays.rows.past, layout.chunks, j), axis as usize, i, before);
+    });
 }
 
 /// Energy that the forces of the last step dissipate at the present rates and no sum holds yet, J.
