@@ -467,7 +467,8 @@ fn plies_pressed_on_their_case_stay_out_of_the_body() {
 /// prescribed one goes on, and through the nodes.
 #[test]
 fn a_body_from_outside_is_stopped_by_the_case() {
-    for k in 0..32 {
+    // Half of the 32, with each choice of any four.
+    for k in (0..32_u32).filter(|k| k.count_ones().is_multiple_of(2)) {
         let is = |bit: u32| (k >> bit) & 1 == 1;
         let mut scene = ring(60, 11);
         let (h, radius) = (scene.sheet.spacing, scene.sheet.radius);

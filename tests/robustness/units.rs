@@ -7,7 +7,7 @@ use fabric_tests::{golden, positions, sim_of, small_sheet, speed, stepped, veloc
 use rayon::prelude::*;
 
 /// Powers of two for length, mass and time.
-const UNITS: [[i32; 3]; 4] = [[-9, 0, 0], [0, 15, 0], [0, 0, 11], [-7, -13, -6]];
+const UNITS: [[i32; 3]; 2] = [[-9, 15, 11], [-7, -13, -6]];
 
 /// Exponents of length, mass and time of an SI unit.
 fn dimension(unit: &str) -> [i32; 3] {

@@ -19,18 +19,18 @@ const AFTER: u64 = 4_000;
 /// Least distance from a ring's axis, over its radius, from which a body that tears the wall has grazed it.
 const GRAZES: f64 = 0.8;
 
-/// Shots without an outcome, of which nothing is judged.
-const STAY: [u64; 3] = [8, 10, 53];
+/// Shots that take longest, of which 8, 10 and 53 stay without an outcome.
+const LONG: [u64; 7] = [5, 8, 10, 15, 23, 46, 53];
 
 #[test]
 fn bodies_are_on_the_side_that_is_said() {
-    check((0..60).filter(|seed| !STAY.contains(seed)));
+    check((0..60).filter(|seed| !LONG.contains(seed)));
 }
 
 #[test]
 #[ignore = "minutes; cargo xtask verify runs it"]
 fn more_bodies_are_on_the_side_that_is_said() {
-    check(STAY.into_iter().chain(60..1060));
+    check(LONG.into_iter().chain(60..1060));
 }
 
 fn check(seeds: impl Iterator<Item = u64>) {
