@@ -244,18 +244,18 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
         let ([x, y, z], [a, b, v]) = (own(planes::displacement(chunk, lane)), own(planes::velocity(chunk, lane)));
         // Where it was at the step's start: the projectile's impulses must not change who faces whom.
         let (x, y) = (x - a, y - b);
-        let allowed = match below {
-            Some([x_below, y_below, z_below, v_below])
-                if math::abs(x - x_below) <= 1.0 && math::abs(y - y_below) <= rise =>
-            {
-                let start = gap + (z - z_below) - (v - v_below);
-                deepest = math::max(-start, deepest);
-                math::max(start, 0.0)
-            }
-            _ => f64::INFINITY,
-        };
-        (offset, speed_below) =
-            if allowed == f64::INFINITY { (0.0, -f64::INFINITY) } else { (offset + allowed, speed_below) };
+        let mut allowed = f64::INFINITY;
+        if let Some([x_below, y_below, z_below, v_below]) = below
+            && math::abs(x - x_below) <= 1.0
+            && math::abs(y - y_below) <= rise
+        {
+            let start = gap + (z - z_below) - (v - v_below);
+            deepest = math::max(-start, deepest);
+            allowed = math::max(start, 0.0);
+            offset += allowed;
+        } else {
+            (offset, speed_below) = (0.0, -f64::INFINITY);
+        }
         let speed = v + offset;
         presses |= speed_below > speed;
         speed_below = speed;

@@ -68,7 +68,9 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
         stack.include(count, f64::INFINITY);
         converged = stack.iterate(count);
     }
-    let residual = if converged { 0.0 } else { stack.residual(count) };
+    // Largest residual of the laws of contact and friction, m/s.
+    let residual = |stack: &StackSolve| (0..count).map(|c| stack.error(c, f64::INFINITY)).fold(0.0, math::max);
+    let residual = if converged { 0.0 } else { residual(&stack) };
     let solved = Solved { sweeps: stack.sweeps, converged, twist: stack.body, residual };
     if converged || !system.layout.has(Feature::Friction) { solved } else { without_gain(system, count, solved) }
 }
@@ -237,11 +239,6 @@ impl<'s, 'a> StackSolve<'s, 'a> {
             }
         }
         converged
-    }
-
-    /// Largest residual of the laws of contact and friction over the candidates, m/s.
-    fn residual(&self, count: usize) -> f64 {
-        (0..count).map(|c| self.error(c, f64::INFINITY)).fold(0.0, math::max)
     }
 
     /// At the most by how much the gap rate of a candidate that was left out has changed, m/s.
