@@ -334,7 +334,7 @@ pub(crate) fn add_free_velocity(system: &mut System<'_>, count: usize) {
     // They come row by row: one division for each row is enough.
     let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
     let mut places = tangential.iter_mut();
-    for candidate in candidates.iter_mut().take(count) {
+    for candidate in candidates.get_mut(..count).unwrap_or_default() {
         let node = candidate.node as usize;
         let mut i = node.wrapping_sub(start);
         if i >= nx {

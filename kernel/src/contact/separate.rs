@@ -32,15 +32,20 @@ pub(crate) struct Apart {
 impl Apart {
     /// Rows of so many candidates, as they were found.
     pub fn of(system: &System<'_>, count: usize) -> Apart {
-        let rows = system.layout.y.modelled();
+        let (rows, nodes_x) = (system.layout.y.modelled(), system.layout.nodes_x.max(1));
+        let candidates = system.arrays.candidates.get(..count).unwrap_or(&[]);
         let (mut moving, mut under) = ([0, rows], [rows, 0]);
         for ply in 0..system.layout.plies {
             let [low, high] = system.awake_of(ply).map(|row| row.saturating_sub(ply * rows));
             moving = [low.max(moving[0]), high.min(moving[1])];
-        }
-        for candidate in system.arrays.candidates.iter().take(count) {
-            let (_, row) = system.layout.ply_and_row(system.layout.column_and_row(candidate.node as usize).1);
-            under = [row.min(under[0]), (row + 1).max(under[1])];
+            // They come ply by ply and row by row.
+            let [from, to] =
+                [ply, ply + 1].map(|ply| candidates.partition_point(|c| (c.node as usize) < ply * rows * nodes_x));
+            let of_ply = candidates.get(from..to).unwrap_or(&[]);
+            for c in of_ply.first().into_iter().chain(of_ply.last()) {
+                let row = (c.node as usize / nodes_x).saturating_sub(ply * rows);
+                under = [row.min(under[0]), (row + 1).max(under[1])];
+            }
         }
         Apart { moving, under }
     }

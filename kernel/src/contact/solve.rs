@@ -215,8 +215,8 @@ impl<'s> Compliances<'s> {
                 continue;
             }
             let fixed = self.supported && c.is_fixed();
-            if c.impulse > 0.0 && !fixed {
-                c.free_gap_rate += c.impulse / self.node_mass;
+            if c.impulse > 0.0 {
+                c.free_gap_rate += if fixed { 0.0 } else { c.impulse / self.node_mass };
             }
             let gap_rate = self.gap_rate(&c, rates);
             let impulse = laws::projected_normal(c.impulse, gap_rate, c.effective_mass);
@@ -305,12 +305,12 @@ fn sweeps<const FRICTION: bool>(
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
             rates = body.twist();
-            compliances.set_masses(candidates, &rates, out_of_reach);
+            candidates.iter_mut().for_each(|c| c.effective_mass = compliances.effective_mass(c));
             candidates.iter_mut().for_each(|c| c.impulse = 0.0);
         }
     }
     if !converged {
-        compliances.set_masses(candidates, &rates, f64::INFINITY);
+        candidates.iter_mut().for_each(|c| c.effective_mass = compliances.effective_mass(c));
     }
     (Solved { sweeps, converged, twist: rates, residual: 0.0 }, tolerance / node_mass)
 }

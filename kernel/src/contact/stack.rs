@@ -25,6 +25,7 @@ use crate::contact::laws::{self, Gain};
 use crate::contact::members;
 use crate::contact::solve::{MAX_SWEEPS, USED_REACH};
 use crate::ground::math;
+use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::Arrays;
 use crate::memory::records::{Candidate, Relaxation, Tangential, Touch};
 use crate::memory::system::System;
@@ -164,11 +165,15 @@ impl<'s, 'a> StackSolve<'s, 'a> {
 
     /// Range of the velocities along z in the column of a candidate, m/s: no node of it is moved by more
     /// before the body pushes one.
-    fn spread(&mut self, c: usize) -> f64 {
-        self.load_column(c);
+    fn spread(&self, c: usize) -> f64 {
+        let (i, row) = place(self.system, c);
         let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
-        for node in self.system.arrays.column.iter() {
-            (low, high) = (math::min(node.before, low), math::max(node.before, high));
+        let [at, next] = self.system.layout.stacked(i, row);
+        for ply in 0..self.system.layout.plies {
+            let chunk = self.system.arrays.rows.hot.get(at + ply * next);
+            let velocity = chunk.map_or([0.0; 3], |chunk| planes::velocity(chunk, i % CHUNK));
+            let [_, _, speed] = self.system.own_axes(i, velocity);
+            (low, high) = (math::min(speed, low), math::max(speed, high));
         }
         (high - low) * self.system.model.unit_speed
     }
