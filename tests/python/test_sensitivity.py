@@ -81,7 +81,7 @@ def test_every_variant_differs_by_what_it_says_and_can_be_simulated():
     assert "viscosity of the yarn: that of real fabrics" in variants(dry)
 
 
-@pytest.mark.parametrize("shots", [10, 20, 40])
+@pytest.mark.parametrize("shots", [10, 40])
 def test_the_command_shows_what_the_width_does_for_ten_times_the_node_steps_of_the_test(tmp_path, shots):
     said, _, _ = called(tmp_path, main, small_scene(), "--shots", str(shots), "--tests", "0", "--sensitivity", out=f"{shots}")
     folder = tmp_path / f"{shots}"
@@ -107,7 +107,7 @@ def test_the_command_shows_what_the_width_does_for_ten_times_the_node_steps_of_t
         assert "Kevlar" not in (
             text.split("shots, ")[0].split("Sheet:")[0] if text is said else text.split("<details>")[0].split("</div>")[0]
         )
-        assert shots == 20 or ("found in the network of bars of two yarns" in text) == (shots == 10)
+        assert ("found in the network of bars of two yarns" in text) == (shots == 10)
     assert page.count("data:image/svg+xml") == 2
     assert Test.read(folder).text() in said
 
