@@ -16,7 +16,7 @@ use crate::ground::math;
 use crate::ground::planes::Axis;
 use crate::ground::random::{self, Purpose};
 use crate::scene::features::Feature;
-use crate::scene::parts::{Back, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Scene, StrengthDraw};
+use crate::scene::parts::{Back, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Scene, StrengthDraw, Weft, Yarn};
 use crate::sheet::weave;
 use crate::yarn::law::{DamageLaw, Segment};
 
@@ -76,26 +76,15 @@ impl Scene {
 
     /// Modulus and damage rate of one direction, of the front or of the back fabric.
     fn scatter(&self, axis: Axis, back: bool) -> Scatter {
-        let (yarn, weft) = (&self.yarn, &self.weft);
         if back {
             let Back { modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd, .. } = self.back;
             Scatter { modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd }
-        } else if axis == Axis::Vertical && weft.modulus_mean != 0.0 {
-            Scatter {
-                modulus_mean: weft.modulus_mean,
-                modulus_sd: weft.modulus_sd,
-                damage_slope: weft.damage_slope,
-                damage_intercept: weft.damage_intercept,
-                damage_sd: weft.damage_sd,
-            }
+        } else if axis == Axis::Vertical && self.weft.modulus_mean != 0.0 {
+            let Weft { modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd, .. } = self.weft;
+            Scatter { modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd }
         } else {
-            Scatter {
-                modulus_mean: yarn.modulus_mean,
-                modulus_sd: yarn.modulus_sd,
-                damage_slope: yarn.damage_slope,
-                damage_intercept: yarn.damage_intercept,
-                damage_sd: yarn.damage_sd,
-            }
+            let Yarn { modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd, .. } = self.yarn;
+            Scatter { modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd }
         }
     }
 

@@ -7,7 +7,7 @@
 
 use crate::body::pose::Vector;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, STIFFNESS};
-use crate::memory::arrays::StepScratch;
+use crate::memory::arrays::{RowArrays, StepScratch};
 use crate::memory::layout::Layout;
 use crate::memory::system::System;
 use crate::sheet::direction::Along;
@@ -88,32 +88,22 @@ pub(crate) fn add_awake(system: &mut System<'_>) {
 /// otherwise, and the reactions of supports and case.
 #[inline(never)]
 pub(crate) fn add_sweep(system: &mut System<'_>, ply: usize, rows: [usize; 2], step: usize) {
-    add_dissipation(system, ply, rows, step);
+    add_dissipated(system, ply, rows, step);
     add_reactions(system, ply, rows, step);
-    add_clamp_work(system, ply, rows, step);
     add_case_impulses(system, ply, rows);
 }
 
-/// Adds up the energy dissipated by viscosity and rate in rows [first, end) of a ply, lowest row first.
+/// Adds up what viscosity, the rate and clamps have dissipated in rows [first, end) of a ply in a step of a
+/// block, the first one otherwise, lowest row first.
 #[inline(never)]
-fn add_dissipation(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
+fn add_dissipated(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let unit = system.model.unit_energy * system.mass_share(ply);
-    let dissipated = system
-        .arrays
-        .rows
-        .dissipated
-        .get(step * system.layout.nodes_y..)
-        .and_then(|dissipated| dissipated.get(first..end));
-    dissipated.into_iter().flatten().for_each(|dissipated| system.state.sums.viscous += unit * dissipated);
-}
-
-/// Adds what the clamps of rows [first, end) of a ply have dissipated in a step of a block, the first one
-/// otherwise, lowest row first.
-#[inline(never)]
-fn add_clamp_work(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
-    let unit = system.model.unit_energy * system.mass_share(ply);
-    let of_rows = system.arrays.rows.clamped.get(step * system.layout.nodes_y..).and_then(|rows| rows.get(first..end));
-    of_rows.into_iter().flatten().for_each(|work| system.state.sums.attachment += unit * work);
+    let (sums, noted) = (&mut system.state.sums, step * system.layout.nodes_y);
+    let RowArrays { dissipated, clamped, .. } = &system.arrays.rows;
+    for (of_rows, sum) in [(dissipated, &mut sums.viscous), (clamped, &mut sums.attachment)] {
+        let of_rows = of_rows.get(noted + first..noted + end).unwrap_or_default();
+        of_rows.iter().for_each(|of_row| *sum += unit * of_row);
+    }
 }
 
 /// Adds up the impulses of the case on rows [first, end) of a ply and the energy dissipated by it, lowest row
