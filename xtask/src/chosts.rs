@@ -1,6 +1,7 @@
 //! The C interface: its two libraries, and C and C++ programs that use them as a host would.
 
 use crate::digests::{lines, pins};
+use crate::targets::{FROM_HOST, undefined};
 use crate::tools::{Outcome, emptied, found, needs, output, read, run as command, target, top, wait};
 use std::path::{Path, PathBuf};
 
@@ -24,7 +25,7 @@ const COMPILERS: [([&str; 2], &str, usize); 2] =
 pub fn run() -> Outcome {
     needs(&["g++", "make", "pkg-config"])?;
     installed()?;
-    crate::targets::undefined_in_kernel(&prefix().join("lib/libfabric_kernel.so"))?;
+    undefined(&prefix().join("lib/libfabric_kernel.so"), &FROM_HOST)?;
     let wanted = [pins("scene")?, pins("host")?].concat();
     for ([c, cpp], kinds, expected) in COMPILERS {
         if !found(&[c], "C and C++ hosts by clang") {

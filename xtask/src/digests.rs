@@ -3,7 +3,7 @@
 
 use crate::platforms;
 use crate::targets::{self, BOARD as BOARD_TRIPLE, HARD, Tool, WASM};
-use crate::tools::{self, Outcome, finish, first_found, make_folder, output, read, target, top, wait_within};
+use crate::tools::{self, Outcome, finish, first_found, make_folder, output, read, target, top};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -138,8 +138,8 @@ pub fn run(options: &Options) -> Outcome {
         results.push((target.name, result));
     }
     report(&pins, &results)?;
-    match libraries.iter().find(|built| built.library == FIRMWARE) {
-        Some(built) if tools::found(&["make"], "examples/cortex-m7") => firmware(&built.path)?,
+    match libraries.iter().find(|built| built.0 == FIRMWARE) {
+        Some((_, path)) if tools::found(&["make"], "examples/cortex-m7") => firmware(path)?,
         Some(_) => {}
         None => tools::left_out("examples/cortex-m7", "as cortex-m7-hard"),
     }
@@ -239,10 +239,8 @@ fn wasm_linker() -> Result<Command, String> {
     Ok(command)
 }
 
-struct Built {
-    library: Linked,
-    path: PathBuf,
-}
+/// A library and its file.
+type Built = (Linked, PathBuf);
 
 /// Builds the libraries of all targets that can run, two at a time. Each has a folder of its own, so the
 /// builds do not wait for one another.
@@ -256,7 +254,7 @@ fn build(targets: &[&Program]) -> Result<Vec<Built>, String> {
     let waiting = Mutex::new(wanted.into_iter());
     let next = || waiting.lock().ok()?.next();
     let worker = || -> Result<Vec<Built>, String> {
-        std::iter::from_fn(next).map(|library| Ok(Built { library, path: build_one(library)? })).collect()
+        std::iter::from_fn(next).map(|library| Ok((library, build_one(library)?))).collect()
     };
     std::thread::scope(|scope| {
         let other = scope.spawn(worker);
@@ -282,8 +280,8 @@ fn build_one(library: Linked) -> Result<PathBuf, String> {
 }
 
 fn tried(target: &Program, libraries: &[Built]) -> Result<Fate, String> {
-    let library = libraries.iter().find(|built| built.library == target.library).ok_or("its library was not built")?;
-    let program = link(target, &library.path)?;
+    let (_, library) = libraries.iter().find(|built| built.0 == target.library).ok_or("its library was not built")?;
+    let program = link(target, library)?;
     let (printed, by, seconds) = execute(target, &program)?;
     Ok(Fate::Ran { lines: lines(&printed), by, seconds })
 }
@@ -372,7 +370,13 @@ fn on_runner(triple: &str, runner: &str, program: &Path) -> Command {
 fn output_within(command: &mut Command, longest: Duration) -> Result<String, String> {
     let started = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
     let mut child = started.map_err(|error| format!("cannot start {command:?}: {error}"))?;
-    wait_within(&mut child, longest)?;
+    let start = Instant::now();
+    while child.try_wait().map_err(|error| error.to_string())?.is_none() {
+        if start.elapsed() > longest {
+            child.kill().map_err(|error| error.to_string())?;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
     let output = child.wait_with_output().map_err(|error| error.to_string())?;
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     if output.status.success() {

@@ -82,12 +82,8 @@ pub const MACOS: (u32, u32) = (11, 0);
 /// What the kernel's C library may ask of its host.
 pub const FROM_HOST: [&str; 4] = ["memcpy", "memmove", "memset", "memcmp"];
 
-/// The C library may ask its host for these and nothing else, apart from the weak names of the linker's
-/// start-up code.
-pub fn undefined_in_kernel(library: &Path) -> Outcome {
-    undefined(library, &FROM_HOST)
-}
-
+/// A library may ask its host for these and nothing else, apart from the weak names of the linker's start-up
+/// code.
 pub fn undefined(library: &Path, allowed: &[&str]) -> Outcome {
     let listed = output("nm", &["-D", "--undefined-only", &library.to_string_lossy()])?;
     let names = listed.lines().filter(|line| !line.contains(" w ")).filter_map(|line| line.split_whitespace().last());

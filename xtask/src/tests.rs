@@ -3,8 +3,8 @@
 use crate::fmu;
 use crate::platforms::Targets;
 use crate::tools::{
-    Outcome, STEP_LEFT_OUT, all_left_out, cargo, emptied, last_time, python_with, read, run as command, said,
-    step_left_out, tables, target, top, unit_tests, wait, write,
+    Outcome, STEP_LEFT_OUT, all_left_out, cargo, emptied, last_time, py_tests, python_with, read, run as command, said,
+    step_left_out, tables, target, top, wait, write,
 };
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -280,7 +280,7 @@ fn fmus(targets: Targets) -> Outcome {
     fmu::run(&fmu::Options { targets, ..Default::default() })?;
     println!("figure 26: the versions of the GNU C library above");
     crate::wheel::installed()?;
-    unit_tests(&python_with("tests/fmi/requirements.txt")?, "tests/fmi")
+    py_tests(&python_with("tests/fmi/requirements.txt")?, "tests/fmi")
 }
 
 /// The questions of docs/accuracy.md.

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitCode, Output, Stdio};
+use std::process::{Command, ExitCode, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// What every command returns: nothing, or a message for the user.
 pub type Outcome = Result<(), String>;
@@ -156,21 +156,6 @@ pub fn emptied(folder: PathBuf) -> Result<PathBuf, String> {
     make_folder(folder)
 }
 
-/// Runs the tests in a folder by Python's unittest; those that it skips are left out.
-pub fn unit_tests(python: &Path, folder: &str) -> Outcome {
-    let mut tests = Command::new(python);
-    tests.args(["-m", "unittest", "discover", "--verbose", "--start-directory", folder]).current_dir(top());
-    let mut child = tests.stderr(Stdio::piped()).spawn().map_err(|error| format!("cannot start {tests:?}: {error}"))?;
-    for line in child.stderr.take().into_iter().flat_map(|said| BufReader::new(said).lines()).map_while(Result::ok) {
-        eprintln!("{line}");
-        if let Some((name, why)) = line.split_once(" ... skipped ") {
-            left_out(name.split(' ').next().unwrap_or_default(), why);
-        }
-    }
-    let status = child.wait().map_err(|error| error.to_string())?;
-    if status.success() { Ok(()) } else { Err(format!("{tests:?} failed ({status})")) }
-}
-
 /// Runs the tests in a folder by pytest, on two processors; those that it skips are left out.
 pub fn py_tests(python: &Path, folder: &str) -> Outcome {
     let mut tests = Command::new(python);
@@ -179,8 +164,8 @@ pub fn py_tests(python: &Path, folder: &str) -> Outcome {
     let mut child = tests.stdout(Stdio::piped()).spawn().map_err(|error| format!("cannot start {tests:?}: {error}"))?;
     for line in child.stdout.take().into_iter().flat_map(|said| BufReader::new(said).lines()).map_while(Result::ok) {
         println!("{line}");
-        let skipped = line.strip_prefix("SKIPPED ").and_then(|skipped| skipped.split_once(": "));
-        if let Some((place, why)) = skipped {
+        let skipped = line.starts_with("SKIPPED ") || line.starts_with("SUBSKIPPED(");
+        if let (true, Some((place, why))) = (skipped, line.split_once(": ")) {
             left_out(place.split(' ').next_back().unwrap_or_default(), why);
         }
     }
@@ -284,18 +269,6 @@ pub fn cmake(source: &Path, build: &Path, prefix: &Path) -> Result<String, Strin
     let (source, build) = (source.to_string_lossy(), build.to_string_lossy());
     output("cmake", &["-S", &source, "-B", &build, &format!("-DCMAKE_PREFIX_PATH={}", prefix.display())])?;
     output("cmake", &["--build", &build, "--parallel", "2"])
-}
-
-/// Waits for the end of a program, which is stopped if it takes too long.
-pub fn wait_within(child: &mut Child, longest: Duration) -> Outcome {
-    let start = Instant::now();
-    while child.try_wait().map_err(|error| error.to_string())?.is_none() {
-        if start.elapsed() > longest {
-            child.kill().map_err(|error| error.to_string())?;
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    Ok(())
 }
 
 /// Major and minor number in a text like "rustc 1.96.0 (...)".

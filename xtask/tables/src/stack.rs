@@ -246,19 +246,13 @@ fn names_host(instruction: &str) -> bool {
 
 /// A name without the numbers of its crates, like core[c1f1a4ba060b9bfa].
 fn without_hashes(name: &str) -> String {
-    let mut short = String::new();
-    let mut rest = name;
-    while let Some((before, after)) = rest.split_once('[') {
-        short.push_str(before);
-        match after.split_once(']') {
-            Some((hash, after)) if hash.len() > 8 && hash.bytes().all(|byte| byte.is_ascii_hexdigit()) => rest = after,
-            _ => {
-                short.push('[');
-                rest = after;
-            }
-        }
-    }
-    short + rest
+    let is_number = |word: &str| word.len() > 8 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let mut parts = name.split('[');
+    let first = parts.next().unwrap_or_default().to_string();
+    parts.fold(first, |short, part| match part.split_once(']') {
+        Some((word, after)) if is_number(word) => short + after,
+        _ => short + "[" + part,
+    })
 }
 
 /// Reads the frames that the compiler noted: for each function its address and its size in seven bits a byte.
