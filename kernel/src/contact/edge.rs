@@ -94,7 +94,6 @@ fn at(body: &Body, x: &Vector) -> Vector {
 /// Puts after the others the candidates that get past an edge of the body, if both go on freely: the plane
 /// that a gap is linearised to goes on beyond the edge, and would press nodes that the body never meets.
 /// Returns how many are left. `deepest`: what gathering found, m.
-#[inline(never)]
 pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
     // A sphere has no edge.
     if !system.solid.feels_torque() {
@@ -135,7 +134,6 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
 /// The impulses of the candidates, whose free gap rate is known: of the first `kept`, and of those after
 /// them that the body meets after all, because impulses have changed its rates. `solve_first` finds those of
 /// the first so many. Returns how many there are now.
-#[inline(never)]
 pub(crate) fn solve_contact(
     system: &mut System<'_>,
     mut kept: usize,

@@ -76,7 +76,6 @@ impl<'s> Search<'s> {
 
     /// Whether the body reaches beyond the fine part of a graded network. Beyond the edge of the sheet
     /// nothing is coarse.
-    #[inline(never)]
     fn is_beyond_fine(&self, scene: &Scene) -> bool {
         let axes = [(0, Axis::Horizontal), (1, Axis::Vertical)];
         axes.into_iter().zip(Places::both(scene)).any(|((k, axis), places)| {

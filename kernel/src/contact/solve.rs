@@ -268,7 +268,6 @@ impl<'s> Compliances<'s> {
 /// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the
 /// change of speed in a sweep below which a solve has settled, m/s. References that stand in a structure
 /// would be read again for every candidate: here each is an argument.
-#[inline(never)]
 fn sweeps<const FRICTION: bool>(
     candidates: &mut [Candidate],
     tangential: &mut [Tangential],

@@ -57,7 +57,6 @@ const UPDATES_ON_SUPPORTS: usize = 16_000_000;
 
 /// The impulses of the first `count` candidates of a stack: [`crate::contact::solve::solve_first`] together
 /// with the columns.
-#[inline(never)]
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let mut stack = StackSolve::at(system);
     let reach = stack.begin(count);
@@ -595,7 +594,6 @@ fn place(system: &System<'_>, c: usize) -> (usize, usize) {
 /// given up on: a cone holds every part of what it holds. The impulses between the plies are scaled with them
 /// here; those that separate the plies in the end leave no more energy than these and what they would do
 /// against the gaps.
-#[inline(never)]
 fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {
     let mass = system.model.node_mass;
     let mut gain = Gain::of_body(system.state.body.twist(), &system.model.inertia, &solved);

@@ -209,7 +209,6 @@ macro_rules! define {
             }
 
             /// Cuts the arrays off the memory.
-            #[inline(never)]
             fn cut(&mut self, memory: &mut Memory<'a>, $layout: &Layout) -> Option<()> {
                 $(self.rows.$row = memory.take($kept, [$steps, $rows, $width])?;)*
                 $(self.$other = memory.take($needed, $length)?;)*
@@ -274,7 +273,6 @@ impl Layout {
 
 impl<'a> Arrays<'a> {
     /// Cuts memory that has been found to be enough.
-    #[inline(never)]
     pub(crate) fn carve(&mut self, memory: &'a mut [CacheLine], layout: &Layout) -> Result<(), Error> {
         let short = short("memory", memory.len(), layout.lines());
         let memory = memory.get_mut(..layout.lines()).ok_or(short)?;
@@ -287,7 +285,6 @@ impl<'a> Arrays<'a> {
     }
 
     /// Numbers and words that they have.
-    #[inline(never)]
     fn count(layout: &Layout) -> Option<[usize; 2]> {
         let mut memory = Memory { reals: Carver::counting(), words: Carver::counting() };
         Arrays::nothing().cut(&mut memory, layout)?;
@@ -305,7 +302,6 @@ impl<'a> Memory<'a> {
     /// As many items as the product of these factors, none if they are not kept; nothing while counting.
     /// Items of whole cache lines lie before others, so that all of them begin at one. None: there are not so
     /// many.
-    #[inline(never)]
     fn take<I: Item<Number: Kind>>(&mut self, kept: bool, factors: [usize; 3]) -> Option<&'a mut [I]> {
         let count = if kept { factors.into_iter().try_fold(I::NUMBERS, usize::checked_mul)? } else { 0 };
         I::Number::carver(self).take(count, I::NUMBERS.is_multiple_of(CacheLine::REALS)).map(I::of)

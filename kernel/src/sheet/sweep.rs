@@ -404,7 +404,6 @@ pub(crate) struct Lift<'a> {
 
 impl Lift<'_> {
     /// Finds them.
-    #[inline(never)]
     pub fn find(self) {
         let Lift { pass, j, row, history, above, carry, yarn, energy_error, viscous: [past, past_above] } = self;
         let (mut peek, mut copies, mut along) = (Peek::of(pass, j, yarn, true), Copies::of(pass), [[0.0; CHUNK]; 3]);

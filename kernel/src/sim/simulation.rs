@@ -284,7 +284,6 @@ impl<'a> Sim<'a> {
     ///
     /// # Errors
     /// Errors of [`Sim::follow`] before its first step.
-    #[inline(never)]
     pub fn start_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
         self.system.sound()?;
         if self.system.scene.is_free() {

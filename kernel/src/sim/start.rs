@@ -66,7 +66,6 @@ fn strides(counts: [u64; 3], most: u64) -> [usize; 3] {
 
 /// The projectile where the scene places it, in the sheet's frame. Refuses a speed or a symmetry that does
 /// not suit the scene.
-#[inline(never)]
 pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid) -> Result<Body, Error> {
     let motion = path::into_sheet(&model.pose, &start_motion(scene));
     model.check_speed(&motion)?;

@@ -38,7 +38,6 @@ fn step_near(system: &mut System<'_>, block: &Block, step: usize) -> Result<(), 
 }
 
 /// All steps of the rows away from the body, below it or above it.
-#[inline(never)]
 fn step_away(system: &mut System<'_>, block: &Block, is_above: bool) -> Result<(), Failure> {
     let tile = block.tile(0, is_above);
     for r in tile.wavefronts() {
@@ -61,7 +60,6 @@ pub(crate) fn zero_carried_forces(system: &mut System<'_>) {
 }
 
 /// Rest of a step near the body after its sweep, but for what follows the last step.
-#[inline(never)]
 pub(crate) fn end_near(
     system: &mut System<'_>,
     block: &Block,

@@ -200,7 +200,6 @@ fn exact_part(system: &System<'_>, j: usize) -> f64 {
 
 /// Sum of the squared velocities of a row, each component by itself, in units of (h/dt)^2 and of a node's
 /// mass.
-#[inline(never)]
 fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
     let (layout, mut sums) = (&system.layout, [0.0; 3]);
     let row = planes::row(system.arrays.rows.hot, layout.chunks, j);

@@ -111,7 +111,6 @@ pub(crate) fn apply_contact_and_move_body(
 }
 
 /// Failures, loads and contact after the sweep.
-#[inline(never)]
 fn apply_contact_and_load(
     system: &mut System<'_>,
     report: Report,

@@ -32,7 +32,6 @@ pub(crate) fn acceleration(system: &System<'_>, viscous: bool, i: usize, j: usiz
 }
 
 /// Forces on node (i, j) of the segments that start there, along x and along y; 0 where there is none.
-#[inline(never)] // Called from three places: inlined, it is 4 kB of a library without features.
 pub(crate) fn forces_from(system: &System<'_>, viscous: bool, i: usize, j: usize) -> Option<[[f64; 3]; 2]> {
     let System { layout, directions, arrays, instructions, .. } = system;
     let (chunks, (ply, _), (c, lane)) = (layout.chunks, layout.ply_and_row(j), (i / CHUNK, i % CHUNK));

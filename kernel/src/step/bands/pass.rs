@@ -40,7 +40,6 @@ impl Plan {
     ///
     /// # Safety
     /// No band is being swept, and the simulation's arrays and the scratch are used by nothing else.
-    #[inline(never)]
     pub(super) unsafe fn copy_ghost_rows(&self, band_count: u32, band: u32) {
         let [first, end] = self.rows_of(band_count, band);
         if self.found.is_err() || first == end {
@@ -84,7 +83,6 @@ impl Plan {
     ///
     /// # Safety
     /// No call changes the two rows.
-    #[inline(never)]
     unsafe fn forces_from_below(
         &self,
         j: usize,
@@ -220,7 +218,6 @@ impl Plan {
     /// # Safety
     /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and
     /// the scratch.
-    #[inline(never)]
     pub(super) unsafe fn sweep(&self, band_count: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(band_count, band);
         if self.found.is_err() || first == end {
@@ -363,7 +360,6 @@ impl Plan {
     ///
     /// # Safety
     /// No other call uses the rows and what belongs to them, or changes the row above.
-    #[inline(never)]
     unsafe fn step_rows(&self, block: &Block, step: usize, rows: [usize; 2], beside: Beside<'_>) -> Report {
         // SAFETY: the caller's promise; there are reactions of every step and row.
         unsafe {

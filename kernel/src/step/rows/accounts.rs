@@ -108,7 +108,6 @@ fn add_dissipated(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2],
 
 /// Adds up the impulses of the case on rows [first, end) of a ply and the energy dissipated by it, lowest row
 /// first.
-#[inline(never)]
 fn add_case_impulses(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
     let share = system.mass_share(ply);
     let (unit, sums) = (system.model.unit_energy * share, &mut system.state.sums);

@@ -186,7 +186,6 @@ impl Rows<'_> {
     }
 
     /// The image columns, with velocities for viscosity and slack segments.
-    #[inline(never)]
     fn place_ghosts(&mut self, layout: &Layout) {
         for row in self.own.hot.chunks_exact_mut(layout.chunks.max(1)) {
             place_ghost_column(row, layout.x);

@@ -127,7 +127,6 @@ impl Block {
     /// The block that may begin now; None for single steps: beyond `most` steps, if the body may reach a
     /// fixed node or half of the rows, or if a force window of attachments that slip ends within it.
     /// `band_count`: 0 for one thread that takes the rows in turn.
-    #[inline(never)]
     pub fn plan(system: &System<'_>, most: u64, band_count: u32) -> Option<Block> {
         let (steps, rows) = (system.block_steps, system.layout.nodes_y);
         // So that outcomes are tested after a block.

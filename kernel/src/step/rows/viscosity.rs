@@ -95,7 +95,6 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
 }
 
 /// Finds the moments of row j (M17), and begins the account of what viscosity dissipates in it.
-#[inline(never)]
 pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, dissipated: &mut f64) {
     let (layout, line) = (terms.layout, terms.layout.x);
     if layout.has(Feature::Curved) {
@@ -138,7 +137,6 @@ pub(crate) fn place_ghost_moments(ghosts: &mut [Chunk<PAST_PLANES>], row: &[Chun
 
 /// The viscous moments of row j of a ply in a step of a block, the first one otherwise, which the row below
 /// it needs; nothing above the top row.
-#[inline(never)]
 pub(crate) fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2], j: usize) {
     if !system.layout.has(Feature::Viscosity) {
         return;
@@ -169,7 +167,6 @@ pub(crate) fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2
 
 /// Starts from the present state: the strain of the last step is that of the displacements less the
 /// velocities, and nothing has acted.
-#[inline(never)]
 pub(crate) fn start(system: &mut System<'_>) {
     if !system.layout.has(Feature::Viscosity) {
         return;

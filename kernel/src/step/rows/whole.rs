@@ -100,7 +100,6 @@ pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize;
 }
 
 /// Sweeps rows [first, end) of a ply. `in_block`: the step of a block.
-#[inline(never)]
 fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
     let rates = rates(system);
     let System { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
