@@ -1,7 +1,7 @@
 //! The yarn law that steps against itself in 256 bits: largest rounding errors over random laws and
 //! stretches, and at the edges.
 //!
-//! Method: the reference takes the same doubles and evaluates the formulas of `yarn.rs` with 256 bits,
+//! Method: the reference takes the same doubles and evaluates the formulas of `yarn/law.rs` in 256 bits,
 //! rounded correctly. An ulp is the distance of neighbouring doubles at the exact value. alpha falls as
 //! exp(-lambda U): what one ulp of the stretch makes of it is lambda times as much, so alpha's error is also
 //! told in ulp of the stretch.

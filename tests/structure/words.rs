@@ -33,7 +33,7 @@ const IN_SPACE: [&str; 9] = [
 const WIDE: [&str; 2] = ["capi/", "crates/capsule/"];
 
 /// Names that two types of a crate have.
-const TWICE: [&str; 3] = ["Nodes", "Options", "Place"];
+const TWICE: [&str; 1] = ["Options"];
 
 /// Each file in Rust by its name from the project's folder on.
 fn sources() -> Vec<(String, String)> {

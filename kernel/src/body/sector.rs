@@ -4,8 +4,8 @@
 //! of thickness t about its middle plane has the moments M (S_yy/A + t^2/12), M (S_xx/A + t^2/12), M (S_xx +
 //! S_yy)/A with S_xx the integral of x^2 over the polygon about its centre, in its principal axes: those of a
 //! sector are its axes of symmetry.
-//! Limits: the outer arc is replaced by chords, the bore by one chord (a polyhedron is convex): short of the
-//! arc by 1 - cos(angle/16) of the outer radius at the most.
+//! Limits: the outer arc is replaced by chords, which are short of it by 1 - cos(angle/16) of the outer
+//! radius at the most; the bore by one chord (a polyhedron is convex).
 //! Reference: C. Steger, "On the calculation of arbitrary moments of polygons", TU Muenchen, FGBV-96-05
 //! (1996).
 
@@ -92,7 +92,7 @@ impl<D: Fn(f64) -> [f64; 2]> Profile<D> {
             let length = math::length([x, y, 0.0]);
             let normal = [y / length, -x / length];
             let distance = normal[0] * (start[0] - self.centre[0]) + normal[1] * (start[1] - self.centre[1]);
-            // An image would tell -0 from 0.
+            // An image of the state tells -0 from 0, which y may be.
             [normal[0], normal[1] + 0.0, 0.0, distance]
         });
         let planes = sides.chain([1.0, -1.0].map(|z| [0.0, 0.0, z, 0.5 * self.sector.thickness]));
@@ -129,8 +129,8 @@ fn direction(angle: f64) -> [f64; 2] {
 
 impl Scene {
     /// A third of a small turbine disc, rim first, on the 10 in sheet held on four sides: bore 15 mm, rim 40
-    /// mm in radius, 10 mm thick, 0.118 kg (a nickel alloy of 8190 kg/m^3), 100 m/s along +z, its axis along
-    /// the sheet's y.
+    /// mm in radius, 10 mm thick (the defaults of a sector), 0.118 kg (a nickel alloy of 8190 kg/m^3), 100
+    /// m/s along +z, its axis along the sheet's y.
     pub fn turbine_disc_sector() -> Scene {
         let (large, body) = (Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere().projectile);
         let profile = Profile::of(&body.sector, |turn| [math::cos(turn), math::sin(turn)]);

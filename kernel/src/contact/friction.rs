@@ -25,12 +25,12 @@ impl Tangential {
     pub fn at(r: &Vector, normal: &Vector, velocity: &Vector, body: &Body) -> Tangential {
         // The axis that is farthest from the normal; on a mirror plane that across it, so that rounding keeps
         // the symmetry.
-        let across = match [normal.x, normal.y, normal.z].map(math::abs) {
+        let axis = match [normal.x, normal.y, normal.z].map(math::abs) {
             [x, y, z] if x <= y && x <= z => Vector::x(),
             [_, y, z] if y <= z => Vector::y(),
             _ => Vector::z(),
         };
-        let across = across.cross(normal);
+        let across = axis.cross(normal);
         let first = across * (1.0 / math::length(across.into()));
         let tangents = [first, normal.cross(&first)];
         let speed_before = tangents.map(|t| t.dot(velocity));

@@ -37,14 +37,15 @@ pub struct Search<'s> {
     /// Square of the radius about the body's centre beyond which nothing is a candidate, m^2.
     reach2: f64,
     margin: f64,
-    /// Node spacing, m, and centre and half extents of the box in the sheet's plane, spacings.
+    /// Node spacing, m.
     h: f64,
+    /// Centre and half extents of the box in the sheet's plane, spacings.
     centre_in_plane: [f64; 2],
     half_in_plane: [f64; 2],
 }
 
 impl<'s> Search<'s> {
-    /// Prepares a search for nodes closer than `margin` (the larger node spacing, m). `h`: the spacing, m.
+    /// Prepares a search in a sheet of spacing h, m, for nodes closer than `margin`, m: the larger spacing.
     #[inline(never)]
     pub fn new(solid: &'s Solid, body: &'s Body, h: f64, margin: f64) -> Search<'s> {
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * ROUNDING);
@@ -206,6 +207,7 @@ impl Job for Near<'_> {
                     beyond_x.store(&mut L::groups_mut(out)[g]);
                     continue;
                 }
+                // Of a graded network, which has one ply, it is 0.
                 let depth = columns.get(c).map_or(L::splat(z0), |columns| L::load(&L::groups(&columns[PLACE_Z])[g]));
                 let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(depth, z, 2));
                 let beyond_box = beyond_x.max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));

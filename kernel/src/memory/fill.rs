@@ -1,8 +1,8 @@
 //! Contents of the arrays that follow from the scene, and those that follow from displacements, velocities
 //! and histories.
 //!
-//! Method: both are filled anew from what they follow from, at a start and whenever a state is loaded or set;
-//! a step keeps the latter up to date by itself.
+//! Method: both are filled from what they follow from, the first at a start, the others also whenever a state
+//! is loaded or set; a step keeps these up to date by itself.
 
 use crate::ground::error::Error;
 use crate::ground::math;
@@ -24,7 +24,8 @@ use crate::sheet::weave::{self, in_runs};
 use crate::yarn::law::{self, Rest};
 
 impl System<'_> {
-    /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
+    /// Yarn constants, fixed runs, holds of clamps, constants of columns and rows. Of drawn strength the law
+    /// becomes that of the weakest segment.
     pub fn fill_model(&mut self) -> Result<(), Error> {
         let (layout, places) = (self.layout, Places::both(&self.scene));
         for (j, run) in self.arrays.rows.runs.iter_mut().enumerate() {

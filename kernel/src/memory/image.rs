@@ -55,7 +55,7 @@ const SEGMENT: [Entry; 3] =
 
 /// Place of a number.
 #[derive(Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct NumberPlace {
     pub array: Array,
     pub plane: usize,
     /// Column of the node.
@@ -66,7 +66,7 @@ pub(crate) struct Place {
 
 /// Shows the place of each number of row j that an image holds, in order.
 #[inline(always)]
-pub(crate) fn traverse(layout: &Layout, j: usize, mut visit: impl FnMut(Place)) {
+pub(crate) fn traverse(layout: &Layout, j: usize, mut visit: impl FnMut(NumberPlace)) {
     let verticals = layout.has_verticals(j);
     for i in 0..layout.nodes_x {
         NODE.iter().for_each(|entry| show(layout, entry, [i, j], 0, &mut visit));
@@ -80,13 +80,13 @@ pub(crate) fn traverse(layout: &Layout, j: usize, mut visit: impl FnMut(Place)) 
 
 /// Shows the places of an entry of node (i, j), or of its segment along an axis.
 #[inline(always)]
-fn show(layout: &Layout, entry: &Entry, [i, j]: [usize; 2], axis: usize, visit: &mut impl FnMut(Place)) {
+fn show(layout: &Layout, entry: &Entry, [i, j]: [usize; 2], axis: usize, visit: &mut impl FnMut(NumberPlace)) {
     let &(array, planes) = entry;
     if array.is_kept(layout) {
         for plane in planes {
             let (plane, chunk) = (plane + axis, j * layout.chunks + i / CHUNK);
             let at = (chunk * PLANES[array as usize] + plane) * CHUNK + i % CHUNK;
-            visit(Place { array, plane, i, at });
+            visit(NumberPlace { array, plane, i, at });
         }
     }
 }

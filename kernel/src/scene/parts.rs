@@ -1,6 +1,6 @@
 //! The parts of a scene: plain data that says what is simulated, and how large some of its numbers may be.
 //! Each number has its default in `presets.rs` and a row in the table `fields/table.rs`, which says when it
-//! is read and what it does not go with; `check.rs` checks that.
+//! is read and what it does not go with; `features.rs` and `sheet/check.rs` check that.
 //!
 //! All numbers are SI. Vectors of the projectile and of the sheet's pose are in the host's frame; the sheet's
 //! own frame has its nodes in the plane z = 0, rows along x. Quaternions are scalar first and turn body

@@ -1,7 +1,7 @@
 //! Scenes to begin with, and the numbers of the paper.
 //!
 //! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451. The ring of 40 in stands in
-//! `sheet/ring.rs`.
+//! `sheet/ring.rs`, the sector of a disc in `body/sector.rs`.
 
 use crate::scene::parts::{
     Attachment, AttachmentKind, Back, Casing, ContactLaw, Draw, Drive, Faces, Grading, Integrator, Projectile,

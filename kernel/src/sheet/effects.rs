@@ -11,7 +11,7 @@ use crate::scene::features::Feature;
 use crate::sheet::direction::Along;
 use crate::sheet::neighbours::Around;
 use crate::sheet::on_casing::{CasingChunk, OnCasing};
-use crate::sheet::segments::{Dissipation, Effect, Fall, Place, Segments, Yarns};
+use crate::sheet::segments::{At, Dissipation, Effect, Fall, Segments, Yarns};
 use crate::sheet::slack::{SlackBalance, SlackChunk};
 use crate::sheet::strain_rate::StrainRate;
 use crate::sheet::viscous::{Viscous, ViscousChunk, ViscousRow};
@@ -93,7 +93,7 @@ pub struct ViscosityAloneOnChunk<'c>(ViscousChunk<'c>, &'c mut Dissipation);
 
 impl Effect for ViscosityAloneOnChunk<'_> {
     #[inline(always)]
-    fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &Place<'_, L>) {
+    fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &At<'_, L>) {
         self.0.act(segments, place.group, self.1);
     }
 
@@ -175,7 +175,7 @@ impl AllOnChunk<'_> {
 
 impl Effect for AllOnChunk<'_> {
     #[inline(always)]
-    fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &Place<'_, L>) {
+    fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &At<'_, L>) {
         if let (Some(rate), Some(dissipation)) = (self.rate, &mut self.dissipation) {
             rate.act(segments, place.group, dissipation);
         }

@@ -145,7 +145,7 @@ impl Fall {
 }
 
 /// Place of a lane group of segments.
-pub struct Place<'a, L> {
+pub struct At<'a, L> {
     /// Geometry of the segments.
     pub bars: &'a Bars<L>,
     /// Chunk of their nodes, with its neighbours.
@@ -159,7 +159,7 @@ pub struct Place<'a, L> {
 pub trait Effect {
     /// Changes stiffness and stress of a lane group.
     #[inline(always)]
-    fn act<L: Lane>(&mut self, _: &mut Segments<L>, _: &Place<'_, L>) {}
+    fn act<L: Lane>(&mut self, _: &mut Segments<L>, _: &At<'_, L>) {}
 
     /// Learns of a lane group of segments, from a column on, that may have been damaged: twice the strain,
     /// stiffness before and after.

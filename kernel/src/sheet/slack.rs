@@ -26,7 +26,7 @@ use crate::ground::lanes::{Job, Lane};
 use crate::ground::planes::{Axis, CHUNK, Chunk, ENERGY_ERROR_PLANES, HOT_PLANES, SPEED_X, vertical_axes};
 use crate::sheet::columns::{Geometry, Table};
 use crate::sheet::neighbours::Around;
-use crate::sheet::segments::{Fall, Place, Segments, Yarns};
+use crate::sheet::segments::{At, Fall, Segments, Yarns};
 use crate::yarn::law::RestLanes;
 
 /// Largest stress given, over k |r|.
@@ -116,7 +116,7 @@ pub struct SlackChunk<'c> {
 impl SlackChunk<'_> {
     /// Adds the stresses that correct the energy of a lane group.
     #[inline(always)]
-    pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, Place { bars, around, group: g }: &Place<'_, L>) {
+    pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, At { bars, around, group: g }: &At<'_, L>) {
         let [energy_x, energy_y, given_x, given_y] = &mut *self.energy_error;
         let [of_x, of_y] =
             [EnergyError { energy: energy_x, given: given_x }, EnergyError { energy: energy_y, given: given_y }];

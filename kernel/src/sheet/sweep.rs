@@ -20,7 +20,7 @@ use crate::sheet::columns::{Columns, Geometry, Net, Plain, Rests, Table};
 use crate::sheet::direction::Along;
 use crate::sheet::effects::{All, AllOnChunk, EffectState, Effects, ViscosityAlone};
 use crate::sheet::neighbours::{Around, NOTHING};
-use crate::sheet::segments::{Dissipation, Effect, Place, Report, Segments, Slots, YarnRow, Yarns, per_mass};
+use crate::sheet::segments::{At, Dissipation, Effect, Report, Segments, Slots, YarnRow, Yarns, per_mass};
 use crate::sheet::slack::{NO_ENERGY_ERROR, SlackChunk, bit, keeps};
 use crate::sheet::strain_rate::StrainRate;
 use crate::sheet::symmetry::Line;
@@ -235,7 +235,7 @@ impl<L: Lane> Carried<L> {
             stiffnesses: [&mut L::groups_mut(kx)[g], &mut L::groups_mut(ky)[g]],
         };
         segments.settle(self.limits, slots, nodes.number * CHUNK + g * L::WIDTH, yarns, effect);
-        effect.act(&mut segments, &Place { bars: &bars, around: nodes.around(), group: g });
+        effect.act(&mut segments, &At { bars: &bars, around: nodes.around(), group: g });
         let mut forces = segments.forces(&bars);
         effect.add_forces(&mut forces, g);
         self.advance(nodes, forces, bars.inverse_widths, g, effect);
@@ -379,7 +379,7 @@ impl<'a> Peek<'a> {
         let slots = Slots { histories: [history_x, history_y], stiffnesses: [x, y] };
         let limits = [L::splat(limits[0]), L::splat(limits[1])];
         segments.settle(limits, slots, c * CHUNK + g * L::WIDTH, &mut self.yarns, effect);
-        effect.act(&mut segments, &Place { bars: &bars, around: *around, group: g });
+        effect.act(&mut segments, &At { bars: &bars, around: *around, group: g });
         let mut forces = segments.forces(&bars);
         effect.add_forces(&mut forces, g);
         forces

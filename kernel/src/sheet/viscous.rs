@@ -144,14 +144,14 @@ impl Job for MomentsOfRow<'_> {
             let next = row.get(c + 1).unwrap_or(&NOTHING);
             let (above, below) = (above.get(c).unwrap_or(&NOTHING), below.get(c).unwrap_or(&NOTHING));
             let past_below = past_below.get(c).unwrap_or(&NO_PAST);
-            along.find(&Nodes { chunk, next, above, below, past_below }, past, &mut dissipated);
+            along.find(&MomentNodes { chunk, next, above, below, past_below }, past, &mut dissipated);
         }
         dissipated
     }
 }
 
 /// Eight columns of what the moments of a row follow from.
-pub(crate) struct Nodes<'a> {
+pub(crate) struct MomentNodes<'a> {
     pub chunk: &'a Chunk<HOT_PLANES>,
     /// Next chunk of the row.
     pub next: &'a Chunk<HOT_PLANES>,
@@ -178,13 +178,19 @@ impl<L: Lane> Moments<L> {
 
     /// Finds those of eight columns. `past`: theirs; `dissipated`: twice what they take is added, by columns.
     #[inline(always)]
-    pub fn find(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, dissipated: &mut [f64; CHUNK]) {
+    pub fn find(&mut self, nodes: &MomentNodes<'_>, past: &mut Chunk<PAST_PLANES>, dissipated: &mut [f64; CHUNK]) {
         lanes::each_group!(L, |g| self.group(nodes, past, dissipated, g));
     }
 
     #[inline(always)]
-    fn group(&mut self, nodes: &Nodes<'_>, past: &mut Chunk<PAST_PLANES>, dissipated: &mut [f64; CHUNK], g: usize) {
-        let Nodes { chunk, next, above, below, past_below } = *nodes;
+    fn group(
+        &mut self,
+        nodes: &MomentNodes<'_>,
+        past: &mut Chunk<PAST_PLANES>,
+        dissipated: &mut [f64; CHUNK],
+        g: usize,
+    ) {
+        let MomentNodes { chunk, next, above, below, past_below } = *nodes;
         let (v, stress): (L, L) = (at(chunk, SPEED_Z, g), law::stress(at(chunk, 6, g), at(past, 0, g)));
         let right = v.sub(right_of(v, &chunk[SPEED_Z], &next[SPEED_Z], g));
         let left = v.sub(v.left_of(self.last[0]));

@@ -7,7 +7,7 @@
 use crate::ground::error::{Code, Error};
 use crate::ground::hash::Hash;
 use crate::ground::planes::{self, Axis, SPEED_X};
-use crate::memory::image::{self, Array, HEADER_WORDS, Place};
+use crate::memory::image::{self, Array, HEADER_WORDS, NumberPlace};
 use crate::memory::state::{COUNT_MAX, State, Visitor};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
@@ -144,7 +144,7 @@ fn rows_are_sound(system: &System<'_>, reader: &mut Reader<'_>) {
 /// Whether a simulation can have a number: motion whose energy is finite, with held nodes at rest where they
 /// do not slide; histories such as there are.
 #[inline(always)]
-fn can_be(system: &System<'_>, j: usize, place: Place, number: f64) -> bool {
+fn can_be(system: &System<'_>, j: usize, place: NumberPlace, number: f64) -> bool {
     match place.array {
         Array::Hot => {
             let held = || system.arrays.rows.runs.get(j).is_some_and(|run| in_runs(run, place.i));

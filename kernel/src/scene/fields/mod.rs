@@ -3,7 +3,7 @@
 //! From these rows come the checks of each number by itself, the fingerprint of a scene, the keys of scene
 //! files, the structure `fk_scene` of the C header, the FMU's parameters with both model descriptions, the
 //! keys of kept results, and the parameter table of the documents. A new parameter needs its field in
-//! `parts.rs`, its row in `table.rs`, and the code that reads it.
+//! `parts.rs`, its row in `table.rs`, and the code that reads it; a choice its enum in `choices.rs` first.
 
 pub(crate) mod choices;
 mod lookup;
@@ -70,6 +70,13 @@ mod tests {
             assert!(names.iter().any(|name| name == field.name), "{} is no field of a scene", field.name);
         }
         assert_eq!(names.len(), FIELDS.len());
+    }
+
+    #[test]
+    fn a_count_that_no_number_holds_is_refused() {
+        for field in FIELDS.iter().filter(|field| matches!(field.place, Place::Count(_))) {
+            assert!(field.set_word(&mut Scene::sheet_3in_sphere(), 0, u64::MAX).is_err(), "{}", field.name);
+        }
     }
 
     #[test]

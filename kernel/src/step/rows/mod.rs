@@ -42,7 +42,7 @@ pub(crate) struct Rows<'r> {
     pub above: &'r [Chunk<HOT_PLANES>],
     /// Past and moments of viscosity.
     pub viscous: ViscousRows<'r>,
-    /// Bars and widths of a graded network.
+    /// Columns and rows of a graded network, columns of a curved sheet.
     pub net: Net<'r>,
     /// Vertical forces from the row below the first.
     pub carry: &'r mut [Chunk<CARRY_PLANES>],
