@@ -21,7 +21,7 @@ import math
 from typing import Any
 
 import numpy
-import scipy.special
+import scipy  # Its parts are loaded where they are used.
 
 from . import checks
 from .checks import Array

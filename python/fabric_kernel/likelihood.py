@@ -18,7 +18,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy
-import scipy.special
+import scipy  # Its parts are loaded where they are used.
 
 from .checks import Array
 
@@ -54,9 +54,9 @@ def normal_information_slope(z: Array) -> Array:
 PROBIT = Link(
     name="probit",
     deviation=1.0,
-    quantile=scipy.special.ndtri,
-    share=scipy.special.ndtr,
-    log_share=scipy.special.log_ndtr,
+    quantile=lambda share: scipy.special.ndtri(share),
+    share=lambda z: scipy.special.ndtr(z),
+    log_share=lambda z: scipy.special.log_ndtr(z),
     hazard=normal_hazard,
     curvature=lambda z, hazard: hazard * (z + hazard),
     information=normal_information,
@@ -66,9 +66,9 @@ PROBIT = Link(
 LOGIT = Link(
     name="logit",
     deviation=numpy.pi / numpy.sqrt(3),
-    quantile=scipy.special.logit,
-    share=scipy.special.expit,
-    log_share=scipy.special.log_expit,
+    quantile=lambda share: scipy.special.logit(share),
+    share=lambda z: scipy.special.expit(z),
+    log_share=lambda z: scipy.special.log_expit(z),
     hazard=lambda z, log_share: scipy.special.expit(-z),
     curvature=lambda z, hazard: hazard * (1 - hazard),
     information=lambda z: scipy.special.expit(z) * scipy.special.expit(-z),

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy
-import scipy.special
+import scipy  # Its parts are loaded where they are used.
 
 from . import checks, limit, results, window
 from ._kernel import Scene

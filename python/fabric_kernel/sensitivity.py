@@ -19,8 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy
-import scipy.special
-from scipy.spatial.distance import cdist
+import scipy  # Its parts are loaded where they are used.
 
 from . import ensembles
 from ._kernel import Scene
@@ -135,7 +134,7 @@ def turn(scene: Scene) -> tuple[int, str, tuple[float, ...]]:
             (c * w - s * y, c * x + s * z, c * y + s * w, c * z - s * x),
         )
         orientation = about_x if axis == "x" else about_y
-        apart = cdist(looks(orientation), looks((w, x, y, z))).min(axis=1).max()
+        apart = scipy.spatial.distance.cdist(looks(orientation), looks((w, x, y, z))).min(axis=1).max()
         if apart > 1e-6 * numpy.abs(own).max():
             break
     return degrees, axis, orientation

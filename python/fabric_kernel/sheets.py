@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy
+import scipy  # Its parts are loaded where they are used.
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
-from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from . import drawing
 from ._kernel import Scene
@@ -131,7 +131,7 @@ class Sheet:
             LineCollection(lines, colors=0.6 * STRAIN(self.strain(loose))[:, :3], linewidths=0.7, rasterized=True)
         )
         silhouette = oblique(self.body()[0].reshape(-1, 3))[:, :2]
-        silhouette = silhouette[ConvexHull(silhouette).vertices]
+        silhouette = silhouette[scipy.spatial.ConvexHull(silhouette).vertices]
         axis.fill(*silhouette.T, fill=False, edgecolor="#1c2f40", linewidth=0.8, linestyle=(0, (3, 3)), alpha=0.7)
         if self.radius:
             self.frame(axis, near)
@@ -234,7 +234,7 @@ class Sheet:
             points = self.centre + self.sphere * numpy.stack(
                 [numpy.sqrt(1 - z * z) * numpy.cos(turn), numpy.sqrt(1 - z * z) * numpy.sin(turn), z], 1
             )
-        faces = self.centre + 0.98 * (points[ConvexHull(points).simplices] - self.centre)
+        faces = self.centre + 0.98 * (points[scipy.spatial.ConvexHull(points).simplices] - self.centre)
         return faces, numpy.broadcast_to(STEEL, (len(faces), 3))
 
     def section(self) -> Any:
@@ -294,7 +294,7 @@ def outline(scene: Scene) -> Any:
         face, half = numpy.concatenate([outer * bow, inner * bow[::-1], outer * bow[:1]]) - [middle, 0.0, 0.0], 0.5 * thickness
     elif shape == "polyhedron":
         planes = numpy.array(scene["projectile.faces.planes"])[: scene["projectile.faces.count"]]
-        corners = HalfspaceIntersection(planes * [1.0, 1.0, 1.0, -1.0], numpy.zeros(3)).intersections
+        corners = scipy.spatial.HalfspaceIntersection(planes * [1.0, 1.0, 1.0, -1.0], numpy.zeros(3)).intersections
         lines = []
         for *normal, distance in planes:
             face = corners[numpy.abs(corners @ normal - distance) < 1e-6 * distance]

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy
-import scipy.stats
+import scipy  # Its parts are loaded where they are used.
 
 from . import checks, designs, limit, results, window
 from ._kernel import Scene

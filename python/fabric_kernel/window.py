@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy
-import scipy.special
+import scipy  # Its parts are loaded where they are used.
 from numpy.typing import ArrayLike
 
 from . import checks, limit
