@@ -222,11 +222,11 @@ fn saving_and_loading_in_the_middle_goes_on_alike() {
             sim.advance(99).unwrap();
             sim.load(&image).unwrap();
             assert_eq!(sim.digest(), here.0);
-            sim.advance(STEPS - at).unwrap();
-            assert_eq!(sim.digest(), other.digest(), "{:?}", mix.names());
+            sim.advance(9).unwrap();
             sim.load_kept(&image).unwrap();
             assert_eq!(sim.digest(), here.0);
             sim.advance(STEPS - at).unwrap();
+            assert_eq!(sim.digest(), other.digest(), "{:?}", mix.names());
         });
     }
 }
