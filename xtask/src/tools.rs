@@ -164,9 +164,10 @@ pub fn py_tests(python: &Path, folder: &str) -> Outcome {
     let mut child = tests.stdout(Stdio::piped()).spawn().map_err(|error| format!("cannot start {tests:?}: {error}"))?;
     for line in child.stdout.take().into_iter().flat_map(|said| BufReader::new(said).lines()).map_while(Result::ok) {
         println!("{line}");
-        let skipped = line.starts_with("SKIPPED ") || line.starts_with("SUBSKIPPED(");
-        if let (true, Some((place, why))) = (skipped, line.split_once(": ")) {
-            left_out(place.split(' ').next_back().unwrap_or_default(), why);
+        let skipped = line.starts_with("SKIPPED ") || line.starts_with("SUBSKIPPED");
+        let named = line.split_once("] tests/").and_then(|(_, place)| place.split_once(": "));
+        if let (true, Some((place, why))) = (skipped, named) {
+            left_out(place, why);
         }
     }
     let status = child.wait().map_err(|error| error.to_string())?;
