@@ -626,6 +626,9 @@ mod tests {
             let normal = Vector::new(x, y, z);
             assert_eq!([&rod, &long].map(|solid| solid.is_mirrored_by(&normal)), [z == 0.0; 2], "{normal:?}");
         }
+        for (tilt, mirrors) in [(5e-10, true), (-5e-10, true), (2e-9, false)] {
+            assert_eq!(rod.is_mirrored_by(&Vector::new(tilt, 0.0, 1.0)), mirrors, "{tilt}");
+        }
         // Faces of a cube, but heavier to turn about one axis: only the planes across the axes are left.
         let faces = box_faces([0.01; 3]);
         let cube = |moments| {
