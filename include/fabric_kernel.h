@@ -256,8 +256,8 @@ typedef struct fk_scene_sheet_grading {
 typedef struct fk_scene_projectile_faces {
     // Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only. 0 to 16. Default 0.
     uint64_t count;
-    // Of each face the outward unit normal (to 1e-6) and its distance from the centre of mass in m, at least
-    // sheet.spacing. Beyond the count not read. Default 0 each.
+    // Outward unit normal of each face (to 1e-6) and its distance from the centre of mass in m, at least sheet.spacing.
+    // Beyond the count not read. Default 0 each.
     double planes[16][4];
 } fk_scene_projectile_faces;
 
@@ -509,8 +509,8 @@ typedef struct fk_scene_casing {
     // A window in which there is no case: angle of its middle from +z towards +x, and half its angle; 0 = no window.
     // Read with a case only. In rad, 0 to 6.283185307179586. Default 0 each.
     double window_angle[2];
-    // The same along y: place of its middle in the sheet's frame, and half its length; 0 = no window. Read with a case
-    // only. In m. Default 0 each.
+    // Place of its middle along y in the sheet's frame, and half its length; 0 = no window. Read with a case only. In
+    // m. Default 0 each.
     double window_place[2];
 } fk_scene_casing;
 

@@ -600,8 +600,7 @@ impl Instance {
         let (body, node) = (&sim.scene().projectile, sim.scene().lumped_mass());
         let speed = math::length(body.velocity);
         let Ok(energy) = self.cache.readings.energy(sim) else { return };
-        // Of a prescribed body the mass need not be known; then its work counts, from that of meeting 100
-        // nodes on.
+        // A prescribed body may have no mass; then its work counts, from that of meeting 100 nodes on.
         let known = math::max(0.5 * body.mass, 100.0 * node) * (speed * speed);
         if math::abs(energy.residual) > 0.01 * math::max(known, math::abs(energy.contact_work)) {
             self.open_logged = true;

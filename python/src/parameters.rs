@@ -88,7 +88,7 @@ fn toml_value(key: &str, given: &Bound<'_, PyAny>, depth: usize) -> PyResult<Val
     if let Ok(inner) = given.cast::<PyDict>() {
         return Ok(Value::Table(table(key, inner, depth + 1)?));
     }
-    // Those of NumPy, too; whole numbers are none.
+    // NumPy's, too; whole numbers are none.
     if let Ok(flag) = given.extract::<bool>() {
         return Ok(Value::Boolean(flag));
     }

@@ -131,7 +131,7 @@ class Host:
             callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
             self.fmu.instantiate(callbacks=callbacks, loggingOn=logging_on)
         elif component:
-            # The same FMU in WebAssembly.
+            # This FMU in WebAssembly.
             self.fmu = Slave(pathlib.Path(folder, FILE.format(description.modelName)), say)
             self.fmu.instantiate(arguments["guid"], logging_on, events, events if early is None else early)
         else:

@@ -114,7 +114,7 @@ class Scenes(unittest.TestCase):
         namespace = {}
         exec(short.replace("print(rows[-1])", ""), namespace)
         self.assertGreater(float(namespace["rows"][-1]["contact.work"]), 0.0)
-        # And the start values that it shows for the two versions.
+        # Start values that it shows for the two versions.
         shown = [eval(text) for text in re.findall(r"<code>(?:start_values=)?(\{&?.*?\})</code>", page)]
         self.assertEqual(len(shown), 2)
         for version, values in zip((2, 3), shown):

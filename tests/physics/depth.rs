@@ -193,7 +193,7 @@ fn falls(scenes: Range<u64>) {
         let (dt, kinetic) = (sim.step_limits().dt, sim.energy().unwrap().projectile_kinetic);
         let flat = matches!(scene.projectile.shape, Shape::Box | Shape::Polyhedron);
         let goes_straight = flat && scene.drive == Drive::Prescribed && scene.projectile.angular_velocity == [0.0; 3];
-        // The same run a step later, for the rare steps in which the loss falls.
+        // This run a step later, for the rare steps in which the loss falls.
         let mut later = sim_of(&scene);
         let (mut before, mut fallen) = (0.0, 0.0);
         let steps = 12.0 * scene.sheet.spacing / (length(scene.projectile.velocity) * dt);

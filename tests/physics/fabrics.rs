@@ -455,7 +455,7 @@ fn a_fabric_with_its_directions_exchanged_moves_alike() {
             close(a.contact_work, b.contact_work, 1e-9);
             let (a, b) = (one.support().unwrap().attachments, two.support().unwrap().attachments);
             let scale = a.iter().map(|a| length(*a)).fold(0.0, f64::max);
-            // Of a sheet held along its edge the nodes at its corners count to bottom and top in both.
+            // Corner nodes of a sheet held along its edge count to bottom and top in both.
             if scene.attachment.kind == AttachmentKind::FourCorners {
                 for (at, image) in [0, 2, 1, 3].into_iter().enumerate() {
                     let [x, y, z] = b[image];

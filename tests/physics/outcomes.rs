@@ -54,7 +54,7 @@ fn a_heavy_sphere_exits_when_it_is_through() {
     let light = ends_with_its_final_work(&scene, [0.0; 3], Outcome::Exited, 50_000);
     scene.projectile.mass = 5.0;
     let heavy = ends_with_its_final_work(&scene, [0.0; 3], Outcome::Exited, 50_000);
-    // The same hit at nearly the same speed.
+    // This hit at nearly the same speed.
     close(heavy, light, 0.15);
 }
 

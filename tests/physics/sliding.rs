@@ -254,7 +254,7 @@ fn an_edge_goes_on_along_a_groove_of_held_nodes() {
         let (half_cosine, half_sine) = ((0.5 + 0.5 * r).sqrt(), (0.5 - 0.5 * r).sqrt());
         let orientation = [half_cosine, half_sine, 0.0, 0.0];
         let down = [0.5 * width * h, 0.5 * height * h].map(|reach| reach * (1.0 + gap));
-        // Its middle is that far from both walls, which look along (0, r, -r) and (0, -r, -r).
+        // The middle is that far from both walls, which look along (0, r, -r) and (0, -r, -r).
         let position = [-10.0 * h, r * (down[1] - down[0]), -r * (down[0] + down[1])];
         let body = Projectile { orientation, position, velocity: [100.0, 1.0, 10.0], ..body };
         let slide = Slide { points: points.clone(), body, turn, friction: 0.0 };

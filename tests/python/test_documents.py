@@ -39,7 +39,7 @@ def test_readme(tmp_path):
 
 
 def test_programs(tmp_path):
-    """Those of docs/python.md that are whole."""
+    """Whole programs of docs/python.md run."""
     blocks = re.findall(r"```python\n(.*?)```", (TOP / "docs" / "python.md").read_text(), re.DOTALL)
     blocks = [block for block in blocks if "import fabric_kernel" in block]
     assert len(blocks) == 2

@@ -27,7 +27,7 @@ from fabric_kernel.runs import UNTIL
 
 BASE = fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41})
 SCENES = fk.vary(BASE, 12, seed=1, speed=scipy.stats.uniform(30.0, 60.0), point=(scipy.stats.norm(0.0, 1e-4), 0.0))
-# Those that are killed take a little longer.
+# Processes that are killed take a little longer.
 FORTY = fk.vary(BASE, 40, seed=2)
 
 

@@ -596,7 +596,7 @@ def test_a_shot_of_unknown_end_is_left_out():
             raise Unknown(f"shot {shot + 1}: timeout")
         return stopped(velocity), 0.0
 
-    # The same velocity again with the next draw; three in turn end a bracket with its bound.
+    # This velocity again with the next draw; three in turn end a bracket with its bound.
     stopped = lambda velocity: True
     test = v50(shoot, designs.Neyer.bracketed(100.0), 20, tests=20)
     assert [shot.velocity for shot in test.shots] == [100.0, 200.0, 400.0]

@@ -99,7 +99,7 @@ fn a_sheet_wrapped_about_a_cylinder_fits_in_the_number_of_the_docs() {
     scene.projectile.shape = fabric_kernel::Shape::Cylinder;
     (scene.projectile.radius, scene.projectile.length) = (radius, length);
     scene.projectile.velocity = [0.0; 3];
-    // Its axis along y, just below the flat sheet.
+    // The axis along y, just below the flat sheet.
     scene.projectile.orientation = [0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0, 0.0];
     scene.projectile.position = [0.0, 0.0, -radius - 2.0 * h];
     // 1.6 times 2 pi r (l + 2 r)/h^2 with a margin h all round.

@@ -346,7 +346,7 @@ fn a_projectile_too_fast_for_the_step_is_told_the_largest_step() {
         assert!(step <= error.limit && step > 0.9998 * error.limit, "{name}: {said}");
         scene.time_step = TimeStep::seconds(error.limit);
         sim_of(&scene);
-        // And a larger one is not.
+        // A larger one is not.
         scene.time_step = TimeStep::seconds(error.limit * (1.0 + 1e-12));
         refused(&scene, ProjectileTooFast, "projectile.velocity");
     }

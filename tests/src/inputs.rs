@@ -423,7 +423,7 @@ pub fn assign(scene: &mut Scene, name: &str, value: f64) -> bool {
     let (name, index) = name.split_once('[').unwrap_or((name, "0]"));
     let field = field(name).unwrap_or_else(|| panic!("{name} is no number of a scene"));
     let indices = index.trim_end_matches(']').split("][").map(|text| text.parse::<usize>().expect("an index"));
-    // Of two indices the first counts rows.
+    // The first of two indices counts rows.
     let row = field.shape().get(1).copied().unwrap_or(1);
     let element = indices.fold(0, |element, index| element * row + index);
     field.set_word(scene, element, field.word_of(value)).is_ok()

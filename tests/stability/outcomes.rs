@@ -21,7 +21,7 @@ const AFTER: u64 = 60_000;
 /// Steps between two looks.
 const LOOK: u64 = 64;
 
-// Of seed 0 the body stays on the sheet for all of `LIMIT`.
+// The body of seed 0 stays on the sheet for all of `LIMIT`.
 #[test]
 fn random_hits_end_when_they_are_over() {
     check(1..8);

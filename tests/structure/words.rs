@@ -7,10 +7,10 @@ use std::fs;
 /// Folders with sources in Rust.
 const FOLDERS: [&str; 8] = ["capi", "crates", "evidence", "fmu", "kernel", "python", "tests", "xtask"];
 
-/// Words with which no doc line begins: it begins with the noun of what the item is.
+/// Words with which no line of comment begins: it begins with the noun of what it is about.
 const NO_NOUNS: [&str; 6] = ["Of", "And", "The same", "Its", "Those", "As above"];
 
-/// Words with which, too, no doc line of the kernel begins.
+/// Words with which no doc line of the kernel begins either.
 const CLAUSES: [&str; 5] = ["What", "Whether it", "How", "By how much", "Nothing"];
 
 /// Most columns of a line of comment. Rows of tables may be wider.
@@ -56,13 +56,14 @@ fn comments_begin_with_nouns_and_are_narrow() {
         let wide = WIDE.iter().any(|wide| name.starts_with(wide));
         for (number, line) in text.lines().enumerate() {
             let Some(comment) = line.trim_start().strip_prefix("//") else { continue };
+            let doc = comment.strip_prefix(['/', '!']);
             let begins = |word: &&str| {
-                let rest = comment.strip_prefix(['/', '!']).and_then(|doc| doc.trim_start().strip_prefix(*word));
+                let rest = doc.unwrap_or(comment).trim_start().strip_prefix(*word);
                 rest.is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
             };
             let is_wide = !wide && !line.contains(" | ") && line.chars().count() > COLUMNS;
             let is_after = has_word(comment, "behind") && !IN_SPACE.contains(&name.as_str());
-            let is_clause = name.starts_with("kernel/src/") && CLAUSES.iter().any(begins);
+            let is_clause = doc.is_some() && name.starts_with("kernel/src/") && CLAUSES.iter().any(begins);
             if NO_NOUNS.iter().any(begins) || is_clause || is_wide || is_after || has_word(comment, "besides") {
                 wrong.push(format!("{name}:{}: {}", number + 1, line.trim()));
             }

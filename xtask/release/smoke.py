@@ -47,7 +47,7 @@ foreach(kind static shared)
   target_link_libraries(${kind} PRIVATE fabric_kernel::${kind})
 endforeach()
 """
-# The same scene for the FMUs, but for the place of the projectile.
+# This scene for the FMUs, but for the place of the projectile.
 STARTS = {"sheet.nodes_x": 105, "sheet.nodes_y": 105, "attachment.kind": 1, "projectile.shape": 0, "projectile.mass": 0.0084}
 
 

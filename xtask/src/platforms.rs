@@ -35,7 +35,7 @@ pub fn build(source: &Path, target: &Path, targets: Targets) -> Result<Vec<Libra
                 Err(reason) => tools::left_out(&format!("FMU for {}", platform.fmu[0]), &reason),
             }
         }
-        // Those with the same compiler are built side by side.
+        // Targets of one compiler are built side by side.
         while let Some((_, compiler)) = wanted.first().cloned() {
             let (now, later): (Vec<_>, Vec<_>) = wanted.into_iter().partition(|(_, other)| *other == compiler);
             let platforms: Vec<_> = now.into_iter().map(|(platform, _)| platform).collect();
@@ -196,7 +196,7 @@ fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target]
                 command.env(variable("LINKER"), linker(platform));
             }
         }
-        // The same source gives the same bytes, whenever and wherever it is built.
+        // One source gives the same bytes, whenever and wherever it is built.
         let mut flags = match platform.extension {
             "dll" => "-Clink-arg=-Wl,--no-insert-timestamp".to_string(),
             // Without this the library's name for itself is where it was built.

@@ -476,7 +476,7 @@ mod tests {
         let [half_x, half_y] = coarse.half_size();
         assert!((half_x - 0.05).abs() < 0.38e-3 && (half_y - 0.03).abs() < 0.43e-3, "{half_x} {half_y}");
         assert_eq!((fine.sheet.nodes_x, coarse.sheet.nodes_x), (135, 68));
-        // Of a sheet without a width that of the preset; of a scene that has its back fabric already that,
+        // A sheet without a width has that of the preset; of a scene that has its back fabric already that,
         // too.
         let mut again = fine;
         again.attachment.hold = 20.0;

@@ -492,7 +492,7 @@ fn meant(key: &str) -> String {
         near = names().filter(|name| last_of(name) == last).collect();
     }
     if near.is_empty() {
-        // Of `projectile.wight` and `projectile.length` only the table is alike.
+        // `projectile.wight` and `projectile.length` have only the table in common.
         let is_like =
             |name: &&str| likeness(name) > 600 && 2.0 * strsim::normalized_levenshtein(last, last_of(name)) >= 1.0;
         near = names().chain(tables).max_by_key(|name| likeness(name)).filter(is_like).into_iter().collect();

@@ -179,7 +179,7 @@ fn given(table: &str, values: &Value) -> Result<BTreeMap<String, (String, Value)
         None => BTreeMap::new(),
     };
     let own = numbers(table, own)?;
-    // Of strength and failure strain the one that is given replaces the other.
+    // Strength or failure strain, whichever is given, replaces the other.
     for (key, other) in [("strength", "failure_strain"), ("failure_strain", "strength")] {
         if own.contains_key(key) {
             all.remove(other);

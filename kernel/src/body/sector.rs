@@ -182,7 +182,7 @@ mod tests {
         let mut body = Scene::turbine_disc_sector().projectile;
         let by_faces = Solid::of(&body);
         (body.shape, body.faces, body.moments) = (Shape::DiscSector, Faces::NONE, [0.0; 3]);
-        // Its directions are those of another formula.
+        // Directions by another formula.
         assert!((Solid::of(&body).reach() / by_faces.reach() - 1.0).abs() < 1e-15);
         Solid::of(&body).inertia(0.118).iter().zip(by_faces.inertia(0.118)).for_each(|(&a, b)| close(a, b, 1e-14));
         let (a, b) = (profile(&body.sector), Scene::turbine_disc_sector().projectile.faces);

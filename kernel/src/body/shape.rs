@@ -13,7 +13,7 @@ use crate::body::sector;
 use crate::ground::error::{Code, Error};
 use crate::ground::math;
 use crate::scene::features::Feature;
-use crate::scene::parts::{Faces, MAX_FACES, Projectile, Sector, Shape};
+use crate::scene::parts::{Faces, Projectile, Sector, Shape};
 use nalgebra::Quaternion;
 
 /// A shape with its dimensions.
@@ -65,10 +65,8 @@ pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
         }
         Shape::Box => body.size.into_iter().try_for_each(|edge| at_least(2.0 * spacing, "projectile.size", edge))?,
         Shape::Polyhedron => {
-            let count = body.faces.count;
-            if count < 4 || count as usize > MAX_FACES {
-                let limit = if count < 4 { 4 } else { MAX_FACES };
-                return Err(Error::new(Code::OutOfRange, "projectile.faces.count", count as f64, limit as f64));
+            if body.faces.count < 4 {
+                return Err(Error::new(Code::OutOfRange, "projectile.faces.count", body.faces.count.into(), 4.0));
             }
             polyhedron::check(&body.faces, spacing)?;
             if body.mass != 0.0 {
@@ -621,7 +619,7 @@ mod tests {
         assert_eq!(of(&sector), [false, true, true, false, false]);
         let square = super::tests::cuboid([0.01, 0.01, 0.02]);
         assert_eq!(of(&square), [true, true, true, true, false]);
-        // Of a body of revolution every plane along its axis, and none askew.
+        // Every plane along the axis of a body of revolution mirrors it, and none askew.
         for (x, y, z) in [(0.6, 0.8, 0.0), (-0.8, -0.6, 0.0), (0.6, 0.0, 0.8), (0.0, -0.6, 0.8), (0.0, 0.6, -0.8)] {
             let normal = Vector::new(x, y, z);
             assert_eq!([&rod, &long].map(|solid| solid.is_mirrored_by(&normal)), [z == 0.0; 2], "{normal:?}");
@@ -679,7 +677,7 @@ mod tests {
                         way * *radius + Vector::new(0.0, 0.0, *nose)
                     }
                     Solid::HemisphericalCylinder { radius, shank, nose } => ring(*radius, nose - shank),
-                    // Its corners are tested in polyhedron.rs.
+                    // Corners are tested in polyhedron.rs.
                     Solid::Polyhedron(_) => continue,
                 };
                 assert!((solid.support(&way) - point.dot(&way)).abs() < 1e-16, "{solid:?}");

@@ -110,7 +110,7 @@ fn is_pressed(stiffness: f64, less: f64) -> bool {
 /// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may, and
 /// finds what the projectile gives its candidates meanwhile.
 pub(super) fn project(column: &mut [Node], pools: &mut [Pool]) {
-    // Of the pools so far, the first one of the nodes that face each other.
+    // First pool of the nodes that face each other, among those so far.
     let (mut count, mut first, mut offset) = (0, 0, 0.0);
     for k in 0..column.len() {
         let Some(node) = column.get_mut(k) else { return };

@@ -287,7 +287,7 @@ impl Newton<'_> {
         let (most, grows) = if self.frozen { (c.impulse, 0.0) } else { (impulse, self.given.friction) };
         let (most, size) = (self.given.friction * most, math::length([trial[0], trial[1], 0.0]));
         let next = laws::limited(trial, most);
-        // Of a node that slides: the disc grows with the normal impulse, and the direction turns.
+        // A node that slides: the disc grows with the normal impulse, and the direction turns.
         let slides = size > most;
         let turns = if slides { rho * (most / size) } else { rho };
         let along = if slides { trial.map(|p| p / size) } else { [0.0; 2] };

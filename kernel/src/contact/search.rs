@@ -66,13 +66,13 @@ impl<'s> Search<'s> {
         };
         let ([h_x, h_y], gap, plies) = (scene.spacings(), scene.ply_gap(), scene.stack.plies as usize);
         let [[left, right], [bottom, top]] = [ends(0, h_x), ends(1, h_y)];
-        let behind = if gap > 0.0 {
+        let plies = if gap > 0.0 {
             let [first, last] = ends(2, gap).map(|end| math::max(end, 0.0) as usize);
             first..last.saturating_add(1).min(plies)
         } else {
             0..plies
         };
-        [places[0].within(left, right), places[1].within(bottom, top), behind]
+        [places[0].within(left, right), places[1].within(bottom, top), plies]
     }
 
     /// Whether the body reaches beyond the fine part of a graded network. Beyond the edge of the sheet
@@ -207,7 +207,7 @@ impl Job for Near<'_> {
                     beyond_x.store(&mut L::groups_mut(out)[g]);
                     continue;
                 }
-                // Of a graded network, which has one ply, it is 0.
+                // 0 in a graded network, which has one ply.
                 let depth = columns.get(c).map_or(L::splat(z0), |columns| L::load(&L::groups(&columns[PLACE_Z])[g]));
                 let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(depth, z, 2));
                 let beyond_box = beyond_x.max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));
@@ -275,7 +275,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
             // From here on the sweep keeps it.
             [*left, *right] = spread(row, system.instructions).map(end_of_range);
         }
-        // Of a curved row every column may lie at either side of the body.
+        // Any column of a curved row may lie at either side of the body.
         let [mut from, end] =
             if curved { [0, chunks] } else { search.chunks(x0, net.columns, range_of([*left, *right]), chunks) };
         let columns = layout.columns_of(net.columns, ply);
@@ -471,7 +471,7 @@ mod tests {
                 })
             };
             let range = spread(&row, InstructionSet::Scalar);
-            // The same of a graded network whose columns are as far from each other.
+            // A graded network whose columns are as far from each other.
             let mut columns = [[[0.0; CHUNK]; COLUMN_PLANES]; 10];
             for (i, place) in columns.iter_mut().flat_map(|planes| &mut planes[PLACE]).enumerate() {
                 *place = first[0] + i as f64;

@@ -253,7 +253,7 @@ impl Job for PlyColumns<'_> {
         let (mut found, mut depths, mut face) = ([0.0; CHUNK], [0.0; CHUNK], true);
         for (g, (found, depths)) in L::groups_mut(&mut found).iter_mut().zip(L::groups_mut(&mut depths)).enumerate() {
             let own = |chunk: &Chunk<HOT_PLANES>, first: usize| own::<L>(chunk, first, self.hoop, g);
-            // The same operations as in `load`, so that the answers are the same.
+            // Operations as in `load`, so that the answers are the same.
             let mut below = &NOTHING;
             let (mut speed_below, mut pressed, mut depth) = (L::splat(-f64::INFINITY), zero, zero);
             let (mut offset, mut apart_x, mut apart_y) = (zero, zero, zero);

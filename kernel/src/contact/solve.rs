@@ -440,7 +440,7 @@ mod tests {
                 let normal = Vector::new(draw(0), draw(1), 1.0 + draw(2)).normalize();
                 let arm = Vector::new(0.02 * draw(3), 0.02 * draw(4), 0.006 * draw(5));
                 near.push(armed(normal, arm, 1.0, 60.0 * draw(6)));
-                // Its gap grows at 5 m/s, or faster.
+                // A gap that grows at 5 m/s, or faster.
                 let surface = normal.dot(&body.velocity) + arm.dot(&body.angular_velocity);
                 let leaving =
                     if heavy { armed(normal, arm, 1.0, surface + 5.0) } else { armed(-normal, arm, 1.0, 900.0) };

@@ -597,7 +597,7 @@ fn place(system: &System<'_>, c: usize) -> (usize, usize) {
 fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {
     let mass = system.model.node_mass;
     let mut gain = Gain::of_body(system.state.body.twist(), &system.model.inertia, &solved);
-    // Of all candidates' columns.
+    // Columns of all candidates.
     members::sort(system, count);
     let (mut stack, mut between, mut lifted) = (StackSolve::at(system), 0.0, 0.0);
     for c in 0..count {

@@ -49,7 +49,7 @@ impl System<'_> {
             grading::fill(self.arrays.columns, &places[0], &self.directions.front.horizontal.rest);
             grading::fill(self.arrays.lines, &places[1], &self.directions.front.vertical.rest);
         }
-        // Of the front and of the back fabric.
+        // Front and back fabric.
         let mut weakest = [CRITICAL_STRETCH_MAX; 2];
         self.arrays.rows.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
         self.arrays.rows.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
@@ -94,7 +94,7 @@ impl System<'_> {
             let whole = f64::from(self.scene.sheet.plies) * self.scene.attachment.hold / (unit * self.mass_share(ply));
             for columns in [[run[0], run[1]], [run[2], run[3]]] {
                 for i in columns[0]..columns[1] {
-                    // Those of the same column that the same disc holds.
+                    // Nodes of the same column that the same disc holds.
                     let upper = row >= self.layout.upper;
                     let same = |other: usize| {
                         (other >= self.layout.upper) == upper && in_runs(&runs_of(first + other), i as usize)

@@ -238,12 +238,6 @@ impl Layout {
         self.has.has(feature)
     }
 
-    /// Number of a ply's line of constants of columns.
-    #[inline]
-    pub(crate) fn line_of(&self, ply: usize) -> usize {
-        ply.min(self.lines_of_columns() - 1)
-    }
-
     /// Line of a ply among those of all, see [`Net`](crate::sheet::columns::Net).
     #[inline]
     pub(crate) fn columns_of<'a>(&self, lines: &'a [Chunk<COLUMN_PLANES>], ply: usize) -> &'a [Chunk<COLUMN_PLANES>] {

@@ -293,8 +293,8 @@ impl Scene {
     fn check_directions(&self) -> Result<(), Error> {
         let ([strain_x, strain_y], [crimp_x, crimp_y]) = (self.sheet.pre_strain, self.sheet.crimp);
         let [back_x, back_y] = if self.back.plies > 0 { self.back.crimp } else { [0.0; 2] };
-        for (crimp, behind, strain) in [(crimp_x, back_x, strain_x), (crimp_y, back_y, strain_y)] {
-            let crimps = [("sheet.crimp", crimp != 0.0), ("back.crimp", behind != 0.0)];
+        for (crimp, of_back, strain) in [(crimp_x, back_x, strain_x), (crimp_y, back_y, strain_y)] {
+            let crimps = [("sheet.crimp", crimp != 0.0), ("back.crimp", of_back != 0.0)];
             if let Some((field, _)) = crimps.into_iter().find(|(_, has)| *has && strain != 0.0) {
                 return Err(Error::beside(field, "sheet.pre_strain"));
             }
@@ -541,7 +541,7 @@ mod tests {
         // omega^2 is proportional to the bound; the directions differ in their natural lengths alone, and
         // alike in both sheets.
         assert!((drawn / alike / math::sqrt(bound(1.03) / bound(strongest)) - 1.0).abs() < 1e-4, "{strongest}");
-        // Of 840 segments of shape 5 the weakest has a scale of 840^(-1/5).
+        // The weakest of 840 segments of shape 5 has a scale of 840^(-1/5).
         scene.yarn.weibull_shape = 5.0;
         let error = scene.step_limits().unwrap_err();
         assert_eq!((error.code, error.field, error.value), (Code::OutOfRange, "sheet.pre_strain", 0.02));

@@ -248,7 +248,7 @@ mod tests {
         close(bar.damage_rate, rate / width);
         close(bar.critical_stretch, critical / width);
         assert_eq!(bar.segments, f64::from(to - from));
-        // Of single segments to the bit.
+        // Single segments to the bit.
         let centre = (0..x.nodes()).find(|&k| x.crossing(k) == 33).unwrap() as usize;
         let (bar, number) = (
             scene.draw_bar(&places, 0, Axis::Vertical, [centre, centre]).unwrap(),

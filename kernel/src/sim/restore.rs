@@ -155,7 +155,7 @@ fn can_be(system: &System<'_>, j: usize, place: NumberPlace, number: f64) -> boo
         Array::Past | Array::EnergyError => number.abs() <= LOST,
         Array::History => {
             let axis = if place.plane == 0 { Axis::Horizontal } else { Axis::Vertical };
-            // Of a segment without damage, and the least of one with it.
+            // History of a segment without damage, and the least of one with it.
             let (whole, critical) = if system.layout.has(Feature::Strength) {
                 let strength = planes::row(system.arrays.rows.strength, system.layout.chunks, j);
                 let own = planes::get(strength, place.plane, place.i).map_or(0.0, twice_strain_at);

@@ -512,7 +512,7 @@ impl<'a> Sim<'a> {
     /// Deflection and stretch, with a full pass over the sheet. Changes nothing but scratch.
     pub fn fabric(&mut self) -> Result<Fabric, Failure> {
         self.system.sound()?;
-        // Of a free sheet every node counts.
+        // Every node of a free sheet counts.
         let pieces = if self.system.scene.attachment.kind == AttachmentKind::Free {
             None
         } else {

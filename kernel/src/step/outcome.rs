@@ -247,7 +247,7 @@ fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
         if tumbles {
             return None;
         }
-        // Of what of the body lies behind the node, by steps of R/4, in which the gap changes by no more than
+        // The least gap of the body's part behind the node, by steps of R/4, in which it changes by no more than
         // that.
         let (mut along, mut gap) = (-reach, f64::MAX);
         while along <= math::min(ahead, reach) {
@@ -309,7 +309,7 @@ fn has_passed(system: &System<'_>) -> bool {
 /// Adds what mirror planes leave out of a box, and where a held sheet swings back to.
 fn add_images(system: &System<'_>, region: &mut Region) {
     let symmetry = system.scene.symmetry;
-    // Of a curved sheet the nodes themselves have been mirrored.
+    // The nodes of a curved sheet have been mirrored themselves.
     let swings = system.scene.attachment.kind != AttachmentKind::Free && !system.layout.has(Feature::Curved);
     for (k, mirrored) in [symmetry.mirror_x, symmetry.mirror_y, swings].into_iter().enumerate() {
         if mirrored {

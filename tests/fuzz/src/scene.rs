@@ -183,7 +183,7 @@ pub fn run(data: &[u8]) -> bool {
         if made != FK_OK {
             assert!(block.untouched() && handle.is_null() && fault_status(&fault) == made);
         }
-        // Of few segments the check has looked at all.
+        // The check has looked at all segments if they are few.
         let few = nodes.saturating_mul(scene.words[place("stack.plies")]) <= 20 * MOST_NODES;
         assert!(checked == made || !few && checked == FK_OK, "fk_scene_check: {checked}, fk_init: {made}");
         if made != FK_OK {
@@ -191,7 +191,7 @@ pub fn run(data: &[u8]) -> bool {
         }
         assert_eq!(checked, FK_OK);
 
-        // The same scene in Rust, with an instruction set of the fuzzer's choice: the same bits, or the same
+        // This scene in Rust, with an instruction set of the fuzzer's choice: the same bits, or the same
         // failure.
         let rust = fk_scene::scene(&scene.words).expect("accepted through C");
         let layout = Layout::of(&rust).expect("accepted through C");

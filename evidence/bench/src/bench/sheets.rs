@@ -126,7 +126,7 @@ pub const COUNTED: [(&str, OfSize); 13] = [
         })
     }),
     ("graded", |size| {
-        // Of as many nodes: the fine part covers the sheet.
+        // As many nodes: the fine part covers the sheet.
         other(sweep(size), |scene| {
             let half_width = scene.half_size().map(|half| 2.0 * half);
             scene.sheet.grading = fabric_kernel::Grading { largest: 2, half_width, ..scene.sheet.grading };
@@ -230,7 +230,7 @@ pub fn measure(bench: &mut Bench, case: &Case) -> Result<()> {
     let (mut sim, image) = prepare(case, &mut buffers)?;
     let nodes = sim.layout().nodes() as u64;
     let (steps, bursts) = steps_and_bursts(nodes, bench.effort);
-    // Those in single steps are others where there are blocks alone.
+    // Single steps are another way only where there are blocks.
     let ways: Vec<Way> =
         bench.ways.iter().copied().filter(|way| !way.single_steps || sim.layout().block_steps > 1).collect();
     let mut times = vec![Vec::new(); ways.len()];

@@ -214,7 +214,7 @@ pub const FIELDS: &[Field] = &[
         "Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only")
         .read(|s| if_so(s.projectile.shape == Shape::Polyhedron)),
     shaped("projectile.faces.planes", Place::Reals(|s| s.projectile.faces.planes.as_flattened_mut(), &[MAX_FACES, 4]), &RATIO, Range::Any, 500,
-        "Of each face the outward unit normal (to 1e-6) and its distance from the centre of mass in m, at least sheet.spacing. Beyond the count not read")
+        "Outward unit normal of each face (to 1e-6) and its distance from the centre of mass in m, at least sheet.spacing. Beyond the count not read")
         .read(|s| if s.projectile.shape == Shape::Polyhedron { 4 * s.projectile.faces.in_use().len() } else { 0 }),
     vector("projectile.moments", |s| &mut s.projectile.moments, &INERTIA, Range::Positive, 265,
         "Principal moments of inertia about the centre of mass along the body's axes, none greater than the other two together. Read for a polyhedron of known mass only; other shapes are homogeneous")
@@ -243,7 +243,7 @@ pub const FIELDS: &[Field] = &[
         "A window in which there is no case: angle of its middle from +z towards +x, and half its angle; 0 = no window. Read with a case only")
         .read(CASED),
     shaped("casing.window_place", Place::Reals(|s| &mut s.casing.window_place, &[2]), &POSITION, Range::Any, 755,
-        "The same along y: place of its middle in the sheet's frame, and half its length; 0 = no window. Read with a case only")
+        "Place of its middle along y in the sheet's frame, and half its length; 0 = no window. Read with a case only")
         .read(CASED),
     // ---- Contact
     real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,

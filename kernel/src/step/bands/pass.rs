@@ -119,7 +119,7 @@ impl Plan {
         // SAFETY: the caller's promise.
         unsafe {
             copy_row(past, rows(self.memory.rows.past, self.layout.chunks, j, 1));
-            // Those of a gap's lowest row were found with the row below it.
+            // Moments of a gap's lowest row were found with the row below it.
             if self.gap_step.is_none() || j == 0 || j != self.rows[0] {
                 self.find_moments(j, ply, step, past, counts);
             }
@@ -195,7 +195,7 @@ impl Plan {
             if first > low {
                 copy_row(self.past_of(first), bottom);
             }
-            // Those of a gap's lowest row were found with the row below it.
+            // Moments of a gap's lowest row were found with the row below it.
             let is_found = first > low || self.gap_step.is_some() && first > 0;
             if end < top {
                 copy_row(self.past_of(end - 1), last);
@@ -422,9 +422,9 @@ impl Plan {
     /// # Safety
     /// The simulation's arrays are there.
     unsafe fn net<'r>(&self, ply: usize) -> Net<'r> {
-        let (layout, memory) = (&self.layout, &self.memory);
-        // SAFETY: they are as long, and nothing changes them.
-        unsafe { Net { columns: rows(memory.columns, layout.chunks, layout.line_of(ply), 1), lines: &*memory.lines } }
+        // SAFETY: nothing changes them.
+        let (columns, lines) = unsafe { (&*self.memory.columns, &*self.memory.lines) };
+        Net { columns: self.layout.columns_of(columns, ply), lines }
     }
 
     /// The part of a pass that is not cut.

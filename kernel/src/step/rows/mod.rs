@@ -63,7 +63,7 @@ impl<'r> Rows<'r> {
         ply: usize,
         in_block: Option<usize>,
     ) -> Option<Rows<'r>> {
-        // Of a stack, whose plies are swept in turn, some rows each.
+        // A stack, whose plies are swept in turn, some rows each.
         let is_begun = arrays.awake.get(ply).is_some_and(|rows| first > rows[0] as usize);
         let step = in_block.unwrap_or(0);
         let noted = step * layout.nodes_y;

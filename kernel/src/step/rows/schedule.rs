@@ -139,7 +139,7 @@ impl Block {
             return None;
         }
         let (body, h) = (&system.state.body, system.scene.sheet.spacing);
-        // Its surface crosses less than a spacing in a step (`Model::too_fast`).
+        // The body's surface crosses less than a spacing in a step (`Model::too_fast`).
         let margin = system.scene.largest_spacing() + steps as f64 * h;
         let [_, half, _] = system.solid.half_extents(&body.orientation).map(|extent| extent + margin * ROUNDING);
         let (low, high) = (body.position.y - half, body.position.y + half);
@@ -383,7 +383,7 @@ mod tests {
 
     #[test]
     fn the_body_lies_between_two_bands_or_within_one() {
-        // Its gap takes the place of the cut in the middle; else it has a band of its own on both sides.
+        // The body's gap replaces the cut in the middle; else it has a band of its own on both sides.
         assert_eq!(take([480, 520], 1000, 1, 2, 0), 2);
         assert_eq!(take([200, 240], 1000, 1, 2, 0), 2);
         assert_eq!(take([200, 240], 1000, 1, 12, 0), 12);
