@@ -247,8 +247,8 @@ fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
         if tumbles {
             return None;
         }
-        // The least gap of the body's part behind the node, by steps of R/4, in which it changes by no more than
-        // that.
+        // The least gap of the body's part behind the node, by steps of R/4, in which it changes by no more
+        // than that.
         let (mut along, mut gap) = (-reach, f64::MAX);
         while along <= math::min(ahead, reach) {
             let place = into_body(&body.orientation, &(beside + direction * along));
