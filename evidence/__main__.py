@@ -13,6 +13,7 @@ QUESTIONS = {
     "paper": ("every result of the paper, and the open question", "", "3 min"),
     "clamps": ("the paper's question with attachments that slip", "16 min", "2 min"),
     "coverage": ("how often the intervals of a ballistic limit hold the truth", "66 min", "1 min"),
+    "own_tests": ("how often the interval of own firing tests holds another shield", "1 min", "10 s"),
     "bracketing": ("ballistic limits from a tenth, once and ten times of them", "", ""),
     "strips": ("strips of Kevlar 49 fabric pulled in the network", "3 min", "10 s"),
     "edges": ("from which velocity on bars break at once under a flat face and a sphere", "5 s", "5 s"),
@@ -24,7 +25,7 @@ QUESTIONS = {
     "smooth": ("error and order of both integrators in a smooth motion", "5 s", "5 s"),
     "pointwise": ("how far runs that differ by rounding stay together before the first failure", "20 s", "5 s"),
     "quarter": ("a quarter with mirror planes against the whole sheet", "5 s", "5 s"),
-    "impact": ("error of whole impacts over their cost: steps, integrators, networks", "5 min", "30 s"),
+    "accuracy": ("error over run time: presets, six whole impacts, how often what was asked for is kept", "", ""),
     "number": ("how many runs a mean needs", "2 min", "30 s"),
     "overshoot": ("strain behind a sudden front, and the velocity that breaks a strip, with viscosity", "40 s", "10 s"),
     "viscosity": ("what viscosity does to whole impacts", "2 min", "10 s"),
@@ -39,7 +40,8 @@ QUESTIONS = {
     "rate": ("Kevlar 49 fabric at three rates of strain", "5 s", "5 s"),
     "cone": ("the pyramid of a sheet hit at a point", "10 s", "5 s"),
     "spacing": ("convergence of energy and ballistic limit in the spacing", "40 s", "5 s"),
-    "packs": ("ballistic limit of packs, on Cunniff's axes and as measured", "", "10 s"),
+    "mesh": ("convergence in the network of bodies with edges, with and without thickness", "30 min", "20 s"),
+    "packs": ("ballistic limit of packs as measured, in three networks", "", "10 s"),
 }
 
 

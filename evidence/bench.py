@@ -31,10 +31,9 @@ def answer(study):
     load = lambda value: "unknown" if value is None else f"{value:.2f}"
     text = (
         f"Measured on: {measured['machine']}, in {measured['rounds']} rounds; clock: {measured['clock']} for the kernel, "
-        f"process CPU time for the peers. Load of the "
-        f"machine at the start {load(measured['load_at_start'])}, at the end {load(measured['load_at_end'])}. Times are the "
-        f"least of the rounds, with the median in "
-        "brackets; what is measured is said in [performance.md](../performance.md).\n"
+        f"process CPU time for the peers. Load of the machine at the start {load(measured['load_at_start'])}, at the end "
+        f"{load(measured['load_at_end'])}. Times are the least of the rounds, with the median in brackets; what is measured is "
+        "said in [performance.md](../performance.md).\n"
     )
     sections = [
         ("Goals", page.markdown(heading, goal_rows)),

@@ -438,9 +438,8 @@ def of_map(runs):
     claims = [
         Claim(
             "P3",
-            "Uniform yarn over-predicts about twofold near the limit, corners (absorbed energy; preset washers, whole "
-            "sheet, one sample per "
-            "segment, when detached)",
+            "Uniform yarn over-predicts about twofold near the limit, corners (absorbed energy; preset washers, whole sheet, "
+            "one sample per segment, when detached)",
             allows,
             plain(UNIFORM, "detached"),
             whole=verdict_of_any,

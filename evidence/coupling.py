@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from fabric_kernel import Simulation, drawing, page
 
-from .impact import CASES, DEFAULT, ROUNDING, Setting, node_steps, scene_of
+from .cases import CASES, ROUNDING, node_steps, scene_of
 from .statistics import deviation, mean
 from .study import SMOKE, clock
 
@@ -123,10 +123,7 @@ def follow(simulation, sphere, expected, scheme, exchange, dt):
 
 def answer(study):
     runs, exchanges = study.of(4, 2, 1), EXCHANGES[study.of(0, 2, 4) :]
-    scenes = [
-        scene_of(CASES[0], Setting(DEFAULT), k * ROUNDING, study.effort == SMOKE).replace({"time_step.seconds": DT})
-        for k in range(runs)
-    ]
+    scenes = [scene_of(CASES[0], study.effort == SMOKE, k * ROUNDING).replace({"time_step.seconds": DT}) for k in range(runs)]
     # The integrated run first; then every scheme and H.
     ways = [(None, 0), *((scheme, exchange) for exchange in exchanges for scheme in SCHEMES)]
     found, rows = iter(study.each(measured, [(scene, *way) for way in ways for scene in scenes])), []

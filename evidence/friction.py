@@ -95,15 +95,13 @@ def answer(study):
 
 
 NOTES = (
-    "Means with 95 % intervals (Student's t) over runs that differ by the seed and by where in a cell of the network the sphere "
-    "strikes. "
-    "Absorbed: work of the sphere on the fabric. Friction: what of it friction dissipated. A run ends when the sphere has "
-    "exited or after 0.6 ms; "
-    "slack_balance is on. The ballistic limit of each run is found by bisection to 1 %, which its interval counts. "
-    "Residual: the largest of these runs, of the impact energy. "
-    "Unconverged: contact solves of one of these runs, at most, that ended at their largest number of sweeps. "
-    "Published is the effect of friction between yarns, about +10 % on the ballistic limit (data/measured/effects.toml). "
-    "Here friction acts on the projectile, not between yarns, so a verdict says only whether the sizes are alike.\n"
+    "Means with 95 % intervals (Student's t) over runs that differ by the seed and by where in a cell of the network the "
+    "sphere strikes. Absorbed: work of the sphere on the fabric. Friction: what of it friction dissipated. A run ends when the "
+    "sphere has exited or after 0.6 ms; slack_balance is on. The ballistic limit of each run is found by bisection to 1 %, "
+    "which its interval counts. Residual: the largest of these runs, of the impact energy. Unconverged: contact solves of one "
+    "of these runs, at most, that ended at their largest number of sweeps. Published is the effect of friction between yarns, "
+    "about +10 % on the ballistic limit (data/measured/effects.toml). Here friction acts on the projectile, not between yarns, "
+    "so a verdict says only whether the sizes are alike.\n"
 )
 # "About +10 %", as far as the round number tells.
 PUBLISHED = (5.0, 15.0)

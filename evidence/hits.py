@@ -32,8 +32,8 @@ def splitmix64(x):
 
 def sheet(fabric, width, bar):
     """A square sheet of a textile, so many metres wide and held on four sides, with a bar for so many yarns: mass, stiffness and
-    strength per width are those of the textile. Both directions must be alike."""
-    scene = Scene("sheet_3in_sphere", fabric=fabric)
+    strength per width are those of the textile. Both directions must be alike. Without a thickness of its own it is a surface."""
+    scene = Scene("sheet_3in_sphere", fabric={"thickness": 0.0} | fabric)
     spacing = scene["sheet.spacing"] * bar
     nodes = math.floor(width / spacing + 0.5) + 1
     return scene.replace(

@@ -10,7 +10,7 @@ import math
 
 from fabric_kernel import drawing, page
 
-from .impact import CASES, DEFAULT, ROUNDING, Setting, impact, scene_of
+from .cases import CASES, ROUNDING, impact, scene_of
 from .statistics import deviation, mean
 from .study import SMOKE
 
@@ -34,9 +34,7 @@ def answer(study):
     rows, series = [], []
     for index, count, differs in study.of(FULL_CASES, QUICK_CASES, ((0, 4, ROUNDING),)):
         case, name = CASES[index], "seed" if differs == SEED else f"V0 by {differs:.0e}".replace("e-0", "e-")
-        scenes = [
-            scene_of(case, Setting(DEFAULT), 0.0 if differs == SEED else k * differs, study.effort == SMOKE) for k in range(count)
-        ]
+        scenes = [scene_of(case, study.effort == SMOKE, 0.0 if differs == SEED else k * differs) for k in range(count)]
         if differs == SEED:
             scenes = [scene.replace(seed=scene["seed"] + k) for k, scene in enumerate(scenes)]
         found = study.each(impact, [(scene, case.end, k) for k, scene in enumerate(scenes)], f"{case.name}, {name}")

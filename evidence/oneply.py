@@ -1,9 +1,8 @@
 """One ply: ballistic limits of the network beside those of a reference with resolved yarns, and when a projectile opens a window.
 
 Reference: evidence/resolved, yarns as curves in space that touch, slip and rub (its cloth.rs has method and limits); its closed
-forms are
-`cargo test --release -p fabric-resolved -- --nocapture`. Network: the package, with a bar between two crossings, flat and with
-sheet.crimp.
+forms are `cargo test --release -p fabric-resolved -- --nocapture`. Network: the package, with a bar between two crossings, flat
+and with sheet.crimp.
 Both have the same yarns, supports, body, viscosity and place of hit. Each limit is bisected to 3 m/s: the middle of the fastest
 shot that was stopped and the slowest that went through. A limit is by windowing if no yarn broke in that slowest shot.
 Limits: no scatter of strength; one place of hit is one sample beyond the first failure. Thickness and width of yarns are
@@ -74,6 +73,7 @@ CRIMPS = {"flat": None, "crimp": crimp, "free crimp": free_crimp}
 
 def network(fabric, width, body, place, kind, friction=0.0):
     """The scene of the network, at rest on the sheet; a velocity is given to each shot."""
+    # A surface: mesh.py has what the thickness of one ply changes.
     scene = sheet({"name": fabric}, width, 1.0)
     spacing = scene["sheet.spacing"]
     if CRIMPS[kind]:

@@ -26,7 +26,7 @@ from fabric_kernel.drawing import Series
 from fabric_kernel.search import bisected
 from scipy.optimize import brentq
 
-from .impact import DEFAULT
+from .cases import DEFAULT
 from .study import FULL, SMOKE
 
 # Yarn spacings on each side of the impact; how far the front may come; yarn spacings on each side that count as near the contact.

@@ -1,17 +1,13 @@
-"""Ballistic limit against areal density: packs of Kevlar KM2 S706, and the packs of Twaron CT612 that were shot at.
+"""Ballistic limit of the packs of Twaron CT612 that were shot at with the chisel-nosed fragment of .22.
 
-Axes: P. M. Cunniff, 18th International Symposium on Ballistics (1999): V50/(U*)^(1/3) over A_d A_p/m_p, with the areal density
-A_d, the presented area A_p and the mass m_p of the projectile, and U* = (strength x failure strain)/(2 density) x
-sqrt(modulus/density). Input is yarn data alone. Twaron:
-areal density of a layer from the table itself, fibre "PPTA, regular" of data/measured/fibres.toml before weaving; linear density
-and count were not seen, so the yarns are spaced as those of S706, which is a choice.
+Input is yarn data alone: areal density and thickness of a layer from the table itself, fibre "PPTA, regular" of
+data/measured/fibres.toml before weaving; linear density and count were not seen, so the yarns are spaced as those of Kevlar KM2
+S706, which is a choice.
 
-Method: the limit of five hits each, with the viscosity of real fabrics, with a bar for one yarn and with one for two, a sheet 160
-mm wide held on four sides, and the fragment as a flat-ended cylinder of its diameter and mass. All plies are bonded, that is,
-lumped into one network; the packs that were shot at also separate, a network for each ply, with a bar for two yarns, three hits,
-and a sheet 80 mm wide, as it takes long; beside it stands the same bonded.
-Limits: bonded plies are hit at once and cannot part; the gap between separate ones is a choice; no friction, no slip; how the
-packs were held was not seen.
+Method: the mean limit of hits, with the viscosity of real fabrics, with a bar for one yarn, for two and for half a yarn, on a
+sheet 160 mm wide held on four sides; with one yarn a bar also 102 mm wide, and as a surface without thickness. The plies of a
+pack are bonded into one network, whose thickness is that of them all.
+Limits: bonded plies are hit at once and cannot part; no friction, no slip; how the packs were held was not seen.
 """
 
 import itertools
@@ -21,21 +17,17 @@ from typing import NamedTuple
 
 import scipy.stats
 from fabric_kernel import drawing, page
-from fabric_kernel.drawing import Series
-from fabric_kernel.textile import cunniff_velocity
 
-from .comparison import Comparison, Point, about, mean_of
+from .comparison import Comparison, Point, mean_of
 from .hits import BISECTION, limit, sheet
 from .overshoot import VISCOUS, viscous
 from .statistics import Estimate, deviation, mean
 from .study import FULL, TOP
 
-# Plies of S706; widths of a sheet, m: bonded alone, beside separate, in short form; bars, yarn spacings; gap between separate
-# plies, m, a choice.
-PLIES, WIDTHS, BARS, GAP = (1, 5, 14, 28, 42), (0.16, 0.08, 0.03), (1.0, 2.0), 1e-4
-# Time after which an impact is given up, s; on separate plies five times what the fragment needs to stop or to get through.
-# Steel, kg/m^3.
-LONGEST, STEEL = {"bonded": 2e-3, "separate": 3e-4}, 7850.0
+# Width of the sheet in short form, m; time after which an impact is given up, s.
+NARROW, LONGEST = 0.04, 2e-3
+# Yarns a bar, with or without the thickness, width, m, and hits; half a yarn a bar takes eight times as long.
+NETWORKS = ((1.0, True, 0.16, 5), (2.0, True, 0.16, 5), (1.0, True, 0.102, 5), (1.0, False, 0.16, 1), (0.5, True, 0.16, 1))
 # Areal density at which the measured ladder bends, kg/m².
 BREAK = 5.0
 ORDER = (
@@ -44,38 +36,30 @@ ORDER = (
 # Half of the 38 m/s that MIL-STD-662F allows between the shots that a V50 is the mean of; the source of the ladder gives no
 # interval.
 V50_INTERVAL = 19.0
-# Linear density of the yarn of S706, kg/m, and its count, 1/m, as data/fabrics/kevlar_km2_s706.toml has them; density of both
-# fibres, kg/m^3.
-KM2, COUNT, FIBRE = 600 * 1e-3 / 9000.0, 34 / 0.0254, 1.44e3
+# Count of the yarn of S706, 1/m, as data/fabrics/kevlar_km2_s706.toml has it.
+COUNT = 34 / 0.0254
 
 
 class Pack(NamedTuple):
-    """density: of the yarn, kg/m; measured: V50, m/s, NaN if there is none."""
+    """density: of a ply, kg/m2; thickness: of all plies, m; measured: V50, m/s."""
 
-    name: str
     plies: int
     density: float
+    thickness: float
     measured: float
 
-    def fabric(self):
-        if self.name != "Twaron CT612":
-            return {"name": "kevlar_km2_s706"}
+    def scene(self, bar, thick, width):
         fibre = next(row for row in toml("fibres")["fibre"] if row["name"] == "PPTA, regular")
-        yarn = {
+        fabric = {
+            "name": "kevlar_km2_s706",
             "modulus": 1e9 * fibre["modulus_gpa"],
             "failure_strain": 1e-2 * fibre["failure_strain_percent"],
-            "linear_density": self.density,
+            "linear_density": 0.5 * self.density / COUNT,
+            "fibre_density": 1e3 * fibre["density_g_per_cm3"],
+            "thickness": self.thickness / self.plies if thick else 0.0,
         }
-        return yarn | {"name": "kevlar_km2_s706", "fibre_density": 1e3 * fibre["density_g_per_cm3"]}
-
-    def areal_density(self):
-        """Mass of a ply for each area, kg/m^2."""
-        return self.density * COUNT + self.density * COUNT
-
-    def scene(self, form, bar, width, radius, mass):
-        many = {"stack.plies": self.plies, "stack.gap": GAP} if form == "separate" else {"sheet.plies": self.plies}
-        body = {"shape": "cylinder", "radius": radius, "mass": mass, "length": mass / (STEEL * math.pi * radius * radius)}
-        return sheet(self.fabric(), width, bar).replace(many | {"projectile": body} | viscous(VISCOUS))
+        fragment = {"projectile": {"shape": "fsp", "calibre": ".22"}, "sheet.plies": self.plies, "slack_balance": True}
+        return sheet(fabric, width, bar).replace(fragment | viscous(VISCOUS))
 
 
 def toml(name):
@@ -83,53 +67,40 @@ def toml(name):
 
 
 def packs():
-    ladder = toml("twaron_ct612_v50")["v50"]
-    shot_at = [
-        Pack(
-            "Twaron CT612", row["layers"], 0.5 * row["areal_density_kg_per_m2"] / row["layers"] / COUNT, float(row["v50_m_per_s"])
-        )
-        for row in ladder
+    return [
+        Pack(row["layers"], row["areal_density_kg_per_m2"] / row["layers"], 1e-3 * row["thickness_mm"], float(row["v50_m_per_s"]))
+        for row in toml("twaron_ct612_v50")["v50"]
     ]
-    return [Pack("Kevlar KM2 S706", plies, KM2, math.nan) for plies in PLIES], shot_at
 
 
 def measured(job):
-    scene, guess, hit, longest = job
-    return limit(scene, guess, hit, longest)
+    scene, guess, hit = job
+    return limit(scene, guess, hit, LONGEST)
 
 
 def compared(study):
-    full, (others, shot_at), fragment = study.effort == FULL, packs(), toml("twaron_ct612_v50")["projectile"]
-    radius, mass = 0.5e-3 * fragment["diameter_mm"], 1e-3 * fragment["mass_g"]
-    shot_at = shot_at if full else shot_at[:1]
-    networks = [(pack, "bonded", bar, WIDTHS[0]) for bar in BARS for pack in others + shot_at] if full else []
-    networks += [(pack, form, 2.0, WIDTHS[1 if full else 2]) for form in ("bonded", "separate") for pack in shot_at]
-    scenes = [pack.scene(form, bar, width, radius, mass) for pack, form, bar, width in networks]
-    hits = lambda form: range((5 if form == "bonded" else 3) if full else 2)
-    # Longest jobs first.
-    order = [(n, hit) for n, network in enumerate(networks) for hit in hits(network[1])]
-    order.sort(key=lambda job: (networks[job[0]][1] == "bonded", -networks[job[0]][0].plies))
-    # Near the trend of the measurements.
-    guess = lambda pack: 300.0 * max(math.sqrt(pack.plies * pack.areal_density()), 0.3)
-    jobs = [(scenes[n], guess(networks[n][0]), hit, LONGEST[networks[n][1]]) for n, hit in order]
-    found, rows = dict(zip(order, study.each(measured, jobs, "packs"))), []
-    for n, ((pack, form, bar, width), scene) in enumerate(zip(networks, scenes)):
-        limits, density = [found[n, hit] for hit in hits(form)], pack.plies * pack.areal_density()
-        modulus, stretch = scene["yarn.modulus_mean"], scene["yarn.critical_stretch"]
-        axis = cunniff_velocity(0.5 * modulus * stretch * (stretch * stretch - 1.0), stretch - 1.0, modulus, FIBRE)
+    full = study.effort == FULL
+    shot_at = packs() if full else packs()[:1]
+    networks = [(pack, *network) for network in NETWORKS[: 5 if full else 2] for pack in shot_at]
+    if not full:
+        networks = [(*network[:3], NARROW, 2) for network in networks]
+    jobs, rows = [], []
+    for pack, bar, thick, width, hits in networks:
+        scene = pack.scene(bar, thick, width)
+        jobs += [(scene, 0.9 * pack.measured, hit) for hit in range(hits)]
+    limits = iter(study.each(measured, jobs, "packs"))
+    for pack, bar, thick, width, hits in networks:
+        own = [next(limits) for _ in range(hits)]
         rows.append(
             {
-                "pack": pack.name,
-                "form": form,
                 "yarns a bar": bar,
                 "width mm": 1e3 * width,
+                "thickness mm": 1e3 * pack.thickness if thick else 0.0,
                 "plies": pack.plies,
-                "areal density kg/m2": density,
-                "A_d A_p/m_p": density * math.pi * radius * radius / mass,
-                "(U*)^(1/3) m/s": axis,
-                "hits": len(limits),
-                "limit m/s": mean(limits),
-                "limit m/s: deviation": deviation(limits),
+                "areal density kg/m2": pack.plies * pack.density,
+                "hits": len(own),
+                "limit m/s": mean(own),
+                "limit m/s: deviation": deviation(own),
                 "measured V50 m/s": pack.measured,
             }
         )
@@ -138,102 +109,55 @@ def compared(study):
 
 
 def judged(study, rows):
-    lacks = {
-        "bonded": "plies that part, friction, slip, rate, the pack's true boundary; fibre before weaving",
-        "separate": "friction, slip, rate, the pack's true boundary, the gap of its plies; fibre before weaving",
-    }
+    lacks = "plies that part, friction, slip, rate, the pack's true boundary; fibre before weaving"
     comparisons, lines, series, slopes, orders = [], [], [], [], []
-    kind = lambda row: (row["form"], row["yarns a bar"], row["width mm"])
-    for form, bar, width in dict.fromkeys(map(kind, rows)):
-        own = [row for row in rows if kind(row) == (form, bar, width)]
-        points = []
+    kind = lambda row: (row["yarns a bar"], row["thickness mm"] > 0, row["width mm"])
+    for bar, thick, width in dict.fromkeys(map(kind, rows)):
+        own = [row for row in rows if kind(row) == (bar, thick, width)]
+        points, limits = [], []
         for row in own:
-            ours, measured = mean_of(row, "limit m/s", BISECTION), row["measured V50 m/s"]
-            words, verdict = "", ""
-            if measured == measured:
-                points.append(
-                    Point(
-                        f"{row['areal density kg/m2']:.1f} kg/m², m/s", ours, (measured - V50_INTERVAL, measured + V50_INTERVAL)
-                    )
-                )
-                words, verdict = f"{measured:.0f} ± {V50_INTERVAL:.0f}", points[-1].verdict
-            pack = f"{bar:g} {width:.0f} {row['plies']:.0f} {row['areal density kg/m2']:.2f}".split()
-            off = f"{100 * (ours.value / measured - 1):+.0f}" if words else ""
-            cunniff = f"{row['A_d A_p/m_p']:.4f} {ours.value / row['(U*)^(1/3) m/s']:.3f}".split()
-            lines.append([row["pack"], form, *pack, ours.text(0), words, off, verdict, *cunniff])
-        title = f"five packs of Twaron CT612, {form}, {bar:g} yarns a bar, {width:.0f} mm"
-        comparisons.append(Comparison(f"V50 of {title}", "measurement", f"± {V50_INTERVAL:.0f} m/s", points, 0, lacks[form]))
-        shot_at = [row for row in own if row["measured V50 m/s"] == row["measured V50 m/s"]]
-        found = slope_points(shot_at)
-        comparisons.append(Comparison(f"slope of the V50 of {title}", "measurement", "from ± 19 m/s", found, 0, lacks[form]))
-        limits = [(mean_of(row, "limit m/s", BISECTION), row["measured V50 m/s"]) for row in shot_at]
-        if found:
-            orders.append(order(f"{form}, {bar:g} yarns a bar, {width:.0f} mm", limits))
-        slopes += [
-            [form, f"{bar:g}", f"{width:.0f}", one.name, one.ours.text(0), "{:.0f} to {:.0f}".format(*one.allowed), one.verdict]
-            for one in found
-        ]
-        for name in dict.fromkeys(row["pack"] for row in own):
-            line = [row for row in own if row["pack"] == name]
-            scaled = [(row["A_d A_p/m_p"], mean_of(row, "limit m/s", BISECTION), row["(U*)^(1/3) m/s"]) for row in line]
-            bars = [(ours.low / u, ours.high / u) for _, ours, u in scaled]
-            series.append(
-                Series(
-                    f"{name.split()[0]}, {form}, {bar:g} yarn{'s' * (bar != 1)} per bar, {width:.0f} mm",
-                    [(x, ours.value / u) for x, ours, u in scaled],
-                    "marked",
-                    bars,
-                )
-            )
-    wide = [row for row in rows if row["width mm"] == rows[0]["width mm"]]
-    both = [
-        [row for row in wide if row["form"] == "bonded" and row["yarns a bar"] == bar]
-        for bar in sorted({row["yarns a bar"] for row in wide})
-    ]
-    points = [
-        Point(
-            f"{fine['pack']}, {fine['plies']:.0f} plies",
-            Estimate.quotient(mean_of(coarse, "limit m/s", BISECTION), mean_of(fine, "limit m/s", BISECTION)),
-            about(1, 0.1),
-        )
-        for fine, coarse in zip(both[0], both[-1])
-        if fine is not coarse
-    ]
-    comparisons.append(
-        Comparison("ballistic limit of bonded packs with two yarns a bar over that with one", "itself", "± 10 %", points, 2)
-    )
-    measured = [row for row in rows if row["measured V50 m/s"] == row["measured V50 m/s"] and kind(row) == kind(rows[0])]
-    points = [(row["A_d A_p/m_p"], row["measured V50 m/s"] / row["(U*)^(1/3) m/s"]) for row in measured]
-    bars = [
-        tuple((row["measured V50 m/s"] + side * V50_INTERVAL) / row["(U*)^(1/3) m/s"] for side in (-1, 1)) for row in measured
-    ]
-    series.append(Series("Twaron, measured", points, "points", bars))
-    drawing.draw(
-        study.folder / "packs.svg",
-        "Ballistic limit on Cunniff's axes: Kevlar KM2 S706, Twaron CT612, fragment of 1.10 g",
-        "areal density × presented area / mass",
-        "V50 / (U*)^(1/3)",
-        series,
-        "from zero",
-    )
-    study.picture("packs.svg", "validation_packs.svg")
-    heading = (
-        "pack; form; yarns a bar; width, mm; plies; kg/m²; model m/s [95 %]; measured m/s; off %; verdict; A_d A_p/m_p; "
-        "model V50/(U*)^(1/3)"
-    ).split("; ")
-    text = page.markdown(heading, lines, 2)
+            ours, measured, density = mean_of(row, "limit m/s", BISECTION), row["measured V50 m/s"], row["areal density kg/m2"]
+            allowed = (measured - V50_INTERVAL, measured + V50_INTERVAL)
+            points.append(Point(f"{density:.1f} kg/m², m/s", ours, allowed))
+            limits.append((ours, measured))
+            off = f"{100 * (ours.value / measured - 1):+.0f}"
+            pack = [f"{bar:g}", f"{width:.0f}", f"{row['thickness mm']:.1f}", str(row["plies"]), f"{density:.1f}", ours.text(0)]
+            lines.append([*pack, f"{measured:.0f} ± {V50_INTERVAL:.0f}", off, points[-1].verdict])
+        name = f"{bar:g} yarn{'s' * (bar > 1)} a bar, {width:.0f} mm{'' if thick else ', without thickness'}"
+        title = f"five packs of Twaron CT612, {name}"
+        comparisons.append(Comparison(f"V50 of {title}", "measurement", f"± {V50_INTERVAL:.0f} m/s", points, 0, lacks))
+        found = slope_points(own)
+        if not orders:
+            comparisons.append(Comparison(f"slope of the V50 of {title}", "measurement", "from ± 19 m/s", found, 0, lacks))
+        orders.append(order(name, limits))
+        slopes += [[name, one.name, one.ours.text(0), "{:.0f} to {:.0f}".format(*one.allowed), one.verdict] for one in found]
+        ends = [(row["areal density kg/m2"], ours.value) for row, (ours, _) in zip(own, limits)]
+        series.append((name, ends, [(ours.low, ours.high) for ours, _ in limits]))
+    drawn(study, series, rows)
+    heading = "yarns a bar; width, mm; thickness, mm; plies; kg/m²; model m/s [95 %]; measured m/s; off %; verdict".split("; ")
+    text = page.markdown(heading, lines, 1)
     if slopes:
-        text += "\nRise of the V50 of Twaron CT612 with the areal density, m/s per kg/m²:\n\n" + page.markdown(
-            ["form", "yarns a bar", "width, mm", "between", "model [95 %]", "measured", "verdict"], slopes, 1
-        )
-        scatter = math.sqrt(2) * V50_INTERVAL
-        text += f"\nPairs of packs whose measured V50 differ by more than the scatter, {scatter:.0f} m/s:\n\n"
-        text += page.markdown(ORDER, orders, 1)
-    return (
-        comparisons,
-        "## Ballistic limit of packs\n\n" + text + "\n(U*)^(1/3) of the fibres of data/measured/fibres.toml:\n\n" + fibres(),
-        True,
-    )
+        text += "\nRise of the V50 with the areal density, m/s per kg/m²:\n\n"
+        text += page.markdown(["network", "between", "model [95 %]", "measured", "verdict"], slopes, 1)
+    text += f"\nPairs of packs whose measured V50 differ by more than the scatter, {math.sqrt(2) * V50_INTERVAL:.0f} m/s:\n\n"
+    return comparisons, "## Ballistic limit of packs\n\n" + text + page.markdown(ORDER, orders, 1), True
+
+
+def drawn(study, series, rows):
+    """Limits over areal density: measured points and, thick, the model with one yarn a bar."""
+    figure, axis = drawing.new()
+    measured = sorted({(row["areal density kg/m2"], row["measured V50 m/s"]) for row in rows})
+    axis.errorbar(*zip(*measured), V50_INTERVAL, fmt="ko", capsize=3, label="measured")
+    for number, (name, points, bars) in enumerate(series):
+        wide, x, y = 2.6 if not number else 0.9, *zip(*points)
+        ends = [[y - low for y, (low, _) in zip(y, bars)], [high - y for y, (_, high) in zip(y, bars)]]
+        style = {"marker": "o", "markersize": 2 * wide, "linewidth": wide, "elinewidth": 0.8, "capsize": 2}
+        axis.errorbar(x, y, ends, color=drawing.COLOURS[number], label=name, **style)
+    axis.set(xlabel="areal density (kg/m²)", ylabel="V50 (m/s)", ylim=(0, None))
+    axis.set_title("Packs of Twaron CT612, fragment simulator of .22", fontsize=11)
+    drawing.below(figure, axis)
+    drawing.save(figure, study.folder / "packs.svg")
+    study.picture("packs.svg", "validation_packs.svg")
 
 
 def slope_points(rows):
@@ -259,17 +183,3 @@ def order(name, packs):
     tau = scipy.stats.kendalltau([ours.value for ours, _ in packs], [measured for _, measured in packs]).statistic
     counts = len(pairs), sum(rise.value > 0 for rise in rises), sum(rise.low > 0 for rise in rises)
     return [name, *map(str, counts), str(math.comb(len(packs), 2) - len(pairs)), f"{tau:.2f}"]
-
-
-def fibres():
-    """Cunniff's velocity of each fibre, before weaving."""
-    file, lines = toml("fibres"), []
-    for fibre in file["fibre"]:
-        velocity = cunniff_velocity(
-            1e9 * fibre["strength_gpa"],
-            1e-2 * fibre["failure_strain_percent"],
-            1e9 * fibre["modulus_gpa"],
-            1e3 * fibre["density_g_per_cm3"],
-        )
-        lines.append([fibre["name"], f"{velocity:.0f}", fibre.get("mark", file["mark"])])
-    return page.markdown(["fibre", "m/s", "mark"], lines)

@@ -43,20 +43,16 @@ RULE = (
     "The intervals are not corrected for their number: of twenty true claims about one quantity each, one may come out wrong."
 )
 QUESTION = (
-    "The paper says that uniform yarn over-predicts about twofold near the ballistic limit of the sheet held at "
-    "its corners. It does not "
-    "say where the washers of the 3 in sheet sit, how large they are, and whether its uniform sheet stayed symmetric. "
-    "Nor does it say which energy is read and when, or whether a segment or a whole yarn gets a sample. "
-    "The energy is what the projectile has lost (absorbed), or what rupture "
-    "has dissipated (the work done by the yarn), or that with the strain energy. Below, the ratio uniform over "
-    "stochastic under every "
-    "combination of these readings, with its 95 % interval; in brackets how many of the uniform and of the stochastic runs were "
-    "arrested. Where runs are arrested their absorbed energy is capped at the impact energy, so the ratio alone understates a "
-    "difference; the ballistic limits are compared as well. A sheet that has not torn off by the end of its run is read at the "
-    "end; the "
-    "reading at 400 µs takes the end of runs that were over before. Mirror-symmetric sheets are read when detached at the "
-    "latest: torn "
-    "off evenly at all corners, they wrap the sphere and fly with it."
+    "The paper says that uniform yarn over-predicts about twofold near the ballistic limit of the sheet held at its corners. "
+    "It does not say where the washers of the 3 in sheet sit, how large they are, and whether its uniform sheet stayed "
+    "symmetric. Nor does it say which energy is read and when, or whether a segment or a whole yarn gets a sample. The energy "
+    "is what the projectile has lost (absorbed), or what rupture has dissipated (the work done by the yarn), or that with the "
+    "strain energy. Below, the ratio uniform over stochastic under every combination of these readings, with its 95 % "
+    "interval; in brackets how many of the uniform and of the stochastic runs were arrested. Where runs are arrested their "
+    "absorbed energy is capped at the impact energy, so the ratio alone understates a difference; the ballistic limits are "
+    "compared as well. A sheet that has not torn off by the end of its run is read at the end; the reading at 400 µs takes the "
+    "end of runs that were over before. Mirror-symmetric sheets are read when detached at the latest: torn off evenly at all "
+    "corners, they wrap the sphere and fly with it."
 )
 LIMITS = (
     "Runs arrested, of all runs at an impact energy; a run that its step limit ended does not count as arrested. The limit is "
@@ -168,10 +164,9 @@ def report(study, runs, micro, found):
     audits = sorted(abs(run.audit) for run in runs.all)
     html.text(
         f"{len(runs.all)} runs, {sum(run.cpu for run in runs.all):.0f} s of processor time. The energy balance closes to "
-        f"{100 * float(numpy.median(audits)):.2f} % "
-        f"of the impact energy in the median and {100 * audits[-1]:.1f} % in the worst run. "
-        "That is a torn sheet that flutters for long. "
-        "Loose fabric gains energy at the default step; the projectile does not notice."
+        f"{100 * float(numpy.median(audits)):.2f} % of the impact energy in the median and {100 * audits[-1]:.1f} % in the "
+        "worst run. That is a torn sheet that flutters for long. Loose fabric gains energy at the default step; the projectile "
+        "does not notice."
     )
     html.section("Claims and answers")
     html.text(RULE)
@@ -253,8 +248,7 @@ def fibrils(figure, micro):
     figure(
         "figure_3",
         "Fig. 3 left. An aligned yarn loses all load at once; misaligned fibrils break one after another. Work to rupture: "
-        "aligned "
-        f"{micro.aligned_work:.1f} MJ/m³, misaligned {micro.work.text(2)} MJ/m³.",
+        f"aligned {micro.aligned_work:.1f} MJ/m³, misaligned {micro.work.text(2)} MJ/m³.",
         "Stress of one yarn under displacement control",
         "stretch of the yarn",
         "second Piola-Kirchhoff stress (GPa)",

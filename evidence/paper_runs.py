@@ -134,11 +134,9 @@ def left_out(effort):
     shape = f"Runs on the 10 in sheet end after {LARGE_QUICK_STEPS} steps at the latest." if effort == QUICK else tiny
     return (
         f"{shape} Left out against the full study: impact energies {lacking(ENERGIES)} J on the 3 in sheet, velocities "
-        f"{lacking(VELOCITIES)} m/s on the 10 in "
-        f"sheet. In the map of the open question: energies {lacking(MAP_ENERGIES)} J, one sample per yarn, and all "
-        f"washers but the first {len(washers(effort))}. "
-        f"Runs per point: {RUNS[effort][SMALL]} instead of 10 on the 3 in sheet, {RUNS[effort][LARGE]} instead of 3 on "
-        "the 10 in sheet."
+        f"{lacking(VELOCITIES)} m/s on the 10 in sheet. In the map of the open question: energies {lacking(MAP_ENERGIES)} J, "
+        f"one sample per yarn, and all washers but the first {len(washers(effort))}. Runs per point: {RUNS[effort][SMALL]} "
+        f"instead of 10 on the 3 in sheet, {RUNS[effort][LARGE]} instead of 3 on the 10 in sheet."
     )
 
 

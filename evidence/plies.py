@@ -45,14 +45,11 @@ TITLES = {
 }
 NOTES = (
     "Means with 95 % intervals (Student's t) over hits that differ by their place in a cell, and by the seed where strengths "
-    "are sampled. "
-    "The ballistic limit of each hit is found by bisection to 1 %, which its interval counts; its energy is that of the sphere "
-    "at this velocity. "
-    "Bonded: one network with the mass and the section of all plies. Separate: a network for each ply, 0.1 mm apart where "
-    "nothing else is said. "
-    "Absorbed: work of the sphere on the fabric at the velocity of the column before it. "
-    "Depth: the farthest that facing nodes of two plies were through each other, which they may be beside a hole. "
-    "Unconverged: contact solves of the fastest of these runs that ended at their largest number of sweeps.\n"
+    "are sampled. The ballistic limit of each hit is found by bisection to 1 %, which its interval counts; its energy is that "
+    "of the sphere at this velocity. Bonded: one network with the mass and the section of all plies. Separate: a network for "
+    "each ply, 0.1 mm apart where nothing else is said. Absorbed: work of the sphere on the fabric at the velocity of the "
+    "column before it. Depth: the farthest that facing nodes of two plies were through each other, which they may be beside a "
+    "hole. Unconverged: contact solves of the fastest of these runs that ended at their largest number of sweeps.\n"
 )
 
 

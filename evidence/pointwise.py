@@ -12,7 +12,7 @@ import math
 import numpy
 from fabric_kernel import Scene, Simulation, page
 
-from .impact import ROUNDING
+from .cases import ROUNDING
 
 # Steps between two comparisons, steps that get a row (the last comparison gets one too), steps after which a scene is given up.
 STRIDE, ROWS, LONGEST = 200, (400, 1000, 2000, 4000, 8000), 16000

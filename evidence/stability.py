@@ -68,10 +68,8 @@ def in_words(cells):
     steps = ", ".join(f"{worst(at):.2f} % at {at}" for at in (0.1, 0.2, 0.3, 0.4, 0.5) if not math.isnan(worst(at)))
     return (
         f"Of the {count(True, 0, 1, 2)} runs with a step that is accepted {count(True, 0)} are sound and {count(True, 1, 2)} "
-        f"gain more than 1 % ({count(True, 2)} above 10 %); "
-        f"the worst of each step: {steps}. Of the {count(False, 0, 1, 2)} runs beyond it {count(False, 0)} are sound, "
-        f"{count(False, 1)} gain 1 to 10 % and "
-        f"{count(False, 2)} are unusable."
+        f"gain more than 1 % ({count(True, 2)} above 10 %); the worst of each step: {steps}. Of the {count(False, 0, 1, 2)} "
+        f"runs beyond it {count(False, 0)} are sound, {count(False, 1)} gain 1 to 10 % and {count(False, 2)} are unusable."
     )
 
 

@@ -30,7 +30,7 @@ def measured(table):
 def rows_of(length, seed):
     """A free sheet of this length and of two rows, the least number, out of reach of the projectile."""
     yarn = {"linear_density": {"value": 1420, "unit": "denier"}, "count": {"value": 17, "unit": "1/in"}, "crimp": 0.0}
-    scene = Scene("sheet_3in_sphere", fabric={"name": "kevlar_49_yarn", "warp": yarn, "weft": yarn})
+    scene = Scene("sheet_3in_sphere", fabric={"name": "kevlar_49_yarn", "warp": yarn, "weft": yarn, "thickness": 0.0})
     nodes = math.floor(length / scene["sheet.spacing"] + 0.5) + 1
     away = {"projectile.position": [0, 0, -1.0], "projectile.velocity": [0, 0, 0]}
     return scene.replace(away | {"sheet.nodes_x": nodes, "sheet.nodes_y": 2, "attachment.kind": "free", "seed": seed})

@@ -43,7 +43,7 @@ def strip(width, length, direction="warp", pitch=None, **more):
     along, across = CRIMP[direction]
     yarn = {"name": "kevlar_49_yarn", "linear_density": {"value": 1420, "unit": "denier"}}
     textile = yarn | {"warp": {"count": COUNT, "crimp": along}, "weft": {"count": 1 / pitch if pitch else COUNT, "crimp": across}}
-    scene = Scene("sheet_3in_sphere", fabric=textile)
+    scene = Scene("sheet_3in_sphere", fabric={"thickness": 0.0} | textile)
     nodes = {"sheet.nodes_x": round(length / scene["sheet.spacing"]) + 1, "sheet.nodes_y": round(width * COUNT)}
     return scene.replace(
         nodes | {"attachment.kind": "two_sides", "projectile.position": [0, 0, -1], "projectile.velocity": [0, 0, 0]} | more

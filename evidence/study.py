@@ -44,7 +44,7 @@ def machine():
 
 def key_of(work, job):
     everything = [ensembles.BUILD, f"{work.__module__}.{work.__qualname__}", job]
-    return hashlib.sha256(json.dumps(everything, sort_keys=True, default=Scene.values).encode()).hexdigest()[:32]
+    return hashlib.sha256(json.dumps(everything, sort_keys=True, default=Scene.to_dict).encode()).hexdigest()[:32]
 
 
 def scenes_in(job):

@@ -8,7 +8,7 @@ import math
 
 from fabric_kernel import Scene, Simulation, page
 
-from .impact import ROUNDING, segments
+from .cases import ROUNDING, segments
 from .overshoot import VISCOSITIES, viscosity_name, viscous
 from .statistics import deviation, mean
 from .study import FULL, SMOKE

@@ -49,6 +49,7 @@ class Strip(NamedTuple):
             "nodes_y": 2,
             "spacing": spacing * self.bar,
             "node_mass": scene["sheet.node_mass"] * (0.5 * self.bar),
+            "thickness": 0.0,
         }
         body = lying(self.radius * spacing, speed, length=4.0 * (spacing * self.bar))
         return scene.replace({"sheet": sheet, "attachment.kind": "two_sides"} | body | viscous(self.viscosity))

@@ -240,8 +240,7 @@
 // Graded network: bars that stand for several yarns, away from the hit: a part of fk_scene.
 typedef struct fk_scene_sheet_grading {
     // Most yarns that one bar stands for, and as many crossings: 2, 4, 8, 16, 32 or 64; 0 or 1 = no grading. Bars grow
-    // by factors of two away from the fine part. Not with viscosity, a dependence on the rate of strain, friction or
-    // separate plies. 0 to 64. Default 0.
+    // by factors of two away from the fine part. 0 to 64. Default 0.
     uint64_t largest;
     // Bars of each size before the next. Read with grading only. 1 to 1000000. Default 4.
     uint64_t run;
@@ -285,6 +284,10 @@ typedef struct fk_scene_sheet {
     // Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart. 1 to 1000.
     // Default 1.
     uint64_t plies;
+    // Thickness t of a ply; n bonded ones are n t thick, at most a tenth of the sheet. The projectile touches the
+    // network, the middle of the cloth, at half of it; 0 = a surface without thickness. A projectile must start farther
+    // away. In m, >= 0. Default 0.
+    double thickness;
     // Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension. In m, > 0. Default
     // 7.257142857142857e-4.
     double spacing;
@@ -305,9 +308,9 @@ typedef struct fk_scene_sheet {
     // segment. >= 0. Default 0 each.
     double pre_strain[2];
     // Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of
-    // sheet.spacing (M23); 0 = flat. Separate plies lie at R + k stack.gap. Velocity Verlet only; not with
-    // yarn.viscosity_bending, a dependence on the rate of strain, a graded network, mirror planes or four corners. In
-    // m, >= 0. Default 0.
+    // sheet.spacing (M23); 0 = flat. Separate plies lie at R + k (stack.gap + thickness). Velocity Verlet only; not
+    // with yarn.viscosity_bending, a dependence on the rate of strain, a graded network, mirror planes or four corners.
+    // In m, >= 0. Default 0.
     double radius;
     // A ring: a segment joins the last node of every row to its first. sheet.radius must be sheet.spacing/(2
     // sin(pi/sheet.nodes_x)) to 1e-6; two sides cannot be held. 0 or 1. Default 0.
@@ -324,10 +327,9 @@ typedef struct fk_scene_sheet {
 // Separate plies one behind the other: a part of fk_scene.
 typedef struct fk_scene_stack {
     // Separate plies, each a network with samples of its own, held like the first, in contact with each other. Velocity
-    // Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network. 1 to 1000. Default
-    // 1.
+    // Verlet only; not with mirror planes or a dependence on the rate of strain. 1 to 1000. Default 1.
     uint64_t plies;
-    // Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other, as
+    // Air between neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other, as
     // plies of a ring with pre-strain along x must. Read for more than one ply only. In m, >= 0. Default 0.
     double gap;
     // Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for
@@ -380,7 +382,7 @@ typedef struct fk_scene_attachment {
     // for four corners only. In m, > 0. Default 0.01905 (3 in preset: 0.005715).
     double disc_radius;
     // Force H at which the clamp lets a bar of one ply slip (M25), for each bar that ends there; 0 = without limit.
-    // Velocity Verlet only; not with a graded network. In N, >= 0. Default 0.
+    // Velocity Verlet only. In N, >= 0. Default 0.
     double hold;
     // Length of yarn in the clamp: a node that has slid so far has been pulled out; 0 = without end. Only with a hold.
     // In m, >= 0. Default 0.
@@ -434,7 +436,7 @@ typedef struct fk_scene_yarn {
     // Velocity Verlet only. 0 to 0.2. Default 0.
     double viscosity_bending;
     // Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity
-    // Verlet only; not with slack_balance, pre-tension, separate plies or a graded network. 0 to 1. Default 0.
+    // Verlet only; not with slack_balance, pre-tension or separate plies. 0 to 1. Default 0.
     double rate_modulus;
     // Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none. 0 to 1. Default 0.
     double rate_stretch;
@@ -517,7 +519,7 @@ typedef struct fk_scene_casing {
 // Contact of yarn and projectile: a part of fk_scene.
 typedef struct fk_scene_contact {
     // Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too.
-    // Velocity Verlet only; not with a graded network. 0 to 10. Default 0.
+    // Velocity Verlet only. 0 to 10. Default 0.
     double friction;
 } fk_scene_contact;
 
@@ -728,6 +730,8 @@ typedef struct fk_textile {
     // Gauge length of the failure strain, m, >= 0; 0: the length of a segment. Read with a Weibull shape
     // only.
     double gauge_length;
+    // Thickness of the ply, m, >= 0; 0: unknown, and [`Textile::assumed_thickness`] is taken.
+    double thickness;
 } fk_textile;
 
 // Why a request was refused or a step failed.
@@ -856,6 +860,9 @@ typedef struct fk_energy {
     double casing_loss;
     // Energy dissipated in clamps in which held nodes have slid, J.
     double attachment;
+    // Energy from nothing, J: by how much what contact impulses dissipate together would have fallen, over
+    // all steps. Part of `residual`; in a sound run below [`MOST_GAINED`] of the kinetic energy at impact.
+    double gained;
 } fk_energy;
 
 // Failed segments and energies of one ply of a stack.
@@ -909,7 +916,7 @@ typedef struct fk_counters {
     uint64_t most_candidates;
     // Places for candidate nodes: `contact_capacity`, or every node modelled.
     uint64_t candidate_capacity;
-    // Deepest penetration met, m: rounding where the body does not turn, up to 2e-2 spacings where it does;
+    // Deepest penetration met, m: rounding where the body does not turn, up to 4e-2 spacings where it does;
     // also that of fixed nodes in a prescribed body, which passes through them.
     double worst_penetration;
     // Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.

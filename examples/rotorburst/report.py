@@ -32,9 +32,8 @@ PLOTS = [
         "force",
         "force on the fragment (kN)",
         {"contact.force_mean[3]": ("mean over a communication step", -1e-3)},
-        "Force on the fragment against its flight. A flat end sweeps up its nodes within the first step: an impulse, whose mean "
-        "force depends on the "
-        "time over which it is taken.",
+        "Force on the fragment against its flight. A flat end sweeps up its nodes within the first step: an impulse, whose "
+        "mean force depends on the time over which it is taken.",
     ),
     (
         "energies",
@@ -56,21 +55,17 @@ PLOTS = [
     ),
 ]
 MEANING = (
-    "After the first failed segment the model is chaotic: a change of the speed in the 13th digit changes the "
-    "pattern of failure. One run is one sample; "
-    "residual velocity, absorbed energy and failed segments are to be compared as ensembles, over seeds or over "
-    "slightly changed speeds. The same run on "
-    "another machine gives the same FMU bits for the same inputs.",
-    "Not modelled: friction between yarns, bending, slip of yarns at crossings and clamps, interchange of crimp, deformation of "
-    "the fragment. Options that "
-    "this run does not use are friction on the fragment and dependence on strain rate{}.",
+    "After the first failed segment the model is chaotic: a change of the speed in the 13th digit changes the pattern of "
+    "failure. One run is one sample; residual velocity, absorbed energy and failed segments are to be compared as ensembles, "
+    "over seeds or over slightly changed speeds. The same run on another machine gives the same FMU bits for the same inputs.",
+    "Not modelled: friction between yarns, bending, slip of yarns at crossings and clamps, interchange of crimp, deformation "
+    "of the fragment. Options that this run does not use are friction on the fragment and dependence on strain rate{}.",
     "The host's drag is that of a body flying straight; lift and tumbling drag are left out.",
 )
 BALANCES = (
     "The host's own bookkeeping against the FMU's outputs at the end of the run. Gravity and drag are taken out of the host's "
-    "side. The difference in "
-    "energy is the error of the coupling at this communication step; the shield's own energy balance shows the error of its "
-    "time step."
+    "side. The difference in energy is the error of the coupling at this communication step; the shield's own energy balance "
+    "shows the error of its time step."
 )
 
 
@@ -158,9 +153,8 @@ def parameter_rows(results):
         ),
         (
             "Coupling",
-            f"FMI 2.0 co-simulation, drive prescribed: FMU first, host second, step-mean force and torque; "
-            f"communication step {1e6 * options['step']:g} µs, internal step "
-            f"{1e6 * results['scene'][2]['time_step.seconds']:g} µs",
+            "FMI 2.0 co-simulation, drive prescribed: FMU first, host second, step-mean force and torque; communication step "
+            f"{1e6 * options['step']:g} µs, internal step {1e6 * results['scene'][2]['time_step.seconds']:g} µs",
         ),
     ]
 
@@ -184,9 +178,8 @@ def main():
     plots(folder, results)
     html.text(
         f"A {results['body']['shape']} of {1e3 * results['body']['mass']:.1f} g at {results['impact_speed']:.0f} m/s against a "
-        f"sheet held at "
-        f"{results['options']['attachment'].replace('_', ' ')}, of {fabric(results)}: a host flies the fragment, an FMU holds "
-        f"the fabric."
+        f"sheet held at {results['options']['attachment'].replace('_', ' ')}, of {fabric(results)}: a host flies the fragment, "
+        "an FMU holds the fabric."
     )
     for _, run in runs:
         html.answer(answer(run))

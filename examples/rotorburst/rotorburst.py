@@ -39,7 +39,7 @@ PRESETS = {40: "ring_40in", 10: "sheet_10in_cylinder", 3: "sheet_3in_sphere"}
 ZYLON, REAL = "zylon_as_500_35", ["disc", "small"]
 RING = parameter_set("ring_40in")["sheet.radius"]  # m
 ENDS = ["arrested", "exited", "passed", "rebounded"]  # outcomes that end the run
-NEAR = 0.5e-3  # distance from the sheet at which the FMU joins in, m
+NEAR = 0.5e-3  # distance from the face of the sheet at which the FMU joins in, m
 FLIGHT_STEP = 1e-4  # largest step of the host alone, s
 INTERNAL_STEPS = {40: 1e-7, 10: 2e-8, 3: 2e-8}  # the FMU's time steps, s
 REAL_STEP = 3.125e-8  # the same with Zylon, which is less stiff
@@ -71,14 +71,14 @@ class States:
         return [*chosen, times[-1]]
 
 
-def fly(fragment, ledger, rows):
-    """Flies the fragment up to the sheet, without the FMU. Returns the time."""
+def fly(fragment, near, ledger, rows):
+    """Flies the fragment to the distance `near` from the middle of the sheet, without the FMU. Returns the time."""
     t = 0.0
     rows.append(row(t, fragment))
-    while fragment.front() < -NEAR:
+    while fragment.front() < -near:
         if fragment.velocity[2] <= 0.0:
             raise SystemExit("the fragment never reaches the sheet")
-        h = min(FLIGHT_STEP, (-NEAR - fragment.front()) / fragment.closing() + 1e-7)
+        h = min(FLIGHT_STEP, (-near - fragment.front()) / fragment.closing() + 1e-7)
         force = fragment.own_force()
         ledger.own_work += own_step(fragment, h, force)
         ledger.own_impulse += force * h
@@ -244,7 +244,8 @@ def main():
     plies, tick = parameters.get("stack.plies", 1), parameters["time_step.seconds"]
     began = time.perf_counter()
     ledger, rows = balances.Ledger(fragment), []
-    start = fly(fragment, ledger, rows)
+    half_thickness = 0.5 * arguments.plies * parameters.get("sheet.thickness", 0.0)
+    start = fly(fragment, NEAR + half_thickness, ledger, rows)
     impact = impact_of(arguments, parameters, fragment)
     impact_energy, impact_speed = fragment.kinetic_energy(), float(np.linalg.norm(fragment.velocity))
     shield = Shield(arguments.fmu, parameters, start, fragment)

@@ -17,7 +17,7 @@ use fabric_kernel::TEST_INTERVAL;
 use fabric_kernel::outputs::{Get, OUTPUTS, Output, Readings};
 use fabric_kernel::{Body, Inertia};
 use fabric_kernel::{Code, number};
-use fabric_kernel::{Energy, Error, Failure, Layout, Motion, Path, Ply, Sim, math};
+use fabric_kernel::{Energy, Error, Failure, Layout, MOST_GAINED, Motion, Path, Ply, Sim, math};
 use fabric_kernel::{Outcome, OutcomeSet};
 
 /// Results of a pass over the sheet, kept until the next step.
@@ -590,8 +590,8 @@ impl Instance {
         Ok(StepEnd { status: Status::Ok, event: false, terminate: outcome_came && stop_on_event, early })
     }
 
-    /// Tells once that the energies no longer add up to 1 %, if the host wants warnings: reading the energies
-    /// is a pass over the sheet.
+    /// Warns once of energy from nothing, or of energies that do not add up to 1 %, if the host wants
+    /// warnings: reading the energies is a pass over the sheet.
     fn log_open_balance(&mut self) {
         let Some(Running { sim, .. }) = &self.running else { return };
         if self.open_logged || !self.log.wants(Category::Warning) {
@@ -602,9 +602,10 @@ impl Instance {
         let Ok(energy) = self.cache.readings.energy(sim) else { return };
         // A prescribed body may have no mass; then its work counts, from that of meeting 100 nodes on.
         let known = math::max(0.5 * body.mass, 100.0 * node) * (speed * speed);
-        if math::abs(energy.residual) > 0.01 * math::max(known, math::abs(energy.contact_work)) {
+        let text = if energy.gained > MOST_GAINED * known { GAINED } else { OPEN_BALANCE };
+        if text == GAINED || math::abs(energy.residual) > 0.01 * math::max(known, math::abs(energy.contact_work)) {
             self.open_logged = true;
-            self.log.say(Category::Warning, OPEN_BALANCE);
+            self.log.say(Category::Warning, text);
         }
     }
 
@@ -632,6 +633,10 @@ impl Instance {
 /// Said once, as a warning.
 const OPEN_BALANCE: &str = "energy.residual: more than 1 % of the impact energy. Yarn that goes slack and taut changes the energy: take \
                             slack_balance = true";
+
+/// Said once, as a warning.
+const GAINED: &str = "energy.gained: contact has given more than 0.1 % of the impact energy that came from nowhere, and the outcome is not to \
+                      be trusted. Take half of time_step.fraction";
 
 /// Said once, as a warning.
 const COARSE_COUPLING: &str = "interface.residual: host and fabric differ by more than 1 % of the impact energy. Take communication steps \

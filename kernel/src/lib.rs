@@ -77,7 +77,7 @@ mod sim;
 pub use body::path::{Path, exponential};
 pub use body::pose;
 pub use body::projectile::{Body, Inertia, Motion};
-pub use body::shape::Solid;
+pub use body::shape::{Form, Solid};
 pub use ground::error::{Code, Error, Failure};
 pub use ground::hash::Hash;
 pub use ground::lanes::{CacheLine, InstructionSet};
@@ -97,7 +97,7 @@ pub use sim::outputs;
 pub use sim::simulation::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use sim::snapshot::FORMAT;
 pub use step::bands::Bands;
-pub use step::energy::{Energy, Ply};
+pub use step::energy::{Energy, MOST_GAINED, Ply};
 pub use step::outcome::TEST_INTERVAL;
 pub use step::slip::Slip;
 #[cfg(feature = "micro")]
@@ -131,7 +131,11 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 mod tests {
     use crate::body::projectile::Motion;
     use crate::ground::random::splitmix64;
+    use crate::memory::arrays::Contacts;
+    use crate::memory::model::Model;
+    use crate::memory::network::Network;
     use crate::scene::parts::Scene;
+    use crate::sheet::direction::Directions;
     use crate::{Body, CacheLine, Layout, Sim, Solid};
     use std::vec;
     use std::vec::Vec;
@@ -181,6 +185,20 @@ mod tests {
     pub fn sim(scene: &Scene) -> Sim<'static> {
         let memory = vec![CacheLine::ZERO; Layout::of(scene).unwrap().lines()];
         Sim::new(scene, memory.leak()).unwrap()
+    }
+
+    /// Network of the scene at rest, room for its contacts, and the projectile's solid, without a simulation.
+    pub fn network(scene: &Scene) -> (Network<'static>, Contacts<'static>, Solid) {
+        let (layout, limits, solid) =
+            (Layout::of(scene).unwrap(), scene.step_limits().unwrap(), Solid::of_scene(scene));
+        let (model, directions) = (Model::of(scene, limits, &solid), Directions::of(scene, limits.dt));
+        let mut network = Network { scene: *scene, layout, model, directions, ..Network::NOTHING };
+        let mut contacts = Contacts::nothing();
+        network.arrays.carve(&mut contacts, vec![CacheLine::ZERO; layout.lines()].leak(), &layout).unwrap();
+        network.fill_model().unwrap();
+        network.clear();
+        network.refill(|_, _| true);
+        (network, contacts, solid)
     }
 
     pub fn saved(sim: &Sim<'_>) -> Vec<u8> {

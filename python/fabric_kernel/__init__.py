@@ -5,10 +5,17 @@ All numbers are in SI units.
 """
 
 from ._kernel import PRESETS, VERSION, Failed, Refused, Scene, Simulation, parameters, replay, yarn_of_fibrils, yarns_of_fibrils
+from .accuracy import accuracy
+from .compare import compare
+from .designs import Neyer
 from .ensembles import ClusterLost, ensemble, vary
 from .fragments import fragment_map
 from .model_error import model_error
+from .own_tests import own_tests
+from .residual import residual
 from .runs import fly, history
+from .shooter import Shooter
+from .v50 import v50
 
 __version__ = VERSION
 __all__ = [
@@ -16,16 +23,23 @@ __all__ = [
     "VERSION",
     "ClusterLost",
     "Failed",
+    "Neyer",
     "Refused",
     "Scene",
+    "Shooter",
     "Simulation",
+    "accuracy",
+    "compare",
     "ensemble",
     "fly",
     "fragment_map",
     "history",
     "model_error",
+    "own_tests",
     "parameters",
     "replay",
+    "residual",
+    "v50",
     "vary",
     "yarn_of_fibrils",
     "yarns_of_fibrils",

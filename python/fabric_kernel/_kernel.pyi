@@ -73,7 +73,7 @@ def yarns_of_fibrils(seed: int, count: int) -> NDArray[numpy.float64]:
     """Modulus, Pa, fitted damage rate and its misfit of each of the first yarns of a population: an array (count, 3)."""
 
 class Scene:
-    """Everything that defines a simulation. It never changes, can be compared and pickled, and is small.
+    """Everything that defines a simulation. It never changes, can be compared, hashed and pickled, and is small.
 
     A preset, and what differs from it: `Scene("sheet_3in_sphere", seed=7, projectile={"velocity": [0, 0, 80]})`, or with the
     whole names `Scene("sheet_3in_sphere", {"projectile.velocity": [0, 0, 80]})`. Names and values are those of scene files
@@ -118,19 +118,23 @@ class Scene:
         found by `Simulation`. Raises MemoryError if the machine has less memory than the scene takes.
         """
 
-    def values(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Every parameter by its name."""
 
     def words(self) -> list[int]:
         """Every number of the scene as 64 bits, in the order of `parameters`."""
 
-    def text(self) -> str:
+    def to_toml(self) -> str:
         """The scene as a TOML file, with its fabrics, its projectile's material and their sources, every parameter and its
         meaning."""
 
     @property
     def fabrics(self) -> tuple[str | None, str | None]:
         """Names of the fabrics of the sheet and of its last plies, as they were given; None for one without a name."""
+
+    @property
+    def label(self) -> str:
+        """Name of the fabric of the sheet, or of the preset that it is of."""
 
     @property
     def material(self) -> str | None:
@@ -154,10 +158,16 @@ class Scene:
         """What must be said of a projectile that is too heavy or too light for its size, as in a wrong unit; None otherwise."""
 
     def sharp_edges(self, speed: float) -> str | None:
-        """What a report must say of a projectile with flat faces that flies at this speed, m/s; None if it is slow or round."""
+        """What a report must say of a projectile with flat faces that flies at this speed, m/s; None if it is slow or round, or
+        the cloth thick."""
+
+    def coarse_network(self) -> str | None:
+        """What a report must say of a network too coarse for the flat front of the projectile, with the yarns a bar to take; None
+        if it is fine enough."""
 
     def __getitem__(self, name: str) -> Any: ...
     def __eq__(self, other: object) -> bool: ...
+    def __hash__(self) -> int: ...
 
 class StepLimits(TypedDict):
     dt: float
@@ -203,15 +213,16 @@ class Energy(TypedDict):
     strain: float  # J: Strain energy of the yarns
     dissipated: float  # J: Energy dissipated by rupture
     contact_loss: float  # J: The same as contact.loss
-    viscous: float  # J: Energy that viscosity of the yarn and its dependence on the rate of strain have taken
+    viscous: float  # J: Energy dissipated by viscosity and rate dependence of the yarn
     friction: float  # J: Energy dissipated by friction between yarn and projectile
     ply_loss: float  # J: Kinetic energy lost where separate plies meet
     contact_work: float  # J: The same as contact.work
     support_work: float  # J: Work of the projectile on held nodes: the part of contact.work that the fabric did not get
     casing_loss: float  # J: Kinetic energy lost where nodes of a ring meet its case
     attachment: float  # J: Energy dissipated in clamps in which held nodes have slid
+    gained: float  # J: Energy from nothing, in energy.residual
     external_work: float  # J: Work of the external load on the projectile
-    residual: float  # J: What the energy balance does not close by
+    residual: float  # J: Residual of the energy balance
 
 class Fabric(TypedDict):
     # m: Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet)

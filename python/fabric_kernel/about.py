@@ -3,20 +3,19 @@
 import argparse
 import contextlib
 import hashlib
+import io
 import json
 import math
-import os
 import re
 import sys
 import tempfile
-import tomllib
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from ._kernel import PRESETS, VERSION, Scene
-from .files import written
+from ._kernel import PRESETS, VERSION, Refused, Scene
+from .files import FULL, Output, apart, shown, written
 from .oneply import windowing
 from .results import plain
 from .textile import areal_density, of_the_paper, sides, spacings, strength
@@ -26,15 +25,6 @@ PAPER = "The yarn is that of the source paper, about 3.7 times too stiff and str
 VISCOSITY = "Results depend on the viscosity of the yarn."
 
 
-def scene_named(name: str) -> tuple[Scene, str]:
-    """The scene of a file or a preset, and the name of its fabric, if the file tells one."""
-    if name in PRESETS and not Path(name).exists():
-        return Scene(name), name
-    scene = Scene.read(name)
-    file = tomllib.loads(Path(name).read_text())
-    return scene, (scene.fabrics[0] or "a fabric of the file's own numbers") if "fabric" in file else str(file["preset"])
-
-
 def size(scene: Scene) -> str:
     """Sides of the sheet, mm."""
     return " x ".join(f"{1e3 * side:.4g}" for side in sides(scene))
@@ -42,12 +32,12 @@ def size(scene: Scene) -> str:
 
 def scene_hash(scene: Scene) -> str:
     """The start of the SHA-256 of a scene's parameters."""
-    return hashlib.sha256(json.dumps(scene.values(), sort_keys=True).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(scene.to_dict(), sort_keys=True).encode()).hexdigest()[:16]
 
 
 def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
     """Sheet, projectile and version, a sentence each."""
-    value = scene.values()
+    value = scene.to_dict()
     bar = " x ".join(f"{1e3 * h:.3g}" for h in dict.fromkeys(spacings(scene)))
     lumped = "1 ply" if value["sheet.plies"] == 1 else f"{value['sheet.plies']} plies lumped into one sheet"
     plies = lumped
@@ -82,7 +72,7 @@ def attachments(scene: Scene) -> str:
     """What a limit assumes of the attachments, in one line with its numbers."""
     hold, grip, whole = (scene[f"attachment.{name}"] for name in ("hold", "grip", "strength"))
     bar = scene["sheet.yarn_area"] * strength(scene)
-    slips = f"they hold every yarn without limit (hold 0 N; a bar breaks at {bar:.4g} N)"
+    slips = f"they hold every yarn without limit (no hold is set; a bar breaks at {bar:.4g} N)"
     if hold:
         length = f"{1e3 * grip:.4g} mm of yarn in the grip" if grip else "a grip without end"
         slips = f"they slip at {hold:.4g} N a bar, {hold / bar:.2f} of the {bar:.4g} N at which it breaks, with {length}"
@@ -94,6 +84,15 @@ def attachments(scene: Scene) -> str:
     )
 
 
+def thickness(scene: Scene) -> str:
+    """What a limit assumes of the thickness of the cloth, in one line."""
+    ply, assumed = scene["sheet.thickness"], scene.weave().get("assumed_thickness")
+    if not ply:
+        return "No thickness: the cloth is a surface, and edges of the projectile are sharp."
+    known = "assumed, areal density over (fibre density x 0.48)" if ply == assumed else "given"
+    return f"Thickness: {1e3 * ply:.3g} mm a ply, {known}; the projectile touches the middle of the cloth at half of it."
+
+
 def cautions(scene: Scene) -> tuple[str, ...]:
     """What a reader of a limit must know first, a sentence or two each; the first two belong to the answer."""
     yarn, window = PAPER if of_the_paper(scene) else VISCOSITY, windowing(scene)
@@ -102,17 +101,11 @@ def cautions(scene: Scene) -> tuple[str, ...]:
         f"{scene['attachment.kind'].replace('_', ' ')}, which decide it "
         "(docs/v50.md): fabric v50 --sensitivity measures by how much."
     )
-    return (width, attachments(scene), f"{CAVEAT} {yarn}", *filter(None, [window.sentence() if window else ""]))
+    return (width, attachments(scene), thickness(scene), f"{CAVEAT} {yarn}", *filter(None, [window.sentence() if window else ""]))
 
 
-def noted(scene: Scene, speed: float) -> list[str]:
-    """What a report must say of shots of a scene that are no faster than this, m/s."""
-    notes = scene.unlikely_body(), scene.sharp_edges(speed)
-    return [f"{note[0].upper()}{note[1:]}." for note in notes if note]
-
-
-SHOT_AT = "shot_at.toml"
-"""The scene whose results a folder has."""
+SHOT_AT, SUMMARY = "shot_at.toml", "summary.json"
+"""The scene whose results a folder has; the summary of `fabric run` there."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -139,7 +132,22 @@ def of_a_scene(name: str, about: str, files: str) -> Parser:
     parser.add_argument("scene", help=f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}")
     parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
     parser.add_argument("--out", type=Path, default=Path(name), help=f"folder for {files}")
+    parser.set_defaults(command=name, files={SHOT_AT, *re.findall(r"\w+\.\w+", files)})
     return parser
+
+
+def finished(given: argparse.Namespace, names: Sequence[str]) -> None:
+    """Removes what the same command wrote before into its folder and has not written again, and prints what it has."""
+    for name in given.files - {SHOT_AT, *names} if given.claimed else ():
+        if not name.endswith(".jsonl"):
+            (given.out / name).unlink(missing_ok=True)
+    print(f"written to {given.out}: {', '.join(names)}", flush=True)
+
+
+def own_tests_of(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--tests", type=Path, metavar="FOLDER", help="own firing tests, of `fabric tests`, that correct the limit"
+    )
 
 
 @contextlib.contextmanager
@@ -159,18 +167,24 @@ def folder(out: Path) -> Iterator[None]:
                 path.rmdir()
 
 
+def goes_on(out: Path) -> tuple[Path, str]:
+    return out / "runs.jsonl", f"what has ended is in {out / 'runs.jsonl'}, and the same command goes on from there"
+
+
 @contextlib.contextmanager
 def command(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Iterator[tuple[Scene, str]]:
     """The work of a command with the scene and the name of its fabric, in a folder that is made that of the scene: what goes
     wrong ends it with one line."""
-    interrupted = f"what has ended is in {given.out / 'runs.jsonl'}, and the same command goes on from there"
-    with ending(parser, given, interrupted):
-        scene, fabric = scene_named(given.scene)
+    with ending(parser, given):
+        given.kept = goes_on(given.out)
+        scene = Scene.read(given.scene)
+        apart([given.scene], [given.out / name for name in given.files])
         is_new = not given.out.exists()
+        given.claimed = (given.out / SHOT_AT).exists()
         with folder(given.out):
-            claim(given.out, scene)
+            claim(given.out, scene, given.command)
             try:
-                yield scene, fabric
+                yield scene, scene.label
             except ValueError:
                 if is_new and [path.name for path in given.out.iterdir()] == [SHOT_AT]:
                     (given.out / SHOT_AT).unlink()
@@ -178,39 +192,49 @@ def command(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Itera
 
 
 @contextlib.contextmanager
-def ending(parser: argparse.ArgumentParser, given: argparse.Namespace, interrupted: str = "nothing is written") -> Iterator[None]:
+def ending(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Iterator[None]:
     """The work of a command: what goes wrong ends it with one line, and status 2 for what is refused. With --json the work sets
-    `given.answer`, which is printed as JSON; what it prints itself goes to stderr."""
-    said = lambda message, *_, **__: print(f"warning: {message}", file=sys.stderr)
+    `given.answer`, which is printed as JSON; what it prints itself goes to stderr. `given.kept`: a file, and what an interrupt
+    says of what is kept once it is there."""
+    warned = lambda message, *_, **__: print(f"warning: {message}", file=sys.stderr)
+    given.kept, said = (), Output(sys.stdout)
+    sys.stderr = sys.stderr or io.StringIO()
     try:
-        with contextlib.redirect_stdout(sys.stderr) if given.json else contextlib.nullcontext(), warnings.catch_warnings():
-            warnings.showwarning = said
+        with contextlib.redirect_stdout(sys.stderr if given.json else said), warnings.catch_warnings():
+            warnings.showwarning = warned
             yield
         if given.json:
-            print(json.dumps(plain(given.answer), indent=1))
-        sys.stdout.flush()
+            said.write(json.dumps(plain(given.answer), indent=1) + "\n")
+        said.finish()
     except BrokenPipeError:
-        # Whoever read has stopped, as `head` does; Python writes the rest at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # Whoever read has stopped, as `head` does.
         parser.exit(141)
     except OSError as error:
         text = re.sub(r" \(os error \d+\)$", "", error.strerror or str(error.args[0]))
-        parser.exit(2, f"error: {error.filename or ''}{': ' if error.filename else ''}{text}\n")
+        name = f"{shown(error.filename)}: " if error.filename else ""
+        parser.exit(1 if error is said.error or error.errno in FULL else 2, f"error: {name}{text}\n")
     except (ValueError, MemoryError) as error:
-        parser.exit(2, f"error: {error}\n")
+        # A file that is refused as it is read names itself.
+        file = str(getattr(given, "scene", "")) if isinstance(error, Refused) else ""
+        file = "" if str(error).startswith(file) else file
+        parser.exit(2, f"error: {shown(file)}{': ' if file else ''}{error}\n")
     except RuntimeError as error:
         parser.exit(1, f"error: {error}\n")
     except KeyboardInterrupt:
-        parser.exit(130, f"interrupted: {interrupted}\n")
+        is_kept = given.kept and given.kept[0].exists()
+        parser.exit(130, f"interrupted: {given.kept[1] if is_kept else 'nothing is written'}\n")
 
 
-def claim(out: Path, scene: Scene) -> None:
-    """Makes a folder that of a scene. Raises ValueError if it has the results of another one."""
-    text, path = f"# scene {scene_hash(scene)}\n{scene.text()}", out / SHOT_AT
-    if not path.exists():
+def claim(out: Path, scene: Scene, name: str) -> None:
+    """Makes a folder that of a scene and the command `fabric NAME`. Raises ValueError if it has the results of others."""
+    text, path = f"# fabric {name}, scene {scene_hash(scene)}\n{scene.to_toml()}", out / SHOT_AT
+    found = next((file for file in (path, out / SUMMARY) if file.exists()), None)
+    if found is None:
         written(path, text)
-    elif path.read_text().partition("\n")[0] != text.partition("\n")[0]:
-        raise ValueError(f"--out: {out} has the results of another scene ({SHOT_AT}): give another folder, or delete this one")
+    elif found != path or path.read_bytes().partition(b"\n")[0] != text.encode().partition(b"\n")[0]:
+        raise ValueError(
+            f"--out: {out} has the results of another scene or command ({found.name}): give another folder, or delete this one"
+        )
 
 
 def positive(text: str) -> float:

@@ -1,15 +1,17 @@
 """`fabric run SCENE --batch FILE.csv`: a run for each row of a table, whose columns are parameters of the scene."""
 
+import contextlib
 import csv
+import io
+import json
 import re
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import page
 from ._kernel import Scene
 from .ensembles import ensemble
 from .files import written
+from .runs import with_units
 
 if TYPE_CHECKING:
     import pandas
@@ -19,47 +21,63 @@ SHOWN = {"outcome": "outcome", "speed": "speed m/s", "absorbed": "absorbed J", "
 
 
 def value(text: str) -> Any:
-    """A cell: a number, true or false as TOML writes it; all else is a name, or a number with its unit."""
-    try:
-        return tomllib.loads(f"cell = {text}")["cell"]
-    except tomllib.TOMLDecodeError:
-        return text
+    """A cell: a number, true or false, an array or a table as JSON writes it; all else is a name, or a number with its unit."""
+    if text.lower() in ("true", "false"):  # A spreadsheet writes TRUE.
+        return text.lower() == "true"
+    kinds: tuple[Any, ...] = (json.loads,) if text[0] in "[{" else (int, float)
+    for kind in kinds:
+        with contextlib.suppress(ValueError):
+            return kind(text)
+    return text
 
 
 def changed(scene: Scene, cells: dict[str, str]) -> Scene:
-    """The scene with the values of a row. An empty cell keeps the scene's; projectile.velocity[2] is an element of a vector."""
+    """The scene with the values of a row; projectile.velocity[2] is an element of a vector."""
     values: dict[str, Any] = {}
     for name, cell in cells.items():
-        if cell.strip():
-            element = re.fullmatch(r"(.+)\[(\d)\]", name)
-            if element:
-                vector = list(values.get(element[1], scene[element[1]]))
-                if int(element[2]) >= len(vector):
-                    raise ValueError(f"{name}: {element[1]} has {len(vector)} elements, from 0 on")
-                vector[int(element[2])] = value(cell)
-                values[element[1]] = vector
-            else:
-                values[name] = value(cell)
+        element = re.fullmatch(r"(.+)\[(\d)\]", name)
+        if element is None:
+            values[name] = value(cell)
+        elif element[1] in cells:
+            raise ValueError(f"{name}: give it or the whole of {element[1]}")
+        else:
+            vector = list(values.get(element[1], scene[element[1]]))
+            if int(element[2]) >= len(vector):
+                raise ValueError(f"{name}: {element[1]} has {len(vector)} elements, from 0 on")
+            vector[int(element[2])] = value(cell)
+            values[element[1]] = vector
     return scene.replace(values)
 
 
+def rows_of(path: Path) -> list[tuple[int, dict[str, str]]]:
+    """Number, from 1 on, and cells of each row of a table. Raises ValueError for what is no table."""
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+        lines = [[cell.strip() for cell in row] for row in csv.reader(io.StringIO(text, newline=""), strict=True)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        kind = f"no CSV: {error}" if isinstance(error, csv.Error) else "no text in UTF-8; a spreadsheet writes it as CSV UTF-8"
+        raise ValueError(f"{path}: {kind}") from error
+    names = lines[0] if lines else []
+    if twice := [name for name in names if name and names.count(name) > 1]:
+        raise ValueError(f"{path}: a column is there twice: {twice[0]}")
+    rows = [(number, cells) for number, cells in enumerate(lines[1:], 1) if any(cells)]  # A spreadsheet writes empty ones.
+    for number, cells in rows:
+        if len(cells) != len(names):
+            raise ValueError(f"{path}: row {number}: {len(names)} cells are needed")
+    if not rows:
+        raise ValueError(f"{path}: has no row; the first line names the columns, as parameters of the scene")
+    return [(number, dict(zip(names, cells))) for number, cells in rows]
+
+
 def scenes_of(scene: Scene, path: Path) -> list[Scene]:
-    """A scene for each row; raises ValueError with the number of the row, from 1 on, if one is refused."""
-    with path.open(newline="") as file:
-        table = csv.DictReader(file, strict=True)
-        names, scenes = table.fieldnames or [], []
-        if len(set(names)) < len(names):
-            raise ValueError(f"{path}: a column is there twice: {', '.join(names)}")
-        for number, row in enumerate(table, 1):
-            try:
-                if None in row or None in row.values():
-                    raise ValueError(f"{len(names)} cells are needed")
-                scenes.append(changed(scene, row))
-                scenes[-1].check()
-            except (ValueError, TypeError, KeyError) as error:
-                raise ValueError(f"{path}: row {number}: {str(error).strip(chr(39))}") from error
-    if not scenes:
-        raise ValueError(f"{path}: has no row; the first line names parameters of the scene, each other one is a run")
+    """A scene for each row; raises ValueError with the number of the row if one is refused."""
+    scenes = []
+    for number, cells in rows_of(path):
+        try:
+            scenes.append(changed(scene, {name: cell for name, cell in cells.items() if cell}))
+            scenes[-1].check()
+        except (ValueError, TypeError, KeyError) as error:
+            raise ValueError(f"{path}: row {number}: {str(error).strip(chr(39))}") from error
     return scenes
 
 
@@ -67,22 +85,13 @@ def flown(scene: Scene, path: Path, out: Path, until: list[str], steps: int) -> 
     """Flies every row; `out` receives batch.csv and runs.jsonl, from which the same call goes on."""
     scenes = scenes_of(scene, path)
     table = ensemble(scenes, keep=out / "runs.jsonl", until=until, steps=steps)
-    written(out / "batch.csv", table.to_csv(index=False))
+    written(out / "batch.csv", with_units(table).to_csv(index=False))
     return table
 
 
-WIDTH = 100
-"""Columns of the printed table; parameters for which there is no room are in batch.csv only."""
-
-
 def text(table: "pandas.DataFrame") -> str:
-    """The parameters that differ and the main results, a line for each row."""
+    """The parameters that differ and the main results, a line for each row, in blocks of 100 columns."""
     changed = list(table.columns[1 : list(table.columns).index("outcome")])
-    while True:
-        heads = ["row", *(f"{name} {table.attrs['units'].get(name, '')}".strip() for name in changed), *SHOWN.values()]
-        cells = table[[*changed, *SHOWN]].itertuples(index=False)
-        rows = [[row, *(f"{cell:.5g}" if isinstance(cell, float) else cell for cell in one)] for row, one in enumerate(cells, 1)]
-        printed = page.printed(heads, rows)
-        if not changed or printed.index("\n") <= WIDTH:
-            return printed
-        changed.pop()
+    names = {name: f"{name} {table.attrs['units'].get(name, '')}".strip() for name in changed} | SHOWN
+    rows = table[list(names)].rename(columns=names).set_axis(range(1, len(table) + 1))
+    return str(rows.to_string(float_format="{:.5g}".format, line_width=100)) + "\n"

@@ -26,16 +26,16 @@ def scene(arguments: Sequence[str]) -> None:
         if given.features:
             if given.scene is None:
                 raise ValueError("--features: needs a scene")
-            scene = scenes.scene_named(given.scene)[0]
+            scene = Scene.read(given.scene)
             given.answer = scene.features()
             print(needed(scene), flush=True)
         elif given.scene is None:
             given.answer = PRESETS
             print("\n".join(PRESETS), flush=True)
         else:
-            scene = scenes.scene_named(given.scene)[0]
-            given.answer = scene.values()
-            print(scene.text(), flush=True)
+            scene = Scene.read(given.scene)
+            given.answer = scene.to_dict()
+            print(scene.to_toml(), flush=True)
 
 
 def needed(scene: Scene) -> str:
@@ -87,12 +87,24 @@ def fabrics(arguments: Sequence[str]) -> None:
 
 def report(arguments: Sequence[str]) -> None:
     """The command `fabric report`."""
-    from . import fragments, residual, run, v50
+    from . import family, fragments, run
+    from .accuracy import Accuracy
+    from .compare import Comparison
+    from .residual import Curve
+    from .v50 import LimitTest, Share
 
     parser = scenes.options("report", "Pictures and report again, of what a command has written.")
-    parser.add_argument("folder", type=Path, help="of `fabric run`, v50, residual or fragments")
+    parser.add_argument("folder", type=Path, help="of `fabric run`, v50, accuracy, compare, tests, residual or fragments")
     given = parser.parse_args(arguments)
-    kinds: dict[str, Any] = {"test.json": v50.Test, "residual.json": residual.Curve, "fragments.json": fragments.Map}
+    kinds: dict[str, Any] = {
+        "test.json": LimitTest,
+        "at.json": Share,
+        "accuracy.json": Accuracy,
+        "compare.json": Comparison,
+        family.FILE: family.OwnTests,
+        "residual.json": Curve,
+        "fragments.json": fragments.Map,
+    }
     with scenes.ending(parser, given):
         found = [file for file in kinds if (given.folder / file).exists()]
         if found:

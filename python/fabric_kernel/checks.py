@@ -3,7 +3,7 @@
 import collections
 import math
 import numbers as kinds
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
 
 import numpy
@@ -17,10 +17,15 @@ def refuse(name: str, accepted: str, value: object) -> NoReturn:
     raise ValueError(f"{name}: must be {accepted}; it is {text if len(text) < 80 else text[:77] + '...'}")
 
 
+def listed(values: Any) -> Any:
+    """An iterator as a list, which may be walked twice; all else as it is."""
+    return list(values) if isinstance(values, Iterator) else values
+
+
 def numbers(name: str, values: Any, *, zero: bool = False, count: int | None = None) -> Array:
     """A list of numbers, all finite and above 0, or 0 too; as many as `count` if that is given."""
     try:
-        found = numpy.asarray(values, float)
+        found = numpy.asarray(listed(values), float)
     except (TypeError, ValueError):
         refuse(name, "a list of numbers", values)
     if found.ndim != 1 or not len(found) or count not in (None, len(found)):
@@ -33,7 +38,7 @@ def numbers(name: str, values: Any, *, zero: bool = False, count: int | None = N
 
 def results(name: str, values: Any, count: int) -> numpy.ndarray:
     """Whether each shot went through, as an array of bool: nothing else than True and False, 1 and 0 says that."""
-    found = numpy.asarray(values, object)
+    found = numpy.asarray(listed(values), object)
     if found.shape != (count,):
         refuse(name, f"a list of {count} results, one for each velocity", f"an array of shape {found.shape}")
     for number, one in enumerate(found):

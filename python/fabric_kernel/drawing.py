@@ -27,6 +27,7 @@ STYLES: dict[str, dict[str, Any]] = {
 STYLE: dict[Any, Any] = {
     "svg.hashsalt": "fabric",
     "svg.fonttype": "none",
+    "text.parse_math": False,
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 10,
     "axes.titlesize": 12,

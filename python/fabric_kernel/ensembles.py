@@ -18,7 +18,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -30,7 +30,7 @@ from tqdm.auto import tqdm
 from . import _kernel, checks
 from ._kernel import Scene
 from .files import Place, naming
-from .runs import STEPS, UNTIL, doubts, flown, with_attrs
+from .runs import STEPS, UNTIL, doubts, flown, named, scene_of, with_attrs
 from .textile import spacings
 
 if TYPE_CHECKING:
@@ -51,11 +51,11 @@ class ClusterLost(RuntimeError):
 
 
 def ensemble(
-    scenes: Sequence[Scene],
+    scenes: Iterable[Scene | str],
     *,
     keep: Place | None = None,
     on: Any = None,
-    until: Sequence[str] = UNTIL,
+    until: Sequence[str] | str = UNTIL,
     steps: int = STEPS,
     batch: int = 1,
     progress: bool | None = None,
@@ -75,17 +75,18 @@ def ensemble(
     equal, as where a scene draws nothing from its seed. Raises Refused, with the name of the field, if a scene cannot be
     simulated; ClusterLost if the workers are gone.
     """
-    if isinstance(scenes, Scene):
+    if isinstance(scenes, (Scene, str)):
         raise TypeError("scenes: must be a list of scenes; of one scene it is [scene]")
     if batch < 1:
         raise ValueError(f"batch: must be at least 1; it is {batch}")
-    keys = [run_key(scene, until, steps) for scene in scenes]
-    work = functools.partial(_fly, until=tuple(until), steps=steps)
-    rows = each(work, dict(zip(keys, scenes)), keep=keep, on=on, batch=batch, progress=progress)
-    bodies = [doubt for scene in scenes if (doubt := scene.unlikely_body())][:1]
-    for doubt in bodies + doubts(list(rows.values())) + _repeats(list(rows.values())):
+    every, until = [scene_of(one) for one in scenes], named(until)
+    keys = [run_key(scene, until, steps) for scene in every]
+    work = functools.partial(_fly, until=until, steps=steps)
+    rows = each(work, dict(zip(keys, every)), keep=keep, on=on, batch=batch, progress=progress)
+    different = dict(zip(keys, every))
+    for doubt in doubts(list(different.values()), [rows[key] for key in different]) + _repeats(list(rows.values())):
         warnings.warn(doubt, RuntimeWarning, stacklevel=2)
-    return _table(keys, scenes, rows)
+    return _table(keys, every, rows)
 
 
 def each(
@@ -126,9 +127,9 @@ def each(
     return rows
 
 
-def run_key(scene: Scene, until: Sequence[str] = UNTIL, steps: int = STEPS) -> str:
+def run_key(scene: Scene, until: Sequence[str] | str = UNTIL, steps: int = STEPS) -> str:
     """Names a run: equal keys mean equal results."""
-    everything = json.dumps([BUILD, sorted(until), steps, scene.values()], sort_keys=True)
+    everything = json.dumps([BUILD, sorted(named(until)), steps, scene.to_dict()], sort_keys=True)
     return hashlib.sha256(everything.encode()).hexdigest()[:32]
 
 
@@ -154,6 +155,12 @@ def _other_build(worker: str, its: str, own: str) -> str:
     )
 
 
+def cores() -> int:
+    """Cores that this process may use."""
+    count = os.process_cpu_count() if hasattr(os, "process_cpu_count") else len(os.sched_getaffinity(0))
+    return count or 1
+
+
 def _build() -> str:
     return BUILD
 
@@ -163,8 +170,7 @@ def _results(work: Any, tasks: list[list[Any]], on: Any) -> Iterator[list[tuple[
     if not tasks:
         return iter(())
     if on is None or isinstance(on, int):
-        count = os.process_cpu_count() if hasattr(os, "process_cpu_count") else len(os.sched_getaffinity(0))
-        return _locally(work, tasks, on or count or 1)
+        return _locally(work, tasks, on or cores())
     return _on_cluster(work, tasks, on)
 
 
@@ -269,11 +275,9 @@ def _repeats(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     if not alike:
         return []
     return [
-        f"{alike} of {len(rows)} runs have the result of another run, to the bit: what their scenes differ by changes "
-        "nothing. The seed "
-        "changes nothing where yarn is not sampled (yarn.stochastic and yarn.strength_draw); vary something else, such "
-        "as the impact point "
-        "(`vary`)."
+        f"{alike} of {len(rows)} runs have the result of another run, to the bit: what their scenes differ by changes nothing. "
+        "The seed changes nothing where yarn is not sampled (yarn.stochastic and yarn.strength_draw); vary something else, "
+        "such as the impact point (`vary`)."
     ]
 
 
@@ -281,7 +285,7 @@ def _table(keys: list[str], scenes: Sequence[Scene], rows: Mapping[str, dict[str
     """The table: keys, the parameters that differ, and the results."""
     import pandas  # Half a second, which workers need not spend.
 
-    values = [_flat(scene.values()) for scene in scenes]
+    values = [_flat(scene.to_dict()) for scene in scenes]
     names = {name: None for one in values for name in one}
     differ = [name for name in names if len({json.dumps(one.get(name)) for one in values}) > 1]
     return with_attrs(
@@ -305,7 +309,7 @@ Distribution = Any
 
 
 def vary(
-    base: Scene,
+    base: Scene | str,
     count: int,
     *,
     seed: int,
@@ -330,14 +334,14 @@ def vary(
     The draws of scene k depend on `seed` and k alone, so a longer list begins with the shorter one. With a point, an attitude or
     a tilt the projectile is placed against the sheet (`Scene.aimed`).
     """
+    base = scene_of(base)
     checks.whole("count", count, 0)
     checks.whole("seed", seed, 0)
     for name, given, other in (("speed", speed, "velocity"), ("attitude", attitude, "orientation"), ("point", point, "position")):
         if given is not None and f"projectile.{other}" in (parameters or {}):
             checks.refuse(name, f"left out beside projectile.{other} among the parameters, of which it is a part", given)
-    return [
-        _drawn(base, numpy.random.default_rng([seed, k]), speed, point, attitude, tilt, parameters or {}) for k in range(count)
-    ]
+    point, attitude, parameters = checks.listed(point), checks.listed(attitude), parameters or {}
+    return [_drawn(base, numpy.random.default_rng([seed, k]), speed, point, attitude, tilt, parameters) for k in range(count)]
 
 
 def within_mesh(scene: Scene, point: Sequence[float]) -> tuple[Distribution, Distribution]:
@@ -378,7 +382,7 @@ def _drawn(
     scene = base.replace(changes)
     velocity = scene["projectile.velocity"]
     if speed is not None:
-        velocity = _scaled(velocity, _draw("speed", speed, random))
+        velocity = scaled(velocity, _draw("speed", speed, random))
     if point is None and attitude is None and tilt is None:
         return scene.replace({"projectile.velocity": velocity})
     orientation = scene["projectile.orientation"]
@@ -395,7 +399,7 @@ def _drawn(
     return scene.aimed(place, velocity=velocity, orientation=orientation)
 
 
-def _scaled(velocity: Sequence[float], speed: float) -> tuple[float, ...]:
+def scaled(velocity: Sequence[float], speed: float) -> tuple[float, ...]:
     """A velocity of this size."""
     if not speed > 0.0:
         raise ValueError(f"speed: must be greater than 0; it is {speed:g}")

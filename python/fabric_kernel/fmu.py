@@ -16,23 +16,23 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy
 
 from . import about as scenes
 from . import sheets
-from ._kernel import PRESETS, VERSION, Refused, Scene, Simulation, parameters
-from .files import written
+from ._kernel import PRESETS, VERSION, Scene, Simulation, parameters
+from .files import apart, written
 
-MODEL = "FabricShield"
+MODEL, DESCRIPTION, PAGE = "FabricShield", "modelDescription.xml", "documentation/index.html"
 MARK, EMPTY = b"FabricSceneBlock", b"no scene"
 STARTS = {
     f"projectile.{name}": f"projectile.start.{name}" for name in ("position", "velocity", "orientation", "angular_velocity")
 }
 KEYWORDS = (
     "auto break case char const continue default do double else enum extern float for goto if int long register return short "
-    "signed "
-    "sizeof static struct switch typedef union unsigned void volatile while"
+    "signed sizeof static struct switch typedef union unsigned void volatile while"
 ).split()
 WORD = 2**64 - 1
 
@@ -45,16 +45,25 @@ class Archive:
         try:
             with zipfile.ZipFile(path) as packed:
                 self.entries = {name: packed.read(name) for name in packed.namelist() if not name.endswith("/")}
-        except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
-            raise ValueError(f"{path}: no FMU: {error}") from None
-        self.text = self.entries.get("modelDescription.xml", b"").decode(errors="replace")
+        except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, LookupError, RuntimeError, ValueError) as error:
+            raise ValueError(f"{path}: damaged, or no FMU: {error}") from None
+        self.binaries = [name for name in self.entries if name.startswith("binaries/")]
+        for name in (DESCRIPTION, PAGE, *([] if self.binaries else ["binaries/"])):
+            if name not in self.entries:
+                raise ValueError(f"{path}: no FMU of fabric: it has no {name}")
+        name = PAGE
+        try:
+            self.page, name = self.entries[PAGE].decode(), DESCRIPTION
+            self.text = self.entries[DESCRIPTION].decode()
+            ElementTree.fromstring(self.text)
+        except (ElementTree.ParseError, ValueError) as error:
+            raise ValueError(f"{path}: {name} is damaged: {error}") from None
         head = re.search(
             r'<fmiModelDescription fmiVersion="([23])\.0" modelName="(\w+)".* '
             r'version="([^"]*)".*"\{FabricShield-([0-9a-f]{13})\}">',
             self.text,
         )
-        self.binaries = [name for name in self.entries if name.startswith("binaries/")]
-        if head is None or "documentation/index.html" not in self.entries or not self.binaries:
+        if head is None:
             raise ValueError(f"{path}: no FMU of fabric")
         if head[3] != VERSION:
             raise ValueError(f"{path}: an FMU of version {head[3]}; this is version {VERSION}")
@@ -66,6 +75,8 @@ class Archive:
         if data.count(MARK) != 1:
             raise ValueError(f"{self.path}: {binary} takes no scene")
         at = data.index(MARK) + len(MARK) + 8
+        if len(data) < at + 8 * (3 + count):
+            raise ValueError(f"{self.path}: {binary} is cut off")
         if struct.unpack_from("<II", data, at - 8) != (count, 1):
             raise ValueError(f"{self.path}: {binary} is of another version; this is version {VERSION}")
         return at, self.token if data[at : at + 8] == EMPTY else struct.unpack_from("<Q", data, at)[0]
@@ -184,14 +195,14 @@ def filled(archive: Path, scene: Scene, name: str) -> tuple[int, bytes]:
     text = re.sub(r"\{FabricShield-\w+\}", f"{{FabricShield-{token:013x}}}", text, count=1)
     cell = lambda values: values[0] if len(set(values)) == 1 else " ".join(values)
     row = lambda found: found[1] + (cell(starts[found[2]]) if found[2] in starts else found[3])
-    page = re.sub(r"(<tr><td><code>([^<]+)</code>[^<]*</td><td>)([^<]*)", row, fmu.entries["documentation/index.html"].decode())
+    page = re.sub(r"(<tr><td><code>([^<]+)</code>[^<]*</td><td>)([^<]*)", row, fmu.page)
     for place in ("<title>{}</title>", "<h1>{}</h1>", '"{}-fmi'):
         page = page.replace(place.format(fmu.name), place.format(name))
     page = re.sub(r"with the start values \S+ s\.", f"with the start values {time_step} s.", page)
     page = re.sub(r"<code>documentation/parameters</code>.*\n", "", page)
     page = re.sub(r'<figure id="scene">.*?</figure>\n', "", page, flags=re.DOTALL)
     page = page.replace("<figure>", picture(scene, simulation) + "<figure>", 1)
-    entries = {"modelDescription.xml": text.encode(), "documentation/index.html": page.encode()}
+    entries = {DESCRIPTION: text.encode(), PAGE: page.encode()}
     for path, data in fmu.entries.items():
         if path in blocks:
             at = blocks[path][0]
@@ -217,7 +228,7 @@ def system(name: str, fmu: bytes) -> bytes:
     """A package of SSP 1.0 with an FMU of FMI 2.0, its inputs and outputs as connectors, and its parameters as a parameter
     set."""
     with zipfile.ZipFile(io.BytesIO(fmu)) as archive:
-        text = archive.read("modelDescription.xml").decode()
+        text = archive.read(DESCRIPTION).decode()
     found = re.findall(r'<ScalarVariable name="([^"]+)".* causality="(\w+)".*\n *<(\w+)(?:.* start="([^"]*)")?', text)
     space = lambda *names: "".join(
         f' xmlns:{short}="http://ssp-standard.org/SSP1/SystemStructure{long}"' for short, long in names
@@ -239,8 +250,7 @@ def system(name: str, fmu: bytes) -> bytes:
         f'<ssd:Elements>\n<ssd:Component name="shield" type="application/x-fmu-sharedlibrary" source="resources/{name}.fmu">\n'
         f"<ssd:Connectors>\n{ports}"
         f'</ssd:Connectors>\n<ssd:ParameterBindings>\n<ssd:ParameterBinding source="resources/{name}.ssv"/>\n'
-        f"</ssd:ParameterBindings>\n</ssd:Component>\n"
-        "</ssd:Elements>\n</ssd:System>\n</ssd:SystemStructureDescription>\n"
+        "</ssd:ParameterBindings>\n</ssd:Component>\n</ssd:Elements>\n</ssd:System>\n</ssd:SystemStructureDescription>\n"
     )
     ssv = (
         f'{start}<ssv:ParameterSet version="1.0" name="{name}"{space(("ssv", "ParameterValues"))}>\n<ssv:Parameters>\n'
@@ -279,7 +289,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = options()
     given = parser.parse_args(arguments)
     with scenes.ending(parser, given):
-        scene = scenes.scene_named(given.scene)[0]
+        scene = Scene.read(given.scene)
         stem = Path(given.scene).name.removesuffix(".toml")
         name = given.name or "".join(part[:1].upper() + part[1:] for part in re.split(r"[^A-Za-z0-9]+", stem))
         archives = [given.source]
@@ -287,10 +297,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             archives = [given.source / f"{MODEL}-fmi{version}.fmu" for version in ([given.version] if given.version else (2, 3))]
             if not given.version and any(path.exists() for path in archives):
                 archives = [path for path in archives if path.exists()]
-        try:
-            made = [filled(path, scene, name) for path in archives]
-        except Refused as refused:
-            raise ValueError(f"{given.scene}: {refused}") from refused
+        made = [filled(path, scene, name) for path in archives]
         for version, _ in made:
             if given.version not in (None, version):
                 raise ValueError(f"{given.source}: an FMU of FMI {version}.0; --version is {given.version}")
@@ -299,6 +306,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             raise ValueError(f"--ssp: needs an FMU of FMI 2.0: {given.source}")
         if given.ssp:
             files[f"{name}.ssp"] = system(name, files[f"{name}-fmi2.fmu"])
+        apart([given.scene, *archives], [given.out / file for file in files])
         given.answer = {str(given.out / file): len(data) for file, data in files.items()}
         with scenes.folder(given.out):
             for file, data in files.items():

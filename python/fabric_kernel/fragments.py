@@ -18,12 +18,14 @@ import numpy
 
 from . import checks, lookup, results, window
 from ._kernel import Scene
-from .about import CAVEAT, cautions, command, described, noted, of_a_scene, positive
+from .about import CAVEAT, cautions, command, described, finished, of_a_scene, own_tests_of, positive
 from .ensembles import ensemble, vary, within_mesh
-from .files import Place, written
+from .family import OwnTests
+from .files import Place, shown, titled, written
 from .model_error import model_error
+from .notes import Note
 from .page import Page
-from .runs import DECIDED, UNTIL, with_attrs
+from .runs import DECIDED, UNTIL, scene_of, with_attrs, with_units
 
 if TYPE_CHECKING:
     import pandas
@@ -50,6 +52,7 @@ def bracket(
     if not speed > 0.0:
         raise ValueError("projectile.velocity: must not be zero: it is the first velocity and the direction of the shots")
     shield.check()
+    points, attitudes = list(points), {name: checks.listed(attitude) for name, attitude in attitudes.items()}
     for point in points:
         shield.aimed(point)
     jobs = [[shield, 0, seed, speed, attitude, None, tuple(point)] for attitude in attitudes.values() for point in points]
@@ -68,14 +71,8 @@ def named(attitudes: Mapping[str, str | Sequence[float]]) -> None:
             )
 
 
-def with_units(table: "pandas.DataFrame") -> "pandas.DataFrame":
-    """The table with its units in the names of its columns, as in table.csv."""
-    units = {name: unit.replace("/", "_per_").lower() for name, unit in table.attrs["units"].items()}
-    return table.rename(columns=lambda name: f"{name}_{units[name]}" if name in units else name)
-
-
 def fragment_map(
-    shield: Scene,
+    shield: Scene | str,
     *,
     velocities: Sequence[float],
     attitudes: Mapping[str, str | Sequence[float]],
@@ -94,21 +91,23 @@ def fragment_map(
       `runs.DECIDED`, if `until` does not say otherwise.
 
     Columns: `velocity`, `attitude`, `point_x`, `point_y`; `shots`, of which `through`, `stopped`, `missed` (passed without
-    contact) and
-    `unknown` (none of these came, or the computation failed); `perforation`, the share that went through of those known, with its
-    interval from `low` to `high` (exact, Clopper and Pearson, of those not missed; a shot of unknown end may have ended either
-    way);
-    `residual_speed` (m/s) and `residual_kinetic` (J), the means of those that went through, and `absorbed` and `viscous` (J; what
-    the viscosity of the yarn took of it), of all known, each with its standard deviation, `..._sd`.
+    contact) and `unknown` (none of these came, or the computation failed); `perforation`, the share that went through of those
+    known, with its interval from `low` to `high` (exact, Clopper and Pearson, of those not missed; a shot of unknown end may
+    have ended either way); `residual_speed` (m/s) and `residual_kinetic` (J), the means of those that went through, and
+    `absorbed` and `viscous` (J; what the viscosity of the yarn took of it), of all known, each with its standard deviation,
+    `..._sd`.
 
     Raises Refused, with the name of the argument, for a point beside the sheet or an impossible attitude.
     """
     import pandas
     import scipy.stats
 
+    shield = scene_of(shield)
     checks.whole("shots", shots, 1)
     checks.confident(confidence)
+    velocities, points = checks.listed(velocities), list(points)
     checks.numbers("velocities", velocities)
+    attitudes = {name: checks.listed(attitude) for name, attitude in attitudes.items()}
     named(attitudes)
     for twice in (*checks.twice("velocities", velocities), *checks.twice("points", list(map(tuple, points)))):
         warnings.warn(twice, RuntimeWarning, stacklevel=2)
@@ -207,10 +206,9 @@ def answer(table: "pandas.DataFrame", slower: "pandas.DataFrame | None" = None) 
             else f"{at(velocities.max(), False)} are stopped at {velocities.max():g} m/s still"
         )
         looked = window.looked_at(rungs, passed, 0.95) if len(rungs) else ()
-        found += [
-            f"{where} {line}"
-            for line in ([hole.sentence()] if hole else []) + [f"{low}, {high}."] + [line for line in looked if line and not hole]
-        ]
+        if hole:
+            found.append(Note(f"{where} {hole.sentence()}", window.NO_LIMIT, hole._asdict()))
+        found += [f"{where} {line}" for line in (f"{low}, {high}.", *(line for line in looked if line and not hole))]
     return found
 
 
@@ -222,6 +220,7 @@ class Map(NamedTuple):
     cells: tuple[dict[str, Any], ...]
     below: tuple[dict[str, Any], ...]
     about: tuple[str, ...]
+    shot_at: tuple[str, ...]  # sheet, projectile and version
 
     def write(self, folder: Place) -> None:
         """report.html (everything inside), map.svg and fragments.json."""
@@ -231,14 +230,13 @@ class Map(NamedTuple):
 
         folder, table = Path(folder), pandas.DataFrame(self.cells)
         table = with_attrs(table.astype({name: float for name in table if table[name].isna().any()}))
-        sheet = [line for line in self.about if line.startswith(("Sheet: ", "Projectile: ", "fabric_kernel "))]
         results.save(self, folder / "fragments.json")
-        plot.map(table, folder / "map.svg", (*sheet, CAVEAT))
+        plot.map(table, folder / "map.svg", (*self.shot_at, CAVEAT))
         page = Page(self.title)
         page.answer(self.answer)
         page.figure(folder / "map.svg", "")
         page.fold("What was shot, and each cell")
-        for line in self.about:
+        for line in (*self.about, *self.shot_at):
             page.text(line)
         cell = lambda value: f"{value:.4g}" if isinstance(value, float) else value
         page.table(tuple(with_units(table).columns), [[cell(one) for one in row] for row in table.itertuples(index=False)])
@@ -249,7 +247,7 @@ def _attitude(text: str) -> tuple[str, str | tuple[float, ...]]:
     """ "random", or NAME=W,X,Y,Z."""
     if text == "random":
         return text, text
-    name, _, numbers = text.partition("=")
+    name, _, numbers = shown(text).partition("=")
     return name, _numbers(numbers, 4, text)
 
 
@@ -271,7 +269,8 @@ def _numbers(text: str, count: int, whole: str) -> tuple[float, ...]:
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric fragments`."""
     what = "How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point."
-    parser = of_a_scene("fragments", what, "report.html, table.csv, below.csv, fragments.json, map.svg, runs.jsonl")
+    files = "report.html, table.csv, below.csv, fragments.json, map.svg, runs.jsonl; also bracket.jsonl, and table.h with --table"
+    parser = of_a_scene("fragments", what, files)
     parser.add_argument(
         "--velocities",
         type=positive,
@@ -301,8 +300,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         ),
     )
     parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
+    own_tests_of(parser)
     given = parser.parse_args(arguments)
     with command(parser, given) as (scene, fabric):
+        own = OwnTests.read(given.tests) if given.tests else None
         checks.whole("shots", given.shots, 1)
         attitudes = dict(given.attitudes) or {"as given": scene["projectile.orientation"]}
         if len(attitudes) < len(given.attitudes):
@@ -328,28 +329,42 @@ def main(arguments: Sequence[str] | None = None) -> None:
         ]
         of = {"attitudes": attitudes, "points": given.points, "shots": given.shots}
         width, held, *others = cautions(scene)
-        about = (model_error(judged).sentence(), *others, *said_once, *described(scene, fabric), *noted(scene, max(velocities)))
-        print("\n".join([about[0], width, held, *about[1:]]), flush=True)
+        against, shot_at = [model_error(judged).sentence()], described(scene, fabric)
+        against = [own.of_velocities(judged), *against] if own else against
+        about = (*others, *said_once)
+        print("\n".join([*against, width, held, *about, *shot_at]), flush=True)
         shot = functools.partial(
             fragment_map, scene, keep=given.out / "runs.jsonl", on=on, until=UNTIL if given.to_the_end else DECIDED
         )
-        table = shot(velocities=velocities, seed=given.seed, **of)
+        with warnings.catch_warnings(record=True) as doubts:
+            warnings.simplefilter("always", RuntimeWarning)
+            table = shot(velocities=velocities, seed=given.seed, **of)
+        decisive = [str(doubt.message) for doubt in doubts if doubt.category is RuntimeWarning]
+        for doubt in decisive:
+            warnings.warn(doubt, RuntimeWarning, stacklevel=1)
         print(with_units(table).loc[:, :"high"].to_string(index=False))
         slower = below(table, attitudes, functools.partial(shot, shots=1, seed=given.seed + 2))
-        lines = sorted(answer(table, slower), key=lambda line: window.NO_LIMIT not in line)
+        lines = sorted(answer(table, slower), key=lambda line: not isinstance(line, Note))
         print(*lines, sep="\n", flush=True)
         written(given.out / "table.csv", with_units(table).to_csv(index=False))
         written(given.out / "below.csv", with_units(slower).to_csv(index=False))
         cells, rungs = (tuple(rows.to_dict("records")) for rows in (table, slower))
-        given.answer = Map(f"Fragments of {given.scene}", (*lines, about[0], width, held), cells, rungs, about[1:])
+        given.answer = Map(
+            f"Fragments of {titled(given.scene)}",
+            (str(lines[0]), *decisive, *map(str, lines[1:]), *against, width, held),
+            cells,
+            rungs,
+            about,
+            shot_at,
+        )
         given.answer.write(given.out)
         if given.table:
             said = lookup.error(
                 table, shot(velocities=lookup.halfway(velocities), seed=given.seed + 1, **of), scene["projectile.mass"]
             )
             print(said)
-            written(given.out / "table.h", lookup.c_header(table, "\n".join([*lines, *about, said])))
-        also = ", table.h" if given.table else ""
-        print(f"written to {given.out}: report.html, table.csv, below.csv, fragments.json, map.svg, runs.jsonl{also}")
-    if window.NO_LIMIT in lines[0]:
+            written(given.out / "table.h", lookup.c_header(table, "\n".join([*lines, *against, *about, *shot_at, said])))
+        names = ["report.html", "table.csv", "below.csv", "fragments.json", "map.svg", "runs.jsonl"]
+        finished(given, [*names, "table.h"] if given.table else names)
+    if isinstance(lines[0], Note):
         parser.exit(window.STATUS)

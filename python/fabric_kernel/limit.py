@@ -36,6 +36,8 @@ SHARES = (0.01, 0.5, 0.99)
 FEWEST = 10
 """Shots from which on other shares than 50 % are reported: with 6 shots 95 % intervals of V01 hold it in 71 to 100 % of simulated
 tests, with 10 in 91 % or more (docs/tables/v50.md)."""
+FREE = 5
+"""Shots at different velocities that went through from which on the power of residual velocities is fitted."""
 BAD = 0.05
 """Error of a fit of residual velocities, over its limit, above which the fit is bad."""
 
@@ -93,7 +95,10 @@ class Calibration:
         seed: int = 1,
         about: Any = None,
     ) -> None:
-        self.rank = checks.rank(confidence, checks.whole("tests", tests, 1))
+        rank = checks.rank(confidence, checks.whole("tests", tests, 1))
+        # The rank of the quantile, and one below by the standard deviation of its number of tests.
+        off = max(1, round(math.sqrt(tests * confidence * (1 - confidence))))
+        self.ranks = [rank - 1, rank - 1 - off]
         self.centre, self.scale = about or (design.centre, design.scale)
         self.design, self.shots, self.link, self.confidence = design, shots, LINKS[link], confidence
         self.quantiles = [float(self.link.quantile(share)) for share in shares]
@@ -101,7 +106,7 @@ class Calibration:
         self.known: dict[Any, Any] = {}
 
     def node(self, column: Any, row: Any) -> Any:
-        """The quantile for each share where sigma is 2^row scales and mu `column` steps from the centre."""
+        """The quantile for each share where sigma is 2^row scales and mu `column` steps from the centre, and with its error."""
         if (column, row) not in self.known:
             sigma = self.scale * 2.0**row
             mu = self.centre + column * max(sigma, self.scale)
@@ -116,13 +121,13 @@ class Calibration:
                 truth = numpy.full(self.tests, mu + sigma * quantile)
                 values = possible_ratio(best, velocities, through, self.link, truth, quantile, largest)[0]
                 # Without a fit the interval has no end: it holds the truth.
-                found.append(numpy.sort(numpy.nan_to_num(values))[self.rank - 1])
+                found.append(numpy.sort(numpy.nan_to_num(values))[self.ranks])
             self.known[column, row] = numpy.array(found)
         return self.known[column, row]
 
-    def allowed(self, at: Any, sigma: Any, shares: Any) -> Any:
+    def allowed(self, at: Any, sigma: Any, shares: Any, rank: int = 0) -> Any:
         """The ratio that is allowed to a fabric with this sigma which lets a share through at the velocity `at`; shares: their
-        numbers."""
+        numbers. rank: 1 takes off a standard deviation of its error."""
         quantiles = numpy.array(self.quantiles)[shares]
         mu = at - quantiles * sigma
         rows = numpy.clip(numpy.log2(sigma / self.scale), -self.STEPS, self.STEPS)
@@ -136,7 +141,7 @@ class Calibration:
                 column = numpy.floor(columns).astype(int) + other
                 part = part_row * (1 - numpy.abs(columns - column))
                 for k in numpy.flatnonzero(part > 0):
-                    result[k] += part[k] * self.node(int(column[k]), int(row[k]))[shares[k]]
+                    result[k] += part[k] * self.node(int(column[k]), int(row[k]))[shares[k], rank]
         return result
 
 
@@ -195,8 +200,7 @@ def name(share: float) -> str:
 
 def outer_ends(excess: Any, starts: Any, directions: Any, step: Any, reach: Any) -> Any:
     """Where `excess` (of an array of velocities, one for each end) is at most 0 for the last time away from the starts: inwards
-    from
-    `reach` in steps of a third, then by false position (Illinois). What is still at most 0 at `reach` has no end."""
+    from `reach` in steps of a third, then by false position (Illinois). What is still at most 0 at `reach` has no end."""
     outside, inside = starts + directions * reach, starts.copy()
     f_outside, f_inside = excess(outside), numpy.full(len(starts), -1e-9)
     none = f_outside <= 0
@@ -254,7 +258,8 @@ def fit(
     Raises ValueError that names the argument."""
     velocities, through = checked(velocities, through)
     asked(link, confidence, tests)
-    if not all(share < 1 for share in checks.numbers("shares", shares)):
+    shares = checks.numbers("shares", shares).tolist()
+    if not all(share < 1 for share in shares):
         checks.refuse("shares", "between 0 and 1", shares)
     law, hits, count = LINKS[link], int(through.sum()), len(velocities)
     v, y = velocities[None], through[None]
@@ -283,8 +288,7 @@ def fit(
         stopped, passed = (float(end[0]) for end in ends(v, y))
         notes.append(
             f"Results do not overlap (highest stopped {stopped:.6g} m/s, lowest through {passed:.6g} m/s): Firth's estimate; "
-            f"the sigma of "
-            "the likelihood alone is 0."
+            "the sigma of the likelihood alone is 0."
         )
     chi = scipy.special.chdtri(1, 1 - confidence)
     if calibration is None and tests:
@@ -306,14 +310,14 @@ def fit(
 
     level = possible(v, y, law, largest)
 
-    def calibrated(at: Any) -> Any:
+    def calibrated(at: Any, rank: int = 0) -> Any:
         value, held_sigma = possible_ratio(level, v, y, law, at, q, largest)
         if not calibration:
             return value - chi
         # No quantile comes near this.
         near = value < 30.0
         allowed = numpy.zeros(len(at))
-        allowed[near] = calibration.allowed(at[near], held_sigma[near], numbers[near])
+        allowed[near] = calibration.allowed(at[near], held_sigma[near], numbers[near], rank)
         return value - allowed
 
     # A fit beyond the possible fabrics: from the nearest of them.
@@ -327,6 +331,12 @@ def fit(
             f"The design's scale, {scale:.3g} m/s, is far from the sigma that was found: the intervals are extrapolated."
         )
     found = intervals(mu0, sigma0, calibrated)
+    if calibration and 0.5 in shares:
+        of_v50 = slice(2 * shares.index(0.5), 2 * shares.index(0.5) + 2)
+        with numpy.errstate(invalid="ignore"):  # Ends that are not bounded.
+            errors = numpy.abs(intervals(mu0, sigma0, lambda at: calibrated(at, 1)) - found)[of_v50]
+        if finite := " and ".join(f"{error:.2g}" for error in errors if math.isfinite(error)):
+            notes.append(f"Standard error of the ends of V50 by the simulated tests: {finite} m/s; four times as many halve it.")
     limited = numpy.zeros(len(found), bool)
     if largest < math.inf:
         held_sigma = possible_ratio(level, v, y, law, numpy.where(numpy.isfinite(found), found, 1.0), q, largest)[1]
@@ -418,6 +428,10 @@ class Residual(NamedTuple):
     error: float
     note: str
 
+    def is_bad(self) -> bool:
+        """Whether it does not describe the shots: `note` says why."""
+        return self.error > BAD * self.limit or not (1.001 < self.p < 9.99 or math.isnan(self.p))
+
     def curve(self, velocities: Any) -> Any:
         return lambert_jonas(numpy.asarray(velocities, float), self.limit, self.a, self.p)
 
@@ -449,7 +463,7 @@ def residual_fit(
     if different < 3:
         note = "Fewer than three shots went through at different velocities: no fit of the residual velocities."
         return Residual(math.nan, math.nan, math.nan, math.nan, note)
-    free, held = power is None and different >= 5, power or 2.0
+    free, held = power is None and different >= FREE, power or 2.0
     scale = float(velocities.max())
     v, r = velocities / scale, residuals / scale
     least = 1e-5

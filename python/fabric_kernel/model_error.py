@@ -1,8 +1,9 @@
 """How far the model may be off: from published tests that it was compared with, comparisons.toml, to a factor for a new one.
 
 Method: e = ln(computed/measured) of each case. The e of one series of tests are not independent, so a series counts once: m_k is
-the mean of e² in it, over all cases and networks, and s² the mean of the m_k of the K series. A new comparison lies within exp(±
-t s), with Student's t of K degrees of freedom. The spread is about no error, and no computed number is corrected.
+the mean of e² in it, over all cases with the model's network, the first, and s² the mean of the m_k of the K series. A new
+comparison lies within exp(± t s), with Student's t of K degrees of freedom. The spread is about no error, and no computed number
+is corrected.
 Where the e of a series are one number and have mean 0 this holds the new one with exactly the confidence; where they differ
 within a series, or have another mean, more often (tests/python/test_model_error.py).
 Limits: one series of limits was found, so that t is 12.7 for 95 %. The e contain the errors of the tests and of the computed
@@ -24,6 +25,7 @@ from . import checks
 from ._kernel import Scene
 from .oneply import beside_reference, reference
 from .page import printed
+from .runs import scene_of
 from .textile import areal_density, from_edge, in_axes, sides
 
 LIGHTEST, HEAVIEST = 0.5, 1.1
@@ -34,8 +36,13 @@ ALIKE = 4.0 / 3.0
 """Factor within which modulus and failure strain of a yarn count as compared."""
 
 
-def about_as(number: float) -> tuple[float, float]:
-    return number / ALIKE, number * ALIKE
+def ends(values: Any) -> tuple[float, float]:
+    """Least and most of one number or several."""
+    return float(numpy.min(values)), float(numpy.max(values))
+
+
+def about_as(numbers: Any) -> tuple[float, float]:
+    return ends(numbers)[0] / ALIKE, ends(numbers)[1] * ALIKE
 
 
 def ahead(scene: Scene, orientation: str) -> float:
@@ -47,10 +54,10 @@ def ahead(scene: Scene, orientation: str) -> float:
 class Case(NamedTuple):
     name: str
     measured: float
-    computed: tuple[float, ...]  # with each network
+    computed: tuple[float, ...]  # with each network; the first is the model's
 
     def errors(self) -> list[float]:
-        return [math.log(value / self.measured) for value in self.computed]
+        return [math.log(self.computed[0] / self.measured)]
 
 
 class Series(NamedTuple):
@@ -63,18 +70,23 @@ class Series(NamedTuple):
     def errors(self) -> list[float]:
         return [error for case in self.cases for error in case.errors()]
 
-    def lacks(self, scene: Scene) -> list[tuple[str, str]]:
-        """Why a scene is none of those that were compared: what they have, and what it has instead; nothing if it is."""
+    def lacks(self, scene: Scene, *, exact: bool = False) -> list[tuple[str, str]]:
+        """Why a scene is none of those that were compared: what they have, and what it has instead; nothing if it is. exact: a
+        mass beyond those of the series is none, either."""
         found, density = [], areal_density(scene)
-        least, most = (end(case["areal_density_kg_per_m2"] for case in self.about["case"]) for end in (min, max))
-        if not least <= density * (1 + 1e-9) <= most * (1 + 2e-9):
+        least, most = ends([case["areal_density_kg_per_m2"] for case in self.about["case"]])
+        near = 1.0 + self.about.get("tolerance", 1e-9)
+        if not least <= density * near <= most * near * near:
             ply = " (one ply)" if scene["sheet.plies"] * scene["stack.plies"] == 1 else ""
-            found.append((f"{least:g} to {most:g} kg/m²", f"{density:.3g} kg/m²{ply}"))
-        mass, own = 1e3 * scene["projectile.mass"], self.about["mass_g"]
-        if not LIGHTEST * own <= mass <= HEAVIEST * own:
-            found.append((f"{LIGHTEST * own:g} to {HEAVIEST * own:.3g} g", f"{mass:.3g} g"))
-        if scene["attachment.kind"] != self.about["support"]:
-            found.append(tuple(kind.replace("_", " ") + " held" for kind in (self.about["support"], scene["attachment.kind"])))
+            found.append((f"{least:.3g} to {most:.3g} kg/m²", f"{density:.3g} kg/m²{ply}"))
+        mass, own = 1e3 * scene["projectile.mass"], ends(self.about["mass_g"])
+        lightest, heaviest = (0.999, 1.001) if exact else (LIGHTEST, HEAVIEST)
+        if not lightest * own[0] <= mass <= heaviest * own[1]:
+            found.append((f"{lightest * own[0]:.3g} to {heaviest * own[1]:.3g} g", f"{mass:.3g} g"))
+        if scene["attachment.kind"] not in (supports := numpy.ravel(self.about["support"])):
+            found.append(
+                (" or ".join(supports).replace("_", " ") + " held", scene["attachment.kind"].replace("_", " ") + " held")
+            )
         for (least, most), here, text, unit in (
             (self.about["width_mm"], [1e3 * side for side in sides(scene)], "{} to {}", "mm wide"),
             (about_as(self.about["modulus_gpa"]), [1e-9 * scene["yarn.modulus_mean"]], "a yarn of {} to {}", "GPa"),
@@ -86,28 +98,40 @@ class Series(NamedTuple):
             ),
         ):
             if not all(0.99 * least <= one <= 1.01 * most for one in here):
-                own = " x ".join(f"{one:.3g}" for one in dict.fromkeys(here))
-                found.append((f"{text.format(f'{least:.3g}', f'{most:.3g}')} {unit}", f"{own} {unit}"))
-        if scene["sheet.radius"]:
-            found.append(("a flat sheet", "a curved one"))
-        elif 1e3 * from_edge(scene) < 0.49 * self.about["width_mm"][0] and not found:
+                has = " x ".join(f"{one:.3g}" for one in dict.fromkeys(here))
+                found.append((f"{text.format(f'{least:.3g}', f'{most:.3g}')} {unit}", f"{has} {unit}"))
+        curved = ends(self.about.get("radius_mm", 0.0))
+        if not 0.99 * curved[0] <= 1e3 * scene["sheet.radius"] <= 1.01 * curved[1]:
             found.append(
-                (f"{0.5 * self.about['width_mm'][0]:g} mm or more from an edge", f"{1e3 * from_edge(scene):.3g} mm from an edge")
+                (f"a radius of {curved[0]:.4g} to {curved[1]:.4g} mm", f"one of {1e3 * scene['sheet.radius']:.4g} mm")
+                if curved[1]
+                else ("a flat sheet", "a curved one")
             )
-        if scene["projectile.shape"] != self.about["shape"]:
-            return [*found, tuple("a " + shape.replace("_", " ") for shape in (self.about["shape"], scene["projectile.shape"]))]
+        elif (
+            1e3 * from_edge(scene) < 0.98 * (edge := self.about.get("edge_mm", 0.5 * ends(self.about["width_mm"])[0]))
+            and not found
+        ):
+            found.append((f"{edge:.3g} mm or more from an edge", f"{1e3 * from_edge(scene):.3g} mm from an edge"))
+        if bool(scene["sheet.thickness"]) not in self.about.get("thick", [True]):
+            cloth = "a surface without thickness", "cloth with a thickness"
+            found.append(cloth[::-1] if not scene["sheet.thickness"] else cloth)
+        if scene["projectile.shape"] not in (shapes := numpy.ravel(self.about["shape"])):
+            return [*found, (f"a {' or '.join(shapes)}".replace("_", " "), f"a {scene['projectile.shape']}".replace("_", " "))]
+        straight, askew = ends(self.about.get("degrees", 0.0))
         for name, angle in (
             ("an angle of impact", ahead(scene, "sheet.orientation")),
             ("an attitude", ahead(scene, "projectile.orientation")),
         ):
-            if angle > STRAIGHT:
-                found.append((f"{name} of at most {STRAIGHT:g} degrees", f"{name} of {angle:.0f} degrees"))
+            if angle > askew + STRAIGHT:
+                found.append((f"{name} of at most {askew + STRAIGHT:g} degrees", f"{name} of {angle:.0f} degrees"))
+            elif angle < straight - STRAIGHT:
+                found.append((f"{name} of at least {straight - STRAIGHT:g} degrees", f"{name} of {angle:.0f} degrees"))
         return found
 
 
 def compared(kind: str = "limit") -> list[Series]:
     """The series of a kind, "limit" or "strength"."""
-    file = tomllib.loads((Path(__file__).parent / "comparisons.toml").read_text())
+    file = tomllib.loads((Path(__file__).parent / "comparisons.toml").read_text("utf-8"))
     return [
         Series(one["name"], tuple(Case(case["name"], case["measured"], tuple(case["computed"])) for case in one["case"]), one)
         for one in file["series"]
@@ -184,13 +208,13 @@ def straight(scene: Scene) -> bool:
     return near and max(angles) <= STRAIGHT and not scene["sheet.radius"]
 
 
-def model_error(scene: Scene | Sequence[Scene], confidence: float = 0.95) -> ModelError:
+def model_error(scene: Scene | str | Sequence[Scene | str], confidence: float = 0.95) -> ModelError:
     """How far the ballistic limit of a scene may be off, from the published limits that the model was compared with. scene: or
     several, as of
     `vary` and of the shots of a test: whatever is drawn or listed, every one of them must be as what was compared.
     Raises ValueError that names the argument."""
     checks.confident(confidence)
-    scenes = [scene] if isinstance(scene, Scene) else list(scene)
+    scenes = [scene_of(one) for one in ([scene] if isinstance(scene, (Scene, str)) else scene)]
     if not scenes:
         checks.refuse("scene", "a scene, or several", scene)
     every = [(one, [lack for each in scenes if (lack := one.lacks(each))]) for one in compared()]

@@ -14,7 +14,7 @@ from PIL import Image
 from . import drawing, sheets
 from ._kernel import Scene, Simulation
 from .files import Place
-from .runs import UNTIL
+from .runs import UNTIL, named
 
 MOST_PICTURES = 48
 
@@ -23,7 +23,7 @@ def movie(
     scene: Scene,
     path: Place = "movie.gif",
     *,
-    until: Sequence[str] = UNTIL,
+    until: Sequence[str] | str = UNTIL,
     steps: int = 100_000,
     every: int = 64,
     seconds: float = 6.0,
@@ -34,7 +34,7 @@ def movie(
     cannot be simulated, ValueError for a projectile that is not drawn, Failed if the computation cannot go on."""
     if every < 1:
         raise ValueError(f"every: must be at least 1; it is {every}")
-    simulation = Simulation(scene)
+    until, simulation = named(until), Simulation(scene)
     kept, stride = [sheets.Sheet(simulation)], every
     while simulation.step_count < steps and not any(name in until for name in simulation.outcomes()):
         simulation.run(until, min(stride, steps - simulation.step_count))

@@ -46,16 +46,15 @@ class Windowing(NamedTuple):
             side = f"the projectile {likely} part the yarns and pass without breaking one, at a velocity far below this limit"
         widths = " and ".join(f"{width:g}" for width in reference()["criterion_width_mm"])
         return (
-            f"One ply: {side}: the coefficients of friction between yarns and on the projectile are together {found}, and "
-            "the criterion asks for "
-            f"{self.needed:.2g}. Of resolved yarns, computed at {widths} mm only, none parted from {MARGIN:g} times that on "
-            "(docs/validation.md, One ply)."
+            f"One ply: {side}: the coefficients of friction between yarns and on the projectile are together {found}, and the "
+            f"criterion asks for {self.needed:.2g}. Of resolved yarns, computed at {widths} mm only, none parted from "
+            f"{MARGIN:g} times that on (docs/validation.md, One ply)."
         )
 
 
 def reference() -> dict[str, Any]:
     """What was compared with resolved yarns."""
-    return tomllib.loads((Path(__file__).parent / "comparisons.toml").read_text())["reference"]
+    return tomllib.loads((Path(__file__).parent / "comparisons.toml").read_text("utf-8"))["reference"]
 
 
 def windowing(scene: Scene) -> Windowing | None:
@@ -84,7 +83,6 @@ def beside_reference(scene: Scene) -> str:
     ratios = [case["network"] / case["resolved"] for case in found["case"]]
     return (
         f"no test of one ply is available; compared with yarns that slip, with friction {found['friction'][0]:g} to "
-        f"{found['friction'][1]:g}, the limit is off by "
-        f"{100 * (min(ratios) - 1):+.0f} to {100 * (max(ratios) - 1):+.0f} % ({len(ratios)} cases, computed and not "
-        "measured), where no window opens."
+        f"{found['friction'][1]:g}, the limit is off by {100 * (min(ratios) - 1):+.0f} to {100 * (max(ratios) - 1):+.0f} % "
+        f"({len(ratios)} cases, computed and not measured), where no window opens."
     )

@@ -5,10 +5,13 @@ Each returns a figure of matplotlib, and writes it if `path` is given (its endin
 
 import itertools
 import math
+import re
 import textwrap
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import matplotlib.ticker
 import numpy
 from matplotlib.figure import Figure
 
@@ -27,7 +30,7 @@ def history(
 ) -> Figure:
     """Rows of `fabric_kernel.history`: velocity of the projectile, force on it, largest deflection of held cloth, and where the
     absorbed energy is, over time. marks: time (s) and name of events."""
-    figure, panels = new(8.5, 11.0, rows=4, sharex=True)
+    marks, (figure, panels) = list(marks), new(8.5, 11.0, rows=4, sharex=True)
     energies = {
         "work": "absorbed",
         "fabric_kinetic": "fabric kinetic",
@@ -132,6 +135,99 @@ def residual(curve: Any, path: Place | None = None) -> Figure:
     return saved(figure, path)
 
 
+@styled
+def compare(found: Any, path: Place | None = None) -> Figure:
+    """Limits of shields with their intervals above their areal densities; of a table of parameters over the one with most values,
+    a line for each value of the others."""
+    name = "V50 (m/s)" if math.isnan(found.at) else f"stopped at {found.at:g} m/s (%)"
+    known = [one for one in found.shields if math.isfinite(one.value)]
+    count, lines = len(found.shields), lines_of_table(found) if found.axes else []
+    width = 5.6 if lines else max(5.6, 2.6 + 0.9 * count)
+    figure, (upper, lower) = new(width, 5.6, rows=2, sharex=True, gridspec_kw={"height_ratios": [2.2, 1.0]})
+    low, high = min((one.value for one in known), default=0.0), max((one.value for one in known), default=1.0)
+    far = 0.5 * high + 1.0  # An end that is not known runs out of the picture.
+    error = lambda one: [[min(one.value - one.interval.low, far)], [min(one.interval.high - one.value, far)]]
+    for number, (label, column, its) in enumerate(lines):
+        colour = COLOURS[number % len(COLOURS)]
+        upper.plot([x for x, _ in its], [one.value for _, one in its], color=colour, label=label)
+        lower.plot([x for x, _ in its], [one.areal_density for _, one in its], marker="o", color=colour)
+        # Side by side, as intervals of lines near each other hide one another.
+        aside = 0.012 * (number - 0.5 * (len(lines) - 1)) * (its[-1][0] - its[0][0])
+        for x, one in its:
+            upper.errorbar(x + aside, one.value, yerr=error(one), fmt="o", color=colour, capsize=3)
+        lower.set_xlabel(column)
+    if not lines:
+        places = {one.name: k for k, one in enumerate(found.shields)}
+        for k, one in enumerate(one for one in known if one.shift):
+            ends = [one.value * (1.0 + 0.01 * min(max(end, -50.0), 50.0)) for end in one.shift.interval]
+            named = None if k else "with bars half as long"
+            upper.plot([places[one.name] + 0.15] * 2, ends, color="#b0b0b0", linewidth=5, label=named, solid_capstyle="butt")
+        for k, one in enumerate(known):
+            named = None if k else f"model, {100 * found.confidence:g} %"
+            upper.errorbar(places[one.name], one.value, yerr=error(one), fmt="o", color=COLOURS[0], capsize=4, label=named)
+        for k, one in enumerate(one for one in known if one.corrected and math.isfinite(one.corrected.value)):
+            it, named = one.corrected, None if k else "with own tests"
+            ends = [[it.value - it.interval.low], [it.interval.high - it.value]]
+            upper.errorbar(places[one.name] - 0.15, it.value, yerr=ends, fmt="s", color=COLOURS[1], capsize=4, label=named)
+            low, high = min(low, it.interval.low), max(high, it.interval.high)
+        lower.bar(range(count), [one.areal_density for one in found.shields], color=COLOURS[5], width=0.5)
+        names = ["\n".join(textwrap.wrap(Path(one.name).name, 16)) for one in found.shields]
+        lower.set_xticks(range(count), names, fontsize=9)
+        for axis in (upper, lower):
+            axis.grid(visible=False, axis="x")
+    spread, (bottom, top) = max(high - low, 0.1 * high), upper.get_ylim()
+    upper.set_ylim(max(bottom, low - 1.5 * spread, 0.0), min(top, high + 1.5 * spread))
+    upper.set(title=found.title, ylabel=name)
+    lower.set(ylabel="kg/m²", ylim=(0.0, None))
+    below(figure, upper)
+    return saved(figure, path)
+
+
+def lines_of_table(found: Any) -> list[tuple[str, str, list[tuple[float, Any]]]]:
+    """Lines of a table of parameters: label, name of the parameter along x, and x and shield; nothing without a number."""
+    cells = {name: dict(zip(pairs[::2], pairs[1::2])) for name, *pairs in found.axes}
+    first = next(iter(cells.values()))
+    number = re.compile(r"[-+]?\d*\.?\d+(e[-+]?\d+)?")
+    names = [name for name in first if all(number.match(row[name]) for row in cells.values())]
+    if not names:
+        return []
+    along = max(names, key=lambda name: len({row[name] for row in cells.values()}))
+    unit = number.sub("", first[along], 1).strip()
+    lines: dict[str, list[tuple[float, Any]]] = {}
+    for one in found.shields:
+        if math.isfinite(one.value):
+            row = cells[one.name]
+            label = ", ".join(f"{name} {cell}" for name, cell in row.items() if name != along)
+            x: Any = number.match(row[along])
+            lines.setdefault(label or "limit", []).append((float(x[0]), one))
+    column = f"{along} ({unit})" if unit else along
+    return [(label, column, sorted(its, key=lambda one: one[0])) for label, its in sorted(lines.items())]
+
+
+@styled
+def own_tests(found: Any, path: Place | None = None) -> Figure:
+    """Measured over computed limit of each own test over areal density, with the factor and its interval for another shield."""
+    figure, axis = new(height=4.4)
+    x, ratio = [one.areal_density for one in found.tests], numpy.exp([one.e() for one in found.tests])
+    error = numpy.expm1([1.96 * math.hypot(one.measured_error, one.computed_error) for one in found.tests]) * ratio
+    half, b = found.pool.half(0.0, found.confidence), found.pool.b
+    axis.axhspan(math.exp(b - half), math.exp(b + half), color=COLOURS[0], alpha=0.15, linewidth=0)
+    axis.axhline(
+        math.exp(b), color=COLOURS[0], label=f"factor {math.exp(b):.3f}, {100 * found.confidence:g} % for another shield"
+    )
+    axis.axhline(1.0, color="#888888", linewidth=1, linestyle="--", label="model")
+    axis.errorbar(x, ratio, yerr=error, fmt="o", color=COLOURS[6], capsize=3, label="own tests, 95 % of test and computation")
+    for one, place, height in zip(found.tests, x, ratio):
+        axis.annotate(
+            Path(one.name).name, (place, height), xytext=(6, 5), textcoords="offset points", fontsize=8, color="#5a5a5a"
+        )
+    axis.margins(x=0.15)
+    axis.set(title=found.title, xlabel="areal density (kg/m²)", ylabel="measured V50 / computed V50")
+    below(figure, axis)
+    return saved(figure, path)
+
+
+@styled
 def limit(test: Any, path: Place | None = None) -> Figure:
     """The share that goes through over velocity, with a band that joins the intervals, and the residual velocities."""
     fit, law = test.fit, LINKS[test.fit.link]
@@ -170,6 +266,65 @@ def limit(test: Any, path: Place | None = None) -> Figure:
     return saved(figure, path)
 
 
+@styled
+def accuracy(found: Any, path: Place | None = None) -> Figure:
+    """Error over processor time of a shot, as `accuracy_on` draws it."""
+    figure, axis = new(height=4.2)
+    accuracy_on(axis, found)
+    axis.set_xlim(min(row.seconds for row in found.rows) / 1.5, max(row.seconds for row in found.rows) * 2.5)
+    for one in found.choices:
+        axis.text(1.0, one.error, f"{one.error:g} %", transform=axis.get_yaxis_transform(), fontsize=8, va="bottom", ha="right")
+    words = {"absorbed": "absorbed energy", "speed": "speed left", "deflection": "deflection", "limit": "limit"}[found.quantity]
+    axis.set(xlabel="processor time of a shot (s)", ylabel=f"error of the mean {words} (%)")
+    figure.suptitle("\n".join(textwrap.wrap(found.title, 56)), fontsize=11)
+    below(figure, axis)
+    return saved(figure, path)
+
+
+def accuracy_on(axis: Any, found: Any, named: bool = True) -> None:
+    """Error over processor time of a shot, marks for the networks and for what else was tried at one of them; what is recommended
+    is a star, and what is asked for is dashed. An error below its interval is drawn at the end of the interval, as an arrow that
+    points down. The scene as it is has a ring. named: whether settings have their names beside them, and axes more ticks."""
+    shown = [row for row in found.rows if math.isfinite(row.error)]
+    kinds = {
+        "bars of other lengths": [row for row in shown if row.setting.is_plain()],
+        "other steps": [row for row in shown if row.setting.step],
+        "slack balance": [row for row in shown if row.setting.balanced],
+        "graded": [row for row in shown if row.setting.graded],
+    }
+    high = lambda row: abs(row.error) if row.interval.low * row.interval.high > 0.0 else row.bound()
+    for number, (label, rows) in enumerate(kinds.items()):
+        seen = [row for row in rows if row.interval.low * row.interval.high > 0.0]
+        hidden = [row for row in rows if row not in seen and math.isfinite(row.bound()) and row.bound() > 0.0]
+        line = [(row.seconds, high(row)) for row in rows if row in seen or row in hidden] if number == 0 else []
+        axis.plot([x for x, _ in line], [y for _, y in line], color=COLOURS[number], linewidth=0.7)
+        for row in seen:
+            axis.plot([row.seconds] * 2, sorted(abs(end) for end in row.interval), color=COLOURS[number], linewidth=1)
+        for some, marker, words in ((seen, "o", label), (hidden, "v", f"{label}: below this")):
+            style = {"color": COLOURS[number], "fillstyle": "full" if some is seen else "none", "label": words if some else None}
+            axis.plot([row.seconds for row in some], [high(row) for row in some], marker, **style)
+        for row in (*seen, *hidden) if named else ():
+            place = {"xytext": (5, 4), "textcoords": "offset points", "fontsize": 8, "color": "#464646"}
+            axis.annotate(row.name(), (row.seconds, high(row)), **place)
+    for one in found.choices:
+        axis.axhline(one.error, color="#969696", linestyle="--", linewidth=1)
+        if one.row and math.isfinite(one.row.bound()):
+            axis.plot(one.row.seconds, max(high(one.row), 1e-9), "*", color="black", markersize=11, zorder=3)
+    own = [row for row in shown if row.setting.bars == 1.0 and row.setting.is_plain() and math.isfinite(row.bound())]
+    ring = {"color": "black", "fillstyle": "none", "markersize": 11, "label": "the scene as it is"}
+    axis.plot([row.seconds for row in own], [high(row) for row in own], "o", **ring)
+    axis.plot([], [], "*", color="black", markersize=9, label="recommended")
+    finest = next((row for row in found.rows if not math.isfinite(row.error)), None)
+    if finest:
+        axis.axvline(finest.seconds, color="#969696", linestyle=":", linewidth=1, label=f"finest: {finest.name()}")
+    axis.set(xscale="log", yscale="log")
+    for side in (axis.xaxis, axis.yaxis):
+        side.set_major_locator(matplotlib.ticker.LogLocator(subs=(1.0, 2.0, 5.0) if named else (1.0,)))
+        side.set_minor_locator(matplotlib.ticker.NullLocator())
+        side.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+@styled
 def map(table: "pandas.DataFrame", path: Place | None = None, about: Sequence[str] = ()) -> Figure:
     """A table of `fragment_map`: for each impact point the probability of perforation with its interval, and the kinetic energy
     that is left, over velocity and attitude. `about`: lines that say what was shot at."""

@@ -14,6 +14,9 @@ from .about import Parser
 COMMANDS = {
     "run": ("run", "one impact: a table, pictures and a report"),
     "v50": ("v50", "the ballistic limit with its interval"),
+    "accuracy": ("accuracy", "error against run time, and the cheapest settings that keep an error"),
+    "compare": ("compare", "shields side by side: their limits, ranked, and which differ"),
+    "tests": ("own_tests", "your own firing tests against the model, and the factor that they give"),
     "residual": ("residual", "the residual velocity over the impact velocity"),
     "fragments": ("fragments", "the share that goes through, by velocity, attitude and impact point"),
     "report": ("catalogue", "pictures and report again, of what these have written"),
@@ -79,24 +82,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         getattr(module, command)(words[1:])
     else:
         module.main(words[1:])
-
-
-def renamed(command: str) -> None:
-    """A program by its former name."""
-    print(f"fabric-{command} is now: fabric {command}", file=sys.stderr)
-    main([command, *sys.argv[1:]])
-
-
-def v50() -> None:
-    renamed("v50")
-
-
-def residual() -> None:
-    renamed("residual")
-
-
-def fragments() -> None:
-    renamed("fragments")
 
 
 if __name__ == "__main__":

@@ -25,12 +25,14 @@ import scipy  # Its parts are loaded where they are used.
 
 from . import checks, limit, results, window
 from ._kernel import Scene
-from .about import cautions, command, described, of_a_scene, positive
-from .files import Place, csv_of, written
+from .about import cautions, command, described, finished, of_a_scene, own_tests_of, positive
+from .family import Corrected, OwnTests
+from .files import Place, csv_of, titled, written
 from .model_error import model_error
 from .page import Page, notebook, printed
+from .runs import scene_of
 from .shooter import Shooter, Unknown
-from .v50 import Shot
+from .shots import Shot, shot_of
 from .window import Window
 
 RESAMPLES = 200
@@ -74,6 +76,7 @@ class Curve(NamedTuple):
     answer: tuple[str, ...]
     notes: tuple[str, ...]
     window: Window | None = None
+    corrected: tuple[Corrected, ...] = ()  # limits of the fits as own tests have them
 
     def __repr__(self) -> str:
         return f"<Curve {self.title!r}, {len(self.shots)} shots: {self.answer[0]}>"
@@ -100,10 +103,10 @@ class Curve(NamedTuple):
         for fit in self.fits:
             low, high = (dict(zip(keys, map(float, end))) for end in fit.ends(fit.refits))
             curves.append({"curve": fit.name, **fit.best._asdict(), "low": low, "high": high})
-        return {"answer": self.answer, "curves": curves, "shots": self.shots}
+        return {"answer": self.answer, "curves": curves, "shots": self.shots, "corrected": self.corrected}
 
-    def write(self, folder: Place) -> None:
-        """report.html (everything inside), residual.svg, .csv and .json. Raises OSError with the name of the file."""
+    def write(self, folder: Place) -> list[str]:
+        """report.html (everything inside), residual.svg, .csv and .json; their names. Raises OSError with that of a file."""
         from . import plot
 
         folder, shots = Path(folder), [(shot.velocity, int(shot.stopped), shot.residual) for shot in self.shots]
@@ -119,6 +122,7 @@ class Curve(NamedTuple):
             page.text(note)
         page.table(*self.every_shot())
         written(folder / "report.html", page.html())
+        return ["report.html", "residual.svg", "residual.csv", "residual.json"]
 
 
 def asked(confidence: float, resamples: int) -> None:
@@ -148,11 +152,10 @@ def fits(shots: Sequence[Shot], confidence: float = 0.95, seed: int = 1, resampl
         half = 0.5 + 0.5 * confidence
         wider = math.sqrt(n / spare) * float(scipy.special.stdtrit(spare, half) / scipy.special.ndtri(half))
         refits: Any = []
+        held = None if power or len(numpy.unique(v[through])) >= limit.FREE else best.p
         while len(refits) < resamples:
             chosen = random.integers(0, n, n)
-            again = limit.residual_fit(
-                v[chosen], through[chosen], r[chosen], power or (best.p if best.note.startswith("p is 2") else None), best
-            )
+            again = limit.residual_fit(v[chosen], through[chosen], r[chosen], power or held, best)
             if math.isfinite(again.limit):
                 refits.append(middle + wider * (numpy.array([again.limit, again.a, again.p]) - middle))
         refits = numpy.clip(refits, [0.0, 0.0, 1.0], [max(on, best.limit), 1.0, 10.0])
@@ -160,8 +163,8 @@ def fits(shots: Sequence[Shot], confidence: float = 0.95, seed: int = 1, resampl
     return tuple(found)
 
 
-def residual_curve(
-    scene: Scene,
+def residual(
+    scene: Scene | str,
     velocities: Sequence[float] | None = None,
     *,
     shots: int = 24,
@@ -171,15 +174,17 @@ def residual_curve(
     title: str = "Residual velocity",
     about: Sequence[str] = (),
     say: Callable[[str], None] | None = None,
+    own_tests: OwnTests | None = None,
     **options: Any,
 ) -> Curve:
     """Shoots the projectile of a scene at its sheet over a range of velocities, and fits both curves.
 
     velocities: of the shots, m/s; None: `shots` of them, the first of which bracket the limit, beginning with the velocity of the
     scene, and the others go up to `fastest` limits. about: what was shot at, for the report; say: receives a line after each
-    shot; the other `options` are those of `Shooter` (`point`, `attitude`, `keep`, `steps`). A shot of unknown end is left out,
-    which the notes say.
+    shot; own_tests: own firing tests that correct the limits; the other `options` are those of `Shooter` (`point`, `attitude`,
+    `keep`, `steps`). A shot of unknown end is left out, which the notes say.
     Raises ValueError with the name of the argument, Refused with the field of the scene."""
+    scene = scene_of(scene)
     asked(confidence, RESAMPLES)
     checks.numbers("fastest", [fastest])
     if velocities is None:
@@ -195,14 +200,13 @@ def residual_curve(
 
     def shot(velocity: float) -> bool | None:
         try:
-            stopped, residual = shoot(velocity, len(made) + len(left_out))
+            made.append(shot_of(shoot, velocity, len(made) + len(left_out)))
         except Unknown as unknown:
             left_out.append(f"Left out: {unknown}.")
             return None
-        made.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(residual)))
         if say:
-            say(f"shot {len(made)}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s"))
-        return not stopped
+            say(f"shot {len(made)}: {velocity:.2f} m/s, {made[-1].words()}")
+        return not made[-1].stopped
 
     if velocities is None:
         low, high, velocity = 0.0, math.inf, first
@@ -221,9 +225,8 @@ def residual_curve(
     made.sort()
     hole, doubt, note, own = None, "", "", tuple(made)
     if own:
-        hole, doubt, note = window.shot_below(
-            shot, [one.velocity for one in own], [not one.stopped for one in own], confidence, seed
-        )
+        results = [one.velocity for one in own], [not one.stopped for one in own]
+        hole, doubt, note = window.shot_beside(shot, *results, confidence, seed, above=False)
         made.sort()
     found = () if hole else fits(own, confidence, seed)
     if hole:
@@ -237,10 +240,20 @@ def residual_curve(
     if not found and not hole:
         lines.append("Fewer than three shots went through at different velocities: no fit of the residual velocities.")
     bad = [f"{fit.name}: {fit.best.note}" for fit in found if fit.best.note]
-    against = model_error([one for one, _ in shoot.flown] or scene, confidence).sentence()
-    answer = [*filter(None, [hole.sentence() if hole else "", doubt]), *bad, *lines, against, *cautions(scene)[:2]]
+    passed = [one for one in made if not one.stopped]
+    bad += filter(None, [window.groups([one.velocity for one in passed], [one.residual for one in passed])])
+    shot_at = [one for one, _ in shoot.flown] or [scene]
+    corrected = tuple(own_tests.corrected(shot_at, fit.best.limit, *fit.ends(fit.refits[:, 0])) for fit in found if own_tests)
+    lines += (
+        [one.words for one in corrected[:1]]
+        if len({one.words for one in corrected}) == 1
+        else [f"{fit.name}: {one.words}" for fit, one in zip(found, corrected)]
+    )
+    lines = [hole.sentence()] if hole else lines
+    against = model_error(shot_at, confidence).sentence()
+    answer = [*lines, *filter(None, [doubt]), *bad, *shoot.warnings(), against, *cautions(scene)[:2]]
     notes = [*about, shoot.drawn(), *filter(None, [note]), *cautions(scene)[2:], *left_out, *shoot.notes()]
-    return Curve(title, tuple(made), found, confidence, tuple(answer), tuple(notes), hole)
+    return Curve(title, tuple(made), found, confidence, tuple(map(str, answer)), tuple(notes), hole, corrected)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -258,25 +271,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--fastest", type=positive, default=2.5, help="largest velocity, in limits; default: %(default)s")
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
+    own_tests_of(parser)
     given = parser.parse_args(arguments)
     with command(parser, given) as (scene, fabric):
-        curve = residual_curve(
+        own = OwnTests.read(given.tests) if given.tests else None
+        curve = residual(
             scene,
             given.velocities,
             shots=given.shots,
             fastest=given.fastest,
             seed=given.seed,
             confidence=given.confidence,
-            title=f"Residual velocity of {given.scene}",
+            title=f"Residual velocity of {titled(given.scene)}",
             about=described(scene, fabric),
             say=functools.partial(print, flush=True),
             attitude=given.attitude,
+            own_tests=own,
             keep=given.out / "runs.jsonl",
         )
-        print()
-        print(curve.text())
-        curve.write(given.out)
         given.answer = curve.plain()
-        print(f"written to {given.out}: report.html, residual.svg, residual.csv, residual.json, runs.jsonl")
+        names = curve.write(given.out)
+        print("", curve.text(), sep="\n")
+        finished(given, [*names, "runs.jsonl"])
     if curve.window:
         parser.exit(window.STATUS)

@@ -8,14 +8,17 @@ from typing import Any
 
 import numpy
 
-from .files import written
+from .files import reading, written
 from .limit import Interval
+from .notes import Note
 
 
 def plain(value: Any) -> Any:
     """A result as JSON has it: null where a number is not finite, an object for what has names, a list for what has elements."""
     if hasattr(value, "_asdict"):
         value = value._asdict()
+    if isinstance(value, Note):
+        value = {"code": value.code, "text": value.text, "numbers": value.numbers}
     if isinstance(value, dict):
         return {str(name): plain(one) for name, one in value.items()}
     if isinstance(value, (list, tuple, numpy.ndarray)):
@@ -29,6 +32,8 @@ def restored(kind: Any, value: Any) -> Any:
     """A value of this type, of what `plain` made of it."""
     if kind is float:
         return math.nan if value is None else float(value)
+    if kind is Note:
+        return kind(**value)
     if kind is numpy.ndarray:
         return numpy.array(value)
     if typing.get_origin(kind) is tuple:
@@ -48,8 +53,5 @@ def save(result: Any, path: Path) -> None:
 
 def read(kind: Any, path: Path) -> Any:
     """The result of this type that is saved in a file."""
-    text = path.read_text()
-    try:
-        return restored(kind, json.loads(text))
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path.parent}: is no {path.name} of this version") from error
+    with reading(path):
+        return restored(kind, json.loads(path.read_bytes()))

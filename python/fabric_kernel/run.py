@@ -16,8 +16,10 @@ import tqdm
 
 from . import about as scenes
 from . import batch, page, runs
-from ._kernel import PRESETS, Failed, Refused, Scene, Simulation
-from .files import naming, written
+from ._kernel import PRESETS, Failed, Scene, Simulation
+from .about import SHOT_AT, SUMMARY
+from .ensembles import scaled
+from .files import apart, naming, reading, shown, written
 from .textile import spacings
 
 TIMEOUT = 3
@@ -32,6 +34,8 @@ COLUMNS = (
 ).split()
 """Columns of history.csv, without their units."""
 NAMES = {"work": "contact_work", "residual": "energy_residual"}
+PICTURES = ("report.html", "sheet.png", "plies.png", "damage.png", "profile.svg", "history.svg")
+FILES = ("history.csv", "scene.toml", "state.gz", "movie.gif", "vtk/run.pvd")
 SIDES = ("side -x", "side +x", "side -y", "side +y")
 CORNERS = ("corner -x -y", "corner +x -y", "corner -x +y", "corner +x +y")
 MOST_FRAMES = 120
@@ -174,25 +178,9 @@ def summary_of(
         "plies": plies,
         "digest": simulation.digest,
     }
-    return summary | {"warnings": [*remarks, *warnings(scene, simulation, summary)]}
-
-
-def warnings(scene: Scene, simulation: Simulation, summary: dict[str, Any]) -> list[str]:
-    """What the numbers alone do not say loudly enough."""
-    counters, energy = summary["counters"], summary["energy"]
-    row = {"unconverged": counters["unconverged"], "steps": counters["steps"], "beyond_fine": counters["beyond_fine"]}
-    row |= {"energy_residual": energy["residual"], "initial_kinetic": summary["impact_energy"]}
-    found = list(filter(None, [scene.unlikely_body()]))
-    if summary["steps"] and summary["ended_by"] == "TIMEOUT" and summary["contact"]["work"] == 0.0:
-        found.append("the projectile never touched the sheet: look at its position and velocity")
-    if scene["step_check"] == "none":
-        found.append("the time step was not checked: above 0.5 dt_crit the results are wrong, although they may look plausible")
-    found += [doubt.replace("In 1 of 1 runs ", "") for doubt in runs.doubts([row])]
-    found += filter(None, [scene.sharp_edges(math.hypot(*scene["projectile.velocity"]))])
-    rows, columns, _ = simulation.positions().shape
-    if sum(end - first for _, first, end in scene.held()) * scene["stack.plies"] == rows * columns:
-        found.append("every node is held: there is nothing to hit")
-    return found
+    row = {"outcome": ended.lower(), "absorbed": summary["contact"]["work"], "max_deflection": summary["max_deflection"]}
+    row |= {"initial_kinetic": summary["impact_energy"], "energy_residual": summary["energy"]["residual"]}
+    return summary | {"warnings": [*remarks, *runs.doubts([scene], [summary["counters"] | summary["energy"] | row])]}
 
 
 def lines_of(scene: Scene, summary: dict[str, Any]) -> list[tuple[str, str]]:
@@ -203,6 +191,7 @@ def lines_of(scene: Scene, summary: dict[str, Any]) -> list[tuple[str, str]]:
     limits, stack = summary["step_limits"], scene["stack.plies"] > 1
     rows = [
         ("time step", f"{limits['dt']:.4e} s = {limits['dt'] / limits['dt_crit']:.3f} dt_crit"),
+        ("sheet held", scene["attachment.kind"].replace("_", " ")),
         ("ended by", f"{summary['ended_by']} at {1e6 * summary['time']:.1f} us, step {summary['steps']}"),
         ("velocity left x, y, z", f"{vector(summary['projectile']['velocity'])} m/s"),
     ]
@@ -319,10 +308,19 @@ def reported(out: Path) -> dict[str, Any]:
     """Draws pictures and report of a run again, of the files in its folder, and returns its summary."""
     import pandas
 
-    summary, simulation = json.loads((out / "summary.json").read_text()), Simulation(Scene.read(out / "scene.toml"))
-    simulation.restore(gzip.decompress((out / "state.gz").read_bytes()))
-    rows = pandas.read_csv(out / "history.csv", float_precision="round_trip").set_axis(COLUMNS, axis=1)
-    report(out, summary, simulation, rows, lines_of(simulation.scene, summary), [path.name for path in out.glob("movie.gif")])
+    simulation = Simulation(Scene.read(out / "scene.toml"))
+    with reading(out / SUMMARY):
+        summary = json.loads((out / SUMMARY).read_bytes())
+        steps, files, digest = summary["steps"], summary["files"], summary["digest"]
+    with reading(out / "state.gz"):
+        simulation.restore(gzip.decompress((out / "state.gz").read_bytes()))
+    with reading(out / "history.csv"):
+        rows = pandas.read_csv(out / "history.csv", float_precision="round_trip").set_axis(COLUMNS, axis=1)
+        last = rows["step"].iloc[-1]
+    for name, is_of_it in (("state.gz", simulation.digest == digest), ("history.csv", last == steps)):
+        if not is_of_it:
+            raise ValueError(f"{out / name}: is of another run than {SUMMARY}")
+    report(out, summary, simulation, rows, lines_of(simulation.scene, summary), files)
     return dict(summary)
 
 
@@ -341,6 +339,10 @@ def options() -> scenes.Parser:
         metavar="OUTCOME,...",
         help=f"outcomes that end the run: {', '.join(OUTCOMES)}; default: {','.join(runs.UNTIL)}",
     )
+    parser.add_argument(
+        "--speed", type=scenes.positive, metavar="V", help="of the projectile, m/s, in the direction of the scene"
+    )
+    parser.add_argument("--seed", type=int, help="of the yarns' samples; default: that of the scene")
     parser.add_argument("--steps", type=at_least_one, default=runs.STEPS, help="most steps; default: %(default)s")
     parser.add_argument(
         "--sample",
@@ -381,8 +383,22 @@ def outcomes(text: str) -> list[str]:
 
 def named(scene: str) -> str:
     """Name of a scene by its file; one of dots alone would be another folder."""
-    name = Path(scene).stem if scene.endswith(".toml") else scene
+    name = shown(Path(scene).name.removesuffix(".toml"))
     return name if name.strip(".") else "scene"
+
+
+def removed(out: Path, kept: set[str]) -> None:
+    """Removes what an earlier run wrote into a folder that has its summary, but for these files of vtk/."""
+    try:
+        with reading(out / SUMMARY):
+            is_of_a_run = {"digest", "files"} <= set(json.loads((out / SUMMARY).read_bytes()))
+    except (OSError, ValueError):
+        return
+    for name in (SUMMARY, *PICTURES, *FILES) if is_of_a_run else ():
+        (out / name).unlink(missing_ok=True)
+    for path in (out / "vtk").glob("*_????????*.vtp") if is_of_a_run else ():
+        if path.name not in kept:
+            path.unlink()
 
 
 def one(given: argparse.Namespace, scene: Scene, name: str, out: Path, remarks: list[str]) -> dict[str, Any]:
@@ -393,14 +409,19 @@ def one(given: argparse.Namespace, scene: Scene, name: str, out: Path, remarks: 
         simulation, rows, failure = flown(
             scene, given.until, given.steps, given.sample, frames=frames, say=say, capsule=given.capsule
         )
+    given.kept = out, f"{out} has a part of the files of this run"
+    removed(out, {file for _, _, files in frames.kept for file in files})
     written(out / "history.csv", history_csv(rows))
     if failure:
         raise RuntimeError(failure)
     summary = summary_of(name, simulation, rows, given.until, plies_of(simulation, scene.fabrics), remarks)
-    written(out / "summary.json", json.dumps(summary, indent=1) + "\n")
-    written(out / "scene.toml", simulation.scene.text())
+    summary["files"] = ["history.csv", "scene.toml", "state.gz", *frames.write(out, simulation), SUMMARY]
+    written(out / "scene.toml", simulation.scene.to_toml())
     written(out / "state.gz", gzip.compress(simulation.save(), 1, mtime=0))
     lines = lines_of(scene, summary)
+    if not given.no_report:
+        report(out, summary, simulation, rows, lines, summary["files"])
+    written(out / SUMMARY, json.dumps(summary, indent=1) + "\n")
     about = [textwrap.fill(sentence, 100) for sentence in scenes.described(scene)[:2]]
     text = "\n".join([*about, "", page.printed([name, ""], lines)])
     if summary["plies"]:
@@ -409,11 +430,7 @@ def one(given: argparse.Namespace, scene: Scene, name: str, out: Path, remarks: 
     print(text, flush=True)
     for warning in summary["warnings"]:
         print(f"warning: {warning}", file=sys.stderr)
-    files = ["history.csv", "summary.json", "scene.toml", "state.gz", *frames.write(out, simulation)]
-    if not given.no_report:
-        report(out, summary, simulation, rows, lines, files)
-        files.insert(0, "report.html")
-    print(f"written to {out}: {', '.join(files)}", flush=True)
+    print(f"written to {out}: {', '.join([*([] if given.no_report else PICTURES[:1]), *summary['files']])}", flush=True)
     return summary
 
 
@@ -422,27 +439,37 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = options()
     given = parser.parse_args(arguments)
     with scenes.ending(parser, given):
-        scene = scenes.scene_named(given.scene)[0]
+        scene = Scene.read(given.scene)
         remarks = scene.remarks
+        if given.seed is not None:
+            scene = scene.replace(seed=given.seed)
+        if given.speed is not None:
+            scene = scene.replace({"projectile.velocity": scaled(scene["projectile.velocity"], given.speed)})
         if "through" in given.until:
             scene = scene.replace(track_through=True)
         name = named(given.scene)
         out = given.out or Path("fabric-run") / name
-        try:
-            scene.check()
-        except Refused as refused:
-            raise ValueError(f"{given.scene}: {refused}") from refused
+        scene.check()
         if not out.parent.exists() and given.out:
             raise ValueError(f"--out: there is no folder {out.parent}")
         if given.batch:
             others = [name for name in ("movie", "vtk", "capsule") if getattr(given, name)]
             if others:
                 raise ValueError(f"--batch: goes without --{others[0]}")
+            apart([given.scene, given.batch], [out / "batch.csv", out / "runs.jsonl"])
+            given.kept = scenes.goes_on(out)
             with scenes.folder(out):
                 table = batch.flown(scene, given.batch, out, given.until, given.steps)
             given.answer = table.to_dict("records")
             print(f"{batch.text(table)}written to {out}: batch.csv, runs.jsonl", flush=True)
             return
+        files = [out / file for file in (SUMMARY, *PICTURES, *FILES)]
+        apart([given.scene, given.capsule], files)
+        apart([given.scene], [given.capsule] if given.capsule else [])
+        if (out / SHOT_AT).exists():
+            raise ValueError(f"--out: {out} has the results of another command ({SHOT_AT}): give another folder")
+        if kept := [given.capsule] * bool(given.capsule) + [out / "vtk"] * given.vtk:
+            given.kept = kept[0], f"what there was until then is in {' and '.join(map(str, kept))}"
         with scenes.folder(out):
             given.answer = one(given, scene, name, out, remarks)
     if given.until and given.answer["ended_by"] == "TIMEOUT":

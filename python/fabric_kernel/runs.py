@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import scipy  # Its parts are loaded where they are used.
 
 from ._kernel import Failed, Scene, Simulation, parameters
+from .notes import Note
 
 if TYPE_CHECKING:
     import pandas
@@ -28,8 +29,14 @@ MOST_UNCONVERGED = 0.01
 """Contact solves that do not converge are harmless below this share of the steps (docs/accuracy.md)."""
 MOST_GAINED = 0.01
 """Largest part of the impact energy by which an energy balance may be open (docs/model.md, "Slack and taut")."""
+MOST_FROM_NOTHING = 0.001
+"""Largest part of the impact energy that contact may have given from nothing, as the kernel's MOST_GAINED."""
 PARTS = ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "casing_loss", "attachment", "contact_loss")
 """Parts of the energy balance, J, without those of the projectile and the supports."""
+LOST = ("dissipated", "viscous", "friction", "ply_loss", "casing_loss", "attachment", "contact_loss")
+"""Those of them that are dissipated."""
+MOST_VISCOUS = 0.5
+"""Largest part of the dissipated energy that the yarn's viscosity may take: it is on no data sheet."""
 UNITS = {
     "m": ("position_", "ply_penetration", "max_deflection", "point_"),
     "s": ("time", "detached", "wall"),
@@ -40,6 +47,7 @@ UNITS = {
         *"work external_work initial_kinetic residual_kinetic absorbed support_work projectile_kinetic energy_residual".split(),
         *PARTS,
         "residual",
+        "gained",
     ),
 }
 """SI units of the columns of tables, by the beginnings of their names."""
@@ -56,7 +64,26 @@ def with_attrs(table: "pandas.DataFrame") -> "pandas.DataFrame":
     return table
 
 
-def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> dict[str, Any]:
+def with_units(table: "pandas.DataFrame") -> "pandas.DataFrame":
+    """The table with its units in the names of its columns, as files have them."""
+    units = {
+        name: unit.replace("1/", "per_").replace("/", "_per_").replace(".", "_").lower()
+        for name, unit in table.attrs.get("units", {}).items()
+    }
+    return table.rename(columns=lambda name: f"{name}_{units[name]}" if name in units else name)
+
+
+def named(until: Sequence[str] | str) -> tuple[str, ...]:
+    """Names of outcomes, of which one alone may be a text."""
+    return (until,) if isinstance(until, str) else tuple(until)
+
+
+def scene_of(scene: Scene | str) -> Scene:
+    """A scene, or that of a preset or a file by its name."""
+    return Scene.read(scene) if isinstance(scene, str) else scene
+
+
+def fly(scene: Scene | str, *, until: Sequence[str] | str = UNTIL, steps: int = STEPS) -> dict[str, Any]:
     """Runs a scene, or the preset or the file of a name, to one of the outcomes `until`, or for so many steps, and returns what
     came of it as one row of a table.
 
@@ -65,7 +92,7 @@ def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS)
     - `failure`: the code of that failure, else None;
     - `stopped`: whether the fabric stopped the projectile: True if it was arrested or has rebounded, False if it exited, went
       through or carries torn cloth, None if no outcome came: then it is not known; None also if it passed beside the sheet
-      without contact;
+      without contact, or if contact gave energy from nothing;
     - `detached`: time at which the contact was with torn cloth only, s, else None;
     - `steps`, `time`: steps taken, and the time at the end, s;
     - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s: after "arrested" that of the rebound;
@@ -74,7 +101,7 @@ def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS)
     - `absorbed`: work of the projectile on the fabric, J; `support_work`: what of it went into held nodes; `force_peak`: largest
       mean force over a force window, N;
     - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `casing_loss`, `attachment`, `contact_loss`,
-      `energy_residual`: the energy balance at the end, J;
+      `energy_residual`, and of it `gained`, what came from nothing: the energy balance at the end, J;
     - `max_deflection`: largest deflection of held cloth in the run, m, seen every SAMPLE steps and at the end (`plot.profile`
       draws the back face);
     - `failed_segments`: segments that have failed; `failed_near_held`: how many of them lie within three spacings of a held node;
@@ -91,9 +118,9 @@ def fly(scene: Scene | str, *, until: Sequence[str] = UNTIL, steps: int = STEPS)
     Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are, and while it flies when the
     energy balance opens. Raises Refused, with the name of the field, if the scene cannot be simulated.
     """
-    scene = Scene.read(scene) if isinstance(scene, str) else scene
+    scene = scene_of(scene)
     row = flown(scene, until, steps, warns=True)
-    for doubt in [*filter(None, [scene.unlikely_body()]), *doubts([row])]:
+    for doubt in doubts([scene], [row]):
         warnings.warn(doubt, RuntimeWarning, stacklevel=2)
     return row
 
@@ -105,10 +132,16 @@ def where(simulation: Simulation) -> str:
 
 
 def flown(
-    scene: Scene, until: Sequence[str], steps: int, watch: Callable[[Simulation], None] | None = None, *, warns: bool = False
+    scene: Scene,
+    until: Sequence[str] | str,
+    steps: int,
+    watch: Callable[[Simulation], None] | None = None,
+    *,
+    warns: bool = False,
 ) -> dict[str, Any]:
     """What `fly` returns, without its warnings at the end, and while it flies if not asked for. watch: looks every SAMPLE
     steps."""
+    until = named(until)
     if "through" in until and not scene["track_through"]:
         scene = scene.replace(track_through=True)
     simulation = Simulation(scene, warns=warns)
@@ -142,7 +175,9 @@ def flown(
     row |= {f"angular_velocity_{axis}": part for axis, part in zip("xyz", body.get("angular_velocity", [None] * 3))}
     row |= {"initial_kinetic": initial, "residual_kinetic": energy.get("projectile_kinetic"), "absorbed": contact.get("work")}
     row |= {"support_work": energy.get("support_work"), "force_peak": contact.get("force_peak")}
-    row |= {name: energy.get(name) for name in PARTS} | {"energy_residual": energy.get("residual")}
+    row |= {name: energy.get(name) for name in (*PARTS, "gained")} | {"energy_residual": energy.get("residual")}
+    if share(row["gained"], initial) > MOST_FROM_NOTHING:
+        row["stopped"] = None
     row["max_deflection"] = None if broken else deepest
     row["failed_near_held"] = None if broken else near_held(simulation) if counters["failed_segments"] else 0
     row |= {name: counters[name] for name in ("failed_segments", "unconverged", "ply_penetration", "beyond_fine")}
@@ -166,45 +201,100 @@ def near_held(simulation: Simulation) -> int:
     return int((along_x & (near[..., :-1] | near[..., 1:])).sum() + (along_y & (near[:, :-1] | near[:, 1:])).sum())
 
 
-def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Why rows of `fly` are not to be trusted as they are, and what to do: nothing of sound runs."""
-    found = []
-    shares = [row["unconverged"] / max(row["steps"], 1) for row in rows]
-    many = sum(share > MOST_UNCONVERGED for share in shares)
-    if many:
-        found.append(
-            f"In {many} of {len(rows)} runs more than {100 * MOST_UNCONVERGED:g} % of the steps have a contact solve that "
-            "did not converge "
-            f"(`unconverged` over `steps`; at most {100 * max(shares):.2g} %). Its impulses are inexact, and so are "
-            "velocities and energies. "
-            "Repeat such runs with half the time step (time_step.fraction) and with a smaller contact.friction: both "
-            "usually reduce the share. "
-            "A number that they change by more than the scatter of the runs is not a result."
-        )
-    gains = [abs(row["energy_residual"] or 0.0) / row["initial_kinetic"] for row in rows if row["initial_kinetic"]]
-    gained = sum(gain > MOST_GAINED for gain in gains)
-    if gained:
-        found.append(
-            f"In {gained} of {len(rows)} runs the energy residual exceeds {100 * MOST_GAINED:g} % of the impact energy "
-            f"(`energy_residual`; at most {100 * max(gains):.4g} %): yarn that goes slack and taut changes the energy. Write "
-            'slack_balance = true at the top of the scene file (docs/model.md, "Slack and taut").'
-        )
-    beside = sum(row["beyond_fine"] > 0 for row in rows)
-    if beside:
-        found.append(
-            f"In {beside} of {len(rows)} runs the projectile met the sheet beyond the fine part of the graded network "
-            "(`beyond_fine`), "
-            "where nodes may be too far apart to meet it. Move sheet.grading.centre or enlarge sheet.grading.half_width."
-        )
+def share(part: float | None, whole: float) -> float:
+    return abs(part or 0.0) / whole if whole else 0.0
+
+
+def doubts(scenes: Sequence[Scene], rows: Sequence[Mapping[str, Any]]) -> list[Note]:
+    """Decisive warnings of runs, for every report and every function: why rows of `fly` and their scenes are not to be trusted as
+    they are, and what to do. Nothing of sound runs; the sentence of one run does not count it."""
+    speed = lambda scene: math.hypot(*scene["projectile.velocity"])
+    unconverged = [share(row["unconverged"], row["steps"]) for row in rows]
+    gains, nothing = ([share(row[name], row["initial_kinetic"]) for row in rows] for name in ("energy_residual", "gained"))
+    viscous = [share(row["viscous"], sum(max(row[name] or 0.0, 0.0) for name in LOST)) for row in rows]
+    counted = [
+        (
+            "energy_from_nothing",
+            sum(one > MOST_FROM_NOTHING for one in nothing),
+            max(nothing, default=0.0),
+            f"contact has given energy from nothing (`gained`; at most {100 * max(nothing, default=0.0):.2g} % of the impact "
+            "energy): the outcome is not known. Take half of time_step.fraction.",
+        ),
+        (
+            "unconverged",
+            sum(one > MOST_UNCONVERGED for one in unconverged),
+            max(unconverged, default=0.0),
+            f"more than {100 * MOST_UNCONVERGED:g} % of the steps have a contact solve that did not converge (`unconverged` over "
+            f"`steps`; at most {100 * max(unconverged, default=0.0):.2g} %). Its impulses are inexact, and so are velocities and "
+            "energies. Repeat such runs with half the time step (time_step.fraction) and with a smaller contact.friction: both "
+            "usually reduce the share. A number that they change by more than the scatter of the runs is not a result.",
+        ),
+        (
+            "energy_residual",
+            sum(one > MOST_GAINED for one in gains),
+            max(gains, default=0.0),
+            f"the energy residual exceeds {100 * MOST_GAINED:g} % of the impact energy (`energy_residual`; at most "
+            f"{100 * max(gains, default=0.0):.4g} %): yarn that goes slack and taut changes the energy. Write slack_balance = "
+            'true at the top of the scene file (docs/model.md, "Slack and taut").',
+        ),
+        (
+            "beyond_fine",
+            sum(row["beyond_fine"] > 0 for row in rows),
+            max((row["beyond_fine"] for row in rows), default=0),
+            "the projectile met the sheet beyond the fine part of the graded network (`beyond_fine`), where nodes may be too far "
+            "apart to meet it. Move sheet.grading.centre or enlarge sheet.grading.half_width.",
+        ),
+        (
+            "viscous",
+            sum(one > MOST_VISCOUS for one in viscous),
+            max(viscous, default=0.0),
+            f"the viscosity of the yarn takes more than half of the dissipated energy (`viscous`; at most "
+            f"{100 * max(viscous, default=0.0):.0f} %). No data sheet gives it: repeat them with half of viscosity_linear, "
+            "viscosity_quadratic and viscosity_bending of [yarn].",
+        ),
+        (
+            "no_contact",
+            sum(row["outcome"] == "timeout" and not row["absorbed"] for row in rows),
+            None,
+            "the projectile never touched the sheet: look at its position and velocity.",
+        ),
+        (
+            "step_unchecked",
+            sum(scene["step_check"] == "none" for scene in scenes),
+            None,
+            "the time step was not checked: above 0.5 dt_crit the results are wrong, although they may look plausible.",
+        ),
+        (
+            "all_held",
+            sum(
+                not row["max_deflection"]
+                and sum(end - first for _, first, end in scene.held()) == scene["sheet.nodes_x"] * scene["sheet.nodes_y"]
+                for scene, row in zip(scenes, rows)
+            ),
+            None,
+            "every node is held: there is nothing to hit.",
+        ),
+    ]
+    fastest = sorted(scenes, key=speed, reverse=True)
+    bodies = (
+        ("unlikely_body", Scene.unlikely_body),
+        ("sharp_edges", lambda scene: scene.sharp_edges(speed(scene))),
+        ("coarse_network", Scene.coarse_network),
+    )
+    first = [(code, next(filter(None, map(said, fastest)), None)) for code, said in bodies]
+    found = [Note(f"{note[0].upper()}{note[1:]}.", code, {"speed": speed(fastest[0])}) for code, note in first if note]
+    for code, count, most, text in counted:
+        if count:
+            said = f"In {count} of {len(rows)} runs {text}" if len(rows) > 1 else text[0].upper() + text[1:]
+            found.append(Note(said, code, {"runs": count, "of": len(rows)} | ({} if most is None else {"most": most})))
     return found
 
 
 def history(
-    simulation: Simulation | Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS, every: int = 64
+    simulation: Simulation | Scene | str, *, until: Sequence[str] | str = UNTIL, steps: int = STEPS, every: int = 64
 ) -> "pandas.DataFrame":
     """Runs a simulation, or a scene from its start, to one of the outcomes, for at most so many steps, and returns a row for
-    every
-    `every` steps.
+    every `every` steps.
 
     A row has step and time (s), position, velocity and angular velocity of the projectile, the mean force on it since the row
     before (N), `work`, the energies (J), failed segments, nodes in contact, and the largest deflection (m) and stretch.
@@ -215,9 +305,9 @@ def history(
 
     if every < 1:
         raise ValueError(f"every: must be at least 1; it is {every}")
-    if isinstance(simulation, Scene):
-        simulation = Simulation(simulation)
-    rows = [sample(simulation, None)]
+    if not isinstance(simulation, Simulation):
+        simulation = Simulation(scene_of(simulation))
+    until, rows = named(until), [sample(simulation, None)]
     last = simulation.step_count + steps
     while simulation.step_count < last and not any(name in until for name in simulation.outcomes()):
         simulation.run(until, min(every, last - simulation.step_count))

@@ -42,7 +42,7 @@ COARSE = "spacing of the network: twice, with bars of two yarns"
 
 def variants(scene: Scene) -> dict[str, Scene]:
     """The scene of each change, by what is changed and how; what does not apply to a scene is left out."""
-    value, found = scene.values(), {}
+    value, found = scene.to_dict(), {}
 
     def add(what: Any, how: Any, changes: Any) -> None:
         found[f"{what}: {how}"] = scene.replace(changes)
@@ -85,6 +85,8 @@ def variants(scene: Scene) -> dict[str, Scene]:
         add("viscosity of the yarn", "half", {name: 0.5 * number for name, number in viscosity.items()})
     else:
         add("viscosity of the yarn", "that of real fabrics", dict(zip(viscosity, (0.06, 1.5, 0.06))))
+    for how, part in (("half", 0.5), ("double", 2.0)) if value["sheet.thickness"] else ():
+        add("thickness of the cloth", how, {"sheet.thickness": part * value["sheet.thickness"]})
     add("crimp", "1 % more", {"sheet.crimp": [part + 0.01 for part in value["sheet.crimp"]]})
     add(
         "failure strain",
@@ -309,12 +311,10 @@ def sensitivity(
         )
     rows.sort(key=lambda one: -abs(one.percent) if math.isfinite(one.percent) else math.inf)
     notes += [
-        f"They are changes from {mean:.1f} m/s, the mean limit of {len(own)} single shots, each found by bisection in "
-        "its own yarns and point. "
-        f"The {guess:.1f} m/s of the test are fitted to many shots with one velocity each.",
-        f"Changes are of the limits of those of {asked} shots that have one with and without the change (the last "
-        "column), each found to "
-        f"{100 * (WIDTH - 1):.0f} %, one change at a time.",
+        f"They are changes from {mean:.1f} m/s, the mean limit of {len(own)} single shots, each found by bisection in its own "
+        f"yarns and point. The {guess:.1f} m/s of the test are fitted to many shots with one velocity each.",
+        f"Changes are of the limits of those of {asked} shots that have one with and without the change (the last column), "
+        f"each found to {100 * (WIDTH - 1):.0f} %, one change at a time.",
         f"The changes took {sum(spent) / test:.1f} times the node-steps of the test.",
     ]
     return Sensitivity(mean, tuple(rows), tuple(notes))

@@ -44,6 +44,9 @@ class Sheet:
         self.nodes, self.radius, self.closed, self.held = (nx, ny), scene["sheet.radius"], scene["sheet.closed"], scene.held()
         self.half_size, self.critical_strain = [0.5 * side for side in sides(scene)], scene["yarn.critical_stretch"] - 1.0
         self.sphere = scene["projectile.radius"] if scene["projectile.shape"] == "sphere" else 0.0
+        # Those that the kernel counts: alpha is 0 already where one fails in the next step.
+        self.failed_segments: int = simulation.ply(ply)["failed_segments"]
+        self.thickness = scene["sheet.thickness"] * scene["sheet.plies"]
         self.time, self.centre = simulation.time, numpy.array(body["position"])
         of_ply = lambda nodes: nodes.reshape(plies, nx * ny, 3)[ply].astype("f4").astype(float)
         self.positions, self.velocities = of_ply(positions), of_ply(simulation.velocities())
@@ -64,7 +67,7 @@ class Sheet:
         return numpy.concatenate([across[:, : nx - 1].ravel(), along[: ny - 1].ravel()])
 
     def failed(self) -> int:
-        return int((self.alpha == 0).sum())
+        return self.failed_segments
 
     def deflection(self) -> float:
         """Largest deflection of a node that is still near the sheet's body, m: debris may be anywhere."""
@@ -244,6 +247,14 @@ class Sheet:
         chosen = slice(first, first + nx - 1)
         return 1e3 * self.positions[:, [0, 2]][self.segments[chosen]], self.alpha[chosen]
 
+    def draw_thickness(self, axis: Any) -> None:
+        """The whole yarns of the section, as wide as the cloth is thick."""
+        lines, alpha = self.section()
+        along = lines[alpha > 0, 1] - lines[alpha > 0, 0]
+        off = 0.5e3 * self.thickness * numpy.stack([-along[:, 1], along[:, 0]], 1) / numpy.hypot(*along.T)[:, None]
+        ends = numpy.stack([lines[alpha > 0] + side * off[:, None] for side in (1, -1)], 1)
+        axis.add_collection(PolyCollection(list(numpy.concatenate([ends[:, 0], ends[:, 1, ::-1]], 1)), facecolors="#dddddd"))
+
     def draw_damage(self, axis: Any) -> None:
         """Damage on the undeformed grid, seen along the line of flight; held nodes in grey."""
         nx, ny = self.nodes
@@ -405,6 +416,7 @@ def picture_of_curve(sheet: Sheet, path: Place | None, title: str) -> Any:
     sheet.draw_oblique(whole, near=False)
     bar(figure, near, sheet, "strain (%)")
     whole.set_title("the whole sheet", fontsize=10)
+    sheet.draw_thickness(section)
     lines, alpha = sheet.section()
     section.add_collection(LineCollection(lines[alpha > 0], colors=YARN, linewidths=1.2))
     section.add_collection(
@@ -462,6 +474,7 @@ def picture_of_stack(sheets: Sequence[Sheet], path: Place, title: str) -> None:
     """Picture of separate plies: a section along x through the middle, and how many segments failed in each."""
     figure, (left, right) = drawing.new(12.6, 6.4, 2)
     for number, sheet in enumerate(sheets):
+        sheet.draw_thickness(left)
         lines, alpha = sheet.section()
         live, damaged = alpha > 0, (alpha > 0) & (alpha < 1)
         left.add_collection(LineCollection(lines[live], colors=PLIES[number % len(PLIES)], linewidths=0.6))

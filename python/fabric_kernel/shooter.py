@@ -8,10 +8,10 @@ from typing import Any
 import tqdm
 
 from ._kernel import Refused, Scene
-from .about import noted
 from .ensembles import append, kept, run_key, vary, within_mesh
 from .files import Place
-from .runs import STEPS, doubts, flown, where
+from .notes import Note
+from .runs import STEPS, doubts, flown, scene_of, where
 
 
 class Unknown(RuntimeError):
@@ -39,7 +39,7 @@ class Shooter:
 
     def __init__(
         self,
-        scene: Scene,
+        scene: Scene | str,
         *,
         seed: int = 1,
         point: tuple[float, float] | None = (0.0, 0.0),
@@ -49,6 +49,7 @@ class Shooter:
         steps: int | None = None,
         to_the_end: bool = False,
     ) -> None:
+        scene = scene_of(scene)
         self.scene, self.seed, self.attitude, self.tilt = scene, seed, attitude, tilt
         self.steps = 10 * STEPS if steps is None else steps
         self.until = self.UNTIL[:-1] if to_the_end else self.UNTIL
@@ -59,14 +60,12 @@ class Shooter:
         """Whether the last shot was in the file."""
         self.made: dict[str, dict[str, Any]] = {}
         self.flown: list[tuple[Scene, dict[str, Any]]] = []
-        self.fastest = 0.0
 
     def __call__(self, velocity: float, shot: int) -> tuple[bool, float]:
         one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[
             shot
         ]
         key = run_key(one, self.until, self.steps)
-        self.fastest = max(self.fastest, velocity)
         self.was_kept = key in self.rows
         if not self.was_kept:
             try:
@@ -88,13 +87,18 @@ class Shooter:
             raise Unknown(f"shot {shot + 1} at {velocity:.6g} m/s: {ended}: neither stopped nor through")
         return row["stopped"], row["speed"]
 
+    def samples_yarns(self) -> bool:
+        value = self.scene.to_dict()
+        of_back = any(value[f"back.{name}"] for name in ("modulus_sd", "damage_sd", "weibull_shape"))
+        return value["yarn.stochastic"] or value["yarn.strength_draw"] != "none" or bool(value["back.plies"] and of_back)
+
+    def samples(self) -> bool:
+        """Whether shots with one velocity differ."""
+        return self.samples_yarns() or self.mesh is not None or self.attitude == "random" or self.tilt is not None
+
     def drawn(self) -> str:
         """What differs from shot to shot besides the velocity, in words."""
-        value = self.scene.values()
-        yarns = value["yarn.stochastic"] or value["yarn.strength_draw"] != "none"
-        if value["back.plies"]:
-            yarns = yarns or any(value[f"back.{name}"] for name in ("modulus_sd", "damage_sd", "weibull_shape"))
-        yarn = "yarns sampled for each" if yarns else "the same yarns in each, as the scene samples none"
+        yarn = "yarns sampled for each" if self.samples_yarns() else "the same yarns in each, as the scene samples none"
         where = "as the scene says" if self.mesh is None else "through a random point within one mesh of the middle"
         attitude = ", every orientation equally likely" if self.attitude == "random" else ""
         fixed = ["fragment", "fabric", "support"] + ([] if attitude else ["attitude"]) + ["angle of impact"]
@@ -124,4 +128,9 @@ class Shooter:
                 f"The viscosity of the yarn dissipated {100 * sum(row['viscous'] for row in rows) / absorbed:.0f} % of the "
                 "absorbed energy."
             )
-        return doubts(rows) + noted(self.scene, self.fastest) + notes
+        return notes
+
+    def warnings(self) -> list[Note]:
+        """Decisive warnings of the shots made so far."""
+        known = {id(row): (scene, row) for scene, row in self.flown if row["stopped"] is not None}
+        return doubts([scene for scene, _ in known.values()], [row for _, row in known.values()])

@@ -5,9 +5,12 @@ How velocities are chosen stands in `designs.py`, what is made of the results in
 truth in docs/tables/v50.md.
 """
 
+import argparse
+import contextlib
+import copy
 import functools
-import json
 import math
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,33 +18,29 @@ from typing import Any, NamedTuple
 import numpy
 import scipy  # Its parts are loaded where they are used.
 
-from . import checks, designs, limit, results, window
-from ._kernel import Scene
-from .about import cautions, command, described, of_a_scene, positive
-from .files import Place, csv_of, written
+from . import checks, designs, limit, network, results, window
+from ._kernel import Refused, Scene
+from .about import cautions, command, described, finished, of_a_scene, own_tests_of, positive
+from .family import Corrected, OwnTests
+from .files import Place, csv_of, titled, written
 from .likelihood import LINKS
 from .model_error import model_error
+from .notes import Note
 from .page import Page, notebook, printed
 from .sensitivity import Sensitivity
 from .shooter import Shooter, Unknown
+from .shots import Shoot, Shot, shot_of, shots_of
 from .textile import axes
 from .window import Window
 
-Shoot = Callable[[float, int], tuple[bool, float]]
-"""Shoots with a velocity (m/s) and the number of the shot, from 0: whether the fabric stopped it, and the residual velocity
-(m/s). The number alone decides what is drawn for the shot."""
-UNKNOWN = 3
-"""So many unknown shots in turn end a test."""
+ENOUGH = 8
+"""Shots before an interval is looked at."""
+AT_IGNORES = set("design low high deviation plan aim last link tests simulated to-the-end sensitivity within no-network".split())
+"""Options that --at would not read."""
 
 
-class Shot(NamedTuple):
-    velocity: float  # m/s
-    stopped: bool
-    residual: float  # m/s, 0 if stopped
-
-
-class Test(NamedTuple):
-    """A finished test. `text` and `write` report it, `plot.limit` draws it."""
+class LimitTest(NamedTuple):
+    """A finished test. `v50` and `interval` are its result, `text` and `write` report it, `plot.limit` draws it."""
 
     title: str
     design: str
@@ -55,29 +54,90 @@ class Test(NamedTuple):
     against: str = ""  # how far the model may be off, where a scene was shot at
     cautions: tuple[str, ...] = ()  # what the reader must know first
     sensitivity: Sensitivity | None = None
-    doubt: str = ""  # that slower shots went through
-    below: tuple[Shot, ...] = ()  # of the ladder below the limit, which are not fitted
+    doubt: str = ""  # that slower shots went through, or faster ones were stopped
+    ladder: tuple[Shot, ...] = ()  # below and above the limit, which are not fitted
     window: Window | None = None  # then there is no fit
+    warnings: tuple[Note, ...] = ()  # decisive ones of the shots
+    corrected: Corrected | None = None  # V50 as own tests have it
+    shift: network.Shift | None = None  # of the limit by bars half as long
+    within: float = math.nan  # half of the interval that was asked for, over V50
+    groups: str = ""  # of residual velocities
+
+    @property
+    def v50(self) -> float:
+        """Velocity at which half of the shots go through, m/s; NaN if there is none."""
+        return self.velocity(0.5)
+
+    def velocity(self, share: float = 0.5) -> float:
+        """Velocity at which a share of the fit goes through, m/s; NaN if it is not known."""
+        return self.fit.velocities[self.place(share)]
+
+    def interval(self, share: float = 0.5) -> limit.Interval:
+        """Interval of `velocity`, m/s."""
+        return self.fit.intervals[self.place(share)]
+
+    def place(self, share: float) -> int:
+        if share not in self.fit.shares:
+            checks.refuse("share", f"one of {', '.join(f'{one:g}' for one in self.fit.shares)}", share)
+        return self.fit.shares.index(share)
+
+    def kept(self) -> str:
+        """Whether the interval and the network keep what was asked for; empty if nothing was."""
+        if math.isnan(self.within):
+            return ""
+        asked, half = f"{100 * self.within:.2g} %", self.half() / self.v50
+        if self.window or not math.isfinite(half) or half > self.within:
+            return (
+                f"Not within {asked}: {self.fit.shots} shots leave {100 * half:.2g} %."
+                if math.isfinite(half)
+                else f"Not within {asked}."
+            )
+        if self.shift and not self.shift.interval.low <= 100 * self.within >= -self.shift.interval.high:
+            return f"Not within {asked}: bars half as long change the limit by {self.shift.text()} %."
+        if self.shift and max(abs(end) for end in self.shift.interval) <= 100 * self.within:
+            return f"Within {asked} after {self.fit.shots} shots, and with bars half as long."
+        what = "the shift of the network is not known to be" if self.shift else "the network was not looked at"
+        return f"Within {asked} after {self.fit.shots} shots, of chance alone: {what}{' so small' * bool(self.shift)}."
+
+    def half(self) -> float:
+        """Farther end of the interval of V50 from it, m/s; infinite without one."""
+        return max((abs(end - self.v50) for end in self.interval()), default=math.inf)
 
     def answer(self) -> list[str]:
-        """The limit, how far the model may be off, and the first cautions, a line each."""
-        fit, lines = self.fit, [*filter(None, [self.window.sentence() if self.window else "", self.doubt])]
+        """The limit, decisive warnings, how far the model may be off, and the first cautions, a line each."""
+        fit, lines = self.fit, [self.window.sentence()] if self.window else []
         for share, value, interval in zip(fit.shares, fit.velocities, fit.intervals):
             if share == 0.5 and not self.window:
                 bounded = f"{interval} m/s" if any(math.isfinite(end) for end in interval) else "not bounded by these shots"
                 number = f"{value:.1f} m/s, {100 * fit.confidence:g} % interval {bounded}" if math.isfinite(value) else bounded
                 lines.append(f"V50 {number}, of the model alone.")
+        if self.shift and not self.window:
+            percent = f"{self.shift.percent:+.0f}" if math.isfinite(self.shift.percent) else "not known"
+            lines.append(
+                f"Network: bars half as long change it by {percent} %, interval {self.shift.text()} % ({self.shift.shots} shots)."
+            )
+        lines.append(self.kept())
+        if self.corrected and not self.window:
+            lines.append(self.corrected.words)
         width = self.sensitivity.sentence() if self.sensitivity else ""
-        return [*lines, *filter(None, [self.against]), *([width] if width else self.cautions[:1]), *self.cautions[1:2]]
+        lines += [
+            self.doubt,
+            *self.warnings,
+            self.groups,
+            self.residual.note if self.residual.is_bad() else "",
+            self.against,
+            width,
+        ]
+        return [*filter(None, lines), *self.cautions[1 if width else 0 : 2]]
 
     @classmethod
-    def read(cls, path: Place) -> "Test":
+    def read(cls, path: Place) -> "LimitTest":
         """The test of a test.json, or of the folder that has it."""
         path = Path(path)
         return results.read(cls, path / "test.json" if path.is_dir() else path)
 
     def __repr__(self) -> str:
-        return f"<Test {self.title!r}, {len(self.shots)} shots: {' '.join(self.answer()[:1]) or 'no limit'}>"
+        return f"<LimitTest {self.title!r}, {len(self.shots)} shots: {' '.join(self.answer()[:1]) or 'no limit'}>"
 
     def _repr_html_(self) -> str:
         return notebook(self.title, self.answer(), self.heading(), self.rows())
@@ -89,16 +149,18 @@ class Test(NamedTuple):
         """Heading and rows."""
         rows: list[tuple[int | str, ...]] = [
             (k, f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}")
-            for k, s in enumerate((*self.shots, *self.below), 1)
+            for k, s in enumerate((*self.shots, *self.ladder), 1)
         ]
         return ("shot", "m/s", "result", "residual m/s"), rows
 
     def rows(self) -> list[tuple[str, str, str, str]]:
-        """For each share: its name, estimate, interval and the plain profile-likelihood interval, m/s."""
+        """For each share: its name, estimate, interval and, where results overlap, the plain profile-likelihood interval, m/s."""
         fit = self.fit
         value = lambda x: f"{x:.1f}" if math.isfinite(x) else "none"
+        # The likelihood of the textbooks has another estimate than Firth's.
+        plain = fit.method != "Firth"
         return [
-            (limit.name(share), value(x), str(interval), str(profile))
+            (limit.name(share), value(x), str(interval), str(profile) if plain else "none")
             for share, x, interval, profile in zip(fit.shares, fit.velocities, fit.intervals, fit.profile)
         ]
 
@@ -119,10 +181,10 @@ class Test(NamedTuple):
         if math.isfinite(residual.limit):
             lines.append(
                 f"Residual velocity after Lambert and Jonas: a (v^p - v_l^p)^(1/p) with v_l {residual.limit:.1f} m/s, a "
-                f"{residual.a:.3f}, "
-                f"p {residual.p:.2f}, error {residual.error:.1f} m/s; stopped shots are censored at 0."
+                f"{residual.a:.3f}, p {residual.p:.2f}, error {residual.error:.1f} m/s; stopped shots are censored at 0."
             )
-        return lines + [note for note in (*self.cautions[2:], residual.note, *fit.notes, *self.notes) if note]
+        note = "" if residual.is_bad() else residual.note
+        return lines + [note for note in (*self.cautions[2:], note, *fit.notes, *self.notes) if note]
 
     def text(self) -> str:
         """Design, seeds, every shot, fit and intervals, for the terminal."""
@@ -131,13 +193,13 @@ class Test(NamedTuple):
             lines += [printed(self.sensitivity.heading(), self.sensitivity.rows()), *self.sensitivity.notes, ""]
         return "\n".join([*lines, printed(*self.every_shot())])
 
-    def write(self, folder: Place) -> None:
-        """report.html (everything inside), plot.svg, shots.csv and test.json, each whole or as it was before. Raises OSError with
-        the name of the file, as where the disk is full."""
+    def write(self, folder: Place) -> list[str]:
+        """report.html (everything inside), plot.svg, shots.csv and test.json, each whole or as it was before; their names. Raises
+        OSError with the name of the file, as where the disk is full."""
         folder = Path(folder)
         from . import plot
 
-        shots = [(k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate((*self.shots, *self.below), 1)]
+        shots = [(k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate((*self.shots, *self.ladder), 1)]
         written(folder / "shots.csv", csv_of(("shot", "velocity_m_per_s", "stopped", "residual_m_per_s"), shots))
         plot.limit(self, folder / "plot.svg")
         if self.sensitivity:
@@ -149,6 +211,8 @@ class Test(NamedTuple):
             folder / "report.html",
             self.page((folder / "plot.svg").read_bytes(), (folder / "sensitivity.svg").read_bytes() if self.sensitivity else b""),
         )
+        names = ["report.html", "plot.svg", "shots.csv", "test.json"]
+        return [*names, "sensitivity.svg", "sensitivity.csv"] if self.sensitivity else names
 
     def page(self, picture: bytes, tornado: bytes = b"") -> str:
         """The report as one HTML file, with the pictures of the limit and of the sensitivity as SVG."""
@@ -168,63 +232,16 @@ class Test(NamedTuple):
         page.text(
             "The interval is calibrated by simulated tests of the same design. The plain profile likelihood is that of the "
             "textbooks; with few "
-            "shots it holds the truth less often than it says."
+            "shots it holds the truth less often than it says. There is none where the results do not overlap."
         )
         page.table(*self.every_shot())
         return page.html()
 
 
-def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) -> tuple[list[Shot], list[str]]:
-    """The shots of a test, which shots were left out, and why there are fewer than were asked for."""
-    made: list[Shot] = []
-    left_out: list[str] = []
-    in_turn = 0
-    design.start(1)
-    while len(made) < shots:
-        velocities = numpy.array([[shot.velocity for shot in made]], float).reshape(1, -1)
-        through = numpy.array([[not shot.stopped for shot in made]], bool).reshape(1, -1)
-        alike = made and through.all() == through.any() and not isinstance(design, designs.Plan)
-        if alike and len(made) == designs.ALIKE:
-            ended = (
-                f"{len(made)} shots with one result, from {velocities.min():.4g} to {velocities.max():.4g} m/s, ended the test "
-                f"without a V50."
-            )
-            return made, [*left_out, ended]
-        # An unknown shot is shot again with the next draw.
-        if not in_turn:
-            velocity = float(design.next(velocities, through)[0])
-        if not velocity > 0.0:
-            ended = (
-                f"The design asked for {velocity:.4g} m/s as shot {len(made) + 1}, which cannot be shot: the test ended "
-                f"before it."
-            )
-            return made, [*left_out, ended]
-        try:
-            stopped, residual = shoot(velocity, len(made) + len(left_out))
-        except Unknown as unknown:
-            left_out.append(f"Left out: {unknown}.")
-            say(left_out[-1])
-            in_turn += 1
-            if in_turn < UNKNOWN:
-                continue
-            if not alike:
-                raise
-            return made, [*left_out, "The test ended without a V50, as all known results are alike."]
-        in_turn = 0
-        made.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(residual)))
-        before = ", kept from before" if getattr(shoot, "was_kept", False) else ""
-        say(
-            f"shot {len(made)} of {shots}: {velocity:.2f} m/s, "
-            + ("stopped" if stopped else f"through with {residual:.2f} m/s")
-            + before
-        )
-    return made, left_out
-
-
 def v50(
-    shoot: Shoot,
-    design: designs.Neyer | designs.ThreePhase | designs.Plan,
-    shots: int,
+    shoot: Shoot | Scene | str,
+    design: designs.Neyer | designs.ThreePhase | designs.Plan | None = None,
+    shots: int = 20,
     *,
     link: str = "probit",
     confidence: float = 0.95,
@@ -234,8 +251,11 @@ def v50(
     seeds: str = "",
     about: Sequence[str] = (),
     say: Callable[[str], None] | None = None,
-    below: bool = True,
-) -> Test:
+    beside: bool = True,
+    own_tests: OwnTests | None = None,
+    within: float | None = None,
+    shifted: bool = False,
+) -> LimitTest:
     """Shoots, fits and returns the test.
 
     - `shoot`: a shot that is Unknown is left out, which the report says, and shot again with the next draw; the third in turn
@@ -243,19 +263,31 @@ def v50(
     - `design`: chooses the velocities; one that is not positive ends the test, which says so. Neyer's and the three-phase design
       end it after twelve shots with one result, with the bound that they give;
     - `link`: "probit" or "logit", the law of single limits;
-    - `below`: whether slower shots are made before the limit is told (`window.py`): where these or others contradict one limit
-      there is none;
+    - `beside`: whether slower and faster shots are made before the limit is told (`window.py`): where these or others contradict
+      one limit there is none;
+    - `within`: half of the interval of V50 over V50, at which shots end before there are as many as `shots`;
+    - `shifted`: whether the shift of the limit with bars half as long is computed, of a `Shooter`, which takes twice the time;
     - `tests`, `seed`: simulated tests behind each interval, and the seed of the simulations; 0 tests: chi squared instead;
+    - `own_tests`: own firing tests that correct V50 of a `Shooter`'s scene;
     - `seeds`: words about the draws of the shots, for the report; `about`: what was shot at, likewise; `say`: receives a line
       after each shot.
 
     Raises ValueError with the name of the argument; what `shoot` raises is passed on.
     """
     checks.whole("shots", shots, 1)
+    if isinstance(shoot, (Scene, str)):
+        shoot = Shooter(shoot, seed=seed)
+    if design is None and isinstance(shoot, Shooter):
+        design = designs.Neyer.bracketed(math.hypot(*shoot.scene["projectile.velocity"]), link=link)
+    elif design is None:
+        checks.refuse("design", "given beside a function that shoots", design)
     limit.asked(link, confidence, tests)
     if isinstance(design, designs.Plan) and shots > len(design.velocities):
         raise ValueError(f"shots: the plan has {len(design.velocities)} velocities; shots are {shots}")
-    made, notes = _shots(shoot, design, shots, say or (lambda line: None))
+    if within is not None and not 0.0 < within <= 0.5:
+        checks.refuse("within", "above 0 and at most 50 %", f"{100 * within:g} %")
+    enough = functools.partial(narrow, within, design, link, confidence, tests, seed) if within else lambda made: False
+    made, notes = shots_of(shoot, design, shots, say or (lambda line: None), enough)
     if not made:
         raise ValueError(f"design: {notes[0]}")
     v = numpy.array([shot.velocity for shot in made])
@@ -266,22 +298,22 @@ def v50(
         simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
     average, chosen, hole, doubt = limit.standard_average(v, y), design.words(), None, ""
-    slower: list[Any] = []
-    if below:
+    ladder: list[Any] = []
+    if beside:
 
         def shot(velocity: float) -> bool | None:
-            number = len(made) + len(notes) + len(slower)
             try:
-                stopped, left = shoot(velocity, number)
+                ladder.append(shot_of(shoot, velocity, len(made) + len(notes) + len(ladder)))
             except Unknown as unknown:
                 notes.append(f"Left out: {unknown}.")
                 return None
-            slower.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(left)))
-            say and say(f"below the limit: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {left:.2f} m/s"))
-            return not stopped
+            say and say(f"{'below' if velocity < v.mean() else 'above'} the limit: {velocity:.2f} m/s, {ladder[-1].words()}")
+            return not ladder[-1].stopped
 
-        hole, doubt, note = window.shot_below(shot, v, y, confidence, seed)
-        chosen += f". {note[:-1]}" if slower else ""
+        hole, doubt, note = window.shot_beside(shot, v, y, confidence, seed)
+        chosen += f". {note[:-1]}" if ladder else ""
+    passed = [shot for shot in (*made, *ladder) if not shot.stopped]
+    groups = window.groups([shot.velocity for shot in passed], [shot.residual for shot in passed])
     if hole:
         found, average = limit.withheld(found), limit.Average(math.nan, 0, math.nan)
         residual = limit.Residual(math.nan, math.nan, math.nan, math.nan, "")
@@ -290,17 +322,52 @@ def v50(
     words = f"{drawn} {simulated}".strip()
     against = ""
     first: tuple[str, ...] = ()
+    decisive: tuple[Note, ...] = ()
+    corrected, moved = None, None
     if isinstance(shoot, Shooter):
+        shot_at = [scene for scene, _ in shoot.flown]  # Without those with bars half as long.
+        if shifted and math.isfinite(found.mu):
+            try:
+                moved = network.shift(shoot, made, found.mu, found.deviation, confidence=confidence, say=say)
+            except (Refused, Unknown) as refused:
+                notes.append(f"network: not shifted: {refused}.")
         scaled = axes(shoot.scene)
         notes += [*shoot.notes(), *([scaled.words(found.mu)] if scaled else [])]
-        interval = next(interval for share, interval in zip(found.shares, found.intervals) if share == 0.5)
+        middle = found.shares.index(0.5)
+        value, interval = found.velocities[middle], found.intervals[middle]
         about = about or described(shoot.scene)
-        against, first = (
-            model_error([scene for scene, _ in shoot.flown], confidence).sentence(interval.low, interval.high),
-            cautions(shoot.scene),
-        )
+        against = model_error(shot_at, confidence).sentence(interval.low, interval.high)
+        first, decisive = cautions(shoot.scene), tuple(shoot.warnings())
+        corrected = own_tests.corrected(shot_at, value, *interval) if own_tests else None
+        against = "" if corrected and math.isfinite(corrected.value) else against
     shots_made, told = tuple(made), (tuple(notes), tuple(about), against, first)
-    return Test(title, chosen, words, shots_made, found, average, residual, *told, None, doubt, tuple(slower), hole)
+    last: Any = (doubt, tuple(ladder), hole, decisive, corrected, moved, math.nan if within is None else within, groups)
+    return LimitTest(title, chosen, words, shots_made, found, average, residual, *told, None, *last)
+
+
+def narrow(within: float, design: Any, link: str, confidence: float, tests: int, seed: int, made: Sequence[Shot]) -> bool:
+    """Whether the interval of V50 of these shots is so narrow; the calibrated one is looked at once chi squared says so."""
+    v, y = numpy.array([shot.velocity for shot in made]), numpy.array([not shot.stopped for shot in made])
+    if len(made) < ENOUGH or y.all() or not y.any():
+        return False
+    for simulated in dict.fromkeys((0, tests)):
+        # A design knows where its own test stands.
+        fit = limit.fit(v, y, link, confidence, [0.5], design=copy.deepcopy(design), tests=simulated, seed=seed)
+        if not max(abs(end - fit.velocities[0]) for end in fit.intervals[0]) <= within * fit.velocities[0]:
+            return False
+    return True
+
+
+def width(text: str, given: Any, scene: Scene) -> float:
+    """Part of V50, of `2 %` or of a speed over the guess of the limit, which is else the speed of the scene."""
+    part, number = text.strip(), math.nan
+    for unit, size in (("%", 100.0), ("m/s", given.low or math.hypot(*scene["projectile.velocity"]))):
+        if part.endswith(unit):
+            with contextlib.suppress(argparse.ArgumentTypeError):
+                number = positive(part.removesuffix(unit).strip()) / size
+    if math.isnan(number):
+        raise ValueError(f"--within: must be a part of V50 or a speed, as 2 % or 10 m/s; it is {text}")
+    return number
 
 
 def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.Neyer | designs.ThreePhase | designs.Plan:
@@ -324,33 +391,86 @@ def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.
     return kind(given.low, given.high, sigma or designs.DEVIATION * middle / LINKS[given.link].deviation, given.link, **last)
 
 
+class Share(NamedTuple):
+    """What `at` finds of shots at one velocity. `write` reports it."""
+
+    title: str
+    velocity: float  # m/s
+    shots: tuple[Shot, ...]  # of known end
+    unknown: int  # shots that neither stopped nor went through
+    through: int
+    share: float  # of the known that went through; NaN without one
+    low: float  # interval: the unknown count as stopped below and as through above
+    high: float
+    confidence: float
+    answer: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def every_shot(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """Heading and rows."""
+        return ("shot", "result"), [(str(k), shot.words()) for k, shot in enumerate(self.shots, 1)]
+
+    def text(self) -> str:
+        return "\n".join(["", *self.answer, *self.notes])
+
+    def write(self, folder: Place) -> list[str]:
+        """report.html and at.json, each whole or as it was before; their names."""
+        results.save(self, Path(folder) / "at.json")
+        page = Page(self.title)
+        page.answer(self.answer)
+        page.table(*self.every_shot())
+        page.fold("What was shot, and what to know of it")
+        for note in self.notes:
+            page.text(note)
+        written(Path(folder) / "report.html", page.html())
+        return ["report.html", "at.json"]
+
+
 def at(
-    shoot: Shooter, velocity: float, shots: int, confidence: float, say: Callable[[str], None] | None = None
-) -> dict[str, Any]:
+    shoot: Shoot,
+    velocity: float,
+    shots: int,
+    confidence: float = 0.95,
+    say: Callable[[str], None] | None = None,
+    *,
+    title: str = "Share that goes through",
+    about: Sequence[str] = (),
+) -> Share:
     """Whether shots at one velocity, m/s, are stopped: how many of how many went through, and the exact (Clopper-Pearson)
-    interval of the share."""
+    interval of the share. A shot of unknown end counts as stopped for its lower end and as through for the upper one. A Shooter
+    whose shots are all alike shoots one, which is the result."""
     checks.numbers("velocity", [velocity])
     checks.whole("shots", shots, 1), checks.confident(confidence)
-    through = []
-    for shot in range(shots):
-        stopped, residual = shoot(velocity, shot)
-        through.append(not stopped)
+    alike = isinstance(shoot, Shooter) and not shoot.samples()
+    made: list[Shot] = []
+    notes: list[str] = []
+    for shot in range(1 if alike else shots):
+        try:
+            made.append(shot_of(shoot, velocity, shot))
+            line = f"shot {shot + 1}: {made[-1].words()}"
+        except Unknown as why:
+            notes.append(line := f"Unknown: {why}.")
         if say:
-            say(
-                f"shot {shot + 1}: "
-                + ("stopped" if stopped else f"through with {residual:.2f} m/s")
-                + f"; {sum(through)} of {shot + 1} went through"
-            )
-    low, high = scipy.stats.binomtest(sum(through), shots).proportion_ci(confidence, method="exact")
-    return {
-        "velocity": velocity,
-        "shots": shots,
-        "through": sum(through),
-        "share": sum(through) / shots,
-        "low": low,
-        "high": high,
-        "confidence": confidence,
-    }
+            say(f"{line}; {sum(not one.stopped for one in made)} of {shot + 1} went through")
+    through, known, every = sum(not one.stopped for one in made), len(made), len(made) + len(notes)
+    share = through / known if known else math.nan
+    exact = lambda count: scipy.stats.binomtest(count, every).proportion_ci(confidence, method="exact")
+    low, high = (share, share) if alike and known else (exact(through).low, exact(through + len(notes)).high)
+    unknown = f", {len(notes)} of unknown end" if notes else ""
+    percent = (f"{100 * share:.0f} %" + (" of the others" if notes else "")) if known else "no share"
+    answer = [
+        f"At {velocity:g} m/s {through} of {every} shots went through{unknown}: {percent}, {100 * confidence:g} % interval "
+        f"[{100 * low:.1f}, {100 * high:.1f}] %, of the model alone."
+    ]
+    if alike and known:
+        answer = [f"At {velocity:g} m/s: {made[0].words()}. The scene samples nothing, so this is the result of every shot."]
+    if isinstance(shoot, Shooter):
+        first = cautions(shoot.scene)
+        against = model_error([scene for scene, _ in shoot.flown], confidence).sentence()
+        answer += [*shoot.warnings(), against, *first[:2]]
+        notes = [*(about or described(shoot.scene)), shoot.drawn(), *first[2:], *notes, *shoot.notes()]
+    found = (velocity, tuple(made), every - known, through, share, low, high, confidence)
+    return Share(title, *found, tuple(map(str, answer)), tuple(notes))
 
 
 def shooter(given: Any, scene: Scene, to_the_end: bool = False) -> Shooter:
@@ -366,26 +486,14 @@ def shooter(given: Any, scene: Scene, to_the_end: bool = False) -> Shooter:
     )
 
 
-def print_at(given: Any, scene: Scene) -> dict[str, Any]:
-    """The answer of --at: a line, and at.json."""
-    shoot = shooter(given, scene)
-    found = at(
-        shoot, given.at, 20 if given.shots is None else given.shots, given.confidence, functools.partial(print, flush=True)
-    )
-    written(given.out / "at.json", json.dumps(found, indent=1) + "\n")
-    print(
-        f"\nAt {found['velocity']:g} m/s {found['through']} of {found['shots']} shots went through: "
-        f"{100 * found['share']:.0f} %, "
-        f"{100 * found['confidence']:g} % interval [{100 * found['low']:.1f}, {100 * found['high']:.1f}] %, of the model alone."
-    )
-    print(*[model_error([scene]).sentence(), *cautions(scene), *shoot.notes(), shoot.drawn()], sep="\n")
-    return found
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric v50`."""
     about = "The ballistic limit of the projectile and the sheet of a scene, with its interval."
-    parser = of_a_scene("v50", about, "report.html, plot.svg, shots.csv, test.json, runs.jsonl")
+    files = (
+        "report.html, plot.svg, shots.csv, test.json, runs.jsonl; with --at report.html, at.json, runs.jsonl; with --sensitivity "
+        "also sensitivity.svg, sensitivity.csv, sensitivity.jsonl"
+    )
+    parser = of_a_scene("v50", about, files)
     parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
     parser.add_argument(
         "--at",
@@ -393,7 +501,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         metavar="V",
         help="no limit: the share of 20 (or --shots) shots at this velocity, m/s, that goes through",
     )
-    parser.add_argument("--shots", type=int, help="default: 20, or all of the plan")
+    parser.add_argument("--shots", type=int, help="default: 20, with --within at most 100, or all of the plan")
+    parser.add_argument(
+        "--within", metavar="WIDTH", help='shots until each end of the interval is so near V50, e.g. "2 %%" or "10 m/s"'
+    )
+    parser.add_argument(
+        "--no-network", action="store_true", help="no shots with bars half as long, which take twice the time of the others"
+    )
     parser.add_argument(
         "--low", type=positive, help="guess: V50 is probably above this, m/s; default: no guess, the shots bracket it"
     )
@@ -411,8 +525,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--link", choices=tuple(LINKS), default="probit", help="law of single limits; default: %(default)s")
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
     parser.add_argument(
-        "--tests", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s"
+        "--simulated", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s"
     )
+    own_tests_of(parser)
     parser.add_argument("--steps", type=int, help="most steps of a shot; default: ten times those of an ensemble")
     parser.add_argument(
         "--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited"
@@ -424,6 +539,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     changed = "width, spacing, time step, viscosity, crimp, strength, friction, support, hold of the attachments, attitude"
     parser.add_argument("--sensitivity", action="store_true", help=f"also how the limit changes with {changed}")
     given = parser.parse_args(arguments)
+    ignored = {word.partition("=")[0][2:] for word in (sys.argv[1:] if arguments is None else arguments)} & AT_IGNORES
+    if given.at is not None and ignored:
+        parser.exit(2, f"error: --{min(ignored)}: goes without --at, which finds no limit\n")
     for design, names in {"three-phase": ("aim", "last"), "plan": ("plan",)}.items():
         for name in names:
             if given.design != design and getattr(given, name) not in (None, []):
@@ -432,10 +550,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.exit(2, "error: --last goes with --aim only\n")
 
     with command(parser, given) as (scene, fabric):
+        own = OwnTests.read(given.tests) if given.tests else None
         if given.at is not None:
-            given.answer = print_at(given, scene)
+            count, say = 20 if given.shots is None else given.shots, functools.partial(print, flush=True)
+            told: Any = {"title": f"Share that goes through, {titled(given.scene)}", "about": described(scene, fabric)}
+            given.answer = at(shooter(given, scene), given.at, count, given.confidence, say, **told)
+            written_now = given.answer.write(given.out)
+            print(given.answer.text())
+            finished(given, [*written_now, "runs.jsonl"])
             return
-        shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20
+        shots = (
+            given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 100 if given.within else 20
+        )
         plan = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
         shoot = shooter(given, scene, to_the_end=given.to_the_end)
         test = v50(
@@ -444,9 +570,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             shots,
             link=given.link,
             confidence=given.confidence,
-            tests=given.tests,
+            tests=given.simulated,
+            own_tests=own,
+            within=None if given.within is None else width(given.within, given, scene),
+            shifted=not given.no_network,
             say=functools.partial(print, flush=True),
-            title=f"Ballistic limit of {given.scene}",
+            title=f"Ballistic limit of {titled(given.scene)}",
             about=described(scene, fabric),
             seeds=shoot.drawn(),
         )
@@ -455,11 +584,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
             found = sensitivity(shoot, test.fit.mu, keep=given.out / "sensitivity.jsonl")
             test = test._replace(sensitivity=found)
-        print()
-        print(test.text())
-        test.write(given.out)
         given.answer = test
-        print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json, runs.jsonl")
+        written_now = test.write(given.out)
+        print("", test.text(), sep="\n")
+        finished(given, [*written_now, "runs.jsonl"])
     if test.window or (test.sensitivity and any(math.isfinite(one.window) for one in test.sensitivity.changes)):
         parser.exit(window.STATUS)
 

@@ -1,13 +1,15 @@
-"""Windows below a ballistic limit: velocities at which shots go through although faster ones are stopped.
+"""Windows beside a ballistic limit: velocities at which shots go through although faster ones are stopped, or are stopped
+although slower ones go through.
 
 Ladder: after a test one shot in the middle of each of n equal parts from FROM times the V01 estimate up to it, with n = 3
-ceil(ln(1 - c)/ln(1/2)).
+ceil(ln(1 - c)/ln(1/2)); and as many from the V99 estimate up to TO times it.
 A window in which every shot goes through is missed only if it is narrower than a part; one a third as wide as the ladder, in
 which half of the shots go through, holds n/3 of them and is missed with a probability of at most 1 - c.
 Window: the shots contradict a share that grows if so many of the ladder went through, or one of all shots, as a law of the shots
 of the test, or of all faster ones (Firth's fit to FEWEST or more, with WIDER times its scatter, as few shots tell it badly) lets
 through in less than RARE of tests; or if all of those were stopped; or if the pairs of all shots contradict it (`limit.falling`).
-Limits: one shot a rung, so a rare perforation is missed; nothing is asked of velocities above the limit.
+Stops above are perforations below of the same shots seen from the other end: results and the order of velocities are turned.
+Limits: one shot a rung, so a rare perforation or stop is missed.
 tests/python/test_window.py measures how often shots without a window are said to have one.
 """
 
@@ -23,9 +25,11 @@ from . import checks, limit
 from ._kernel import Scene
 from .likelihood import PROBIT, firth
 
-FROM, WIDER, RARE, FEWEST = 0.3, 2.0, 0.005, 8
-NO_LIMIT, STATUS = "No single limit", 4
-"""First words of a report of a window, and exit status of a command that found one."""
+FROM, TO, WIDER, RARE, FEWEST = 0.3, 1.4, 2.0, 0.005, 8
+NO_LIMIT, STATUS = "no_single_limit", 4
+"""Code of a note of a window, and exit status of a command that found one."""
+APART, FEW = 2.0, 8
+"""Gap between two groups over the wider one; each has one of so many shots."""
 CLAMPS = 0.5
 """Share of the failed segments near held nodes from which on the clamps are named as the cause."""
 
@@ -49,9 +53,9 @@ class Window(NamedTuple):
             else ""
         )
         return (
-            f"{NO_LIMIT}: the share that goes through does not grow with the velocity. The slowest shot that went through had "
-            f"{self.lowest:.4g} m/s, "
-            f"{below}, and {self.faster} faster shots were stopped, up to {self.fastest:.4g} m/s.{cause}"
+            "No single limit: the share that goes through does not grow with the velocity. The slowest shot that went through "
+            f"had {self.lowest:.4g} m/s, {below}, and {self.faster} faster shots were stopped, up to {self.fastest:.4g} "
+            f"m/s.{cause}"
         )
 
 
@@ -66,8 +70,25 @@ def ladder(velocities: ArrayLike, through: ArrayLike, confidence: float) -> nump
     if 0.0 < mu < math.inf:  # Of few shots far above the limit it may be below 0, and then says nothing.
         # A scatter that few shots tell as too large must not leave a gap below the limit.
         top = min(max(mu + PROBIT.quantile(0.01) * float(fit.sigma[0]), 0.5 * mu), float(v[~y].max()))
+    return top * (FROM + (1.0 - FROM) * parts(confidence))
+
+
+def parts(confidence: float) -> numpy.ndarray:
+    """Middles of the parts of a ladder, of its length."""
     count = 3 * math.ceil(math.log(1.0 - checks.confident(confidence)) / math.log(0.5))
-    return top * (FROM + (1.0 - FROM) * (numpy.arange(count) + 0.5) / count)
+    return (numpy.arange(count) + 0.5) / count
+
+
+def ladder_above(velocities: ArrayLike, through: ArrayLike, confidence: float) -> numpy.ndarray:
+    """Velocities to shoot above a limit, m/s; none where all results are alike: then there is no limit."""
+    v, y = limit.checked(velocities, through)
+    if y.all() or not y.any():
+        return numpy.empty(0)
+    fit = firth(v[None], y[None], PROBIT)
+    mu, first = float(fit.mu[0]), float(v.max())
+    if 0.0 < mu < math.inf:
+        first = max(min(mu + PROBIT.quantile(0.99) * float(fit.sigma[0]), 1.5 * mu), float(v[y].min()))
+    return first * (1.0 + (TO - 1.0) * parts(confidence))
 
 
 def looked_at(rungs: Sequence[float], passed: Sequence[bool], confidence: float) -> tuple[str, str]:
@@ -75,10 +96,9 @@ def looked_at(rungs: Sequence[float], passed: Sequence[bool], confidence: float)
     width = (rungs[-1] - rungs[0]) / max(len(rungs) - 1, 1)
     note = (
         f"Below it {len(rungs)} shots from {rungs[0]:.4g} to {rungs[-1]:.4g} m/s, one each {width:.3g} m/s, "
-        f"{'were stopped' if not any(passed) else f'of which {sum(passed)} went through'}. "
-        "A window in which every shot goes through is missed only if it is narrower than that. One of "
-        f"{len(rungs) * width / 3:.3g} m/s, in which half do, is missed with a "
-        f"probability of at most {100 * (1 - confidence):.3g} %."
+        f"{'were stopped' if not any(passed) else f'of which {sum(passed)} went through'}. A window in which every shot goes "
+        f"through is missed only if it is narrower than that. One of {len(rungs) * width / 3:.3g} m/s, in which half do, is "
+        f"missed with a probability of at most {100 * (1 - confidence):.3g} %."
     )
     slowest = min((velocity for velocity, through in zip(rungs, passed) if through), default=math.nan)
     doubt = (
@@ -88,20 +108,51 @@ def looked_at(rungs: Sequence[float], passed: Sequence[bool], confidence: float)
     return doubt if any(passed) else "", note
 
 
-def shot_below(
-    shoot: Callable[[float], bool | None], velocities: ArrayLike, through: ArrayLike, confidence: float, seed: int = 1
-) -> Any:
-    """Shoots the ladder below some shots: its velocities and whether they went through, the window, a doubt and a note. shoot:
-    with a velocity, m/s, returns whether it went through, None if that is not known."""
-    made = [
-        (float(velocity), went)
-        for velocity in ladder(velocities, through, confidence)
-        if (went := shoot(float(velocity))) is not None
-    ]
-    rungs, passed = [velocity for velocity, _ in made], [went for _, went in made]
-    found = window(velocities, through, rungs, passed, seed)
-    doubt, note = looked_at(rungs, passed, confidence) if made else ("", "No shot was made below.")
+def shot_beside(
+    shoot: Callable[[float], bool | None],
+    velocities: ArrayLike,
+    through: ArrayLike,
+    confidence: float,
+    seed: int = 1,
+    above: bool = True,
+) -> tuple[Window | None, str, str]:
+    """Shoots the ladders below and, if asked, above some shots: the window, a doubt and a note. shoot: with a velocity, m/s,
+    returns whether it went through, None if that is not known. With a window below nothing is shot above."""
+    went = lambda steps: [(float(v), passed) for v in steps if (passed := shoot(float(v))) is not None]
+    split: Callable[[Any], tuple[list[float], list[bool]]] = lambda made: ([v for v, _ in made], [passed for _, passed in made])
+    below = went(ladder(velocities, through, confidence))
+    found = window(velocities, through, *split(below), seed)
+    doubt, note = looked_at(*split(below), confidence) if below else ("", "No shot was made below.")
+    if above and not found and (made := went(ladder_above(velocities, through, confidence))):
+        found = window(velocities, through, *split(below + made), seed)
+        stopped = [velocity for velocity, passed in made if not passed]
+        said = f"of which {len(stopped)} were stopped, the fastest with {max(stopped):.4g} m/s" if stopped else "went through"
+        note += f" Above it {len(made)} shots up to {made[-1][0]:.4g} m/s {said}."
+        if stopped:
+            doubt += (
+                f"{' ' if doubt else ''}{len(stopped)} of {len(made)} shots above the estimate of V99 were stopped, the fastest "
+                f"with {max(stopped):.4g} m/s: the limit scatters more than this fit says."
+            )
     return found, "" if found else doubt, note
+
+
+def groups(velocities: ArrayLike, residuals: ArrayLike) -> str:
+    """Says that the energy taken from shots that went through falls into two groups, as where some are caught by many yarns and
+    others cut through; empty if it does not. The gap between them is at least APART times as wide as either group, each of which
+    has a shot in FEW or more."""
+    v, left = numpy.asarray(velocities, float), numpy.asarray(residuals, float)
+    order = numpy.argsort(v * v - left * left)
+    taken = (v * v - left * left)[order]
+    least = max(3, math.ceil(len(v) / FEW))
+    for k in range(least, len(v) - least + 1):
+        gap, low, high = taken[k] - taken[k - 1], numpy.ptp(taken[:k]), numpy.ptp(taken[k:])
+        if gap > APART * max(low, high):
+            ends = lambda part: f"{left[order][part].min():.4g} to {left[order][part].max():.4g} m/s"
+            return (
+                f"Residual velocities fall into two groups: {k} shots left with {ends(slice(0, k))} and {len(v) - k} with "
+                f"{ends(slice(k, None))}, so that two ways of perforation are mixed."
+            )
+    return ""
 
 
 def near_held(shots: Sequence[tuple[Scene, Mapping[str, Any]]], found: Window) -> float:
@@ -130,8 +181,13 @@ def window(
     v, y = limit.checked([*own, *numpy.ravel(rungs)], [*results, *numpy.ravel(passed)])
     if not (y.any() and v[y].min() < v[~y].max(initial=0.0)):
         return None
-    slow = any(too_many(v[v > one], y[v > one], numpy.full(len(v), one), 1) for one in numpy.unique(v[y]))
-    if not (slow or too_many(own, results, v[len(own) :], int(y[len(own) :].sum())) or limit.falling(v, y, seed)):
+
+    def contradicted(own: numpy.ndarray, results: numpy.ndarray, v: numpy.ndarray, y: numpy.ndarray) -> bool:
+        slow = any(too_many(v[v > one], y[v > one], numpy.full(len(v), one), 1) for one in numpy.unique(v[y]))
+        ladder = (v < numpy.median(own)) & (numpy.arange(len(v)) >= len(own))
+        return slow or too_many(own, results, v[ladder], int(y[ladder].sum()))
+
+    if not (contradicted(own, results, v, y) or contradicted(-own, ~results, -v, ~y) or limit.falling(v, y, seed)):
         return None
     lowest, fastest = float(v[y].min()), float(v[~y].max())
     return Window(

@@ -114,6 +114,22 @@ fn toml_value(key: &str, given: &Bound<'_, PyAny>, depth: usize) -> PyResult<Val
     Ok(Value::Float(number))
 }
 
+/// A value of a scene file as Python has it.
+pub fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    match value {
+        Value::String(text) => text.into_bound_py_any(py),
+        Value::Integer(whole) => whole.into_bound_py_any(py),
+        Value::Float(number) => number.into_bound_py_any(py),
+        Value::Boolean(flag) => flag.into_bound_py_any(py),
+        Value::Datetime(time) => time.to_string().into_bound_py_any(py),
+        Value::Array(all) => all.iter().map(|one| object(py, one)).collect::<PyResult<Vec<_>>>()?.into_bound_py_any(py),
+        Value::Table(table) => {
+            let items = table.iter().map(|(key, one)| Ok((key, object(py, one)?))).collect::<PyResult<Vec<_>>>()?;
+            Ok(items.into_py_dict(py)?.into_any())
+        }
+    }
+}
+
 /// An argument of so many numbers.
 pub fn array<const N: usize>(name: &str, given: Option<&Bound<'_, PyAny>>, default: [f64; N]) -> PyResult<[f64; N]> {
     let Some(given) = given else { return Ok(default) };

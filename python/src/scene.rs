@@ -7,7 +7,8 @@ use fabric_scene::memory::Buffers;
 use fabric_scene::{PRESETS, UNREAD, derived, short, textile};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping, PyType};
+use pyo3::types::{PyDict, PyType};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 use toml::Table;
 
@@ -18,6 +19,8 @@ pub struct Scene {
     pub scene: fabric_kernel::Scene,
     /// The textiles that it was made of, and the projectile's material, as a scene file has them.
     textiles: Table,
+    /// The preset that it began with.
+    preset: String,
     /// What the reader of the file must know, if it is of a file.
     remarks: Vec<String>,
 }
@@ -32,7 +35,7 @@ impl Scene {
         let mut as_it_is = false;
         for given in given.into_iter().flatten() {
             let mut table = parameters::table("", given, 0)?;
-            // A list of everything, as `values` gives it, has what the scene does not read, too.
+            // A list of everything, as `to_dict` gives it, has what the scene does not read, too.
             if FIELDS.iter().all(|field| table.contains_key(field.name)) {
                 table = [(UNREAD.to_string(), table.into())].into_iter().collect();
             }
@@ -47,12 +50,12 @@ impl Scene {
         if scene.back.plies == 0 {
             textiles.remove("back_fabric");
         }
-        Ok(Scene { scene, textiles, remarks: Vec::new() })
+        Ok(Scene { scene, textiles, preset: self.preset.clone(), remarks: Vec::new() })
     }
 
     /// With another scene of the same textiles.
     fn with(&self, scene: fabric_kernel::Scene) -> Scene {
-        Scene { scene, textiles: self.textiles.clone(), remarks: self.remarks.clone() }
+        Scene { scene, textiles: self.textiles.clone(), preset: self.preset.clone(), remarks: self.remarks.clone() }
     }
 }
 
@@ -77,8 +80,9 @@ impl Scene {
         for (name, _) in PRESETS {
             let (base, other, kept) =
                 (fabric_scene::base(name, &self.scene, &self.textiles), PyDict::new(py), PyDict::new(py));
-            let textiles = py.import("tomllib")?.call_method1("loads", (self.textiles.to_string(),))?;
-            other.update(textiles.cast::<PyMapping>()?)?;
+            for (key, textile) in &self.textiles {
+                other.set_item(key, parameters::object(py, textile)?)?;
+            }
             // The mass follows from the material.
             for field in FIELDS
                 .iter()
@@ -117,7 +121,7 @@ impl Scene {
             return Err(errors::bad("preset", text));
         }
         let scene = fabric_scene::preset(Some(preset.into())).map_err(errors::of_scene)?;
-        Scene { scene, textiles: Table::new(), remarks: Vec::new() }.changed([parameters, more])
+        Scene { scene, textiles: Table::new(), preset: preset.into(), remarks: Vec::new() }.changed([parameters, more])
     }
 
     /// The scene of a file.
@@ -174,7 +178,7 @@ impl Scene {
     }
 
     /// Every parameter by its name.
-    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
         for field in FIELDS {
             all.set_item(field.name, parameters::value(py, field, &self.scene)?)?;
@@ -190,7 +194,7 @@ impl Scene {
     }
 
     /// The scene as a file's text, with every parameter and its meaning.
-    fn text(&self) -> String {
+    fn to_toml(&self) -> String {
         fabric_scene::write(PRESETS[0].0, &self.scene, &self.textiles)
     }
 
@@ -198,6 +202,15 @@ impl Scene {
     #[getter]
     fn fabrics(&self) -> (Option<String>, Option<String>) {
         textile::names(&self.textiles).into()
+    }
+
+    /// Name of the fabric of the sheet, or of the preset that it is of.
+    #[getter]
+    fn label(&self) -> String {
+        let [front, _] = textile::names(&self.textiles);
+        let own =
+            || if self.textiles.contains_key("fabric") { "a fabric of the file's own numbers" } else { &self.preset };
+        front.unwrap_or_else(|| own().into())
     }
 
     /// The material of the projectile.
@@ -245,6 +258,13 @@ impl Scene {
         fabric_scene::notes::sharp_edges(&self.scene, speed)
     }
 
+    /// What a report must say of a network that is too coarse for the projectile.
+    fn coarse_network(&self) -> PyResult<Option<String>> {
+        let weave = textile::weave(&self.textiles).map_err(errors::of_scene)?;
+        let spacing = weave.iter().find(|(key, _)| *key == "spacing").map(|(_, spacing)| *spacing);
+        Ok(fabric_scene::notes::coarse_network(&self.scene, spacing))
+    }
+
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let field = field(name).ok_or_else(|| PyKeyError::new_err(short(name).to_string()))?;
         parameters::value(py, field, &self.scene)
@@ -252,6 +272,15 @@ impl Scene {
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         other.cast::<Scene>().is_ok_and(|other| other.get().scene == self.scene)
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        // 0.0 and -0.0 are equal.
+        for word in self.words() {
+            (if word == (-0.0_f64).to_bits() { 0 } else { word }).hash(&mut hasher);
+        }
+        hasher.finish()
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -278,5 +307,6 @@ fn made_of(text: &str, file: &str) -> PyResult<Scene> {
             100.0 * fabric_scene::AUTOMATIC_GRADING
         ));
     }
-    Ok(Scene { scene, textiles, remarks })
+    let preset = file.get("preset").and_then(toml::Value::as_str).unwrap_or_default().into();
+    Ok(Scene { scene, textiles, preset, remarks })
 }

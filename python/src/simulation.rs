@@ -113,8 +113,8 @@ impl Simulation {
         if !self.warns || !self.sim.step_count().is_multiple_of(LOOK) {
             return Ok(());
         }
-        let residual = in_our_environment(|| self.sim.energy()).map_err(errors::failed)?.residual;
-        if let Some(text) = notes::open_balance(&self.sim, self.impact_energy, residual).map_err(errors::of)? {
+        let energy = in_our_environment(|| self.sim.energy()).map_err(errors::failed)?;
+        if let Some(text) = notes::open_balance(&self.sim, self.impact_energy, &energy).map_err(errors::of)? {
             self.warns = false;
             PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(text)?, 1)?;
         }

@@ -225,7 +225,7 @@ static void textiles_and_gradings(void)
     before = scene;
     CHECK(fk_scene_set_textile(&scene, &textile, size, &fault, sizeof fault) == FK_NOT_POSITIVE);
     CHECK(strcmp(fault.field, "textile.warp.count") == 0);
-    CHECK(fk_scene_set_textile(&scene, &textile, size - 8, NULL, 0) == FK_STRUCT_SIZE);
+    CHECK(fk_scene_set_textile(&scene, &textile, size - 16, NULL, 0) == FK_STRUCT_SIZE);
     CHECK(fk_scene_set_textile(&scene, NULL, size, NULL, 0) == FK_NULL_POINTER);
     CHECK(fk_scene_set_back_textile(NULL, &textile, size, NULL, 0) == FK_NULL_POINTER);
     CHECK(fk_scene_set_grading(&scene, 0.0, &fault, sizeof fault) == FK_OUT_OF_RANGE && strcmp(fault.field, "error") == 0);

@@ -9,7 +9,7 @@
 int32_t fk_use_instructions(fk_sim *sim, uint32_t set);
 
 /* What the largest scene needs, and some more. */
-static unsigned char memory[5 << 16];
+static unsigned char memory[6 << 16];
 
 static int said(const char *name, const char *what, int32_t status)
 {

@@ -215,6 +215,8 @@ static void textile(fk_scene *scene)
     kevlar.damage_rate = 2300.0;
     kevlar.weibull_shape = 14.7;
     kevlar.gauge_length = 0.05;
+    kevlar.thickness = 2e-4;
+    scene->projectile.position[2] -= 1e-4;
     /* A textile that is refused leaves the preset's sheet, which has another digest. */
     (void)fk_scene_set_textile(scene, &kevlar, sizeof kevlar, 0, 0);
 }

@@ -228,6 +228,22 @@ class Filled(unittest.TestCase):
         foreign = self.folder / "foreign.fmu"
         with zipfile.ZipFile(foreign, "w") as archive:
             archive.writestr("modelDescription.xml", "<fmiModelDescription/>")
+        flipped, mine = self.folder / "flipped.fmu", self.folder / "Mine-fmi2.fmu"
+        mine.write_bytes(ARCHIVES[2].read_bytes())
+        flipped.write_bytes(order.read_bytes().replace(b"<fmiModelDescription ", b"<fmiModelDescriptiom "))
+        cut = {
+            "modelDescription.xml": lambda data: data[:3000],
+            "documentation/index.html": lambda data: data[:3000] + b"\xff",
+            "binaries/": lambda data: data[: data.index(fmu.MARK) + 40],
+        }
+        parts = [
+            changed(
+                ARCHIVES[2],
+                lambda name, data, begin=begin, of=of: of(data) if name.startswith(begin) else data,
+                self.folder / f"cut{begin[:3]}.fmu",
+            )
+            for begin, of in cut.items()
+        ]
         file = self.folder / "file"
         file.write_text("")
         for words, reason in [
@@ -238,8 +254,13 @@ class Filled(unittest.TestCase):
             ([scene, "--from", older], "another version"),
             ([scene, "--from", none], "takes no scene"),
             ([scene, "--from", order], "another order"),
-            ([scene, "--from", foreign], "no FMU of fabric"),
-            ([scene, "--from", scene], "no FMU"),
+            ([scene, "--from", foreign], "no FMU of fabric: it has no documentation/index.html"),
+            ([scene, "--from", scene], "damaged, or no FMU: File is not a zip file"),
+            ([scene, "--from", flipped], "damaged, or no FMU: Bad CRC-32 for file 'm"),
+            ([scene, "--from", parts[0]], "modelDescription.xml is damaged"),
+            ([scene, "--from", parts[1]], "documentation/index.html is damaged: 'utf-8'"),
+            ([scene, "--from", parts[2]], "is cut off"),
+            ([scene, "--from", mine, "--out", self.folder], "would be written over"),
             ([scene, "--from", self.folder], "FabricShield-fmi2.fmu"),
             ([scene, *source, "--version", 3], "FMI 2.0"),
             ([scene, *source, "--name", "my shield"], "my shield"),

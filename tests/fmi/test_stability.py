@@ -14,6 +14,9 @@ class Indicators(unittest.TestCase):
             host = Host(version, {**sound, "time_step.seconds": 2e-8}).run(0, 60, 1e-6)
             impact = 0.5 * host.get("projectile.mass") * 100.0**2
             self.assertAlmostEqual(host.get("step.fraction"), 2e-8 / 5.289994e-8, 6)
+            self.assertEqual(host.get("step.seconds"), 2e-8)
+            follows = Host(version, {**sound, "time_step.seconds": 0.0, "time_step.fraction": 0.25})
+            self.assertAlmostEqual(follows.get("step.seconds") / (0.25 * 5.289994e-8), 1.0, 6)
             self.assertLess(abs(host.get("energy.residual")), 0.01 * impact)
             self.assertLess(host.get("momentum.residual"), 1e-12 * host.get("projectile.mass") * 100.0)
             self.assertEqual(host.get("contact.unconverged"), 0)

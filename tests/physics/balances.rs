@@ -141,14 +141,17 @@ type Part = fn(&Energy) -> f64;
 #[test]
 fn the_balances_of_an_impact_close_to_second_order() {
     let plies = stacked(small_sheet(31, 40.0), 4, 1e-4);
-    let graded = graded(small_sheet(61, 40.0), 12.0, 8, 2);
-    let cases: [(&str, Scene, f64, f64, Part, f64); 6] = [
+    let [graded, faster] = [40.0, 60.0].map(|speed| graded(small_sheet(61, speed), 12.0, 8, 2));
+    let cases: [(&str, Scene, f64, f64, Part, f64); 9] = [
         ("friction", impact(50.0, 0.4), 30e-6, 1e-4, |energy| energy.friction, 1e-3),
         ("viscous", as_proposed(impact(60.0, 0.0)), 30e-6, 1e-3, |energy| energy.viscous, 1e-4),
         ("rate", rated(impact(60.0, 0.0), 1700.0), 20e-6, 1e-5, |energy| energy.viscous, 1e-4),
         ("graded", graded, 30e-6, 1e-3, |energy| energy.strain, 1e-3),
+        ("graded, viscous", as_proposed(faster), 30e-6, 1e-3, |energy| energy.viscous, 1e-4),
+        ("graded, rate", rated(faster, 1700.0), 20e-6, 1e-3, |energy| energy.viscous, 1e-4),
         ("plies", plies, 12e-6, 1e-4, |energy| energy.ply_loss, 1e-6),
         ("rough plies", rough(plies, 0.3), 12e-6, 1e-4, |energy| energy.ply_loss, 1e-6),
+        ("graded plies", stacked(graded, 4, 1e-4), 12e-6, 1e-4, |energy| energy.ply_loss, 1e-6),
     ];
     for (name, scene, time, limit, part, share) in cases {
         let off = |fraction: f64| {
@@ -194,6 +197,12 @@ fn torn() -> Vec<Torn> {
     graded.sheet.grading = Grading { largest: 4, run: 2, centre: [3e-3, -2e-3], half_width };
     graded.projectile.position = [3e-3, -2e-3, -6.35e-3];
     let hybrid = with_back(stacked(small_sheet(31, 120.0), 3, 1e-4), 2, another);
+    let unlike = |back: &mut fabric_kernel::Back| {
+        another(back);
+        back.crimp = [0.002, 0.004];
+    };
+    let graded_hybrid =
+        with_back(stacked(crate::grading::graded(small_sheet(61, 220.0), 10.0, 4, 2), 3, 1e-4), 2, unlike);
     let quarter = Symmetry { mirror_x: true, mirror_y: true };
     let [friction, taken, dissipated]: [Part; 3] = [|e| e.friction, |e| e.viscous, |e| e.dissipated];
     let mut cases = vec![
@@ -211,8 +220,13 @@ fn torn() -> Vec<Torn> {
         ("drawn strength", weak, 2500, 20, dissipated, 1e-2),
         ("quarter", Scene { symmetry: quarter, ..small_sheet(41, 95.0) }, 5000, 50, dissipated, 1e-3),
         ("graded", graded, 6000, 50, dissipated, 5e-4),
+        ("graded, viscous", as_proposed(graded), 6000, 50, taken, 5e-4),
+        ("graded, balanced, viscous", balanced(as_proposed(graded)), 6000, 50, taken, 5e-4),
+        ("graded, rate", rated(graded, 1700.0), 6000, 50, taken, 5e-4),
+        ("graded, friction", rough(graded, 0.4), 6000, 50, friction, 5e-3),
         // The supports of each ply take what its own mass asks for.
         ("hybrid pack, balanced", balanced(hybrid), 1500, 10, dissipated, 1e-4),
+        ("graded hybrid pack", rough(as_proposed(balanced(graded_hybrid)), 0.3), 3000, 10, taken, 1e-4),
     ];
     for ((name, scene), slack_balance) in hit().into_iter().zip([false, true, true, false]) {
         let mut scene = with_fraction(Scene { slack_balance, ..scene }, 0.25);

@@ -42,6 +42,9 @@ fn drawn(k: u64) -> Scene {
     scene.slack_balance = extra < 0.2;
     scene.time_step = TimeStep::fraction(between(9, 0.1, 0.5));
     let orientation = pose::normalised([draw(10) - 0.5, draw(11) - 0.5, draw(12) - 0.5, draw(13) - 0.5]);
+    if draw(25) < 0.3 {
+        scene.sheet.thickness = log(26, 0.02, 3.0) * h;
+    }
     let reach = Solid::of(&body).reach();
     let speed = log(14, 10.0, 600.0);
     let (way, turn) = ([draw(15) - 0.5, draw(16) - 0.5, draw(17)], [draw(18) - 0.5, draw(19) - 0.5, draw(20) - 0.5]);
@@ -53,7 +56,11 @@ fn drawn(k: u64) -> Scene {
         orientation: pose::components(&orientation),
         velocity: way.map(|x| x * speed / way_length),
         angular_velocity: turn.map(|x| x * spin / turn_length),
-        position: [between(23, -12.0, 12.0) * h, between(24, -12.0, 12.0) * h, -ahead - 1e-6 * h],
+        position: [
+            between(23, -12.0, 12.0) * h,
+            between(24, -12.0, 12.0) * h,
+            -ahead - 0.5 * scene.sheet.thickness - 1e-6 * h,
+        ],
         ..body
     };
     scene
@@ -184,8 +191,8 @@ fn falls(scenes: Range<u64>) {
     let (mut count, mut most, mut worst, mut straight) = (0, 0.0_f64, [0.0_f64; 2], 0);
     for k in scenes {
         let mut scene = drawn(k);
-        // One mass and one step for all.
-        scene.sheet.grading = small_sheet(2, 0.0).sheet.grading;
+        // One mass and one step for all; what is flat has edges.
+        (scene.sheet.grading, scene.sheet.thickness) = (small_sheet(2, 0.0).sheet.grading, 0.0);
         if scene.check().is_err() {
             continue;
         }

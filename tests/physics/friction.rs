@@ -2,8 +2,8 @@
 //! to rest, a sphere that is made to roll, and what friction must never do: add energy, momentum or turning,
 //! or depend on the order of the nodes.
 
-use fabric_kernel::Solid;
-use fabric_kernel::internals::candidate::Given;
+use fabric_kernel::Form;
+use fabric_kernel::internals::candidate::StepInputs;
 use fabric_kernel::internals::records::{Candidate, Tangential};
 use fabric_kernel::internals::solve::solve;
 use fabric_kernel::pose::{self, Vector};
@@ -238,8 +238,8 @@ fn crowds(held: impl Strategy<Value = bool> + Clone, share: std::ops::Range<f64>
     let body = (share, any::<bool>(), vectors(60.0), vectors(2000.0), vectors(1.0));
     (body, nodes).prop_map(|((share, round, velocity, rate, turn), nodes)| {
         let solid =
-            if round { Solid::Sphere { radius: 0.01 } } else { Solid::Cylinder { radius: 0.006, half_length: 0.02 } };
-        let mut inertia = Inertia::of(&solid, share.exp() * NODE_MASS, true);
+            if round { Form::Sphere { radius: 0.01 } } else { Form::Cylinder { radius: 0.006, half_length: 0.02 } };
+        let mut inertia = Inertia::of(&solid.into(), share.exp() * NODE_MASS, true);
         inertia.feel_friction();
         let orientation = [1.0, turn[0], turn[1], turn[2]];
         let body = Body::of(&Motion { position: [0.0; 3], velocity, orientation, angular_velocity: rate });
@@ -271,13 +271,13 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
             normal: n,
             arm: fabric_kernel::pose::into_body(&q, &r.cross(&n)),
             multiplicity: 1.0,
-            fixed: u32::from(node.held),
+            held_by: u32::from(node.held),
             free_gap_rate: node.gap_over_dt + n.dot(&v),
             ..Candidate::default()
         });
         tangential.push(Tangential::at(&r, &n, &v, &crowd.body));
     }
-    let given = Given {
+    let given = StepInputs {
         body: &crowd.body,
         inertia: &crowd.inertia,
         node_mass: NODE_MASS,

@@ -2,9 +2,12 @@
 //! of what they replace.
 //! (Their balances are in `balances`.)
 
-use fabric_kernel::{AttachmentKind, Drive, Grading, Integrator, Scene, Shape, Sim};
+use crate::plies::{another, stacked, with_back};
+use fabric_kernel::{AttachmentKind, Drive, Grading, Integrator, Projectile, Scene, Shape, Sim};
+use fabric_tests::reference::length;
 use fabric_tests::{
-    close, damage, drawn, positions, set_off, sim_of, small_sheet, stepped, velocities, without_projectile,
+    as_proposed, close, damage, drawn, positions, rated, rough, set_off, sim_of, small_sheet, stepped, velocities,
+    without_projectile,
 };
 
 /// Fine within `half` spacings of the middle, then `run` bars of 2, 4 ... up to `largest` yarns.
@@ -14,24 +17,32 @@ pub(crate) fn graded(mut scene: Scene, half: f64, largest: u32, run: u32) -> Sce
     scene
 }
 
-/// Positions, velocities and damage: all that nodes and segments are.
-fn state_after(scene: &Scene, steps: u64) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<f64>) {
+/// Positions, velocities and damage, all that nodes and segments are, and dissipated energies, J.
+type State = (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<f64>, [f64; 3]);
+
+fn state_after(scene: &Scene, steps: u64) -> State {
     let sim = stepped(scene, steps);
-    (positions(&sim), velocities(&sim), damage(&sim))
+    let energy = sim.energy().unwrap();
+    (positions(&sim), velocities(&sim), damage(&sim), [energy.viscous, energy.friction, energy.attachment])
 }
 
 /// No grading, bars of one yarn, and a fine part as large as the sheet are the fabric, to the bit.
 #[test]
 fn a_network_of_single_yarns_is_the_fabric_to_the_bit() {
-    let mut scenes = [drawn(small_sheet(41, 150.0)); 5];
+    let mut scenes = [drawn(small_sheet(41, 150.0)); 9];
     scenes[1].slack_balance = true;
     (scenes[2].sheet.spacing_y, scenes[2].sheet.crimp) = (9e-4, [0.0, 0.004]);
     scenes[3].yarn.strength_draw = fabric_kernel::StrengthDraw::Weibull;
     (scenes[4].integrator, scenes[4].projectile.velocity[2]) = (Integrator::THETA, 600.0);
+    scenes[5] = rough(as_proposed(Scene { slack_balance: true, ..scenes[5] }), 0.3);
+    (scenes[6], scenes[7].attachment.hold) = (rated(as_proposed(scenes[6]), 1700.0), 20.0);
+    scenes[7].projectile.velocity[2] = 300.0;
+    scenes[8] = with_back(stacked(rough(as_proposed(scenes[2]), 0.3), 2, 1e-4), 1, another);
     for (k, scene) in scenes.into_iter().enumerate() {
         let steps = if k == 4 { 400 } else { 2000 };
         let whole = state_after(&scene, steps);
         assert!(whole.2.iter().any(|alpha| *alpha < 1.0), "{k}");
+        assert!(k < 5 || whole.3.iter().sum::<f64>() > 0.0, "{k}");
         for grading in [graded(scene, 3.0, 1, 4), graded(scene, 20.0, 4, 4)] {
             assert!(state_after(&grading, steps) == whole, "{k} {:?}", grading.sheet.grading);
         }
@@ -138,6 +149,7 @@ fn wave_speed(scene: &Scene, axis: usize) -> f64 {
 
 /// A wave that runs from single yarns into bars of two goes on at its speed; what comes back is 0.2 % of its
 /// height if its standard deviation is 10 spacings, and falls with the square of the spacing over its length.
+/// With viscosity, which takes more of a wave in longer bars, not more comes back.
 #[test]
 fn waves_run_through_a_grading_step() {
     let mut scene = without_projectile(small_sheet(601, 0.0));
@@ -145,7 +157,8 @@ fn waves_run_through_a_grading_step() {
     scene.sheet.pre_strain = [0.01, 0.0];
     scene.yarn.critical_stretch = 1.05;
     let h = scene.sheet.spacing;
-    for axis in [0, 2] {
+    for (axis, damped) in [(0, false), (2, false), (0, true), (2, true)] {
+        let scene = if damped { as_proposed(scene) } else { scene };
         let time = 300.0 * h / wave_speed(&scene, axis);
         let mut echoes = Vec::new();
         for sigma in [10.0, 20.0] {
@@ -167,11 +180,14 @@ fn waves_run_through_a_grading_step() {
             println!(
                 "axis {axis}, sigma {sigma} h: arrives at {place} with {height:e}, echo {echo:e}, without step {none:e}"
             );
-            assert!((place - 150.0).abs() <= 2.0 && (height / 1e-3 - 1.0).abs() < 6e-3, "{place} {height:e}");
-            assert!(none < 4e-4);
+            assert!(
+                (place - 150.0).abs() <= 2.0 && (damped || (height / 1e-3 - 1.0).abs() < 6e-3),
+                "{place} {height:e}"
+            );
+            assert!(damped || none < 4e-4);
             echoes.push(echo);
         }
-        assert!(echoes[0] < 2.5e-3 && echoes[1] < echoes[0] / 3.5, "{echoes:?}");
+        assert!(echoes[0] < 2.5e-3 && (damped || echoes[1] < echoes[0] / 3.5), "{echoes:?}");
     }
 }
 
@@ -200,14 +216,22 @@ fn a_graded_sheet_converges_to_the_fabric() {
     assert!(errors[2] < 1e-2 && errors[0] < errors[1] / 3.0 && errors[1] < errors[2] / 3.0, "{errors:?}");
 }
 
-/// A hit beside the fine part is told.
+/// A hit beside the fine part is told, and keeps momentum and energy.
 #[test]
 fn a_hit_beside_the_fine_part_is_counted() {
     let scene = graded(small_sheet(61, 100.0), 10.0, 8, 1);
-    for (x, beside) in [(0.0, false), (4e-3, true), (0.018, true)] {
+    let plies = rough(stacked(scene, 3, 1e-4), 0.3);
+    let spinning = Scene { projectile: Projectile { angular_velocity: [0.0, 9e3, 0.0], ..plies.projectile }, ..plies };
+    for (scene, x, beside) in
+        [(scene, 0.0, false), (scene, 4e-3, true), (scene, 0.018, true), (plies, 4e-3, true), (spinning, 0.018, true)]
+    {
         let mut scene = scene;
         scene.projectile.position[0] = x;
-        assert_eq!(stepped(&scene, 2000).counters().beyond_fine > 0, beside, "{x}");
+        let sim = stepped(&scene, 2000);
+        assert_eq!(sim.counters().beyond_fine > 0, beside, "{x}");
+        let momentum = scene.projectile.mass * scene.projectile.velocity[2];
+        let (energy, off) = (sim.energy().unwrap(), length(sim.momentum_residual().unwrap()) / momentum);
+        assert!(off < 1e-12 && energy.residual.abs() < 1e-2 * energy.contact_work, "{x} {off:e} {energy:?}");
     }
 }
 

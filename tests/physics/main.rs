@@ -31,6 +31,7 @@ mod strength;
 mod supports;
 mod symmetry;
 mod theta;
+mod thickness;
 mod viscosity;
 mod wraps;
 

@@ -1,15 +1,15 @@
 //! Torque-free rotation against the closed forms.
 
 use fabric_kernel::Scene;
-use fabric_kernel::Solid;
 use fabric_kernel::{Body, Inertia, Motion};
+use fabric_kernel::{Form, Solid};
 use fabric_tests::reference::{V3, length, moments, sub, turn, turn_back};
 use fabric_tests::{AT_REST, sim_of, tilted_cylinder};
 
 /// A body with I = (1, 2, 3) and w(0) = (1, 0, 1), drifted for `steps` steps: the case of the Jacobi
 /// functions.
 fn drifted(dt: f64, steps: u64) -> Body {
-    let solid = Solid::Cylinder { radius: 1.0, half_length: 1.0 };
+    let solid = Solid::from(Form::Cylinder { radius: 1.0, half_length: 1.0 });
     let mut inertia = Inertia::of(&solid, 1.0, true);
     inertia.moments = [1.0, 2.0, 3.0].into();
     let mut body = Body::of(&Motion { angular_velocity: [1.0, 0.0, 1.0], ..AT_REST });

@@ -2,6 +2,7 @@
 //! yarn, and the energy balance of an impact.
 
 use crate::balances::angular_momentum;
+use crate::grading::graded;
 use crate::stability::growth;
 use fabric_kernel::internals::law::Viscosity;
 use fabric_kernel::{AttachmentKind, Scene, TimeStep};
@@ -34,7 +35,7 @@ fn the_viscous_force_is_that_of_the_formula() {
     let viscosity = Viscosity::of([b1, b2, 0.0], kk, 0.06).lanes::<f64>();
     for (u, r) in [(1.0001, 1e-6), (1.02, 1e-3), (1.02, 1e-2), (1.02, -1e-5), (1.05, 0.02)] {
         let (twice_strain, growth) = (u * u - 1.0, 2.0 * u * r);
-        let with_viscosity = viscosity.twice_strain(twice_strain, twice_strain - growth);
+        let with_viscosity = viscosity.twice_strain(twice_strain, growth);
         let force = kk * with_viscosity * u;
         let quadratic = if r > 0.0 { b2 * r * r * u.powi(3) } else { 0.0 };
         close(force, kk * twice_strain * u + b1 * (2.0 * kk).sqrt() * r * u * u + quadratic, 1e-14);
@@ -63,14 +64,18 @@ fn decay(scene: &Scene, axis: usize) -> f64 {
 fn a_node_between_four_decays_as_the_scheme_says() {
     let strain = 0.01_f64;
     for [linear, bending] in [[0.0, 0.0], [0.2, 0.0], [0.0, 0.05], [0.06, 0.06]] {
-        let scene = viscous(pre_strained(3, strain), [linear, 0.0, bending]);
-        let c = courant(&scene, scene.step_limits().unwrap().dt);
-        // Two segments along x of which each resists by C b_1 U^2; across the sheet a moment in each of the
-        // two yarns, by 4 C b_3.
-        let along = 2.0 * c * linear * (1.0 + strain).powi(2);
-        close(decay(&scene, 0), 1.0 - along, 1e-5);
-        close(decay(&scene, 1), 1.0 - along, 1e-5);
-        close(decay(&scene, 2), 1.0 - 8.0 * c * bending, 1e-5);
+        // Alone, and of two yarns each way between bars of two segments, which have the force of one and no
+        // moment.
+        for (nodes, width, moments) in [(3, 1.0, 8.0), (5, 2.0, 0.0)] {
+            let scene = graded(viscous(pre_strained(nodes, strain), [linear, 0.0, bending]), 0.0, 2, 1);
+            let c = courant(&scene, scene.step_limits().unwrap().dt);
+            // Two segments along x of which each resists by C b_1 U^2; across the sheet a moment in each of
+            // the two yarns, by 4 C b_3.
+            let along = 2.0 * c * linear * (1.0 + strain).powi(2) / width;
+            close(decay(&scene, 0), 1.0 - along, 1e-5);
+            close(decay(&scene, 1), 1.0 - along, 1e-5);
+            close(decay(&scene, 2), 1.0 - moments * c * bending, 1e-5);
+        }
     }
 }
 

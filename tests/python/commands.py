@@ -16,7 +16,7 @@ def wait_for(done, seconds=120.0):
 def called(folder, main, scene, *words, out="out"):
     """What a command prints, its errors and its exit code. scene: a Scene, or the name of a preset or a file."""
     if not isinstance(scene, str):
-        (folder / "scene.toml").write_text(scene.text())
+        (folder / "scene.toml").write_text(scene.to_toml())
         scene = str(folder / "scene.toml")
     code = 0
     with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.redirect_stderr(io.StringIO()) as errors:

@@ -10,6 +10,7 @@ import threading
 import fabric_kernel as fk
 import numpy
 import pytest
+from fabric_kernel.network import graded
 
 PINS = dict(re.findall(r"^golden (\w+) (\w+)$", (pathlib.Path(__file__).parents[1] / "golden/pins").read_text(), re.MULTILINE))
 SMALL = {"sheet": {"nodes_x": 41, "nodes_y": 41}, "yarn": {"stochastic": False}}
@@ -75,7 +76,7 @@ def test_a_capsule_is_done_again(tmp_path):
 
 def test_plies_from_a_file_and_another_process():
     scene = fk.Scene(**PLIES)
-    assert fk.Scene.parse(scene.text()) == scene
+    assert fk.Scene.parse(scene.to_toml()) == scene
     assert_pin(after(pickle.loads(pickle.dumps(scene)), 1200), "sphere_through_turned_plies")
 
 
@@ -172,7 +173,8 @@ def test_it_stops_at_the_first_failed_segments():
 
 def test_a_graded_network_is_that_of_a_file():
     large = fk.Scene("sheet_10in_cylinder")
-    assert large.graded(0.01) == large.replace(sheet={"grading": "automatic"})
+    assert large.graded(0.01) == large.replace(sheet={"grading": "automatic"}) == large.replace(graded(large))
+    assert graded(fk.Scene("sheet_3in_sphere")) == {}
     assert fk.Simulation(large.graded(0.03)).positions().size < fk.Simulation(large).positions().size
     with pytest.raises(fk.Refused):
         large.graded(0.5)

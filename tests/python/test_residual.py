@@ -1,6 +1,7 @@
 """Curves of residual velocities: the numbers that made them, intervals, bad fits, and the command."""
 
 import math
+import sys
 import unittest
 import unittest.mock
 
@@ -8,8 +9,11 @@ import numpy
 import pytest
 from commands import called
 from fabric_kernel import Scene, limit, residual, results
-from fabric_kernel.residual import Curve, fits, main, residual_curve
-from fabric_kernel.v50 import Shooter, Shot
+from fabric_kernel.residual import Curve, fits, main
+from fabric_kernel.shooter import Shooter
+from fabric_kernel.shots import Shot
+
+module = sys.modules["fabric_kernel.residual"]
 
 
 def shots(random, scatter, error, count=24):
@@ -34,7 +38,7 @@ def test_both_curves_find_what_made_the_shots():
 def test_how_often_the_interval_of_the_limit_holds_it():
     sets, held = 40, 0
     for k in range(sets):
-        with unittest.mock.patch.object(residual, "CURVES", residual.CURVES[:1]):
+        with unittest.mock.patch.object(module, "CURVES", module.CURVES[:1]):
             (fit,) = fits(shots(numpy.random.default_rng(k), 2.0, 0.3), resamples=60)
         low, high = fit.ends(fit.refits[:, 0])
         held += low <= 100.0 <= high
@@ -52,7 +56,7 @@ def test_the_limit_is_not_above_shots_that_all_went_through():
     for fit in fits(made, 0.99):
         assert fit.ends(fit.refits[:, 0])[1] <= 300.0
     with pytest.raises(ValueError, match="confidence: must be at most 0.990 with 200 resamples; it is 0.9999"):
-        residual_curve(Scene(), [100.0], confidence=0.9999)
+        residual(Scene(), [100.0], confidence=0.9999)
 
 
 def test_a_bad_fit_says_so():
@@ -83,7 +87,7 @@ def test_from_a_scene_to_its_report(tmp_path):
         assert words in page
     curve = results.read(Curve, tmp_path / "out" / "residual.json")
     assert curve.text() in said
-    assert repr(curve).startswith(f"<Curve 'Residual velocity of {tmp_path}/scene.toml', {len(curve.shots)} shots: ")
+    assert repr(curve).startswith(f"<Curve 'Residual velocity of scene.toml', {len(curve.shots)} shots: ")
     assert "<table>" in curve._repr_html_()
     heading, *rows = rows.splitlines()
     assert heading == "velocity_m_per_s,stopped,residual_m_per_s"
@@ -93,10 +97,12 @@ def test_from_a_scene_to_its_report(tmp_path):
     assert math.isfinite(velocities[0])
 
 
-def test_a_share_that_falls_comes_first():
+def test_a_share_that_falls_comes_first(tmp_path):
     velocities = [350.0] * 8 + [450.0] * 8
     with unittest.mock.patch.object(Shooter, "__call__", lambda self, velocity, shot: (velocity > 400.0, 50.0 + shot)):
-        curve = residual_curve(Scene(), velocities)
+        curve = residual(Scene(), velocities)
+        words = ("--velocities", *map(str, velocities))
+        assert [called(tmp_path, main, "sheet_3in_sphere", *words)[2] for _ in range(2)] == [4, 4]
     assert "does not grow with the velocity" in curve.answer[0]
 
 

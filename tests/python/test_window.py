@@ -2,14 +2,16 @@
 
 import json
 import math
+import sys
 from unittest import mock
 
 import numpy
 import scipy.stats
 from commands import called
-from fabric_kernel import Scene, designs, fragments, residual, results, runs, sensitivity, window
-from fabric_kernel import v50 as limits
+from fabric_kernel import Scene, designs, fragments, results, runs, sensitivity, window
 from fabric_kernel.v50 import v50
+
+limits, residual = (sys.modules[f"fabric_kernel.{name}"] for name in ("v50", "residual"))
 
 
 def invented(low, high, share, deviation, seed=1):
@@ -28,9 +30,9 @@ def test_a_window_leaves_no_limit():
     test = v50(invented(330.0, 390.0, 1.0, 10.0), NEYER, 20, tests=0)
     first = test.answer()[0]
     assert first.startswith("No single limit"), first
-    through = [shot.velocity for shot in test.below if not shot.stopped]
+    through = [shot.velocity for shot in test.ladder if not shot.stopped]
     assert f"slowest shot that went through had {min(through):.4g} m/s" in first
-    assert test.window.stopped == max(shot.velocity for shot in test.below if shot.velocity < min(through))
+    assert test.window.stopped == max(shot.velocity for shot in test.ladder if shot.velocity < min(through))
     assert math.isnan(test.fit.mu)
     assert math.isnan(test.average.value)
     assert math.isnan(test.residual.limit)
@@ -102,7 +104,7 @@ def test_reports_begin_with_it_and_the_exit_status_says_it(tmp_path):
 
     def flown(one, *_):
         v = one["projectile.velocity"][2]
-        row = dict.fromkeys(("unconverged", "beyond_fine", "viscous", "energy_residual"), 0.0) | {
+        row = dict.fromkeys(("unconverged", "beyond_fine", "viscous", "energy_residual", "gained", *runs.LOST), 0.0) | {
             "outcome": "exited",
             "failure": None,
             "steps": 9,
@@ -115,10 +117,11 @@ def test_reports_begin_with_it_and_the_exit_status_says_it(tmp_path):
             "failed_segments": 10,
             "failed_near_held": 8,
             "residual_kinetic": 0.1,
+            "max_deflection": 1.0,
         }
 
     for module, main, words in (
-        (limits, limits.main, ["--low", "90", "--high", "110", "--deviation", "2", "--tests", "0"]),
+        (limits, limits.main, ["--low", "90", "--high", "110", "--deviation", "2", "--simulated", "0"]),
         (residual, residual.main, ["--velocities", *(str(v) for v in range(90, 130, 3))]),
         (fragments, fragments.main, ["--velocities", "90", "95", "105", "110", "--shots", "4", "--on", "1"]),
     ):
@@ -154,3 +157,34 @@ def test_segments_that_failed_near_held_nodes_are_counted():
     assert 0 <= row["failed_near_held"] <= row["failed_segments"]
     free = runs.fly(Scene("sheet_3in_sphere", sheet={"nodes_x": 61, "nodes_y": 61}), until=runs.DECIDED)
     assert not (free["failed_near_held"] > 0.5 * free["failed_segments"])
+
+
+def test_a_window_above_the_limit_leaves_none():
+    def mixed(low, high, share):
+        random = numpy.random.default_rng(2)
+        own, luck = random.normal(492.0, 10.0, 200), random.random(200)
+        stops = lambda v, k: v <= own[k] or (low < v < high and luck[k] < share)
+        return lambda velocity, shot: (stops(velocity, shot), 0.5 * velocity)
+
+    for low, high, share, is_found in ((550.0, 640.0, 1.0, True), (520.0, 700.0, 0.5, True), (0.0, 0.0, 0.0, False)):
+        test = v50(mixed(low, high, share), NEYER, 20, tests=0)
+        assert (test.window is not None) == is_found, (low, high, share)
+        above = [shot.velocity for shot in test.ladder if shot.velocity > 520.0]
+        assert 1.3 * min(above) < max(above) < 1.4 * min(above)
+        if is_found:
+            assert test.window.fastest > 540.0
+            assert test.answer()[0].startswith("No single limit")
+        else:
+            assert "Above it 15 shots up to" in test.text()
+
+
+def test_two_groups_of_residual_velocities_are_said():
+    random = numpy.random.default_rng(1)
+    v = random.uniform(500.0, 600.0, 24)
+    taken = lambda energies: numpy.sqrt(v * v - energies)
+    assert not window.groups(v, taken(random.uniform(1.0e5, 1.4e5, 24)))
+    mixed = window.groups(v, taken(numpy.where(numpy.arange(24) % 3 > 0, 2.0e5, 0.5e5) + random.uniform(0.0, 2e4, 24)))
+    assert mixed.startswith("Residual velocities fall into two groups: 8 shots left with")
+    assert "and 16 with" in mixed
+    assert not window.groups([500.0], [100.0])
+    assert not window.groups([], [])

@@ -154,9 +154,7 @@ fn options_that_do_not_go_together_are_both_named() {
         _ => 1.0,
     };
     #[rustfmt::skip]
-    let pairs: [(&str, &[&str]); 9] = [
-        ("sheet.grading.largest", &["yarn.viscosity_linear", "yarn.viscosity_quadratic", "yarn.viscosity_bending",
-            "yarn.rate_modulus", "yarn.rate_stretch", "contact.friction", "stack.plies"]),
+    let pairs: [(&str, &[&str]); 8] = [
         ("integrator.kind", &["contact.friction", "yarn.rate_modulus", "yarn.rate_stretch", "yarn.viscosity_linear",
             "yarn.viscosity_quadratic", "yarn.viscosity_bending", "slack_balance", "stack.plies"]),
         ("stack.plies", &["yarn.rate_modulus", "yarn.rate_stretch"]),

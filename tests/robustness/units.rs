@@ -104,7 +104,10 @@ fn scenes() -> Vec<(&'static str, Scene, u64)> {
     let mut clamped = small_sheet(31, 60.0);
     let attachment = &mut clamped.attachment;
     (attachment.hold, attachment.grip, attachment.strength) = (20.0, 1e-3, 100.0);
+    let mut thick = golden::box_on_a_corner();
+    (thick.sheet.thickness, thick.projectile.position[2]) = (4e-4, thick.projectile.position[2] - 2e-4);
     let by_outcome = [
+        ("thick", thick, 1500),
         ("rebounds", askew, 30_000),
         ("slips and lets go", clamped, 3000),
         ("exits", small_sheet(31, speed(40.0, 8.4e-3)), 9000),

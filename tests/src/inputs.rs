@@ -166,6 +166,8 @@ fn rows() -> Vec<Row> {
         // ---- Sheet. A small node or spacing, a thick or stiff yarn, make the stable step smaller, and at
         // last no number.
         real("sphere", &["sheet.spacing"], &[not_positive, (About(1e-296), no_limit), (About(3e-5), too_long), (To(6.35e-3), Accepted), (End, Refused(ProjectileTooSmall, "projectile.radius"))], &[1e-300, 1e-6, 1e-3]),
+        real("sphere", &["sheet.thickness"], &[negative, (About(0.8 * h), Accepted), beyond], &[1e-4, 5e-4, 6e-4]),
+        real("case", &["sheet.thickness"], &[negative, (About(2.0 * (RING - 1e-3)), Accepted), (About(0.8 * h), Refused(OutOfRange, "casing.radius")), beyond], &[1e-4, 2e-4]),
         real("sphere", &["sheet.node_mass"], &[not_positive, (About(1e-299), no_limit), (About(3e-9), too_long), (To(8.4e-3), Accepted), (End, Refused(ProjectileTooLight, "projectile.mass"))], &[1e-20, 1e-6]),
         real("sphere", &["sheet.yarn_area"], &[not_positive, (About(1e-296), no_step), (About(3e-6), Accepted), (About(1e290), too_long), (End, no_limit)], &[1e-8, 1e-5]),
         real("sphere", &["sheet.position[0]", "sheet.position[1]"], &[rest], &[1e-4]),
@@ -200,12 +202,6 @@ fn rows() -> Vec<Row> {
         count("strength", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(DoesNotGoWith, "yarn.strength_draw")), (End, own(UnknownChoice))], &[]),
         // ---- Graded networks.
         count("sphere", &["sheet.grading.largest"], &[(To(2.0), Accepted), (To(3.0), own(OutOfRange)), (To(4.0), Accepted), (Below(64.0), own(OutOfRange)), (To(64.0), Accepted), beyond], &[]),
-        count("rate", &["sheet.grading.largest"], &[(To(1.0), Accepted), (To(64.0), Refused(DoesNotGoWith, "yarn.rate_modulus")), beyond], &[]),
-        count("stack", &["sheet.grading.largest"], &[(To(1.0), Accepted), (To(64.0), Refused(DoesNotGoWith, "stack.plies")), beyond], &[]),
-        real("graded", &["yarn.viscosity_linear"], &[negative, (To(0.0), Accepted), (To(1.0), apart), beyond], &[0.02]),
-        real("graded", &["yarn.viscosity_quadratic", "contact.friction"], &[negative, (To(0.0), Accepted), (To(10.0), apart), beyond], &[0.02]),
-        real("graded", &["yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), (To(0.2), apart), beyond], &[0.02]),
-        count("graded", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (To(1000.0), apart), beyond], &[]),
         not_read("sphere", &["sheet.grading.centre[0]", "sheet.grading.centre[1]", "sheet.grading.half_width[0]", "sheet.grading.half_width[1]"]),
         // ---- Curved sheets, and the case under a ring. The sphere of the flat sheet is met by a nearly
         // closed arc.

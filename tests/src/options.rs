@@ -107,6 +107,11 @@ pub const GROUPS: &[&[Choice]] = &[
             (s.casing.radius, s.casing.window_angle, s.casing.window_place) = (s.sheet.radius, [0.0, 0.9], [0.0, 2e-3]);
         }),
     ],
+    // After the case, which carries the inner face.
+    &[of("thick cloth", |s| {
+        s.sheet.thickness = 3e-4;
+        s.casing.radius -= if s.casing.radius > 0.0 { 0.5 * s.thickness() } else { 0.0 };
+    })],
     &[of("tilted", |s| s.projectile.orientation = [0.96, 0.28, 0.0, 0.0])],
     &[of("askew", |s| {
         (s.projectile.velocity[0], s.projectile.angular_velocity) = (60.0, [2000.0, 1000.0, -3000.0]);

@@ -9,6 +9,7 @@ mod bodies;
 mod outcomes;
 mod sheets;
 mod sides;
+mod signs;
 
 use fabric_kernel::pose::{Vector, components, into_body, normalised};
 use fabric_kernel::{Contact, Counters, Energy, Failure, Motion, Outcome, OutcomeSet, Scene, Sim, Solid};

@@ -49,7 +49,7 @@ fn check(seeds: impl Iterator<Item = u64>) {
 
 /// Where the body comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Place {
+pub(crate) enum Place {
     /// From either side of a flat sheet.
     Sheet,
     /// From within a ring.
@@ -140,7 +140,7 @@ fn deeper(place: Place, scene: &Scene, x: V3, v: V3) -> f64 {
     }
 }
 
-fn draw(numbers: &mut Numbers) -> (Place, Scene) {
+pub(crate) fn draw(numbers: &mut Numbers) -> (Place, Scene) {
     let place = numbers.choice(&[Place::Sheet, Place::Sheet, Place::Within, Place::Around]);
     let scene = changed(Scene::sheet_3in_sphere(), |scene| {
         scene.seed = (numbers.next() * 1e6) as u64;

@@ -42,7 +42,7 @@ const FIELDS: [string, keyof Choices][] = [
   ["projectile.sector.thickness", "length"], ["projectile.radius", "radius"], ["projectile.length", "length"], ["projectile.mass", "mass"],
   ["projectile.velocity", "speed"], ["contact.friction", "friction"], ["projectile.position", "x"], ["projectile.orientation", "tiltX"],
   ["projectile.size", "edgeX"],
-  ["attachment.hold", "hold"], ["attachment.grip", "grip"], ["attachment.strength", "strength"], ["attachment", "attachment"], ["sheet.plies", "plies"], ["sheet.radius", "curve"], ["sheet.closed", "closed"], ["sheet.nodes_y", "rows"],
+  ["attachment.hold", "hold"], ["attachment.grip", "grip"], ["attachment.strength", "strength"], ["attachment", "attachment"], ["sheet.plies", "plies"], ["sheet.thickness", "thickness"], ["sheet.radius", "curve"], ["sheet.closed", "closed"], ["sheet.nodes_y", "rows"],
   ["casing.radius", "casing"], ["casing.window_angle", "windowHalfAngle"], ["casing.window_place", "windowHalfY"], ["sheet", "nodes"],
 ];
 

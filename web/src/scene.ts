@@ -27,6 +27,8 @@ export interface Choices {
   windowHalfY: number;
   /** Bonded into one network. */
   plies: number;
+  /** Thickness of a ply, mm, -1: that of the fabric. */
+  thickness: number;
   attachment: Attachment;
   /** Force at which a yarn end slips, 0: never; in N or in parts of the yarn's strength. */
   hold: number;
@@ -60,7 +62,7 @@ export interface Choices {
 }
 
 export const DEFAULTS: Choices = {
-  fabric: "", nodes: 105, rows: 0, bar: 1, curve: 0, closed: "no", casing: 0, windowAngle: 0, windowHalfAngle: 0, windowY: 0, windowHalfY: 0, plies: 1, attachment: "four_sides", hold: 0, holdIn: "newton", grip: 0, strength: 0, shape: "sphere", radius: 6.35, bore: 10, length: 12.7, calibre: ".22", edgeX: 12.7, edgeY: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
+  fabric: "", nodes: 105, rows: 0, bar: 1, curve: 0, closed: "no", casing: 0, windowAngle: 0, windowHalfAngle: 0, windowY: 0, windowHalfY: 0, plies: 1, thickness: -1, attachment: "four_sides", hold: 0, holdIn: "newton", grip: 0, strength: 0, shape: "sphere", radius: 6.35, bore: 10, length: 12.7, calibre: ".22", edgeX: 12.7, edgeY: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
   tiltX: 0, tiltY: 0, turn: 0, x: 0, y: 0, seed: 1,
 };
 
@@ -267,7 +269,7 @@ export function assignments(choices: Choices): Assignment[] {
     { key: "sheet.plies", value: [choices.plies] },
   ];
   // As `sheet.yarns_per_bar` of a scene file has it, to the bit.
-  const network = { "sheet.spacing": [SPACING], "sheet.node_mass": [6.52e-8], "sheet.yarn_area": [AREA], ...changesOf(choices.fabric) };
+  const network: Record<string, number[]> = { "sheet.spacing": [SPACING], "sheet.node_mass": [6.52e-8], "sheet.yarn_area": [AREA], ...changesOf(choices.fabric) };
   for (const [key, [value = 0]] of choices.bar === 1 ? [] : Object.entries(network)) {
     if (/^sheet\.(spacing|yarn_area)/.test(key)) all.push({ key, value: [value * choices.bar] });
     if (key === "sheet.node_mass") all.push({ key, value: [value * (choices.bar * choices.bar)] });
@@ -276,9 +278,12 @@ export function assignments(choices: Choices): Assignment[] {
   if (circle !== 0 || choices.closed === "yes") all.push({ key: "sheet.radius", value: [circle] }, { key: "sheet.closed", value: [choices.closed === "yes" ? 1 : 0] });
   // Curved cloth has no such viscosity.
   if (circle !== 0) all.push({ key: "yarn.viscosity_bending", value: [0] });
+  const [own = 0] = network["sheet.thickness"] ?? [];
+  const half = 0.5 * ((choices.thickness < 0 ? own : rounded(1e-3 * choices.thickness)) * choices.plies);
+  if (choices.thickness >= 0) all.push({ key: "sheet.thickness", value: [rounded(1e-3 * choices.thickness)] });
   if (choices.casing !== 0) {
     const window: [string, number[]][] = [
-      ["radius", [1e-3 * choices.casing]], ["window_angle", [choices.windowAngle, choices.windowHalfAngle].map((angle) => (angle * Math.PI) / 180)],
+      ["radius", [choices.casing === choices.curve ? circle - half : 1e-3 * choices.casing]], ["window_angle", [choices.windowAngle, choices.windowHalfAngle].map((angle) => (angle * Math.PI) / 180)],
       ["window_place", [1e-3 * choices.windowY, 1e-3 * choices.windowHalfY]],
     ];
     all.push(...window.map(([key, value]) => ({ key: `casing.${key}`, value: value.map(rounded) })));
@@ -309,7 +314,7 @@ export function assignments(choices: Choices): Assignment[] {
   // Inside a curved sheet the ball about the fragment is as wide as the fragment may be.
   const inside = Math.sqrt(Math.max(0, circle * circle - (Math.abs(1e-3 * choices.x) + ball(choices)) ** 2));
   all.push(
-    { key: "projectile.position", value: [1e-3 * choices.x, 1e-3 * choices.y, inside - reach(choices, q) - gap].map(rounded) },
+    { key: "projectile.position", value: [1e-3 * choices.x, 1e-3 * choices.y, inside - reach(choices, q) - half - gap].map(rounded) },
     { key: "projectile.velocity", value: [choices.speed * Math.sin(flight), 0, choices.speed * Math.cos(flight)].map(rounded) },
     { key: "projectile.orientation", value: q },
     { key: "contact.friction", value: [choices.friction] },

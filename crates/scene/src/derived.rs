@@ -104,15 +104,15 @@ pub fn yarns_per_bar(given: &Given) -> f64 {
     of(given, "sheet.yarns_per_bar").and_then(|value| units::number(value, "1")).unwrap_or(1.0)
 }
 
-/// The force for "0.4 of the yarn", N a yarn, which is a part of its strength; None of anything else.
+/// Force for "0.4 of the yarn" or "40 % of the yarn", a part of its strength, N a yarn; None otherwise.
 pub fn hold(value: &Value, given: &Given, scene: &Scene) -> Result<Option<f64>> {
     let Some(part) = value.as_str().and_then(|text| text.strip_suffix("of the yarn")) else { return Ok(None) };
-    match part.trim().parse::<f64>() {
+    match part.trim().parse::<f64>().ok().or_else(|| units::number(&part.trim().into(), "1")) {
         // The area is that of a bar by now.
-        Ok(part) if (0.0..=100.0).contains(&part) => Ok(Some(part * yarn_strength(scene) / yarns_per_bar(given))),
+        Some(part) if (0.0..=100.0).contains(&part) => Ok(Some(part * yarn_strength(scene) / yarns_per_bar(given))),
         _ => bad(
             "attachment.hold",
-            format!("attachment.hold = {value}: the part of the yarn's strength must be from 0 to 100"),
+            format!("attachment.hold = {value}: must be from 0 to 100 of the yarn, as in \"40 % of the yarn\""),
         ),
     }
 }
@@ -327,7 +327,7 @@ pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Resul
     let ahead = Vector::new(0.0, 0.0, if up { 1.0 } else { -1.0 });
     let orientation = normalised(pose.orientation_in(body.orientation));
     if let Some(hoop) = hoop_angle(scene, x) {
-        let solid = Solid::of(body);
+        let solid = Solid::of_scene(scene);
         let support = |n: Vector| solid.support(&into_body(&orientation, &n));
         let outwards = velocity[0] * sin(hoop) + velocity[2] * cos(hoop) > 0.0;
         let radius = scene.sheet.radius + if outwards { 0.0 } else { scene.stack_height() };
@@ -336,7 +336,7 @@ pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Resul
             || format!("{key}: the projectile does not fit into the sheet on its way there; give projectile.position");
         return position.map_or_else(|| bad(key, far()), |position| Ok(pose.point_out(position)));
     }
-    let reach = Solid::of(body).support(&into_body(&orientation, &ahead)) + stand_off;
+    let reach = Solid::of_scene(scene).support(&into_body(&orientation, &ahead)) + stand_off;
     let height = if up { 0.0 } else { scene.stack_height() };
     let back = -reach / abs(velocity[2]);
     let position = [x + velocity[0] * back, y + velocity[1] * back, height - ahead.z * reach];
@@ -345,6 +345,27 @@ pub fn aimed(scene: &Scene, key: &str, point: [f64; 2], stand_off: f64) -> Resul
         return Ok(position);
     }
     bad("projectile.velocity", "projectile.velocity: does not lead to the sheet".into())
+}
+
+/// Moves the projectile so that it is as far from the cloth as it was before that became another thickness.
+pub fn keep_distance(scene: &mut Scene, before: &Scene) {
+    let thicker = [scene, before].map(|scene| 0.5 * scene.thickness());
+    let (by, pose) = (thicker[0] - thicker[1], Pose::of_sheet(&scene.sheet));
+    let [x, y, z] = pose.point_in(scene.projectile.position);
+    let radius = length([x, 0.0, z]);
+    let position = if !scene.is_curved() {
+        let beyond = by + scene.stack_height() - before.stack_height();
+        [x, y, if z < 0.0 { z - by } else { z + beyond }]
+    } else if radius > 0.0 {
+        let scale = 1.0 + if radius < scene.sheet.radius { -by } else { by } / radius;
+        [x * scale, y, z * scale]
+    } else {
+        return;
+    };
+    let position = pose.point_out(position);
+    if position.iter().all(|x| x.is_finite()) {
+        scene.projectile.position = position;
+    }
 }
 
 /// Where a body must be on its way to a place of a curved sheet, by its angle and along the axis, so that all
@@ -458,7 +479,10 @@ mod tests {
                      aim.speed = \"150 m/s\"";
         let numbers = "[fabric]\nname = \"kevlar_km2_s706\"\n[sheet]\nnodes_x = 136\nnodes_y = 136\n[projectile]\nradius = 2.778e-3\n\
                        mass = 6.9e-4\nposition = [0, 0, -2.778e-3]\nvelocity = [0, 0, 150]";
-        assert_eq!(of(words), of(numbers));
+        let (words, mut numbers) = (of(words), of(numbers));
+        // The foremost point touches the face of the cloth.
+        numbers.projectile.position[2] = -(2.778e-3 + 0.5 * words.sheet.thickness);
+        assert_eq!(words, numbers);
     }
 
     #[test]

@@ -40,8 +40,8 @@ pub mod replay;
 pub mod textile;
 pub mod units;
 
-use fabric_kernel::Scene;
 use fabric_kernel::fields::{self, FIELDS, Field, Place};
+use fabric_kernel::{AttachmentKind, Scene};
 use std::io::Read;
 use std::path::Path;
 use toml::{Table, Value};
@@ -154,7 +154,7 @@ pub fn short(text: &str) -> std::borrow::Cow<'_, str> {
 
 /// Gives a scene what a table of keys says, `[fabric]` first.
 pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
-    let (kept, fabric) = (table.remove(UNREAD), table.remove("fabric"));
+    let (kept, fabric, start) = (table.remove(UNREAD), table.remove("fabric"), *scene);
     if let Some(textile) = &fabric {
         textile::apply(scene, textile)?;
     }
@@ -207,9 +207,13 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
         }
     }
     scene.attachment.hold *= derived::yarns_per_bar(&own);
-    if scene.casing.radius == radius {
-        // A case that bears a ring is as wide as that which its nodes close.
-        scene.casing.radius = scene.sheet.radius;
+    if !counted("attachment.kind", &given) {
+        scene.attachment.kind = usual_attachment(scene.sheet.closed, &before);
+    }
+    let bears = |thickness: f64| (scene.casing.radius + 0.5 * thickness - radius).abs() <= 1e-12 * radius;
+    if scene.casing.radius > 0.0 && (bears(0.0) || bears(start.thickness())) {
+        // A case that bears a ring is as wide as that which its nodes close, to its inner face.
+        scene.casing.radius = scene.sheet.radius - 0.5 * scene.thickness();
     }
     if fabric.is_some() && scene.is_curved() && !counted("yarn.viscosity_bending", &given) {
         // What is asked for by name is refused by name.
@@ -219,6 +223,10 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
         && !counted("projectile.faces.count", &given)
     {
         scene.projectile.faces.count = planes.len() as u32;
+    }
+    let placed = counted("projectile.position", &given) || own.iter().any(|(key, _)| key.starts_with("aim."));
+    if scene.thickness() != start.thickness() && !placed {
+        derived::keep_distance(scene, &start);
     }
     wrong.extend(derived::projectile(&own, scene, counted("projectile.mass", &given)).err());
     // The preset has numbers of other shapes, too, which nobody chose.
@@ -251,7 +259,7 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     });
     all_of(unread.collect())?;
     if automatic {
-        set_automatic_grading(scene, fabric.is_some())?;
+        scene.set_grading(AUTOMATIC_GRADING)?;
     }
     Ok(())
 }
@@ -268,18 +276,6 @@ fn all_of(mut wrong: Vec<Box<dyn std::error::Error>>) -> Result<()> {
         lines.push(format!("and {} more", wrong.len() - SHOWN));
     }
     bad(&key, lines.join("\n"))
-}
-
-/// Chooses the graded network.
-fn set_automatic_grading(scene: &mut Scene, of_fabric: bool) -> Result<()> {
-    match scene.set_grading(AUTOMATIC_GRADING) {
-        Err(error) if of_fabric && error.field.starts_with("yarn.viscosity") => {
-            let text = "sheet.grading: a graded network has no viscosity, and [fabric] gives its yarn some: set viscosity_linear, \
-                        viscosity_quadratic and viscosity_bending of [yarn] to 0, or leave sheet.grading out";
-            bad("sheet.grading", text.into())
-        }
-        set => Ok(set?),
-    }
 }
 
 /// Whether the number of a parameter counts for a scene.
@@ -384,7 +380,13 @@ pub fn base(preset: &str, scene: &Scene, textiles: &Table) -> Scene {
         let _ = textile::apply_back(&mut base, textile);
         base.sheet = sheet;
     }
+    base.attachment.kind = usual_attachment(scene.sheet.closed, &base);
     base
+}
+
+/// Attachment of a file that says nothing of it: a sheet that is closed where the preset's is not is free.
+fn usual_attachment(closed: bool, preset: &Scene) -> AttachmentKind {
+    if closed && !preset.sheet.closed { AttachmentKind::Free } else { preset.attachment.kind }
 }
 
 /// What a parameter is, its names if it is a choice.
@@ -481,7 +483,8 @@ fn meant(key: &str) -> String {
         return format!("; an element has no key of its own: set the whole of `{name}`");
     }
     let likeness = |name: &str| (1e3 * strsim::normalized_levenshtein(key, name)) as u32;
-    let tables = ["fabric", "back_fabric"].into_iter().chain(names().filter_map(|name| Some(name.split_once('.')?.0)));
+    let tables =
+        || ["fabric", "back_fabric"].into_iter().chain(names().filter_map(|name| Some(name.split_once('.')?.0)));
     if key.starts_with("fabric.") || key.starts_with("back_fabric.") {
         return "; a textile is one table with its name or all of its numbers: fabric = { name = ..., modulus = ... }"
             .into();
@@ -495,7 +498,10 @@ fn meant(key: &str) -> String {
         // `projectile.wight` and `projectile.length` have only the table in common.
         let is_like =
             |name: &&str| likeness(name) > 600 && 2.0 * strsim::normalized_levenshtein(last, last_of(name)) >= 1.0;
-        near = names().chain(tables).max_by_key(|name| likeness(name)).filter(is_like).into_iter().collect();
+        near = names().chain(tables()).max_by_key(|name| likeness(name)).filter(is_like).into_iter().collect();
+    }
+    if near.is_empty() {
+        near = tables().filter(|table| key.starts_with(table)).take(1).collect();
     }
     let near: Vec<String> = near.iter().map(|name| format!("`{name}`")).collect();
     if near.is_empty() {
@@ -537,7 +543,8 @@ fn unquoted(field: &Field, value: &Value) -> String {
     let text = value.as_str().map_or("", str::trim);
     let bare = format!("x = {}", short(text)).parse::<Table>().ok().and_then(|table| words(field, table.get("x")?));
     let [least, greatest] = field.limits();
-    let fits = bare.is_some_and(|words| words.iter().all(|&word| (least..=greatest).contains(&(word as f64))));
+    let fits = !text.contains(['#', '\n'])
+        && bare.is_some_and(|words| words.iter().all(|&word| (least..=greatest).contains(&(word as f64))));
     if fits { format!("; write {text} without quotes") } else { String::new() }
 }
 
@@ -672,11 +679,11 @@ mod tests {
     }
 
     #[test]
-    fn a_named_fabric_in_a_graded_network_must_lose_its_viscosity() {
+    fn viscous_fabrics_are_graded_closer_to_the_hit() {
         let text = "preset = \"sheet_10in_cylinder\"\n[fabric]\nname = \"kevlar_km2_s706\"\n[sheet]\ngrading = \"automatic\"\n";
-        assert!(parse(text).unwrap_err().to_string().contains("viscosity_bending of [yarn] to 0"));
         let inviscid = "[yarn]\nviscosity_linear = 0.0\nviscosity_quadratic = 0.0\nviscosity_bending = 0.0\n";
-        assert!(parse(&format!("{text}{inviscid}")).unwrap().is_graded());
+        let [viscous, plain] = [parse(text), parse(&format!("{text}{inviscid}"))].map(|scene| scene.unwrap().network());
+        assert!(viscous[0] < plain[0], "{viscous:?} {plain:?}");
     }
 
     #[test]
@@ -759,16 +766,20 @@ mod tests {
         assert!(!differ(own.spacing, other.spacing) && !differ(own.node_mass, other.node_mass));
         assert!(!differ(own.yarn_area, other.yarn_area) && !differ(own.radius, other.radius));
         assert_eq!((own.nodes_x, ring.yarn.modulus_mean), (other.nodes_x, bare.yarn.modulus_mean));
-        assert_eq!((ring.viscosity(), ring.casing.radius), (bare.viscosity(), own.radius));
+        assert_eq!((ring.viscosity(), ring.casing.radius), (bare.viscosity(), own.radius - 0.5 * ring.thickness()));
         let rim = -Scene::turbine_disc_sector().projectile.position[2];
         assert_eq!(bare.projectile.position, [rim - 0.04, 0.0, bare.sheet.radius - rim - 2e-3]);
         let text = "preset = \"sheet_3in_sphere\"\nfabric = { name = \"kevlar_km2_s706\", warp.crimp = 0.01 }\n\
                     sheet = { radius = \"100 mm\", closed = true }\ncasing.radius = \"100 mm\"\n\
                     aim = { point = [\"50 mm\", 0], speed = 80, stand_off = \"1 mm\" }\n";
         let scene = parse(text).unwrap();
-        assert!(scene.slack_balance && scene.viscosity()[2] == 0.0 && scene.casing.radius == scene.sheet.radius);
+        assert!(scene.slack_balance && scene.viscosity()[2] == 0.0);
+        assert_eq!(scene.casing.radius, scene.sheet.radius - 0.5 * scene.thickness());
         assert_eq!(scene.sheet.nodes_x, 841);
         scene.check().unwrap();
+        // Free, unless it says how it is held.
+        let held = parse(&format!("{text}attachment.kind = \"four_sides\"\n")).unwrap().attachment.kind;
+        assert_eq!([scene.attachment.kind, held], [AttachmentKind::Free, AttachmentKind::FourSides]);
         assert!(parse(&format!("{text}yarn.viscosity_bending = 0.06\n")).unwrap().check().is_err());
         // Half a radian along the hoop, from inside and from outside, the sphere 1 mm before the ring.
         let ([x, _, z], [u, _, w], r) = (scene.projectile.position, scene.projectile.velocity, scene.sheet.radius);
@@ -776,12 +787,15 @@ mod tests {
             fabric_kernel::math::length([x, 0.0, z]),
             [fabric_kernel::math::sin, fabric_kernel::math::cos].map(|f| f(0.05 / r)),
         );
-        assert!((away + 6.35e-3 + 1e-3 - r).abs() < 1e-5 * r && (x * cosine - z * sine).abs() < 1e-6 * r);
+        assert!(
+            (away + 6.35e-3 + 1e-3 + 0.5 * scene.thickness() - r).abs() < 1e-5 * r
+                && (x * cosine - z * sine).abs() < 1e-6 * r
+        );
         assert!((u * x + w * z - 80.0 * away).abs() < 1e-9 * away);
         let outside = parse(&format!("{text}projectile.velocity = [0, 0, -80]\n").replace("speed = 80, ", "")).unwrap();
         let [x, _, z] = outside.projectile.position;
         let away = fabric_kernel::math::length([x, 0.0, z]);
-        assert!((away - 6.35e-3 - 1e-3 - r).abs() < 1e-5 * r && (x - r * sine).abs() < 1e-12);
+        assert!((away - 6.35e-3 - 1e-3 - 0.5 * scene.thickness() - r).abs() < 1e-5 * r && (x - r * sine).abs() < 1e-12);
     }
 
     #[test]

@@ -9,7 +9,7 @@
 
 use fabric_kernel::math::{abs, cos, length, sin, sqrt};
 use fabric_kernel::pose::{Vector, components, quaternion};
-use fabric_kernel::{Faces, Projectile, Scene, Shape, Solid};
+use fabric_kernel::{Faces, Form, Projectile, Scene, Shape, Solid};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::f64::consts::PI;
 
@@ -82,7 +82,7 @@ fn integrals(planes: &[Plane]) -> (f64, Vector, Matrix3<f64>) {
     let mut sums = (0.0, Vector::zeros(), Matrix3::zeros());
     let body =
         Projectile { shape: Shape::Polyhedron, faces: Faces::of(planes), ..Scene::sheet_3in_sphere().projectile };
-    let Solid::Polyhedron(solid) = Solid::of(&body) else { return sums };
+    let Form::Polyhedron(solid) = Solid::of(&body).form else { return sums };
     for plane in planes {
         let on = |p: &Vector| abs(gap(plane, p)) <= SAME * solid.reach;
         let corners: Vec<Vector> = solid.vertices().iter().copied().filter(on).collect();

@@ -50,14 +50,16 @@ const NUMBERS: [(&str, Place, &str); 15] = [
     ("weft.crimp", |t| &mut t.weft.crimp, "1"),
 ];
 
-/// What the network does not read, but what is said of one ply does: SI units and ranges. A number that is
-/// not given is unknown.
+/// What the network does not read but for the thickness, but what is said of one ply does: SI units and
+/// ranges. A number that is not given is unknown; a thickness of 0 is that of a surface.
 const WEAVE: [(&str, &str, [f64; 2]); 4] = [
-    ("thickness", "m", [1e-6, 1e-2]),
+    (THICKNESS, "m", [1e-6, 1e-2]),
     ("width", "m", [1e-6, 1e-2]),
     ("friction", "1", [0.0, 2.0]),
     (AREAL_DENSITY, "kg/m2", [1e-3, 100.0]),
 ];
+
+const THICKNESS: &str = "thickness";
 
 /// Key that [`Textile::areal_density`] is compared with.
 const AREAL_DENSITY: &str = "areal_density";
@@ -72,7 +74,11 @@ const BACK: &str = "back_fabric";
 
 /// Makes the sheet of a scene that of its table `[fabric]`.
 pub fn apply(scene: &mut Scene, table: &Value) -> Result<()> {
-    scene.set_textile(&whole(FRONT, table)?).or_else(|error| refused(FRONT, error))
+    scene.set_textile(&whole(FRONT, table)?).or_else(|error| refused(FRONT, error))?;
+    if weave_of(FRONT, &given(FRONT, table)?)?.contains(&(THICKNESS, 0.0)) {
+        scene.sheet.thickness = 0.0;
+    }
+    Ok(())
 }
 
 /// Makes the fabric of the last plies of a scene that of its table `[back_fabric]`.
@@ -138,14 +144,19 @@ pub fn write(textiles: &Table) -> String {
 }
 
 /// Thickness of the ply and width of a yarn in it, m, and friction between yarns, of the fabric of the sheet,
-/// by their keys; none that is unknown. And the larger spacing of its yarns, m.
+/// by their keys; none that is unknown, but for the thickness what is assumed. And the larger spacing of its
+/// yarns, m.
 pub fn weave(textiles: &Table) -> Result<Vec<(&'static str, f64)>> {
     let Some(values) = textiles.get(FRONT) else { return Ok(Vec::new()) };
     let mut found = weave_of(FRONT, &given(FRONT, values)?)?;
-    let Textile { warp, weft, .. } = textile(FRONT, values)?;
-    let count = warp.count.min(weft.count);
+    found.retain(|known| *known != (THICKNESS, 0.0));
+    let cloth = textile(FRONT, values)?;
+    let count = cloth.warp.count.min(cloth.weft.count);
     if count > 0.0 {
         found.push(("spacing", 1.0 / count));
+    }
+    if !found.iter().any(|(key, _)| *key == THICKNESS) {
+        found.push(("assumed_thickness", cloth.assumed_thickness()));
     }
     Ok(found)
 }
@@ -156,7 +167,8 @@ fn weave_of(table: &str, all: &BTreeMap<String, (String, Value)>) -> Result<Vec<
         let Some((_, value)) = all.get(key) else { continue };
         let whole = format!("{table}.{key}");
         let number = number(&whole, value, si, 0.0, [least, most])?;
-        if !(least..=most).contains(&number) {
+        let is_surface = key == THICKNESS && number == 0.0;
+        if !(least..=most).contains(&number) && !is_surface {
             let unit = if si == "1" { "" } else { " m" };
             let text = format!("must be {least} to {most}{unit}; leave it out if it is unknown");
             return bad(&whole, format!("{whole} = {}: {text}", short(&value.to_string())));
@@ -204,6 +216,7 @@ fn textile(table: &str, values: &Value) -> Result<Textile> {
             *place(&mut textile) = number;
         }
     }
+    textile.thickness = weave.iter().find(|(key, _)| *key == THICKNESS).map_or(0.0, |(_, thickness)| *thickness);
     let (sum, stated) = (textile.areal_density(), weave.iter().find(|(key, _)| *key == AREAL_DENSITY));
     if let Some((key, stated)) = stated.filter(|(_, stated)| sum > 0.0 && (sum / stated - 1.0).abs() > AREAL_DIFFERENCE)
     {
@@ -311,8 +324,11 @@ fn unknown<T>(table: &str, key: &str) -> Result<T> {
     let known = |of: fn(&'static str) -> Option<&'static str>| keys().filter_map(of).collect::<Vec<_>>().join(", ");
     let both = known(|name| (!name.contains('.')).then_some(name));
     let (of_threads, key) = (known(|name| name.strip_prefix("warp.")), short(key));
-    let other = OTHERWISE.iter().find(|(other, _)| *other == key.rsplit('.').next().unwrap_or_default());
-    let meant = other.map_or(String::new(), |(_, own)| format!("; is it {own}?"));
+    let others = OTHERWISE.map(|(other, own)| (other, own.to_string())).into_iter();
+    let others = others.chain(keys().map(|name| (crate::last_of(name), format!("`{}`", crate::last_of(name)))));
+    let near = others.map(|(other, own)| (strsim::normalized_levenshtein(crate::last_of(&key), other), own));
+    let near = near.max_by(|one, other| one.0.total_cmp(&other.0)).filter(|(likeness, _)| *likeness > 0.7);
+    let meant = near.map_or(String::new(), |(_, own)| format!("; is it {own}?"));
     let text = format!(
         "unknown key `{table}.{key}`{meant}; there are name, {both}, and, for both directions or below warp and weft, {of_threads}"
     );
@@ -456,8 +472,14 @@ mod tests {
         let yarns = ("spacing", 0.0254 / 34.0);
         let text = "[fabric]\nname = \"kevlar_km2_s706\"\nthickness = \"0.2 mm\"\nfriction = { value = 20, unit = \"%\", source = \"pulled\" }";
         assert_eq!(known(text).unwrap(), [("thickness", 2e-4), ("friction", 0.2), yarns]);
-        assert_eq!((known("fabric = \"kevlar_km2_s706\"").unwrap(), known("").unwrap()), (vec![yarns], vec![]));
-        assert_eq!(of(text).unwrap(), of("fabric = \"kevlar_km2_s706\"").unwrap());
+        let unknown = known("fabric = \"kevlar_km2_s706\"").unwrap();
+        assert_eq!((unknown[0], unknown[1].0, known("").unwrap()), (yarns, "assumed_thickness", vec![]));
+        let unknown = of("fabric = \"kevlar_km2_s706\"").unwrap();
+        assert_eq!(of(text).unwrap(), Textile { thickness: 2e-4, ..unknown });
+        let sheet =
+            |text: &str| crate::parse(&format!("preset = \"sheet_3in_sphere\"\n{text}")).unwrap().sheet.thickness;
+        assert_eq!([sheet(text), sheet("fabric = \"kevlar_km2_s706\"")], [2e-4, unknown.assumed_thickness()]);
+        assert_eq!(sheet("fabric = { name = \"kevlar_km2_s706\", thickness = 0 }"), 0.0);
         for (wrong, told) in [
             ("friction = -0.1", "fabric.friction = -0.1: must be 0 to 2; leave it out if it is unknown"),
             ("thickness = \"20 mm\"", "fabric.thickness = \"20 mm\": must be 0.000001 to 0.01 m"),

@@ -139,16 +139,30 @@ pub fn meant(value: &Value, si: &str, fits: &dyn Fn(f64) -> bool) -> String {
         }
         _ => {}
     }
-    let of = |text: &str| with_unit(&Value::from(text.replacen(',', ".", 1)));
-    let Some((number, unit)) = value.as_str().and_then(of) else { return String::new() };
-    let unit = unit.replace("cc", "cm3");
-    let mut names = of_kind(si).into_iter().chain([si]);
-    let quoted = |name| format!("\"{number} {name}\"");
-    let hints = match names.find(|name| name.eq_ignore_ascii_case(&unit)) {
-        Some(name) => vec![quoted(name)],
-        None if unit.is_empty() => likely(number, si, fits),
-        None => return String::new(),
+    let text = value.as_str().unwrap_or_default();
+    // "1,000" is a thousand; "5,556" may be thousands or have a decimal comma.
+    let (first, rest) = text
+        .split(|c: char| !c.is_ascii_digit() && !",.".contains(c))
+        .next()
+        .unwrap_or("")
+        .split_once(',')
+        .unwrap_or_default();
+    let grouped = (1..4).contains(&first.len())
+        && first != "0"
+        && rest.split('.').take(1).flat_map(|whole| whole.split(',')).all(|part| part.len() == 3);
+    let decimal = !grouped || rest != "000" && !rest.contains([',', '.']);
+    let readings = [grouped.then(|| text.replace(',', "")), decimal.then(|| text.replacen(',', ".", 1))];
+    let hints_of = |(number, unit): (f64, String)| {
+        let unit = unit.replace("cc", "cm3");
+        let mut names = of_kind(si).into_iter().chain([si]);
+        match names.find(|name| name.eq_ignore_ascii_case(&unit)) {
+            Some(name) => vec![format!("\"{number} {name}\"")],
+            None if unit.is_empty() => likely(number, si, fits),
+            None => Vec::new(),
+        }
     };
+    let numbers = readings.into_iter().flatten().filter_map(|text| with_unit(&text.into()));
+    let hints: Vec<String> = numbers.flat_map(hints_of).collect();
     if hints.is_empty() { String::new() } else { format!("; write {}", hints.join(" or ")) }
 }
 

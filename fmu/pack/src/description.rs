@@ -175,7 +175,7 @@ fn at_once(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> Attrib
 /// no dependency.
 fn at_start(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> Attribute {
     let known = match (variable.name, variable.name.strip_prefix("state.")) {
-        ("step.fraction" | "energy.strain" | "ply.strain" | "fabric.max_stretch", _) => None,
+        ("step.fraction" | "step.seconds" | "energy.strain" | "ply.strain" | "fabric.max_stretch", _) => None,
         (_, Some(motion)) => table::variable(&format!("projectile.start.{motion}")).map(name_of),
         _ => some(""),
     };

@@ -1,10 +1,11 @@
 //! Convex polyhedra by half-spaces: {x : n_k.x <= b_k for all k}.
 //!
-//! Method: gap phi = max_k (n_k.x - b_k), for a point at rest the lowest k on a tie. As the greatest of
-//! planes of slope 1 it is convex and 1-Lipschitz, and it is zero on the surface and nowhere else; over the
-//! faces and inside it is the true distance, beyond edges and corners it is smaller. The vertices, wanted for
-//! extents only, are the points where three planes meet and that lie outside none.
-//! Limits: at most 16 faces; planes that meet at less than a millionth count as parallel.
+//! Method: the true distance, which is convex and of slope 1. Inside it is max_k (n_k.x - b_k), the lowest k
+//! on a tie; outside, the height above the highest plane if the foot lies on its face, else the distance from
+//! the nearest edge. Vertices are the points where three planes meet and that lie outside none, edges join
+//! two that lie on two planes.
+//! Limits: at most 16 faces; planes that meet at less than a millionth count as parallel. A point nearer to
+//! an edge than 1e-9 of the reach has the normal of a face.
 
 use crate::body::pose::Vector;
 use crate::ground::error::{Code, Error, positive};
@@ -22,6 +23,9 @@ pub struct Gap {
 
 /// Largest number of vertices: Euler's formula, 2 F - 4.
 pub const MAX_VERTICES: usize = 2 * MAX_FACES - 4;
+
+/// Largest number of edges: Euler's formula, 3 F - 6.
+const MAX_EDGES: usize = 3 * MAX_FACES - 6;
 
 /// A product of directions below this counts as zero.
 const PARALLEL: f64 = 1e-6;
@@ -45,6 +49,11 @@ impl Face {
 
     fn gap(&self, p: &Vector) -> f64 {
         self.normal.dot(p) - self.distance
+    }
+
+    /// Whether the two planes meet in a line.
+    fn meets(&self, other: &Face) -> bool {
+        self.normal.dot(&other.normal) < 1.0 - 0.5 * PARALLEL * PARALLEL
     }
 }
 
@@ -131,6 +140,13 @@ fn are_one(a: &Vector, b: &Vector, length: f64) -> bool {
     math::length([apart.x, apart.y, apart.z]) <= SAME * length
 }
 
+/// Edge: the two vertices that it joins, by their numbers, and a bit for each plane that it lies on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct BodyEdge {
+    ends: [u8; 2],
+    planes: u16,
+}
+
 /// A polyhedron with its vertices and its inertia per mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyhedron {
@@ -138,6 +154,8 @@ pub struct Polyhedron {
     vertices: [Vector; MAX_VERTICES],
     /// Vertices found; more than there are places only if the faces are refused.
     vertex_count: usize,
+    edges: [BodyEdge; MAX_EDGES],
+    edge_count: usize,
     /// Distance of the farthest vertex from the centre of mass, m.
     pub reach: f64,
     /// Principal moments of inertia over the mass, m^2.
@@ -147,20 +165,54 @@ pub struct Polyhedron {
 impl Polyhedron {
     /// The polyhedron of these faces. `gyration`: principal moments of inertia over the mass, m^2.
     pub fn new(faces: &Faces, gyration: [f64; 3]) -> Polyhedron {
-        let half_spaces = HalfSpaces::of(faces);
-        let (mut vertices, mut vertex_count, mut reach) = ([Vector::zeros(); MAX_VERTICES], 0, 0.0);
+        let mut body = Polyhedron {
+            half_spaces: HalfSpaces::of(faces),
+            vertices: [Vector::zeros(); MAX_VERTICES],
+            vertex_count: 0,
+            edges: [BodyEdge::default(); MAX_EDGES],
+            edge_count: 0,
+            reach: 0.0,
+            gyration,
+        };
+        body.find_vertices();
+        body.join_vertices();
+        body
+    }
+
+    /// Finds the vertices, every one once, and the reach.
+    #[inline(never)]
+    fn find_vertices(&mut self) {
+        let Polyhedron { half_spaces, vertices, vertex_count, reach, .. } = self;
         half_spaces.for_each_corner(|corner, length| {
-            // Every corner once.
-            if vertices.get(..vertex_count).unwrap_or(&vertices).iter().any(|other| are_one(&corner, other, length)) {
+            let found = vertices.get(..*vertex_count).unwrap_or(&*vertices);
+            if found.iter().any(|other| are_one(&corner, other, length)) {
                 return;
             }
-            if let Some(place) = vertices.get_mut(vertex_count) {
+            if let Some(place) = vertices.get_mut(*vertex_count) {
                 *place = corner;
             }
-            vertex_count += 1;
-            reach = math::max(length, reach);
+            *vertex_count += 1;
+            *reach = math::max(length, *reach);
         });
-        Polyhedron { half_spaces, vertices, vertex_count, reach, gyration }
+    }
+
+    /// Finds the edges: pairs of vertices that lie on two faces together.
+    #[inline(never)]
+    fn join_vertices(&mut self) {
+        let (near, count) = (SAME * self.reach, self.vertices().len());
+        for (i, j) in (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j))) {
+            let [a, b] = [i, j].map(|k| self.vertices.get(k).copied().unwrap_or_default());
+            let faces = self.half_spaces.faces();
+            let shared = || faces.iter().enumerate().filter(|(_, f)| f.gap(&a) > -near && f.gap(&b) > -near);
+            let first = shared().next();
+            if first.is_some_and(|(_, first)| shared().any(|(_, face)| face.meets(first)))
+                && let Some(place) = self.edges.get_mut(self.edge_count)
+            {
+                let planes = shared().fold(0, |all, (k, _)| all | 1 << k);
+                *place = BodyEdge { ends: [i as u8, j as u8], planes };
+                self.edge_count += 1;
+            }
+        }
     }
 
     fn faces(&self) -> &[Face] {
@@ -172,15 +224,26 @@ impl Polyhedron {
         self.vertices.get(..self.vertex_count).unwrap_or(&self.vertices)
     }
 
-    /// The two ends of every edge, m: vertices that lie on two faces together.
+    /// The two ends of every edge, m.
     pub fn edges(&self) -> impl Iterator<Item = [Vector; 2]> {
-        let near = SAME * self.reach;
-        let on_both = move |a: &Vector, b: &Vector| {
-            self.faces().iter().filter(|face| face.gap(a) > -near && face.gap(b) > -near).count() >= 2
-        };
-        let pairs = self.vertices().iter().enumerate();
-        let pairs = pairs.flat_map(move |(k, a)| self.vertices().iter().skip(k + 1).map(move |b| [*a, *b]));
-        pairs.filter(move |[a, b]| on_both(a, b))
+        self.edges.iter().take(self.edge_count).map(|edge| edge.ends.map(|k| self.vertex(k)))
+    }
+
+    /// Outward normal and area, m^2, of each plane: triangles of its edges and a vertex.
+    pub fn face_areas(&self) -> impl Iterator<Item = (Vector, f64)> {
+        self.faces().iter().enumerate().map(|(k, face)| {
+            let own = || self.edges.iter().take(self.edge_count).filter(move |edge| edge.planes >> k & 1 == 1);
+            let first = own().next().map_or(Vector::zeros(), |edge| self.vertex(edge.ends[0]));
+            let twice = own().map(|edge| {
+                let [a, b] = edge.ends.map(|k| self.vertex(k) - first);
+                math::abs(face.normal.dot(&a.cross(&b)))
+            });
+            (face.normal, 0.5 * twice.sum::<f64>())
+        })
+    }
+
+    fn vertex(&self, k: u8) -> Vector {
+        self.vertices.get(usize::from(k)).copied().unwrap_or_default()
     }
 
     /// Least distance of a face's plane from the centre of mass, m: a sphere of this radius about it fits
@@ -216,33 +279,88 @@ impl Polyhedron {
         self.faces().iter().filter(|face| face.gap(p) >= height).nth(1).is_some()
     }
 
-    /// Gap of a point in the body's frame.
-    pub fn gap(&self, p: &Vector) -> Gap {
-        let mut gap = Gap { distance: f64::NEG_INFINITY, normal: Vector::zeros() };
-        for face in self.faces() {
-            let distance = face.gap(p);
-            if distance > gap.distance {
-                gap = Gap { distance, normal: face.normal };
+    /// Heights of a point above the planes, m, and the number of the highest, the lowest on a tie.
+    #[inline]
+    fn heights(&self, p: &Vector) -> ([f64; MAX_FACES], usize) {
+        let (mut heights, mut highest, mut height) = ([f64::NEG_INFINITY; MAX_FACES], 0, f64::NEG_INFINITY);
+        for (k, (face, place)) in self.faces().iter().zip(&mut heights).enumerate() {
+            *place = face.gap(p);
+            if *place > height {
+                (highest, height) = (k, *place);
             }
         }
-        gap
+        (heights, highest)
     }
 
-    /// Gap of a point that moves by `step` relative to the body within the time step, m, body axes; `gap` is
-    /// its gap at rest. Among faces equally near to a point outside, the normal is that of the face that is
-    /// nearest after the step; if several are, the mean of theirs.
-    pub fn gap_of_moving(&self, mut gap: Gap, p: &Vector, step: &Vector) -> Gap {
-        let same = SAME * self.reach;
-        let (mut farthest, mut count) = (f64::NEG_INFINITY, 0);
-        for face in self.faces().iter().filter(|face| gap.distance >= -same && face.gap(p) >= gap.distance - same) {
-            let moves = face.normal.dot(step);
+    /// Gap of a point in the body's frame, which stays `off` the surface, m. Beyond an edge and farther away
+    /// than `far` it is that of the nearest plane.
+    #[inline]
+    pub fn gap(&self, p: &Vector, off: f64, far: f64) -> Gap {
+        self.gap_at(p, self.heights(p), off, far)
+    }
+
+    #[inline]
+    fn gap_at(&self, p: &Vector, (heights, highest): ([f64; MAX_FACES], usize), off: f64, far: f64) -> Gap {
+        let face = self.faces().get(highest).copied().unwrap_or_default();
+        let height = heights.get(highest).copied().unwrap_or_default();
+        let gap = Gap { distance: face.normal.dot(p) - (face.distance + off), normal: face.normal };
+        if height <= 0.0 || gap.distance >= far {
+            return gap;
+        }
+        // The foot lies above no other plane than those that the point is not as far below.
+        let foot = p - face.normal * height;
+        let is_beyond =
+            |(other, above): (&Face, &f64)| *above > -height && other.gap(&foot) > 0.0 && other.meets(&face);
+        if self.faces().iter().zip(&heights).any(is_beyond) {
+            self.gap_of_edge(p, &heights, off, gap.normal)
+        } else {
+            gap
+        }
+    }
+
+    /// Gap of a point outside whose nearest point is on an edge: one of a plane that the point is above.
+    /// `normal`: of the highest.
+    #[inline(never)]
+    fn gap_of_edge(&self, p: &Vector, heights: &[f64; MAX_FACES], off: f64, normal: Vector) -> Gap {
+        let below = heights.iter().enumerate().fold(0, |all, (k, above)| if *above > 0.0 { all | 1 << k } else { all });
+        let (mut nearest, mut least) = (Vector::zeros(), f64::INFINITY);
+        for edge in self.edges.iter().take(self.edge_count).filter(|edge| edge.planes & below != 0) {
+            let [a, b] = edge.ends.map(|k| self.vertex(k));
+            let (from, along) = (p - a, b - a);
+            let part = math::max(math::min(from.dot(&along) / along.norm_squared(), 1.0), 0.0);
+            let way = from - along * part;
+            if way.norm_squared() < least {
+                (nearest, least) = (way, way.norm_squared());
+            }
+        }
+        let distance = math::sqrt(least);
+        let normal = if distance > SAME * self.reach { nearest / distance } else { normal };
+        Gap { distance: distance - off, normal }
+    }
+
+    /// Gap of a point, nearer than `far`, that moves by `step` relative to the body within the time step, m,
+    /// body axes. Before an edge that is equally near to several faces, or on it, the normal is that of the
+    /// face that is nearest after the step; if several are, the mean of theirs.
+    pub fn gap_of_moving(&self, p: &Vector, far: f64, step: impl FnOnce() -> Vector) -> Gap {
+        let (heights, highest) = self.heights(p);
+        let mut gap = self.gap_at(p, (heights, highest), 0.0, far);
+        let (same, height) = (SAME * self.reach, heights.get(highest).copied().unwrap_or_default());
+        let tied = || self.faces().iter().zip(&heights).filter(|(_, above)| **above >= height - same);
+        if height < -same || tied().nth(1).is_none() {
+            return gap;
+        }
+        let (step, mut farthest, mut count) = (step(), f64::NEG_INFINITY, 0);
+        for (face, _) in tied() {
+            let moves = face.normal.dot(&step);
             if moves > farthest + same {
                 (gap.normal, farthest, count) = (face.normal, moves, 1);
             } else if moves >= farthest - same {
                 (gap.normal, count) = (gap.normal + face.normal, count + 1);
             }
         }
-        if count > 1 {
+        if count == 1 {
+            gap.distance = height;
+        } else {
             gap.normal *= 1.0 / math::length([gap.normal.x, gap.normal.y, gap.normal.z]);
         }
         gap

@@ -264,7 +264,7 @@ mod tests {
     /// The mean of the theta rule turns the body: of a tumbling one too.
     #[test]
     fn the_theta_rule_turns_by_the_weighted_mean_of_the_rates() {
-        let solid = Solid::Cylinder { radius: 6.35e-3, half_length: 0.01905 };
+        let solid = Solid::from(crate::Form::Cylinder { radius: 6.35e-3, half_length: 0.01905 });
         let inertia = Inertia::of(&solid, 0.037, true);
         let motion = Motion { angular_velocity: [40.0, 0.0, 50.0], ..AT_REST };
         let dt = 5e-3;

@@ -156,7 +156,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shape::Solid;
+    use crate::body::shape::{Form, Solid};
     use crate::tests::close;
 
     /// Against the sector with true arcs: centre 2/3 sin(w)/w (Ro^3 - Ri^3)/(Ro^2 - Ri^2) with w half the
@@ -208,10 +208,11 @@ mod tests {
     fn the_preset_touches_the_sheet_rim_first() {
         let scene = Scene::turbine_disc_sector();
         scene.check().unwrap();
-        let Solid::Polyhedron(body) = Solid::of(&scene.projectile) else { panic!() };
+        let solid = Solid::of(&scene.projectile);
+        let Form::Polyhedron(body) = &solid.form else { panic!() };
         assert_eq!((scene.projectile.faces.count, body.vertices().len(), body.edges().count()), (13, 22, 33));
         let q = crate::body::pose::normalised(scene.projectile.orientation);
-        let extents = Solid::Polyhedron(body.clone()).half_extents(&q);
+        let extents = solid.half_extents(&q);
         let ahead = crate::body::pose::into_body(&q, &crate::body::pose::Vector::new(0.0, 0.0, 1.0));
         close(body.support(&ahead), -scene.projectile.position[2], 1e-14);
         // The disc's axis lies along y, where the body is as long as the disc is thick.

@@ -8,13 +8,17 @@
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::{Body, Twist};
-use crate::contact::candidate::Solved;
+use crate::contact::candidate::{Holder, Solved};
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
+use crate::memory::arrays::{Contacts, RowArrays};
+use crate::memory::model::Model;
+use crate::memory::network::Network;
 use crate::memory::records::{Candidate, Tangential};
-use crate::memory::system::System;
+use crate::memory::state::{State, Sums};
 use crate::scene::features::Feature;
+use crate::sheet::clamp::slid_by;
 
 /// Rounding of a gap, in parts of the places that it is the difference of: half a last place from each of
 /// node, body and their difference, three of the turn into the body's axes, and two of the distance from a
@@ -22,15 +26,15 @@ use crate::scene::features::Feature;
 const PLACE_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The body's rates after contact, and what the solve took.
-pub(crate) fn set_twist(system: &mut System<'_>, solved: &Solved) {
+pub(crate) fn set_twist(model: &Model, state: &mut State, solved: &Solved) {
     let Twist { velocity, angular_velocity } = solved.twist;
-    (system.state.body.velocity, system.state.body.angular_velocity) = (velocity, angular_velocity);
-    let sums = &mut system.state.sums;
+    (state.body.velocity, state.body.angular_velocity) = (velocity, angular_velocity);
+    let sums = &mut state.sums;
     sums.most_sweeps = sums.most_sweeps.max(u64::from(solved.sweeps));
     if !solved.converged {
-        let places = math::length(system.state.body.position.into()) + system.model.reach;
+        let places = math::length(state.body.position.into()) + model.reach;
         // Gaps are differences of places: what rounding of these can do to a speed is no lack of convergence.
-        sums.unconverged += u64::from(solved.residual > PLACE_ROUNDING * places / system.model.limits.dt);
+        sums.unconverged += u64::from(solved.residual > PLACE_ROUNDING * places / model.limits.dt);
         sums.contact_residual = math::max(solved.residual, sums.contact_residual);
     }
 }
@@ -97,8 +101,8 @@ impl Totals {
         self.support_work += given * speed + along * candidate.multiplicity;
     }
 
-    /// Takes the work on a node off the loss. `v`: its velocity now, m/s; `speed_after`: its speed along the
-    /// normal.
+    /// Subtracts the work on a node from the loss. `v`: its velocity now, m/s; `speed_after`: its speed along
+    /// the normal.
     #[inline(always)]
     fn lose(
         &mut self,
@@ -120,50 +124,60 @@ impl Totals {
 /// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to
 /// its support.
 #[inline(never)]
-pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Body) {
-    let mut totals = Totals::between(before, &system.state.body);
-    let (nx, implicit) = (system.layout.nodes_x, system.layout.has(Feature::Theta));
+pub(crate) fn apply_impulses(
+    network: &mut Network<'_>,
+    contacts: &Contacts<'_>,
+    state: &mut State,
+    count: usize,
+    before: &Body,
+) {
+    let mut totals = Totals::between(before, &state.body);
+    let (nx, implicit) = (network.layout.nodes_x, network.layout.has(Feature::Theta));
+    let slips = network.layout.has(Feature::Clamps);
     // They come row by row: what a row needs is done once for each.
-    let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
+    let (mut start, mut j, mut share, mut woken) = (0, 0, network.mass_share_of_row(0), usize::MAX);
     for c in 0..count {
-        let Some(&candidate) = system.arrays.candidates.get(c) else { break };
+        let Some(&candidate) = contacts.candidates.get(c) else { break };
         let node = candidate.node;
         if candidate.impulse <= 0.0 {
             continue;
         }
         let mut i = (node as usize).wrapping_sub(start);
         if i >= nx {
-            (i, j) = system.layout.column_and_row(node as usize);
-            (start, share) = (node as usize - i, system.mass_share_of_row(j));
+            (i, j) = network.layout.column_and_row(node as usize);
+            (start, share) = (node as usize - i, network.mass_share_of_row(j));
         }
-        let mut push = candidate.normal * (candidate.impulse / (system.model.unit_impulse * share));
-        let friction = system.arrays.tangential.get(c).copied();
+        let mut push = candidate.normal * (candidate.impulse / (network.model.unit_impulse * share));
+        let friction = contacts.tangential.get(c).copied();
         if let Some(t) = &friction {
-            push += t.as_vector(t.impulse) * (1.0 / (system.model.unit_impulse * share));
+            push += t.as_vector(t.impulse) * (1.0 / (network.model.unit_impulse * share));
         }
-        system.set_flag(node as usize);
+        network.set_flag(node as usize);
         let given = totals.give(&candidate, friction.as_ref());
         if candidate.is_fixed() {
-            if system.layout.has(Feature::Casing) && !system.is_fixed(i, j) {
-                system.state.sums.casing += push * share;
+            if candidate.held_by == Holder::Case as u32 {
+                state.sums.casing += push * share;
             } else {
-                system.load_support(i, j, &(push * share));
+                network.load_support(&mut state.sums, i, j, &(push * share));
             }
             totals.hold(&candidate, friction.as_ref(), given);
             continue;
         }
-        let Some(v) = move_node(system, &candidate, [i, j], &push) else { break };
-        if system.layout.has(Feature::Casing) {
+        let Some(v) = move_node(network, &candidate, [i, j], &push) else { break };
+        if network.layout.has(Feature::Casing) {
             let [x, _, z] = candidate.displacement;
-            correct_casing_loss(system, [x, z], [i, j], &push);
+            correct_casing_loss(network, &mut state.sums, [x, z], [i, j], &push);
+        }
+        if slips {
+            correct_clamp_work(network, &mut state.sums, [i, j], &push);
         }
         if woken != j {
-            system.wake(j);
+            network.wake(j);
             woken = j;
         }
         // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse
         // alone.
-        let unit_speed = system.model.unit_speed;
+        let unit_speed = network.model.unit_speed;
         let speed_after = if implicit {
             candidate.speed_before + candidate.normal.dot(&push) * unit_speed
         } else {
@@ -171,70 +185,122 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
         };
         totals.lose(&candidate, friction.as_ref(), given, speed_after, &(v * unit_speed));
     }
-    add_to_sums(system, totals, before);
+    add_to_sums(network, state, totals, before);
 }
 
 /// Corrects the loss at the case for a node to which projectile or plies have then given this velocity,
 /// spacings a step. `displacement`: at the start of the step along x and z.
 #[inline(never)]
-pub(crate) fn correct_casing_loss(system: &mut System<'_>, displacement: [f64; 2], [i, j]: [usize; 2], given: &Vector) {
-    let kept = system.arrays.rows.case_impulse.get(j * system.layout.chunks + i / CHUNK);
+pub(crate) fn correct_casing_loss(
+    network: &Network<'_>,
+    sums: &mut Sums,
+    displacement: [f64; 2],
+    [i, j]: [usize; 2],
+    given: &Vector,
+) {
+    let kept = network.arrays.rows.case_impulse.get(j * network.layout.chunks + i / CHUNK);
     let by_case = kept.map_or(0.0, |pushes| pushes[i % CHUNK]);
     if by_case > 0.0 {
-        let (rest, [x, z]) = (system.rest(i, j), displacement);
+        let (rest, [x, z]) = (network.rest(i, j), displacement);
         let (x, z) = (rest[0] + x, rest[2] + z);
         let along = (x * given.x + z * given.z) / math::length([x, 0.0, z]);
-        let unit = system.model.unit_energy * system.mass_share_of_row(j);
-        system.state.sums.casing_loss -= unit * (0.5 * by_case * along);
+        let unit = network.model.unit_energy * network.mass_share_of_row(j);
+        sums.casing_loss -= unit * (0.5 * by_case * along);
+    }
+}
+
+/// Corrects the work of a clamp on a node out of its jaws to which projectile or plies have then given this
+/// velocity, spacings a step.
+#[inline(never)]
+pub(crate) fn correct_clamp_work(network: &mut Network<'_>, sums: &mut Sums, [i, j]: [usize; 2], given: &Vector) {
+    let (place, lane) = (j * network.layout.chunks + i / CHUNK, i % CHUNK);
+    if network.layout.has(Feature::Clamps)
+        && slid_by(network.arrays.rows.slid, place, lane) < 0.0
+        && let Some([_, pulls @ .., work]) = network.arrays.rows.holds.get_mut(place)
+    {
+        let pull = Vector::from([0, 1, 2].map(|k| pulls[k][lane]));
+        let work = core::mem::take(&mut work[lane]);
+        let unit = network.model.unit_energy * network.mass_share_of_row(j) * network.share(i, j);
+        sums.attachment -= unit * (0.5 * pull.dot(given));
+        sums.clamp_work += unit * work;
+    }
+}
+
+/// Takes back what clamps have done in this step to candidates out of their jaws along the way that these
+/// went before it: the body would keep them on that way, and the clamp would drive it.
+#[inline(never)]
+pub(crate) fn let_driven_nodes_go(network: &mut Network<'_>, sums: &mut Sums, candidates: &[Candidate]) {
+    for candidate in candidates {
+        let (i, j) = network.layout.column_and_row(candidate.node as usize);
+        let (place, lane) = (j * network.layout.chunks + i / CHUNK, i % CHUNK);
+        let RowArrays { hot, slid, holds, .. } = &mut network.arrays.rows;
+        let Some([_, pulls @ .., work]) = holds.get_mut(place).filter(|_| slid_by(slid, place, lane) < 0.0) else {
+            continue;
+        };
+        let Some(chunk) = planes::row(hot, network.layout.chunks, j).get(i / CHUNK) else { break };
+        let pull = Vector::from([0, 1, 2].map(|k| pulls[k][lane]));
+        // Work is impulse times the mean of the velocities before and after it.
+        if 2.0 * work[lane] + pull.dot(&Vector::from(planes::velocity(chunk, lane))) >= 0.0 {
+            continue;
+        }
+        let taken = core::mem::take(&mut work[lane]);
+        pulls.iter_mut().for_each(|pull| pull[lane] = 0.0);
+        let share = network.mass_share_of_row(j);
+        let unit = network.model.unit_energy * share * network.share(i, j);
+        sums.attachment -= unit * taken;
+        sums.clamp_work += unit * taken;
+        network.load_support(sums, i, j, &(pull * share));
+        if move_node(network, candidate, [i, j], &-pull).is_none() {
+            break;
+        }
     }
 }
 
 /// Gives a free node its velocity after a push, in spacings a step, and puts it where that leads. Returns the
 /// velocity.
 #[inline(always)]
-fn move_node(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2], push: &Vector) -> Option<Vector> {
+fn move_node(network: &mut Network<'_>, candidate: &Candidate, [i, j]: [usize; 2], push: &Vector) -> Option<Vector> {
     let lane = i % CHUNK;
-    let chunk = planes::row_mut(system.arrays.rows.hot, system.layout.chunks, j).get_mut(i / CHUNK)?;
+    let chunk = planes::row_mut(network.arrays.rows.hot, network.layout.chunks, j).get_mut(i / CHUNK)?;
     let v = Vector::from(planes::velocity(chunk, lane)) + push;
     let mut u = planes::displacement(chunk, lane);
-    if !system.layout.has(Feature::Theta) {
+    if !network.layout.has(Feature::Theta) {
         let from = candidate.displacement;
         u = [from[0] + v[0], from[1] + v[1], from[2] + v[2]];
     } // The theta rule has put the node in its place already.
     planes::set_motion(chunk, lane, u, v.into());
-    widen(system, j, u);
+    widen(&mut network.arrays.rows, j, u);
     Some(v)
 }
 
 /// Adds a step's contact to the sums.
-fn add_to_sums(system: &mut System<'_>, mut totals: Totals, before: &Body) {
-    system.state.sums.contacts = totals.touched;
+fn add_to_sums(network: &Network<'_>, state: &mut State, mut totals: Totals, before: &Body) {
+    state.sums.contacts = totals.touched;
     if totals.touched == 0 {
         return;
     }
-    totals.impulse.component_mul_assign(&system.scene.symmetry.force_mask());
-    totals.angular_impulse.component_mul_assign(&system.scene.symmetry.torque_mask());
-    if system.state.watch.first.is_none() {
-        let energy = before.kinetic_energy(&system.model.inertia);
-        system.state.watch.note_contact(system.state.step, before, energy);
+    totals.impulse.component_mul_assign(&network.scene.symmetry.force_mask());
+    totals.angular_impulse.component_mul_assign(&network.scene.symmetry.torque_mask());
+    if state.watch.first.is_none() {
+        let energy = before.kinetic_energy(&network.model.inertia);
+        state.watch.note_contact(state.step, before, energy);
     }
-    let sums = &mut system.state.sums;
+    let sums = &mut state.sums;
     sums.impulses += totals.touched;
     sums.impulse += totals.impulse;
     sums.window += totals.impulse;
-    if system.model.inertia.turns {
+    if network.model.inertia.turns {
         sums.angular_impulse += pose::out_of_body(&before.orientation, &totals.angular_impulse);
     }
     sums.work += totals.work;
-    // Where normal impulses turn the slip around, friction gives back a part of what they lose: it is theirs.
-    sums.loss += totals.loss + math::min(totals.friction, 0.0);
-    sums.friction += math::max(totals.friction, 0.0);
-    sums.support_work += totals.support_work;
+    sums.loss += totals.loss;
+    sums.friction += totals.friction;
+    sums.support_work += math::max(totals.support_work, 0.0);
 }
 
 /// Notes that a row holds a node with this displacement.
-fn widen(system: &mut System<'_>, j: usize, [x, y, _]: [f64; 3]) {
-    if let Some([low, high, left, right]) = system.arrays.rows.ranges.get_mut(j) {
+fn widen(rows: &mut RowArrays<'_>, j: usize, [x, y, _]: [f64; 3]) {
+    if let Some([low, high, left, right]) = rows.ranges.get_mut(j) {
         widen_range([low, high], y);
         if *left != NOT_KEPT {
             widen_range([left, right], x);

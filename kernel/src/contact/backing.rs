@@ -11,33 +11,37 @@
 //! Reference: docs/model.md, "Curved sheets and rings".
 
 use crate::body::pose::Vector;
+use crate::body::projectile::Twist;
+use crate::contact::candidate::Holder;
 use crate::ground::math;
+use crate::memory::arrays::Contacts;
+use crate::memory::network::Network;
 use crate::memory::records::Candidate;
-use crate::memory::system::System;
 use crate::sheet::ring;
 
 /// Adds after the completed candidates the places of the case that back them; of a prescribed body, takes
 /// those out that such a place stops. Returns how many candidates there are now.
-pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
-    let (body, is_free) = (system.state.body.twist(), system.scene.is_free());
+pub(crate) fn back_by_case(network: &Network<'_>, contacts: &mut Contacts<'_>, body: &Twist, count: usize) -> usize {
+    let is_free = network.scene.is_free();
     let (mut c, mut nodes, mut all) = (0, count, count);
     while c < nodes {
-        let Some(held) = place_of_case(system, c) else {
+        let candidate = contacts.candidates.get(c);
+        let Some(held) = candidate.and_then(|candidate| place_of_case(network, candidate)) else {
             c += 1;
             continue;
         };
         if is_free {
-            let Some(slot) = system.arrays.candidates.get_mut(all) else { break };
+            let Some(slot) = contacts.candidates.get_mut(all) else { break };
             *slot = held;
-            if let Some(&friction) = system.arrays.tangential.get(c)
-                && let Some(place) = system.arrays.tangential.get_mut(all)
+            if let Some(&friction) = contacts.tangential.get(c)
+                && let Some(place) = contacts.tangential.get_mut(all)
             {
                 *place = friction;
             }
             (c, all) = (c + 1, all + 1);
-        } else if held.gap_rate(&body) < 0.0 {
+        } else if held.gap_rate(body) < 0.0 {
             (nodes, all) = (nodes - 1, all - 1);
-            system.arrays.swap_candidates(c, nodes);
+            contacts.swap(c, nodes);
         } else {
             c += 1;
         }
@@ -47,10 +51,12 @@ pub(crate) fn back_by_case(system: &mut System<'_>, count: usize) -> usize {
 
 /// The place of the case that a free node meets within a spacing, if it moves along the normal of this
 /// candidate.
-fn place_of_case(system: &System<'_>, c: usize) -> Option<Candidate> {
-    let candidate = system.arrays.candidates.get(c).filter(|candidate| !candidate.is_fixed())?;
-    let (i, j) = system.layout.column_and_row(candidate.node as usize);
-    let x = Vector::from(system.rest(i, j)) + Vector::from(candidate.displacement);
+fn place_of_case(network: &Network<'_>, candidate: &Candidate) -> Option<Candidate> {
+    if candidate.is_fixed() {
+        return None;
+    }
+    let (i, j) = network.layout.column_and_row(candidate.node as usize);
+    let x = Vector::from(network.rest(i, j)) + Vector::from(candidate.displacement);
     let from_axis = ring::from_axis(&x);
     if candidate.normal.dot(&from_axis) >= 0.0 {
         return None;
@@ -58,9 +64,9 @@ fn place_of_case(system: &System<'_>, c: usize) -> Option<Candidate> {
     let outwards = from_axis * (1.0 / math::length(from_axis.into()));
     let against = -candidate.normal.dot(&outwards);
     // A push of a spacing inwards, -1, leaves a node lower than that a room of one less its height: (M24).
-    let height = 1.0 - system.directions.casing?.room(x.into(), [outwards.x, outwards.z], -1.0);
-    let left = math::max(height + outwards.dot(&Vector::from(system.node(i, j).1)), 0.0);
-    let free_gap_rate = math::max(candidate.free_gap_rate + left / against * system.model.unit_speed, 0.0);
-    let held = Candidate { fixed: 1, free_gap_rate, ..*candidate };
+    let height = 1.0 - network.directions.casing?.room(x.into(), [outwards.x, outwards.z], -1.0);
+    let left = math::max(height + outwards.dot(&Vector::from(network.node(i, j).1)), 0.0);
+    let free_gap_rate = math::max(candidate.free_gap_rate + left / against * network.model.unit_speed, 0.0);
+    let held = Candidate { held_by: Holder::Case as u32, free_gap_rate, ..*candidate };
     (height < 1.0 && left < against).then_some(held)
 }

@@ -9,10 +9,22 @@ use crate::body::projectile::{Body, Inertia, Twist};
 use crate::memory::records::Candidate;
 use crate::scene::parts::Symmetry;
 
+/// Holder of a candidate's node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Holder {
+    /// A free node.
+    None = 0,
+    /// The support that the node is fixed to.
+    Support = 1,
+    /// The case that the node is pressed on (`backing.rs`).
+    Case = 2,
+}
+
 impl Candidate {
-    /// Whether its support holds the node.
+    /// Whether a support or the case holds the node.
     pub(crate) fn is_fixed(&self) -> bool {
-        self.fixed != 0
+        self.held_by != Holder::None as u32
     }
 
     /// Growth of the gap, with phi/dt, without an impulse on the node, m/s.
@@ -23,7 +35,7 @@ impl Candidate {
 
 /// Input of a solve in addition to the candidates.
 #[derive(Clone, Copy)]
-pub struct Given<'s> {
+pub struct StepInputs<'s> {
     /// The body, with its velocity before contact.
     pub body: &'s Body,
     /// Inertia of the body.

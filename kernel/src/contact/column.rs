@@ -14,36 +14,21 @@
 
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK};
-use crate::memory::arrays::{Arrays, RowArrays};
+use crate::memory::arrays::Contacts;
+use crate::memory::network::Network;
 use crate::memory::records::{Node, Pool};
-use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::sheet::ring;
 
-impl Node {
-    /// Mass of its pool and positive stiffnesses in it, after [`set_pool_stiffness`].
-    pub(super) fn pool_stiffness(&self) -> f64 {
-        self.release
-    }
-
-    /// Velocity change of its pool, spacings a step, after [`set_pool_velocity_change`].
-    pub(super) fn pool_velocity_change(&self) -> f64 {
-        self.release
-    }
-}
+/// Mass of a held node of a column, over that of a node of the front fabric: no sum with the others changes.
+pub(super) const HELD: f64 = 1e30;
 
 /// Steps for the speed of a pool with candidates; in each at least one of them lets go or is met.
 const MAX_NEWTON: u32 = 60;
 
 impl Pool {
     /// Pool of no node.
-    const NONE: Pool = Pool {
-        sum: 0.0,
-        weight: 0.0,
-        mean: 0.0,
-        limits: [-f64::INFINITY, f64::INFINITY],
-        nodes: 0.0,
-        unused: [0.0; 2],
-    };
+    const NONE: Pool = Pool { sum: 0.0, weight: 0.0, mean: 0.0, limits: [-f64::INFINITY, f64::INFINITY], nodes: 0.0 };
 
     /// Pool of one node, which is alone.
     fn of(node: &Node) -> Pool {
@@ -74,7 +59,7 @@ impl Pool {
         let ([a, b], [c, d]) = (self.limits, next.limits);
         let (sum, weight) = (self.sum + next.sum, self.weight + next.weight);
         let nodes = self.nodes + next.nodes;
-        Pool { sum, weight, mean: sum / weight, limits: [math::max(a, c), math::min(b, d)], nodes, ..Pool::NONE }
+        Pool { sum, weight, mean: sum / weight, limits: [math::max(a, c), math::min(b, d)], nodes }
     }
 
     /// Whether just those candidates are pressed that it takes for pressed.
@@ -107,9 +92,99 @@ fn is_pressed(stiffness: f64, less: f64) -> bool {
     if stiffness > 0.0 { less > 0.0 } else { stiffness < 0.0 && less < 0.0 }
 }
 
-/// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may, and
-/// finds what the projectile gives its candidates meanwhile.
-pub(super) fn project(column: &mut [Node], pools: &mut [Pool]) {
+/// Column: nodes of one place of the sheet in all plies, and room for as many pools.
+pub(super) struct Column<'c> {
+    pub nodes: &'c mut [Node],
+    pub pools: &'c mut [Pool],
+}
+
+impl Contacts<'_> {
+    /// The column of nodes and its pools.
+    pub(super) fn column(&mut self) -> Column<'_> {
+        Column { nodes: self.nodes_of_column, pools: self.pools }
+    }
+}
+
+impl Column<'_> {
+    /// Takes the nodes at a place of the sheet as the sweep left them, those that a clamp holds with the mass
+    /// [`HELD`]. Returns the greatest depth of facing nodes in each other at the step's start, spacings, 0
+    /// if there is none; and whether any press on each other before the projectile does.
+    pub fn load(&mut self, network: &Network<'_>, i: usize, row: usize) -> (f64, bool) {
+        let Network { layout, model, directions, arrays, .. } = network;
+        let (lane, rows) = (i % CHUNK, &arrays.rows);
+        let (gap, rise) = (model.gap, directions.front.vertical.rest.spacing);
+        let shares = [1.0, model.back_share];
+        let [mut at, next] = layout.stacked(i, row);
+        let normal = network.normal(i);
+        let own = |v: [f64; 3]| normal.map_or(v, |normal| ring::own_axes(v, normal));
+        let clamps = layout.has(Feature::Clamps);
+        let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
+        let (mut offset, mut speed_below, mut presses) = (0.0, -f64::INFINITY, false);
+        for (ply, place) in self.nodes.iter_mut().enumerate() {
+            let Some(chunk) = rows.hot.get(at) else { break };
+            at += next;
+            let ([x, y, z], [a, b, v]) = (own(planes::displacement(chunk, lane)), own(planes::velocity(chunk, lane)));
+            // Where it was at the step's start: the projectile's impulses must not change who faces whom.
+            let (x, y) = (x - a, y - b);
+            let mut allowed = f64::INFINITY;
+            if let Some([x_below, y_below, z_below, v_below]) = below
+                && math::abs(x - x_below) <= 1.0
+                && math::abs(y - y_below) <= rise
+            {
+                let start = gap + (z - z_below) - (v - v_below);
+                deepest = math::max(-start, deepest);
+                allowed = math::max(start, 0.0);
+                offset += allowed;
+            } else {
+                (offset, speed_below) = (0.0, -f64::INFINITY);
+            }
+            let speed = v + offset;
+            presses |= speed_below > speed;
+            speed_below = speed;
+            let held = clamps && network.is_fixed(i, ply * layout.y.modelled() + row);
+            let mass = if held { HELD } else { shares[usize::from(directions.is_back(ply))] };
+            *place = Node { before: v, speed: v, gap: allowed, offset, mass, release: v, ..Node::default() };
+            below = Some([x, y, z, v]);
+        }
+        (deepest, presses)
+    }
+
+    /// Pool adjacent violators: nearest velocities with speed + offset non-decreasing, and the projectile's
+    /// impulses on the candidates at these velocities.
+    pub fn project(&mut self) {
+        project(self.nodes, self.pools);
+    }
+
+    /// Nodes as they were loaded.
+    pub fn restart(&mut self) {
+        for node in &mut *self.nodes {
+            (node.speed, node.stiffness, node.push) = (node.before, 0.0, 0.0);
+        }
+    }
+
+    /// Sets the pool stiffness of the nodes of a column that was solved without candidates: the pool's mass
+    /// and its nodes' positive stiffnesses.
+    pub fn set_pool_stiffness(&mut self) {
+        each_pool(self.nodes, self.pools, |nodes, pool| {
+            let sum = nodes.iter().fold(pool.weight, |held, node| held + math::max(node.stiffness, 0.0));
+            nodes.iter_mut().for_each(|node| node.pool_stiffness = sum);
+        });
+    }
+
+    /// Sets the pool velocity change of the nodes: the pool's, if its nodes get the impulses `push` and, for
+    /// each change of velocity, less by `stiffness`.
+    pub fn set_pool_velocity_change(&mut self) {
+        each_pool(self.nodes, self.pools, |nodes, pool| {
+            let sums = |[push, held]: [f64; 2], node: &Node| [push + node.push, held + node.stiffness];
+            let [push, held] = nodes.iter().fold([0.0, pool.weight], sums);
+            let change = if math::abs(held) > 1e-9 * pool.weight { push / held } else { 0.0 };
+            nodes.iter_mut().for_each(|node| node.pool_velocity_change = change);
+        });
+    }
+}
+
+/// [`Column::project`].
+fn project(column: &mut [Node], pools: &mut [Pool]) {
     // First pool of the nodes that face each other, among those so far.
     let (mut count, mut first, mut offset) = (0, 0, 0.0);
     for k in 0..column.len() {
@@ -149,33 +224,6 @@ fn each_pool(mut column: &mut [Node], pools: &[Pool], mut each: impl FnMut(&mut 
     }
 }
 
-/// Takes a column back to what was loaded.
-pub(super) fn restart(column: &mut [Node]) {
-    for node in column {
-        (node.speed, node.stiffness, node.push) = (node.before, 0.0, 0.0);
-    }
-}
-
-/// Sets the pool stiffness of the nodes of a column that was solved without candidates: the pool's mass and
-/// its nodes' positive stiffnesses.
-pub(super) fn set_pool_stiffness(column: &mut [Node], pools: &[Pool]) {
-    each_pool(column, pools, |nodes, pool| {
-        let sum = nodes.iter().fold(pool.weight, |held, node| held + math::max(node.stiffness, 0.0));
-        nodes.iter_mut().for_each(|node| node.release = sum);
-    });
-}
-
-/// Sets the pool velocity change of the nodes: the pool's, if its nodes get the impulses `push` and, for each
-/// change of velocity, less by `stiffness`.
-pub(super) fn set_pool_velocity_change(column: &mut [Node], pools: &[Pool]) {
-    each_pool(column, pools, |nodes, pool| {
-        let sums = |[push, held]: [f64; 2], node: &Node| [push + node.push, held + node.stiffness];
-        let [push, held] = nodes.iter().fold([0.0, pool.weight], sums);
-        let change = if math::abs(held) > 1e-9 * pool.weight { push / held } else { 0.0 };
-        nodes.iter_mut().for_each(|node| node.release = change);
-    });
-}
-
 /// Moves the nodes of a pool.
 fn move_together(nodes: &mut [Node], pool: &Pool) {
     if let [node] = nodes
@@ -198,7 +246,7 @@ fn move_together(nodes: &mut [Node], pool: &Pool) {
         rest /= pool.weight;
     }
     for node in nodes {
-        node.speed = pool.mean - node.offset;
+        node.speed = if node.mass == HELD { node.before } else { pool.mean - node.offset };
         let less = node.release - node.speed;
         if is_pressed(node.stiffness, less) {
             node.push = math::abs(node.stiffness) * (less - rest);
@@ -212,7 +260,7 @@ fn move_together(nodes: &mut [Node], pool: &Pool) {
 pub(super) fn hold_back(column: &mut [Node], floor: f64, before: impl Fn(usize) -> f64) -> [f64; 2] {
     let (mut given, mut taken) = (0.0, 0.0);
     for (ply, node) in column.iter_mut().enumerate() {
-        if ply > 0 && node.gap == f64::INFINITY {
+        if ply > 0 && node.gap == f64::INFINITY || node.mass == HELD {
             break;
         }
         let lift = floor - node.offset - node.speed;
@@ -223,47 +271,6 @@ pub(super) fn hold_back(column: &mut [Node], floor: f64, before: impl Fn(usize) 
         }
     }
     [given, taken]
-}
-
-/// Puts the nodes at a place of the sheet into the column, as the sweep left them. Returns how deep facing
-/// ones are through each other at the step's start, spacings, 0 if none is; and whether any press on each
-/// other before the projectile does.
-pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool) {
-    let (lane, gap) = (i % CHUNK, system.model.gap);
-    let rise = system.directions.front.vertical.rest.spacing;
-    let shares = [1.0, system.model.back_share];
-    let [mut at, next] = system.layout.stacked(i, row);
-    let normal = system.normal(i);
-    let own = |v: [f64; 3]| normal.map_or(v, |normal| ring::own_axes(v, normal));
-    let System { directions, arrays: Arrays { rows: RowArrays { hot, .. }, column, .. }, .. } = system;
-    let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
-    let (mut offset, mut speed_below, mut presses) = (0.0, -f64::INFINITY, false);
-    for (ply, place) in column.iter_mut().enumerate() {
-        let Some(chunk) = hot.get(at) else { break };
-        at += next;
-        let ([x, y, z], [a, b, v]) = (own(planes::displacement(chunk, lane)), own(planes::velocity(chunk, lane)));
-        // Where it was at the step's start: the projectile's impulses must not change who faces whom.
-        let (x, y) = (x - a, y - b);
-        let mut allowed = f64::INFINITY;
-        if let Some([x_below, y_below, z_below, v_below]) = below
-            && math::abs(x - x_below) <= 1.0
-            && math::abs(y - y_below) <= rise
-        {
-            let start = gap + (z - z_below) - (v - v_below);
-            deepest = math::max(-start, deepest);
-            allowed = math::max(start, 0.0);
-            offset += allowed;
-        } else {
-            (offset, speed_below) = (0.0, -f64::INFINITY);
-        }
-        let speed = v + offset;
-        presses |= speed_below > speed;
-        speed_below = speed;
-        let mass = shares[usize::from(directions.is_back(ply))];
-        *place = Node { before: v, speed: v, gap: allowed, offset, mass, stiffness: 0.0, release: v, push: 0.0 };
-        below = Some([x, y, z, v]);
-    }
-    (deepest, presses)
 }
 
 #[cfg(test)]

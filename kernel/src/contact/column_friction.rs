@@ -20,29 +20,30 @@
 //! Reference: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; L. Qi, J. Sun, Math.
 //! Program. 58 (1993) 353; D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431.
 
-use crate::contact::column::{set_pool_stiffness, set_pool_velocity_change};
+use crate::contact::by_column::ColumnContacts;
 use crate::contact::laws;
 use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::stack::StackSolve;
 use crate::ground::math;
-use crate::memory::records::{Node, Spring, Tangential, Touch};
+use crate::memory::records::{Node, PlyContact, PlyFriction, Spring};
 
-/// Steps for a column in a sweep at the most.
+/// Most steps for a column in a sweep.
 const MOST_STEPS: u32 = 30;
-/// Largest error after a step, over that before it, undamped and damped: damped steps go on along a face on
-/// which nothing but impulses changes.
-const LEFT: [f64; 2] = [0.9, 1.01];
+/// Largest accepted error after a step, over that before it, undamped and damped: damped steps go on along a
+/// face on which nothing but impulses changes.
+const ACCEPTED: [f64; 2] = [0.9, 1.01];
 /// Compliance added to the body's in a damped step, over that of a node: first, growth, most.
 const DAMPING: [f64; 3] = [1e-3, 3.0, 0.2];
-/// Gap rates and slips that do not count where several candidates share a column, spacings a step: to end
-/// with, and of one column.
-const ROUGH: [f64; 2] = [1e-7, 2e-8];
-/// Slopes of a sliding candidate below this, over the compliance of its node, are no slopes.
+/// Tolerances of gap rates and slips where several candidates share a column, spacings a step: at which the
+/// sweeps end, and at which Newton's method ends in one column.
+const TOLERANCES: [f64; 2] = [1e-7, 2e-8];
+/// Least derivative of a sliding candidate's gap rate by its impulse, over the compliance of its node; below
+/// it the equations count as singular.
 const FLAT: f64 = 1e-6;
 
-/// A candidate as its column sees it.
+/// Contact with friction, in the frame of its normal and its two tangents.
 struct FrictionalContact {
-    /// The parts of the z axis along normal and tangents.
+    /// Components of the z axis along normal and tangents.
     up: [f64; 3],
     /// Impulses along them, N s.
     impulse: [f64; 3],
@@ -67,7 +68,8 @@ impl FrictionalContact {
         (math::max(slip, laws::violation(normal, gap_rate)), trial)
     }
 
-    /// The spring that Newton's method takes it for.
+    /// Impulses as linear functions of the node's velocity along z, by the state of the contact: none if it
+    /// lets go, else those of one that sticks or slides. `trial`: friction that leaves no slip, N s.
     fn spring(&self, trial: [f64; 2]) -> Spring {
         let [_, body] = self.body;
         let compliance = self.body[0] + self.own * (1.0 - self.up[0] * self.up[0]);
@@ -79,7 +81,7 @@ impl FrictionalContact {
         slides.unwrap_or_else(|| self.sticking())
     }
 
-    /// No speed is left.
+    /// Spring of a contact that sticks: neither a gap rate nor a slip is left.
     fn sticking(&self) -> Spring {
         let ([d, e], q) = (self.body, self.up);
         let body = [d, e, e];
@@ -93,8 +95,8 @@ impl FrictionalContact {
         Spring { base, slope: core::array::from_fn(|k| -part[k] * q[k] / rest), ..Spring::default() }
     }
 
-    /// No gap rate is left, and friction goes along the unit vector [c, s]. `part`: its size over that of the
-    /// trial impulse.
+    /// Spring of a contact that slides, without a gap rate and with friction along the unit vector [c, s].
+    /// `part`: size of friction over that of the trial impulse. None where the equations are singular.
     fn sliding(&self, [c, s]: [f64; 2], part: f64) -> Option<Spring> {
         let (own, mu, [up, u, v]) = (self.own, self.friction, self.up);
         // Along friction and across it.
@@ -119,221 +121,205 @@ impl FrictionalContact {
         Some(Spring { base: solved(x, y), slope: solved(-up, -turn * across), ..Spring::default() })
     }
 
-    /// The part along z of impulses.
+    /// Component along z of impulses along normal and tangents, N s.
     fn lift(&self, [normal, p, q]: &[f64; 3]) -> f64 {
         self.up[0] * normal + self.up[1] * p + self.up[2] * q
     }
 }
 
 impl StackSolve<'_, '_> {
-    /// Solves the column of several candidates that this one leads. Returns whether it was solved already.
-    pub(super) fn visit_with_friction(&mut self, leader: usize) -> bool {
-        let (unit_speed, touch) = (self.system.model.unit_speed, self.touch(leader));
-        let [enough, tolerance] = ROUGH.map(|part| math::max(part * unit_speed, self.tolerance));
-        if touch.stale != 0.0 {
+    /// Solves a column of several contacts. Returns whether it was solved already.
+    pub(super) fn visit_with_friction(&mut self, column: &mut ColumnContacts<'_>) -> bool {
+        let unit_speed = self.network.model.unit_speed;
+        let [enough, tolerance] = TOLERANCES.map(|part| math::max(part * unit_speed, self.tolerance));
+        if column.is_stale() {
             if self.sweeps == 0 {
-                self.solve_column(leader);
-                self.solve_friction(leader);
+                self.solve_column(column);
+                self.solve_friction(column);
             } else {
-                self.load_column(leader);
+                self.load_column(column);
             }
-            self.balance(leader);
+            self.balance(column);
         }
-        let first = self.set_springs(leader, tolerance);
+        let first = self.set_springs(column, tolerance);
         let mut stale = false;
         if first > tolerance {
-            let last = self.newton(leader, first, [enough, tolerance]);
+            if !column.is_stale() {
+                self.load_column(column);
+                self.balance(column);
+            }
+            let last = self.newton(column, first, [enough, tolerance]);
             stale = last == first && last > enough;
             // What steps have tried does not count.
-            for node in self.system.arrays.column.iter().filter(|node| node.push == 0.0) {
-                self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
-            }
+            self.note_moved(|node| node.push == 0.0);
         }
         if stale {
             // Sweeps for fixed nodes, which may go on for long, are no reason for long runs.
             let run = if self.sweeps < MAX_SWEEPS { self.sweeps } else { 0 };
             for _ in 0..=run {
-                self.solve_column(leader);
-                self.solve_friction(leader);
+                self.solve_column(column);
+                self.solve_friction(column);
             }
         }
-        self.set_touch(leader, Touch { stale: f64::from(u8::from(stale)), ..self.touch(leader) });
+        column.set_stale(stale);
         first <= enough
     }
 
-    /// Steps of Newton's method for a column whose springs are known, until its error is below the tolerance,
-    /// or is small enough and steps bring no more. Returns the error then, m/s.
-    fn newton(&mut self, leader: usize, first: f64, [enough, tolerance]: [f64; 2]) -> f64 {
-        if self.touch(leader).stale == 0.0 {
-            self.load_column(leader);
-            self.balance(leader);
-        }
+    /// Steps of Newton's method for a loaded column whose springs are known, until its error is below the
+    /// tolerance, or is small enough and steps bring no more. Returns the error then, m/s.
+    fn newton(&mut self, column: &mut ColumnContacts<'_>, first: f64, [enough, tolerance]: [f64; 2]) -> f64 {
         let (mut rates, mut best) = (self.body, first);
         let [least, growth, most] = DAMPING;
         for _ in 0..MOST_STEPS {
-            self.step(leader);
-            self.balance(leader);
-            let error = self.set_springs(leader, tolerance);
-            if error <= tolerance || error < LEFT[usize::from(self.damping > 0.0 && best > enough)] * best {
+            self.step(column);
+            self.balance(column);
+            let error = self.set_springs(column, tolerance);
+            if error <= tolerance || error < ACCEPTED[usize::from(self.damping > 0.0 && best > enough)] * best {
                 (rates, best) = (self.body, math::min(error, best));
                 if best <= tolerance {
                     break;
                 }
                 continue;
             }
-            for k in self.column(leader) {
-                let c = self.member(k);
-                let before = self.spring(c).before;
-                self.give_impulses(c, before);
+            for (contact, friction) in with_friction(column) {
+                self.give_impulses(contact, friction, friction.spring.before);
             }
             self.body = rates;
-            self.balance(leader);
+            self.balance(column);
             self.damping = math::max(growth * self.damping, least);
             if self.damping > most || best <= enough {
                 break;
             }
-            self.set_springs(leader, tolerance);
+            self.set_springs(column, tolerance);
         }
         self.damping = 0.0;
         best
     }
 
-    fn spring(&self, c: usize) -> Spring {
-        self.system.arrays.springs.get(c).copied().unwrap_or_default()
+    /// Node of a contact in the loaded column.
+    fn node(&self, contact: &PlyContact) -> Node {
+        self.column.nodes.get(contact.ply as usize).copied().unwrap_or_default()
     }
 
-    fn node(&self, c: usize) -> Node {
-        self.system.arrays.column.get(self.ply(c)).copied().unwrap_or_default()
-    }
-
-    fn contact(&self, c: usize) -> Option<FrictionalContact> {
-        let (candidate, t, touch) = (self.candidate(c), self.tangential(c)?, self.touch(c));
-        let softer = self.damping * touch.inverse_mass;
-        let ([_, _, up], tangents) = (touch.normal, t.tangents);
-        let up = [up, self.own_axes(c, tangents[0]).z, self.own_axes(c, tangents[1]).z];
-        let mut contact = FrictionalContact {
+    /// Contact at the present velocities of the body and of its node.
+    fn contact(&self, contact: &PlyContact, friction: &PlyFriction) -> FrictionalContact {
+        let t = &friction.tangential;
+        let softer = self.damping * contact.inverse_mass;
+        let ([_, _, up], tangents) = (contact.own_normal, t.tangents);
+        let up = [up, self.own_axes(contact, tangents[0]).z, self.own_axes(contact, tangents[1]).z];
+        let along_normal = contact.compliance - contact.inverse_mass * (1.0 - up[0] * up[0]);
+        let mut found = FrictionalContact {
             up,
-            impulse: [candidate.impulse, t.impulse[0], t.impulse[1]],
+            impulse: [contact.impulse, t.impulse[0], t.impulse[1]],
             rate: [0.0; 3],
-            own: touch.inverse_mass,
-            body: [touch.compliance - touch.inverse_mass * (1.0 - up[0] * up[0]), touch.compliance_across]
-                .map(|d| d + softer),
+            own: contact.inverse_mass,
+            body: [along_normal, contact.compliance_across].map(|d| d + softer),
             mass: t.effective_mass,
-            friction: self.system.scene.contact.friction,
+            friction: self.network.scene.contact.friction,
         };
         let [s0, s1] = t.slip(&self.body);
-        let (lift, rates) = (contact.lift(&contact.impulse), [candidate.gap_rate(&self.body), s0, s1]);
+        let (lift, rates) = (found.lift(&found.impulse), [contact.gap_rate(&self.body), s0, s1]);
         for (k, rate) in rates.into_iter().enumerate() {
-            let along = contact.impulse[k] - contact.up[k] * lift;
-            contact.rate[k] = rate + touch.inverse_mass * along + contact.up[k] * touch.velocity_change_z;
+            let along = found.impulse[k] - found.up[k] * lift;
+            found.rate[k] = rate + contact.inverse_mass * along + found.up[k] * contact.velocity_change_z;
         }
-        Some(contact)
+        found
     }
 
     /// Finds the velocities along z in a loaded column under the impulses on it.
-    fn balance(&mut self, leader: usize) {
-        let unit_speed = self.system.model.unit_speed;
-        self.push_column(leader);
-        for k in self.column(leader) {
-            let c = self.member(k);
-            let node = self.node(c);
-            if let Some(touch) = self.system.arrays.touches.get_mut(c) {
-                touch.velocity_change_z = (node.speed - node.before) * unit_speed;
-            }
+    fn balance(&mut self, column: &mut ColumnContacts<'_>) {
+        let unit_speed = self.network.model.unit_speed;
+        self.push_column(column);
+        for contact in &mut *column.contacts {
+            let node = self.node(contact);
+            contact.velocity_change_z = (node.speed - node.before) * unit_speed;
         }
     }
 
-    /// Takes the candidates of a column for springs if they fail the laws of contact and friction by more
-    /// than `tolerance`. Returns by how much they do at the most, m/s.
-    fn set_springs(&mut self, leader: usize, tolerance: f64) -> f64 {
+    /// Linearises the contacts of a column if their largest residual of the laws of contact and friction is
+    /// more than `tolerance`. Returns that residual, m/s.
+    fn set_springs(&self, column: &mut ColumnContacts<'_>, tolerance: f64) -> f64 {
         let (mut error, mut left_out) = (0.0, 0);
-        for k in self.column(leader) {
-            let c = self.member(k);
-            let Some(contact) = self.contact(c) else { break };
-            let (own, trial) = contact.error();
+        for (contact, friction) in with_friction(column) {
+            let found = self.contact(contact, friction);
+            let (own, trial) = found.error();
             error = math::max(own, error);
             if error > tolerance {
-                self.set_spring(c, &contact, &contact.spring(trial));
+                self.set_spring(friction, &found, &found.spring(trial));
             } else {
                 left_out += 1;
             }
         }
         let first = if error > tolerance { left_out } else { 0 };
-        for k in self.column(leader).take(first) {
-            let c = self.member(k);
-            let Some(contact) = self.contact(c) else { break };
-            self.set_spring(c, &contact, &contact.spring(contact.error().1));
+        for (contact, friction) in with_friction(column).take(first) {
+            let found = self.contact(contact, friction);
+            self.set_spring(friction, &found, &found.spring(found.error().1));
         }
         error
     }
 
-    /// Keeps the spring of a candidate and what it does to its node, in units of the column.
-    fn set_spring(&mut self, c: usize, contact: &FrictionalContact, spring: &Spring) {
-        let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
+    /// Keeps the spring of a contact and what it does to its node, in units of the column.
+    fn set_spring(&self, friction: &mut PlyFriction, contact: &FrictionalContact, spring: &Spring) {
+        let (unit_speed, unit_impulse) = (self.network.model.unit_speed, self.network.model.unit_impulse);
         let push = (contact.lift(&spring.base) - contact.lift(&contact.impulse)) / unit_impulse;
         let stiffness = -contact.lift(&spring.slope) * (unit_speed / unit_impulse);
-        if let Some(slot) = self.system.arrays.springs.get_mut(c) {
-            *slot = Spring { before: slot.before, push, stiffness, ..*spring };
-        }
+        friction.spring = Spring { before: friction.spring.before, push, stiffness, ..*spring };
     }
 
-    /// Hangs the spring of a candidate on its node.
-    fn hang(&mut self, c: usize) {
-        let (ply, Spring { push, stiffness, .. }) = (self.ply(c), self.spring(c));
-        if let Some(node) = self.system.arrays.column.get_mut(ply) {
-            (node.push, node.stiffness) = (push, stiffness);
+    /// Gives a node of the column the spring of its contact.
+    fn load_spring(&mut self, contact: &PlyContact, friction: &PlyFriction) {
+        if let Some(node) = self.column.nodes.get_mut(contact.ply as usize) {
+            (node.push, node.stiffness) = (friction.spring.push, friction.spring.stiffness);
         }
     }
 
     /// A step of Newton's method. The impulses before it are kept.
-    fn step(&mut self, leader: usize) {
-        let unit_speed = self.system.model.unit_speed;
-        for k in self.column(leader) {
-            let c = self.member(k);
-            if let Some(candidate) = self.system.arrays.candidates.get(c)
-                && let Some(t) = self.system.arrays.tangential.get(c)
-                && let Some(spring) = self.system.arrays.springs.get_mut(c)
-            {
-                spring.before = [candidate.impulse, t.impulse[0], t.impulse[1]];
-            }
-            self.hang(c);
+    fn step(&mut self, column: &mut ColumnContacts<'_>) {
+        let unit_speed = self.network.model.unit_speed;
+        for (contact, friction) in with_friction(column) {
+            let [p, q] = friction.tangential.impulse;
+            friction.spring.before = [contact.impulse, p, q];
+            self.load_spring(contact, friction);
         }
-        set_pool_stiffness(self.system.arrays.column, self.system.arrays.pools);
-        for k in self.column(leader) {
-            let c = self.member(k);
-            let node = self.node(c);
+        self.column.set_pool_stiffness();
+        for (contact, friction) in with_friction(column) {
+            let node = self.node(contact);
             // Wedged: the others of its pool hold it against its negative stiffness.
-            if node.stiffness < 0.0
-                && self.spring(c).slope[0] > 0.0
-                && -node.stiffness < node.pool_stiffness()
-                && let Some(contact) = self.contact(c)
-            {
-                let lets_go = contact.rate[0] > 0.0;
-                self.set_spring(c, &contact, &if lets_go { Spring::default() } else { contact.sticking() });
-                self.hang(c);
+            if node.stiffness < 0.0 && friction.spring.slope[0] > 0.0 && -node.stiffness < node.pool_stiffness {
+                let found = self.contact(contact, friction);
+                let lets_go = found.rate[0] > 0.0;
+                self.set_spring(friction, &found, &if lets_go { Spring::default() } else { found.sticking() });
+                self.load_spring(contact, friction);
             }
         }
-        set_pool_velocity_change(self.system.arrays.column, self.system.arrays.pools);
-        for k in self.column(leader) {
-            let c = self.member(k);
-            let (spring, change) = (self.spring(c), self.node(c).pool_velocity_change() * unit_speed);
-            self.give_impulses(c, core::array::from_fn(|k| spring.base[k] + spring.slope[k] * change));
+        self.column.set_pool_velocity_change();
+        for (contact, friction) in with_friction(column) {
+            let (spring, change) = (friction.spring, self.node(contact).pool_velocity_change * unit_speed);
+            let impulses = core::array::from_fn(|k| spring.base[k] + spring.slope[k] * change);
+            self.give_impulses(contact, friction, impulses);
         }
     }
 
-    /// Gives a candidate the nearest impulses that are allowed, and the body what they change.
-    fn give_impulses(&mut self, c: usize, [normal, p, q]: [f64; 3]) {
-        let (candidate, normal) = (self.candidate(c), math::max(normal, 0.0));
-        if candidate.impulse == 0.0 && normal == 0.0 {
+    /// Gives a contact the nearest impulses that are allowed, and the body what they change.
+    fn give_impulses(&mut self, contact: &mut PlyContact, friction: &mut PlyFriction, [normal, p, q]: [f64; 3]) {
+        let normal = math::max(normal, 0.0);
+        if contact.impulse == 0.0 && normal == 0.0 {
             return;
         }
-        let Some(t) = self.tangential(c) else { return };
-        let impulse = laws::limited([p, q], self.system.scene.contact.friction * normal);
-        let (given, along) = (normal - candidate.impulse, [0, 1].map(|k| impulse[k] - t.impulse[k]));
-        self.body.velocity -= (candidate.normal * given + t.as_vector(along)) * self.inertia.inverse_mass;
+        let (t, multiplicity) = (&mut friction.tangential, self.multiplicity(contact));
+        let impulse = laws::limited([p, q], self.network.scene.contact.friction * normal);
+        let (given, along) = (normal - contact.impulse, [0, 1].map(|k| impulse[k] - t.impulse[k]));
+        self.body.velocity -=
+            (contact.normal * given + t.as_vector(along)) * (multiplicity * self.inertia.inverse_mass);
         self.body.angular_velocity -=
-            (candidate.arm * given + t.moment(along)).component_mul(&self.inertia.inverse_moments);
-        self.set_tangential(c, &Tangential { impulse, ..t });
-        self.set_impulse(c, normal);
+            (contact.arm * given + t.moment(along)).component_mul(&self.inertia.inverse_moments) * multiplicity;
+        (t.impulse, contact.impulse) = (impulse, normal);
     }
+}
+
+/// Contacts of a column with their friction.
+fn with_friction<'m>(
+    column: &'m mut ColumnContacts<'_>,
+) -> impl Iterator<Item = (&'m mut PlyContact, &'m mut PlyFriction)> {
+    column.contacts.iter_mut().zip(column.friction.iter_mut())
 }

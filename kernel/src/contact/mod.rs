@@ -9,7 +9,7 @@
 //! - `friction`: Coulomb friction in these sweeps.
 //! - `newton`: impulses where sweeps do not converge.
 //! - `stack`: impulses on separate plies, by sweeps over columns.
-//! - `members`: candidates sorted by column.
+//! - `by_column`: contacts of a stack sorted by column.
 //! - `column`: velocities of one column under given springs.
 //! - `column_friction`: columns of several candidates with friction.
 //! - `laws`: residuals and the disc of friction, for all solvers.
@@ -18,13 +18,13 @@
 
 pub mod apply;
 pub(crate) mod backing;
+pub(crate) mod by_column;
 pub mod candidate;
 pub(crate) mod column;
 pub(crate) mod column_friction;
 pub mod edge;
 pub mod friction;
 pub(crate) mod laws;
-pub(crate) mod members;
 pub(crate) mod newton;
 pub mod search;
 pub(crate) mod separate;

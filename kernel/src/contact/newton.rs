@@ -17,7 +17,7 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
-use crate::contact::candidate::{Given, Solved};
+use crate::contact::candidate::{Solved, StepInputs};
 use crate::contact::laws::{self, Gain};
 use crate::ground::math;
 use crate::memory::records::{Candidate, Tangential};
@@ -54,9 +54,9 @@ type Six = [f64; 6];
 /// Candidates whose impulses are sought, from those that they have.
 pub(crate) struct Newton<'c> {
     pub candidates: &'c mut [Candidate],
-    /// One for each candidate; none without friction.
+    /// Friction of each candidate; none without friction.
     pub tangential: &'c mut [Tangential],
-    pub given: &'c Given<'c>,
+    pub inputs: &'c StepInputs<'c>,
     /// Rates of the body with these impulses.
     pub solved: Solved,
     /// Change of speed that sweeps may leave, m/s.
@@ -122,13 +122,13 @@ impl Newton<'_> {
     /// Scales impulses that were given up on back until they add no energy.
     #[inline(never)]
     fn scale_back(&mut self) {
-        let mut gain = Gain::of_body(self.given.body.twist(), self.given.inertia, &self.solved);
+        let mut gain = Gain::of_body(self.inputs.body.twist(), self.inputs.inertia, &self.solved);
         for (k, c) in self.candidates.iter().enumerate() {
             let friction = self.tangential.get(k);
             gain.before += c.multiplicity * gain.work_before(c, friction);
             if !c.is_fixed() {
                 let [p, q] = friction.map_or([0.0; 2], |t| t.impulse);
-                gain.change += c.multiplicity * (c.impulse * c.impulse + (p * p + q * q)) / self.given.node_mass;
+                gain.change += c.multiplicity * (c.impulse * c.impulse + (p * p + q * q)) / self.inputs.node_mass;
             }
         }
         self.solved = gain.scale_back(self.candidates, self.tangential, self.solved);
@@ -149,7 +149,7 @@ impl Newton<'_> {
             {
                 let [p, q] = t.impulse;
                 let [s0, s1] = t.slip(&self.solved.twist);
-                let next = t.next([s0 + p * own, s1 + q * own], self.given.friction * c.impulse);
+                let next = t.next([s0 + p * own, s1 + q * own], self.inputs.friction * c.impulse);
                 let change = math::length([next[0] - p, next[1] - q, 0.0]);
                 worst = math::max(change / t.effective_mass, worst);
             }
@@ -159,15 +159,15 @@ impl Newton<'_> {
 
     /// 1/m of a candidate's node, 1/kg, 0 if it is fixed, and how fast its gap grows, m/s.
     fn rate(&self, c: &Candidate) -> (f64, f64) {
-        let own = if c.is_fixed() { 0.0 } else { 1.0 / self.given.node_mass };
+        let own = if c.is_fixed() { 0.0 } else { 1.0 / self.inputs.node_mass };
         (own, c.gap_rate(&self.solved.twist) + c.impulse * own)
     }
 
     fn row(&self, direction: &Vector, arm: &Vector, multiplicity: f64) -> JacobianRow {
-        let push = direction.component_mul(&self.given.symmetry.force_mask())
-            * (multiplicity * self.given.inertia.inverse_mass);
+        let push = direction.component_mul(&self.inputs.symmetry.force_mask())
+            * (multiplicity * self.inputs.inertia.inverse_mass);
         let twist =
-            arm.component_mul(&self.given.symmetry.torque_mask()).component_mul(&self.given.inertia.inverse_moments)
+            arm.component_mul(&self.inputs.symmetry.torque_mask()).component_mul(&self.inputs.inertia.inverse_moments)
                 * multiplicity;
         let six = |v: &Vector, w: &Vector| [v.x, v.y, v.z, w.x, w.y, w.z];
         JacobianRow { entries: six(direction, arm), response: six(&push, &twist) }
@@ -181,7 +181,7 @@ impl Newton<'_> {
         let [solved_below, enough_below] = ROOT_TOLERANCES.map(|part| part * part * first);
         // What rounding may leave.
         let rounding = ROUNDING_PART * self.tolerance;
-        let solved_below = math::max(solved_below, self.given.inertia.mass * (rounding * rounding));
+        let solved_below = math::max(solved_below, self.inputs.inertia.mass * (rounding * rounding));
         loop {
             let square = self.product(&at.residual, &at.residual);
             if square <= solved_below {
@@ -221,7 +221,7 @@ impl Newton<'_> {
 
     /// The product of two changes of the rates in which their squares are twice the kinetic energy, J.
     fn product(&self, one: &Six, other: &Six) -> f64 {
-        let Inertia { inverse_mass, inverse_moments, mass, moments, .. } = self.given.inertia;
+        let Inertia { inverse_mass, inverse_moments, mass, moments, .. } = self.inputs.inertia;
         let [a, b, c, d, e, f] = core::array::from_fn(|k| one[k] * other[k]);
         let moves = if *inverse_mass > 0.0 { mass * (a + b + c) } else { 0.0 };
         let turns = *inverse_moments != Vector::zeros();
@@ -252,7 +252,7 @@ impl Newton<'_> {
             }
             let Some(mut t) = self.tangential.get(k).copied() else { continue };
             // With frozen friction the normal impulse may now allow less.
-            t.impulse = laws::limited([p, q], self.given.friction * normal);
+            t.impulse = laws::limited([p, q], self.inputs.friction * normal);
             if self.frozen {
                 let multiplicity = c.multiplicity;
                 for (d, given) in [(0, t.impulse[0] - p), (1, t.impulse[1] - q)] {
@@ -273,19 +273,19 @@ impl Newton<'_> {
     #[inline(always)]
     fn answer(&self, k: usize, c: &Candidate, change: &Six, mut each: impl FnMut(&JacobianRow, f64, &Six)) -> [f64; 3] {
         let (own, rate) = self.rate(c);
-        let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.given.node_mass };
+        let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.inputs.node_mass };
         let normal = self.row(&c.normal, &c.arm, c.multiplicity);
         let impulse = laws::projected_normal(c.impulse, rate - dot(&normal.entries, change), rho);
         let slope = if impulse > 0.0 { normal.entries.map(|x| rho * x) } else { [0.0; 6] };
         each(&normal, impulse - c.impulse, &slope);
         let Some(t) = self.tangential.get(k) else { return [impulse, 0.0, 0.0] };
-        let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.given.node_mass };
+        let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.inputs.node_mass };
         let rows = [0, 1].map(|d| self.row(&t.tangents[d], &t.arms[d], c.multiplicity));
         let slip = t.slip(&self.solved.twist);
         let slip = [0, 1].map(|d| slip[d] + t.impulse[d] * own - dot(&rows[d].entries, change));
         let trial = laws::trial_friction(t.impulse, slip, rho);
-        let (most, grows) = if self.frozen { (c.impulse, 0.0) } else { (impulse, self.given.friction) };
-        let (most, size) = (self.given.friction * most, math::length([trial[0], trial[1], 0.0]));
+        let (most, grows) = if self.frozen { (c.impulse, 0.0) } else { (impulse, self.inputs.friction) };
+        let (most, size) = (self.inputs.friction * most, math::length([trial[0], trial[1], 0.0]));
         let next = laws::limited(trial, most);
         // A node that slides: the disc grows with the normal impulse, and the direction turns.
         let slides = size > most;

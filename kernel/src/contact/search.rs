@@ -7,18 +7,19 @@
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::Body;
-use crate::body::shape::{self, Solid};
+use crate::body::shape::{self, Form, Solid};
+use crate::contact::candidate::Holder;
 use crate::ground::error::Failure;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::ground::ranges::{NOT_KEPT, end_of_range, range_of, spread};
-use crate::memory::arrays::{Arrays, RowArrays};
+use crate::memory::arrays::{Arrays, Contacts, RowArrays};
+use crate::memory::network::Network;
 use crate::memory::records::{Candidate, Tangential};
-use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, Symmetry};
-use crate::sheet::clamp::has_let_go;
+use crate::sheet::clamp::{LET_GO, is_in_jaws, slid_by};
 use crate::sheet::columns::{COLUMN_PLANES, Net, PLACE, PLACE_Z};
 use crate::sheet::places::{Places, rest_offset};
 use crate::sheet::weave::{in_runs, meets_runs};
@@ -37,6 +38,8 @@ pub struct Search<'s> {
     /// Square of the radius about the body's centre beyond which nothing is a candidate, m^2.
     reach2: f64,
     margin: f64,
+    /// Radius at which a sphere touches, m.
+    radius: f64,
     /// Node spacing, m.
     h: f64,
     /// Centre and half extents of the box in the sheet's plane, spacings.
@@ -53,7 +56,17 @@ impl<'s> Search<'s> {
         // In spacings rounding is another: a little more again.
         let half_in_plane = [0, 1].map(|k| half[k] / h * ROUNDING);
         let centre_in_plane = [0, 1].map(|k| body.position[k] / h);
-        Search { solid, body, half, reach2: reach * reach, margin, h, centre_in_plane, half_in_plane }
+        Search {
+            solid,
+            body,
+            half,
+            reach2: reach * reach,
+            margin,
+            radius: solid.radius(),
+            h,
+            centre_in_plane,
+            half_in_plane,
+        }
     }
 
     /// Columns, rows and plies of the flat sheet outside which no node is in the body's box.
@@ -110,21 +123,18 @@ impl<'s> Search<'s> {
     /// velocity, m/s.
     #[inline(always)] // Most of its time would be the way of its answer through memory.
     fn candidate_at(&self, r: &Vector, velocity: impl Fn() -> Vector, dt: f64) -> Option<(f64, Vector, Vector)> {
-        if let Solid::Sphere { radius } = self.solid {
+        if let Form::Sphere { .. } = self.solid.form {
             // A sphere needs no body axes: its gap depends on the distance alone.
-            let gap = shape::sphere_gap(r, *radius);
+            let gap = shape::sphere_gap(r, self.radius);
             return (gap.distance < self.margin).then_some((gap.distance, gap.normal, Vector::zeros()));
         }
         let q = &self.body.orientation;
         let r_body = pose::into_body(q, r);
-        let mut gap = self.solid.gap(&r_body);
-        if Feature::Polyhedra.is_built()
-            && let Solid::Polyhedron(body) = self.solid
-        {
+        let gap = self.solid.gap_of_moving(&r_body, self.margin, || {
             let rate =
                 pose::into_body(q, &(velocity() - self.body.velocity)) - self.body.angular_velocity.cross(&r_body);
-            gap = body.gap_of_moving(gap, &r_body, &(rate * dt));
-        }
+            rate * dt
+        });
         (gap.distance < self.margin)
             .then(|| (gap.distance, pose::out_of_body(q, &gap.normal), r_body.cross(&gap.normal)))
     }
@@ -153,9 +163,9 @@ impl<'s> Search<'s> {
     }
 }
 
-/// The nodes of a chunk as the body sees them.
+/// Places of a chunk's nodes from the body.
 struct Offsets {
-    /// From the body's centre, m; of nodes beyond the box or the ball they may be others.
+    /// Places from the body's centre, m; not valid for nodes beyond the box or the ball.
     r: [[f64; CHUNK]; 3],
     /// Distance beyond the box and the ball, not above 0 inside.
     beyond: [f64; CHUNK],
@@ -167,7 +177,7 @@ struct Near<'a> {
     /// Columns of a graded network or a curved sheet.
     columns: &'a [Chunk<COLUMN_PLANES>],
     row: &'a [Chunk<HOT_PLANES>],
-    /// Chunks [first, end).
+    /// Chunks of the row, [first, end).
     chunks: [usize; 2],
     /// Rest place of the row's first node, spacings.
     first: [f64; 3],
@@ -207,7 +217,6 @@ impl Job for Near<'_> {
                     beyond_x.store(&mut L::groups_mut(out)[g]);
                     continue;
                 }
-                // 0 in a graded network, which has one ply.
                 let depth = columns.get(c).map_or(L::splat(z0), |columns| L::load(&L::groups(&columns[PLACE_Z])[g]));
                 let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(depth, z, 2));
                 let beyond_box = beyond_x.max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));
@@ -230,30 +239,44 @@ impl Job for Near<'_> {
 /// Nodes under the projectile at t_n.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Gathered {
-    /// Candidates noted.
+    /// Number of candidates.
     pub count: usize,
     /// Deepest penetration of any, m; 0 if none is inside.
     pub deepest: f64,
     /// Whether the body meets the sheet beyond the fine part of a graded network.
     pub is_beyond_fine: bool,
+    /// Losses before the step, J ([`Sums::losses`](crate::memory::state::Sums)).
+    pub losses: [f64; 5],
+}
+
+impl<'s> Search<'s> {
+    /// Search for the candidates of a step in a network.
+    pub(crate) fn of(network: &Network<'_>, solid: &'s Solid, body: &'s Body) -> Search<'s> {
+        Search::new(solid, body, network.scene.sheet.spacing, network.scene.largest_spacing())
+    }
 }
 
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. Between a prescribed body and a
 /// fixed node there is no compliance: such nodes are no candidates, and their depth is noted alone. Only rows
 /// [first, end) are searched.
 #[inline(never)]
-pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) -> Result<Gathered, Failure> {
-    let body = &system.state.body;
-    let search = Search::new(&system.solid, body, system.scene.sheet.spacing, system.scene.largest_spacing());
-    let (rise, ply_gap) = (system.directions.front.vertical.rest.spacing, system.model.gap);
-    let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
-    let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.limits.dt, &system.layout);
-    let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
-    let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
-    let Arrays { rows, candidates, tangential, columns, lines, .. } = &mut system.arrays;
+pub(crate) fn gather(
+    network: &mut Network<'_>,
+    contacts: &mut Contacts<'_>,
+    search: &Search<'_>,
+    [first_row, end_row]: [usize; 2],
+) -> Result<Gathered, Failure> {
+    let Network { scene, layout, model, directions, arrays, instructions, .. } = network;
+    let (rise, ply_gap) = (directions.front.vertical.rest.spacing, model.pitch);
+    let (nx, chunks) = (layout.nodes_x, layout.chunks);
+    let (unit_speed, dt) = (model.unit_speed, model.limits.dt);
+    let (nodes_x, nodes_y) = (scene.sheet.nodes_x, scene.sheet.nodes_y);
+    let stands_alone = !layout.has(Feature::Grading) && scene.symmetry == Symmetry::default();
+    let Contacts { candidates, tangential, .. } = contacts;
+    let Arrays { rows, columns, lines, .. } = arrays;
     let RowArrays { hot, ranges, runs, slid, .. } = rows;
     let net = Net { columns, lines };
-    let (free_body, curved) = (system.scene.is_free(), !net.hoop().is_empty());
+    let (free_body, curved) = (scene.is_free(), !net.hoop().is_empty());
     let mut slots = candidates.iter_mut().take(layout.candidates);
     let (mut count, mut deepest) = (0, 0.0);
     let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
@@ -273,15 +296,15 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
         let first = [x0, y0, z0];
         if *left == NOT_KEPT && !curved {
             // From here on the sweep keeps it.
-            [*left, *right] = spread(row, system.instructions).map(end_of_range);
+            [*left, *right] = spread(row, *instructions).map(end_of_range);
         }
+        let columns = layout.columns_of(net.columns, ply);
         // Any column of a curved row may lie at either side of the body.
         let [mut from, end] =
-            if curved { [0, chunks] } else { search.chunks(x0, net.columns, range_of([*left, *right]), chunks) };
-        let columns = layout.columns_of(net.columns, ply);
+            if curved { [0, chunks] } else { search.chunks(x0, columns, range_of([*left, *right]), chunks) };
         while from < end {
-            let next = Near { search: &search, columns, row, chunks: [from, end], first, offsets: &mut offsets };
-            let Some(c) = lanes::dispatch(system.instructions, next) else { break };
+            let next = Near { search, columns, row, chunks: [from, end], first, offsets: &mut offsets };
+            let Some(c) = lanes::dispatch(*instructions, next) else { break };
             from = c + 1;
             let Some(chunk) = row.get(c) else { break };
             let held = meets_runs(&run, [c * CHUNK, from * CHUNK]);
@@ -295,8 +318,9 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                 let v = || Vector::from(planes::velocity(chunk, lane));
                 let Some((gap, normal, arm)) = search.candidate_at(&r, || v() * unit_speed, dt) else { continue };
                 deepest = math::max(-gap, deepest);
-                let fixed = held && in_runs(&run, i) && !has_let_go(slid, j * chunks + c, lane, system.directions.grip);
-                if fixed && !free_body {
+                let slid = if held && in_runs(&run, i) { slid_by(slid, j * chunks + c, lane) } else { LET_GO };
+                let fixed = is_in_jaws(slid, directions.grip);
+                if fixed && slid == 0.0 && !free_body {
                     continue;
                 }
                 let Some(slot) = slots.next() else { return Err(Failure::ContactCapacity) };
@@ -307,7 +331,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                     normal,
                     arm,
                     node: (j * nx + i) as u32,
-                    fixed: u32::from(fixed),
+                    held_by: if fixed { Holder::Support as u32 } else { Holder::None as u32 },
                     multiplicity,
                     speed_before: normal.dot(&v) * unit_speed,
                     free_gap_rate: math::max(gap, 0.0) / dt,
@@ -315,23 +339,27 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                     impulse: 0.0,
                 };
                 if let Some(place) = tangential.get_mut(count) {
-                    *place = Tangential::at(&r, &normal, &(v * unit_speed), body);
+                    *place = Tangential::at(&r, &normal, &(v * unit_speed), search.body);
                 }
                 count += 1;
             }
         }
     }
     // On the sheet, or with the box across its plane.
-    let meets = count > 0 || math::abs(body.position.z) <= search.half[2];
-    let is_beyond_fine = layout.has(Feature::Grading) && meets && search.is_beyond_fine(&system.scene);
-    Ok(Gathered { count, deepest, is_beyond_fine })
+    let meets = count > 0 || math::abs(search.body.position.z) <= search.half[2];
+    let is_beyond_fine = layout.has(Feature::Grading) && meets && search.is_beyond_fine(scene);
+    Ok(Gathered { count, deepest, is_beyond_fine, ..Gathered::default() })
 }
 
 /// Adds the nodes' velocities after the sweep, before any impulse, to the candidates' gap rates and slips.
+/// Held nodes that have slid leave the jaws of their clamps here: a support that moves would give the body
+/// energy.
 #[inline(never)]
-pub(crate) fn add_free_velocity(system: &mut System<'_>, count: usize) {
-    let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
-    let Arrays { rows: RowArrays { hot, .. }, candidates, tangential, .. } = &mut system.arrays;
+pub(crate) fn add_free_velocity(network: &mut Network<'_>, contacts: &mut Contacts<'_>, count: usize) {
+    let Network { layout, model, directions, arrays: Arrays { rows: RowArrays { hot, slid, .. }, .. }, .. } = network;
+    let (nx, chunks, unit_speed) = (layout.nodes_x, layout.chunks, model.unit_speed);
+    let slips = layout.has(Feature::Clamps);
+    let Contacts { candidates, tangential, .. } = contacts;
     // They come row by row: one division for each row is enough.
     let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
     let mut places = tangential.iter_mut();
@@ -339,12 +367,21 @@ pub(crate) fn add_free_velocity(system: &mut System<'_>, count: usize) {
         let node = candidate.node as usize;
         let mut i = node.wrapping_sub(start);
         if i >= nx {
-            let (column, j) = system.layout.column_and_row(node);
+            let (column, j) = layout.column_and_row(node);
             (i, start, row) = (column, node - column, planes::row(hot, chunks, j));
         }
         let lane = i % CHUNK;
         let Some(chunk) = row.get(i / CHUNK) else { break };
+        if slips
+            && candidate.is_fixed()
+            && let Some(slid) = slid.get_mut(start / nx.max(1) * chunks + i / CHUNK)
+            && slid[lane] > 0.0
+        {
+            candidate.held_by = Holder::None as u32;
+            slid[lane] = if is_in_jaws(slid[lane], directions.grip) { -slid[lane] } else { slid[lane] };
+        }
         let v = Vector::from(planes::velocity(chunk, lane));
+        debug_assert!(!candidate.is_fixed() || v == Vector::zeros(), "a support stands still");
         candidate.free_gap_rate += candidate.normal.dot(&v) * unit_speed;
         if let Some(t) = places.next() {
             t.speed = t.along(&(v * unit_speed));
@@ -400,10 +437,7 @@ mod tests {
                 let r = Vector::new(number(3 * k), number(3 * k + 1), number(3 * k + 2)) * size;
                 let gap = solid.gap(&Vector::new(axes[0].dot(&r), axes[1].dot(&r), axes[2].dot(&r)));
                 let candidate = search.candidate(&(body.position + r));
-                // Beyond the corner of a box its planes are nearer than the box: what is out of reach does
-                // not count.
-                let near = gap.distance < margin && r.norm() < solid.reach() + margin;
-                assert_eq!(candidate.is_some(), near, "{shape:?} {gap:?}");
+                assert_eq!(candidate.is_some(), gap.distance < margin, "{shape:?} {gap:?}");
                 if let Some((distance, normal, arm)) = candidate {
                     found += 1;
                     let outward = turned(&gap.normal);
@@ -413,32 +447,6 @@ mod tests {
                 }
             }
             assert!(found > 1000, "{found}");
-        }
-    }
-
-    /// Before an edge of a box both its planes are nearer than the edge itself, which is more than a spacing
-    /// away.
-    #[test]
-    fn a_point_farther_than_a_spacing_from_an_edge_is_no_candidate() {
-        let (h, n) = (1e-3, math::sqrt(0.5));
-        let projectile = Projectile { shape: Shape::Box, size: [0.01; 3], ..Scene::sheet_10in_cylinder().projectile };
-        let solid = Solid::of(&projectile);
-        // An eighth of a turn about one axis points an edge along the two others.
-        for (about, axes) in [(Vector::x(), [1, 2]), (Vector::y(), [2, 0]), (Vector::z(), [0, 1])] {
-            let (half_cosine, half_sine) = (math::sqrt(0.5 * (1.0 + n)), math::sqrt(0.5 * (1.0 - n)));
-            let turn = about * half_sine;
-            let q = pose::normalised([half_cosine, turn.x, turn.y, turn.z]);
-            let body = Body { position: Vector::new(0.02, -0.01, 0.03), orientation: q, ..sphere().1 };
-            let search = Search::new(&solid, &body, h, h);
-            for (k, sign) in axes.into_iter().flat_map(|k| [(k, 1.0), (k, -1.0)]) {
-                for (away, found) in [(0.9, true), (1.1, false), (1.3, false)] {
-                    let mut r = Vector::zeros();
-                    r[k] = sign * (0.01 * n + away * h);
-                    let planes = solid.gap(&pose::into_body(&q, &r)).distance;
-                    assert!((planes - n * away * h).abs() < 1e-16 && r.norm() < solid.reach());
-                    assert_eq!(search.candidate(&(body.position + r)).is_some(), found, "{about:?} {k} {sign} {away}");
-                }
-            }
         }
     }
 

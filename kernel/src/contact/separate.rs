@@ -6,14 +6,15 @@
 //! Limits and reference: as in `stack.rs` and `column.rs`.
 
 use crate::body::pose::Vector;
-use crate::contact::apply::correct_casing_loss;
-use crate::contact::column::{hold_back, load, project};
-use crate::contact::members;
-use crate::ground::lanes::{self, Item, Job, Lane, at};
+use crate::contact::apply::{correct_casing_loss, correct_clamp_work};
+use crate::contact::column::{HELD, hold_back};
+use crate::ground::lanes::{self, Job, Lane, at};
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, SPEED_X, SPEED_Z, X, Z};
-use crate::memory::arrays::{Arrays, RowArrays};
-use crate::memory::records::{Node, Pool};
+use crate::memory::arrays::{Arrays, Contacts, RowArrays};
+use crate::memory::network::Network;
+use crate::memory::records::{Candidate, Node};
+use crate::memory::state::Sums;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::columns::{COLUMN_PLANES, NORMAL_X, NORMAL_Z, Net};
@@ -22,21 +23,20 @@ use crate::sheet::neighbours::{NOTHING, own};
 /// Rows that move in every ply and have no candidate: their columns are separated before the projectile's
 /// impulses, while they are at hand.
 #[derive(Clone, Copy)]
-pub(crate) struct Apart {
+pub(crate) struct EarlyRows {
     /// Rows [first, end) that move in every ply.
     moving: [usize; 2],
     /// Rows [first, end) from the first to the last that has a candidate.
     under: [usize; 2],
 }
 
-impl Apart {
-    /// Rows of so many candidates, as they were found.
-    pub fn of(system: &System<'_>, count: usize) -> Apart {
-        let (rows, nodes_x) = (system.layout.y.modelled(), system.layout.nodes_x.max(1));
-        let candidates = system.arrays.candidates.get(..count).unwrap_or(&[]);
+impl EarlyRows {
+    /// Early rows beside these candidates, which are in the order in which they were found.
+    pub fn of(network: &Network<'_>, candidates: &[Candidate]) -> EarlyRows {
+        let (rows, nodes_x) = (network.layout.y.modelled(), network.layout.nodes_x.max(1));
         let (mut moving, mut under) = ([0, rows], [rows, 0]);
-        for ply in 0..system.layout.plies {
-            let [low, high] = system.awake_of(ply).map(|row| row.saturating_sub(ply * rows));
+        for ply in 0..network.layout.plies {
+            let [low, high] = network.awake_of(ply).map(|row| row.saturating_sub(ply * rows));
             moving = [low.max(moving[0]), high.min(moving[1])];
             // They come ply by ply and row by row.
             let [from, to] =
@@ -47,105 +47,246 @@ impl Apart {
                 under = [row.min(under[0]), (row + 1).max(under[1])];
             }
         }
-        Apart { moving, under }
+        EarlyRows { moving, under }
     }
 
     fn contains(&self, row: usize) -> bool {
         let is_in = |[first, end]: [usize; 2]| (first..end).contains(&row);
         is_in(self.moving) && !is_in(self.under)
     }
+}
 
-    /// Separates the plies in those of these rows that it contains.
-    pub fn separate(&self, system: &mut System<'_>, [first, end]: [usize; 2]) {
-        (first..end).filter(|&row| self.contains(row)).for_each(|row| separate_row(system, row, 0));
+/// Plies to be separated, with the candidates that the projectile pushes.
+pub(crate) struct Separation<'s, 'a> {
+    pub network: &'s mut Network<'a>,
+    pub contacts: &'s mut Contacts<'a>,
+    pub sums: &'s mut Sums,
+    /// Number of the candidates; 0 before the projectile's impulses.
+    pub count: usize,
+}
+
+impl<'s, 'a> Separation<'s, 'a> {
+    /// Separation of a system with so many candidates.
+    pub fn of(system: &'s mut System<'a>, count: usize) -> Separation<'s, 'a> {
+        let System { network, contacts, state, .. } = system;
+        Separation { network, contacts, sums: &mut state.sums, count }
     }
 
-    /// Separates them in all others, after the projectile's impulses. `count`: candidates.
-    pub fn separate_others(&self, system: &mut System<'_>, count: usize) {
-        for row in (0..system.layout.y.modelled()).filter(|&row| !self.contains(row)) {
-            if (0..system.layout.plies).any(|ply| is_awake(system, ply, row)) {
-                separate_row(system, row, count);
+    /// Separates the plies in those of rows [first, end) that are early.
+    pub fn early(&mut self, early: &EarlyRows, [first, end]: [usize; 2]) {
+        (first..end).filter(|&row| early.contains(row)).for_each(|row| self.row(row));
+    }
+
+    /// Separates them in all others, after the projectile's impulses.
+    pub fn others(&mut self, early: &EarlyRows) {
+        for row in (0..self.network.layout.y.modelled()).filter(|&row| !early.contains(row)) {
+            if (0..self.network.layout.plies).any(|ply| self.is_awake(ply, row)) {
+                self.row(row);
             }
         }
     }
-}
 
-fn is_awake(system: &System<'_>, ply: usize, row: usize) -> bool {
-    let [first, end] = system.awake_of(ply);
-    (first..end).contains(&(ply * system.layout.y.modelled() + row))
-}
+    fn is_awake(&self, ply: usize, row: usize) -> bool {
+        let [first, end] = self.network.awake_of(ply);
+        (first..end).contains(&(ply * self.network.layout.y.modelled() + row))
+    }
 
-/// Candidates with a normal impulse in a column of free nodes.
-fn candidates_with_impulse(system: &System<'_>, i: usize, row: usize, count: usize) -> impl Iterator<Item = usize> {
-    let Arrays { leaders, members, ends, candidates, .. } = &system.arrays;
-    let place = row * system.layout.nodes_x + i;
-    // An earlier step may have left the number of a candidate that is now elsewhere.
-    let is_here = move |&c: &usize| {
-        let candidate = candidates.get(c).filter(|_| c < count);
-        candidate.is_some_and(|candidate| candidate.node as usize % leaders.len().max(1) == place)
-    };
-    let column = members::leader(leaders, place).filter(is_here).map_or(0..0, |c| members::column(ends, c));
-    let column = members.get(column).unwrap_or(&[]).iter().map(|&c| c as usize).filter(is_here);
-    column.filter(|&c| candidates.get(c).is_some_and(|c| c.impulse > 0.0 && !c.is_fixed()))
-}
+    /// Candidates with a normal impulse in a column of free nodes.
+    fn with_impulse(&self, i: usize, row: usize) -> impl Iterator<Item = usize> {
+        self.contacts.with_impulse(&self.network.layout, i, row, self.count)
+    }
 
-/// Separates the columns of one row in which plies press on each other.
-fn separate_row(system: &mut System<'_>, row: usize, count: usize) {
-    let (plies, chunks, [at, next]) = (system.layout.plies, system.layout.chunks, system.layout.stacked(0, row));
-    let mut from = 0;
-    loop {
-        // Columns of a curved sheet have axes of their own.
-        let hoop = Net { columns: system.arrays.columns, lines: system.arrays.lines }.hoop();
-        let hot = system.arrays.rows.hot.get(at..).unwrap_or(&[]);
-        let pressed = Pressed { hot, next, hoop, gap: system.model.gap, chunks: [from, chunks] };
-        let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };
-        from = chunk + 1;
-        let is_pushed = (chunk * CHUNK..system.layout.nodes_x.min(from * CHUNK))
-            .any(|i| candidates_with_impulse(system, i, row, count).next().is_some());
+    /// Separates the columns of one row in which plies press on each other.
+    fn row(&mut self, row: usize) {
+        let layout = self.network.layout;
+        let (plies, chunks, [at, next]) = (layout.plies, layout.chunks, layout.stacked(0, row));
+        let mut from = 0;
+        loop {
+            // Columns of a curved sheet have axes of their own.
+            let hoop = Net { columns: self.network.arrays.columns, lines: self.network.arrays.lines }.hoop();
+            let hot = self.network.arrays.rows.hot.get(at..).unwrap_or(&[]);
+            let pressed = Pressed { hot, next, hoop, gap: self.network.model.gap, chunks: [from, chunks] };
+            let Some(chunk) = lanes::dispatch(self.network.instructions, pressed) else { return };
+            from = chunk + 1;
+            let is_pushed =
+                (chunk * CHUNK..layout.nodes_x.min(from * CHUNK)).any(|i| self.with_impulse(i, row).next().is_some());
+            // A clamp may hold some nodes of a column and have let go of others.
+            let is_held = layout.has(Feature::Clamps)
+                && (chunk * CHUNK..from * CHUNK).any(|i| self.network.arrays.rows.is_attached([i, row]));
+            let only_plies = !is_pushed && !is_held && !layout.has(Feature::Casing);
+            match self.chunk(row, chunk, only_plies) {
+                Pressing::Separated { depth, mut lost } => {
+                    if layout.has(Feature::Grading) {
+                        let net = self.network.net(0);
+                        lost.iter_mut().zip(chunk * CHUNK..).for_each(|(lost, i)| *lost *= net.share(i, row));
+                    }
+                    self.note_depth(depth);
+                    self.sums.ply_loss += lost.into_iter().sum::<f64>() * self.network.model.unit_energy;
+                    for ply in 0..plies {
+                        let moving =
+                            |chunk: &Chunk<HOT_PLANES>| chunk[SPEED_X..=SPEED_Z].as_flattened() != [0.0; 3 * CHUNK];
+                        if !self.is_awake(ply, row)
+                            && self.network.arrays.rows.hot.get(at + chunk + ply * next).is_some_and(moving)
+                        {
+                            self.network.wake(ply * layout.y.modelled() + row);
+                        }
+                    }
+                }
+                Pressing::Pressed(pressed) => {
+                    for (i, pressed) in (chunk * CHUNK..layout.nodes_x).zip(pressed) {
+                        let is_fixed = |ply| self.network.is_fixed(i, ply * layout.y.modelled() + row);
+                        if pressed > 0.0 && !(0..plies).all(is_fixed) {
+                            self.column(i, row);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Separates the columns of one chunk of a row if `only_plies` press there, or says which of them do.
+    fn chunk(&mut self, row: usize, chunk: usize, only_plies: bool) -> Pressing {
+        let Network { scene, layout, model, directions, arrays, instructions, .. } = &mut *self.network;
+        let [at, next] = layout.stacked(chunk * CHUNK, row);
+        let Arrays { rows, columns, lines, .. } = arrays;
         let columns = PlyColumns {
-            hoop: hoop.get(chunk),
-            hot: system.arrays.rows.hot.get_mut(at + chunk..).unwrap_or(&mut []),
-            before: system.arrays.rows.before.get(at + chunk..).unwrap_or(&[]),
-            speeds: Node::numbers(system.arrays.column).as_chunks_mut().0,
-            ends: Pool::numbers(system.arrays.pools).as_chunks_mut().0,
+            hoop: Net { columns, lines }.hoop().get(chunk),
+            hot: rows.hot.get_mut(at..).unwrap_or(&mut []),
+            before: rows.before.get(at..).unwrap_or(&[]),
+            speeds: self.contacts.speeds_of_columns,
+            ends: self.contacts.ends_of_columns,
             next,
-            front: system.scene.front_plies() as usize,
-            back_share: system.model.back_share,
-            gap: system.model.gap,
-            rise: system.directions.front.vertical.rest.spacing,
-            deepest: system.state.sums.ply_penetration / system.scene.sheet.spacing * (1.0 - 1e-9),
-            only_plies: !is_pushed && !system.layout.has(Feature::Casing),
+            front: scene.front_plies() as usize,
+            back_share: model.back_share,
+            gap: model.gap,
+            rise: directions.front.vertical.rest.spacing,
+            deepest: self.sums.ply_penetration / scene.sheet.spacing * (1.0 - 1e-9),
+            only_plies,
         };
-        match lanes::dispatch(system.instructions, columns) {
-            Pressing::Separated { depth, lost } => {
-                let sums = &mut system.state.sums;
-                sums.ply_penetration = math::max(depth * system.scene.sheet.spacing, sums.ply_penetration);
-                sums.ply_loss += lost * system.model.unit_energy;
-                for ply in 0..plies {
-                    let moving =
-                        |chunk: &Chunk<HOT_PLANES>| chunk[SPEED_X..=SPEED_Z].as_flattened() != [0.0; 3 * CHUNK];
-                    if !is_awake(system, ply, row)
-                        && system.arrays.rows.hot.get(at + chunk + ply * next).is_some_and(moving)
-                    {
-                        system.wake(ply * system.layout.y.modelled() + row);
-                    }
-                }
+        lanes::dispatch(*instructions, columns)
+    }
+
+    /// Notes a depth of facing nodes in each other, spacings.
+    fn note_depth(&mut self, depth: f64) {
+        let depth = depth * self.network.scene.sheet.spacing;
+        self.sums.ply_penetration = math::max(depth, self.sums.ply_penetration);
+    }
+
+    /// Separates one column of which a node is free, some of which may be among the candidates.
+    fn column(&mut self, i: usize, row: usize) {
+        let layout = self.network.layout;
+        let (deepest, presses) = self.contacts.column().load(self.network, i, row);
+        self.note_depth(deepest);
+        if !presses {
+            return;
+        }
+        self.contacts.column().project();
+        self.load_clamps(i, row);
+        // Nodes that the projectile pushes get the push of the case with the next sweep, as those of a single
+        // ply.
+        let rests = layout.has(Feature::Casing) && self.with_impulse(i, row).next().is_none();
+        let by_case = if rests { self.rest_on_casing(i, row) } else { 0.0 };
+        let (mut lost, normal) = (-by_case, self.network.normal(i));
+        for ply in 0..layout.plies {
+            let j = ply * layout.y.modelled() + row;
+            let RowArrays { hot, before, .. } = &mut self.network.arrays.rows;
+            let (Some(&Node { before: v, speed, mass, .. }), Some(chunk), Some(before)) = (
+                self.contacts.nodes_of_column.get(ply),
+                planes::row_mut(hot, layout.chunks, j).get_mut(i / CHUNK),
+                before.get(j * layout.chunks + i / CHUNK),
+            ) else {
+                return;
+            };
+            let lane = i % CHUNK;
+            let push = speed - v;
+            if push == 0.0 {
+                continue;
             }
-            Pressing::Pressed(pressed) => {
-                for (i, pressed) in (chunk * CHUNK..system.layout.nodes_x).zip(pressed) {
-                    if pressed > 0.0 && !system.is_fixed(i, row) {
-                        separate_column(system, i, row, count);
-                    }
-                }
-            }
+            lost -= mass * (push * (0.5 * (before[lane] + speed)));
+            let given = if let Some(normal) = normal {
+                push_outwards(self.network, self.sums, [i, j], push, normal)
+            } else {
+                chunk[SPEED_Z][lane] = speed;
+                chunk[Z][lane] += push;
+                Vector::z() * push
+            };
+            correct_clamp_work(self.network, self.sums, [i, j], &given);
+            self.less_from_projectile([i, j], &given);
+            self.network.wake(j);
+        }
+        let share = if layout.has(Feature::Grading) { self.network.net(0).share(i, row) } else { 1.0 };
+        self.sums.ply_loss += lost * share * self.network.model.unit_energy;
+    }
+
+    /// Adds the reaction of nodes that clamps hold in the solved column to that on their attachment.
+    fn load_clamps(&mut self, i: usize, row: usize) {
+        let column = self.contacts.nodes_of_column.iter();
+        let Some(ply) = column.clone().position(|node| node.mass == HELD) else { return };
+        let free = column.filter(|node| node.mass != HELD);
+        let given = free.fold(0.0, |sum, node| sum + node.mass * (node.speed - node.before));
+        let [sine, cosine] = self.network.normal(i).unwrap_or([0.0, 1.0]);
+        let on_clamp = Vector::new(sine, 0.0, cosine) * -given;
+        self.network.load_support(self.sums, i, ply * self.network.layout.y.modelled() + row, &on_clamp);
+    }
+
+    /// Corrects the work of the projectile's impulse on a node to which plies then give this velocity,
+    /// spacings a step: the balances of contact take the velocity at the end of the step.
+    fn less_from_projectile(&mut self, [i, j]: [usize; 2], given: &Vector) {
+        let (_, row) = self.network.layout.ply_and_row(j);
+        let node = (j * self.network.layout.nodes_x + i) as u32;
+        let candidates = &self.contacts.candidates;
+        let of_node = |&c: &usize| candidates.get(c).is_some_and(|candidate| candidate.node == node);
+        let Some(c) = self.with_impulse(i, row).find(of_node) else { return };
+        let Some(candidate) = self.contacts.candidates.get(c) else { return };
+        let given = given * (0.5 * self.network.model.unit_speed * candidate.multiplicity);
+        self.sums.loss -= candidate.impulse * candidate.normal.dot(&given);
+        if let Some(t) = self.contacts.tangential.get(c) {
+            self.sums.friction -= t.work(t.along(&given));
         }
     }
+
+    /// Holds the nodes of the solved column back that press the first of them into its case. Returns what
+    /// that takes of their energy, in units of m (h/dt)^2.
+    fn rest_on_casing(&mut self, i: usize, row: usize) -> f64 {
+        let (layout, column) = (self.network.layout, &mut *self.contacts.nodes_of_column);
+        let case = self.network.directions.casing.zip(self.network.normal(i));
+        let Some(((case, normal), first)) = case.zip(column.first().copied()) else { return 0.0 };
+        let ([x, y, z], ([u, v, w], _)) = (self.network.rest(i, row), self.network.node(i, row));
+        let room = case.room([x + u, y + v, z + w], normal, first.speed - first.before);
+        let before = &self.network.arrays.rows.before;
+        let at = |ply: usize| {
+            let chunk = before.get((ply * layout.y.modelled() + row) * layout.chunks + i / CHUNK);
+            chunk.map_or(0.0, |before| before[i % CHUNK])
+        };
+        let [given, taken] = hold_back(column, first.speed + room, at);
+        self.sums.casing -= Vector::new(given * normal[0], 0.0, given * normal[1]);
+        self.sums.casing_loss += taken * self.network.model.unit_energy;
+        taken
+    }
+}
+
+/// Pushes a node of a curved sheet along the normal of its column. Returns what its velocity changes by.
+fn push_outwards(
+    network: &mut Network<'_>,
+    sums: &mut Sums,
+    [i, j]: [usize; 2],
+    push: f64,
+    [sine, cosine]: [f64; 2],
+) -> Vector {
+    let (u, v) = network.node(i, j);
+    let given = Vector::new(push * sine, 0.0, push * cosine);
+    if network.layout.has(Feature::Casing) {
+        correct_casing_loss(network, sums, [u[0] - v[0], u[2] - v[2]], [i, j], &given);
+    }
+    let moved = |x: [f64; 3]| [x[0] + given.x, x[1], x[2] + given.z];
+    network.set_node(i, j, moved(u), moved(v));
+    given
 }
 
 /// The first chunk of a row, from one on, in which a node ends below the one that it faces below and comes
 /// nearer to it.
 struct Pressed<'a> {
-    /// From the first chunk of the row of the first ply on, and chunks from ply to ply.
+    /// Chunks from the first of the row in the first ply on, and their number from ply to ply.
     hot: &'a [Chunk<HOT_PLANES>],
     next: usize,
     hoop: &'a [Chunk<COLUMN_PLANES>],
@@ -211,9 +352,9 @@ enum Pressing {
     /// A number above 0 for those in which facing nodes press on each other, or are through each other by
     /// more than any were; for all if some of their nodes do not face each other.
     Pressed([f64; CHUNK]),
-    /// They are separated: how deep facing nodes were through each other at the step's start, spacings, and
-    /// what was lost, m (h/dt)^2.
-    Separated { depth: f64, lost: f64 },
+    /// Separated columns: depth of facing nodes in each other at the step's start, spacings, and what each
+    /// lost, m (h/dt)^2.
+    Separated { depth: f64, lost: [f64; CHUNK] },
 }
 
 /// Separates eight columns in which nothing but plies presses, or says where something presses.
@@ -224,7 +365,7 @@ enum Pressing {
 struct PlyColumns<'a> {
     /// Constants of the columns; None in a flat sheet.
     hoop: Option<&'a Chunk<COLUMN_PLANES>>,
-    /// From their chunk of the first ply on, and chunks from ply to ply.
+    /// Chunks from that of the columns in the first ply on, and their number from ply to ply.
     hot: &'a mut [Chunk<HOT_PLANES>],
     before: &'a [[f64; CHUNK]],
     next: usize,
@@ -286,18 +427,18 @@ impl Job for PlyColumns<'_> {
         }
         let mut lost = [0.0; CHUNK];
         for (g, lost) in L::groups_mut(&mut lost).iter_mut().enumerate() {
-            self.take_apart::<L>(g).store(lost);
+            self.end_of_group::<L>(g).store(lost);
         }
         let depth = depths.into_iter().fold(0.0, math::max);
-        Pressing::Separated { depth, lost: lost.into_iter().sum() }
+        Pressing::Separated { depth, lost }
     }
 }
 
 impl PlyColumns<'_> {
-    /// Takes group g of the columns apart, whose velocities with gaps added up are known. Returns what is
+    /// Separates group g of the columns, whose velocities with gaps added up are known. Returns the energy
     /// lost.
     #[inline(always)]
-    fn take_apart<L: Lane>(&mut self, g: usize) -> L {
+    fn end_of_group<L: Lane>(&mut self, g: usize) -> L {
         let zero = L::splat(0.0);
         let share = |ply: usize| if ply < self.front { 1.0 } else { self.back_share };
         for (k, ends) in self.ends.iter_mut().enumerate() {
@@ -346,99 +487,13 @@ impl PlyColumns<'_> {
     }
 }
 
-/// Separates one column of free nodes, some of which may be among the first `count` candidates.
-fn separate_column(system: &mut System<'_>, i: usize, row: usize, count: usize) {
-    let (rows, chunks, layout) = (system.layout.y.modelled(), system.layout.chunks, system.layout);
-    let (deepest, presses) = load(system, i, row);
-    let sums = &mut system.state.sums;
-    sums.ply_penetration = math::max(deepest * system.scene.sheet.spacing, sums.ply_penetration);
-    if !presses {
-        return;
-    }
-    project(system.arrays.column, system.arrays.pools);
-    // Nodes that the projectile pushes get the push of the case with the next sweep, as those of a single
-    // ply.
-    let rests = layout.has(Feature::Casing) && candidates_with_impulse(system, i, row, count).next().is_none();
-    let by_case = if rests { rest_on_casing(system, i, row) } else { 0.0 };
-    let (mut lost, normal) = (-by_case, system.normal(i));
-    for ply in 0..layout.plies {
-        let j = ply * rows + row;
-        let Arrays { rows: RowArrays { hot, before, .. }, column, .. } = &mut system.arrays;
-        let (Some(&Node { before: v, speed, mass, .. }), Some(chunk), Some(before)) =
-            (column.get(ply), planes::row_mut(hot, chunks, j).get_mut(i / CHUNK), before.get(j * chunks + i / CHUNK))
-        else {
-            return;
-        };
-        let lane = i % CHUNK;
-        let push = speed - v;
-        if push == 0.0 {
-            continue;
-        }
-        lost -= mass * (push * (0.5 * (before[lane] + speed)));
-        let given = if let Some(normal) = normal {
-            push_outwards(system, [i, j], push, normal)
-        } else {
-            chunk[SPEED_Z][lane] = speed;
-            chunk[Z][lane] += push;
-            Vector::z() * push
-        };
-        less_from_projectile(system, count, [i, j], &given);
-        system.wake(j);
-    }
-    system.state.sums.ply_loss += lost * system.model.unit_energy;
-}
-
-/// Pushes a node of a curved sheet along the normal of its column. Returns what its velocity changes by.
-fn push_outwards(system: &mut System<'_>, [i, j]: [usize; 2], push: f64, [sine, cosine]: [f64; 2]) -> Vector {
-    let (u, v) = system.node(i, j);
-    let given = Vector::new(push * sine, 0.0, push * cosine);
-    if system.layout.has(Feature::Casing) {
-        correct_casing_loss(system, [u[0] - v[0], u[2] - v[2]], [i, j], &given);
-    }
-    let moved = |x: [f64; 3]| [x[0] + given.x, x[1], x[2] + given.z];
-    system.set_node(i, j, moved(u), moved(v));
-    given
-}
-
-/// Corrects the work of the projectile's impulse on a node to which plies then give this velocity, spacings a
-/// step: the balances of contact take the velocity at the end of the step.
-fn less_from_projectile(system: &mut System<'_>, count: usize, [i, j]: [usize; 2], given: &Vector) {
-    let (_, row) = system.layout.ply_and_row(j);
-    let node = (j * system.layout.nodes_x + i) as u32;
-    let of_node = |&c: &usize| system.arrays.candidates.get(c).is_some_and(|candidate| candidate.node == node);
-    let Some(c) = candidates_with_impulse(system, i, row, count).find(of_node) else { return };
-    let Some(candidate) = system.arrays.candidates.get(c) else { return };
-    let given = given * (0.5 * system.model.unit_speed);
-    system.state.sums.loss -= candidate.impulse * candidate.normal.dot(&given);
-    if let Some(t) = system.arrays.tangential.get(c) {
-        system.state.sums.friction -= t.work(t.along(&given));
-    }
-}
-
-/// Holds the nodes of a solved column back that press the first of them into its case. Returns what that
-/// takes of their energy, in units of m (h/dt)^2.
-fn rest_on_casing(system: &mut System<'_>, i: usize, row: usize) -> f64 {
-    let layout = system.layout;
-    let case = system.directions.casing.zip(system.normal(i));
-    let Some(((case, normal), first)) = case.zip(system.arrays.column.first().copied()) else { return 0.0 };
-    let ([x, y, z], ([u, v, w], _)) = (system.rest(i, row), system.node(i, row));
-    let room = case.room([x + u, y + v, z + w], normal, first.speed - first.before);
-    let Arrays { rows: RowArrays { before, .. }, column, .. } = &mut system.arrays;
-    let at = |ply: usize| {
-        let chunk = before.get((ply * layout.y.modelled() + row) * layout.chunks + i / CHUNK);
-        chunk.map_or(0.0, |before| before[i % CHUNK])
-    };
-    let [given, taken] = hold_back(column, first.speed + room, at);
-    system.state.sums.casing -= Vector::new(given * normal[0], 0.0, given * normal[1]);
-    system.state.sums.casing_loss += taken * system.model.unit_energy;
-    taken
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::column::Column;
     use crate::ground::lanes::InstructionSet;
-    use crate::tests::number;
+    use crate::memory::records::Pool;
+    use crate::tests::{network, number, sheet};
 
     /// Eight columns at once end as each by itself, of one fabric and of two, with every instruction set;
     /// what nothing presses on stays exactly.
@@ -480,7 +535,7 @@ mod tests {
                         let mass = if k < front { 1.0 } else { back_share };
                         alone[k] = Node { speed, gap: room, mass, ..Node::default() };
                     }
-                    project(&mut alone[..plies], &mut [Pool::default(); 8]);
+                    Column { nodes: &mut alone[..plies], pools: &mut [Pool::default(); 8] }.project();
                     for k in 0..plies {
                         let (after, before) = (alone[k].speed, hot[k][SPEED_Z][lane]);
                         let found = moved[k][SPEED_Z][lane];
@@ -489,6 +544,55 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    /// Plies of two fabrics that lie on each other and approach in some columns: these end with the velocity
+    /// of their common momentum, and the loss is the kinetic energy lost. Columns are separated one by one
+    /// beside a node that the projectile pushes, and all of a chunk at once.
+    #[test]
+    fn plies_that_meet_move_on_with_their_common_momentum() {
+        let mut scene = sheet(21, 19);
+        (scene.stack.plies, scene.stack.gap) = (3, 1e-4);
+        (scene.back.plies, scene.back.node_mass) = (1, 1.7 * scene.sheet.node_mass);
+        scene.back.yarn_area = scene.sheet.yarn_area;
+        for is_pushed in [false, true] {
+            let (mut network, mut contacts, _) = network(&scene);
+            let (gap, rows) = (network.model.gap, network.layout.y.modelled());
+            let masses = [1.0, 1.0, network.model.back_share];
+            let (row, columns) = (9, [3, 8, 9, 15]);
+            for (k, (i, ply)) in (0..).zip(columns.into_iter().flat_map(|i| [(i, 0), (i, 1), (i, 2)])) {
+                let (j, speed) = (ply * rows + row, 0.02 * (2.0 - ply as f64) + 1e-3 * number(k));
+                network.set_node(i, j, [0.0, 0.0, speed - ply as f64 * gap], [0.0, 0.0, speed]);
+                network.arrays.rows.before[j * network.layout.chunks + i / CHUNK][i % CHUNK] = speed;
+                network.wake(j);
+            }
+            let mut count = 0;
+            if is_pushed {
+                let node = (row * network.layout.nodes_x + 9) as u32;
+                contacts.candidates[0] = Candidate { node, impulse: 1e-30, ..Candidate::default() };
+                contacts.columns(1).0.sort(&network);
+                count = 1;
+            }
+            let speeds = |network: &Network<'_>, i: usize| [0, 1, 2].map(|ply| network.node(i, ply * rows + row).1[2]);
+            let before = columns.map(|i| speeds(&network, i));
+            let early = EarlyRows::of(&network, contacts.found(count));
+            let mut sums = Sums::NOTHING;
+            let mut separation = Separation { network: &mut network, contacts: &mut contacts, sums: &mut sums, count };
+            separation.early(&early, [0, rows]);
+            assert_eq!(separation.sums.ply_loss > 0.0, !is_pushed, "the row of a candidate waits");
+            separation.others(&early);
+            let mut lost = 0.0;
+            for (i, before) in columns.into_iter().zip(before) {
+                let sum = |of: [f64; 3]| masses.iter().zip(of).map(|(mass, of)| mass * of).sum::<f64>();
+                let common = sum(before) / masses.iter().sum::<f64>();
+                assert!(speeds(&network, i).iter().all(|speed| (speed - common).abs() < 1e-15), "column {i}");
+                lost +=
+                    0.5 * sum(before.map(|speed| speed * speed)) - 0.5 * masses.iter().sum::<f64>() * common * common;
+            }
+            let lost = lost * network.model.unit_energy;
+            assert!((sums.ply_loss - lost).abs() < 1e-12 * lost, "{} {lost}", sums.ply_loss);
+            assert!(network.node(4, row).1 == [0.0; 3]);
         }
     }
 }

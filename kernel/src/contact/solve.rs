@@ -16,13 +16,13 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia, Twist};
-use crate::contact::candidate::{Given, Solved};
+use crate::contact::candidate::{Solved, StepInputs};
 use crate::contact::laws;
 use crate::contact::newton::{Newton, STIFF};
 use crate::ground::math;
-use crate::memory::arrays::Arrays;
+use crate::memory::arrays::Contacts;
+use crate::memory::network::Network;
 use crate::memory::records::{Candidate, Tangential};
-use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 
@@ -31,7 +31,7 @@ pub const MAX_SWEEPS: u32 = 200;
 /// Most impulses computed in sweeps; many candidates shorten [`MAX_SWEEPS`] by it, to no less than
 /// [`LEAST_SWEEPS`].
 pub const MAX_UPDATES: usize = 200_000;
-/// See [`MAX_UPDATES`].
+/// Least number of sweeps that [`MAX_UPDATES`] leaves.
 pub const LEAST_SWEEPS: u32 = 20;
 
 /// Rounding of a gap rate, in parts of the speeds that it is the difference of: nine times half a last place,
@@ -58,8 +58,8 @@ pub(crate) const USED_REACH: f64 = 0.9;
 /// they do together to the body is `multiplicity` times the part of one that the planes leave. Where sweeps
 /// do not settle, Newton's method goes on from there. `tangential`: one for each candidate with friction
 /// (M21), none without.
-pub fn solve(candidates: &mut [Candidate], tangential: &mut [Tangential], given: &Given<'_>) -> Solved {
-    let Given { body, inertia, node_mass, symmetry, friction } = *given;
+pub fn solve(candidates: &mut [Candidate], tangential: &mut [Tangential], inputs: &StepInputs<'_>) -> Solved {
+    let StepInputs { body, inertia, node_mass, symmetry, friction } = *inputs;
     let has_friction = Feature::Friction.is_built() && !tangential.is_empty();
     let (solved, tolerance) = if has_friction {
         sweeps::<true>(candidates, tangential, friction, body, inertia, node_mass, symmetry)
@@ -69,7 +69,7 @@ pub fn solve(candidates: &mut [Candidate], tangential: &mut [Tangential], given:
     if solved.converged {
         return solved;
     }
-    Newton { candidates, tangential, given, solved, tolerance, stiff: STIFF, frozen: false, passes: 0 }.finish()
+    Newton { candidates, tangential, inputs, solved, tolerance, stiff: STIFF, frozen: false, passes: 0 }.finish()
 }
 
 /// Compliances of the body and of the nodes, which all have the same mass.
@@ -314,30 +314,32 @@ fn sweeps<const FRICTION: bool>(
     (Solved { sweeps, converged, twist: rates, residual: 0.0 }, tolerance / node_mass)
 }
 
-/// The impulses of the first `count` candidates of a single sheet.
-pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
-    let given = Given {
-        body: &system.state.body,
-        inertia: &system.model.inertia,
-        node_mass: system.model.node_mass,
-        symmetry: system.scene.symmetry,
-        friction: system.scene.contact.friction,
+/// The impulses of the first `count` candidates of a single sheet. `body`: with its velocity before contact.
+pub(crate) fn solve_first(network: &Network<'_>, contacts: &mut Contacts<'_>, body: &Body, count: usize) -> Solved {
+    let Network { scene, model, .. } = network;
+    let inputs = StepInputs {
+        body,
+        inertia: &model.inertia,
+        node_mass: model.node_mass,
+        symmetry: scene.symmetry,
+        friction: scene.contact.friction,
     };
-    let Arrays { candidates, tangential, .. } = &mut system.arrays;
+    let Contacts { candidates, tangential, .. } = contacts;
     let slots = candidates.get_mut(..count).unwrap_or_default();
-    solve(slots, tangential.get_mut(..count).unwrap_or_default(), &given)
+    solve(slots, tangential.get_mut(..count).unwrap_or_default(), &inputs)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::body::shape::Solid;
+    use crate::contact::candidate::Holder;
     use crate::scene::parts::Scene;
     use crate::tests::{close, number, sphere};
     use std::vec::Vec;
 
     fn solve(slots: &mut [Candidate], body: &Body, inertia: &Inertia, node_mass: f64, symmetry: Symmetry) -> Solved {
-        super::solve(slots, &mut [], &Given { body, inertia, node_mass, symmetry, friction: 0.0 })
+        super::solve(slots, &mut [], &StepInputs { body, inertia, node_mass, symmetry, friction: 0.0 })
     }
 
     /// A turning rod of the mass of `nodes` nodes of a gram.
@@ -484,7 +486,10 @@ mod tests {
             let (inertia, mut body) = rod(5.0, true);
             (body.velocity, body.angular_velocity) = (Vector::new(2.0, -7.0, 40.0), Vector::zeros());
             let normal = |angle: f64| Vector::new(math::sin(angle), 0.0, math::cos(angle));
-            let held = |angle: f64| Candidate { fixed: 1, ..armed(normal(angle), Vector::zeros(), 1.0, 0.0) };
+            let held = |angle: f64| Candidate {
+                held_by: Holder::Support as u32,
+                ..armed(normal(angle), Vector::zeros(), 1.0, 0.0)
+            };
             // Between them the body is pressed from both sides along x.
             let mut slots = [held(angle), held(-angle)];
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());

@@ -70,7 +70,7 @@ codes! {
     /// them. The fault's `limit` holds the largest step, s, with which the motion is accepted.
     ProjectileTooFast = -17, c"projectile crosses more than a node spacing in a step";
     /// A node lies inside the projectile at the start.
-    InitialOverlap = -18, c"a node lies inside the projectile; the sheet lies in the plane z = 0 of sheet.position and sheet.orientation";
+    InitialOverlap = -18, c"a node lies inside the projectile or within half of sheet.thickness; the sheet lies in z = 0 of sheet.position and sheet.orientation";
     /// The corner discs overlap one another.
     DiscsOverlap = -19, c"corner discs overlap";
     /// A corner disc reaches under the projectile.

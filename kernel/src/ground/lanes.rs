@@ -64,13 +64,6 @@ pub(crate) unsafe trait Item: Copy + 'static {
         // made.
         unsafe { core::slice::from_raw_parts_mut(start, count.unwrap_or(0)) }
     }
-
-    /// Items as numbers.
-    fn numbers(items: &mut [Self]) -> &mut [Self::Number] {
-        let (start, count) = (items.as_mut_ptr().cast::<Self::Number>(), Self::NUMBERS * items.len());
-        // SAFETY: as above, the other way round.
-        unsafe { core::slice::from_raw_parts_mut(start, count) }
-    }
 }
 
 // SAFETY: one number.
@@ -744,7 +737,6 @@ mod tests {
         };
         assert_eq!(records[1], second);
         records[0].vector.z = -3.0;
-        assert_eq!(Mixed::numbers(records)[2..6], [2.0, -3.0, 4.0, 5.0]);
         assert_eq!((numbers[3], numbers[18]), (-3.0, 18.0));
     }
 

@@ -100,7 +100,7 @@ impl Axis {
     }
 
     /// A vector of the sheet in the axes of a segment of this direction, the rest direction first, or back.
-    pub fn own_axes(self, vector: [f64; 3]) -> [f64; 3] {
+    pub fn segment_axes(self, vector: [f64; 3]) -> [f64; 3] {
         match self {
             Axis::Horizontal => vector,
             Axis::Vertical => vertical_axes(vector),

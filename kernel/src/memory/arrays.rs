@@ -9,12 +9,14 @@ use crate::ground::planes::{
 };
 use crate::memory::image;
 use crate::memory::layout::Layout;
-use crate::memory::records::{Candidate, Node, Pool, Relaxation, Spring, Tangential, Touch};
+use crate::memory::records::{Candidate, Node, PlyContact, PlyFriction, Pool, Tangential};
 use crate::scene::features::{Feature, Features};
 use crate::scene::parts::Scene;
+use crate::sheet::clamp;
 use crate::sheet::columns::COLUMN_PLANES;
 use crate::sheet::places::Places;
 use crate::sheet::symmetry::Line;
+use crate::sheet::weave::in_runs;
 use core::ops::Range;
 
 impl Layout {
@@ -117,10 +119,11 @@ macro_rules! arrays {
                 case_impulse_of_row: [[[f64; CHUNK]; 3]], layout.has(Feature::Casing), [1, layout.nodes_y, 1];
                 /// Impulse of the case on each node, spacings a step times its mass.
                 case_impulse: [[f64; CHUNK]], layout.has(Feature::Casing), [1, layout.nodes_y, layout.chunks];
-                /// Largest impulse of the clamp on each node in a step, spacings/step times its mass;
-                /// constant.
-                holds: [[f64; CHUNK]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
-                /// Distance that each held node has slid, spacings.
+                /// Impulses of the clamp on each node, spacings/step times its mass: the largest in a step,
+                /// constant, and of a node out of the jaws components of that in the last one; energy
+                /// dissipated by the latter.
+                holds: [[[f64; CHUNK]; 5]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
+                /// Way that each held node has slid, spacings, negative once it is out of the jaws.
                 slid: [[f64; CHUNK]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
                 /// Velocity of each node normal to the sheet before the sweep, spacings/step.
                 before: [[f64; CHUNK]], layout.is_stack(), [1, layout.nodes_y, layout.chunks];
@@ -137,40 +140,43 @@ macro_rules! arrays {
                 been_slack: [u32], layout.has(Feature::Slack), [1, layout.nodes_y, 1];
             }
             others {
-                /// Constants of the columns (`columns.rs`): one line of a graded network, one of each ply of
-                /// a curved sheet.
+                /// Constants of the columns (`columns.rs`) of a graded network or a curved sheet: a line of
+                /// each ply.
                 columns: [Chunk<COLUMN_PLANES>], layout.has_columns(), [1, layout.lines_of_columns(), layout.chunks];
-                /// Constants of the rows of a graded network (`columns.rs`).
+                /// Constants of the rows of all plies of a graded network (`columns.rs`).
                 lines: [Chunk<COLUMN_PLANES>], layout.has(Feature::Grading), [1, 1, layout.nodes_y.div_ceil(CHUNK)];
                 /// Displacements of the fixed nodes of a row during its sweep, and velocities where clamps
                 /// slip; spacings and steps.
                 kept: [[f64; 3]], true, [1, 1, layout.kept_nodes()];
-                /// Candidates for contact.
-                candidates: [Candidate], true, [1, 1, layout.contacts()?];
-                /// Column of facing nodes (`contact/stack.rs`).
-                column: [Node], layout.is_stack(), [1, 1, layout.plies];
-                /// Pools of the column, first come first.
-                pools: [Pool], layout.is_stack(), [1, 1, layout.plies];
-                /// Effect of the plies on each candidate.
-                touches: [Touch], layout.is_stack(), [1, 1, layout.contacts()?];
-                /// Impulse of each candidate as a function of its node's velocity.
-                springs: [Spring], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
-                /// Under-relaxation of each candidate's friction.
-                relaxations: [Relaxation], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
-                /// Friction of each candidate.
-                tangential: [Tangential], layout.has(Feature::Friction), [1, 1, layout.contacts()?];
-                /// Gaps of the candidates over dt in the theta rule, m/s.
-                gaps_over_dt: [f64], layout.has(Feature::Theta), [1, 1, layout.contacts()?];
                 /// Nodes with an impulse since the last outcome test, a bit each.
                 flags: [u32], layout.has(Feature::Detachment), [1, 1, layout.nodes().div_ceil(32)];
                 /// Awake rows [first, end) of each ply.
                 awake: [[u32; 2]], layout.is_stack(), [1, 1, layout.plies];
-                /// Candidate that leads the column at each place (`contact/members.rs`).
+            }
+            contacts {
+                /// Candidates for contact.
+                candidates: [Candidate], true, [1, 1, layout.contacts()?];
+                /// Friction of each candidate.
+                tangential: [Tangential], layout.has(Feature::Friction), [1, 1, layout.contacts()?];
+                /// Gaps of the candidates over dt in the theta rule, m/s.
+                gaps_over_dt: [f64], layout.has(Feature::Theta), [1, 1, layout.contacts()?];
+                /// Contacts of a stack, sorted by column (`contact/by_column.rs`).
+                of_plies: [PlyContact], layout.is_stack(), [1, 1, layout.contacts()?];
+                /// Friction of each of them.
+                ply_friction: [PlyFriction], layout.is_stack() && layout.has(Feature::Friction), [1, 1, layout.contacts()?];
+                /// Candidate that leads the column at each place.
                 leaders: [u32], layout.is_stack(), [1, layout.nodes_x, layout.y.modelled()];
-                /// Candidates sorted by column.
-                members: [u32], layout.is_stack(), [1, 1, layout.contacts()?];
-                /// End in `members` of the column that each candidate leads.
+                /// End in `of_plies` of the column that each candidate leads.
                 ends: [u32], layout.is_stack(), [1, 1, layout.contacts()?];
+                /// Column of facing nodes (`contact/column.rs`).
+                nodes_of_column: [Node], layout.is_stack(), [1, 1, layout.plies];
+                /// Pools of the column, first come first.
+                pools: [Pool], layout.is_stack(), [1, 1, layout.plies];
+                /// Velocities of eight columns across the sheet, with gaps added up, ply by ply
+                /// (`contact/separate.rs`), spacings/step.
+                speeds_of_columns: [[f64; CHUNK]], layout.is_stack(), [1, 1, layout.plies];
+                /// Velocities with which each of them ends, spacings/step.
+                ends_of_columns: [[f64; CHUNK]], layout.is_stack(), [1, 1, layout.plies];
             }
         }
     };
@@ -180,19 +186,40 @@ pub(crate) use arrays;
 macro_rules! define {
     ($layout:ident;
      rows { $($(#[$meaning:meta])* $row:ident: [$item:ty], $kept:expr, [$steps:expr, $rows:expr, $width:expr];)* }
-     others { $($(#[$about:meta])* $other:ident: [$kind:ty], $needed:expr, $length:expr;)* }) => {
+     others { $($(#[$about:meta])* $other:ident: [$kind:ty], $needed:expr, $length:expr;)* }
+     contacts { $($(#[$says:meta])* $contact:ident: [$record:ty], $asked:expr, $places:expr;)* }) => {
         /// Arrays that have items for each row, of all rows or of rows [first, end).
         pub(crate) struct RowArrays<'a> {
             $($(#[$meaning])* pub $row: &'a mut [$item],)*
         }
 
-        /// The caller's memory, cut into arrays. One that the scene does not need has length 0.
+        /// The caller's memory but for contacts, cut into arrays. One that the scene does not need has length
+        /// 0.
         pub(crate) struct Arrays<'a> {
             pub rows: RowArrays<'a>,
             $($(#[$about])* pub $other: &'a mut [$kind],)*
             /// Memory shared by steps ([`StepScratch`]) and the search for connected components (a label for
             /// every node), in turn.
             pub shared: &'a mut [CacheLine],
+        }
+
+        /// The caller's memory for contacts, cut into arrays, which a step fills anew. One that the scene
+        /// does not need has length 0.
+        pub(crate) struct Contacts<'a> {
+            $($(#[$says])* pub $contact: &'a mut [$record],)*
+        }
+
+        impl<'a> Contacts<'a> {
+            /// No memory.
+            pub(crate) const fn nothing() -> Contacts<'a> {
+                Contacts { $($contact: &mut [],)* }
+            }
+
+            /// Cuts the arrays off the memory.
+            fn cut(&mut self, memory: &mut Memory<'a>, $layout: &Layout) -> Option<()> {
+                $(self.$contact = memory.take($asked, $places)?;)*
+                Some(())
+            }
         }
 
         /// Pointers to the arrays that have items for each row.
@@ -243,6 +270,17 @@ impl RowArrays<'_> {
         [hot, self.slid.as_flattened(), past, history, energy_error]
     }
 
+    /// Whether a node belongs to an attachment, which may have let go of it.
+    pub fn is_attached(&self, [i, j]: [usize; 2]) -> bool {
+        self.runs.get(j).is_some_and(|run| in_runs(run, i))
+    }
+
+    /// Whether a support holds a node in its place, or slides with it in the sheet.
+    pub fn is_fixed(&self, layout: &Layout, grip: f64, [i, j]: [usize; 2]) -> bool {
+        let slid = || clamp::slid_by(self.slid, j * layout.chunks + i / CHUNK, i % CHUNK);
+        self.is_attached([i, j]) && clamp::is_in_jaws(slid(), grip)
+    }
+
     /// [`RowArrays::numbers`], to be changed.
     pub(crate) fn numbers_mut(&mut self) -> [&mut [f64]; 5] {
         let (hot, past) =
@@ -272,14 +310,21 @@ impl Layout {
 }
 
 impl<'a> Arrays<'a> {
-    /// Cuts memory that has been found to be enough.
-    pub(crate) fn carve(&mut self, memory: &'a mut [CacheLine], layout: &Layout) -> Result<(), Error> {
+    /// Cuts memory that has been found to be enough, for these arrays and the contacts.
+    pub(crate) fn carve(
+        &mut self,
+        contacts: &mut Contacts<'a>,
+        memory: &'a mut [CacheLine],
+        layout: &Layout,
+    ) -> Result<(), Error> {
         let short = short("memory", memory.len(), layout.lines());
         let memory = memory.get_mut(..layout.lines()).ok_or(short)?;
         let Some((reals, rest)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
         let Some((shared, words)) = rest.split_at_mut_checked(layout.shared_lines()) else { return Err(short) };
         let (reals, words) = (Carver::of(CacheLine::reals(reals)), Carver::of(CacheLine::words(words)));
-        self.cut(&mut Memory { reals, words }, layout).ok_or(short)?;
+        let mut memory = Memory { reals, words };
+        self.cut(&mut memory, layout).ok_or(short)?;
+        contacts.cut(&mut memory, layout).ok_or(short)?;
         self.shared = shared;
         Ok(())
     }
@@ -288,6 +333,7 @@ impl<'a> Arrays<'a> {
     fn count(layout: &Layout) -> Option<[usize; 2]> {
         let mut memory = Memory { reals: Carver::counting(), words: Carver::counting() };
         Arrays::nothing().cut(&mut memory, layout)?;
+        Contacts::nothing().cut(&mut memory, layout)?;
         Some([memory.reals.taken, memory.words.taken])
     }
 }
@@ -325,9 +371,14 @@ impl Kind for u32 {
     }
 }
 
-impl Arrays<'_> {
+impl Contacts<'_> {
+    /// The first so many candidates.
+    pub fn found(&self, count: usize) -> &[Candidate] {
+        self.candidates.get(..count).unwrap_or(&[])
+    }
+
     /// Lets two candidates change places.
-    pub(crate) fn swap_candidates(&mut self, a: usize, b: usize) {
+    pub(crate) fn swap(&mut self, a: usize, b: usize) {
         swap(self.candidates, a, b);
         swap(self.tangential, a, b);
         swap(self.gaps_over_dt, a, b);

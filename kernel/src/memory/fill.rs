@@ -11,11 +11,11 @@ use crate::ground::planes::{
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
 use crate::memory::layout::Layout;
-use crate::memory::system::System;
+use crate::memory::network::Network;
 use crate::scene::features::Feature;
 use crate::scene::parts::CRITICAL_STRETCH_MAX;
 use crate::sheet::clamp;
-use crate::sheet::direction::Along;
+use crate::sheet::direction::PlyDirections;
 use crate::sheet::grading;
 use crate::sheet::places::Places;
 use crate::sheet::ring;
@@ -23,7 +23,7 @@ use crate::sheet::slack::{self, NO_ENERGY_ERROR};
 use crate::sheet::weave::{self, in_runs};
 use crate::yarn::law::{self, Rest};
 
-impl System<'_> {
+impl Network<'_> {
     /// Yarn constants, fixed runs, holds of clamps, constants of columns and rows. Of drawn strength the law
     /// becomes that of the weakest segment.
     pub fn fill_model(&mut self) -> Result<(), Error> {
@@ -32,22 +32,25 @@ impl System<'_> {
             let [[a, b], [c, d]] = weave::runs_among(&self.scene, &places, layout.ply_and_row(j).1);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
-        if layout.has(Feature::Clamps) {
-            self.fill_holds();
+        if self.layout.has(Feature::Grading) {
+            for (ply, line) in self.arrays.columns.chunks_exact_mut(self.layout.chunks.max(1)).enumerate() {
+                let PlyDirections { horizontal, vertical, .. } = self.directions.of_ply(ply);
+                grading::fill(line, 0, &places[0], &horizontal.rest, ply as f64 * self.model.pitch);
+                grading::fill(self.arrays.lines, self.layout.rows_of(ply)[0], &places[1], &vertical.rest, 0.0);
+            }
         }
         if let Some(hoop) = ring::Hoop::of(&self.scene) {
             for (ply, line) in self.arrays.columns.chunks_exact_mut(self.layout.chunks.max(1)).enumerate() {
                 let along = self.directions.of_ply(ply);
-                hoop.fill(line, &along.around(), along.turn);
+                hoop.fill(line, &along.around(), along.radius_ratio);
             }
+        }
+        if layout.has(Feature::Clamps) {
+            self.fill_holds();
         }
         let (Layout { nodes_x: nx, nodes_y: ny, chunks, .. }, strength) = (layout, layout.has(Feature::Strength));
         if !layout.has_constants() && !strength {
             return Ok(());
-        }
-        if self.layout.has(Feature::Grading) {
-            grading::fill(self.arrays.columns, &places[0], &self.directions.front.horizontal.rest);
-            grading::fill(self.arrays.lines, &places[1], &self.directions.front.vertical.rest);
         }
         // Front and back fabric.
         let mut weakest = [CRITICAL_STRETCH_MAX; 2];
@@ -65,8 +68,8 @@ impl System<'_> {
                 for (axis, _) in exists.into_iter().filter(|(_, exists)| *exists) {
                     let direction = along.along(axis);
                     let bar = self.scene.draw_bar(&places, before, axis, [i, row_of_ply])?;
-                    let turn = if axis == Axis::Horizontal { along.turn } else { 1.0 };
-                    let stiffness = bar.modulus / (direction.modulus_per_stiffness * (bar.segments * turn));
+                    let ratio = if axis == Axis::Horizontal { along.radius_ratio } else { 1.0 };
+                    let stiffness = bar.modulus / (direction.modulus_per_stiffness * (bar.segments * ratio));
                     planes::set(row, axis as usize, i, stiffness);
                     planes::set(row, axis as usize + 2, i, bar.damage_rate);
                     planes::set(strengths, axis as usize, i, bar.critical_stretch);
@@ -100,17 +103,20 @@ impl System<'_> {
                         (other >= self.layout.upper) == upper && in_runs(&runs_of(first + other), i as usize)
                     };
                     let of_column = (0..self.layout.y.modelled()).filter(|&other| same(other)).count();
+                    let net = self.net(ply);
+                    let [across, up] = [net.column_share(i as usize), net.row_share(j)];
                     let yarns = clamp::yarns_ending(
                         &self.scene,
                         [i as usize, row],
                         [nx, ny],
                         (columns[1] - columns[0]) as usize,
                         of_column,
-                    );
+                        [across, up],
+                    ) / (across * up);
                     let hold = if whole > 0.0 { whole * yarns } else { f64::MAX };
                     let place = j * self.layout.chunks + i as usize / CHUNK;
-                    if let Some(holds) = self.arrays.rows.holds.get_mut(place) {
-                        holds[i as usize % CHUNK] = hold;
+                    if let Some([largest, ..]) = self.arrays.rows.holds.get_mut(place) {
+                        largest[i as usize % CHUNK] = hold;
                     }
                 }
             }
@@ -118,7 +124,7 @@ impl System<'_> {
     }
 
     /// Sheet flat, at rest and whole.
-    pub fn clear_state(&mut self) {
+    pub fn clear(&mut self) {
         self.arrays.rows.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
         self.arrays.rows.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
         for (history, strength) in self.arrays.rows.history.iter_mut().zip(self.arrays.rows.strength.iter()) {
@@ -130,27 +136,20 @@ impl System<'_> {
             self.arrays.rows.slid.fill([0.0; CHUNK]);
         }
         for j in 0..self.arrays.rows.been_slack.len() {
-            let Along { horizontal, vertical, .. } = self.directions_of_row(j);
+            let PlyDirections { horizontal, vertical, .. } = self.directions_of_row(j);
             let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * slack::bit(axis);
             let bits = slack(&horizontal.rest, Axis::Horizontal) | slack(&vertical.rest, Axis::Vertical);
             if let Some(been_slack) = self.arrays.rows.been_slack.get_mut(j) {
                 *been_slack = bits;
             }
         }
-        self.rebuild_derived();
     }
 
-    /// Everything that follows from displacements, velocities and histories: stiffness planes, failed
-    /// segments, row ranges, awake rows. Clears a failure.
-    pub fn rebuild_derived(&mut self) {
-        self.refill(|_, _| true);
-    }
-
-    /// [`System::rebuild_derived`], with every row filled anew before what follows from it, while it is at
-    /// hand. `fill` returns whether a history of the row has changed; if not, its stiffnesses are still
-    /// right.
+    /// Fills every row anew by `fill`, and what follows from it while it is at hand; [`System::refill`] says
+    /// the rest.
+    ///
+    /// [`System::refill`]: crate::memory::system::System::refill
     pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
-        self.failure = None;
         self.arrays.rows.before.fill([0.0; CHUNK]);
         self.arrays.rows.case_impulse_of_row.fill([[0.0; CHUNK]; 3]);
         self.arrays.rows.case_impulse.fill([0.0; CHUNK]);
@@ -163,13 +162,12 @@ impl System<'_> {
                 self.wake(j);
             }
         }
-        self.failed_segments = self.count_failed([0, self.layout.nodes_y]);
     }
 
     /// Stiffness of the segments that start in row j, from their histories.
     fn rebuild_stiffness(&mut self, j: usize) {
         let (chunks, ends) = (self.layout.chunks, self.ends_of_segments(j));
-        let Along { horizontal: h, vertical: v, .. } = self.directions.of_ply(self.layout.ply_and_row(j).0);
+        let PlyDirections { horizontal: h, vertical: v, .. } = self.directions.of_ply(self.layout.ply_and_row(j).0);
         let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
         let shared = [h, v].map(|direction| [direction.law.critical_stretch; CHUNK]);

@@ -109,9 +109,9 @@ impl Layout {
         self.has(Feature::Grading) || self.has(Feature::Curved)
     }
 
-    /// Lines of constants of columns: one, or one of each ply of a curved sheet.
+    /// Lines of constants of columns, one of each ply.
     pub(super) fn lines_of_columns(&self) -> usize {
-        if self.has(Feature::Curved) { self.plies } else { 1 }
+        if self.has_columns() { self.plies } else { 1 }
     }
 
     /// Candidates that there is memory for. The case below a node is one, too.
@@ -195,6 +195,14 @@ impl Layout {
         // At least 1, so that no division by zero has to be compiled in.
         let nx = self.nodes_x.max(1);
         (node % nx, node / nx)
+    }
+
+    /// Place of a node by its number: column and row of the sheet, ply.
+    #[inline]
+    pub(crate) fn place(&self, node: usize) -> [usize; 3] {
+        let (i, j) = self.column_and_row(node);
+        let (ply, row) = self.ply_and_row(j);
+        [i, row, ply]
     }
 
     /// Place of the first of the chunks with the nodes at column i of a row of the sheet, in all plies, and
@@ -423,9 +431,9 @@ mod tests {
             (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.1, 30.0, 170.0);
         };
         assert_eq!(with(&rate), (5, 0, 2));
-        // The tangential parts of 10 candidates; a word of the image.
+        // The tangential parts of 10 candidates; two words of the image.
         let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
-        assert_eq!(with(&friction), (10 * Tangential::NUMBERS, 0, 1));
+        assert_eq!(with(&friction), (10 * Tangential::NUMBERS, 0, 2));
         // A bit for every node: 45 in two words. Their labels are in the lines that carried forces have;
         // reactions need 30 numbers more.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 2, 2));

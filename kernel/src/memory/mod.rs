@@ -3,6 +3,7 @@ mod fill;
 pub mod image;
 pub mod layout;
 pub mod model;
+pub mod network;
 pub mod records;
 pub mod state;
 pub mod system;

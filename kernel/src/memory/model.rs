@@ -26,8 +26,10 @@ pub(crate) struct Model {
     pub back_share: f64,
     /// h/dt, m/s.
     pub unit_speed: f64,
-    /// Distance of neighbouring plies where they rest, spacings.
+    /// Air between neighbouring plies where they rest, spacings.
     pub gap: f64,
+    /// Distance of their middle surfaces where they rest, spacings.
+    pub pitch: f64,
     /// m h/dt, N s.
     pub unit_impulse: f64,
     /// m (h/dt)^2, J.
@@ -49,6 +51,7 @@ impl Model {
         back_share: 1.0,
         unit_speed: 0.0,
         gap: 0.0,
+        pitch: 0.0,
         unit_impulse: 0.0,
         unit_energy: 0.0,
         segment_volume: 0.0,
@@ -72,7 +75,8 @@ impl Model {
             node_mass,
             back_share: if scene.back.plies > 0 { scene.back.node_mass / scene.sheet.node_mass } else { 1.0 },
             unit_speed: h / dt,
-            gap: scene.ply_gap() / h,
+            gap: if scene.stack.plies > 1 { scene.stack.gap / h } else { 0.0 },
+            pitch: scene.ply_gap() / h,
             unit_impulse: node_mass * h / dt,
             unit_energy: node_mass * (h / dt) * (h / dt),
             segment_volume: scene.lumped_area() * (h / scene.rest_stretch(Axis::Horizontal)),

@@ -14,8 +14,9 @@ records! {
         pub arm: Vector,
         /// Number of the node.
         pub node: u32,
-        /// 1 if its support holds the node: nothing moves it, and the support takes the impulse. 0 otherwise.
-        pub fixed: u32,
+        /// Holder of the node, which takes its impulse and is not moved: a number of
+        /// [`Holder`](crate::contact::candidate::Holder).
+        pub held_by: u32,
         /// Multiplicity: nodes of the whole fabric that it stands for.
         pub multiplicity: f64,
         /// n.v at t_{n-1/2}, m/s.
@@ -46,7 +47,7 @@ records! {
         pub impulse: [f64; 2],
     }
 
-    /// Node in a column of facing nodes; one of eight velocities where a chunk of columns is solved at once.
+    /// Node in a column of facing nodes.
     pub struct Node {
         /// Velocity along z before contact, spacings a step.
         pub before: f64,
@@ -63,11 +64,14 @@ records! {
         /// Contact stiffness of a candidate: n_z^2 over its other compliance, over that of a node; with the
         /// sign of n_z. 0 of another node.
         pub stiffness: f64,
-        /// Velocity along z of a candidate at which the projectile's impulse on it ends. Between the solves
-        /// of `column_friction.rs`: pool stiffness, then pool velocity change.
+        /// Velocity along z of a candidate at which the projectile's impulse on it ends.
         pub release: f64,
         /// The projectile's impulse on it along z, in masses of a node and spacings a step.
         pub push: f64,
+        /// Mass of its pool and positive stiffnesses in it, after `set_pool_stiffness`.
+        pub pool_stiffness: f64,
+        /// Velocity change of its pool, spacings a step, after `set_pool_velocity_change`.
+        pub pool_velocity_change: f64,
     }
 
     /// Facing nodes that press on each other and move on together, with the projectile's impulses on them;
@@ -84,26 +88,52 @@ records! {
         pub limits: [f64; 2],
         /// Number of its nodes.
         pub nodes: f64,
-        /// Fills the record to eight numbers, one for each column of a chunk.
-        pub unused: [f64; 2],
     }
 
-    /// Effect of the plies on a candidate.
-    pub struct Touch {
-        /// Velocity along z that impulses give its node, m/s.
-        pub velocity_change_z: f64,
-        /// Compliance in addition to its column's along z, 1/kg.
-        pub compliance: f64,
-        /// 1/m of its node, 1/kg.
-        pub inverse_mass: f64,
+    /// Contact of a node of a stack with the projectile: part of its candidate, and what the plies do to it.
+    pub struct PlyContact {
+        /// Outward normal n, sheet's frame.
+        pub normal: Vector,
+        /// r x n in body axes, m: the arm of the impulse.
+        pub arm: Vector,
+        /// Outward normal in the axes of its column.
+        pub own_normal: [f64; 3],
+        /// Gap rate without an impulse on node and body, m/s.
+        pub free_gap_rate: f64,
+        /// Normal impulse, N s.
+        pub impulse: f64,
         /// Normal impulse before the column was solved last, N s.
         pub impulse_before: f64,
-        /// Whether impulses along the surface have changed since the column that it leads was solved, 1 or 0.
-        pub stale: f64,
+        /// Velocity along z that impulses give its node, m/s.
+        pub velocity_change_z: f64,
+        /// 1/m of its node, 1/kg.
+        pub inverse_mass: f64,
+        /// Compliance in addition to its column's along z, 1/kg.
+        pub compliance: f64,
         /// Compliance of the body across the normal, with friction, 1/kg.
         pub compliance_across: f64,
-        /// Outward normal in the axes of its column.
-        pub normal: [f64; 3],
+        /// Number of its candidate.
+        pub number: u32,
+        /// Column of the sheet in which its node lies.
+        pub column: u32,
+        /// Row of the sheet.
+        pub row: u32,
+        /// Ply.
+        pub ply: u32,
+        /// Holder of the node, as of its candidate.
+        pub held_by: u32,
+        /// 1 if impulses along the surface have changed since the column that it leads was solved, else 0.
+        pub stale: u32,
+    }
+
+    /// Friction of a contact of a stack.
+    pub struct PlyFriction {
+        /// Friction of its candidate, with the impulses so far.
+        pub tangential: Tangential,
+        /// Impulse as a function of the velocity of its node.
+        pub spring: Spring,
+        /// Under-relaxation of the impulses along the surface.
+        pub relaxation: Relaxation,
     }
 
     /// Impulses of a candidate along its normal and its tangents, N s, as linear functions of the change of

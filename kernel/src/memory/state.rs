@@ -3,6 +3,7 @@
 use crate::body::path::Track;
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
+use crate::ground::math;
 use crate::memory::watch::{FirstContact, Latch, Watch};
 use crate::scene::features::{Feature, Features};
 use crate::scene::parts::{AttachmentKind, Symmetry};
@@ -10,112 +11,147 @@ use crate::sheet::symmetry;
 use crate::sheet::weave::ATTACHMENTS;
 use nalgebra::Quaternion;
 
-/// Running sums and extremes. Vectors in the sheet's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sums {
-    /// Impulse of contact on the projectile, N s.
-    pub impulse: Vector,
-    /// Angular impulse of contact on the projectile about its moving centre of mass, N m s.
-    pub angular_impulse: Vector,
-    /// Work of the projectile on the fabric, J.
-    pub work: f64,
-    /// Kinetic energy lost in restitution-zero impacts, J.
-    pub loss: f64,
-    /// Impulse of the external load, N s.
-    pub external_impulse: Vector,
-    /// Work of the external load, J.
-    pub external_work: f64,
-    /// Impulse of sheet and projectile on each attachment, in units of m h/dt.
-    pub support: [Vector; ATTACHMENTS],
-    /// Impulse of the sheet on its case, in units of m h/dt.
-    pub casing: Vector,
-    /// Kinetic energy lost on the case, J.
-    pub casing_loss: f64,
-    /// Impulse on the projectile in the running force window, N s.
-    pub window: Vector,
-    /// Largest mean force over a window so far, N.
-    pub force_peak: f64,
-    /// Deepest penetration met, fixed nodes in a prescribed body among them, m.
-    pub worst_penetration: f64,
-    /// Nodal impulses so far.
-    pub impulses: u64,
-    /// Nodes with an impulse in the last step.
-    pub contacts: u64,
-    /// Contact solves that ran out of sweeps.
-    pub unconverged: u64,
-    /// Most sweeps of one solve.
-    pub most_sweeps: u64,
-    /// Largest residual of the laws in solves that ran out of sweeps, m/s.
-    pub contact_residual: f64,
-    /// Most candidates of one step.
-    pub most_candidates: u64,
-    /// Steps in which the body met the sheet beyond the fine part of a graded network.
-    pub beyond_fine: u64,
-    /// Iterations of the theta rule, all steps together.
-    pub iterations: u64,
-    /// Most iterations of one step.
-    pub most_iterations: u64,
-    /// Energy that viscosity and rate have dissipated, J.
-    pub viscous: f64,
-    /// Energy rubbed away between nodes and projectile, J.
-    pub friction: f64,
-    /// Kinetic energy lost where plies meet, J.
-    pub ply_loss: f64,
-    /// Deepest that facing nodes of two plies have been through each other, m.
-    pub ply_penetration: f64,
-    /// Work of the projectile on fixed nodes, J.
-    pub support_work: f64,
-    /// Energy dissipated in slipping clamps, J.
-    pub attachment: f64,
-    /// Impulse on each attachment when the running force window began, in units of m h/dt.
-    pub window_support: [Vector; ATTACHMENTS],
-    /// Mean force on each attachment over the last window, N.
-    pub support_force: [f64; ATTACHMENTS],
-    /// Step at which each attachment let go; 0: it has not.
-    pub let_go: [u64; ATTACHMENTS],
-    /// Energy the audit starts from, J.
-    pub first_energy: f64,
-    /// Momentum the audit starts from, N s.
-    pub first_momentum: Vector,
-}
+/// Table of the sums: name, kind, and condition on which an image holds it, with meaning and unit; in the
+/// order of images.
+macro_rules! sums {
+    ($features:ident; $($(#[$meaning:meta])* $sum:ident: $kind:ty, $kept:expr;)*) => {
+        /// Running sums and extremes. Vectors in the sheet's frame.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct Sums {
+            $($(#[$meaning])* pub $sum: $kind,)*
+        }
 
-impl Sums {
-    /// Sums before the first step.
-    pub const NOTHING: Sums = Sums {
-        impulse: ZERO,
-        angular_impulse: ZERO,
-        work: 0.0,
-        loss: 0.0,
-        external_impulse: ZERO,
-        external_work: 0.0,
-        support: [ZERO; ATTACHMENTS],
-        casing: ZERO,
-        casing_loss: 0.0,
-        window: ZERO,
-        force_peak: 0.0,
-        worst_penetration: 0.0,
-        impulses: 0,
-        contacts: 0,
-        unconverged: 0,
-        most_sweeps: 0,
-        contact_residual: 0.0,
-        most_candidates: 0,
-        beyond_fine: 0,
-        iterations: 0,
-        most_iterations: 0,
-        viscous: 0.0,
-        friction: 0.0,
-        ply_loss: 0.0,
-        ply_penetration: 0.0,
-        support_work: 0.0,
-        attachment: 0.0,
-        window_support: [ZERO; ATTACHMENTS],
-        support_force: [0.0; ATTACHMENTS],
-        let_go: [0; ATTACHMENTS],
-        first_energy: 0.0,
-        first_momentum: ZERO,
+        impl Sums {
+            /// Sums before the first step.
+            pub const NOTHING: Sums = Sums { $($sum: <$kind as Sum>::ZERO,)* };
+
+            /// Shows the sums that an image holds to a visitor.
+            fn visit(&mut self, $features: Features, visitor: &mut dyn Visitor) {
+                $(if $kept {
+                    self.$sum.visit(visitor);
+                })*
+            }
+        }
     };
 }
+
+sums! { features;
+    /// Impulse of contact on the projectile, N s.
+    impulse: Vector, true;
+    /// Angular impulse of contact on the projectile about its moving centre of mass, N m s.
+    angular_impulse: Vector, true;
+    /// Work of the projectile on the fabric, J.
+    work: f64, true;
+    /// Kinetic energy lost in restitution-zero impacts, J.
+    loss: f64, true;
+    /// Impulse of the external load, N s.
+    external_impulse: Vector, true;
+    /// Work of the external load, J.
+    external_work: f64, true;
+    /// Impulse of sheet and projectile on each attachment, in units of m h/dt.
+    support: [Vector; ATTACHMENTS], true;
+    /// Impulse on the projectile in the running force window, N s.
+    window: Vector, true;
+    /// Largest mean force over a window so far, N.
+    force_peak: f64, true;
+    /// Deepest penetration met, fixed nodes in a prescribed body among them, m.
+    worst_penetration: f64, true;
+    /// Nodal impulses so far.
+    impulses: u64, true;
+    /// Nodes with an impulse in the last step.
+    contacts: u64, true;
+    /// Contact solves that ran out of sweeps.
+    unconverged: u64, true;
+    /// Most sweeps of one solve.
+    most_sweeps: u64, true;
+    /// Most candidates of one step.
+    most_candidates: u64, true;
+    /// Work of the projectile on fixed nodes, J.
+    support_work: f64, true;
+    /// Energy the audit starts from, J.
+    first_energy: f64, true;
+    /// Momentum the audit starts from, N s.
+    first_momentum: Vector, true;
+    /// Largest residual of the laws in solves that ran out of sweeps, m/s.
+    contact_residual: f64, true;
+    /// Iterations of the theta rule, all steps together.
+    iterations: u64, features.has(Feature::Theta);
+    /// Most iterations of one step.
+    most_iterations: u64, features.has(Feature::Theta);
+    /// Energy that viscosity and rate have dissipated, J.
+    viscous: f64, features.dissipate();
+    /// Steps since the load began: since the first contact, or since motion was given by hand; 0 before.
+    /// Counted for yarn that depends on the rate.
+    loaded: u64, features.has(Feature::Rate);
+    /// Energy rubbed away between nodes and projectile, J.
+    friction: f64, features.has(Feature::Friction);
+    /// Kinetic energy lost where plies meet, J.
+    ply_loss: f64, features.has(Feature::Plies);
+    /// Deepest that facing nodes of two plies have been through each other, m.
+    ply_penetration: f64, features.has(Feature::Plies);
+    /// Steps in which the body met the sheet beyond the fine part of a graded network.
+    beyond_fine: u64, features.has(Feature::Grading);
+    /// Energy by which what contact impulses dissipate together would have fallen, J, in all steps.
+    gained: f64, features.share_losses();
+    /// Impulse of the sheet on its case, in units of m h/dt.
+    casing: Vector, features.has(Feature::Casing);
+    /// Kinetic energy lost on the case, J.
+    casing_loss: f64, features.has(Feature::Casing);
+    /// Energy dissipated in slipping clamps, J.
+    attachment: f64, features.has(Feature::Clamps);
+    /// Impulse on each attachment when the running force window began, in units of m h/dt.
+    window_support: [Vector; ATTACHMENTS], features.has(Feature::Clamps);
+    /// Mean force on each attachment over the last window, N.
+    support_force: [f64; ATTACHMENTS], features.has(Feature::Clamps);
+    /// Step at which each attachment let go; 0: it has not.
+    let_go: [u64; ATTACHMENTS], features.has(Feature::Clamps);
+    /// Energy that clamps have dissipated in this step on nodes that contact then pushed, J; 0 between steps.
+    clamp_work: f64, false;
+}
+
+/// Kind of a sum.
+trait Sum {
+    /// Sum of nothing.
+    const ZERO: Self;
+
+    /// Shows its numbers to a visitor.
+    fn visit(&mut self, visitor: &mut dyn Visitor);
+}
+
+impl Sum for f64 {
+    const ZERO: f64 = 0.0;
+
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.real(self);
+    }
+}
+
+impl Sum for u64 {
+    const ZERO: u64 = 0;
+
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.count(self);
+    }
+}
+
+impl Sum for Vector {
+    const ZERO: Vector = ZERO;
+
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.vector(self);
+    }
+}
+
+impl<T: Sum, const N: usize> Sum for [T; N] {
+    const ZERO: [T; N] = [T::ZERO; N];
+
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        self.iter_mut().for_each(|sum| sum.visit(visitor));
+    }
+}
+
+/// Rounding of what the impulses of a step dissipate, over the work of the projectile so far.
+const ROUNDING: f64 = 1e-12;
 
 const ZERO: Vector = Vector::new(0.0, 0.0, 0.0);
 
@@ -134,9 +170,6 @@ pub struct State {
     pub force: Vector,
     /// External torque on it, N m, sheet's frame.
     pub torque: Vector,
-    /// Steps since the load began: since the first contact, or since motion was given by hand; 0 before.
-    /// Counted for yarn that depends on the rate.
-    pub loaded: u64,
     /// Path being followed (prescribed body).
     pub track: Track,
     /// Sums and extremes.
@@ -153,7 +186,6 @@ impl State {
             body,
             force: ZERO,
             torque: ZERO,
-            loaded: 0,
             track: Track { first: 0, steps: 0, start: body, end: body },
             sums: Sums::NOTHING,
             watch: Watch::NOTHING,
@@ -171,42 +203,38 @@ impl State {
         visitor.count(&mut self.track.steps);
         visit_body(&mut self.track.start, visitor);
         visit_body(&mut self.track.end, visitor);
-        self.sums.visit(visitor);
-        if features.has(Feature::Theta) {
-            visitor.count(&mut self.sums.iterations);
-            visitor.count(&mut self.sums.most_iterations);
-        }
-        if features.dissipate() {
-            visitor.real(&mut self.sums.viscous);
-        }
-        if features.has(Feature::Rate) {
-            visitor.count(&mut self.loaded);
-        }
-        if features.has(Feature::Friction) {
-            visitor.real(&mut self.sums.friction);
-        }
-        if features.has(Feature::Plies) {
-            visitor.real(&mut self.sums.ply_loss);
-            visitor.real(&mut self.sums.ply_penetration);
-        }
-        if features.has(Feature::Grading) {
-            visitor.count(&mut self.sums.beyond_fine);
-        }
-        if features.has(Feature::Casing) {
-            visitor.vector(&mut self.sums.casing);
-            visitor.real(&mut self.sums.casing_loss);
-        }
-        if features.has(Feature::Clamps) {
-            visitor.real(&mut self.sums.attachment);
-            self.sums.window_support.iter_mut().for_each(|impulse| visitor.vector(impulse));
-            self.sums.support_force.iter_mut().for_each(|force| visitor.real(force));
-            self.sums.let_go.iter_mut().for_each(|step| visitor.count(step));
-        }
+        self.sums.visit(features, visitor);
         visit_watch(&mut self.watch, features, visitor);
     }
 }
 
 impl Sums {
+    /// Energies dissipated by impulses on nodes, J: by the projectile, friction, plies, a case, clamps.
+    pub fn losses(&mut self) -> [&mut f64; 5] {
+        [&mut self.loss, &mut self.friction, &mut self.ply_loss, &mut self.casing_loss, &mut self.attachment]
+    }
+
+    /// Splits what the impulses of a step have dissipated so that no part falls: friction that turns a slip
+    /// around, say, is part of the loss on the projectile. What is dissipated in all by less than nothing is
+    /// no dissipation but energy from nothing, which stays in the residual. `before`: losses before the step.
+    pub fn share_losses(&mut self, before: [f64; 5]) {
+        let falls = |sums: &mut Sums| {
+            let parts = sums.losses().into_iter().zip(before);
+            parts.fold(0.0, |sum, (part, before)| sum + math::max(before - *part, 0.0))
+        };
+        let mut owed = falls(self);
+        if owed > ROUNDING * math::abs(self.work) {
+            for (part, before) in self.losses().into_iter().zip(before) {
+                *part = math::max(*part, before);
+            }
+            for (part, before) in self.losses().into_iter().zip(before) {
+                let given = math::min(owed, *part - before);
+                (*part, owed) = (*part - given, owed - given);
+            }
+            self.gained += owed;
+        }
+    }
+
     /// Adds a pull of the sheet or a push of the projectile, in units of m h/dt, to an attachment and its
     /// images to theirs.
     #[inline(always)] // Every row of every step comes here, and the rows of all bands in turn.
@@ -220,35 +248,11 @@ impl Sums {
     }
 
     fn add_to_supports(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
-        for turn in symmetry.images() {
-            if let Some(sum) = self.support.get_mut(symmetry::attachment_image(kind, attachment, turn)) {
-                *sum += symmetry::turned(pull, turn);
+        for mirrored in symmetry.images() {
+            if let Some(sum) = self.support.get_mut(symmetry::attachment_image(kind, attachment, mirrored)) {
+                *sum += symmetry::mirrored(pull, mirrored);
             }
         }
-    }
-
-    fn visit(&mut self, visitor: &mut dyn Visitor) {
-        visitor.vector(&mut self.impulse);
-        visitor.vector(&mut self.angular_impulse);
-        visitor.real(&mut self.work);
-        visitor.real(&mut self.loss);
-        visitor.vector(&mut self.external_impulse);
-        visitor.real(&mut self.external_work);
-        for support in &mut self.support {
-            visitor.vector(support);
-        }
-        visitor.vector(&mut self.window);
-        visitor.real(&mut self.force_peak);
-        visitor.real(&mut self.worst_penetration);
-        visitor.count(&mut self.impulses);
-        visitor.count(&mut self.contacts);
-        visitor.count(&mut self.unconverged);
-        visitor.count(&mut self.most_sweeps);
-        visitor.count(&mut self.most_candidates);
-        visitor.real(&mut self.support_work);
-        visitor.real(&mut self.first_energy);
-        visitor.vector(&mut self.first_momentum);
-        visitor.real(&mut self.contact_residual);
     }
 }
 
@@ -318,6 +322,31 @@ pub trait Visitor {
     fn vector(&mut self, value: &mut Vector) {
         for component in value.iter_mut() {
             self.real(component);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Parts that fall are taken from the others, and only what all lose together is from nothing.
+    #[test]
+    fn losses_are_shared_so_that_none_falls() {
+        let before = [4.0, 3.0, 2.0, 1.0, 0.0];
+        for (changes, shared, gained) in [
+            ([0.5, 0.25, 0.0, 0.0, 1.0], [0.5, 0.25, 0.0, 0.0, 1.0], 0.0),
+            ([0.5, -0.25, 0.0, 0.0, 0.0], [0.25, 0.0, 0.0, 0.0, 0.0], 0.0),
+            ([-0.5, 0.25, -0.25, 2.0, 0.0], [0.0, 0.0, 0.0, 1.5, 0.0], 0.0),
+            ([0.25, -1.0, 0.0, 0.0, 0.25], [0.0; 5], 0.5),
+        ] {
+            let mut sums = Sums { work: 10.0, ..Sums::NOTHING };
+            for (k, part) in sums.losses().into_iter().enumerate() {
+                *part = before[k] + changes[k];
+            }
+            sums.share_losses(before);
+            assert_eq!(sums.losses().map(|part| *part), [0, 1, 2, 3, 4].map(|k| before[k] + shared[k]));
+            assert_eq!(sums.gained, gained);
         }
     }
 }

@@ -172,9 +172,17 @@ impl Watch {
         latched: [None; Outcome::ALL.len()],
     };
 
-    /// Latches an outcome once.
+    /// Latches an outcome once, unless one that has latched excludes it: what the sheet has stopped does not
+    /// get past it any more, and the other way round.
     pub fn latch(&mut self, outcome: Outcome, step: u64, work: f64) {
-        if let Some(slot @ None) = self.latched.get_mut(outcome as usize) {
+        let excluding = match outcome {
+            Outcome::Exited => Outcome::Arrested | Outcome::Rebounded | Outcome::Passed,
+            Outcome::Arrested | Outcome::Rebounded => Outcome::Exited | Outcome::Passed,
+            _ => OutcomeSet::NONE,
+        };
+        if !self.mask().has(excluding)
+            && let Some(slot @ None) = self.latched.get_mut(outcome as usize)
+        {
             *slot = Some(Latch { step, work });
         }
     }

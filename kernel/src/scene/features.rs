@@ -39,6 +39,7 @@ pub enum Feature {
     Vectors,
     Slip,
     Clamps,
+    Thickness,
 }
 
 /// Whether a scene asks for something.
@@ -77,30 +78,30 @@ macro_rules! feature {
 }
 
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
-pub const FEATURES: [Record; 27] = [
+pub const FEATURES: [Record; 28] = [
     feature!(Rate, "rate", "Modulus and strength that depend on the rate of strain")
         .fields(&[
             ("yarn.rate_modulus", |s| s.yarn.rate_modulus != 0.0),
             ("yarn.rate_stretch", |s| s.yarn.rate_stretch != 0.0),
         ])
-        .not_with(&[Plies, Theta, Grading]),
+        .not_with(&[Plies, Theta]),
     feature!(PreTension, "crimp", "A sheet that is held strained")
         .fields(&[("sheet.pre_strain", |s| s.sheet.pre_strain != [0.0; 2])])
         // A strain that is there before the load has no rate.
         .not_with(&[Rate]),
     feature!(Friction, "friction", "Friction between yarn and projectile")
         .fields(&[("contact.friction", |s| s.contact.friction != 0.0)])
-        .not_with(&[Theta, Grading]),
+        .not_with(&[Theta]),
     feature!(Viscosity, "viscosity", "Viscous yarn")
         .fields(&[
             ("yarn.viscosity_linear", |s| s.yarn.viscosity_linear != 0.0),
             ("yarn.viscosity_quadratic", |s| s.yarn.viscosity_quadratic != 0.0),
             ("yarn.viscosity_bending", |s| s.yarn.viscosity_bending != 0.0),
         ])
-        .not_with(&[Theta, Grading]),
+        .not_with(&[Theta]),
     feature!(Plies, "plies", "Separate plies in contact, of two fabrics if need be")
         .fields(&[("stack.plies", |s| s.stack.plies > 1)])
-        .not_with(&[Grading, Theta, Mirrors]),
+        .not_with(&[Theta, Mirrors]),
     feature!(Slack, "slack", "Correction of the energy error of segments that become slack or taut")
         .fields(&[("slack_balance", |s| s.slack_balance)])
         // The work of a stress that relaxes is not known within a step.
@@ -160,7 +161,9 @@ pub const FEATURES: [Record; 27] = [
             ("attachment.hold", |s| s.attachment.hold != 0.0),
             ("attachment.strength", |s| s.attachment.strength != 0.0),
         ])
-        .not_with(&[Theta, Grading]),
+        .not_with(&[Theta]),
+    feature!(Thickness, "thickness", "Cloth that touches at half of its thickness")
+        .fields(&[("sheet.thickness", |s| s.sheet.thickness != 0.0)]),
 ];
 
 impl Feature {
@@ -214,6 +217,14 @@ impl Features {
     /// Whether viscosity or the rate dissipates energy.
     pub const fn dissipate(self) -> bool {
         self.has(Feature::Viscosity) || self.has(Feature::Rate)
+    }
+
+    /// Whether what contact impulses dissipate has parts of several kinds, or supports that move.
+    pub const fn share_losses(self) -> bool {
+        self.has(Feature::Friction)
+            || self.has(Feature::Plies)
+            || self.has(Feature::Casing)
+            || self.has(Feature::Clamps)
     }
 
     /// Whether the feature is among them: never one that this build does not have.

@@ -1,7 +1,15 @@
 //! Measures of a scene: sizes, masses and cross-sections of the sheet and of its fabrics.
 
 use crate::ground::planes::Axis;
+use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, Shape, StrengthDraw, Weft};
+
+/// One of the two fabrics of a stack; the front one is that of a sheet without a second one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cloth {
+    Front,
+    Back,
+}
 
 impl Scene {
     /// Whether contact can turn the projectile: every body with friction, without it all but a sphere.
@@ -68,12 +76,12 @@ impl Scene {
 
     /// Cross-section of one yarn of one ply along a direction, of the front fabric, m^2.
     pub fn yarn_area(&self, axis: Axis) -> f64 {
-        self.area_of(axis, false)
+        self.area_of(axis, Cloth::Front)
     }
 
-    /// Cross-section of one yarn of the front or of the back fabric along a direction, m^2.
-    pub(crate) fn area_of(&self, axis: Axis, back: bool) -> f64 {
-        let (x, y) = if back {
+    /// Cross-section of one yarn of a fabric along a direction, m^2.
+    pub(crate) fn area_of(&self, axis: Axis, cloth: Cloth) -> f64 {
+        let (x, y) = if cloth == Cloth::Back {
             (self.back.yarn_area, self.back.yarn_area_y)
         } else {
             (self.sheet.yarn_area, self.sheet.yarn_area_y)
@@ -81,20 +89,20 @@ impl Scene {
         if axis == Axis::Vertical && y != 0.0 { y } else { x }
     }
 
-    /// Mass of a node of one ply of the front or of the back fabric, kg.
-    pub(crate) fn node_mass(&self, back: bool) -> f64 {
-        if back { self.back.node_mass } else { self.sheet.node_mass }
+    /// Mass of a node of one ply of a fabric, kg.
+    pub(crate) fn node_mass(&self, cloth: Cloth) -> f64 {
+        if cloth == Cloth::Back { self.back.node_mass } else { self.sheet.node_mass }
     }
 
     /// Stretch of the segments of a direction in the flat sheet: below 1 with crimp, above 1 with
     /// pre-tension.
     pub fn rest_stretch(&self, axis: Axis) -> f64 {
-        self.stretch_at_rest(axis, false)
+        self.stretch_at_rest(axis, Cloth::Front)
     }
 
-    /// Stretch of the segments of a direction of the front or of the back fabric at rest.
-    pub(crate) fn stretch_at_rest(&self, axis: Axis, back: bool) -> f64 {
-        let [crimp_x, crimp_y] = if back { self.back.crimp } else { self.sheet.crimp };
+    /// Stretch of the segments of a direction of a fabric at rest.
+    pub(crate) fn stretch_at_rest(&self, axis: Axis, cloth: Cloth) -> f64 {
+        let [crimp_x, crimp_y] = if cloth == Cloth::Back { self.back.crimp } else { self.sheet.crimp };
         let [strain_x, strain_y] = self.sheet.pre_strain;
         let (crimp, strain) = match axis {
             Axis::Horizontal => (crimp_x, strain_x),
@@ -132,9 +140,14 @@ impl Scene {
         self.segments_of_ply() * self.stack.plies as u64
     }
 
-    /// Distance of neighbouring plies where they rest, m; 0 where there is one, whatever `stack.gap` is.
+    /// Thickness of one network, of all the plies that are bonded into it, m.
+    pub fn thickness(&self) -> f64 {
+        if Feature::Thickness.is_built() { self.sheet.thickness * f64::from(self.sheet.plies) } else { 0.0 }
+    }
+
+    /// Distance of the middle surfaces of neighbouring plies where they rest, m; 0 where there is one.
     pub(crate) fn ply_gap(&self) -> f64 {
-        if self.stack.plies > 1 { self.stack.gap } else { 0.0 }
+        if self.stack.plies > 1 { self.stack.gap + self.thickness() } else { 0.0 }
     }
 
     /// Distance of the last ply from the first where they rest, m.

@@ -36,6 +36,9 @@ pub struct Sheet {
     pub pre_strain: [f64; 2],
     /// Layers bonded into one network (mass and area are multiplied), 1 ..= 1000.
     pub plies: u32,
+    /// Thickness of one ply, m, >= 0: the body touches its middle surface, the network, at half of it, bonded
+    /// plies at half of all theirs. 0: a surface without thickness. All separate plies have the same.
+    pub thickness: f64,
     /// Where bars of the network stand for several yarns.
     pub grading: Grading,
     /// Radius to the nodes of a sheet that is curved about its y axis, m; 0: flat. Node (i, j) then rests at
@@ -69,9 +72,10 @@ pub struct Grading {
 /// its own with draws of its own, held like the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stack {
-    /// Separate plies, 1 ..= [`MAX_PLIES`]. Ply k rests at z = k `gap`; the sheet's frame is that of ply 0.
+    /// Separate plies, 1 ..= [`MAX_PLIES`]. Ply k rests at z = k (`gap` + n t), with n layers of the
+    /// thickness t bonded into each; the sheet's frame is that of ply 0.
     pub plies: u32,
-    /// Distance of neighbouring plies where they rest, m, >= 0 and at most a million node spacings.
+    /// Air between neighbouring plies where they rest, m, >= 0 and at most a million node spacings.
     pub gap: f64,
     /// Whether every other ply, from the second on, is turned by 90 degrees: its warp runs along y.
     pub turned: bool,
@@ -309,7 +313,8 @@ pub struct Projectile {
 /// not meet it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Casing {
-    /// Radius, m, at most that of the ring; 0: no case, and the numbers below are not read.
+    /// Radius, m, at most that of the ring less half its thickness; 0: no case, and the numbers below are not
+    /// read.
     pub radius: f64,
     /// A window without case, if not 0: angle of its middle from +z towards +x, and half its angle, rad.
     pub window_angle: [f64; 2],

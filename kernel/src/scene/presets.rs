@@ -79,6 +79,7 @@ impl Scene {
                 crimp: [0.0; 2],
                 pre_strain: [0.0; 2],
                 plies: 1,
+                thickness: 0.0,
                 grading: Grading { largest: 0, run: 4, centre: [0.0; 2], half_width: [0.0; 2] },
                 radius: 0.0,
                 closed: false,

@@ -25,7 +25,7 @@ const ANY_PUSH: f64 = 1e300;
 /// The case in spacings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
-    /// Radius.
+    /// Radius at which it carries the middle of the cloth.
     pub radius: f64,
     /// Direction from the axis to the middle of the window along x and z, and the cosine of half its angle; 2
     /// without a window, -2 of one all around.
@@ -41,7 +41,7 @@ impl Cylinder {
         let (h, [angle, half_angle], [place, half]) =
             (scene.sheet.spacing, scene.casing.window_angle, scene.casing.window_place);
         // A case that bears the ring at rest does so to rounding.
-        let radius = if is_snug(scene) { hoop.radius } else { scene.casing.radius / h };
+        let radius = if is_snug(scene) { hoop.radius } else { carried(scene) / h };
         let cosine = if half_angle == 0.0 || half == 0.0 {
             2.0
         } else if half_angle >= PI {
@@ -112,9 +112,14 @@ impl Cylinder {
     }
 }
 
+/// Radius of the middle of the cloth that lies on the case, m: the case carries its inner face.
+fn carried(scene: &Scene) -> f64 {
+    scene.casing.radius + 0.5 * scene.thickness()
+}
+
 /// Whether the case touches the ring at rest.
 fn is_snug(scene: &Scene) -> bool {
-    math::abs(scene.casing.radius - scene.sheet.radius) <= CLOSES * scene.sheet.radius
+    math::abs(carried(scene) - scene.sheet.radius) <= CLOSES * scene.sheet.radius
 }
 
 impl Scene {
@@ -132,8 +137,9 @@ impl Scene {
         if !self.is_closed() {
             return Err(Error::new(Code::OutOfRange, "casing.radius", casing.radius, 0.0).from("sheet.closed"));
         }
-        if casing.radius > ring * (1.0 + CLOSES) {
-            return Err(Error::new(Code::OutOfRange, "casing.radius", casing.radius, ring).from("sheet.radius"));
+        if carried(self) > ring * (1.0 + CLOSES) {
+            let limit = ring - 0.5 * self.thickness();
+            return Err(Error::new(Code::OutOfRange, "casing.radius", casing.radius, limit).from("sheet.radius"));
         }
         let ([middle, half], [_, y]) = (casing.window_place, self.half_size());
         let (beyond, end) = (math::abs(middle) + half, y + self.spacing(Axis::Vertical));

@@ -8,6 +8,7 @@ use crate::ground::math;
 use crate::ground::planes::{AT_REST, Axis};
 use crate::scene::features::{self, Feature};
 use crate::scene::fields;
+use crate::scene::measures::Cloth;
 use crate::scene::parts::{
     Attachment, AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, MAX_GAP, STEP_MAX_FRACTION, STRAIN_RATES,
     Scene, Stack, StepCheck, StepLimits, Symmetry, TimeStep, WEIBULL_SHAPES,
@@ -24,6 +25,8 @@ const LARGEST_UNIT: f64 = 1e90;
 const LARGEST_STIFFNESS: f64 = 1e6;
 /// Largest ratio of the two node spacings: contact looks for nodes within one spacing.
 const LARGEST_SPACING_RATIO: f64 = 10.0;
+/// Least width of the sheet over its thickness: a network has no stiffness against bending.
+const THINNEST: f64 = 10.0;
 
 impl Scene {
     /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest, and of
@@ -34,15 +37,15 @@ impl Scene {
     /// bracket takes its k and U_c from one, the second from the other, and the greater omega counts.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
-        self.limits(&mut Look::at(u64::MAX / 2))
+        self.limits(&mut Sampling::at(u64::MAX / 2))
     }
 
-    /// The step in use and its limits, of a scene that has been checked, from a look at [`LOOKED_AT`]
+    /// The step in use and its limits, of a scene that has been checked, from [`LOOKED_AT`]
     /// segments at most.
-    pub(crate) fn limits_of_a_look(&self) -> Result<StepLimits, Error> {
-        let mut look = Look::at(LOOKED_AT);
-        let mut limits = self.limits(&mut look)?;
-        if !look.at_all && self.time_step.seconds == 0.0 {
+    pub(crate) fn limits_of_a_sample(&self) -> Result<StepLimits, Error> {
+        let mut sampling = Sampling::at(LOOKED_AT);
+        let mut limits = self.limits(&mut sampling)?;
+        if !sampling.is_complete && self.time_step.seconds == 0.0 {
             // Nothing is too fast that may be slow enough.
             limits.dt = self.time_step.fraction * self.least_dt_crit();
         }
@@ -50,9 +53,9 @@ impl Scene {
     }
 
     /// The step in use and its limits, of a scene that has been checked.
-    fn limits(&self, look: &mut Look) -> Result<StepLimits, Error> {
-        let front = self.bounds(false, look)?;
-        let back = if self.back.plies > 0 { self.bounds(true, look)? } else { front };
+    fn limits(&self, sampling: &mut Sampling) -> Result<StepLimits, Error> {
+        let front = self.bounds(Cloth::Front, sampling)?;
+        let back = if self.back.plies > 0 { self.bounds(Cloth::Back, sampling)? } else { front };
         let dt_crit = math::min(front.dt_crit, back.dt_crit);
         let step_max = math::min(front.step_max, back.step_max);
         let TimeStep { fraction, seconds } = self.time_step;
@@ -65,14 +68,14 @@ impl Scene {
         let units = [mass, mass * speed, mass * speed * speed];
         let stiffnesses = [front.per_mass, back.per_mass].map(|per_mass| per_mass.map(|k| dt * dt * k));
         // Densities of energy come from stiffnesses by moduli over them.
-        let has_density = |back: bool, axis: Axis| {
-            let over = self.node_mass(back) * self.spacing(axis) / (self.area_of(axis, back) * dt * dt);
+        let has_density = |cloth: Cloth, axis: Axis| {
+            let over = self.node_mass(cloth) * self.spacing(axis) / (self.area_of(axis, cloth) * dt * dt);
             over.is_normal() && (LARGEST_STIFFNESS * over).is_finite()
         };
-        let have_densities = |back| has_density(back, Axis::Horizontal) && has_density(back, Axis::Vertical);
+        let have_densities = |cloth| has_density(cloth, Axis::Horizontal) && has_density(cloth, Axis::Vertical);
         let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
-            && have_densities(false)
-            && (self.back.plies == 0 || have_densities(true))
+            && have_densities(Cloth::Front)
+            && (self.back.plies == 0 || have_densities(Cloth::Back))
             && stiffnesses.as_flattened().iter().all(|k| k.is_normal() && *k <= LARGEST_STIFFNESS)
             && AT_REST * speed <= SLOWEST_MOTION;
         if !usable {
@@ -81,24 +84,24 @@ impl Scene {
         Ok(StepLimits { dt, dt_crit, step_max })
     }
 
-    /// Bounds of the front or the back fabric.
-    fn bounds(&self, back: bool, look: &mut Look) -> Result<Bounds, Error> {
-        let (moduli, strongest) = (self.stiffest(back, look)?, self.strongest(back, look)?);
-        let mass = self.node_mass(back);
-        let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest, back));
+    /// Bounds of a fabric.
+    fn bounds(&self, cloth: Cloth, sampling: &mut Sampling) -> Result<Bounds, Error> {
+        let (moduli, strongest) = (self.stiffest(cloth, sampling)?, self.strongest(cloth, sampling)?);
+        let mass = self.node_mass(cloth);
+        let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest, cloth));
         if !dt_crit.is_normal() {
-            let field = if back { "back.node_mass" } else { "sheet.node_mass" };
+            let field = if cloth == Cloth::Back { "back.node_mass" } else { "sheet.node_mass" };
             return Err(Error::new(Code::StepLimitUnusable, field, mass, 0.0));
         }
-        let step_max = self.largest_fraction(moduli, strongest, back)? * dt_crit;
-        Ok(Bounds { dt_crit, step_max, per_mass: self.stiffnesses(moduli, back).map(|k| k / mass) })
+        let step_max = self.largest_fraction(moduli, strongest, cloth)? * dt_crit;
+        Ok(Bounds { dt_crit, step_max, per_mass: self.stiffnesses(moduli, cloth).map(|k| k / mass) })
     }
 
     /// k = E A_0/l of segments along x and along y with these moduli, N/m.
-    fn stiffnesses(&self, [x, y]: [f64; 2], back: bool) -> [f64; 2] {
+    fn stiffnesses(&self, [x, y]: [f64; 2], cloth: Cloth) -> [f64; 2] {
         [(Axis::Horizontal, x), (Axis::Vertical, y)].map(|(axis, modulus)| {
-            let length = self.spacing(axis) / self.stretch_at_rest(axis, back);
-            modulus * self.area_of(axis, back) / length
+            let length = self.spacing(axis) / self.stretch_at_rest(axis, cloth);
+            modulus * self.area_of(axis, cloth) / length
         })
     }
 
@@ -109,9 +112,9 @@ impl Scene {
 
     /// U_c^2 along x and along y, at the largest rate of strain; of drawn strength that of the strongest
     /// segment, if it is known.
-    fn critical_squares(&self, strongest: Option<f64>, back: bool) -> [f64; 2] {
+    fn critical_squares(&self, strongest: Option<f64>, cloth: Cloth) -> [f64; 2] {
         [Axis::Horizontal, Axis::Vertical].map(|axis| {
-            let critical = strongest.unwrap_or(self.law_of(axis, back).critical_stretch);
+            let critical = strongest.unwrap_or(self.law_of(axis, cloth).critical_stretch);
             if self.yarn.rate_stretch == 0.0 {
                 return critical * critical;
             }
@@ -121,15 +124,15 @@ impl Scene {
 
     /// omega^2 of (M11) with these moduli along x and along y, 1/s^2. The tangent modulus of yarn that
     /// depends on the rate is at most E (1 + C_E (1 + ln(r_1/r_0))).
-    fn largest_omega2(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> f64 {
+    fn largest_omega2(&self, moduli: [f64; 2], strongest: Option<f64>, cloth: Cloth) -> f64 {
         let tangent = 1.0 + self.yarn.rate_modulus * (1.0 + self.largest_logarithm());
         let moduli = moduli.map(|modulus| modulus * tangent);
-        let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli, back), self.critical_squares(strongest, back));
+        let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli, cloth), self.critical_squares(strongest, cloth));
         let largest = math::max(kx, ky);
         // Shares of the larger stiffness, so that nothing overflows before the result does.
         let omega2 = |along: f64, u_along: f64, across: f64, u_across: f64| {
             let (own, other) = (2.0 * (3.0 * u_along - 1.0), 2.0 * (u_across - 1.0));
-            largest / self.node_mass(back) * (along / largest * own + across / largest * other)
+            largest / self.node_mass(cloth) * (along / largest * own + across / largest * other)
         };
         math::max(omega2(kx, ux, ky, uy), omega2(ky, uy, kx, ux))
     }
@@ -140,18 +143,19 @@ impl Scene {
     /// is stable while Omega^2 + 2 K < 4. With Omega = omega dt, C = c dt/h of the mean segment and E/E_mean
     /// = s at most, K <= 4 C b_1 s U_c^2 + 2 b_2 s q_c U_c^2 + 32 C b_3, because no strain grows by more than
     /// q_c within a step. So Omega^2 + 4 xi Omega + 4 eta < 4: dt < dt_crit (sqrt(1 - eta + xi^2) - xi).
-    fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> Result<f64, Error> {
+    fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>, cloth: Cloth) -> Result<f64, Error> {
         let [linear, quadratic, bending] = self.viscosity();
         if [linear, quadratic, bending] == [0.0; 3] {
             return Ok(STEP_MAX_FRACTION);
         }
-        let means = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
-        let ([kx, ky], [mean_x, mean_y]) = (self.stiffnesses(moduli, back), self.stiffnesses(means, back));
-        let (scatter, [ux, uy]) = (math::max(kx / mean_x, ky / mean_y), self.critical_squares(strongest, back));
+        let means = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, cloth));
+        let ([kx, ky], [mean_x, mean_y]) = (self.stiffnesses(moduli, cloth), self.stiffnesses(means, cloth));
+        let (scatter, [ux, uy]) = (math::max(kx / mean_x, ky / mean_y), self.critical_squares(strongest, cloth));
         let squared = math::max(ux, uy);
         // c/(h omega)
-        let sound =
-            math::sqrt(math::max(mean_x, mean_y) / self.node_mass(back) / self.largest_omega2(moduli, strongest, back));
+        let sound = math::sqrt(
+            math::max(mean_x, mean_y) / self.node_mass(cloth) / self.largest_omega2(moduli, strongest, cloth),
+        );
         let pulled = scatter * squared;
         let xi = sound * (2.0 * linear * pulled + 16.0 * bending);
         let eta = quadratic * (pulled * (squared - 1.0));
@@ -162,33 +166,33 @@ impl Scene {
         Ok(math::min(stable, STEP_MAX_FRACTION))
     }
 
-    /// Segments of the front or of the back fabric to be looked at, by their numbers.
-    fn numbers_of(&self, back: bool, look: &mut Look) -> StepBy<Range<u64>> {
+    /// Segments of a fabric to be looked at, by their numbers.
+    fn numbers_of(&self, cloth: Cloth, sampling: &mut Sampling) -> StepBy<Range<u64>> {
         let (of_ply, front) = (self.segments_of_ply(), u64::from(self.front_plies()));
-        let numbers = if back { front * of_ply..self.segments() } else { 0..front * of_ply };
-        let stride = (numbers.end - numbers.start).div_ceil(look.most.max(1)).max(1);
-        look.at_all &= stride == 1;
+        let numbers = if cloth == Cloth::Back { front * of_ply..self.segments() } else { 0..front * of_ply };
+        let stride = (numbers.end - numbers.start).div_ceil(sampling.most.max(1)).max(1);
+        sampling.is_complete &= stride == 1;
         numbers.step_by(usize::try_from(stride).unwrap_or(usize::MAX).max(1))
     }
 
     /// Lower bound of dt_crit, whatever is sampled, s.
     fn least_dt_crit(&self) -> f64 {
-        let of = |back| {
-            let moduli = [Axis::Horizontal, Axis::Vertical].map(|axis| self.largest_modulus(axis, back));
-            let strongest = self.is_strength_drawn(back).then_some(CRITICAL_STRETCH_MAX);
-            2.0 / math::sqrt(self.largest_omega2(moduli, strongest, back))
+        let of = |cloth| {
+            let moduli = [Axis::Horizontal, Axis::Vertical].map(|axis| self.largest_modulus(axis, cloth));
+            let strongest = self.is_strength_drawn(cloth).then_some(CRITICAL_STRETCH_MAX);
+            2.0 / math::sqrt(self.largest_omega2(moduli, strongest, cloth))
         };
-        if self.back.plies > 0 { math::min(of(false), of(true)) } else { of(false) }
+        if self.back.plies > 0 { math::min(of(Cloth::Front), of(Cloth::Back)) } else { of(Cloth::Front) }
     }
 
     /// Modulus of the stiffest segment along x and along y, Pa; directions of one law share it.
-    fn stiffest(&self, back: bool, look: &mut Look) -> Result<[f64; 2], Error> {
-        let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
-        if self.is_drawn(back) {
+    fn stiffest(&self, cloth: Cloth, sampling: &mut Sampling) -> Result<[f64; 2], Error> {
+        let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, cloth));
+        if self.is_drawn(cloth) {
             stiffest = [0.0; 2];
-            let shared = back || self.weft.modulus_mean == 0.0;
+            let shared = cloth == Cloth::Back || self.weft.modulus_mean == 0.0;
             let mut draws = 0;
-            for number in self.numbers_of(back, look) {
+            for number in self.numbers_of(cloth, sampling) {
                 let (segment, refused) = self.draw_counted(number)?;
                 let modulus = segment.modulus;
                 let axis = self.axis_of_segment(number);
@@ -200,8 +204,8 @@ impl Scene {
                     *y = math::max(modulus, *y);
                 }
                 draws += 1 + refused;
-                if draws > 2 * look.most {
-                    look.at_all = false;
+                if draws > 2 * sampling.most {
+                    sampling.is_complete = false;
                     break;
                 }
             }
@@ -210,13 +214,13 @@ impl Scene {
     }
 
     /// Critical stretch of the strongest segment of drawn strength. The weakest must bear the pre-tension.
-    fn strongest(&self, back: bool, look: &mut Look) -> Result<Option<f64>, Error> {
-        if !self.is_strength_drawn(back) {
+    fn strongest(&self, cloth: Cloth, sampling: &mut Sampling) -> Result<Option<f64>, Error> {
+        if !self.is_strength_drawn(cloth) {
             return Ok(None);
         }
         let [strain_x, strain_y] = self.sheet.pre_strain;
         let mut strongest = 1.0;
-        for number in self.numbers_of(back, look) {
+        for number in self.numbers_of(cloth, sampling) {
             let critical = self.draw_critical_stretch(number);
             let weft = self.axis_of_segment(number) == Axis::Vertical;
             let strain = if weft { strain_y } else { strain_x };
@@ -236,6 +240,7 @@ impl Scene {
         features::check_built(self)?;
         fields::check(self)?;
         features::check_pairs(self)?;
+        self.check_thickness()?;
         self.check_directions()?;
         self.check_yarn()?;
         self.check_rate()?;
@@ -280,12 +285,22 @@ impl Scene {
     /// # Errors
     /// A quadratic viscosity that no step allows.
     pub fn step_max_fraction(&self) -> Result<f64, Error> {
-        let of_means = |back| {
-            let moduli = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
-            self.largest_fraction(moduli, None, back)
+        let of_means = |cloth| {
+            let moduli = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, cloth));
+            self.largest_fraction(moduli, None, cloth)
         };
-        let front = of_means(false)?;
-        if self.back.plies > 0 { Ok(math::min(front, of_means(true)?)) } else { Ok(front) }
+        let front = of_means(Cloth::Front)?;
+        if self.back.plies > 0 { Ok(math::min(front, of_means(Cloth::Back)?)) } else { Ok(front) }
+    }
+
+    /// A network, with all the plies that are bonded into it, is thin.
+    fn check_thickness(&self) -> Result<(), Error> {
+        let ([x, y], thickness) = (self.half_size(), self.sheet.thickness);
+        let limit = 2.0 * math::min(x, y) / THINNEST / f64::from(self.sheet.plies);
+        if thickness > limit {
+            return Err(Error::new(Code::OutOfRange, "sheet.thickness", thickness, limit).from("sheet.plies"));
+        }
+        Ok(())
     }
 
     /// Numbers of one direction that do not go together: crimp and strain along it, plies that are turned and
@@ -440,15 +455,23 @@ impl Scene {
         if grip > 0.0 && hold == 0.0 {
             return Err(Error::new(Code::OutOfRange, "attachment.grip", grip, 0.0).from("attachment.hold"));
         }
+        let refused = [("attachment.hold", hold), ("attachment.strength", strength)].into_iter();
+        if self.attachment.kind == AttachmentKind::Free
+            && let Some((field, _)) = refused.clone().find(|(_, force)| *force != 0.0)
+        {
+            return Err(Error::beside(field, "attachment.kind"));
+        }
         let across = [self.sheet.nodes_y, self.sheet.nodes_x].map(|bars| f64::from(bars) * f64::from(self.sheet.plies));
         for (axis, bars) in [Axis::Horizontal, Axis::Vertical].into_iter().zip(across) {
-            let stretch = self.rest_stretch(axis);
-            let tension = self.mean_modulus(axis, false)
-                * self.area_of(axis, false)
-                * (0.5 * (stretch * stretch - 1.0))
-                * stretch;
-            let all = tension * bars * f64::from(self.stack.plies);
-            for (field, force, pull) in [("attachment.hold", hold, tension), ("attachment.strength", strength, all)] {
+            let tension = |cloth: Cloth| {
+                let stretch = self.stretch_at_rest(axis, cloth);
+                let strain = 0.5 * (stretch * stretch - 1.0);
+                math::max(self.mean_modulus(axis, cloth) * self.area_of(axis, cloth) * strain * stretch, 0.0)
+            };
+            let front = tension(Cloth::Front);
+            let back = if self.back.plies > 0 { tension(Cloth::Back) } else { 0.0 };
+            let all = bars * (f64::from(self.front_plies()) * front + f64::from(self.back.plies) * back);
+            for ((field, force), pull) in refused.clone().zip([math::max(front, back), all]) {
                 if force != 0.0 && force < pull {
                     return Err(Error::new(Code::OutOfRange, field, force, pull).from("sheet.pre_strain"));
                 }
@@ -472,7 +495,7 @@ impl Scene {
         let pose = crate::body::pose::Pose::of_sheet(&self.sheet);
         let offset = pose.point_in(self.projectile.position);
         let orientation = crate::body::pose::normalised(pose.orientation_in(self.projectile.orientation));
-        let reach = shape::reach_in_plane(&self.projectile, &orientation);
+        let reach = shape::reach_in_plane(&self.projectile, &orientation) + 0.5 * self.thickness();
         for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
             let gap = math::length([offset[0] - sx * centre[0], offset[1] - sy * centre[1], 0.0]) - reach;
             if gap <= radius {
@@ -490,16 +513,16 @@ impl Scene {
 /// Most segments that a check draws of each kind, and nodes that it looks for under the projectile.
 pub(crate) const LOOKED_AT: u64 = 1 << 13;
 
-/// Number of sampled segments that are looked at for the step.
-struct Look {
+/// Sample of the segments by which the step is limited: the most of them, and whether it is all.
+struct Sampling {
     most: u64,
-    /// No segment was left out so far.
-    at_all: bool,
+    /// Whether no segment was left out so far.
+    is_complete: bool,
 }
 
-impl Look {
-    fn at(most: u64) -> Look {
-        Look { most, at_all: true }
+impl Sampling {
+    fn at(most: u64) -> Sampling {
+        Sampling { most, is_complete: true }
     }
 }
 

@@ -12,7 +12,7 @@
 use crate::ground::lanes::{Lane, Splat, at};
 use crate::ground::planes::{self, Axis, CHUNK, Chunk};
 use crate::scene::features::Feature;
-use crate::yarn::law::{Rest, RestLanes, RestSplats};
+use crate::yarn::law::{NONE, Rest, RestLanes, RestSplats};
 use core::hint::black_box;
 
 /// Planes of a line of nodes and of the segments that begin at them.
@@ -45,10 +45,24 @@ pub const SEGMENTS: usize = 9;
 const SWEPT_PLANES: usize = 4;
 
 /// Constants of eight columns that the sweep reads.
-pub type Columns = Chunk<SWEPT_PLANES>;
+#[derive(Clone, Copy)]
+pub struct Columns<'a> {
+    swept: &'a Chunk<SWEPT_PLANES>,
+    /// Widths of the nodes, and segments of the bars from them.
+    shares: &'a Chunk<2>,
+}
+
+impl<'a> Columns<'a> {
+    /// Chunk of a line; None after its last.
+    #[inline(always)]
+    fn of(line: &'a [Chunk<COLUMN_PLANES>], chunk: usize) -> Option<Columns<'a>> {
+        let columns = line.get(chunk)?;
+        Some(Columns { swept: columns.first_chunk()?, shares: columns.last_chunk()? })
+    }
+}
 
 /// Columns that are not read.
-const UNREAD: Columns = [[1.0; CHUNK]; SWEPT_PLANES];
+const UNREAD: Columns<'_> = Columns { swept: &[[1.0; CHUNK]; SWEPT_PLANES], shares: &[[1.0; CHUNK]; 2] };
 
 /// Sets constants, each with its plane, of column i of a line.
 pub(crate) fn set<const N: usize>(line: &mut [Chunk<COLUMN_PLANES>], i: usize, constants: [(usize, f64); N]) {
@@ -97,6 +111,18 @@ impl<'a> Net<'a> {
         planes::get(self.lines, WIDTH, j).unwrap_or(1.0)
     }
 
+    /// Segments of the bar upwards from row j.
+    #[inline]
+    pub fn row_segments(&self, j: usize) -> f64 {
+        planes::get(self.lines, SEGMENTS, j).unwrap_or(1.0)
+    }
+
+    /// Energies of the bars from column i along x and y over those of a segment, where the row's are 1.
+    pub fn parts(&self, i: usize) -> [f64; 2] {
+        let segments = planes::get(self.columns, SEGMENTS, i).filter(|_| !self.lines.is_empty()).unwrap_or(1.0);
+        [segments * segments, self.column_share(i)]
+    }
+
     /// Whether the bars from the nodes of chunk c of row j are single segments of single yarns, as all of a
     /// flat sheet are without grading; false of a curved sheet.
     pub fn is_fine(&self, c: usize, j: usize) -> bool {
@@ -123,11 +149,66 @@ impl<'a> Net<'a> {
 }
 
 /// Constants of the bars from a lane group and of its nodes.
-pub struct Bars<L> {
+pub struct Bars<'a, L> {
     /// Bars along x and along y at rest, the direction of each in a flat sheet first.
     pub rests: [RestLanes<L>; 2],
-    /// 1 over the widths of the columns and of the row; None where all are 1.
-    pub inverse_widths: Option<[L; 2]>,
+    /// Widths of the nodes; None where all are 1.
+    pub widths: Option<Widths<'a>>,
+    /// Shares of them; None where all are 1.
+    pub shares: Option<Shares<'a>>,
+}
+
+impl<L: Lane> Bars<'_, L> {
+    /// Number of each bar of an axis, of all its segments where `one` is that of one.
+    #[inline(always)]
+    pub fn of_all(&self, axis: Axis, one: L) -> L {
+        match &self.shares {
+            Some(shares) => one.mul(shares.segments(axis)),
+            None => one,
+        }
+    }
+}
+
+/// Widths of the nodes of a lane group, in memory: a register would be taken from the segments.
+#[derive(Clone, Copy)]
+pub struct Widths<'a> {
+    columns: &'a Chunk<SWEPT_PLANES>,
+    row: &'a Splat,
+    group: usize,
+}
+
+impl Widths<'_> {
+    /// 1 over the widths of the columns and of the row.
+    #[inline(always)]
+    pub fn inverse<L: Lane>(widths: Option<Self>) -> Option<[L; 2]> {
+        let Widths { columns, row, group } = widths?;
+        Some([at(columns, INVERSE_WIDTH, group), row.lanes()])
+    }
+}
+
+/// Segments and yarns that bars and nodes of a lane group of a graded network stand for, in memory.
+#[derive(Clone, Copy)]
+pub struct Shares<'a> {
+    columns: &'a Chunk<2>,
+    row: &'a Splat,
+    group: usize,
+}
+
+impl Shares<'_> {
+    /// Segments in series in the bars along an axis.
+    #[inline(always)]
+    pub fn segments<L: Lane>(&self, axis: Axis) -> L {
+        match axis {
+            Axis::Horizontal => at(self.columns, SEGMENTS - WIDTH, self.group),
+            Axis::Vertical => self.row.lanes(),
+        }
+    }
+
+    /// Widths of the columns, yarns.
+    #[inline(always)]
+    pub fn width<L: Lane>(&self) -> L {
+        at(self.columns, 0, self.group)
+    }
 }
 
 /// Geometry of a row at rest.
@@ -145,12 +226,12 @@ pub trait Geometry<'a> {
 
     /// Constants of the columns of a chunk, which [`Geometry::bars`] reads.
     #[inline(always)]
-    fn columns(&self, _chunk: usize) -> &Columns {
-        &UNREAD
+    fn columns(&self, _chunk: usize) -> Columns<'_> {
+        UNREAD
     }
 
     /// Constants of lane group g of a chunk.
-    fn bars<L: Lane>(&self, columns: &Columns, g: usize) -> Bars<L>;
+    fn bars<'c, L: Lane>(&'c self, columns: Columns<'c>, g: usize) -> Bars<'c, L>;
 
     /// Numbers of the segments along x and along y, one number where both are the same in every row.
     #[inline(always)]
@@ -169,8 +250,8 @@ impl<'a> Geometry<'a> for Plain {
     }
 
     #[inline(always)]
-    fn bars<L: Lane>(&self, _: &Columns, _: usize) -> Bars<L> {
-        Bars { rests: [Rest::PLAIN.lanes(), Rest::PLAIN.lanes()], inverse_widths: None }
+    fn bars<'c, L: Lane>(&'c self, _: Columns<'c>, _: usize) -> Bars<'c, L> {
+        Bars { rests: [Rest::PLAIN.lanes(), Rest::PLAIN.lanes()], widths: None, shares: None }
     }
 
     #[inline(always)]
@@ -194,17 +275,13 @@ impl<'a> Geometry<'a> for Rests {
     }
 
     #[inline(always)]
-    fn bars<L: Lane>(&self, _: &Columns, _: usize) -> Bars<L> {
-        Bars { rests: [self.0[0].lanes(), self.0[1].lanes()], inverse_widths: None }
+    fn bars<'c, L: Lane>(&'c self, _: Columns<'c>, _: usize) -> Bars<'c, L> {
+        Bars { rests: [self.0[0].lanes(), self.0[1].lanes()], widths: None, shares: None }
     }
 }
 
-/// Geometry of any row.
-pub struct Table<'a> {
-    /// Line of the columns, empty where all are alike.
-    columns: &'a [Chunk<COLUMN_PLANES>],
-    /// Columns where all are alike.
-    alike: Columns,
+/// Constants of a row that all its columns share.
+struct OfRow {
     /// q_0 along x.
     twice_strain: Splat,
     /// Bars upwards.
@@ -213,21 +290,48 @@ pub struct Table<'a> {
     inverse_width: Splat,
 }
 
-impl<'a> Geometry<'a> for Table<'a> {
+impl OfRow {
+    /// Constants of row j.
     #[inline(always)]
-    fn of(net: &Net<'a>, [x, y]: [&Rest; 2], j: usize) -> Table<'a> {
+    fn of(net: &Net<'_>, [x, y]: [&Rest; 2], j: usize) -> OfRow {
         let of_row = |plane| planes::get(net.lines, plane, j);
         let upwards = match (of_row(CHORD), of_row(INVERSE_SQUARE)) {
             (Some(spacing), Some(inverse_square)) => Rest { spacing, inverse_square, ..*y },
             _ => *y,
         };
-        Table {
-            columns: net.columns,
-            alike: [x.spacing, 0.0, x.inverse_square, 1.0].map(|constant| [constant; CHUNK]),
+        OfRow {
             twice_strain: Splat::of(x.twice_strain),
             upwards: RestSplats::of(&upwards),
             inverse_width: Splat::of(of_row(INVERSE_WIDTH).unwrap_or(1.0)),
         }
+    }
+
+    /// Constants of lane group g of these columns, whose rest vectors along z are `chord_z`.
+    #[inline(always)]
+    fn bars<'c, L: Lane>(&'c self, columns: &'c Chunk<SWEPT_PLANES>, chord_z: L, g: usize) -> Bars<'c, L> {
+        let chord = [at(columns, CHORD, g), chord_z];
+        let (inverse_square, twice_strain) = (at(columns, INVERSE_SQUARE, g), self.twice_strain.lanes());
+        let along = RestLanes { chord, twice_chord: chord, inverse_square, twice_strain };
+        let widths = Some(Widths { columns, row: &self.inverse_width, group: g });
+        Bars { rests: [along.turned(chord), self.upwards.lanes()], widths, shares: None }
+    }
+}
+
+/// Geometry of any row where nothing asks what its bars stand for.
+pub struct Table<'a> {
+    /// Line of the columns, empty where all are alike.
+    columns: &'a [Chunk<COLUMN_PLANES>],
+    /// Columns where all are alike.
+    alike: Chunk<SWEPT_PLANES>,
+    row: OfRow,
+}
+
+impl<'a> Geometry<'a> for Table<'a> {
+    #[inline(always)]
+    fn of(net: &Net<'a>, rests: [&Rest; 2], j: usize) -> Table<'a> {
+        let [x, _] = rests;
+        let alike = [x.spacing, 0.0, x.inverse_square, 1.0].map(|constant| [constant; CHUNK]);
+        Table { columns: net.columns, alike, row: OfRow::of(net, rests, j) }
     }
 
     #[inline(always)]
@@ -236,16 +340,73 @@ impl<'a> Geometry<'a> for Table<'a> {
     }
 
     #[inline(always)]
-    fn columns(&self, chunk: usize) -> &Columns {
-        self.columns.get(chunk).and_then(|columns| columns.first_chunk()).unwrap_or(&self.alike)
+    fn columns(&self, chunk: usize) -> Columns<'_> {
+        let swept = self.columns.get(chunk).and_then(|columns| columns.first_chunk()).unwrap_or(&self.alike);
+        Columns { swept, ..UNREAD }
     }
 
     #[inline(always)]
-    fn bars<L: Lane>(&self, columns: &Columns, g: usize) -> Bars<L> {
-        let chord = [at(columns, CHORD, g), at(columns, CHORD_Z, g)];
-        let (inverse_square, twice_strain) = (at(columns, INVERSE_SQUARE, g), self.twice_strain.lanes());
-        let along = RestLanes { chord, twice_chord: chord, inverse_square, twice_strain };
-        let inverse_widths = Some([at(columns, INVERSE_WIDTH, g), self.inverse_width.lanes()]);
-        Bars { rests: [along.turned(chord), self.upwards.lanes()], inverse_widths }
+    fn bars<'c, L: Lane>(&'c self, Columns { swept, .. }: Columns<'c>, g: usize) -> Bars<'c, L> {
+        self.row.bars(swept, at(swept, CHORD_Z, g), g)
+    }
+}
+
+/// Geometry of a row of a graded network.
+pub struct Graded<'a> {
+    /// Line of the columns.
+    columns: &'a [Chunk<COLUMN_PLANES>],
+    row: OfRow,
+    /// Segments of the bars upwards.
+    segments: Splat,
+}
+
+impl<'a> Geometry<'a> for Graded<'a> {
+    #[inline(always)]
+    fn of(net: &Net<'a>, rests: [&Rest; 2], j: usize) -> Self {
+        Graded { columns: net.columns, row: OfRow::of(net, rests, j), segments: Splat::of(net.row_segments(j)) }
+    }
+
+    #[inline(always)]
+    fn in_memory(&self) -> &Self {
+        black_box(self)
+    }
+
+    #[inline(always)]
+    fn columns(&self, chunk: usize) -> Columns<'_> {
+        Columns::of(self.columns, chunk).unwrap_or(UNREAD)
+    }
+
+    #[inline(always)]
+    fn bars<'c, L: Lane>(&'c self, columns: Columns<'c>, g: usize) -> Bars<'c, L> {
+        let shares = Some(Shares { columns: columns.shares, row: &self.segments, group: g });
+        Bars { shares, ..self.row.bars(columns.swept, L::splat(NONE), g) }
+    }
+}
+
+/// Geometry of any row.
+pub struct Any<'a> {
+    table: Table<'a>,
+    /// Line of the columns of a graded network; else empty.
+    columns: &'a [Chunk<COLUMN_PLANES>],
+    /// Segments of the bars upwards.
+    segments: Splat,
+}
+
+impl<'a> Geometry<'a> for Any<'a> {
+    #[inline(always)]
+    fn of(net: &Net<'a>, rests: [&Rest; 2], j: usize) -> Self {
+        let columns = if net.lines.is_empty() { &[] } else { net.columns };
+        Any { table: Table::of(net, rests, j), columns, segments: Splat::of(net.row_segments(j)) }
+    }
+
+    #[inline(always)]
+    fn columns(&self, chunk: usize) -> Columns<'_> {
+        Columns::of(self.columns, chunk).unwrap_or(self.table.columns(chunk))
+    }
+
+    #[inline(always)]
+    fn bars<'c, L: Lane>(&'c self, columns: Columns<'c>, g: usize) -> Bars<'c, L> {
+        let shares = Some(Shares { columns: columns.shares, row: &self.segments, group: g });
+        Bars { shares, ..self.table.bars(columns, g) }
     }
 }

@@ -3,6 +3,7 @@
 //! Reference: docs/model.md, "Unlike directions, crimp and pre-tension".
 
 use crate::ground::planes::Axis;
+use crate::scene::measures::Cloth;
 use crate::scene::parts::Scene;
 use crate::sheet::casing::Cylinder;
 use crate::sheet::clamp::LET_GO;
@@ -98,7 +99,7 @@ pub struct Directions {
     pub front: WarpAndWeft,
     /// Directions of the last plies, where they are of another fabric, else those of the front.
     pub back: WarpAndWeft,
-    /// Fabric and turn of each ply.
+    /// Fabric of each ply, and whether it is turned by 90 degrees.
     plies: Arrangement,
     /// Growth of the radius of a curved sheet from ply to ply, over that of the first.
     growth: f64,
@@ -136,22 +137,22 @@ impl Directions {
     }
 
     /// Constants of segments along x and along y in a ply, which may be turned by 90 degrees.
-    pub(crate) fn of_ply(&self, ply: usize) -> Along<'_> {
+    pub(crate) fn of_ply(&self, ply: usize) -> PlyDirections<'_> {
         let WarpAndWeft { horizontal, vertical, plain } = if self.is_back(ply) { &self.back } else { &self.front };
         let (horizontal, vertical) =
             if self.plies.is_turned(ply) { (vertical, horizontal) } else { (horizontal, vertical) };
-        let turn = self.turn(ply);
-        Along { horizontal, vertical, plain: *plain && turn == 1.0, turn }
+        let radius_ratio = self.radius_ratio(ply);
+        PlyDirections { horizontal, vertical, plain: *plain && radius_ratio == 1.0, radius_ratio }
     }
 
     /// Radius of a ply of a curved sheet over that of the first; 1 in a flat one.
-    pub(crate) fn turn(&self, ply: usize) -> f64 {
+    pub(crate) fn radius_ratio(&self, ply: usize) -> f64 {
         1.0 + f64::from(ply as u32) * self.growth
     }
 
     /// Whether a ply is of the back fabric.
     pub(crate) fn is_back(&self, ply: usize) -> bool {
-        self.plies.is_back(ply)
+        self.plies.cloth(ply) == Cloth::Back
     }
 
     /// Whether segments pull in the flat sheet. What pre-tension there is all plies have.
@@ -181,9 +182,9 @@ impl WarpAndWeft {
     }
 }
 
-/// The directions of one ply.
+/// Constants of the segments of one ply, by direction.
 #[derive(Clone, Copy)]
-pub struct Along<'a> {
+pub struct PlyDirections<'a> {
     /// Constants of the segments along x.
     pub horizontal: &'a Direction,
     /// Constants of the segments along y.
@@ -191,13 +192,13 @@ pub struct Along<'a> {
     /// [`WarpAndWeft::plain`], of the radius of the first ply.
     pub plain: bool,
     /// Length of segments along x over that in the first ply of a curved sheet; 1 in a flat one.
-    pub turn: f64,
+    pub radius_ratio: f64,
 }
 
-impl<'a> Along<'a> {
+impl<'a> PlyDirections<'a> {
     /// State at rest of the segments along x of a curved sheet.
     pub fn around(&self) -> Rest {
-        self.horizontal.rest.in_series(self.turn)
+        self.horizontal.rest.in_series(self.radius_ratio)
     }
 
     /// States at rest of segments along x and along y of a flat sheet.
@@ -206,7 +207,7 @@ impl<'a> Along<'a> {
         [&self.horizontal.rest, &self.vertical.rest]
     }
 
-    /// That of an axis.
+    /// Constants of the segments along an axis.
     pub fn along(&self, axis: Axis) -> &'a Direction {
         match axis {
             Axis::Horizontal => self.horizontal,

@@ -16,6 +16,7 @@ use crate::ground::math;
 use crate::ground::planes::Axis;
 use crate::ground::random::{self, Purpose};
 use crate::scene::features::Feature;
+use crate::scene::measures::Cloth;
 use crate::scene::parts::{Back, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Scene, StrengthDraw, Weft, Yarn};
 use crate::sheet::weave;
 use crate::yarn::law::{DamageLaw, Segment};
@@ -23,17 +24,17 @@ use crate::yarn::law::{DamageLaw, Segment};
 impl Scene {
     /// The damage law of the segments of one direction, of the front fabric.
     pub fn damage_law(&self, axis: Axis) -> DamageLaw {
-        self.law_of(axis, false)
+        self.law_of(axis, Cloth::Front)
     }
 
-    /// The damage law of the segments of one direction, of the front or of the back fabric.
-    pub(crate) fn law_of(&self, axis: Axis, back: bool) -> DamageLaw {
+    /// The damage law of the segments of one direction of a fabric.
+    pub(crate) fn law_of(&self, axis: Axis, cloth: Cloth) -> DamageLaw {
         let own = axis == Axis::Vertical && self.weft.critical_stretch != 0.0;
         DamageLaw {
-            critical_stretch: match (back, own) {
-                (true, _) => self.back.critical_stretch,
-                (false, true) => self.weft.critical_stretch,
-                (false, false) => self.yarn.critical_stretch,
+            critical_stretch: match (cloth, own) {
+                (Cloth::Back, _) => self.back.critical_stretch,
+                (Cloth::Front, true) => self.weft.critical_stretch,
+                (Cloth::Front, false) => self.yarn.critical_stretch,
             },
             a: self.yarn.damage_a,
             b: self.yarn.damage_b,
@@ -44,39 +45,43 @@ impl Scene {
     /// The segment all others of its direction vary about, of the front fabric: mean modulus and the damage
     /// rate on its line.
     pub fn mean_segment(&self, axis: Axis) -> Segment {
-        self.scatter(axis, false).mean()
+        self.scatter(axis, Cloth::Front).mean()
     }
 
     /// Standard deviation of the modulus along a direction, Pa.
     pub(crate) fn modulus_sd(&self, axis: Axis) -> f64 {
-        self.scatter(axis, false).modulus_sd
+        self.scatter(axis, Cloth::Front).modulus_sd
     }
 
-    /// Mean modulus of one direction of the front or of the back fabric, Pa.
-    pub(crate) fn mean_modulus(&self, axis: Axis, back: bool) -> f64 {
-        self.scatter(axis, back).modulus_mean
+    /// Mean modulus of one direction of a fabric, Pa.
+    pub(crate) fn mean_modulus(&self, axis: Axis, cloth: Cloth) -> f64 {
+        self.scatter(axis, cloth).modulus_mean
     }
 
     /// Upper bound of the sampled moduli of one direction, Pa.
-    pub(crate) fn largest_modulus(&self, axis: Axis, back: bool) -> f64 {
-        let Scatter { modulus_mean, modulus_sd, .. } = self.scatter(axis, back);
-        modulus_mean + if self.is_drawn(back) { random::LARGEST_NORMAL * modulus_sd } else { 0.0 }
+    pub(crate) fn largest_modulus(&self, axis: Axis, cloth: Cloth) -> f64 {
+        let Scatter { modulus_mean, modulus_sd, .. } = self.scatter(axis, cloth);
+        modulus_mean + if self.is_drawn(cloth) { random::LARGEST_NORMAL * modulus_sd } else { 0.0 }
     }
 
-    /// Whether modulus and damage rate of the front or of the back fabric are drawn.
-    pub(crate) fn is_drawn(&self, back: bool) -> bool {
-        Feature::Drawn.is_built() && if back { self.back.is_drawn() } else { self.yarn.stochastic }
+    /// Whether modulus and damage rate of a fabric are drawn.
+    pub(crate) fn is_drawn(&self, cloth: Cloth) -> bool {
+        Feature::Drawn.is_built() && if cloth == Cloth::Back { self.back.is_drawn() } else { self.yarn.stochastic }
     }
 
-    /// Whether the critical stretch of the front or of the back fabric is drawn.
-    pub(crate) fn is_strength_drawn(&self, back: bool) -> bool {
-        let asked = if back { self.back.weibull_shape != 0.0 } else { self.yarn.strength_draw != StrengthDraw::None };
+    /// Whether the critical stretch of a fabric is drawn.
+    pub(crate) fn is_strength_drawn(&self, cloth: Cloth) -> bool {
+        let asked = if cloth == Cloth::Back {
+            self.back.weibull_shape != 0.0
+        } else {
+            self.yarn.strength_draw != StrengthDraw::None
+        };
         Feature::Strength.is_built() && asked
     }
 
-    /// Modulus and damage rate of one direction, of the front or of the back fabric.
-    fn scatter(&self, axis: Axis, back: bool) -> Scatter {
-        if back {
+    /// Modulus and damage rate of one direction of a fabric.
+    fn scatter(&self, axis: Axis, cloth: Cloth) -> Scatter {
+        if cloth == Cloth::Back {
             let Back { modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd, .. } = self.back;
             Scatter { modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd }
         } else if axis == Axis::Vertical && self.weft.modulus_mean != 0.0 {
@@ -106,7 +111,7 @@ impl Scene {
         let (ply, number) = if number < of_ply { (0, number) } else { ((number / of_ply) as u32, number % of_ply) };
         let (along, plies) = (weave::axis_of_segment(self, number), self.arrangement());
         let axis = if plies.is_turned(ply as usize) { along.other() } else { along };
-        SegmentPlace { seed: self.ply_seed(ply), number, axis, back: plies.is_back(ply as usize) }
+        SegmentPlace { seed: self.ply_seed(ply), number, axis, cloth: plies.cloth(ply as usize) }
     }
 
     /// Direction of the fabric that a segment is of, by its number: in a turned ply the other one than that
@@ -124,9 +129,9 @@ impl Scene {
 
     /// Draw with the number of draws that were refused.
     pub(crate) fn draw_counted(&self, number: u64) -> Result<(Segment, u64), Error> {
-        let SegmentPlace { seed, number, axis, back } = self.place_of_segment(number);
-        let scatter = self.scatter(axis, back);
-        if !self.is_drawn(back) {
+        let SegmentPlace { seed, number, axis, cloth } = self.place_of_segment(number);
+        let scatter = self.scatter(axis, cloth);
+        if !self.is_drawn(cloth) {
             return Ok((scatter.mean(), 0));
         }
         let number = match self.yarn.draw {
@@ -143,10 +148,10 @@ impl Scene {
             }
         }
         let weft = axis == Axis::Vertical && self.weft.modulus_mean != 0.0;
-        let field = match (back, weft) {
-            (true, _) => "back.damage_sd",
-            (false, true) => "weft.damage_sd",
-            (false, false) => "yarn.damage_sd",
+        let field = match (cloth, weft) {
+            (Cloth::Back, _) => "back.damage_sd",
+            (Cloth::Front, true) => "weft.damage_sd",
+            (Cloth::Front, false) => "yarn.damage_sd",
         };
         Err(Error::new(Code::DamageRateTooSmall, field, scatter.damage_sd, DAMAGE_RATE_MIN))
     }
@@ -154,12 +159,12 @@ impl Scene {
     /// Critical stretch U_c of one segment, by its number, in [1, 2].
     pub fn draw_critical_stretch(&self, number: u64) -> f64 {
         let yarn = &self.yarn;
-        let SegmentPlace { seed, number, axis, back } = self.place_of_segment(number);
-        let critical_stretch = self.law_of(axis, back).critical_stretch;
-        if !self.is_strength_drawn(back) {
+        let SegmentPlace { seed, number, axis, cloth } = self.place_of_segment(number);
+        let critical_stretch = self.law_of(axis, cloth).critical_stretch;
+        if !self.is_strength_drawn(cloth) {
             return critical_stretch;
         }
-        let (shape, gauge_length) = if back {
+        let (shape, gauge_length) = if cloth == Cloth::Back {
             (self.back.weibull_shape, self.back.weibull_gauge_length)
         } else {
             (yarn.weibull_shape, yarn.weibull_gauge_length)
@@ -172,14 +177,14 @@ impl Scene {
         // -ln(1 - Phi), from the smaller of the two tails.
         let hazard =
             if score < 0.0 { -math::ln_1p(-math::normal_above(-score)) } else { -math::ln(math::normal_above(score)) };
-        let length = self.spacing(axis) / self.stretch_at_rest(axis, back);
+        let length = self.spacing(axis) / self.stretch_at_rest(axis, cloth);
         let lengths = if gauge_length > 0.0 { gauge_length / length } else { 1.0 };
         let strain = (critical_stretch - 1.0) * math::exp(math::ln(lengths * hazard) / shape);
         math::min(1.0 + strain, CRITICAL_STRETCH_MAX)
     }
 }
 
-/// Fabric and turn of each ply of a stack.
+/// Fabric of each ply of a stack, and whether it is turned by 90 degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Arrangement {
     /// Every other one is turned by 90 degrees.
@@ -197,9 +202,9 @@ impl Arrangement {
         self.turned && ply % 2 == 1
     }
 
-    /// Whether a ply is of the back fabric.
-    pub fn is_back(self, ply: usize) -> bool {
-        ply >= self.front
+    /// Fabric of a ply.
+    pub fn cloth(self, ply: usize) -> Cloth {
+        if ply >= self.front { Cloth::Back } else { Cloth::Front }
     }
 }
 
@@ -211,8 +216,8 @@ struct SegmentPlace {
     number: u64,
     /// Direction of the fabric that it is of.
     axis: Axis,
-    /// Whether that is the back fabric.
-    back: bool,
+    /// Fabric that it is of.
+    cloth: Cloth,
 }
 
 /// Mean, scatter and line of the draws (M6).

@@ -8,7 +8,7 @@
 
 use crate::ground::lanes::Lane;
 use crate::scene::features::Feature;
-use crate::sheet::direction::Along;
+use crate::sheet::direction::PlyDirections;
 use crate::sheet::neighbours::Around;
 use crate::sheet::on_casing::{CasingChunk, OnCasing};
 use crate::sheet::segments::{At, Dissipation, Effect, Fall, Segments, Yarns};
@@ -39,7 +39,7 @@ pub trait Effects<'a>: Sized {
 
     /// Effects with this state, which they take, on segments in these directions. None without what they
     /// need.
-    fn of(state: &mut Option<EffectState<'a>>, directions: Along<'a>, rates: &Rates) -> Option<Self>;
+    fn of(state: &mut Option<EffectState<'a>>, directions: PlyDirections<'a>, rates: &Rates) -> Option<Self>;
 
     /// Effects whose constants stay in memory over a loop: in registers they would take those of the
     /// segments.
@@ -57,7 +57,7 @@ impl Effects<'_> for () {
     type OnChunk<'c> = ();
 
     #[inline(always)]
-    fn of(_: &mut Option<EffectState<'_>>, _: Along<'_>, _: &Rates) -> Option<()> {
+    fn of(_: &mut Option<EffectState<'_>>, _: PlyDirections<'_>, _: &Rates) -> Option<()> {
         Some(())
     }
 
@@ -77,7 +77,7 @@ impl<'a> Effects<'a> for ViscosityAlone<'a> {
         Self: 'c;
 
     #[inline(always)]
-    fn of(state: &mut Option<EffectState<'a>>, directions: Along<'a>, _: &Rates) -> Option<Self> {
+    fn of(state: &mut Option<EffectState<'a>>, directions: PlyDirections<'a>, _: &Rates) -> Option<Self> {
         let EffectState { viscosity, dissipation, .. } = state.take()?;
         Some(ViscosityAlone(Viscous::of(directions, viscosity?), dissipation))
     }
@@ -94,7 +94,7 @@ pub struct ViscosityAloneOnChunk<'c>(ViscousChunk<'c>, &'c mut Dissipation);
 impl Effect for ViscosityAloneOnChunk<'_> {
     #[inline(always)]
     fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &At<'_, L>) {
-        self.0.act(segments, place.group, self.1);
+        self.0.act(segments, place, self.1);
     }
 
     #[inline(always)]
@@ -119,7 +119,7 @@ impl<'a> Effects<'a> for All<'a> {
         Self: 'c;
 
     #[inline(always)]
-    fn of(state: &mut Option<EffectState<'a>>, directions: Along<'a>, rates: &Rates) -> Option<Self> {
+    fn of(state: &mut Option<EffectState<'a>>, directions: PlyDirections<'a>, rates: &Rates) -> Option<Self> {
         let mut all = All { rate: None, viscosity: None, slack: None, on_casing: None, dissipation: None };
         let Some(EffectState { viscosity, slack, on_casing, dissipation }) = state.take() else { return Some(all) };
         all.rate = StrainRate::of(directions, rates);
@@ -163,7 +163,7 @@ pub struct AllOnChunk<'c> {
 
 impl AllOnChunk<'_> {
     #[cold]
-    fn note_fall(&mut self, fall: &Fall, yarns: &Yarns<'_>) {
+    fn note_fall(&mut self, fall: &Fall<'_>, yarns: &Yarns<'_>) {
         if let (Some(rate), Some(dissipation)) = (self.rate, &mut self.dissipation) {
             rate.note_fall(fall, yarns, dissipation);
         }
@@ -177,10 +177,10 @@ impl Effect for AllOnChunk<'_> {
     #[inline(always)]
     fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &At<'_, L>) {
         if let (Some(rate), Some(dissipation)) = (self.rate, &mut self.dissipation) {
-            rate.act(segments, place.group, dissipation);
+            rate.act(segments, place, dissipation);
         }
         if let (Some(viscosity), Some(dissipation)) = (&mut self.viscosity, &mut self.dissipation) {
-            viscosity.act(segments, place.group, dissipation);
+            viscosity.act(segments, place, dissipation);
         }
         if let Some(slack) = &mut self.slack {
             slack.act(segments, place);
@@ -188,9 +188,9 @@ impl Effect for AllOnChunk<'_> {
     }
 
     #[inline(always)]
-    fn note_damage<L: Lane>(&mut self, lanes: [[L; 2]; 3], column: usize, yarns: &Yarns<'_>) {
+    fn note_damage<L: Lane>(&mut self, lanes: [[L; 2]; 2], now: [&L::Group; 2], column: usize, yarns: &Yarns<'_>) {
         let is_noted = Feature::Rate.is_built() || Feature::Slack.is_built();
-        if let Some(fall) = Fall::of(lanes, column).filter(|_| is_noted) {
+        if let Some(fall) = Fall::of::<L>(lanes, now, column).filter(|_| is_noted) {
             self.note_fall(&fall, yarns);
         }
     }

@@ -20,6 +20,7 @@ use crate::body::shape::Solid;
 use crate::ground::error::{Code, Error, finite};
 use crate::ground::math;
 use crate::ground::planes::{Axis, CHUNK, Chunk};
+use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Grading, Scene, Symmetry};
 use crate::sheet::columns::{
     self, CHORD, CHORD_Z, COLUMN_PLANES, INVERSE_SQUARE, INVERSE_WIDTH, NORMAL_X, NORMAL_Z, PLACE, PLACE_Z, SEGMENTS,
@@ -45,12 +46,13 @@ pub struct Bar {
     pub critical_stretch: f64,
 }
 
-/// Fills the line of constants of a line of nodes. `rest`: a segment of the fabric along it. After the last
-/// node the constants repeat and are of no consequence.
-pub(crate) fn fill(line: &mut [Chunk<COLUMN_PLANES>], places: &Places, rest: &Rest) {
+/// Fills the line of constants of a line of nodes at z, spacings, from the first on. `rest`: a segment of the
+/// fabric along it.
+/// After the last node the constants repeat and are of no consequence.
+pub(crate) fn fill(line: &mut [Chunk<COLUMN_PLANES>], first: usize, places: &Places, rest: &Rest, z: f64) {
     let nodes = places.nodes() as usize;
-    for k in 0..line.len() * CHUNK {
-        let k_in_line = k.min(nodes.saturating_sub(1));
+    for k in first..line.len() * CHUNK {
+        let k_in_line = (k - first).min(nodes.saturating_sub(1));
         let [before, after] = places.around(k_in_line).map(f64::from);
         let (width, bar) = (0.5 * (before + after), rest.in_series(after));
         let place = places.offset(k_in_line) * rest.spacing;
@@ -60,7 +62,7 @@ pub(crate) fn fill(line: &mut [Chunk<COLUMN_PLANES>], places: &Places, rest: &Re
             (INVERSE_SQUARE, bar.inverse_square),
             (INVERSE_WIDTH, 1.0 / width),
             (PLACE, place),
-            (PLACE_Z, 0.0),
+            (PLACE_Z, z),
             (NORMAL_X, 0.0),
             (NORMAL_Z, 1.0),
             (WIDTH, width),
@@ -73,10 +75,11 @@ pub(crate) fn fill(line: &mut [Chunk<COLUMN_PLANES>], places: &Places, rest: &Re
 impl Scene {
     /// Chooses a graded network for a hit as the projectile starts: fine about the place where it meets the
     /// sheet's plane, and so far beyond it that absorbed energy and residual velocity are expected to be
-    /// wrong by at most `error`, a part of them in
-    /// [0.005, 0.1]: 80 spacings below 1 %, 50 below 3 %, else 30, then two bars each of 2 and 4 yarns, and
-    /// bars of 8. No grading is chosen where this leaves no bar, nor for four corners, whose discs need every
-    /// node. Sets `sheet.grading`; the other numbers stay, and the choice does not follow them later.
+    /// wrong by at most `error`, a part of them in [0.005, 0.1]: 80 spacings below 1 %, 50 below 3 %, else
+    /// 30, then two bars each of 2 and 4 yarns, and bars of 8. Viscous yarn damps what coarse bars send back:
+    /// twice, once or half the body's own size, at least 24, 12 or 8 spacings, then four bars each. No
+    /// grading is chosen where this leaves no bar, nor for four corners, whose discs need every node. Sets
+    /// `sheet.grading`; the other numbers stay, and the choice does not follow them later.
     ///
     /// The rule is a summary of measurements and no bound: docs/accuracy.md, "Graded networks", says what was
     /// found. A projectile that starts by moving away from the sheet, or along it, is taken to hit below
@@ -94,18 +97,23 @@ impl Scene {
         }
         self.check()?;
         let (centre, extents) = self.expected_hit();
-        // Spacings beyond the body.
-        let beyond = if error < 0.01 {
-            80.0
-        } else if error < 0.03 {
-            50.0
-        } else {
-            30.0
+        // Spacings and sizes of the body beyond it; along the yarn and across it waves are damped, or not.
+        let [linear, _, bending] = self.viscosity();
+        let damped = Feature::Viscosity.is_built() && linear > 0.0 && bending > 0.0;
+        let (spacings, sizes) = match (damped, error < 0.01, error < 0.03) {
+            (true, true, _) => (24.0, 2.0),
+            (true, _, true) => (12.0, 1.0),
+            (true, ..) => (8.0, 0.5),
+            (false, true, _) => (80.0, 0.0),
+            (false, _, true) => (50.0, 0.0),
+            (false, ..) => (30.0, 0.0),
         };
-        let reach = |k: usize, axis: Axis| extents[k] + beyond * self.spacing(axis);
+        // Without the cloth.
+        let size = 2.0 * math::max(extents[0], extents[1]) - self.thickness();
+        let reach = |k: usize, axis: Axis| extents[k] + math::max(sizes * size, spacings * self.spacing(axis));
         let half_width = [reach(0, Axis::Horizontal), reach(1, Axis::Vertical)];
         let before = self.sheet.grading;
-        self.sheet.grading = Grading { largest: 8, run: 2, centre, half_width };
+        self.sheet.grading = Grading { largest: 8, run: if damped { 4 } else { 2 }, centre, half_width };
         if self.attachment.kind == AttachmentKind::FourCorners
             || self.network() == [self.sheet.nodes_x, self.sheet.nodes_y]
         {
@@ -121,7 +129,7 @@ impl Scene {
         let (pose, body) = (Pose::of_sheet(&self.sheet), &self.projectile);
         let ([x, y, z], [vx, vy, vz]) = (pose.point_in(body.position), pose.vector_in(body.velocity));
         let time = if z * vz < 0.0 { -z / vz } else { 0.0 };
-        let extents = Solid::of(body).half_extents(&pose::normalised(pose.orientation_in(body.orientation)));
+        let extents = Solid::of_scene(self).half_extents(&pose::normalised(pose.orientation_in(body.orientation)));
         let Symmetry { mirror_x, mirror_y } = self.symmetry;
         let across = |mirrored: bool, x: f64| if mirrored || !x.is_finite() { 0.0 } else { x };
         ([across(mirror_x, x + time * vx), across(mirror_y, y + time * vy)], extents)
@@ -210,7 +218,7 @@ mod tests {
                     }
                     let mut shares = vec![0.0; nodes as usize];
                     let (scene, mut line) = (Scene::sheet_3in_sphere(), vec![[[0.0; CHUNK]; COLUMN_PLANES]; 50]);
-                    fill(&mut line, &places, &Rest::of(1.0, scene.rest_stretch(Axis::Horizontal)));
+                    fill(&mut line, 0, &places, &Rest::of(1.0, scene.rest_stretch(Axis::Horizontal)), 0.0);
                     for k in 0..crossings.len() {
                         let yarns: Vec<_> = places.yarns(k).collect();
                         let width: f64 = yarns.iter().map(|(_, share)| share).sum();
@@ -277,11 +285,13 @@ mod tests {
         assert!((chosen.centre[0] + 0.01).abs() < 1e-12 && (chosen.centre[1] - 0.01).abs() < 1e-12);
         assert!((chosen.half_width[0] - (6.35e-3 + 50.0 * scene.sheet.spacing)).abs() < 1e-12);
         assert!(reach(&scene, 0.05).half_width[0] < chosen.half_width[0]);
-        // Not with friction: nothing is changed.
-        let mut rough = scene;
-        rough.contact.friction = 0.3;
-        assert_eq!(rough.set_grading(0.05).unwrap_err().field, "contact.friction");
-        assert_eq!(rough.sheet.grading, scene.sheet.grading);
+        // Viscous yarn: sizes of the body, or so many spacings.
+        (scene.yarn.viscosity_linear, scene.yarn.viscosity_bending) = (0.06, 0.06);
+        for (error, sizes, spacings) in [(0.005, 2.0, 24.0), (0.01, 1.0, 12.0), (0.1, 0.5, 8.0)] {
+            let beyond = f64::max(sizes * 12.7e-3, spacings * scene.sheet.spacing);
+            assert!((reach(&scene, error).half_width[0] - (6.35e-3 + beyond)).abs() < 1e-12);
+        }
+        (scene.yarn.viscosity_linear, scene.yarn.viscosity_bending) = (0.0, 0.0);
         // Nothing to gain, and nothing to be graded.
         assert!(reach(&Scene::sheet_3in_sphere(), 0.01).largest == 0);
         scene.attachment.kind = AttachmentKind::FourCorners;

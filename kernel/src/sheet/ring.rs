@@ -77,15 +77,15 @@ impl Hoop {
         (column - 0.5 * (f64::from(self.nodes) - 1.0)) * self.step
     }
 
-    /// Fills the line of constants of a ply with `turn` times the radius of the first one, whose segments
+    /// Fills the line of constants of a ply with `ratio` times the radius of the first one, whose segments
     /// along the row lie at rest so. After its last node there is a place that no case and no projectile
     /// meets.
-    pub(crate) fn fill(&self, line: &mut [Chunk<COLUMN_PLANES>], rest: &Rest, turn: f64) {
-        let radius = turn * self.radius;
+    pub(crate) fn fill(&self, line: &mut [Chunk<COLUMN_PLANES>], rest: &Rest, ratio: f64) {
+        let radius = ratio * self.radius;
         let nowhere = [4.0 * radius, 0.0, 0.0, 0.0, 0.0, 0.0];
         for i in 0..line.len() * CHUNK {
             let (normal, chord) = (math::sine_and_cosine(self.angle(f64::from(i as u32))), self.chord(i));
-            let ([x, z], [along, across]) = (normal.map(|part| radius * part), chord.map(|part| turn * part));
+            let ([x, z], [along, across]) = (normal.map(|part| radius * part), chord.map(|part| ratio * part));
             let is_node = i < self.nodes as usize;
             let [x, z, along, across, sine, cosine] =
                 if is_node { [x, z, along, across, normal[0], normal[1]] } else { nowhere };

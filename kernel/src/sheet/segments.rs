@@ -12,13 +12,12 @@
 
 use crate::ground::lanes::Lane;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, STRENGTH_PLANES, X, YARN_PLANES, vertical_axes};
-use crate::sheet::columns::Bars;
-use crate::sheet::direction::{Along, Direction};
+use crate::sheet::columns::{Bars, Net};
+use crate::sheet::direction::{Direction, PlyDirections};
 use crate::sheet::neighbours::Around;
 use crate::sheet::symmetry::Line;
 use crate::yarn::law::{self, DamageLaw, LOST};
 use crate::yarn::rate::Rates;
-use core::ops::Range;
 
 /// Segments of one lane group on their way from displacement to force: along x and along y, side by side, so
 /// that a processor has two chains of operations to overlap. (No closures and no array maps: they would not
@@ -40,7 +39,7 @@ pub struct Segments<L> {
 impl<L: Lane> Segments<L> {
     /// Strain of the segments from group g; stiffness and stress follow.
     #[inline(always)]
-    pub fn strained(around: &Around<'_>, bars: &Bars<L>, g: usize) -> Segments<L> {
+    pub fn strained(around: &Around<'_>, bars: &Bars<'_, L>, g: usize) -> Segments<L> {
         let d = around.differences::<L>(X, g);
         let [along, upwards] = &bars.rests;
         let q = [along.twice_strain(d[0]), upwards.twice_strain(vertical_axes(d[1]))];
@@ -62,8 +61,7 @@ impl<L: Lane> Segments<L> {
         if L::any_not_below_either(self.q, limits) {
             let slots = [[&mut *history_x, &mut *stiffness_x], [&mut *history_y, &mut *stiffness_y]];
             yarns.damage_beyond(self.q, limits, column, slots);
-            let now = [L::load(stiffness_x), L::load(stiffness_y)];
-            effect.note_damage([self.q, self.before, now], column, yarns);
+            effect.note_damage([self.q, self.before], [&*stiffness_x, &*stiffness_y], column, yarns);
         }
         self.relax([L::load(stiffness_x), L::load(stiffness_y)]);
     }
@@ -77,7 +75,7 @@ impl<L: Lane> Segments<L> {
 
     /// Forces on the first nodes, in the axes of the sheet.
     #[inline(always)]
-    pub fn forces(&self, bars: &Bars<L>) -> [[L; 3]; 2] {
+    pub fn forces(&self, bars: &Bars<'_, L>) -> [[L; 3]; 2] {
         let [along, upwards] = &bars.rests;
         let up = upwards.force(self.stress[1], vertical_axes(self.d[1]));
         [along.force(self.stress[0], self.d[0]), vertical_axes(up)]
@@ -105,39 +103,41 @@ pub fn per_mass<L: Lane>(right: L, left: L, vertical: L, widths: Option<[L; 2]>)
 }
 
 /// Lane group of segments in which some stiffness has fallen in this step.
-pub struct Fall {
-    /// Twice the strain, stiffness before and after, each along x and along y.
-    numbers: [[[f64; CHUNK]; 2]; 3],
-    /// Columns: from the first to before the last.
-    columns: Range<usize>,
+pub struct Fall<'a> {
+    /// Twice the strain and stiffness before, each along x and along y.
+    numbers: [[[f64; CHUNK]; 2]; 2],
+    /// Stiffness after, along x and along y.
+    now: [&'a [f64]; 2],
+    /// Column of the first.
+    column: usize,
 }
 
-impl Fall {
-    /// Segments that start from this column on: twice the strain, stiffness before and after. None if no
-    /// stiffness has fallen.
+impl<'a> Fall<'a> {
+    /// Segments that start from this column on: twice the strain and stiffness before, and stiffness after.
+    /// None if no stiffness has fallen.
     #[inline(always)]
-    pub fn of<L: Lane>(lanes: [[L; 2]; 3], column: usize) -> Option<Fall> {
-        let [_, before, now] = lanes;
-        if !(before[0].any_above(now[0]) || before[1].any_above(now[1])) {
+    pub fn of<L: Lane>(lanes: [[L; 2]; 2], now: [&'a L::Group; 2], column: usize) -> Option<Fall<'a>> {
+        let [_, before] = lanes;
+        if !(before[0].any_above(L::load(now[0])) || before[1].any_above(L::load(now[1]))) {
             return None;
         }
-        let mut numbers = [[[0.0; CHUNK]; 2]; 3];
+        let mut numbers = [[[0.0; CHUNK]; 2]; 2];
         for (numbers, [x, y]) in numbers.iter_mut().zip(lanes) {
             x.store(&mut L::groups_mut(&mut numbers[0])[0]);
             y.store(&mut L::groups_mut(&mut numbers[1])[0]);
         }
-        Some(Fall { numbers, columns: column..column + L::WIDTH })
+        Some(Fall { numbers, now: [now[0].as_ref(), now[1].as_ref()], column })
     }
 
     /// Shows each segment whose stiffness has fallen to `see`, column by column: its column, axis, twice its
     /// strain, and stiffness before and after.
     pub fn each(&self, mut see: impl FnMut(usize, Axis, f64, [f64; 2])) {
-        let [q, before, now] = &self.numbers;
-        for (lane, column) in self.columns.clone().enumerate() {
+        let [q, before] = &self.numbers;
+        for lane in 0..CHUNK {
             for axis in [Axis::Horizontal, Axis::Vertical] {
-                let at = |numbers: &[[f64; CHUNK]; 2]| numbers[axis as usize].get(lane).copied().unwrap_or(0.0);
-                if at(now) != at(before) {
-                    see(column, axis, at(q), [at(before), at(now)]);
+                let (k, before) = (axis as usize, before[axis as usize][lane]);
+                if let Some(&now) = self.now[k].get(lane).filter(|&&now| now != before) {
+                    see(self.column + lane, axis, q[k][lane], [before, now]);
                 }
             }
         }
@@ -147,7 +147,7 @@ impl Fall {
 /// Place of a lane group of segments.
 pub struct At<'a, L> {
     /// Geometry of the segments.
-    pub bars: &'a Bars<L>,
+    pub bars: &'a Bars<'a, L>,
     /// Chunk of their nodes, with its neighbours.
     pub around: Around<'a>,
     /// Number of the group in the chunk.
@@ -161,10 +161,10 @@ pub trait Effect {
     #[inline(always)]
     fn act<L: Lane>(&mut self, _: &mut Segments<L>, _: &At<'_, L>) {}
 
-    /// Learns of a lane group of segments, from a column on, that may have been damaged: twice the strain,
-    /// stiffness before and after.
+    /// Learns of a lane group of segments, from a column on, that may have been damaged: twice the strain and
+    /// stiffness before, and stiffness after.
     #[inline(always)]
-    fn note_damage<L: Lane>(&mut self, _: [[L; 2]; 3], _column: usize, _: &Yarns<'_>) {}
+    fn note_damage<L: Lane>(&mut self, _: [[L; 2]; 2], _now: [&L::Group; 2], _column: usize, _: &Yarns<'_>) {}
 
     /// Adds to the forces on the first nodes.
     #[inline(always)]
@@ -185,7 +185,7 @@ impl Effect for () {}
 pub struct Dissipation {
     /// l^2 times the multiplicity of a vertical segment over that of a horizontal one.
     pub share: f64,
-    /// Sums by lane, of segments that count once.
+    /// Sums by lane, of segments that count once but for those of a graded network.
     pub by_column: [f64; CHUNK],
     /// Part of rupture beyond the law of the reference rate, with the multiplicity of each segment.
     pub by_rupture: f64,
@@ -195,11 +195,15 @@ impl Dissipation {
     /// Zero dissipation.
     pub const NONE: Dissipation = Dissipation { share: 0.0, by_column: [0.0; CHUNK], by_rupture: 0.0 };
 
-    /// Adds that of lane group g, along x and along y.
+    /// Adds that of a lane group, along x and along y.
     #[inline(always)]
-    pub fn add<L: Lane>(&mut self, [along, upwards]: [L; 2], factor: L, g: usize) {
+    pub fn add<L: Lane>(&mut self, [mut along, mut upwards]: [L; 2], factor: L, place: &At<'_, L>) {
+        if let Some(shares) = place.bars.shares {
+            let segments: L = shares.segments(Axis::Horizontal);
+            (along, upwards) = (along.mul(segments.mul(segments)), upwards.mul(shares.width()));
+        }
         let more = along.add(upwards.mul(L::splat(self.share))).mul(factor);
-        let sums = &mut L::groups_mut(&mut self.by_column)[g];
+        let sums = &mut L::groups_mut(&mut self.by_column)[place.group];
         L::load(sums).add(more).store(sums);
     }
 }
@@ -242,7 +246,7 @@ pub struct YarnRow<'a> {
 #[derive(Clone, Copy)]
 pub enum Constants<'a> {
     /// All of a direction alike.
-    Uniform(Along<'a>),
+    Uniform(PlyDirections<'a>),
     /// Chunks of [kh, kv, lambda_h, lambda_v].
     Stochastic(&'a [Chunk<YARN_PLANES>]),
 }
@@ -272,13 +276,15 @@ impl YarnRow<'_> {
 /// Damage of the segments that start in a row: the cold path.
 pub struct Yarns<'a> {
     /// Constants of the segments of each direction.
-    pub directions: &'a Along<'a>,
+    pub directions: &'a PlyDirections<'a>,
     /// Dependence on the rate of strain.
     pub rates: &'a Rates,
     /// Constants of the segments.
     pub row: &'a YarnRow<'a>,
     /// A row of nodes.
     pub line: Line,
+    /// Lines of the ply.
+    pub net: &'a Net<'a>,
     /// Columns before which horizontal and vertical segments start.
     pub ends: [usize; 2],
     /// Findings so far.
@@ -289,7 +295,7 @@ impl Yarns<'_> {
     /// q from which damage is looked for, of horizontal and vertical segments.
     #[inline(always)]
     pub fn limits(&self) -> [f64; 2] {
-        let Along { horizontal, vertical, .. } = self.directions;
+        let PlyDirections { horizontal, vertical, .. } = self.directions;
         if horizontal.rate.depends() { self.rates.limits } else { [horizontal.critical, vertical.critical] }
     }
 

@@ -134,7 +134,7 @@ impl SlackChunk<'_> {
     }
 
     /// Adds what damage dissipates to the energy errors.
-    pub fn note_fall(&mut self, fall: &Fall, yarns: &Yarns<'_>) {
+    pub fn note_fall(&mut self, fall: &Fall<'_>, yarns: &Yarns<'_>) {
         fall.each(|column, axis, _, [before, now]| {
             let slot = self.energy_error[axis as usize].get_mut(column % CHUNK);
             if let Some(energy) = slot.filter(|_| self.keeps[axis as usize] != 0.0) {

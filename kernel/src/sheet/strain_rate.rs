@@ -9,8 +9,8 @@
 
 use crate::ground::lanes::Lane;
 use crate::ground::planes::Axis;
-use crate::sheet::direction::Along;
-use crate::sheet::segments::{Dissipation, Fall, Segments, Yarns};
+use crate::sheet::direction::PlyDirections;
+use crate::sheet::segments::{At, Dissipation, Fall, Segments, Yarns};
 use crate::yarn::rate::{RateLaw, RateSplats, Rates};
 
 /// Dependence of the segments of a row on the rate of strain.
@@ -28,7 +28,7 @@ pub struct StrainRate<'a> {
 impl<'a> StrainRate<'a> {
     /// Dependence of segments in these directions; None without.
     #[inline(always)]
-    pub fn of(Along { horizontal, vertical, .. }: Along<'a>, rates: &Rates) -> Option<StrainRate<'a>> {
+    pub fn of(PlyDirections { horizontal, vertical, .. }: PlyDirections<'a>, rates: &Rates) -> Option<StrainRate<'a>> {
         if !horizontal.rate.depends() {
             return None;
         }
@@ -49,15 +49,15 @@ impl<'a> StrainRate<'a> {
         [L::load(&groups[0]), L::load(&groups[1])]
     }
 
-    /// Changes the stiffness of lane group g, and adds what relaxation dissipates.
+    /// Changes the stiffness of a lane group, and adds what relaxation dissipates.
     #[inline(always)]
-    pub fn act<L: Lane>(&self, segments: &mut Segments<L>, g: usize, dissipation: &mut Dissipation) {
+    pub fn act<L: Lane>(&self, segments: &mut Segments<L>, place: &At<'_, L>, dissipation: &mut Dissipation) {
         let (Segments { q, before, stiffness, .. }, [of_x, of_y]) = (*segments, &self.constants);
         let (of_x, of_y) = (of_x.lanes::<L>(), of_y.lanes::<L>());
         let beyond = [of_x.beyond(q[0]), of_y.beyond(q[1])];
         // Before the damage of this step.
         let relaxing = [of_x.relaxing(before[0], beyond[0]), of_y.relaxing(before[1], beyond[1])];
-        dissipation.add(relaxing, L::splat(self.relaxing), g);
+        dissipation.add(relaxing, L::splat(self.relaxing), place);
         let is_within = of_x.within(beyond[0]).max(of_y.within(beyond[1])).any_above(L::splat(0.0));
         let factors =
             if is_within { self.stiffenings(q) } else { [of_x.stiffening(beyond[0]), of_y.stiffening(beyond[1])] };
@@ -66,12 +66,13 @@ impl<'a> StrainRate<'a> {
 
     /// Adds what rupture dissipates beyond the law of the reference rate, which the balance counts
     /// (`step/energy.rs`).
-    pub fn note_fall(&self, fall: &Fall, yarns: &Yarns<'_>, dissipation: &mut Dissipation) {
+    pub fn note_fall(&self, fall: &Fall<'_>, yarns: &Yarns<'_>, dissipation: &mut Dissipation) {
         fall.each(|column, axis, q, [before, now]| {
             let law = self.laws[axis as usize].at(self.time);
+            let [along, upwards] = yarns.net.parts(column);
             let multiplicity = match axis {
-                Axis::Horizontal => yarns.line.segment_weight(column),
-                Axis::Vertical => dissipation.share * yarns.line.node_weight(column),
+                Axis::Horizontal => along * yarns.line.segment_weight(column),
+                Axis::Vertical => dissipation.share * upwards * yarns.line.node_weight(column),
             };
             let dissipated = yarns.dissipated(axis, column, now) - yarns.dissipated(axis, column, before);
             dissipation.by_rupture += 4.0 * multiplicity * law.excess(q, law.seen_at(q)) * dissipated;

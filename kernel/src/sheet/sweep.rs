@@ -16,8 +16,8 @@ use crate::ground::planes::{
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
-use crate::sheet::columns::{Columns, Geometry, Net, Plain, Rests, Table};
-use crate::sheet::direction::Along;
+use crate::sheet::columns::{Any, Columns, Geometry, Graded, Net, Plain, Rests, Table, Widths};
+use crate::sheet::direction::PlyDirections;
 use crate::sheet::effects::{All, AllOnChunk, EffectState, Effects, ViscosityAlone};
 use crate::sheet::neighbours::{Around, NOTHING};
 use crate::sheet::segments::{At, Dissipation, Effect, Report, Segments, Slots, YarnRow, Yarns, per_mass};
@@ -38,7 +38,7 @@ pub struct Pass<'a> {
     /// Vertical segments above a row.
     pub verticals: usize,
     /// Constants of the segments of each direction.
-    pub directions: Along<'a>,
+    pub directions: PlyDirections<'a>,
     /// Lines of a graded network or a curved sheet.
     pub net: Net<'a>,
     /// Dependence on the rate of strain.
@@ -74,8 +74,8 @@ impl Pass<'_> {
     #[inline(always)]
     fn yarns<'y>(&'y self, row: &'y YarnRow<'_>, has_verticals: bool) -> Yarns<'y> {
         let ends = [self.horizontals, if has_verticals { self.verticals } else { 0 }];
-        let Pass { x, directions, rates, .. } = self;
-        Yarns { directions, rates, row, line: *x, ends, report: Report::default() }
+        let Pass { x, directions, net, rates, .. } = self;
+        Yarns { directions, rates, row, line: *x, net, ends, report: Report::default() }
     }
 }
 
@@ -85,6 +85,7 @@ impl<'a> Row<'a> {
     pub fn step(&mut self) -> (Report, [f64; 2]) {
         let Pass { directions, net, instructions, .. } = self.pass;
         let is_flat = net.is_flat();
+        let is_graded = Feature::Grading.is_built() && !net.lines.is_empty();
         let is_plain = is_flat && (directions.plain || !(Feature::Crimp.is_built() || Feature::Unlike.is_built()));
         let (is_viscous, others) = self.effects.as_ref().map_or((false, false), |state| {
             let others = directions.horizontal.rate.depends() || state.slack.is_some() || state.on_casing.is_some();
@@ -92,11 +93,13 @@ impl<'a> Row<'a> {
         });
         match is_viscous {
             false if is_plain && !others => self.with::<Plain, ()>([0.0; 3]),
+            _ if is_graded && (others || instructions.is_slow()) => self.with::<Graded<'_>, All<'_>>([0.0; 3]),
             _ if others || instructions.is_slow() => self.with::<Table<'_>, All<'_>>(self.force_across_the_seam()),
             false if is_flat => self.with::<Rests, ()>([0.0; 3]),
             false => self.with::<Table<'_>, ()>(self.force_across_the_seam()),
             true if is_plain => self.with::<Plain, ViscosityAlone<'_>>([0.0; 3]),
             true if is_flat => self.with::<Rests, ViscosityAlone<'_>>([0.0; 3]),
+            true if is_graded => self.with::<Graded<'_>, ViscosityAlone<'_>>([0.0; 3]),
             true => self.with::<Table<'_>, All<'_>>(self.force_across_the_seam()),
         }
     }
@@ -189,7 +192,7 @@ impl<'a, G: Geometry<'a>, E: Effects<'a>> Job for RowJob<'_, 'a, G, E> {
 struct Nodes<'a> {
     /// Number of the chunk.
     number: usize,
-    columns: &'a Columns,
+    columns: Columns<'a>,
     here: &'a mut Chunk<HOT_PLANES>,
     right: &'a Chunk<HOT_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
@@ -238,7 +241,7 @@ impl<L: Lane> Carried<L> {
         effect.act(&mut segments, &At { bars: &bars, around: nodes.around(), group: g });
         let mut forces = segments.forces(&bars);
         effect.add_forces(&mut forces, g);
-        self.advance(nodes, forces, bars.inverse_widths, g, effect);
+        self.advance(nodes, forces, bars.widths, g, effect);
     }
 
     /// Velocities and positions of a lane group.
@@ -247,7 +250,7 @@ impl<L: Lane> Carried<L> {
         &mut self,
         nodes: &mut Nodes<'_>,
         [right, up]: [[L; 3]; 2],
-        widths: Option<[L; 2]>,
+        widths: Option<Widths<'_>>,
         g: usize,
         effect: &mut impl Effect,
     ) {
@@ -256,6 +259,7 @@ impl<L: Lane> Carried<L> {
         let vertical = [hand_on(up[0], cx), hand_on(up[1], cy), hand_on(up[2], cz)];
         let left = [right[0].left_of(self.left[0]), right[1].left_of(self.left[1]), right[2].left_of(self.left[2])];
         self.left = right;
+        let widths = Widths::inverse(widths);
         let change = [
             per_mass(right[0], left[0], vertical[0], widths),
             per_mass(right[1], left[1], vertical[1], widths),
@@ -321,7 +325,7 @@ impl<'a> Copies<'a> {
 /// Forces of the segments of a row as the sweep would find them, while nothing is stepped and no damage is
 /// committed.
 pub(crate) struct Peek<'a> {
-    geometry: Table<'a>,
+    geometry: Any<'a>,
     yarns: Yarns<'a>,
 }
 
@@ -329,7 +333,7 @@ impl<'a> Peek<'a> {
     /// Forces of row j. `has_verticals`: whether segments go upwards from it.
     #[inline(always)]
     pub fn of(pass: &'a Pass<'_>, j: usize, yarn: &'a YarnRow<'_>, has_verticals: bool) -> Peek<'a> {
-        let geometry = Table::of(&pass.net, pass.directions.rests(), j);
+        let geometry = Any::of(&pass.net, pass.directions.rests(), j);
         Peek { geometry, yarns: pass.yarns(yarn, has_verticals) }
     }
 

@@ -112,7 +112,7 @@ impl Symmetry {
         Vector::new(kept(!self.mirror_y), kept(!self.mirror_x), kept(!self.mirror_x && !self.mirror_y))
     }
 
-    /// The images of a node or support, itself first: which planes turn it.
+    /// The images of a node or support, itself first: by which planes each is mirrored.
     pub fn images(self) -> impl Iterator<Item = [bool; 2]> {
         let all = [[false, false], [true, false], [false, true], [true, true]];
         all.into_iter().filter(move |[x, y]| (self.mirror_x || !x) && (self.mirror_y || !y))
@@ -183,8 +183,8 @@ fn kept(keep: bool) -> f64 {
 }
 
 /// The attachment that is the image of another (numbering: [`crate::sheet::weave::attachment_of`]).
-pub fn attachment_image(kind: AttachmentKind, attachment: usize, turned: [bool; 2]) -> usize {
-    let [x, y] = turned;
+pub fn attachment_image(kind: AttachmentKind, attachment: usize, mirrored: [bool; 2]) -> usize {
+    let [x, y] = mirrored;
     match kind {
         AttachmentKind::FourCorners => attachment ^ usize::from(x) ^ (usize::from(y) << 1),
         // Left and right change places by x, bottom and top by y.
@@ -193,7 +193,7 @@ pub fn attachment_image(kind: AttachmentKind, attachment: usize, turned: [bool; 
     }
 }
 
-/// A vector's image.
-pub fn turned(v: &Vector, [x, y]: [bool; 2]) -> Vector {
+/// Image of a vector beyond these planes.
+pub fn mirrored(v: &Vector, [x, y]: [bool; 2]) -> Vector {
     Vector::new(if x { -v.x } else { v.x }, if y { -v.y } else { v.y }, v.z)
 }

@@ -17,6 +17,7 @@
 use crate::ground::error::{Code, Error, finite, not_negative, positive};
 use crate::ground::math;
 use crate::ground::planes::Axis;
+use crate::scene::features::Feature;
 use crate::scene::parts::{Back, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Scene, StrengthDraw, WEIBULL_SHAPES, Weft};
 use crate::yarn::law::twice_strain_at;
 
@@ -62,7 +63,13 @@ pub struct Textile {
     /// Gauge length of the failure strain, m, >= 0; 0: the length of a segment. Read with a Weibull shape
     /// only.
     pub gauge_length: f64,
+    /// Thickness of the ply, m, >= 0; 0: unknown, and [`Textile::assumed_thickness`] is taken.
+    pub thickness: f64,
 }
+
+/// Share of fibre in the volume of cloth whose thickness is unknown: that of five packs of Twaron CT612
+/// (0.119 kg/m^2, 1440 kg/m^3 and 0.161 to 0.171 mm a layer; docs/validation.md).
+const SHARE_OF_FIBRE: f64 = 0.48;
 
 /// Damage rate of a textile whose data sheet has none, as all: ln(100)/0.002, so that a yarn keeps 1 % of its
 /// stiffness 0.2 % of strain beyond the failure strain, which it thus hardly exceeds.
@@ -130,6 +137,11 @@ impl Textile {
         self.warp.areal_density() + self.weft.areal_density()
     }
 
+    /// Thickness of a ply, m, of which 0.48 are fibre.
+    pub fn assumed_thickness(&self) -> f64 {
+        self.areal_density() / (SHARE_OF_FIBRE * self.fibre_density)
+    }
+
     /// Speed of a longitudinal wave in a straight yarn by itself at small strain, m/s: sqrt(E/rho).
     pub fn wave_speed(&self) -> f64 {
         math::sqrt(self.modulus / self.fibre_density)
@@ -184,6 +196,7 @@ impl Textile {
             return Err(Error::new(Code::OutOfRange, "textile.weibull_shape", self.weibull_shape, WEIBULL_SHAPES[0]));
         }
         not_negative("textile.gauge_length", self.gauge_length)?;
+        not_negative("textile.thickness", self.thickness)?;
         Ok(critical_stretch)
     }
 }
@@ -202,10 +215,10 @@ fn stretch_at(s: f64) -> f64 {
 }
 
 impl Scene {
-    /// Makes the sheet of this textile: spacings, areas, node mass, crimp, the yarn law, without a law of the
-    /// weft's own, and the [`TEXTILE_VISCOSITY`]; with crimp also `slack_balance`, but where yarn depends on
-    /// the rate. The theta rule takes neither. Number of nodes and plies, place, pre-strain, supports,
-    /// `yarn.alpha_fail`, `yarn.draw` and all else stay.
+    /// Makes the sheet of this textile: spacings, areas, node mass, crimp, thickness, the yarn law, without a
+    /// law of the weft's own, and the [`TEXTILE_VISCOSITY`]; with crimp also `slack_balance`, but where yarn
+    /// depends on the rate. The theta rule takes neither. Number of nodes and plies, place, pre-strain,
+    /// supports, `yarn.alpha_fail`, `yarn.draw` and all else stay.
     ///
     /// # Errors
     /// Fields `textile.*`: not finite, not positive, out of the range stated; both or none of failure strain
@@ -226,6 +239,8 @@ impl Scene {
         sheet.node_mass =
             warp.linear_density * (1.0 + warp.crimp) * h_x + weft.linear_density * (1.0 + weft.crimp) * h_y;
         sheet.crimp = [warp.crimp, weft.crimp];
+        let assumed = if Feature::Thickness.is_built() { textile.assumed_thickness() } else { 0.0 };
+        sheet.thickness = if textile.thickness == 0.0 { assumed } else { textile.thickness };
         self.weft = Weft::LIKE_WARP;
         let yarn = &mut self.yarn;
         (yarn.modulus_mean, yarn.modulus_sd) = (textile.modulus, textile.modulus_sd);
@@ -252,15 +267,18 @@ impl Scene {
 
     /// Makes the back fabric of this textile, in the scene's own grid: a bar stands for as many yarns as
     /// there are in a spacing, so areal density, stiffness and strength per width are those of the textile.
-    /// The number of its plies, `back.plies`, stays. The quadratic viscosity becomes that of the textile of
-    /// the two that takes less.
+    /// The number of its plies, `back.plies`, stays, and so does the thickness of a ply, that of the front.
+    /// The quadratic viscosity becomes that of the textile of the two that takes less.
     ///
     /// # Errors
-    /// As [`Scene::set_textile`].
+    /// As [`Scene::set_textile`], and a thickness that is not `sheet.thickness`.
     pub fn set_back_textile(&mut self, textile: &Textile) -> Result<(), Error> {
         // In a scene of its own that has the grid of the textile.
         let mut alone = *self;
         alone.set_textile(textile)?;
+        if textile.thickness != 0.0 && textile.thickness != self.sheet.thickness {
+            return Err(Error::beside("textile.thickness", "sheet.thickness"));
+        }
         let [h_x, h_y] = self.spacings();
         let [own_x, own_y] = alone.spacings();
         // Yarns along x in a spacing along y, and the other way round.

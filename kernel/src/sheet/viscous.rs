@@ -9,14 +9,17 @@
 //! between nodes i and i + 1 the moments are M_i - M_{i+1}. What viscosity takes in a step is force times the
 //! mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a step counts half of the rate
 //! before it times the forces of the last step and of its own (`step/rows/viscosity.rs` adds what is open).
-//! Limits: velocity Verlet, no graded network. The step limit is in `check.rs`.
+//! In a graded network (M17) acts on nodes of single yarns alone; a bar has (M16) over its whole length.
+//! Limits: velocity Verlet. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
-use crate::ground::lanes::{self, Job, Lane, at};
-use crate::ground::planes::{CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z};
-use crate::sheet::direction::Along;
+use crate::ground::lanes::{self, InstructionSet, Job, Lane, at};
+use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z};
+use crate::scene::features::Feature;
+use crate::sheet::columns::{Net, WIDTH};
+use crate::sheet::direction::PlyDirections;
 use crate::sheet::neighbours::{NOTHING, right_of};
-use crate::sheet::segments::{Dissipation, Segments};
+use crate::sheet::segments::{At, Dissipation, Segments};
 use crate::yarn::law::{self, ViscosityLanes, ViscositySplats};
 
 /// Past of a row with viscosity: strain and viscous stress of its segments in the last step, and moments of
@@ -40,7 +43,7 @@ pub type ViscousAlong = [ViscositySplats; 2];
 impl<'a> Viscous<'a> {
     /// Viscosity of a row's segments in these directions.
     #[inline(always)]
-    pub fn of(directions: Along<'_>, row: ViscousRow<'a>) -> Viscous<'a> {
+    pub fn of(directions: PlyDirections<'_>, row: ViscousRow<'a>) -> Viscous<'a> {
         Viscous { constants: along(directions), row }
     }
 
@@ -56,7 +59,7 @@ impl<'a> Viscous<'a> {
 
 /// Viscosity of segments in these directions.
 #[inline(always)]
-pub fn along(Along { horizontal, vertical, .. }: Along<'_>) -> ViscousAlong {
+pub fn along(PlyDirections { horizontal, vertical, .. }: PlyDirections<'_>) -> ViscousAlong {
     [horizontal.viscosity.splats(), vertical.viscosity.splats()]
 }
 
@@ -73,15 +76,17 @@ pub struct ViscousChunk<'c> {
 }
 
 impl ViscousChunk<'_> {
-    /// Adds the viscous stress of lane group g, and what it dissipates.
+    /// Adds the viscous stress of a lane group, and what it dissipates.
     #[inline(always)]
-    pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, g: usize, dissipation: &mut Dissipation) {
+    pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &At<'_, L>, dissipation: &mut Dissipation) {
         let ([q_x, q_y, x, y, ..], [of_x, of_y]) = (&mut *self.past, self.constants);
         let Segments { q, stiffness, .. } = *segments;
-        let (stress_y, taken_y) = Past { twice_strain: q_y, stress: y }.stress(&of_y.lanes(), stiffness[1], q[1], g);
-        let (stress_x, taken_x) = Past { twice_strain: q_x, stress: x }.stress(&of_x.lanes(), stiffness[0], q[0], g);
+        let past_y = Past { twice_strain: q_y, stress: y, axis: Axis::Vertical };
+        let (stress_y, taken_y) = past_y.stress(&of_y.lanes(), stiffness[1], q[1], place);
+        let past_x = Past { twice_strain: q_x, stress: x, axis: Axis::Horizontal };
+        let (stress_x, taken_x) = past_x.stress(&of_x.lanes(), stiffness[0], q[0], place);
         segments.stress = [stress_x, stress_y];
-        dissipation.add([taken_x, taken_y], L::splat(1.0), g);
+        dissipation.add([taken_x, taken_y], L::splat(1.0), place);
     }
 
     /// Adds the forces along z of the moments at both ends.
@@ -98,19 +103,23 @@ pub(crate) const NO_PAST: Chunk<PAST_PLANES> = [[0.0; CHUNK]; PAST_PLANES];
 
 /// Past of eight segments of one direction.
 struct Past<'a> {
+    axis: Axis,
     twice_strain: &'a mut [f64; CHUNK],
     stress: &'a mut [f64; CHUNK],
 }
 
 impl Past<'_> {
-    /// Stress of group g with its viscous part, whose past becomes the present; and what it takes, over 1/4
-    /// l^2.
+    /// Stress of a lane group with its viscous part, whose past becomes the present; and what it takes, over
+    /// 1/4 l^2.
     #[inline(always)]
-    pub fn stress<L: Lane>(self, viscosity: &ViscosityLanes<L>, stiffness: L, q: L, g: usize) -> (L, L) {
-        let (before, last) = (&mut L::groups_mut(self.twice_strain)[g], &mut L::groups_mut(self.stress)[g]);
+    pub fn stress<L: Lane>(self, viscosity: &ViscosityLanes<L>, stiffness: L, q: L, place: &At<'_, L>) -> (L, L) {
+        let Past { twice_strain, stress, axis } = self;
+        let before = &mut L::groups_mut(twice_strain)[place.group];
+        let last = &mut L::groups_mut(stress)[place.group];
         let (zero, past) = (L::splat(0.0), L::load(before));
         let taut = q.max(zero);
-        let strain = viscosity.twice_strain(taut, past.max(zero));
+        let growth = place.bars.of_all(axis, taut.sub(past.max(zero)));
+        let strain = viscosity.twice_strain(taut, growth);
         let viscous = stiffness.mul(strain.sub(taut));
         let dissipated = L::load(last).add(viscous).mul(q.sub(past));
         q.store(before);
@@ -122,7 +131,8 @@ impl Past<'_> {
 /// The moments of a row of nodes, along z, of the yarns along x and y. Gives twice what they take in a step,
 /// by columns.
 pub(crate) struct MomentsOfRow<'a> {
-    pub directions: Along<'a>,
+    pub directions: PlyDirections<'a>,
+    pub net: &'a Net<'a>,
     pub row: &'a [Chunk<HOT_PLANES>],
     /// The row below and its past; empty below the first.
     pub below: &'a [Chunk<HOT_PLANES>],
@@ -133,18 +143,51 @@ pub(crate) struct MomentsOfRow<'a> {
     pub past: &'a mut [Chunk<PAST_PLANES>],
 }
 
-impl Job for MomentsOfRow<'_> {
+impl MomentsOfRow<'_> {
+    /// Finds those of row j of a ply.
+    #[inline(always)]
+    pub fn find(&mut self, instructions: InstructionSet, j: usize) -> [f64; CHUNK] {
+        if Feature::Grading.is_built() && !self.net.lines.is_empty() {
+            lanes::dispatch(instructions, FindMoments::<true>(self, j))
+        } else {
+            lanes::dispatch(instructions, FindMoments::<false>(self, j))
+        }
+    }
+}
+
+/// [`MomentsOfRow::find`] as a job for the lanes. `GRADED`: in a graded network.
+struct FindMoments<'r, 'a, const GRADED: bool>(&'r mut MomentsOfRow<'a>, usize);
+
+impl<const GRADED: bool> Job for FindMoments<'_, '_, GRADED> {
     type Output = [f64; CHUNK];
 
     #[inline(always)]
     fn run<L: Lane>(self) -> [f64; CHUNK] {
-        let MomentsOfRow { directions, row, below, past_below, above, past } = self;
-        let (mut along, mut dissipated) = (Moments::<L>::of(directions), [0.0; CHUNK]);
-        for (c, (chunk, past)) in row.iter().zip(past).enumerate() {
+        let FindMoments(MomentsOfRow { directions, net, row, below, past_below, above, past }, j) = self;
+        let width = if GRADED { net.row_share(j) } else { 1.0 };
+        let (mut along, mut dissipated) = (Moments::<L>::of(*directions, width), [0.0; CHUNK]);
+        for (c, (chunk, past)) in row.iter().zip(&mut **past).enumerate() {
             let next = row.get(c + 1).unwrap_or(&NOTHING);
             let (above, below) = (above.get(c).unwrap_or(&NOTHING), below.get(c).unwrap_or(&NOTHING));
             let past_below = past_below.get(c).unwrap_or(&NO_PAST);
-            along.find(&MomentNodes { chunk, next, above, below, past_below }, past, &mut dissipated);
+            let widths = net.columns.get(c).map_or(&[1.0; CHUNK], |columns| &columns[WIDTH]);
+            let nodes = MomentNodes { chunk, next, above, below, past_below, widths };
+            // Moments of coarse nodes are 0 and remain so. The fine part is in one piece.
+            let is_fine = width == 1.0;
+            if !GRADED || is_fine && widths[0] == 1.0 && widths[CHUNK - 1] == 1.0 {
+                along.find::<true, true, false>(&nodes, past, &mut dissipated);
+            } else if widths.contains(&1.0) {
+                if is_fine {
+                    along.find::<true, true, true>(&nodes, past, &mut dissipated);
+                } else {
+                    along.find::<true, false, true>(&nodes, past, &mut dissipated);
+                }
+            } else {
+                if is_fine {
+                    along.find::<false, true, true>(&nodes, past, &mut dissipated);
+                }
+                along.last = velocity_and_stress(chunk, past, CHUNK / L::WIDTH - 1);
+            }
         }
         dissipated
     }
@@ -158,6 +201,8 @@ pub(crate) struct MomentNodes<'a> {
     pub above: &'a Chunk<HOT_PLANES>,
     pub below: &'a Chunk<HOT_PLANES>,
     pub past_below: &'a Chunk<PAST_PLANES>,
+    /// Read in a graded network only.
+    pub widths: &'a [f64; CHUNK],
 }
 
 /// Numbers carried along a row whose moments are found.
@@ -166,45 +211,75 @@ pub(crate) struct Moments<L> {
     vertical: ViscosityLanes<L>,
     /// Velocity of the group to the left, and the stress of its segments.
     last: [L; 2],
+    /// Width of the row.
+    width: L,
 }
 
 impl<L: Lane> Moments<L> {
     /// At the start of a row.
     #[inline(always)]
-    pub fn of(Along { horizontal, vertical, .. }: Along<'_>) -> Self {
+    pub fn of(PlyDirections { horizontal, vertical, .. }: PlyDirections<'_>, width: f64) -> Self {
         let (horizontal, vertical) = (horizontal.viscosity.lanes(), vertical.viscosity.lanes());
-        Moments { horizontal, vertical, last: [L::splat(0.0); 2] }
+        Moments { horizontal, vertical, last: [L::splat(0.0); 2], width: L::splat(width) }
     }
 
     /// Finds those of eight columns. `past`: theirs; `dissipated`: twice what they take is added, by columns.
+    /// `X`, `Y`: yarns along x and along y, both in a row of width 1. `GRADED`: columns have widths.
     #[inline(always)]
-    pub fn find(&mut self, nodes: &MomentNodes<'_>, past: &mut Chunk<PAST_PLANES>, dissipated: &mut [f64; CHUNK]) {
-        lanes::each_group!(L, |g| self.group(nodes, past, dissipated, g));
+    pub fn find<const X: bool, const Y: bool, const GRADED: bool>(
+        &mut self,
+        nodes: &MomentNodes<'_>,
+        past: &mut Chunk<PAST_PLANES>,
+        dissipated: &mut [f64; CHUNK],
+    ) {
+        lanes::each_group!(L, |g| self.group::<X, Y, GRADED>(nodes, past, dissipated, g));
     }
 
     #[inline(always)]
-    fn group(
+    fn group<const X: bool, const Y: bool, const GRADED: bool>(
         &mut self,
         nodes: &MomentNodes<'_>,
         past: &mut Chunk<PAST_PLANES>,
         dissipated: &mut [f64; CHUNK],
         g: usize,
     ) {
-        let MomentNodes { chunk, next, above, below, past_below } = *nodes;
-        let (v, stress): (L, L) = (at(chunk, SPEED_Z, g), law::stress(at(chunk, 6, g), at(past, 0, g)));
-        let right = v.sub(right_of(v, &chunk[SPEED_Z], &next[SPEED_Z], g));
-        let left = v.sub(v.left_of(self.last[0]));
-        let bending = self.horizontal.bending(stress.left_of(self.last[1]), stress);
-        let along_x = moment(left.add(right), bending, &mut L::groups_mut(&mut past[MOMENT])[g]);
-        self.last = [v, stress];
-
-        let (up, down) = (v.sub(at(above, SPEED_Z, g)), v.sub(at(below, SPEED_Z, g)));
-        let before = law::stress::<L>(at(below, 7, g), at(past_below, 1, g));
-        let bending = self.vertical.bending(before, law::stress(at(chunk, 7, g), at(past, 1, g)));
-        let along_y = moment(down.add(up), bending, &mut L::groups_mut(&mut past[MOMENT + 1])[g]);
+        let MomentNodes { chunk, next, above, below, past_below, widths } = *nodes;
+        let (column, [v, stress]): (L, [L; 2]) = (L::load(&L::groups(widths)[g]), velocity_and_stress(chunk, past, g));
+        let (mut along_x, mut along_y) = (L::splat(0.0), L::splat(0.0));
+        if X {
+            let right = v.sub(right_of(v, &chunk[SPEED_Z], &next[SPEED_Z], g));
+            let left = v.sub(v.left_of(self.last[0]));
+            let mut bending = self.horizontal.bending(stress.left_of(self.last[1]), stress);
+            if GRADED {
+                bending = bending.mul(fine(column));
+            }
+            along_x = moment(left.add(right), bending, &mut L::groups_mut(&mut past[MOMENT])[g]);
+            self.last = [v, stress];
+        }
+        if Y {
+            let (up, down) = (v.sub(at(above, SPEED_Z, g)), v.sub(at(below, SPEED_Z, g)));
+            let before = law::stress::<L>(at(below, 7, g), at(past_below, 1, g));
+            let bending = self.vertical.bending(before, law::stress(at(chunk, 7, g), at(past, 1, g)));
+            along_y = moment(down.add(up), bending, &mut L::groups_mut(&mut past[MOMENT + 1])[g]);
+        }
+        if GRADED {
+            (along_x, along_y) = (if Y { along_x } else { along_x.mul(self.width) }, along_y.mul(column));
+        }
         let dissipated = &mut L::groups_mut(dissipated)[g];
         L::load(dissipated).add(along_x.add(along_y)).store(dissipated);
     }
+}
+
+/// Velocities along z of a lane group, and stresses of the segments from it along x.
+#[inline(always)]
+fn velocity_and_stress<L: Lane>(chunk: &Chunk<HOT_PLANES>, past: &Chunk<PAST_PLANES>, g: usize) -> [L; 2] {
+    [at(chunk, SPEED_Z, g), law::stress(at(chunk, 6, g), at(past, 0, g))]
+}
+
+/// 1 for the width 1, else 0: widths between are none of a network.
+#[inline(always)]
+fn fine<L: Lane>(width: L) -> L {
+    L::splat(3.0).sub(width.add(width)).max(L::splat(0.0))
 }
 
 /// The moment at this change of the rate along the yarn. Gives twice what it takes.

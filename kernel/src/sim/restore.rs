@@ -8,6 +8,7 @@ use crate::ground::error::{Code, Error};
 use crate::ground::hash::Hash;
 use crate::ground::planes::{self, Axis, SPEED_X};
 use crate::memory::image::{self, Array, HEADER_WORDS, NumberPlace};
+use crate::memory::network::Network;
 use crate::memory::state::{COUNT_MAX, State, Visitor};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
@@ -16,7 +17,7 @@ use crate::sheet::weave::in_runs;
 use crate::sim::simulation::Sim;
 use crate::sim::snapshot::header;
 use crate::sim::start::LARGEST_STRETCH;
-use crate::step::explicit;
+use crate::step::one_step;
 use crate::yarn::law::{FAILED, LOST, twice_strain_at};
 
 /// Displacements and velocities of an image, in spacings and spacings a step: beyond this their energy need
@@ -83,7 +84,7 @@ impl Sim<'_> {
 /// The words of an image before its checksum, if it is one of this scene.
 fn body_of<'b>(system: &System<'_>, image: &'b [u8]) -> Result<&'b [[u8; 8]], Error> {
     Feature::Snapshot.needed_by("image")?;
-    let needed = system.layout.snapshot_bytes();
+    let needed = system.network.layout.snapshot_bytes();
     let header_bytes = image.get(..8 * HEADER_WORDS).ok_or(malformed(image.len() as f64, needed as f64))?;
     let mut found = Reader { chunks: header_bytes.as_chunks::<8>().0.iter(), sound: true };
     let [magic, format, print, words] = header(system);
@@ -106,9 +107,9 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
     let mut reader = Reader { chunks: body.iter(), sound: true };
     (0..HEADER_WORDS).for_each(|_| _ = reader.word());
     let mut state = system.state;
-    state.visit(system.layout.has, &mut reader);
+    state.visit(system.network.layout.has, &mut reader);
     let rows = Reader { chunks: reader.chunks.clone(), sound: true };
-    rows_are_sound(system, &mut reader);
+    rows_are_sound(&system.network, &mut reader);
     if !reader.sound || !plausible(&state) {
         return Err(Error::plain(Code::ImageInvalid, "image"));
     }
@@ -118,24 +119,24 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
     let mut reader = rows;
     // After a failure nothing is taken for granted.
     let failed = system.failure.is_some();
-    system.refill(|system, j| read_row(system, j, &mut reader) | failed);
-    explicit::start_forces(system);
-    system.arrays.flags.iter_mut().for_each(|flags| *flags = reader.word() as u32);
+    system.refill(|network, j| read_row(network, j, &mut reader) | failed);
+    one_step::start_forces(&mut system.network);
+    system.network.arrays.flags.iter_mut().for_each(|flags| *flags = reader.word() as u32);
     Ok(())
 }
 
 /// Looks at the words of rows and bits of contact.
-fn rows_are_sound(system: &System<'_>, reader: &mut Reader<'_>) {
+fn rows_are_sound(network: &Network<'_>, reader: &mut Reader<'_>) {
     let mut sound = true;
-    for j in 0..system.layout.nodes_y {
-        if system.arrays.rows.been_slack.get(j).is_some() {
+    for j in 0..network.layout.nodes_y {
+        if network.arrays.rows.been_slack.get(j).is_some() {
             sound &= reader.word() <= 3;
         }
-        image::traverse(&system.layout, j, |place| {
-            sound &= can_be(system, j, place, f64::from_bits(reader.word()));
+        image::traverse(&network.layout, j, |place| {
+            sound &= can_be(network, j, place, f64::from_bits(reader.word()));
         });
     }
-    for _ in 0..system.arrays.flags.len() {
+    for _ in 0..network.arrays.flags.len() {
         sound &= reader.word() <= u64::from(u32::MAX);
     }
     reader.sound &= sound;
@@ -144,24 +145,24 @@ fn rows_are_sound(system: &System<'_>, reader: &mut Reader<'_>) {
 /// Whether a simulation can have a number: motion whose energy is finite, with held nodes at rest where they
 /// do not slide; histories such as there are.
 #[inline(always)]
-fn can_be(system: &System<'_>, j: usize, place: NumberPlace, number: f64) -> bool {
+fn can_be(network: &Network<'_>, j: usize, place: NumberPlace, number: f64) -> bool {
     match place.array {
         Array::Hot => {
-            let held = || system.arrays.rows.runs.get(j).is_some_and(|run| in_runs(run, place.i));
+            let held = || network.arrays.rows.runs.get(j).is_some_and(|run| in_runs(run, place.i));
             let moves = place.plane >= SPEED_X && number != 0.0;
-            number.abs() <= LARGEST_MOTION && !(moves && !system.layout.has(Feature::Clamps) && held())
+            number.abs() <= LARGEST_MOTION && !(moves && !network.layout.has(Feature::Clamps) && held())
         }
-        Array::Slid => (0.0..=LET_GO).contains(&number),
+        Array::Slid => (-LARGEST_MOTION..=LARGEST_MOTION).contains(&number) || number == LET_GO,
         Array::Past | Array::EnergyError => number.abs() <= LOST,
         Array::History => {
             let axis = if place.plane == 0 { Axis::Horizontal } else { Axis::Vertical };
             // History of a segment without damage, and the least of one with it.
-            let (whole, critical) = if system.layout.has(Feature::Strength) {
-                let strength = planes::row(system.arrays.rows.strength, system.layout.chunks, j);
+            let (whole, critical) = if network.layout.has(Feature::Strength) {
+                let strength = planes::row(network.arrays.rows.strength, network.layout.chunks, j);
                 let own = planes::get(strength, place.plane, place.i).map_or(0.0, twice_strain_at);
                 (own, own)
             } else {
-                (0.0, system.direction(axis, j).critical)
+                (0.0, network.direction(axis, j).critical)
             };
             // A segment breaks long before: only one that was broken beforehand has such a history.
             let damaged = number > critical && number <= twice_strain_at(LARGEST_STRETCH);
@@ -171,12 +172,12 @@ fn can_be(system: &System<'_>, j: usize, place: NumberPlace, number: f64) -> boo
 }
 
 /// Takes the words of row j, which are sound. Returns whether a history has changed.
-fn read_row(system: &mut System<'_>, j: usize, reader: &mut Reader<'_>) -> bool {
-    if let Some(been_slack) = system.arrays.rows.been_slack.get_mut(j) {
+fn read_row(network: &mut Network<'_>, j: usize, reader: &mut Reader<'_>) -> bool {
+    if let Some(been_slack) = network.arrays.rows.been_slack.get_mut(j) {
         *been_slack = reader.word() as u32;
     }
-    let (mut changed, mut numbers) = (false, system.arrays.rows.numbers_mut());
-    image::traverse(&system.layout, j, |place| {
+    let (mut changed, mut numbers) = (false, network.arrays.rows.numbers_mut());
+    image::traverse(&network.layout, j, |place| {
         let read = f64::from_bits(reader.word());
         if let Some(number) = numbers[place.array as usize].get_mut(place.at) {
             changed |= place.array == Array::History && *number != read;
@@ -194,14 +195,14 @@ fn malformed(value: f64, limit: f64) -> Error {
 /// Scalar values beyond being finite: unit quaternions, a path that covers the present step and a load that
 /// began before it.
 fn plausible(state: &State) -> bool {
-    let State { track, body, step, loaded, .. } = state;
+    let State { track, body, step, sums, .. } = state;
     let is_unit = |q: &nalgebra::Quaternion<f64>| {
         let squared = q.w * q.w + q.i * q.i + q.j * q.j + q.k * q.k;
         squared > 0.99 && squared < 1.01
     };
     let turns = [body.orientation, track.start.orientation, track.end.orientation];
     let path = track.steps == 0 || track.first <= *step;
-    *loaded <= step + 1 && turns.iter().all(is_unit) && path && body.velocity.iter().all(|x| x.is_finite())
+    sums.loaded <= step + 1 && turns.iter().all(is_unit) && path && body.velocity.iter().all(|x| x.is_finite())
 }
 
 #[cfg(test)]
@@ -263,7 +264,7 @@ mod tests {
         scene.attachment.kind = crate::scene::parts::AttachmentKind::TwoSides;
         let mut sim = sim(&scene);
         let (layout, image) = (*sim.layout(), saved(&sim));
-        let (critical, first) = (sim.system.directions.front.horizontal.critical, sim.digest());
+        let (critical, first) = (sim.system.network.directions.front.horizontal.critical, sim.digest());
         let mut check = |at: usize, word: u64, sound: bool| {
             let forged = forged(&image, at, word);
             let found = sim.load(&forged);

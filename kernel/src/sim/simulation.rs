@@ -14,8 +14,9 @@ use crate::ground::math;
 use crate::memory::arrays;
 use crate::memory::layout::Layout;
 use crate::memory::model::Model;
+use crate::memory::network::SegmentView;
 use crate::memory::state::{COUNT_MAX, State};
-use crate::memory::system::{SegmentView, System};
+use crate::memory::system::System;
 use crate::memory::watch::{FirstContact, Latch, Outcome, OutcomeSet};
 use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Scene, StepLimits};
@@ -24,8 +25,8 @@ use crate::sim::start;
 use crate::step::bands::Bands;
 use crate::step::blocks;
 use crate::step::energy::{self, Energy, Ply};
-use crate::step::explicit;
 use crate::step::forces;
+use crate::step::one_step;
 use crate::step::pieces::Pieces;
 use crate::step::readout::GreatestOfRow;
 use crate::step::rows::schedule;
@@ -99,7 +100,7 @@ pub struct Counters {
     pub most_candidates: u64,
     /// Places for candidate nodes: `contact_capacity`, or every node modelled.
     pub candidate_capacity: u64,
-    /// Deepest penetration met, m: rounding where the body does not turn, up to 2e-2 spacings where it does;
+    /// Deepest penetration met, m: rounding where the body does not turn, up to 4e-2 spacings where it does;
     /// also that of fixed nodes in a prescribed body, which passes through them.
     pub worst_penetration: f64,
     /// Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.
@@ -196,17 +197,17 @@ impl<'a> Sim<'a> {
     #[inline(never)]
     fn fill(&mut self, scene: &Scene, limits: StepLimits, memory: &'a mut [CacheLine]) -> Result<(), Error> {
         let system = &mut self.system;
-        system.scene = *scene;
-        system.layout = Layout::of_sound(scene)?;
-        system.solid = Solid::of(&scene.projectile);
-        system.model = Model::of(scene, limits, &system.solid);
-        system.state = State::at_start(start::place_body(scene, &system.model, &system.solid)?);
-        system.directions = Directions::of(scene, limits.dt);
-        system.fetches = system.layout.exceeds_caches();
-        system.instructions = InstructionSet::widest();
-        system.block_steps = schedule::block_steps(&system.layout, system.instructions);
-        system.arrays.carve(memory, &system.layout)?;
-        system.fill_model()?;
+        system.network.scene = *scene;
+        system.network.layout = Layout::of_sound(scene)?;
+        system.solid = Solid::of_scene(scene);
+        system.network.model = Model::of(scene, limits, &system.solid);
+        system.state = State::at_start(start::place_body(scene, &system.network.model, &system.solid)?);
+        system.network.directions = Directions::of(scene, limits.dt);
+        system.network.fetches = system.network.layout.exceeds_caches();
+        system.network.instructions = InstructionSet::widest();
+        system.network.block_steps = schedule::block_steps(&system.network.layout, system.network.instructions);
+        system.network.arrays.carve(&mut system.contacts, memory, &system.network.layout)?;
+        system.network.fill_model()?;
         system.clear_state();
         Ok(())
     }
@@ -215,7 +216,8 @@ impl<'a> Sim<'a> {
     /// external load.
     pub fn reset(&mut self) {
         // Accepted once, so accepted again.
-        if let Ok(body) = start::place_body(&self.system.scene, &self.system.model, &self.system.solid) {
+        if let Ok(body) = start::place_body(&self.system.network.scene, &self.system.network.model, &self.system.solid)
+        {
             self.system.state = State::at_start(body);
         }
         self.system.clear_state();
@@ -223,14 +225,14 @@ impl<'a> Sim<'a> {
     }
 
     fn start(&mut self) {
-        explicit::start_forces(&mut self.system);
-        energy::start_audit(&mut self.system);
+        one_step::start_forces(&mut self.system.network);
+        energy::start_audit(&mut self.system.network, &mut self.system.state);
     }
 
     /// One step. After a failure: the same failure again.
     pub fn step(&mut self) -> Result<(), Failure> {
         self.system.sound()?;
-        let result = explicit::step_once(&mut self.system);
+        let result = one_step::step_once(&mut self.system);
         self.system.latch(result)
     }
 
@@ -286,7 +288,7 @@ impl<'a> Sim<'a> {
     /// Errors of [`Sim::follow`] before its first step.
     pub fn start_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
         self.system.sound()?;
-        if self.system.scene.is_free() {
+        if self.system.network.scene.is_free() {
             return Err(Error::plain(Code::WrongDrive, "drive"));
         }
         let step = self.system.state.step;
@@ -305,7 +307,7 @@ impl<'a> Sim<'a> {
         }
         if !continued {
             let track = Track { first: path.first, steps: path.steps, start: self.path_start(), end };
-            self.system.model.check_track(&track)?;
+            self.system.network.model.check_track(&track)?;
             self.system.state.track = track;
         }
         Ok(())
@@ -326,7 +328,7 @@ impl<'a> Sim<'a> {
         finite3("path.velocity", path.end.velocity)?;
         unit_quaternion("path.orientation", path.end.orientation)?;
         finite3("path.angular_velocity", path.end.angular_velocity)?;
-        Ok(Body::of(&path::into_sheet(&self.system.model.pose, &path.end)))
+        Ok(Body::of(&path::into_sheet(&self.system.network.model.pose, &path.end)))
     }
 
     /// Sets the force, N, and torque, N m, that act on a free body from now on, host's axes (gravity, drag, a
@@ -335,17 +337,17 @@ impl<'a> Sim<'a> {
         self.system.sound()?;
         finite3("external.force", force)?;
         finite3("external.torque", torque)?;
-        if !self.system.scene.is_free() {
+        if !self.system.network.scene.is_free() {
             return Err(Error::plain(Code::WrongDrive, "drive"));
         }
-        let force = Vector::from(self.system.model.pose.vector_in(force));
-        let torque = Vector::from(self.system.model.pose.vector_in(torque));
+        let force = Vector::from(self.system.network.model.pose.vector_in(force));
+        let torque = Vector::from(self.system.network.model.pose.vector_in(torque));
         // What is a number in the host's axes may be none in the sheet's.
         finite3("external.force", force.into())?;
         finite3("external.torque", torque.into())?;
-        self.system.scene.symmetry.check_load(&force, &torque)?;
-        self.system.state.force = force.component_mul(&self.system.scene.symmetry.force_mask());
-        self.system.state.torque = torque.component_mul(&self.system.scene.symmetry.torque_mask());
+        self.system.network.scene.symmetry.check_load(&force, &torque)?;
+        self.system.state.force = force.component_mul(&self.system.network.scene.symmetry.force_mask());
+        self.system.state.torque = torque.component_mul(&self.system.network.scene.symmetry.torque_mask());
         Ok(())
     }
 
@@ -384,7 +386,7 @@ impl<'a> Sim<'a> {
     /// Steps every row, also those still exactly at rest; the bits are the same. For measuring what skipping
     /// saves.
     pub fn step_every_row(&mut self) {
-        self.system.skip_rest = false;
+        self.system.network.skip_rest = false;
     }
 
     /// Uses another instruction set than the widest this machine has; the bits are the same. One that it
@@ -393,24 +395,24 @@ impl<'a> Sim<'a> {
         if !set.available() {
             return Err(Error::plain(Code::UnknownChoice, "instruction_set"));
         }
-        self.system.instructions = set;
-        self.system.block_steps = schedule::block_steps(&self.system.layout, set);
+        self.system.network.instructions = set;
+        self.system.network.block_steps = schedule::block_steps(&self.system.network.layout, set);
         Ok(())
     }
 
     /// The instruction set in use.
     pub fn instructions(&self) -> InstructionSet {
-        self.system.instructions
+        self.system.network.instructions
     }
 
     /// The scene this simulation was made with.
     pub fn scene(&self) -> &Scene {
-        &self.system.scene
+        &self.system.network.scene
     }
 
     /// Sizes.
     pub fn layout(&self) -> &Layout {
-        &self.system.layout
+        &self.system.network.layout
     }
 
     /// Steps taken.
@@ -420,12 +422,12 @@ impl<'a> Sim<'a> {
 
     /// Time, s: step count times dt.
     pub fn time(&self) -> f64 {
-        self.system.state.step as f64 * self.system.model.limits.dt
+        self.system.state.step as f64 * self.system.network.model.limits.dt
     }
 
     /// The time step and its limits.
     pub fn step_limits(&self) -> StepLimits {
-        self.system.model.limits
+        self.system.network.model.limits
     }
 
     /// The latched failure, if any.
@@ -437,7 +439,7 @@ impl<'a> Sim<'a> {
     /// the means over the last step; with the theta rule the rates at t_n).
     pub fn projectile(&self) -> Result<Motion, Failure> {
         self.system.sound()?;
-        Ok(path::out_of_sheet(&self.system.model.pose, &self.system.state.body.motion()))
+        Ok(path::out_of_sheet(&self.system.network.model.pose, &self.system.state.body.motion()))
     }
 
     /// Contact sums.
@@ -446,14 +448,14 @@ impl<'a> Sim<'a> {
         let (sums, steps) = (&self.system.state.sums, self.system.state.step);
         // No window has been closed before the first is full: a run shorter than that still has its mean
         // force.
-        let force_peak = if steps > 0 && steps < self.system.model.window_steps {
-            math::length(sums.window.into()) / (steps as f64 * self.system.model.limits.dt)
+        let force_peak = if steps > 0 && steps < self.system.network.model.window_steps {
+            math::length(sums.window.into()) / (steps as f64 * self.system.network.model.limits.dt)
         } else {
             sums.force_peak
         };
         Ok(Contact {
-            impulse: self.system.model.pose.vector_out(sums.impulse.into()),
-            angular_impulse: self.system.model.pose.vector_out(sums.angular_impulse.into()),
+            impulse: self.system.network.model.pose.vector_out(sums.impulse.into()),
+            angular_impulse: self.system.network.model.pose.vector_out(sums.angular_impulse.into()),
             work: sums.work,
             loss: sums.loss,
             force_peak,
@@ -463,7 +465,7 @@ impl<'a> Sim<'a> {
     /// Impulses on the supports; zero without `track_support`.
     pub fn support(&self) -> Result<Support, Failure> {
         self.system.sound()?;
-        let (sums, model, mut total) = (&self.system.state.sums, &self.system.model, Vector::zeros());
+        let (sums, model, mut total) = (&self.system.state.sums, &self.system.network.model, Vector::zeros());
         let mut impulse_out = |sum: Vector| {
             let impulse = sum * model.unit_impulse;
             total += impulse;
@@ -489,7 +491,8 @@ impl<'a> Sim<'a> {
     /// # Errors
     /// No such ply; a latched failure.
     pub fn ply(&self, ply: u32) -> Result<Ply, Error> {
-        energy::ply(&self.system, ply)
+        self.system.sound()?;
+        energy::ply(&self.system.network, self.system.state.sums.loaded, ply)
     }
 
     /// At how many crossings yarns would slip, with a pass over the sheet. Commits nothing.
@@ -513,24 +516,27 @@ impl<'a> Sim<'a> {
     pub fn fabric(&mut self) -> Result<Fabric, Failure> {
         self.system.sound()?;
         // Every node of a free sheet counts.
-        let pieces = if self.system.scene.attachment.kind == AttachmentKind::Free {
+        let pieces = if self.system.network.scene.attachment.kind == AttachmentKind::Free {
             None
         } else {
-            Some(Pieces::of(&mut self.system))
+            Some(Pieces::of(&mut self.system.network, self.system.failed_segments > 0))
         };
         let (mut deflection, mut largest) = (0.0, 0.0);
-        for j in 0..self.system.layout.nodes_y {
-            for i in 0..self.system.layout.nodes_x {
-                let z = math::abs(self.system.deflection(i, j));
-                let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(pieces.of_node(&self.system, i, j)));
+        for j in 0..self.system.network.layout.nodes_y {
+            for i in 0..self.system.network.layout.nodes_x {
+                let z = math::abs(self.system.network.deflection(i, j));
+                let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(pieces.of_node(&self.system.network, i, j)));
                 if held {
                     deflection = math::max(z, deflection);
                 }
             }
-            let row = GreatestOfRow { system: &self.system, j };
-            largest = math::max(lanes::dispatch(self.system.instructions, row), largest);
+            let row = GreatestOfRow { network: &self.system.network, j };
+            largest = math::max(lanes::dispatch(self.system.network.instructions, row), largest);
         }
-        Ok(Fabric { max_deflection: deflection * self.system.scene.sheet.spacing, max_stretch: law::stretch(largest) })
+        Ok(Fabric {
+            max_deflection: deflection * self.system.network.scene.sheet.spacing,
+            max_stretch: law::stretch(largest),
+        })
     }
 
     /// Counters; also after a failure.
@@ -543,7 +549,7 @@ impl<'a> Sim<'a> {
             unconverged: sums.unconverged,
             most_sweeps: sums.most_sweeps,
             most_candidates: sums.most_candidates,
-            candidate_capacity: self.system.layout.candidates as u64,
+            candidate_capacity: self.system.network.layout.candidates as u64,
             worst_penetration: sums.worst_penetration,
             iterations: sums.iterations,
             most_iterations: sums.most_iterations,
@@ -572,7 +578,9 @@ impl<'a> Sim<'a> {
     /// Positions at t_n, m, 3 per node modelled, node by node (rows along x first), host's frame.
     pub fn copy_positions(&self, out: &mut [f64]) -> Result<(), Error> {
         self.system.sound()?;
-        self.copy_nodes(out, |sim, i, j| sim.system.model.pose.point_out(sim.system.position(i, j).into()))
+        self.copy_nodes(out, |sim, i, j| {
+            sim.system.network.model.pose.point_out(sim.system.network.position(i, j).into())
+        })
     }
 
     /// Velocities at t_n, m/s, 3 per node modelled, host's axes: the stored half-step velocities and half a
@@ -580,13 +588,17 @@ impl<'a> Sim<'a> {
     pub fn copy_velocities(&self, out: &mut [f64]) -> Result<(), Error> {
         self.system.sound()?;
         self.copy_nodes(out, |sim, i, j| {
-            let (_, v) = sim.system.node(i, j);
-            let stored = sim.system.layout.has(Feature::Theta) || sim.system.is_fixed(i, j);
-            let viscous = sim.system.layout.has(Feature::Viscosity);
-            let a = if stored { [0.0; 3] } else { forces::acceleration(&sim.system, viscous, i, j) };
-            let unit = sim.system.model.unit_speed;
+            let (_, v) = sim.system.network.node(i, j);
+            let stored = sim.system.network.layout.has(Feature::Theta) || sim.system.network.is_fixed(i, j);
+            let viscous = sim.system.network.layout.has(Feature::Viscosity);
+            let a = if stored {
+                [0.0; 3]
+            } else {
+                forces::acceleration(&sim.system.network, sim.system.state.sums.loaded, viscous, i, j)
+            };
+            let unit = sim.system.network.model.unit_speed;
             let v = [0, 1, 2].map(|k| (v[k] + 0.5 * a[k]) * unit);
-            sim.system.model.pose.vector_out(v)
+            sim.system.network.model.pose.vector_out(v)
         })
     }
 
@@ -595,8 +607,11 @@ impl<'a> Sim<'a> {
         self.system.sound()?;
         self.copy_segments(out, |sim, segment| {
             let q = segment.twice_strain();
-            let largest = math::max(sim.system.rate_law(segment.axis).seen_at(q), segment.history);
-            sim.system.law_of(segment).alpha(segment.damage_rate, largest)
+            let largest = math::max(
+                sim.system.network.rate_law(segment.axis, sim.system.state.sums.loaded).seen_at(q),
+                segment.history,
+            );
+            sim.system.network.law_of(segment).alpha(segment.damage_rate, largest)
         })
     }
 
@@ -607,10 +622,10 @@ impl<'a> Sim<'a> {
     }
 
     fn copy_segments(&self, out: &mut [f64], value: impl Fn(&Self, &SegmentView) -> f64) -> Result<(), Error> {
-        start::check_length("out", out, self.system.layout.segments())?;
+        start::check_length("out", out, self.system.network.layout.segments())?;
         let mut slots = out.iter_mut();
-        self.system.layout.for_each_segment(|axis, i, j| {
-            if let (Some(segment), Some(slot)) = (self.system.segment(axis, i, j), slots.next()) {
+        self.system.network.layout.for_each_segment(|axis, i, j| {
+            if let (Some(segment), Some(slot)) = (self.system.network.segment(axis, i, j), slots.next()) {
                 *slot = value(self, &segment);
             }
         });
@@ -618,10 +633,10 @@ impl<'a> Sim<'a> {
     }
 
     fn copy_nodes(&self, out: &mut [f64], value: impl Fn(&Self, usize, usize) -> [f64; 3]) -> Result<(), Error> {
-        start::check_length("out", out, 3 * self.system.layout.nodes())?;
+        start::check_length("out", out, 3 * self.system.network.layout.nodes())?;
         let (slots, _) = out.as_chunks_mut::<3>();
         for (k, slot) in slots.iter_mut().enumerate() {
-            let (i, j) = self.system.layout.column_and_row(k);
+            let (i, j) = self.system.network.layout.column_and_row(k);
             *slot = value(self, i, j);
         }
         Ok(())

@@ -36,16 +36,16 @@ impl Writer<'_> {
     fn words_of(&mut self, system: &System<'_>) -> u64 {
         header(system).into_iter().for_each(|word| self.word(word));
         let mut state = system.state;
-        state.visit(system.layout.has, self);
-        let rows = &system.arrays.rows;
+        state.visit(system.network.layout.has, self);
+        let rows = &system.network.arrays.rows;
         let numbers = rows.numbers();
-        for j in 0..system.layout.nodes_y {
+        for j in 0..system.network.layout.nodes_y {
             rows.been_slack.get(j).into_iter().for_each(|&bits| self.word(u64::from(bits)));
-            image::traverse(&system.layout, j, |place| {
+            image::traverse(&system.network.layout, j, |place| {
                 self.word(numbers[place.array as usize].get(place.at).map_or(0, |number| number.to_bits()));
             });
         }
-        system.arrays.flags.iter().for_each(|&flags| self.word(u64::from(flags)));
+        system.network.arrays.flags.iter().for_each(|&flags| self.word(u64::from(flags)));
         self.hash.value()
     }
 }
@@ -62,7 +62,7 @@ impl Visitor for Writer<'_> {
 impl Sim<'_> {
     /// Bytes of a snapshot image of this simulation.
     pub fn snapshot_bytes(&self) -> usize {
-        self.system.layout.snapshot_bytes()
+        self.system.network.layout.snapshot_bytes()
     }
 
     /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing. Needs the
@@ -88,5 +88,10 @@ impl Sim<'_> {
 }
 
 pub(super) fn header(system: &System<'_>) -> [u64; HEADER_WORDS] {
-    [MAGIC, FORMAT, fingerprint(&system.scene, system.model.limits.dt), system.layout.snapshot_bytes() as u64 / 8]
+    [
+        MAGIC,
+        FORMAT,
+        fingerprint(&system.network.scene, system.network.model.limits.dt),
+        system.network.layout.snapshot_bytes() as u64 / 8,
+    ]
 }

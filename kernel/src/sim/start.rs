@@ -18,8 +18,8 @@ use crate::sheet::places::Places;
 use crate::sheet::ring::Hoop;
 use crate::sheet::weave::{self, in_runs};
 use crate::step::energy;
-use crate::step::explicit;
 use crate::step::forces;
+use crate::step::one_step;
 use crate::yarn::law::twice_strain_at;
 
 /// Largest stretch that a segment may be given beforehand; its square is far from overflow.
@@ -38,7 +38,7 @@ impl Scene {
     /// Errors of [`Sim::new`](crate::Sim::new).
     pub fn check_start(&self) -> Result<(), Error> {
         Layout::of(self)?;
-        check_body(self, self.limits_of_a_look()?, LOOKED_AT)
+        check_body(self, self.limits_of_a_sample()?, LOOKED_AT)
     }
 }
 
@@ -49,7 +49,7 @@ impl Scene {
 /// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
 #[inline(never)]
 pub(crate) fn check_body(scene: &Scene, limits: StepLimits, most: u64) -> Result<(), Error> {
-    let solid = Solid::of(&scene.projectile);
+    let solid = Solid::of_scene(scene);
     let body = place_body(scene, &Model::of(scene, limits, &solid), &solid)?;
     refuse_overlap(scene, &solid, &body, most)
 }
@@ -123,26 +123,27 @@ fn place_at_rest(scene: &Scene, columns: &Places, i: usize, ply: usize) -> [f64;
 /// See [`Sim::set_motion`](crate::Sim::set_motion).
 pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities: &[f64]) -> Result<(), Error> {
     refuse_if_started(system)?;
-    check_numbers("positions", positions, 3 * system.layout.nodes())?;
-    check_numbers("velocities", velocities, 3 * system.layout.nodes())?;
+    check_numbers("positions", positions, 3 * system.network.layout.nodes())?;
+    check_numbers("velocities", velocities, 3 * system.network.layout.nodes())?;
     let (points, _) = positions.as_chunks::<3>();
     let (speeds, _) = velocities.as_chunks::<3>();
-    let (h, margin) = (system.scene.sheet.spacing, system.scene.largest_spacing());
+    let (h, margin) = (system.network.scene.sheet.spacing, system.network.scene.largest_spacing());
     let search = Search::new(&system.solid, &system.state.body, h, margin);
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
-        let (i, j) = system.layout.column_and_row(k);
-        let fixed = system.is_fixed(i, j);
+        let (i, j) = system.network.layout.column_and_row(k);
+        let fixed = system.network.is_fixed(i, j);
         if let Some(&moves) = velocity.iter().find(|&&v| fixed && v != 0.0) {
             return Err(Error::new(Code::OutOfRange, "velocities", moves, 0.0));
         }
-        let x = Vector::from(system.model.pose.point_in(*point));
-        let meets = !fixed || system.scene.is_free();
+        let x = Vector::from(system.network.model.pose.point_in(*point));
+        let meets = !fixed || system.network.scene.is_free();
         let near = if meets { search.candidate(&x) } else { None };
-        if let Some((gap, _, _)) = near.filter(|(gap, _, _)| overlaps(&system.scene, *gap)) {
+        if let Some((gap, _, _)) = near.filter(|(gap, _, _)| overlaps(&system.network.scene, *gap)) {
             return Err(Error::new(Code::InitialOverlap, "positions", gap, 0.0));
         }
-        let v = Vector::from(system.model.pose.vector_in(*velocity));
-        let units = [("positions", x, system.scene.sheet.spacing), ("velocities", v, system.model.unit_speed)];
+        let v = Vector::from(system.network.model.pose.vector_in(*velocity));
+        let units =
+            [("positions", x, system.network.scene.sheet.spacing), ("velocities", v, system.network.model.unit_speed)];
         for (field, vector, unit) in units {
             let limit = LARGEST_GIVEN_MOTION * unit;
             if let Some(&beyond) = vector.iter().find(|&component| !(-limit..=limit).contains(component)) {
@@ -153,71 +154,73 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
             }
         }
     }
-    let nodes_of_ply = system.layout.nodes_x * system.layout.y.modelled();
+    let nodes_of_ply = system.network.layout.nodes_x * system.network.layout.y.modelled();
     let height = |k: usize, point: &[f64; 3]| {
-        let [_, _, height] = system.own_axes(system.layout.column_and_row(k).0, system.model.pose.point_in(*point));
+        let [_, _, height] = system
+            .network
+            .own_axes(system.network.layout.column_and_row(k).0, system.network.model.pose.point_in(*point));
         height
     };
     for (k, (below, above)) in points.iter().zip(points.iter().skip(nodes_of_ply)).enumerate() {
-        // Rounding aside, a node lies on or above the one that it faces below.
-        let gap = height(k, above) - height(k, below);
-        if system.layout.is_stack() && overlaps(&system.scene, gap) {
+        // Rounding aside, a node lies a thickness or more above the one that it faces below.
+        let gap = height(k, above) - height(k, below) - system.network.scene.thickness();
+        if system.network.layout.is_stack() && overlaps(&system.network.scene, gap) {
             return Err(Error::new(Code::PliesOverlap, "positions", gap, 0.0));
         }
     }
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
-        let (i, j) = system.layout.column_and_row(k);
-        let x = system.model.pose.point_in(*point);
-        let v = system.model.pose.vector_in(*velocity);
-        let rest = system.rest(i, j);
+        let (i, j) = system.network.layout.column_and_row(k);
+        let x = system.network.model.pose.point_in(*point);
+        let v = system.network.model.pose.vector_in(*velocity);
+        let rest = system.network.rest(i, j);
         let mut u = [x[0] / h - rest[0], x[1] / h - rest[1], x[2] / h - rest[2]];
-        let mut v = v.map(|v| v / system.model.unit_speed);
+        let mut v = v.map(|v| v / system.network.model.unit_speed);
         for (axis, on_plane) in on_planes(system, i, j).into_iter().enumerate() {
             if on_plane {
                 (u[axis], v[axis]) = (0.0, 0.0);
             }
         }
-        system.set_node(i, j, u, v);
+        system.network.set_node(i, j, u, v);
     }
-    system.state.loaded = 1;
+    system.state.sums.loaded = 1;
     system.rebuild_derived();
-    explicit::start_forces(system);
+    one_step::start_forces(&mut system.network);
     // The explicit scheme stores the velocity at t_{-1/2}: back by half a step with the forces at t_0.
-    if !system.layout.has(Feature::Theta) {
-        for (i, j) in system.nodes() {
-            if !system.is_fixed(i, j) {
-                let (u, v) = system.node(i, j);
-                let a = forces::acceleration(system, false, i, j);
-                system.set_node(i, j, u, [v[0] - 0.5 * a[0], v[1] - 0.5 * a[1], v[2] - 0.5 * a[2]]);
+    if !system.network.layout.has(Feature::Theta) {
+        for (i, j) in system.network.nodes() {
+            if !system.network.is_fixed(i, j) {
+                let (u, v) = system.network.node(i, j);
+                let a = forces::acceleration(&system.network, system.state.sums.loaded, false, i, j);
+                system.network.set_node(i, j, u, [v[0] - 0.5 * a[0], v[1] - 0.5 * a[1], v[2] - 0.5 * a[2]]);
             }
         }
     }
-    energy::start_audit(system);
+    energy::start_audit(&mut system.network, &mut system.state);
     Ok(())
 }
 
 /// See [`Sim::set_largest_stretch`](crate::Sim::set_largest_stretch).
 pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) -> Result<(), Error> {
     refuse_if_started(system)?;
-    check_numbers("stretches", stretches, system.layout.segments())?;
+    check_numbers("stretches", stretches, system.network.layout.segments())?;
     if let Some(&below) = stretches.iter().find(|&&x| x < 0.0) {
         return Err(Error::new(Code::OutOfRange, "stretches", below, 0.0));
     }
     if let Some(&above) = stretches.iter().find(|&&x| x > LARGEST_STRETCH) {
         return Err(Error::new(Code::OutOfRange, "stretches", above, LARGEST_STRETCH));
     }
-    let (mut stretches, layout) = (stretches.iter(), system.layout);
+    let (mut stretches, layout) = (stretches.iter(), system.network.layout);
     layout.for_each_segment(|axis, i, j| {
         let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));
-        let strength = planes::row(system.arrays.rows.strength, layout.chunks, j);
+        let strength = planes::row(system.network.arrays.rows.strength, layout.chunks, j);
         let whole = planes::get(strength, axis as usize, i).map(twice_strain_at);
-        let critical = whole.unwrap_or(system.direction(axis, j).critical);
-        let history = planes::row_mut(system.arrays.rows.history, layout.chunks, j);
+        let critical = whole.unwrap_or(system.network.direction(axis, j).critical);
+        let history = planes::row_mut(system.network.arrays.rows.history, layout.chunks, j);
         planes::set(history, axis as usize, i, if q > critical { q } else { whole.unwrap_or(0.0) });
     });
     system.rebuild_derived();
-    explicit::start_forces(system);
-    energy::start_audit(system);
+    one_step::start_forces(&mut system.network);
+    energy::start_audit(&mut system.network, &mut system.state);
     Ok(())
 }
 
@@ -235,7 +238,8 @@ fn check_numbers(field: &'static str, values: &[f64], needed: usize) -> Result<(
 
 /// Whether a node lies on the mirror planes x = 0 and y = 0.
 fn on_planes(system: &System<'_>, i: usize, j: usize) -> [bool; 2] {
-    [(system.layout.x, i), (system.layout.y, j)].map(|(line, i)| line.is_mirrored() && line.node_weight(i) == 1.0)
+    [(system.network.layout.x, i), (system.network.layout.y, j)]
+        .map(|(line, i)| line.is_mirrored() && line.node_weight(i) == 1.0)
 }
 
 /// The component of a position, m, or velocity, m/s, that takes a node off a mirror plane, beyond rounding of

@@ -10,9 +10,10 @@ use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
 use crate::ground::planes::{CARRY_PLANES, CHUNK};
 use crate::memory::arrays::StepScratch;
+use crate::memory::network::Network;
 use crate::memory::system::System;
 use crate::sheet::segments::Report;
-use crate::step::explicit;
+use crate::step::one_step;
 use crate::step::rows::accounts;
 use crate::step::rows::schedule::Block;
 use crate::step::rows::whole;
@@ -21,7 +22,7 @@ use crate::step::rows::whole;
 #[inline(never)]
 pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Failure> {
     let Some(block) = &Block::plan(system, most, 0) else { return Ok(0) };
-    zero_carried_forces(system);
+    zero_carried_forces(&mut system.network);
     step_away(system, block, false)?;
     (0..block.steps).try_for_each(|step| step_near(system, block, step))?;
     step_away(system, block, true)?;
@@ -32,19 +33,19 @@ pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Fail
 /// A step of the rows that the body may reach.
 #[inline(never)]
 fn step_near(system: &mut System<'_>, block: &Block, step: usize) -> Result<(), Failure> {
-    let gathered = explicit::look_ahead(system, block.near)?;
-    let report = whole::sweep_in_block(system, step, block.rows_near(step));
+    let gathered = one_step::look_ahead(system, block.near)?;
+    let report = whole::sweep_in_block(&mut system.network, system.state.sums.loaded, step, block.rows_near(step));
     end_near(system, block, step, &gathered, report)
 }
 
-/// All steps of the rows away from the body, below it or above it.
+/// Sweeps the rows away from the body, below it or above it, in all steps of a block.
 fn step_away(system: &mut System<'_>, block: &Block, is_above: bool) -> Result<(), Failure> {
     let tile = block.tile(0, is_above);
     for r in tile.wavefronts() {
         for step in 0..block.steps {
             let Some(j) = tile.row(r, step) else { continue };
-            let report = whole::sweep_in_block(system, step, [j, j + 1]);
-            let range = system.arrays.rows.ranges.get(j).copied().unwrap_or_default();
+            let report = whole::sweep_in_block(&mut system.network, system.state.sums.loaded, step, [j, j + 1]);
+            let range = system.network.arrays.rows.ranges.get(j).copied().unwrap_or_default();
             if report.non_finite || block.is_met(step, j, range) {
                 return Err(Failure::NonFinite);
             }
@@ -55,8 +56,8 @@ fn step_away(system: &mut System<'_>, block: &Block, is_above: bool) -> Result<(
 }
 
 /// Carried forces of every step of a block, set to zero.
-pub(crate) fn zero_carried_forces(system: &mut System<'_>) {
-    StepScratch::of(system.arrays.shared, &system.layout).carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
+pub(crate) fn zero_carried_forces(network: &mut Network<'_>) {
+    StepScratch::of(network.arrays.shared, &network.layout).carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
 /// Rest of a step near the body after its sweep, but for what follows the last step.
@@ -68,24 +69,24 @@ pub(crate) fn end_near(
     report: Report,
 ) -> Result<(), Failure> {
     let [first, end] = block.rows_near(step);
-    explicit::apply_contact_and_move_body(system, gathered, report)?;
-    if block.are_met(step, first, system.arrays.rows.ranges.get(first..end).unwrap_or_default()) {
+    one_step::apply_contact_and_move_body(system, gathered, report)?;
+    if block.are_met(step, first, system.network.arrays.rows.ranges.get(first..end).unwrap_or_default()) {
         return Err(Failure::NonFinite);
     }
     if step + 1 < block.steps {
-        explicit::count_step(system);
+        one_step::count_step(system);
     }
     Ok(())
 }
 
 /// Ends a block whose last step is swept.
 pub(crate) fn end(system: &mut System<'_>) {
-    let rows = [0, system.layout.nodes_y];
-    system.set_awake(0, rows);
-    for step in 0..system.block_steps {
-        accounts::add_sweep(system, 0, rows, step);
+    let rows = [0, system.network.layout.nodes_y];
+    system.network.set_awake(0, rows);
+    for step in 0..system.network.block_steps {
+        accounts::add_sweep(&mut system.network, &mut system.state.sums, 0, rows, step);
     }
-    explicit::count_step(system);
+    one_step::count_step(system);
 }
 
 #[cfg(test)]
@@ -104,13 +105,13 @@ mod tests {
 
     /// Gives a small sheet what one beyond the caches has.
     fn allow_blocks(sim: &mut Sim<'_>) {
-        let (rows, steps) = (sim.system.layout.nodes_y, BLOCK_STEPS as usize);
+        let (rows, steps) = (sim.system.network.layout.nodes_y, BLOCK_STEPS as usize);
         let dissipated = if sim.layout().dissipates() { vec![0.0; steps * rows] } else { Vec::new() };
-        sim.system.arrays.rows.dissipated = dissipated.leak();
+        sim.system.network.arrays.rows.dissipated = dissipated.leak();
         let clamped = if sim.layout().has(Feature::Clamps) { vec![0.0; steps * rows] } else { Vec::new() };
-        sim.system.arrays.rows.clamped = clamped.leak();
-        (sim.system.layout.block_steps, sim.system.block_steps) = (BLOCK_STEPS, steps);
-        sim.system.arrays.shared = vec![CacheLine::ZERO; sim.system.layout.shared_lines()].leak();
+        sim.system.network.arrays.rows.clamped = clamped.leak();
+        (sim.system.network.layout.block_steps, sim.system.network.block_steps) = (BLOCK_STEPS, steps);
+        sim.system.network.arrays.shared = vec![CacheLine::ZERO; sim.system.network.layout.shared_lines()].leak();
     }
 
     /// The paper's sphere on 61 x 141 nodes.
@@ -125,10 +126,10 @@ mod tests {
         let bands = sim.bands(&mut scratch, of, steps).unwrap();
         let mut blocks = 0;
         while bands.steps() < steps && bands.failure().is_none() {
-            let (before, turn) = (bands.steps(), bands.passes());
+            let (before, passes) = (bands.steps(), bands.passes());
             for band in 0..of {
-                let band = (band + turn as u32) % of;
-                let result = bands.pass(if turn % 2 == 0 { band } else { of - 1 - band });
+                let band = (band + passes as u32) % of;
+                let result = bands.pass(if passes % 2 == 0 { band } else { of - 1 - band });
                 assert_eq!(result.is_ok(), bands.failure().is_none());
             }
             blocks += u64::from(bands.steps() > before + 1);
@@ -230,6 +231,9 @@ mod tests {
                 (scene.yarn.viscosity_quadratic, scene.yarn.viscosity_bending) = (1.5, 0.06);
             }
             with_option(&mut scene, number(14));
+            if scene.attachment.kind == AttachmentKind::Free {
+                (scene.attachment.hold, scene.attachment.grip, scene.attachment.strength) = (0.0, 0.0, 0.0);
+            }
             let [mut single, mut blocked] = [sim(&scene), sim(&scene)];
             if k % 2 == 0 {
                 single.step_every_row();

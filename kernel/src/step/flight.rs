@@ -3,8 +3,10 @@
 //! Limits: a turning body is taken to reach as far as its farthest surface point in every orientation.
 
 use crate::body::pose::Vector;
+use crate::body::shape::Solid;
 use crate::ground::math;
-use crate::memory::system::System;
+use crate::memory::network::Network;
+use crate::memory::state::State;
 
 /// The body as it flies on when nothing touches it.
 pub(super) struct Flight {
@@ -22,13 +24,12 @@ pub(super) struct Flight {
 
 impl Flight {
     /// That of the body as it moves now.
-    pub fn of(system: &System<'_>) -> Flight {
-        let (body, solid) = (&system.state.body, &system.solid);
-        let free = system.scene.is_free();
+    pub fn of(network: &Network<'_>, solid: &Solid, state: &State) -> Flight {
+        let (body, free) = (&state.body, network.scene.is_free());
         Flight {
             position: body.position,
             velocity: body.velocity,
-            acceleration: if free { system.state.force * system.model.inertia.inverse_mass } else { Vector::zeros() },
+            acceleration: if free { state.force * network.model.inertia.inverse_mass } else { Vector::zeros() },
             extents: solid.half_extents(&body.orientation),
             reach: solid.reach(),
             turning: if solid.feels_torque() { body.angular_velocity.norm() * solid.reach() } else { 0.0 },

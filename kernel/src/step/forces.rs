@@ -6,7 +6,7 @@
 //! Reference: docs/model.md, "The step".
 
 use crate::ground::planes::{self, Axis, CHUNK, MOMENT, STIFFNESS};
-use crate::memory::system::System;
+use crate::memory::network::Network;
 use crate::scene::features::Feature;
 use crate::sheet::neighbours::{Around, NOTHING};
 use crate::sheet::segments::per_mass;
@@ -17,29 +17,35 @@ use crate::step::rows::terms::rates;
 use crate::step::rows::viscosity;
 
 /// Change of velocity per step at t_n by the yarns and by the case that the node rests on. `viscous`: with
-/// the viscous forces of the next step.
-pub(crate) fn acceleration(system: &System<'_>, viscous: bool, i: usize, j: usize) -> [f64; 3] {
+/// the viscous forces of the next step; after `loaded` steps of load.
+pub(crate) fn acceleration(network: &Network<'_>, loaded: u64, viscous: bool, i: usize, j: usize) -> [f64; 3] {
     let from = |i: Option<usize>, j: Option<usize>| {
-        i.zip(j).and_then(|(i, j)| forces_from(system, viscous, i, j)).unwrap_or_default()
+        i.zip(j).and_then(|(i, j)| forces_from(network, loaded, viscous, i, j)).unwrap_or_default()
     };
-    let ([right, up], [left, _]) = (from(Some(i), Some(j)), from(system.layout.x.before(i), Some(j)));
+    let ([right, up], [left, _]) = (from(Some(i), Some(j)), from(network.layout.x.before(i), Some(j)));
     let [_, down] = from(Some(i), j.checked_sub(1));
-    let widths = system.net(0).inverse_widths(i, j);
+    let widths = network.net(0).inverse_widths(i, j);
     let change = [0, 1, 2].map(|k| per_mass(right[k], left[k], up[k] - down[k], widths));
-    let Some(case) = system.directions.casing.as_ref().filter(|_| Feature::Casing.is_built()) else { return change };
-    let (rest, (u, _)) = (system.rest(i, j), system.node(i, j));
+    let Some(case) = network.directions.casing.as_ref().filter(|_| Feature::Casing.is_built()) else { return change };
+    let (rest, (u, _)) = (network.rest(i, j), network.node(i, j));
     case.carry([0, 1, 2].map(|k| rest[k] + u[k]), change)
 }
 
 /// Forces on node (i, j) of the segments that start there, along x and along y; 0 where there is none.
-pub(crate) fn forces_from(system: &System<'_>, viscous: bool, i: usize, j: usize) -> Option<[[f64; 3]; 2]> {
-    let System { layout, directions, arrays, instructions, .. } = system;
+pub(crate) fn forces_from(
+    network: &Network<'_>,
+    loaded: u64,
+    viscous: bool,
+    i: usize,
+    j: usize,
+) -> Option<[[f64; 3]; 2]> {
+    let Network { layout, directions, arrays, instructions, .. } = network;
     let (chunks, (ply, _), (c, lane)) = (layout.chunks, layout.ply_and_row(j), (i / CHUNK, i % CHUNK));
     // The node and its neighbours alone, which may be ghosts beyond a mirror plane.
     let [mut here, mut right, mut above] = [NOTHING; 3];
-    let ends = system.ends_of_segments(j);
+    let ends = network.ends_of_segments(j);
     for (x, y) in [(0, 0), (1, 0), (0, 1)] {
-        let (u, _) = system.node(i + x, j + y);
+        let (u, _) = network.node(i + x, j + y);
         let chunk = if y == 1 {
             &mut above
         } else if lane + x < CHUNK {
@@ -55,17 +61,17 @@ pub(crate) fn forces_from(system: &System<'_>, viscous: bool, i: usize, j: usize
     let [mut past, mut past_right, mut past_above] = [NO_PAST; 3];
     if viscous {
         past.copy_from_slice(planes::row(arrays.rows.past, chunks, j).get(c)?);
-        past[MOMENT][lane] = viscosity::moment(system, Axis::Horizontal, i, j);
-        past[MOMENT + 1][lane] = viscosity::moment(system, Axis::Vertical, i, j);
+        past[MOMENT][lane] = viscosity::moment(network, Axis::Horizontal, i, j);
+        past[MOMENT + 1][lane] = viscosity::moment(network, Axis::Vertical, i, j);
         let beside = if lane + 1 < CHUNK { &mut past } else { &mut past_right };
-        beside[MOMENT][(lane + 1) % CHUNK] = viscosity::moment(system, Axis::Horizontal, i + 1, j);
-        past_above[MOMENT + 1][lane] = viscosity::moment(system, Axis::Vertical, i, j + 1);
+        beside[MOMENT][(lane + 1) % CHUNK] = viscosity::moment(network, Axis::Horizontal, i + 1, j);
+        past_above[MOMENT + 1][lane] = viscosity::moment(network, Axis::Vertical, i, j + 1);
     }
     let state = ChunkState { past: viscous.then_some([&past, &past_right, &past_above]), energy_error: None };
-    let rates = rates(system);
+    let rates = rates(network, loaded);
     let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
     let (pass, yarn) =
-        (terms.pass(system.net(ply), ply), terms.yarn_row(arrays.rows.yarn, arrays.rows.strength, j, ply));
+        (terms.pass(network.net(ply), ply), terms.yarn_row(arrays.rows.yarn, arrays.rows.strength, j, ply));
     let history = planes::row(arrays.rows.history, chunks, j).get(c)?;
     let around = Around { here: &here, right: &right, above: &above };
     let (mut peek, mut copies) = (Peek::of(&pass, j, &yarn, layout.has_verticals(j)), Copies::of(&pass));
@@ -123,23 +129,33 @@ mod tests {
             let mut moved = 0;
             for k in 0..60 {
                 sim.advance(12).unwrap();
-                sim.system.instructions = InstructionSet::ALL[k % 4];
-                sim.system.place_ghost_row();
+                sim.system.network.instructions = InstructionSet::ALL[k % 4];
+                sim.system.network.place_ghost_row();
                 let before: std::vec::Vec<_> = sim
                     .system
+                    .network
                     .nodes()
-                    .map(|(i, j)| (i, j, sim.system.node(i, j).1, acceleration(&sim.system, true, i, j)))
+                    .map(|(i, j)| {
+                        (
+                            i,
+                            j,
+                            sim.system.network.node(i, j).1,
+                            acceleration(&sim.system.network, sim.system.state.sums.loaded, true, i, j),
+                        )
+                    })
                     .collect();
                 sim.step().unwrap();
                 for (i, j, v, a) in before {
-                    if sim.system.is_fixed(i, j) || sim.system.has_flag(j * sim.system.layout.nodes_x + i) {
+                    if sim.system.network.is_fixed(i, j)
+                        || sim.system.network.has_flag(j * sim.system.network.layout.nodes_x + i)
+                    {
                         continue;
                     }
                     let due = [0, 1, 2].map(|k| {
                         let v = v[k] + a[k];
                         if v.abs() < AT_REST { 0.0 } else { v }
                     });
-                    assert_eq!(sim.system.node(i, j).1, due, "({i}, {j}) {:?}", scene.symmetry);
+                    assert_eq!(sim.system.network.node(i, j).1, due, "({i}, {j}) {:?}", scene.symmetry);
                     moved += usize::from(due != [0.0; 3]);
                 }
             }

@@ -1,10 +1,10 @@
 pub mod bands;
 pub mod blocks;
 pub mod energy;
-pub mod explicit;
 pub(crate) mod flight;
 pub(crate) mod forces;
 pub mod motion;
+pub mod one_step;
 pub mod outcome;
 pub(crate) mod pieces;
 pub mod readout;

@@ -1,7 +1,7 @@
 //! Outcomes: arrested, detached, exited, passed, through, rebounded. They latch with their step and are never
 //! acted upon: the physics goes on.
 //!
-//! Method: tested when the step count is a multiple of 64; *attachment_failed* is latched by `explicit.rs` at
+//! Method: tested when the step count is a multiple of 64; *attachment_failed* is latched by `one_step.rs` at
 //! the end of a force window. All others but "passed" need a first contact.
 //! "Detached" asks whether any node touched in the last 64 steps is joined to a support (`pieces.rs`).
 //! "Exited" asks what can still act on the body (`flight.rs`): the held part of the sheet must lie behind or
@@ -17,9 +17,14 @@
 //! Reference: docs/model.md, "Outcomes".
 
 use crate::body::pose::{Vector, into_body};
+use crate::body::projectile::Body;
+use crate::body::shape::Solid;
 use crate::ground::lanes::CacheLine;
 use crate::ground::math;
 use crate::ground::planes::Axis;
+use crate::memory::model::Model;
+use crate::memory::network::Network;
+use crate::memory::state::State;
 use crate::memory::system::System;
 use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
@@ -78,39 +83,42 @@ impl WeightedSum {
 
 /// Tests every outcome that has not latched. Called every 64 steps.
 pub(crate) fn test_outcomes(system: &mut System<'_>) {
-    let (step, work, velocity) = (system.state.step, system.state.sums.work, system.state.body.velocity);
-    if system.state.watch.first.is_none() {
-        if !system.state.watch.has(Outcome::Passed) && has_passed(system) {
-            system.state.watch.latch(Outcome::Passed, step, work);
+    let System { network, solid, state, failed_segments, .. } = system;
+    let has_failed = *failed_segments > 0;
+    let (step, work, velocity) = (state.step, state.sums.work, state.body.velocity);
+    if state.watch.first.is_none() {
+        if !state.watch.has(Outcome::Passed) && has_passed(network, solid, state) {
+            state.watch.latch(Outcome::Passed, step, work);
         }
     } else {
-        if !system.state.watch.has(Outcome::Detached) && contact_is_detached(system) {
-            system.state.watch.latch(Outcome::Detached, step, work);
+        if !state.watch.has(Outcome::Detached) && contact_is_detached(network, has_failed) {
+            state.watch.latch(Outcome::Detached, step, work);
         }
-        let course = course(system);
-        if system.layout.has(Feature::Through)
-            && !system.state.watch.has(Outcome::Through)
-            && is_through(system, &course)
+        let course = course(network, state);
+        if network.layout.has(Feature::Through)
+            && !state.watch.has(Outcome::Through)
+            && is_through(network, solid, state, has_failed, &course)
         {
-            system.state.watch.latch(Outcome::Through, step, work);
+            state.watch.latch(Outcome::Through, step, work);
         }
-        let settled = pass_checkpoint(system);
+        let settling = settling(&network.model, state);
+        let settled = pass_checkpoint(state, solid.radius(), settling);
         let goes_on = velocity.dot(&course.normal) > 0.0;
         if course.direction == Vector::zeros() {
             // At rest since before the first contact: nothing has been stopped.
         } else if !goes_on && (course.within_ring || velocity.dot(&course.direction) <= 0.0) {
-            system.state.watch.latch(Outcome::Arrested, step, work);
+            state.watch.latch(Outcome::Arrested, step, work);
         }
-        let crosses = goes_on || course.around.is_some_and(|radius| has_crossed(system, &course, radius));
+        let crosses = goes_on || course.around.is_some_and(|radius| has_crossed(&state.body, &course, radius));
         let end = if crosses { Outcome::Exited } else { Outcome::Rebounded };
-        if !system.state.watch.has(end)
+        if !state.watch.has(end)
             && course.direction != Vector::zeros()
-            && contact_is_over(system, &course, settled)
+            && contact_is_over(network, solid, state, has_failed, &course, settled)
         {
-            system.state.watch.latch(end, step, work);
+            state.watch.latch(end, step, work);
         }
     }
-    system.arrays.flags.fill(0);
+    network.arrays.flags.fill(0);
 }
 
 /// Directions in the sheet's frame by which an outcome is judged.
@@ -132,17 +140,17 @@ struct Course {
 const FACE_HIT: f64 = 0.1;
 
 /// The course of a body that has been in contact.
-fn course(system: &mut System<'_>) -> Course {
-    let velocity = system.state.body.velocity;
-    let direction = system.state.watch.direction(&velocity);
-    let impulse = system.state.sums.impulse;
+fn course(network: &Network<'_>, state: &mut State) -> Course {
+    let velocity = state.body.velocity;
+    let direction = state.watch.direction(&velocity);
+    let impulse = state.sums.impulse;
     let mut course = Course { direction, normal: direction, within_ring: false, around: None };
-    if let Some(hoop) = Hoop::of(&system.scene) {
-        let start = start_in_sheet(system);
-        let radius = hoop.radius * system.scene.sheet.spacing;
+    if let Some(hoop) = Hoop::of(&network.scene) {
+        let start = start_in_sheet(network);
+        let radius = hoop.radius * network.scene.sheet.spacing;
         course.within_ring = from_axis(&start.into()).norm() < radius;
         course.around = (!course.within_ring).then_some(radius);
-        let outwards = from_axis(&system.state.body.position);
+        let outwards = from_axis(&state.body.position);
         let distance = outwards.norm();
         if distance > 0.0 {
             course.normal = if course.within_ring { outwards } else { -outwards } / distance;
@@ -157,25 +165,25 @@ fn course(system: &mut System<'_>) -> Course {
 }
 
 /// Where the body started, in the sheet's frame, m.
-fn start_in_sheet(system: &System<'_>) -> [f64; 3] {
-    system.model.pose.point_in(system.scene.projectile.position)
+fn start_in_sheet(network: &Network<'_>) -> [f64; 3] {
+    network.model.pose.point_in(network.scene.projectile.position)
 }
 
 /// Whether a body that leaves a circle outwards has come through it: straight back along its flight it leaves
 /// the circle in the half that is across from where it entered.
-fn has_crossed(system: &System<'_>, course: &Course, radius: f64) -> bool {
-    let (x, v) = (from_axis(&system.state.body.position), from_axis(&system.state.body.velocity));
+fn has_crossed(body: &Body, course: &Course, radius: f64) -> bool {
+    let (x, v) = (from_axis(&body.position), from_axis(&body.velocity));
     let (product, square) = (x.dot(&v), v.norm_squared());
     let root = product * product - square * (x.norm_squared() - radius * radius);
     root > 0.0 && (x * square - v * (product - math::sqrt(root))).dot(&course.direction) > 0.0
 }
 
-/// At the end of a forward travel of R: whether the work has settled since its start. None elsewhere.
-fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
-    let settling = settling(system);
-    let (watch, sums, position) = (&mut system.state.watch, &system.state.sums, system.state.body.position);
+/// Whether the work has settled, to `settling`, J, over a forward travel of R that ends now. None if none
+/// does.
+fn pass_checkpoint(state: &mut State, radius: f64, settling: f64) -> Option<bool> {
+    let (watch, sums, position) = (&mut state.watch, &state.sums, state.body.position);
     let travel = (position - watch.checkpoint).dot(&watch.first?.direction);
-    if travel < system.solid.radius() {
+    if travel < radius {
         return None;
     }
     let change = sums.work - watch.checkpoint_work;
@@ -187,38 +195,46 @@ fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
 }
 
 /// Whether nothing that could act on the body is in its way, or only loose pieces that take no more.
-fn contact_is_over(system: &mut System<'_>, course: &Course, settled: Option<bool>) -> bool {
+fn contact_is_over(
+    network: &mut Network<'_>,
+    solid: &Solid,
+    state: &State,
+    has_failed: bool,
+    course: &Course,
+    settled: Option<bool>,
+) -> bool {
     let beside_debris = settled == Some(true);
     // Without a node at the body the end of the travel need not be awaited.
-    (beside_debris || system.state.sums.contacts == 0) && way_is_clear(system, course, beside_debris)
+    (beside_debris || state.sums.contacts == 0)
+        && way_is_clear(network, solid, state, has_failed, course, beside_debris)
 }
 
 /// Whether held yarn will not stop the body any more. Asked when it has moved on by half a spacing and by
 /// R/16, or for the time in which it moved by 3/4 R before the first contact: long enough for the torn sheet
 /// to swing back. What it has lost since, taken over the way to go, must be small against the energy of its
 /// motion along the normal, and it must not fly mainly sideways, where it meets yarn beside its way.
-fn is_through(system: &mut System<'_>, course: &Course) -> bool {
-    let (body, normal) = (system.state.body, &course.normal);
+fn is_through(network: &mut Network<'_>, solid: &Solid, state: &mut State, has_failed: bool, course: &Course) -> bool {
+    let (body, normal) = (state.body, &course.normal);
     let (place, speed) = (body.position.dot(normal), body.velocity.dot(normal));
-    let forward = 2.0 * speed > body.velocity.norm() && system.state.force.dot(normal) >= 0.0;
-    let whole = system.failed_segments == 0;
-    let (watch, radius) = (&mut system.state.watch, system.solid.radius());
+    let forward = 2.0 * speed > body.velocity.norm() && state.force.dot(normal) >= 0.0;
+    let (watch, radius) = (&mut state.watch, solid.radius());
     let (travel, mean_speed) = (place - watch.travel_start, 0.5 * (watch.travel_speed + speed));
     let energy = watch.first.map_or(0.0, |first| first.kinetic_energy);
-    let first_speed = math::sqrt(2.0 * energy * system.model.inertia.inverse_mass);
-    let is_near = travel < math::max(TRAVEL[0] * system.scene.sheet.spacing, TRAVEL[1] * radius);
-    if !whole && is_near && travel * first_speed < SWING_BACK * radius * mean_speed {
+    let first_speed = math::sqrt(2.0 * energy * network.model.inertia.inverse_mass);
+    let is_near = travel < math::max(TRAVEL[0] * network.scene.sheet.spacing, TRAVEL[1] * radius);
+    if has_failed && is_near && travel * first_speed < SWING_BACK * radius * mean_speed {
         return false;
     }
     let lost = math::max(watch.travel_speed * watch.travel_speed - speed * speed, 0.0);
     (watch.travel_start, watch.travel_speed) = (place, speed);
-    let held = system.scene.attachment.kind != AttachmentKind::Free;
-    if whole || !(forward && held && system.scene.is_free()) {
+    let held = network.scene.attachment.kind != AttachmentKind::Free;
+    if !(has_failed && forward && held && network.scene.is_free()) {
         return false;
     }
-    let Some(ahead) = way_past_held(system, normal) else { return false };
+    let pieces = Pieces::of(network, has_failed);
+    let Some(ahead) = way_past_held(network, &pieces, solid, &body, normal) else { return false };
     // A body that is no sphere may turn an edge into what is ahead.
-    let (turns, reach) = (system.solid.feels_torque(), system.solid.reach());
+    let (turns, reach) = (solid.feels_torque(), solid.reach());
     let way = if turns { reach } else { ahead };
     !(turns && ahead > 0.0) && speed * speed * travel > THROUGH_MARGIN * lost * way
 }
@@ -226,22 +242,20 @@ fn is_through(system: &mut System<'_>, course: &Course) -> bool {
 /// Distance ahead of the body's centre along the normal, m, of held yarn that it may still touch; 0 if there
 /// is none. None if some is in its way, deeper within what the body sweeps by moving on than R/4; or if the
 /// body may turn an edge into some, because it turns faster than it moves on.
-fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
-    let pieces = Pieces::of(system);
-    let (body, solid) = (&system.state.body, &system.solid);
+fn way_past_held(network: &Network<'_>, pieces: &Pieces, solid: &Solid, body: &Body, normal: &Vector) -> Option<f64> {
     let (margin, reach, mut way) = (IN_THE_WAY * solid.radius(), solid.reach(), 0.0);
     let speed = body.velocity.norm();
     let direction = if speed > 0.0 { body.velocity / speed } else { *normal };
     // Yarn behind the centre can push a convex body only on, unless it rubs.
-    let rubs = system.layout.has(Feature::Friction);
+    let rubs = network.layout.has(Feature::Friction);
     let tumbles = (solid.feels_torque() || rubs) && body.angular_velocity.norm() * reach > body.velocity.dot(normal);
     let nearest = if tumbles || rubs { -reach } else { 0.0 };
-    for (i, j) in system.nodes() {
-        let from_centre = system.position(i, j) - body.position;
+    for (i, j) in network.nodes() {
+        let from_centre = network.position(i, j) - body.position;
         let ahead = from_centre.dot(&direction);
         let beside = from_centre - direction * ahead;
         let apart = ahead <= nearest || beside.norm() > reach + margin;
-        if apart || !pieces.hold(pieces.of_node(system, i, j)) {
+        if apart || !pieces.hold(pieces.of_node(network, i, j)) {
             continue;
         }
         if tumbles {
@@ -264,18 +278,18 @@ fn way_past_held(system: &mut System<'_>, normal: &Vector) -> Option<f64> {
 }
 
 /// The body has missed the sheet and is on its other side, or will be where it flies.
-fn has_passed(system: &System<'_>) -> bool {
-    let start = start_in_sheet(system);
-    let [x, y] = system.scene.half_size();
-    let (mut low, mut high) = ([-x, -y, 0.0], [x, y, system.scene.stack_height()]);
-    let is_curved = system.layout.has(Feature::Curved);
+fn has_passed(network: &Network<'_>, solid: &Solid, state: &State) -> bool {
+    let start = start_in_sheet(network);
+    let [x, y] = network.scene.half_size();
+    let (mut low, mut high) = ([-x, -y, 0.0], [x, y, network.scene.stack_height()]);
+    let is_curved = network.layout.has(Feature::Curved);
     if is_curved {
-        let counts = [system.layout.chunks, system.layout.nodes_x];
+        let counts = [network.layout.chunks, network.layout.nodes_x];
         [[low[0], low[2]], [high[0], high[2]]] =
-            ring::box_at_rest(system.arrays.columns, counts, system.scene.sheet.spacing);
+            ring::box_at_rest(network.arrays.columns, counts, network.scene.sheet.spacing);
     }
-    let flight = Flight::of(system);
-    if !system.scene.is_free() {
+    let flight = Flight::of(network, solid, state);
+    if !network.scene.is_free() {
         // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
         let axes = if is_curved { 0..3 } else { 2..3 };
         return axes.into_iter().any(|k| {
@@ -284,14 +298,14 @@ fn has_passed(system: &System<'_>) -> bool {
         });
     }
     let mut region = Region { low, high, ..Region::EMPTY };
-    for j in (0..system.layout.plies).flat_map(|ply| system.awake_of(ply)[0]..system.awake_of(ply)[1]) {
-        for i in 0..system.layout.nodes_x {
+    for j in (0..network.layout.plies).flat_map(|ply| network.awake_of(ply)[0]..network.awake_of(ply)[1]) {
+        for i in 0..network.layout.nodes_x {
             // A sheet set in motion by the host may be faster than the body.
-            region.include(&system.position(i, j));
-            region.include_velocity(&system.velocity(i, j));
+            region.include(&network.position(i, j));
+            region.include_velocity(&network.velocity(i, j));
         }
     }
-    add_images(system, &mut region);
+    add_images(network, &mut region);
     // A flat sheet divides space: a body that leaves it on its own side has not passed it.
     let back = flight.velocity.z
         * (if start[2] < low[2] {
@@ -307,41 +321,48 @@ fn has_passed(system: &System<'_>) -> bool {
 }
 
 /// Adds what mirror planes leave out of a box, and where a held sheet swings back to.
-fn add_images(system: &System<'_>, region: &mut Region) {
-    let symmetry = system.scene.symmetry;
+fn add_images(network: &Network<'_>, region: &mut Region) {
+    let symmetry = network.scene.symmetry;
     // The nodes of a curved sheet have been mirrored themselves.
-    let swings = system.scene.attachment.kind != AttachmentKind::Free && !system.layout.has(Feature::Curved);
+    let swings = network.scene.attachment.kind != AttachmentKind::Free && !network.layout.has(Feature::Curved);
     for (k, mirrored) in [symmetry.mirror_x, symmetry.mirror_y, swings].into_iter().enumerate() {
         if mirrored {
-            region.mirror(k, if k == 2 { system.scene.stack_height() } else { 0.0 });
+            region.mirror(k, if k == 2 { network.scene.stack_height() } else { 0.0 });
         }
     }
 }
 
 /// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`:
 /// loose pieces in its way are allowed if they have next to nothing to exchange with it.
-fn way_is_clear(system: &mut System<'_>, course: &Course, beside_debris: bool) -> bool {
-    let flight = Flight::of(system);
-    if course.around.is_none() && whole_yarn_is_in_the_way(system, &flight) {
+fn way_is_clear(
+    network: &mut Network<'_>,
+    solid: &Solid,
+    state: &State,
+    has_failed: bool,
+    course: &Course,
+    beside_debris: bool,
+) -> bool {
+    let flight = Flight::of(network, solid, state);
+    if course.around.is_none() && whole_yarn_is_in_the_way(network, &flight) {
         return false;
     }
-    let pieces = Pieces::of(system);
-    if !held_is_clear(system, &pieces, &flight, course) {
+    let pieces = Pieces::of(network, has_failed);
+    if !held_is_clear(network, &pieces, &flight, course) {
         return false;
     }
-    let loose = loose_pieces(system, &pieces, &flight);
+    let loose = loose_pieces(network, &pieces, &flight);
     if loose.pursue {
         return false;
     }
     if !loose.in_the_way && !loose.are_overtaken {
         return true;
     }
-    beside_debris && exchange(system, &pieces, &flight, &loose) <= EXCHANGE * settling(system)
+    beside_debris && exchange(network, &pieces, &flight, &loose) <= EXCHANGE * settling(&network.model, state)
 }
 
 /// Held part of the sheet, as far as it has been looked at.
 struct Held {
-    /// The box about it.
+    /// Box about it.
     region: Region,
     /// Whether all of it lies behind the body and stays there; true of nothing.
     behind: bool,
@@ -350,107 +371,107 @@ struct Held {
 impl Held {
     const NOTHING: Held = Held { region: Region::EMPTY, behind: true };
 
-    fn include(&mut self, system: &System<'_>, flight: &Flight, i: usize, j: usize) {
-        let x = system.position(i, j);
+    fn include(&mut self, network: &Network<'_>, flight: &Flight, i: usize, j: usize) {
+        let x = network.position(i, j);
         self.region.include(&x);
-        if system.layout.has(Feature::Curved) {
-            self.region.include(&swung_back(system, i, j));
+        if network.layout.has(Feature::Curved) {
+            self.region.include(&swung_back(network, i, j));
         }
-        if system.scene.attachment.kind == AttachmentKind::Free {
-            self.region.include_velocity(&system.velocity(i, j));
+        if network.scene.attachment.kind == AttachmentKind::Free {
+            self.region.include_velocity(&network.velocity(i, j));
         }
-        self.behind = self.behind && !flight.has_ahead(&x) && flight.misses(&x, &system.velocity(i, j));
+        self.behind = self.behind && !flight.has_ahead(&x) && flight.misses(&x, &network.velocity(i, j));
     }
 
     /// Whether the held part lies behind the body and stays there, or the body leaves the box about it for
     /// good. A part that is not clear stays so, whatever is included.
-    fn is_clear(&self, system: &System<'_>, flight: &Flight) -> bool {
+    fn is_clear(&self, network: &Network<'_>, flight: &Flight) -> bool {
         if self.behind {
             return true;
         }
         let mut region = self.region;
-        add_images(system, &mut region);
+        add_images(network, &mut region);
         flight.leaves(&region)
     }
 }
 
 /// Where a node of a curved sheet is that has swung back through its circle.
-fn swung_back(system: &System<'_>, i: usize, j: usize) -> Vector {
-    let (x, deflection) = (system.position(i, j), system.deflection(i, j) * system.scene.sheet.spacing);
+fn swung_back(network: &Network<'_>, i: usize, j: usize) -> Vector {
+    let (x, deflection) = (network.position(i, j), network.deflection(i, j) * network.scene.sheet.spacing);
     let outwards = from_axis(&x);
     x - outwards * (2.0 * deflection / math::max(outwards.norm(), f64::MIN_POSITIVE))
 }
 
 /// Whether all that is held is clear of the body: of a ring that it enters from outside, of the half which it
 /// meets first.
-fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight, course: &Course) -> bool {
+fn held_is_clear(network: &Network<'_>, pieces: &Pieces, flight: &Flight, course: &Course) -> bool {
     let mut held = Held::NOTHING;
     let enters = course.around.is_some() && flight.velocity.dot(&course.normal) > 0.0;
-    rows_from(system, flight).all(|j| {
-        for i in (0..system.layout.nodes_x).filter(|&i| pieces.hold(pieces.of_node(system, i, j))) {
-            if !(enters && from_axis(&system.position(i, j)).dot(&course.direction) > 0.0) {
-                held.include(system, flight, i, j);
+    rows_from(network, flight).all(|j| {
+        for i in (0..network.layout.nodes_x).filter(|&i| pieces.hold(pieces.of_node(network, i, j))) {
+            if !(enters && from_axis(&network.position(i, j)).dot(&course.direction) > 0.0) {
+                held.include(network, flight, i, j);
             }
         }
-        held.is_clear(system, flight)
+        held.is_clear(network, flight)
     })
 }
 
 /// Whether yarn along x near the body that is whole from a fixed node on, and so is held, is not clear of it:
 /// the usual case while the body is in the sheet, found without joining nodes.
-fn whole_yarn_is_in_the_way(system: &System<'_>, flight: &Flight) -> bool {
+fn whole_yarn_is_in_the_way(network: &Network<'_>, flight: &Flight) -> bool {
     let mut held = Held::NOTHING;
-    if system.layout.has(Feature::Clamps) {
+    if network.layout.has(Feature::Clamps) {
         return false; // A run of held nodes may have gaps.
     }
     // Farther away whole yarn is seldom in the way, and looking at it would take as long as joining all
     // nodes.
-    let near = |j: &usize| distance(system, flight, *j) <= 2.0 * flight.reach;
-    rows_from(system, flight).take_while(near).any(|j| {
-        let live = |i: usize| is_live(system, Axis::Horizontal, i, j);
+    let near = |j: &usize| distance(network, flight, *j) <= 2.0 * flight.reach;
+    rows_from(network, flight).take_while(near).any(|j| {
+        let live = |i: usize| is_live(network, Axis::Horizontal, i, j);
         let [_, left_end, right, right_end] =
-            system.arrays.rows.runs.get(j).map_or([0; 4], |run| run.map(|i| i as usize));
+            network.arrays.rows.runs.get(j).map_or([0; 4], |run| run.map(|i| i as usize));
         let mut whole = left_end;
-        while left_end > 0 && whole < system.layout.nodes_x && live(whole - 1) {
-            held.include(system, flight, whole, j);
+        while left_end > 0 && whole < network.layout.nodes_x && live(whole - 1) {
+            held.include(network, flight, whole, j);
             whole += 1;
         }
         for i in (whole..right).rev().take_while(|&i| right < right_end && live(i)) {
-            held.include(system, flight, i, j);
+            held.include(network, flight, i, j);
         }
-        !held.is_clear(system, flight)
+        !held.is_clear(network, flight)
     })
 }
 
 /// All rows, those at rest nearest to the body first, from either side in turn: what is in its way is most
 /// likely there.
-fn rows_from(system: &System<'_>, flight: &Flight) -> impl Iterator<Item = usize> + use<> {
-    let rows = system.layout.nodes_y;
-    let by_distance = |a: &usize, b: &usize| distance(system, flight, *a).total_cmp(&distance(system, flight, *b));
+fn rows_from(network: &Network<'_>, flight: &Flight) -> impl Iterator<Item = usize> + use<> {
+    let rows = network.layout.nodes_y;
+    let by_distance = |a: &usize, b: &usize| distance(network, flight, *a).total_cmp(&distance(network, flight, *b));
     let nearest = (0..rows).min_by(by_distance).unwrap_or(0);
     let both = (0..rows).flat_map(move |d| [nearest.checked_add(d), nearest.checked_sub(d + 1)]);
     both.flatten().filter(move |&j| j < rows)
 }
 
 /// Distance of a row at rest from the body's centre along y, m.
-fn distance(system: &System<'_>, flight: &Flight, j: usize) -> f64 {
-    math::abs(system.rest(0, j)[1] * system.scene.sheet.spacing - flight.position[1])
+fn distance(network: &Network<'_>, flight: &Flight, j: usize) -> f64 {
+    math::abs(network.rest(0, j)[1] * network.scene.sheet.spacing - flight.position[1])
 }
 
 /// Looks for loose pieces in the body's way and flags them.
-fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Loose {
-    system.arrays.flags.fill(0);
+fn loose_pieces(network: &mut Network<'_>, pieces: &Pieces, flight: &Flight) -> Loose {
+    network.arrays.flags.fill(0);
     let (mut ahead, mut behind, mut in_the_way) = (WeightedSum::NOTHING, WeightedSum::NOTHING, false);
-    for (i, j) in system.nodes() {
-        let piece = pieces.of_node(system, i, j);
+    for (i, j) in network.nodes() {
+        let piece = pieces.of_node(network, i, j);
         if pieces.hold(piece) {
             continue;
         }
-        let (x, v) = (system.position(i, j), system.velocity(i, j));
+        let (x, v) = (network.position(i, j), network.velocity(i, j));
         let (node_ahead, node_behind) = (flight.has_ahead(&x), flight.has_behind(&x));
-        let piece_ahead = lies_ahead(system, piece, flight);
-        let weight = system.share(i, j);
-        if piece_ahead && !is_alone(system, i, j) {
+        let piece_ahead = lies_ahead(network, piece, flight);
+        let weight = network.share(i, j);
+        if piece_ahead && !is_alone(network, i, j) {
             ahead.add(weight, v.dot(&flight.velocity));
         }
         if node_behind {
@@ -458,7 +479,7 @@ fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Lo
         }
         if node_ahead != piece_ahead || !(node_behind || flight.misses(&x, &v)) {
             in_the_way = true;
-            system.set_flag(piece);
+            network.set_flag(piece);
         }
     }
     let own = flight.velocity.norm_squared();
@@ -471,48 +492,47 @@ fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Lo
 
 /// Largest change of the work by the loose pieces in the way, J: V sqrt(2 m E) with their mass m and their
 /// kinetic energy E seen from the body.
-fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose) -> f64 {
+fn exchange(network: &Network<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose) -> f64 {
     let (mut mass, mut energy) = (0.0, 0.0);
-    for (i, j) in system.nodes() {
-        let piece = pieces.of_node(system, i, j);
+    for (i, j) in network.nodes() {
+        let piece = pieces.of_node(network, i, j);
         let overtaken = || {
-            loose.are_overtaken && lies_ahead(system, piece, flight) && !pieces.hold(piece) && !is_alone(system, i, j)
+            loose.are_overtaken && lies_ahead(network, piece, flight) && !pieces.hold(piece) && !is_alone(network, i, j)
         };
-        if system.has_flag(piece) || overtaken() {
-            let node_mass = system.share(i, j) * (system.model.node_mass * system.mass_share_of_row(j));
+        if network.has_flag(piece) || overtaken() {
+            let node_mass = network.share(i, j) * (network.model.node_mass * network.mass_share_of_row(j));
             mass += node_mass;
-            energy += 0.5 * node_mass * (system.velocity(i, j) - flight.velocity).norm_squared();
+            energy += 0.5 * node_mass * (network.velocity(i, j) - flight.velocity).norm_squared();
         }
     }
     flight.velocity.norm() * math::sqrt(2.0 * mass * energy)
 }
 
 /// Whether a piece, by the node with its smallest number, lies before the body's centre.
-fn lies_ahead(system: &System<'_>, piece: usize, flight: &Flight) -> bool {
-    let (i, j) = system.layout.column_and_row(piece);
-    flight.has_ahead(&system.position(i, j))
+fn lies_ahead(network: &Network<'_>, piece: usize, flight: &Flight) -> bool {
+    let (i, j) = network.layout.column_and_row(piece);
+    flight.has_ahead(&network.position(i, j))
 }
 
-/// Whether some node was touched since the last test, some node is fixed, and no live path joins any two of
-/// them.
-fn contact_is_detached(system: &mut System<'_>) -> bool {
-    let can_be = system.layout.has(Feature::Detachment) && system.scene.attachment.kind != AttachmentKind::Free;
-    let watched = can_be && system.failed_segments > 0;
-    if !watched || system.arrays.flags.iter().all(|&f| f == 0) || held_by_a_straight_yarn(system) {
+/// Whether some node was touched since the last test, and no live path joins one to a node that is held.
+fn contact_is_detached(network: &mut Network<'_>, has_failed: bool) -> bool {
+    let can_be = network.layout.has(Feature::Detachment) && network.scene.attachment.kind != AttachmentKind::Free;
+    let watched = can_be && (has_failed || network.layout.has(Feature::Clamps));
+    if !watched || network.arrays.flags.iter().all(|&f| f == 0) || held_by_a_straight_yarn(network) {
         return false;
     }
-    let Some(support) = join_nodes(system) else { return false };
-    let labels = CacheLine::words_of(system.arrays.shared).iter().take(system.layout.nodes());
-    let mut touched = labels.enumerate().filter(|(k, _)| system.has_flag(*k));
+    let Some(support) = join_nodes(network) else { return true };
+    let labels = CacheLine::words_of(network.arrays.shared).iter().take(network.layout.nodes());
+    let mut touched = labels.enumerate().filter(|(k, _)| network.has_flag(*k));
     !touched.any(|(_, &label)| label as usize == support)
 }
 
 /// Whether live segments run straight from a touched node to a fixed one: the usual case, found without
 /// joining nodes.
-fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
-    let (nx, ny) = (system.layout.nodes_x, system.layout.nodes_y);
-    let live = |axis: Axis, i: usize, j: usize| is_live(system, axis, i, j);
-    let fixed = |i: usize, j: usize| system.is_fixed(i, j);
+fn held_by_a_straight_yarn(network: &Network<'_>) -> bool {
+    let (nx, ny) = (network.layout.nodes_x, network.layout.nodes_y);
+    let live = |axis: Axis, i: usize, j: usize| is_live(network, axis, i, j);
+    let fixed = |i: usize, j: usize| network.is_fixed(i, j);
     let held = |i: usize, j: usize| {
         // Left, right, down and up, as far as the yarn is whole.
         (0..i).rev().map_while(|i| live(Axis::Horizontal, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
@@ -520,42 +540,74 @@ fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
             || (0..j).rev().map_while(|j| live(Axis::Vertical, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
             || (j + 1..ny).map_while(|j| live(Axis::Vertical, i, j - 1).then_some((i, j))).any(|(i, j)| fixed(i, j))
     };
-    let words = system.arrays.flags.iter().enumerate().filter(|(_, word)| **word != 0);
+    let words = network.arrays.flags.iter().enumerate().filter(|(_, word)| **word != 0);
     words
         .flat_map(|(w, _)| 32 * w..32 * (w + 1))
-        .filter(|&k| system.has_flag(k))
-        .map(|k| system.layout.column_and_row(k))
+        .filter(|&k| network.has_flag(k))
+        .map(|k| network.layout.column_and_row(k))
         .any(|(i, j)| held(i, j))
 }
 
 /// Largest change of the work with which it counts as final, J.
-fn settling(system: &System<'_>) -> f64 {
-    let part = SETTLED_PART * math::abs(system.state.sums.work);
-    math::max(part, system.model.node_mass * system.state.body.velocity.norm_squared())
+fn settling(model: &Model, state: &State) -> f64 {
+    let part = SETTLED_PART * math::abs(state.sums.work);
+    math::max(part, model.node_mass * state.body.velocity.norm_squared())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Scene;
+    use crate::ground::planes::{self, STIFFNESS};
+    use crate::memory::watch::FirstContact;
     use crate::scene::parts::Shape;
-    use crate::tests::{sheet, sim};
+    use crate::tests::{AT_REST, network, sheet, sim};
     use std::vec::Vec;
+
+    /// State with a body at a place, m, with a velocity, m/s.
+    fn state(position: [f64; 3], velocity: [f64; 3]) -> State {
+        let body = Body { position: position.into(), velocity: velocity.into(), ..Body::of(&AT_REST) };
+        State::at_start(body)
+    }
+
+    /// [`state`] after a first contact at this velocity along z, m/s.
+    fn in_contact(network: &Network<'_>, position: [f64; 3], velocity: [f64; 3], first_speed: f64) -> State {
+        let mut state = state(position, velocity);
+        let kinetic_energy = 0.5 * network.model.inertia.mass * first_speed * first_speed;
+        state.watch.first = Some(FirstContact { step: 0, direction: Vector::z(), kinetic_energy });
+        state
+    }
+
+    /// Cuts all segments from or to the nodes in a disc about a place, spacings.
+    fn cut(network: &mut Network<'_>, place: [f64; 2], radius: f64) {
+        let layout = network.layout;
+        layout.for_each_segment(|axis, i, j| {
+            let end = if axis == Axis::Horizontal { (i + 1, j) } else { (i, j + 1) };
+            let is_in = |(i, j): (usize, usize)| {
+                let [x, y, _] = network.rest(i, j);
+                (x - place[0]) * (x - place[0]) + (y - place[1]) * (y - place[1]) < radius * radius
+            };
+            if is_in((i, j)) || is_in(end) {
+                let row = planes::row_mut(network.arrays.rows.hot, layout.chunks, j);
+                planes::set(row, STIFFNESS + axis as usize, i, 0.0);
+            }
+        });
+    }
 
     #[test]
     fn the_rows_nearest_to_the_body_come_first() {
         let mut scene = Scene::sheet_3in_sphere();
         scene.projectile.position[1] = 7.3 * scene.sheet.spacing;
-        let sim = sim(&scene);
-        let (system, flight) = (&sim.system, Flight::of(&sim.system));
-        let mut rows: Vec<usize> = rows_from(system, &flight).collect();
+        let (network, _, solid) = network(&scene);
+        let flight = Flight::of(&network, &solid, &state(scene.projectile.position, [0.0; 3]));
+        let mut rows: Vec<usize> = rows_from(&network, &flight).collect();
         assert_eq!(rows[..4], [59, 58, 60, 57], "the middle one is 52");
-        let off = |j: usize| (system.position(0, j).y - flight.position.y).abs();
+        let off = |j: usize| (network.position(0, j).y - flight.position.y).abs();
         for &j in &rows {
-            assert!((distance(system, &flight, j) - off(j)).abs() < 1e-15);
+            assert!((distance(&network, &flight, j) - off(j)).abs() < 1e-15);
         }
         rows.sort_unstable();
-        assert_eq!(rows, Vec::from_iter(0..system.layout.nodes_y));
+        assert_eq!(rows, Vec::from_iter(0..network.layout.nodes_y));
     }
 
     /// A body that is not clear of a part of the held sheet must not be clear of the whole.
@@ -571,19 +623,19 @@ mod tests {
             let mut sim = sim(&scene);
             for _ in 0..300 {
                 sim.advance(TEST_INTERVAL).unwrap();
-                let flight = Flight::of(&sim.system);
-                let in_the_way = whole_yarn_is_in_the_way(&sim.system, &flight);
-                let pieces = Pieces::of(&mut sim.system);
+                let flight = Flight::of(&sim.system.network, &sim.system.solid, &sim.system.state);
+                let in_the_way = whole_yarn_is_in_the_way(&sim.system.network, &flight);
+                let pieces = Pieces::of(&mut sim.system.network, sim.system.failed_segments > 0);
                 let mut held = Held::NOTHING;
-                for (i, j) in sim.system.nodes() {
-                    if pieces.hold(pieces.of_node(&sim.system, i, j)) {
-                        held.include(&sim.system, &flight, i, j);
+                for (i, j) in sim.system.network.nodes() {
+                    if pieces.hold(pieces.of_node(&sim.system.network, i, j)) {
+                        held.include(&sim.system.network, &flight, i, j);
                     }
                 }
-                let clear = held.is_clear(&sim.system, &flight);
+                let clear = held.is_clear(&sim.system.network, &flight);
                 assert!(!(in_the_way && clear), "step {}", sim.system.state.step);
-                let course = course(&mut sim.system);
-                assert_eq!(held_is_clear(&sim.system, &pieces, &flight, &course), clear);
+                let course = course(&sim.system.network, &mut sim.system.state);
+                assert_eq!(held_is_clear(&sim.system.network, &pieces, &flight, &course), clear);
                 *(if in_the_way { &mut found } else { &mut not_found }) += 1;
             }
         }
@@ -594,16 +646,11 @@ mod tests {
     /// length whose centre is `behind` its plane: R = 5 mm.
     fn way_through(shape: Shape, hole: f64, behind: f64) -> Option<f64> {
         let mut scene = sheet(41, 41);
-        let body = &mut scene.projectile;
-        (body.shape, body.radius, body.length, body.position[2]) = (shape, 5e-3, 20e-3, -10e-3);
-        let mut sim = sim(&scene);
-        let at = |k: usize| [k % 41, k / 41].map(|i| (i as f64 - 20.0) * scene.sheet.spacing);
-        let in_hole = |k: usize| at(k).iter().map(|x| x * x).sum::<f64>() < hole * hole;
-        let ends = (0..40 * 41).map(|s| (s / 40 * 41 + s % 40, 1)).chain((0..41 * 40).map(|s| (s, 41)));
-        let stretch = |(k, next): (usize, usize)| if in_hole(k) || in_hole(k + next) { 1.5 } else { 1.0 };
-        sim.set_largest_stretch(&ends.map(stretch).collect::<Vec<_>>()).unwrap();
-        sim.system.state.body.position = Vector::new(0.0, 0.0, -behind);
-        way_past_held(&mut sim.system, &Vector::new(0.0, 0.0, 1.0))
+        (scene.projectile.shape, scene.projectile.radius, scene.projectile.length) = (shape, 5e-3, 20e-3);
+        let (mut network, _, solid) = network(&scene);
+        cut(&mut network, [0.0; 2], hole / scene.sheet.spacing);
+        let (pieces, body) = (Pieces::of(&mut network, hole > 0.0), state([0.0, 0.0, -behind], [0.0; 3]).body);
+        way_past_held(&network, &pieces, &solid, &body, &Vector::z())
     }
 
     #[test]
@@ -615,5 +662,101 @@ mod tests {
         assert_eq!(way_through(Shape::Sphere, 0.0, -1e-6), Some(0.0), "a sheet behind the centre");
         assert_eq!(way_through(Shape::Cylinder, 3e-3, 9e-3), None, "in the way of the flat end");
         assert_eq!(way_through(Shape::Cylinder, 5e-3, 9e-3), Some(9e-3), "beside the shank");
+    }
+
+    /// The body has moved on by 1 mm and has 2 mm to go: it is through if the loss of its squared speed on
+    /// that way is less than 1/6 of what is left.
+    #[test]
+    fn a_body_is_through_if_it_has_three_times_the_energy_that_is_asked_of_it() {
+        let mut scene = sheet(41, 41);
+        (scene.projectile.radius, scene.track_through) = (5e-3, true);
+        let (mut network, _, solid) = network(&scene);
+        cut(&mut network, [0.0; 2], 4.5e-3 / scene.sheet.spacing);
+        for (lost, expected) in [(0.166, true), (0.167, false)] {
+            let speed = 80.0;
+            let mut state = in_contact(&network, [0.0, 0.0, -2e-3], [0.0, 0.0, speed], 100.0);
+            (state.watch.travel_start, state.watch.travel_speed) = (-3e-3, speed * math::sqrt(1.0 + lost));
+            let course = course(&network, &mut state);
+            assert_eq!(is_through(&mut network, &solid, &mut state, true, &course), expected, "{lost}");
+            assert_eq!((state.watch.travel_start, state.watch.travel_speed), (-2e-3, speed));
+            // Not asked again before it has moved on.
+            assert!(!is_through(&mut network, &solid, &mut state, true, &course));
+        }
+    }
+
+    #[test]
+    fn contact_is_detached_once_no_touched_node_is_joined_to_a_support() {
+        let mut scene = sheet(21, 21);
+        scene.track_detachment = true;
+        let (mut network, _, _) = network(&scene);
+        let touched = 10 * 21 + 10;
+        assert!(!contact_is_detached(&mut network, true), "nothing is touched");
+        network.set_flag(touched);
+        assert!(!contact_is_detached(&mut network, true));
+        for (i, j) in [(9, 10), (11, 10), (10, 9)] {
+            let [x, y, _] = network.rest(i, j);
+            cut(&mut network, [x, y], 0.5);
+            assert!(!contact_is_detached(&mut network, true), "up the yarn is whole");
+        }
+        let [x, y, _] = network.rest(10, 14);
+        cut(&mut network, [x, y], 0.5);
+        // Four rows up the yarn hangs on its neighbours.
+        assert!(!contact_is_detached(&mut network, true));
+        for (i, j) in [(9, 11), (11, 11), (9, 12), (11, 12), (9, 13), (11, 13)] {
+            let [x, y, _] = network.rest(i, j);
+            cut(&mut network, [x, y], 0.5);
+        }
+        assert!(contact_is_detached(&mut network, true));
+        network.set_flag(2 * 21 + 2);
+        assert!(!contact_is_detached(&mut network, true));
+    }
+
+    #[test]
+    fn a_body_has_passed_a_sheet_when_it_leaves_it_behind() {
+        let mut scene = sheet(21, 21);
+        scene.projectile.position[2] = -0.05;
+        let (network, _, solid) = network(&scene);
+        let [x, _] = scene.half_size();
+        let beside = x + 2.0 * scene.projectile.radius;
+        for (place, speed, expected) in [
+            ([beside, 0.0, -0.03], 100.0, false),
+            ([beside, 0.0, 0.03], 100.0, true),
+            ([beside, 0.0, 0.03], -100.0, false),
+            ([beside, 0.0, -0.06], -100.0, false),
+        ] {
+            let state = state(place, [0.0, 0.0, speed]);
+            assert_eq!(has_passed(&network, &solid, &state), expected, "{place:?} {speed}");
+        }
+    }
+
+    #[test]
+    fn work_has_settled_if_it_hardly_changes_over_a_travel_of_r() {
+        let (network, _, solid) = network(&sheet(21, 21));
+        let radius = solid.radius();
+        for (change, expected) in [(0.9, true), (1.1, false)] {
+            let mut state = in_contact(&network, [0.0; 3], [0.0, 0.0, 1e-3], 100.0);
+            state.sums.work = 40.0;
+            let part = settling(&network.model, &state);
+            assert!((part - SETTLED_PART * 40.0).abs() < 1e-12);
+            (state.watch.checkpoint_work, state.body.position.z) = (40.0 - change * part, 0.99 * radius);
+            assert_eq!(pass_checkpoint(&mut state, radius, part), None);
+            state.body.position.z = 1.01 * radius;
+            assert_eq!(pass_checkpoint(&mut state, radius, part), Some(expected));
+            assert_eq!((state.watch.checkpoint, state.watch.checkpoint_work), (state.body.position, 40.0));
+        }
+    }
+
+    /// Flights along x and across it over a circle of radius 1 m, entered at its left end.
+    #[test]
+    fn a_body_has_crossed_a_circle_if_it_entered_on_the_other_side() {
+        let course = Course { direction: Vector::x(), normal: Vector::x(), within_ring: false, around: Some(1.0) };
+        for (position, velocity, expected) in [
+            ([1.5, 0.0, 0.0], [50.0, 0.0, 0.0], true),
+            ([-1.5, 0.0, 0.0], [-50.0, 0.0, 0.0], false),
+            ([1.5, 0.0, 1.1], [50.0, 0.0, 0.0], false),
+        ] {
+            let body = state(position, velocity).body;
+            assert_eq!(has_crossed(&body, &course, 1.0), expected, "{position:?}");
+        }
     }
 }

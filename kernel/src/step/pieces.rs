@@ -7,10 +7,10 @@
 use crate::ground::lanes::CacheLine;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, STIFFNESS};
 use crate::memory::arrays::{Arrays, RowArrays};
-use crate::memory::system::System;
+use crate::memory::network::Network;
 use crate::scene::features::Feature;
 use crate::scene::parts::AttachmentKind;
-use crate::sheet::clamp::has_let_go;
+use crate::sheet::clamp::slid_by;
 
 /// Connected components of the sheet, for one query.
 pub(crate) struct Pieces {
@@ -18,24 +18,25 @@ pub(crate) struct Pieces {
     support: Option<usize>,
     /// Whether every node is labelled with the number of its piece.
     labelled: bool,
-    /// Without labels: whether the sheet, one piece, counts as held.
+    /// Whether the sheet counts as held where it is not labelled, as one piece.
     held: bool,
 }
 
 impl Pieces {
-    /// Finds them. Before the first failure all nodes are one piece; later, without labels, none is known to
-    /// be loose.
-    pub fn of(system: &mut System<'_>) -> Pieces {
-        let several = system.failed_segments > 0 || system.layout.is_stack();
-        let labelled = several && system.layout.has(Feature::Detachment);
-        let support = if labelled { join_nodes(system) } else { None };
-        let held = system.scene.attachment.kind != AttachmentKind::Free || !system.layout.has(Feature::Detachment);
+    /// Finds them. `has_failed`: whether a segment has. Before the first failure all nodes are one piece,
+    /// which clamps may have let go of; later, without labels, none is known to be loose.
+    pub fn of(network: &mut Network<'_>, has_failed: bool) -> Pieces {
+        let layout = network.layout;
+        let several = has_failed || layout.is_stack() || layout.has(Feature::Clamps);
+        let labelled = several && layout.has(Feature::Detachment);
+        let support = if labelled { join_nodes(network) } else { None };
+        let held = network.scene.attachment.kind != AttachmentKind::Free || !layout.has(Feature::Detachment);
         Pieces { support, labelled, held }
     }
 
     /// The number of the piece that a node belongs to.
-    pub fn of_node(&self, system: &System<'_>, i: usize, j: usize) -> usize {
-        let label = CacheLine::words_of(system.arrays.shared).get(j * system.layout.nodes_x + i);
+    pub fn of_node(&self, network: &Network<'_>, i: usize, j: usize) -> usize {
+        let label = CacheLine::words_of(network.arrays.shared).get(j * network.layout.nodes_x + i);
         label.filter(|_| self.labelled).map_or(0, |&label| label as usize)
     }
 
@@ -46,20 +47,20 @@ impl Pieces {
 }
 
 /// Whether no live segment ends at a node: then it flies straight.
-pub(super) fn is_alone(system: &System<'_>, i: usize, j: usize) -> bool {
+pub(super) fn is_alone(network: &Network<'_>, i: usize, j: usize) -> bool {
     let before = |axis: Axis, i: Option<usize>, j: Option<usize>| match (i, j) {
-        (Some(i), Some(j)) => is_live(system, axis, i, j),
+        (Some(i), Some(j)) => is_live(network, axis, i, j),
         _ => false,
     };
-    !(is_live(system, Axis::Horizontal, i, j)
-        || before(Axis::Horizontal, system.layout.x.before(i), Some(j))
-        || is_live(system, Axis::Vertical, i, j)
+    !(is_live(network, Axis::Horizontal, i, j)
+        || before(Axis::Horizontal, network.layout.x.before(i), Some(j))
+        || is_live(network, Axis::Vertical, i, j)
         || before(Axis::Vertical, Some(i), j.checked_sub(1)))
 }
 
 /// Whether the segment that starts at node (i, j) has not failed.
-pub(super) fn is_live(system: &System<'_>, axis: Axis, i: usize, j: usize) -> bool {
-    is_live_in(planes::row(system.arrays.rows.hot, system.layout.chunks, j), axis, i)
+pub(super) fn is_live(network: &Network<'_>, axis: Axis, i: usize, j: usize) -> bool {
+    is_live_in(planes::row(network.arrays.rows.hot, network.layout.chunks, j), axis, i)
 }
 
 /// [`is_live`] of the segment that starts at column i of a row.
@@ -69,13 +70,13 @@ fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
 
 /// Labels every node with the smallest number of a node that live segments join it to. All fixed nodes count
 /// as joined. Gives the label of the fixed nodes, if there are any.
-pub(super) fn join_nodes(system: &mut System<'_>) -> Option<usize> {
-    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let grip = system.directions.grip;
-    let Arrays { rows: RowArrays { hot, runs, slid, .. }, shared, .. } = &mut system.arrays;
+pub(super) fn join_nodes(network: &mut Network<'_>) -> Option<usize> {
+    let (nx, ny, chunks) = (network.layout.nodes_x, network.layout.nodes_y, network.layout.chunks);
+    let grip = network.directions.grip;
+    let Arrays { rows: RowArrays { hot, runs, slid, .. }, shared, .. } = &mut network.arrays;
     let mut sets = Components::new(CacheLine::words(shared).get_mut(..nx * ny).unwrap_or_default());
     join_live_segments(&mut sets, hot, chunks, [nx, ny]);
-    if system.layout.x.is_closed() {
+    if network.layout.x.is_closed() {
         let last = nx.saturating_sub(1);
         let joined = (0..ny).filter(|&j| is_live_in(planes::row(hot, chunks, j), Axis::Horizontal, last));
         joined.for_each(|j| sets.join(j * nx, j * nx + last));
@@ -84,7 +85,7 @@ pub(super) fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let mut support = None;
     for (j, run) in runs.iter().enumerate() {
         for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
-            if has_let_go(slid, j * chunks + i / CHUNK, i % CHUNK, grip) {
+            if slid_by(slid, j * chunks + i / CHUNK, i % CHUNK) >= grip {
                 continue;
             }
             let k = j * nx + i;

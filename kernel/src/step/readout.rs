@@ -1,6 +1,6 @@
 //! Read-outs over the segments that start in a row, side by side in lanes.
 //!
-//! Method: the expressions of [`System::segment`], and so its bits. One by one are looked at those next to a
+//! Method: the expressions of [`Network::segment`], and so its bits. One by one are looked at those next to a
 //! mirror plane, in the coarse part of a graded network, of a curved sheet, and in a lane group that holds a
 //! broken one.
 //! Limits: where there is no segment the stiffness is 0, as of a broken one.
@@ -9,25 +9,25 @@
 use crate::ground::lanes::{Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, X};
-use crate::memory::system::System;
+use crate::memory::network::Network;
 use crate::sheet::neighbours::Around;
 use crate::sheet::sweep::greatest;
 
 /// Chunk c of row j; None next to a mirror plane, in the coarse part of a graded network and of a curved
 /// sheet.
 #[inline(always)]
-pub(crate) fn around<'a>(system: &'a System<'_>, c: usize, j: usize) -> Option<Around<'a>> {
-    let layout = &system.layout;
-    if layout.x.is_mirrored() || layout.y.is_mirrored() || !system.net(0).is_fine(c, j) {
+pub(crate) fn around<'a>(network: &'a Network<'_>, c: usize, j: usize) -> Option<Around<'a>> {
+    let layout = &network.layout;
+    if layout.x.is_mirrored() || layout.y.is_mirrored() || !network.net(0).is_fine(c, j) {
         return None;
     }
-    let [row, above] = [j, j + 1].map(|j| planes::row(system.arrays.rows.hot, layout.chunks, j));
+    let [row, above] = [j, j + 1].map(|j| planes::row(network.arrays.rows.hot, layout.chunks, j));
     Around::of(row, above, c)
 }
 
 /// The greatest q = U^2 - 1 of the segments that start in row j and are not broken; 0 if none is stretched.
 pub(crate) struct GreatestOfRow<'a> {
-    pub system: &'a System<'a>,
+    pub network: &'a Network<'a>,
     pub j: usize,
 }
 
@@ -36,12 +36,12 @@ impl Job for GreatestOfRow<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) -> f64 {
-        let GreatestOfRow { system, j } = self;
+        let GreatestOfRow { network, j } = self;
         let (mut found, mut alone) = (L::splat(0.0), 0.0);
-        for c in 0..system.layout.chunks {
-            let around = around(system, c, j);
+        for c in 0..network.layout.chunks {
+            let around = around(network, c, j);
             for axis in [Axis::Horizontal, Axis::Vertical] {
-                let rest = system.direction(axis, j).rest.lanes::<L>();
+                let rest = network.direction(axis, j).rest.lanes::<L>();
                 for g in 0..CHUNK / L::WIDTH {
                     if let Some(around) = &around
                         && !L::splat(0.0).sub(around.stiffness(g)[axis as usize]).any_not_below(L::splat(0.0))
@@ -49,7 +49,7 @@ impl Job for GreatestOfRow<'_> {
                         found = rest.twice_strain(around.of_axis::<L>(axis, X, g)).max(found);
                     } else {
                         let first = c * CHUNK + g * L::WIDTH;
-                        alone = math::max(greatest_alone(system, axis, first, L::WIDTH, j), alone);
+                        alone = math::max(greatest_alone(network, axis, first, L::WIDTH, j), alone);
                     }
                 }
             }
@@ -60,8 +60,8 @@ impl Job for GreatestOfRow<'_> {
 
 /// Greatest stretch of segments along an axis, one by one.
 #[inline(never)] // It must not be compiled for each instruction set.
-fn greatest_alone(system: &System<'_>, axis: Axis, first: usize, count: usize, j: usize) -> f64 {
-    let segments = (first..first + count).filter_map(|i| system.segment(axis, i, j));
+fn greatest_alone(network: &Network<'_>, axis: Axis, first: usize, count: usize, j: usize) -> f64 {
+    let segments = (first..first + count).filter_map(|i| network.segment(axis, i, j));
     let whole = segments.filter(|segment| segment.stiffness > 0.0);
     whole.fold(0.0, |greatest, segment| math::max(segment.twice_strain(), greatest))
 }
@@ -75,24 +75,24 @@ mod tests {
     use crate::tests::{sheet, sim};
 
     /// Strain and dissipated energy and the greatest q, segment by segment.
-    fn one_by_one(system: &System<'_>) -> (f64, f64, f64) {
+    fn one_by_one(network: &Network<'_>, loaded: u64) -> (f64, f64, f64) {
         let (mut strain, mut dissipated, mut greatest) = (0.0, 0.0, 0.0);
         let axes = [Axis::Horizontal, Axis::Vertical];
-        let rates = axes.map(|axis| [system.rate_law_before(axis), system.rate_law(axis)]);
-        for j in 0..system.layout.nodes_y {
+        let rates = axes.map(|axis| [network.rate_law_before(axis, loaded), network.rate_law(axis, loaded)]);
+        for j in 0..network.layout.nodes_y {
             let (mut row_strain, mut row_dissipated) = (0.0, 0.0);
-            for i in 0..system.layout.nodes_x {
+            for i in 0..network.layout.nodes_x {
                 for (axis, rates) in axes.into_iter().zip(&rates) {
-                    let (stored, lost) = weighted_energy(system, rates, axis, i, j);
+                    let (stored, lost) = weighted_energy(network, rates, axis, i, j);
                     row_strain += stored;
                     row_dissipated += lost;
-                    greatest = math::max(greatest_alone(system, axis, i, 1, j), greatest);
+                    greatest = math::max(greatest_alone(network, axis, i, 1, j), greatest);
                 }
             }
-            strain += system.mass_share_of_row(j) * row_strain;
+            strain += network.mass_share_of_row(j) * row_strain;
             dissipated += row_dissipated;
         }
-        (strain * system.model.unit_energy, dissipated * system.model.segment_volume, greatest)
+        (strain * network.model.unit_energy, dissipated * network.model.segment_volume, greatest)
     }
 
     #[test]
@@ -124,7 +124,7 @@ mod tests {
             let mut failed = 0;
             for _ in 0..6 {
                 sim.advance(150).unwrap();
-                let (strain, dissipated, greatest) = one_by_one(&sim.system);
+                let (strain, dissipated, greatest) = one_by_one(&sim.system.network, sim.system.state.sums.loaded);
                 for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                     sim.use_instructions(set).unwrap();
                     let energy = sim.energy().unwrap();

@@ -8,7 +8,7 @@
 
 use crate::ground::lanes;
 use crate::ground::planes::{self, Axis};
-use crate::memory::system::System;
+use crate::memory::network::Network;
 use crate::sheet::columns::{Geometry, Table};
 use crate::sheet::ghosts::place_ghost_column;
 use crate::sheet::slack::{FindSlack, bit};
@@ -17,29 +17,29 @@ use crate::sheet::slack::{FindSlack, bit};
 const ALL: u32 = bit(Axis::Horizontal) | bit(Axis::Vertical);
 
 /// Searches the rows that are stepped and have not been slack in both directions.
-pub(crate) fn search(system: &mut System<'_>) {
-    let (chunks, line) = (system.layout.chunks, system.layout.x);
-    if system.layout.y.is_mirrored() {
-        system.place_ghost_row();
+pub(crate) fn search(network: &mut Network<'_>) {
+    let (chunks, line) = (network.layout.chunks, network.layout.x);
+    if network.layout.y.is_mirrored() {
+        network.place_ghost_row();
     }
-    for ply in 0..system.layout.plies {
-        let [first, end] = system.rows_to_step(ply);
+    for ply in 0..network.layout.plies {
+        let [first, end] = network.rows_to_step(ply);
         for j in first..end {
-            if system.arrays.rows.been_slack.get(j) == Some(&ALL) {
+            if network.arrays.rows.been_slack.get(j) == Some(&ALL) {
                 continue;
             }
             if line.has_ghost() {
-                place_ghost_column(planes::row_mut(system.arrays.rows.hot, chunks, j), line);
+                place_ghost_column(planes::row_mut(network.arrays.rows.hot, chunks, j), line);
             }
-            let along = system.directions_of_row(j);
+            let along = network.directions_of_row(j);
             // Above the top row of a ply the stiffnesses are 0.
             let job = FindSlack {
-                row: planes::row(system.arrays.rows.hot, chunks, j),
-                above: planes::row(system.arrays.rows.hot, chunks, j + 1),
-                geometry: Table::of(&system.net(ply), along.rests(), j),
+                row: planes::row(network.arrays.rows.hot, chunks, j),
+                above: planes::row(network.arrays.rows.hot, chunks, j + 1),
+                geometry: Table::of(&network.net(ply), along.rests(), j),
             };
-            let found = lanes::dispatch(system.instructions, job);
-            if let Some(been_slack) = system.arrays.rows.been_slack.get_mut(j) {
+            let found = lanes::dispatch(network.instructions, job);
+            if let Some(been_slack) = network.arrays.rows.been_slack.get_mut(j) {
                 *been_slack |= found;
             }
         }

@@ -17,6 +17,7 @@ use crate::contact::search::Search;
 use crate::ground::error::{Error, not_negative, positive};
 use crate::ground::math;
 use crate::ground::planes::Axis;
+use crate::memory::network::Network;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::step::forces::forces_from;
@@ -53,17 +54,21 @@ pub(crate) fn slip(system: &System<'_>, thickness: f64, friction: f64, adhesion:
     positive("thickness", thickness)?;
     not_negative("friction", friction)?;
     not_negative("adhesion", adhesion)?;
-    if system.layout.has(Feature::Curved) {
+    let System { network, solid, state, .. } = system;
+    if network.layout.has(Feature::Curved) {
         return Err(Error::beside("slip", "sheet.radius"));
     }
-    let (h, place) = (system.scene.sheet.spacing, system.state.body.position);
-    let adhesion = adhesion * f64::from(system.scene.sheet.plies);
+    let (h, place) = (network.scene.sheet.spacing, state.body.position);
+    let adhesion = adhesion * f64::from(network.scene.sheet.plies);
     let mut found = Slip::default();
-    for (i, j) in system.nodes() {
-        let Some([pinning_force, normal]) = crossing(system, thickness, i, j) else { continue };
-        let [x, y, _] = system.rest(i, j);
+    let search = Search::new(solid, &state.body, h, h);
+    for (i, j) in network.nodes() {
+        let Some([pinning_force, normal]) = crossing(network, &search, state.sums.loaded, thickness, [i, j]) else {
+            continue;
+        };
+        let [x, y, _] = network.rest(i, j);
         let distance = math::length([x - place.x / h, y - place.y / h, 0.0]);
-        let weight = system.layout.node_weight(i, j) as u64;
+        let weight = network.layout.node_weight(i, j) as u64;
         for (k, most) in NEAR.into_iter().enumerate() {
             if distance <= most {
                 found.crossings[k] += weight;
@@ -77,12 +82,18 @@ pub(crate) fn slip(system: &System<'_>, thickness: f64, friction: f64, adhesion:
 
 /// The force in the plane that pinning takes at a node, and that by which the yarns press on each other, N;
 /// None where it is no crossing of two yarns.
-fn crossing(system: &System<'_>, thickness: f64, i: usize, j: usize) -> Option<[f64; 2]> {
-    if system.is_fixed(i, j) {
+fn crossing(
+    network: &Network<'_>,
+    search: &Search<'_>,
+    loaded: u64,
+    thickness: f64,
+    [i, j]: [usize; 2],
+) -> Option<[f64; 2]> {
+    if network.is_fixed(i, j) {
         return None;
     }
-    let warp = yarn(system, Axis::Horizontal, [i, j], system.layout.x.before(i).map(|before| [before, j]))?;
-    let weft = yarn(system, Axis::Vertical, [i, j], j.checked_sub(1).map(|before| [i, before]))?;
+    let warp = yarn(network, loaded, Axis::Horizontal, [i, j], network.layout.x.before(i).map(|before| [before, j]))?;
+    let weft = yarn(network, loaded, Axis::Vertical, [i, j], j.checked_sub(1).map(|before| [i, before]))?;
     let across = warp.along.cross(&weft.along);
     let length = math::length(across.into());
     if length <= 0.0 {
@@ -90,28 +101,33 @@ fn crossing(system: &System<'_>, thickness: f64, i: usize, j: usize) -> Option<[
     }
     let (across, pinning) = (across / length, (warp.force - weft.force) * 0.5);
     let pinning_force = math::length((pinning - across * pinning.dot(&across)).into());
-    let [h_x, h_y] = system.scene.spacings();
+    let [h_x, h_y] = network.scene.spacings();
     let (warp_part, weft_part) = (warp.tension / h_x, weft.tension / h_y);
     let sum = warp_part + weft_part;
     let mut normal = if sum > 0.0 { 2.0 * thickness * warp_part * weft_part / sum } else { 0.0 };
-    let search = Search::new(&system.solid, &system.state.body, h_x, h_x);
-    if search.gap(&system.position(i, j)) <= ON_BODY * h_x {
+    if search.gap(&network.position(i, j)) <= ON_BODY * h_x {
         normal += 0.5 * (math::abs(warp.force.dot(&across)) + math::abs(weft.force.dot(&across)));
     }
     Some([pinning_force, normal])
 }
 
 /// The yarn along an axis at a node; None where a bar stands for several yarns or segments.
-fn yarn(system: &System<'_>, axis: Axis, [i, j]: [usize; 2], before: Option<[usize; 2]>) -> Option<YarnAtNode> {
-    let unit = system.model.unit_impulse / system.model.limits.dt * system.mass_share_of_row(j);
+fn yarn(
+    network: &Network<'_>,
+    loaded: u64,
+    axis: Axis,
+    [i, j]: [usize; 2],
+    before: Option<[usize; 2]>,
+) -> Option<YarnAtNode> {
+    let unit = network.model.unit_impulse / network.model.limits.dt * network.mass_share_of_row(j);
     let mut yarn = YarnAtNode { force: Vector::zeros(), tension: 0.0, along: Vector::zeros() };
     for (start, sign) in [(Some([i, j]), 1.0), (before, -1.0)] {
         let Some([i, j]) = start else { continue };
-        let Some(segment) = system.segment(axis, i, j) else { continue };
+        let Some(segment) = network.segment(axis, i, j) else { continue };
         if segment.bar != [1.0; 2] {
             return None;
         }
-        let force = Vector::from(forces_from(system, false, i, j)?[axis as usize]) * unit;
+        let force = Vector::from(forces_from(network, loaded, false, i, j)?[axis as usize]) * unit;
         yarn.force += force * sign;
         yarn.tension += 0.5 * math::length(force.into());
         let mut along = Vector::from(segment.d);
@@ -136,11 +152,11 @@ mod tests {
         scene.projectile.position[2] = -0.1;
         let mut sim = sim(&scene);
         let [h_x, h_y] = scene.spacings();
-        for (i, j) in sim.system.nodes() {
+        for (i, j) in sim.system.network.nodes() {
             let [x, y] = [i as f64 - 1.0, (j as f64 - 1.0) * h_y / h_x];
-            sim.system.set_node(i, j, [x * strains[0], y * strains[1], 0.0], [0.0; 3]);
+            sim.system.network.set_node(i, j, [x * strains[0], y * strains[1], 0.0], [0.0; 3]);
         }
-        sim.system.set_node(1, 1, at, [0.0; 3]);
+        sim.system.network.set_node(1, 1, at, [0.0; 3]);
         sim.system.state.body.position = Vector::new(at[0], at[1], at[2] - gap) * h_x;
         sim.system.state.body.position.z -= scene.projectile.radius;
         let stiffness = scene.yarn.modulus_mean * scene.sheet.yarn_area;

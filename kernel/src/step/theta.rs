@@ -16,7 +16,7 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
 use crate::contact::apply;
-use crate::contact::edge;
+use crate::contact::edge::Edges;
 use crate::contact::search::Gathered;
 use crate::contact::solve;
 use crate::ground::error::Failure;
@@ -26,9 +26,11 @@ use crate::ground::planes::{
     START_ACCELERATION, STIFFNESS, VELOCITY_AFTER_IMPULSES, X,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
-use crate::memory::arrays::{Arrays, RowArrays, StepScratch};
-use crate::memory::state::COUNT_MAX;
-use crate::memory::system::{System, mean_acceleration};
+use crate::memory::arrays::{Arrays, Contacts, RowArrays, StepScratch};
+use crate::memory::network::{Network, mean_acceleration};
+use crate::memory::records::Candidate;
+use crate::memory::state::{COUNT_MAX, Sums};
+use crate::memory::system::System;
 use crate::scene::parts::Integrator;
 use crate::sheet::columns::Net;
 use crate::sheet::ghosts::{place_ghost_column, place_ghost_row};
@@ -44,102 +46,97 @@ use crate::yarn::rate::Rates;
 /// A force beyond this, in units of m h/dt^2, is that of a lost state (see [`crate::yarn::law::LOST`]).
 const LARGEST_FORCE: f64 = 1e80;
 
-/// One step of nodes and rates. On a failure nothing has changed.
-pub(crate) fn iterate(
-    system: &mut System<'_>,
-    rule: Integrator,
-    gathered: &Gathered,
-    before: &Body,
-) -> Result<(), Failure> {
+/// Steps nodes and rates of the body. On a failure nothing has changed.
+pub(crate) fn iterate(system: &mut System<'_>, gathered: &Gathered, before: &Body) -> Result<(), Failure> {
+    let System { network, contacts, solid, state, failed_segments, .. } = system;
+    let rule = network.scene.integrator;
     // A prescribed body already has the twist of this step.
-    let (body, count) = (system.state.body, gathered.count);
-    start_velocities(system);
-    keep_gaps(system, count);
+    let (body, count) = (state.body, gathered.count);
+    start_velocities(network);
+    keep_gaps(contacts, count);
     let mut kept = 0;
     for iteration in 1..=rule.max_iterations {
-        system.state.body = body;
-        motion::load_body(system);
-        approach_with_forces(system, rule, count);
+        state.body = body;
+        motion::load_body(network, state);
+        approach_with_forces(network, contacts, rule, count);
         // Who gets past the body is found once, and from then on only taken back: an iteration that changed
         // its mind would not end.
-        kept = if iteration == 1 { edge::set_aside(system, count, gathered.deepest) } else { kept };
+        let edges = Edges { network, solid, body: &state.body };
+        kept = if iteration == 1 { edges.set_aside(contacts, count, gathered.deepest) } else { kept };
         let solved;
-        (solved, kept) = edge::solve_contact(system, kept, count, solve::solve_first);
-        push_candidates(system, count);
-        let moved = guess(system, rule);
-        let sound = forces_at_guess(system) && moved.is_finite();
+        (solved, kept) = edges.solve_contact(contacts, kept, count, |contacts, count| {
+            solve::solve_first(network, contacts, &state.body, count)
+        });
+        push_candidates(network, contacts.found(count));
+        let moved = guess(network, rule);
+        let sound = forces_at_guess(network) && moved.is_finite();
         if !sound {
             break;
         }
         if moved <= rule.tolerance {
-            apply::set_twist(system, &solved);
-            commit(system, rule);
-            apply::apply_impulses(system, count, before);
-            motion::add_load(system, before);
-            let sums = &mut system.state.sums;
+            apply::set_twist(&network.model, state, &solved);
+            if commit(network, &mut state.sums, rule) {
+                *failed_segments = network.count_failed([0, network.layout.nodes_y]);
+            }
+            apply::apply_impulses(network, contacts, state, count, before);
+            motion::add_load(network, state, before);
+            let sums = &mut state.sums;
             sums.iterations = (sums.iterations + iteration as u64).min(COUNT_MAX);
             sums.most_iterations = sums.most_iterations.max(iteration as u64);
             return Ok(());
         }
     }
-    system.state.body = *before;
-    start_iterates(system);
+    state.body = *before;
+    start_iterates(network);
     Err(Failure::NotConverged)
 }
 
 /// The state's displacements as the first guess, and the forces there as those at the step's start.
-pub(crate) fn start_iterates(system: &mut System<'_>) {
-    for (iterate, hot) in system.arrays.rows.iterate.iter_mut().zip(system.arrays.rows.hot.iter()) {
+pub(crate) fn start_iterates(network: &mut Network<'_>) {
+    for (iterate, hot) in network.arrays.rows.iterate.iter_mut().zip(network.arrays.rows.hot.iter()) {
         iterate[GUESS..VELOCITY_AFTER_IMPULSES].copy_from_slice(&hot[X..SPEED_X]);
     }
-    forces_at_guess(system);
-    forces_to_start(system);
+    forces_at_guess(network);
+    forces_to_start(network);
 }
 
-fn forces_to_start(system: &mut System<'_>) {
-    for chunk in system.arrays.rows.iterate.iter_mut() {
+fn forces_to_start(network: &mut Network<'_>) {
+    for chunk in network.arrays.rows.iterate.iter_mut() {
         chunk.copy_within(GUESS_ACCELERATION..ITERATE_PLANES, START_ACCELERATION);
     }
 }
 
 /// Velocities at t_n, before any impulse.
-fn start_velocities(system: &mut System<'_>) {
-    for (iterate, hot) in system.arrays.rows.iterate.iter_mut().zip(system.arrays.rows.hot.iter()) {
+fn start_velocities(network: &mut Network<'_>) {
+    for (iterate, hot) in network.arrays.rows.iterate.iter_mut().zip(network.arrays.rows.hot.iter()) {
         iterate[VELOCITY_AFTER_IMPULSES..START_ACCELERATION].copy_from_slice(&hot[SPEED_X..STIFFNESS]);
     }
 }
 
 /// Keeps phi/dt of the nodes found: every iteration starts from it.
-fn keep_gaps(system: &mut System<'_>, count: usize) {
-    for (gap, candidate) in system.arrays.gaps_over_dt.iter_mut().zip(system.arrays.candidates.iter()).take(count) {
+fn keep_gaps(contacts: &mut Contacts<'_>, count: usize) {
+    for (gap, candidate) in contacts.gaps_over_dt.iter_mut().zip(contacts.candidates.iter()).take(count) {
         *gap = candidate.free_gap_rate;
     }
 }
 
 /// phi/dt + n.(v_n + g) of every candidate.
-fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
-    let unit_speed = system.model.unit_speed;
-    for c in 0..count {
-        let Some(node) = system.arrays.candidates.get(c).map(|candidate| candidate.node) else { break };
-        let (i, j) = system.layout.column_and_row(node as usize);
-        let velocity = system.velocity_with_forces(rule.theta, i, j);
-        let (Some(candidate), Some(gap)) = (system.arrays.candidates.get_mut(c), system.arrays.gaps_over_dt.get(c))
-        else {
-            break;
-        };
-        candidate.free_gap_rate = gap + candidate.normal.dot(&velocity) * unit_speed;
+fn approach_with_forces(network: &Network<'_>, contacts: &mut Contacts<'_>, rule: Integrator, count: usize) {
+    let Contacts { candidates, gaps_over_dt, .. } = contacts;
+    for (candidate, gap) in candidates.iter_mut().zip(gaps_over_dt.iter()).take(count) {
+        let (i, j) = network.layout.column_and_row(candidate.node as usize);
+        let velocity = network.velocity_with_forces(rule.theta, i, j);
+        candidate.free_gap_rate = gap + candidate.normal.dot(&velocity) * network.model.unit_speed;
     }
 }
 
 /// v_n and the impulse of every candidate.
-fn push_candidates(system: &mut System<'_>, count: usize) {
-    for c in 0..count {
-        let Some(candidate) = system.arrays.candidates.get(c) else { break };
-        let node = candidate.node;
-        let (i, j) = system.layout.column_and_row(node as usize);
-        let (_, v) = system.node(i, j);
-        let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);
-        let row = planes::row_mut(system.arrays.rows.iterate, system.layout.chunks, j);
+fn push_candidates(network: &mut Network<'_>, candidates: &[Candidate]) {
+    for candidate in candidates {
+        let (i, j) = network.layout.column_and_row(candidate.node as usize);
+        let (_, v) = network.node(i, j);
+        let push = candidate.normal * (candidate.impulse / network.model.unit_impulse);
+        let row = planes::row_mut(network.arrays.rows.iterate, network.layout.chunks, j);
         for axis in 0..3 {
             planes::set(row, VELOCITY_AFTER_IMPULSES + axis, i, v[axis] + push[axis]);
         }
@@ -148,14 +145,14 @@ fn push_candidates(system: &mut System<'_>, count: usize) {
 
 /// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a
 /// number.
-fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
-    let chunks = system.layout.chunks;
+fn guess(network: &mut Network<'_>, rule: Integrator) -> f64 {
+    let chunks = network.layout.chunks;
     let (mut largest, mut finite) = (0.0, true);
-    for j in 0..system.layout.nodes_y {
-        let run = system.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
-        let hot = planes::row(system.arrays.rows.hot, chunks, j);
-        let iterate = planes::row_mut(system.arrays.rows.iterate, chunks, j);
-        for i in (0..system.layout.nodes_x).filter(|&i| !in_runs(&run, i)) {
+    for j in 0..network.layout.nodes_y {
+        let run = network.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
+        let hot = planes::row(network.arrays.rows.hot, chunks, j);
+        let iterate = planes::row_mut(network.arrays.rows.iterate, chunks, j);
+        for i in (0..network.layout.nodes_x).filter(|&i| !in_runs(&run, i)) {
             let (Some(hot), Some(iterate)) = (hot.get(i / CHUNK), iterate.get_mut(i / CHUNK)) else { break };
             let lane = i % CHUNK;
             for axis in 0..3 {
@@ -178,8 +175,8 @@ fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
 
 /// Accelerations at the guess, with damage from the history at t_n, by the sweep's evaluator of forces. false
 /// if the state would be lost.
-fn forces_at_guess(system: &mut System<'_>) -> bool {
-    let System { layout, directions, arrays, instructions, .. } = system;
+fn forces_at_guess(network: &mut Network<'_>) -> bool {
+    let Network { layout, directions, arrays, instructions, .. } = network;
     let (chunks, rates) = (layout.chunks, Rates::NONE);
     let Arrays { rows: RowArrays { hot, history, yarn, strength, iterate, .. }, shared, columns, lines, .. } = arrays;
     let StepScratch { carries: carry, .. } = StepScratch::of(shared, layout);
@@ -239,15 +236,16 @@ fn set_guessed(
     }
 }
 
-/// Takes the converged guess: positions, velocities without impulses, supports, damage.
-fn commit(system: &mut System<'_>, rule: Integrator) {
-    let chunks = system.layout.chunks;
+/// Takes the converged guess: positions, velocities without impulses, supports, damage. Returns whether a
+/// segment has failed.
+fn commit(network: &mut Network<'_>, sums: &mut Sums, rule: Integrator) -> bool {
+    let chunks = network.layout.chunks;
     let theta = rule.theta;
-    for j in 0..system.layout.nodes_y {
-        let run = system.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
+    for j in 0..network.layout.nodes_y {
+        let run = network.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
         let (mut low, mut high) = (0.0, 0.0);
-        for i in 0..system.layout.nodes_x {
-            let iterate = planes::row(system.arrays.rows.iterate, chunks, j);
+        for i in 0..network.layout.nodes_x {
+            let iterate = planes::row(network.arrays.rows.iterate, chunks, j);
             let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
             let a = [0, 1, 2]
                 .map(|axis| (1.0 - theta) * at(START_ACCELERATION + axis) + theta * at(GUESS_ACCELERATION + axis));
@@ -255,38 +253,37 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             low = math::min(u[1], low);
             high = math::max(u[1], high);
             if in_runs(&run, i) {
-                system.load_support(i, j, &Vector::from(a));
+                network.load_support(sums, i, j, &Vector::from(a));
                 continue;
             }
-            let (_, v) = system.node(i, j);
-            system.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
+            let (_, v) = network.node(i, j);
+            network.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
         }
-        if let Some(range) = system.arrays.rows.ranges.get_mut(j) {
+        if let Some(range) = network.arrays.rows.ranges.get_mut(j) {
             *range = [end_of_range(low), end_of_range(high), NOT_KEPT, NOT_KEPT];
         }
     }
-    system.awake = [0, system.layout.nodes_y];
-    commit_damage(system);
-    forces_to_start(system);
+    network.awake = [0, network.layout.nodes_y];
+    let has_failed = commit_damage(network);
+    forces_to_start(network);
+    has_failed
 }
 
-/// History and stiffness at the new positions, once a step.
-fn commit_damage(system: &mut System<'_>) {
-    let (layout, mut failed) = (system.layout, false);
+/// History and stiffness at the new positions, once a step. Returns whether a segment has failed.
+fn commit_damage(network: &mut Network<'_>) -> bool {
+    let (layout, mut failed) = (network.layout, false);
     layout.for_each_segment(|axis, i, j| {
-        let Some(segment) = system.segment(axis, i, j) else { return };
+        let Some(segment) = network.segment(axis, i, j) else { return };
         let q = segment.twice_strain();
-        if !system.direction(axis, j).law.is_damaging(q, segment.history) {
+        if !network.direction(axis, j).law.is_damaging(q, segment.history) {
             return;
         }
-        let Damage { alpha, history } = system.law_of(&segment).damage(segment.damage_rate, q);
+        let Damage { alpha, history } = network.law_of(&segment).damage(segment.damage_rate, q);
         failed |= alpha == 0.0;
-        let hot = planes::row_mut(system.arrays.rows.hot, layout.chunks, j);
+        let hot = planes::row_mut(network.arrays.rows.hot, layout.chunks, j);
         planes::set(hot, STIFFNESS + axis as usize, i, alpha * segment.undamaged);
-        let histories = planes::row_mut(system.arrays.rows.history, layout.chunks, j);
+        let histories = planes::row_mut(network.arrays.rows.history, layout.chunks, j);
         planes::set(histories, axis as usize, i, history);
     });
-    if failed {
-        system.failed_segments = system.count_failed([0, layout.nodes_y]);
-    }
+    failed
 }

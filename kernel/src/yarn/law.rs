@@ -123,7 +123,7 @@ impl Rest {
 }
 
 /// Zero whose sum with any number is that number, so that a compiler can leave the sum out.
-const NONE: f64 = -0.0;
+pub(crate) const NONE: f64 = -0.0;
 
 /// [`Rest`] as all lanes read it.
 #[derive(Clone, Copy)]
@@ -280,12 +280,12 @@ impl ViscositySplats {
 }
 
 impl<L: Lane> ViscosityLanes<L> {
-    /// (M16) Twice the strain that would give the stress with its viscous part, at least 0. `now`, `before`:
-    /// twice the strain of taut yarn, 0 of slack one, at t_n and t_{n-1}.
+    /// (M16) Twice the strain that would give the stress with its viscous part, at least 0. `now`: twice the
+    /// strain of taut yarn, 0 of slack one, at t_n; `growth`: its growth since t_{n-1}, of a bar times its
+    /// segments, over whose length the rate is taken.
     #[inline(always)]
-    pub fn twice_strain(&self, now: L, before: L) -> L {
+    pub fn twice_strain(&self, now: L, growth: L) -> L {
         let zero = L::splat(0.0);
-        let growth = now.sub(before);
         let per_growth = growth.max(zero).mul(self.quadratic).add(self.linear);
         growth.mul(per_growth).add(now).max(zero)
     }
@@ -491,7 +491,7 @@ mod tests {
             let now = math::max(1e-4 * f64::from(k), 0.0);
             for n in -400..400 {
                 let before = math::max(1e-4 * f64::from(n), 0.0);
-                let both = viscosity.twice_strain(now, before);
+                let both = viscosity.twice_strain(now, now - before);
                 let viscous = both - now;
                 assert!(viscous * (now - before) >= 0.0 && both >= 0.0, "{now} {before}");
                 assert!(now > 0.0 || viscous == 0.0, "{now} {before}");

@@ -109,6 +109,7 @@ fn set_textile(bytes: &mut Bytes, scene: &fk_scene) {
         damage_rate: 2300.0,
         weibull_shape: 14.7,
         gauge_length: 0.05,
+        thickness: 0.0,
     };
     let t = &mut textile;
     let (warp, weft) = (&mut t.warp, &mut t.weft);
@@ -116,10 +117,10 @@ fn set_textile(bytes: &mut Bytes, scene: &fk_scene) {
     let numbers = [
         &mut warp.linear_density, &mut warp.count, &mut warp.crimp, &mut weft.linear_density, &mut weft.count, &mut weft.crimp,
         &mut t.fibre_density, &mut t.modulus, &mut t.modulus_sd, &mut t.failure_strain, &mut t.strength, &mut t.weaving_loss,
-        &mut t.damage_rate, &mut t.weibull_shape, &mut t.gauge_length,
+        &mut t.damage_rate, &mut t.weibull_shape, &mut t.gauge_length, &mut t.thickness,
     ];
     for _ in 0..bytes.below(4) {
-        let number = &mut *numbers[bytes.below(15)];
+        let number = &mut *numbers[bytes.below(16)];
         *number = bytes.odd(*number);
     }
     let (size, known) = (bytes_of::<fk_textile>(), scene.words[0] == bytes_of::<fk_scene>());

@@ -174,6 +174,12 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         _ => {}
     }
     curve(&mut scene, bytes.below(8));
+    // The body starts as far from the face of the cloth.
+    scene.sheet.thickness = h * bytes.choose(&[0.0, 0.0, 1e-3, 0.1]);
+    let (normal, body) = (turned_z(scene.sheet.orientation), &mut scene.projectile);
+    let place: f64 = (0..3).map(|k| (body.position[k] - scene.sheet.position[k]) * normal[k]).sum();
+    let away = 0.5 * scene.sheet.thickness * place.signum();
+    body.position = [0, 1, 2].map(|k| body.position[k] + away * normal[k]);
     scene
 }
 

@@ -58,6 +58,8 @@ pub const FIELDS: &[Field] = &[
     count("sheet.nodes_y", |s| &mut s.sheet.nodes_y, Range::Nodes, 221, "Nodes along y"),
     count("sheet.plies", |s| &mut s.sheet.plies, Range::Within(1.0, 1000.0), 225,
         "Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart"),
+    real("sheet.thickness", |s| one(&mut s.sheet.thickness), &LENGTH, Range::NotNegative, 760,
+        "Thickness t of a ply; n bonded ones are n t thick, at most a tenth of the sheet. The projectile touches the network, the middle of the cloth, at half of it; 0 = a surface without thickness. A projectile must start farther away"),
     real("sheet.spacing", |s| one(&mut s.sheet.spacing), &LENGTH, Range::Positive, 222,
         "Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension"),
     real("sheet.spacing_y", |s| one(&mut s.sheet.spacing_y), &LENGTH, Range::NotNegative, 620,
@@ -73,7 +75,7 @@ pub const FIELDS: &[Field] = &[
     shaped("sheet.pre_strain", Place::Reals(|s| &mut s.sheet.pre_strain, &[2]), &RATIO, Range::NotNegative, 624,
         "Strain of the held sheet along x (two or four sides) and along y (four sides), below critical_stretch - 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus sampled for every segment"),
     real("sheet.radius", |s| one(&mut s.sheet.radius), &LENGTH, Range::NotNegative, 750,
-        "Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of sheet.spacing (M23); 0 = flat. Separate plies lie at R + k stack.gap. Velocity Verlet only; not with yarn.viscosity_bending, a dependence on the rate of strain, a graded network, mirror planes or four corners"),
+        "Radius to the nodes of a sheet curved about its y axis, which rests at (R sin a, y, R cos a) with chords of sheet.spacing (M23); 0 = flat. Separate plies lie at R + k (stack.gap + thickness). Velocity Verlet only; not with yarn.viscosity_bending, a dependence on the rate of strain, a graded network, mirror planes or four corners"),
     flag("sheet.closed", |s| &mut s.sheet.closed, 751,
         "A ring: a segment joins the last node of every row to its first. sheet.radius must be sheet.spacing/(2 sin(pi/sheet.nodes_x)) to 1e-6; two sides cannot be held"),
     vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230,
@@ -81,7 +83,7 @@ pub const FIELDS: &[Field] = &[
     quaternion("sheet.orientation", |s| &mut s.sheet.orientation, 233,
         "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
     count("sheet.grading.largest", |s| &mut s.sheet.grading.largest, Range::Within(0.0, GRADING_LARGEST as f64), 740,
-        "Most yarns that one bar stands for, and as many crossings: 2, 4, 8, 16, 32 or 64; 0 or 1 = no grading. Bars grow by factors of two away from the fine part. Not with viscosity, a dependence on the rate of strain, friction or separate plies"),
+        "Most yarns that one bar stands for, and as many crossings: 2, 4, 8, 16, 32 or 64; 0 or 1 = no grading. Bars grow by factors of two away from the fine part"),
     count("sheet.grading.run", |s| &mut s.sheet.grading.run, Range::Within(1.0, 1e6), 741,
         "Bars of each size before the next. Read with grading only").read(GRADED),
     shaped("sheet.grading.centre", Place::Reals(|s| &mut s.sheet.grading.centre, &[2]), &POSITION, Range::Any, 742,
@@ -92,10 +94,10 @@ pub const FIELDS: &[Field] = &[
         .read(GRADED),
     // ---- Separate plies
     count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
-        "Separate plies, each a network with samples of its own, held like the first, in contact with each other. Velocity Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network")
+        "Separate plies, each a network with samples of its own, held like the first, in contact with each other. Velocity Verlet only; not with mirror planes or a dependence on the rate of strain")
         .read(|s| if_so(s.stack.plies != 1)),
     real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
-        "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other, as plies of a ring with pre-strain along x must. Read for more than one ply only")
+        "Air between neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other, as plies of a ring with pre-strain along x must. Read for more than one ply only")
         .read(STACKED),
     flag("stack.turned", |s| &mut s.stack.turned, 722,
         "Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for more than one ply only")
@@ -132,7 +134,7 @@ pub const FIELDS: &[Field] = &[
         "Radius of the corner discs. Each must hold a node; they may neither overlap nor reach under the projectile. Read for four corners only")
         .read(FOUR_CORNERS),
     real("attachment.hold", |s| one(&mut s.attachment.hold), &FORCE, Range::NotNegative, 757,
-        "Force H at which the clamp lets a bar of one ply slip (M25), for each bar that ends there; 0 = without limit. Velocity Verlet only; not with a graded network"),
+        "Force H at which the clamp lets a bar of one ply slip (M25), for each bar that ends there; 0 = without limit. Velocity Verlet only"),
     real("attachment.grip", |s| one(&mut s.attachment.grip), &LENGTH, Range::NotNegative, 758,
         "Length of yarn in the clamp: a node that has slid so far has been pulled out; 0 = without end. Only with a hold"),
     real("attachment.strength", |s| one(&mut s.attachment.strength), &FORCE, Range::NotNegative, 759,
@@ -175,7 +177,7 @@ pub const FIELDS: &[Field] = &[
     real("yarn.viscosity_bending", |s| one(&mut s.yarn.viscosity_bending), &RATIO, Range::Within(0.0, 0.2), 642,
         "Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none. Velocity Verlet only"),
     real("yarn.rate_modulus", |s| one(&mut s.yarn.rate_modulus), &RATIO, Range::Within(0.0, 1.0), 680,
-        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with slack_balance, pre-tension, separate plies or a graded network"),
+        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with slack_balance, pre-tension or separate plies"),
     real("yarn.rate_stretch", |s| one(&mut s.yarn.rate_stretch), &RATIO, Range::Within(0.0, 1.0), 681,
         "Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none"),
     real("yarn.rate_reference", |s| one(&mut s.yarn.rate_reference), &STRAIN_RATE, Range::Within(0.0, STRAIN_RATES[1]), 682,
@@ -247,7 +249,7 @@ pub const FIELDS: &[Field] = &[
         .read(CASED),
     // ---- Contact
     real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
-        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with a graded network"),
+        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only"),
     // ---- Mirror planes
     flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,
         "Mirror plane x = 0. Sums stay those of the whole sheet. For uniform yarn, a free projectile and a centred, untilted hit"),

@@ -116,7 +116,7 @@ impl<'s, 'a> Bands<'s, 'a> {
         steps: u64,
     ) -> Result<Bands<'s, 'a>, Error> {
         system.sound()?;
-        let needed = system.layout.band_lines(band_count)?;
+        let needed = system.network.layout.band_lines(band_count)?;
         let short = arrays::short("scratch", scratch.len(), needed);
         let scratch = CacheLine::reals(scratch.get_mut(..needed).ok_or(short)?).as_mut_ptr();
         let first_step = system.state.step;

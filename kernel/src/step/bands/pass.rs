@@ -17,7 +17,7 @@ use crate::sheet::slack::bit;
 use crate::sheet::sweep::Lift;
 use crate::sheet::viscous::MomentsOfRow;
 use crate::step::blocks;
-use crate::step::explicit;
+use crate::step::one_step;
 use crate::step::rows::Rows;
 use crate::step::rows::schedule::{Block, Edge, Tile};
 use crate::step::rows::viscosity::{ViscousRows, find_moments_of_row, place_ghost_moments};
@@ -140,6 +140,7 @@ impl Plan {
         unsafe {
             let row = MomentsOfRow {
                 directions: self.directions().of_ply(ply),
+                net: &self.net(ply),
                 row: rows(memory.rows.hot, chunks, j, 1),
                 below: rows(memory.rows.hot, chunks, j - below, below),
                 past_below: rows(memory.rows.past, chunks, j - below, below),
@@ -444,10 +445,10 @@ impl Plan {
             }
             return Ok(());
         }
-        whole::wake_rows_to_step(system);
+        whole::wake_rows_to_step(&mut system.network);
         whole::end_sweep(system, &gathered);
-        explicit::apply_contact_and_move_body(system, &gathered, report)?;
-        explicit::count_step(system);
+        one_step::apply_contact_and_move_body(system, &gathered, report)?;
+        one_step::count_step(system);
         Ok(())
     }
 }

@@ -6,11 +6,12 @@ use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
 use crate::memory::layout::Layout;
-use crate::memory::system::{self, System};
+use crate::memory::network::{self, Network};
+use crate::memory::system::System;
 use crate::sheet::direction::Directions;
 use crate::sheet::ghosts::place_ghost_speeds;
 use crate::step::blocks;
-use crate::step::explicit;
+use crate::step::one_step;
 use crate::step::rows::schedule::Block;
 use crate::step::rows::terms::{Terms, rates};
 use crate::step::rows::whole;
@@ -37,18 +38,18 @@ pub(super) struct Plan {
 }
 
 /// Rows [first, end) of all plies that a pass steps; the ghost nodes that it needs are put there.
-fn prepare_rows(system: &mut System<'_>) -> [usize; 2] {
-    let mut rows = [system.layout.nodes_y, 0];
-    for ply in 0..system.layout.plies {
-        let [first, end] = system.rows_to_step(ply);
+fn prepare_rows(network: &mut Network<'_>) -> [usize; 2] {
+    let mut rows = [network.layout.nodes_y, 0];
+    for ply in 0..network.layout.plies {
+        let [first, end] = network.rows_to_step(ply);
         if first == end {
             continue;
         }
         rows = [rows[0].min(first), rows[1].max(end)];
-        whole::place_ghosts_above(system, end);
-        if system.layout.x.is_mirrored() && system.layout.reads_ghost_speeds() {
-            let (line, chunks) = (system.layout.x, system.layout.chunks);
-            let rows = system.arrays.rows.hot.get_mut(first * chunks..end * chunks);
+        whole::place_ghosts_above(network, end);
+        if network.layout.x.is_mirrored() && network.layout.reads_ghost_speeds() {
+            let (line, chunks) = (network.layout.x, network.layout.chunks);
+            let rows = network.arrays.rows.hot.get_mut(first * chunks..end * chunks);
             place_ghost_speeds(rows.unwrap_or(&mut []), chunks, line);
         }
     }
@@ -68,30 +69,30 @@ impl Plan {
             Some((block, step)) => (Some(block), Some(step)),
             None => (Block::plan(system, until.saturating_sub(system.state.step), band_count), None),
         };
-        let all = [0, system.layout.nodes_y];
+        let all = [0, system.network.layout.nodes_y];
         let found = match (&block, gap_step) {
             (Some(_), None) => {
-                blocks::zero_carried_forces(system);
+                blocks::zero_carried_forces(&mut system.network);
                 Ok(Gathered::default())
             }
-            (block, _) => explicit::look_ahead(system, block.as_ref().map_or(all, |block| block.near)),
+            (block, _) => one_step::look_ahead(system, block.as_ref().map_or(all, |block| block.near)),
         };
-        let mut rows = prepare_rows(system);
+        let mut rows = prepare_rows(&mut system.network);
         if let Some(block) = &block {
             rows = gap_step.map_or([0, 0], |step| block.rows_near(step));
         }
-        let memory = Pointers::of(system, scratch);
-        let all = system.steps_all();
+        let memory = Pointers::of(&mut system.network, scratch);
+        let all = system.network.steps_all();
         Plan {
             found,
             rows,
             block,
             gap_step,
             all,
-            layout: system.layout,
-            rates: rates(system),
-            fetches: system.fetches,
-            instructions: system.instructions,
+            layout: system.network.layout,
+            rates: rates(&system.network, system.state.sums.loaded),
+            fetches: system.network.fetches,
+            instructions: system.network.instructions,
             memory,
         }
     }
@@ -121,7 +122,7 @@ impl Plan {
         }
         // SAFETY: there is an entry for each ply; the caller's promise.
         let awake = unsafe { rows(self.memory.awake, 1, ply, 1) }.first().copied().unwrap_or_default();
-        system::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
+        network::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
     }
 
     /// Constants of the segments. A copy would add to the stack.

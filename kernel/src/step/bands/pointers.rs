@@ -4,7 +4,7 @@
 use crate::ground::planes::{CARRY_PLANES, Chunk};
 use crate::memory::arrays::{Arrays, RowArrays, RowPointers, StepScratch, arrays};
 use crate::memory::layout::Layout;
-use crate::memory::system::System;
+use crate::memory::network::Network;
 use crate::scene::features::Feature;
 use crate::sheet::columns::COLUMN_PLANES;
 use crate::sheet::direction::Directions;
@@ -29,8 +29,8 @@ pub(super) struct Pointers {
 }
 
 impl Pointers {
-    pub(super) fn of(system: &mut System<'_>, scratch: *mut f64) -> Pointers {
-        let System { directions, layout, arrays: Arrays { rows, columns, lines, awake, shared, .. }, .. } = system;
+    pub(super) fn of(network: &mut Network<'_>, scratch: *mut f64) -> Pointers {
+        let Network { directions, layout, arrays: Arrays { rows, columns, lines, awake, shared, .. }, .. } = network;
         let StepScratch { carries, reactions } = StepScratch::of(shared, layout);
         Pointers {
             directions,
@@ -48,7 +48,8 @@ impl Pointers {
 macro_rules! rows_of_bands {
     ($layout:ident;
      rows { $($(#[$_meaning:meta])* $row:ident: [$_item:ty], $kept:expr, [$steps:expr, $_rows:expr, $width:expr];)* }
-     others $_others:tt) => {
+     others $_others:tt
+     contacts $_contacts:tt) => {
         /// Rows [first, end) in a step of a block, the first one otherwise.
         ///
         /// # Safety

@@ -118,10 +118,10 @@ impl Rows<'_> {
             let j = first + k;
             if is_viscous {
                 if k == 0 {
-                    viscous.find_moments(terms, [ply, first, 0], [hot, above], dissipated);
+                    viscous.find_moments(&pass, terms, [ply, first, 0], [hot, above], dissipated);
                 }
                 // The row needs those of the row above it.
-                viscous.find_moments(terms, [ply, first, k + 1], [hot, above], dissipated);
+                viscous.find_moments(&pass, terms, [ply, first, k + 1], [hot, above], dissipated);
             }
             let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
@@ -133,12 +133,12 @@ impl Rows<'_> {
             keep_fixed(slips.then_some(layout.nodes_x), row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
-            let mut counted = layout.has_effects().then(|| DissipationOfRow::of(layout, pass.directions, j));
+            let mut counted = layout.has_effects().then(|| DissipationOfRow::of(layout, &pass, j));
             if layout.x.is_mirrored()
                 && layout.has(Feature::Rate)
                 && let Some(counted) = &mut counted
             {
-                counted.relax_last(&pass, [row, above]);
+                counted.relax_last(&pass, j, [row, above]);
             }
             let mut last = Last::default();
             let mut job = Row { pass: &pass, j, row: &mut *row, history, above, carry, yarn: &yarn, effects: None };
@@ -176,7 +176,8 @@ impl Rows<'_> {
             if let Some((dissipated, counted)) = dissipated.get_mut(k).zip(counted.as_mut()) {
                 if is_viscous && layout.x.is_mirrored() {
                     let of_last = viscous.taken_of_last(layout, k, &last);
-                    counted.of_last = [0, 1].map(|axis| counted.of_last[axis] + of_last[axis]);
+                    let parts = pass.net.parts(layout.nodes_x - 1);
+                    counted.of_last = [0, 1].map(|axis| counted.of_last[axis] + parts[axis] * of_last[axis]);
                 }
                 // `find_moments` has stored the part of the moments.
                 *dissipated = counted.total(layout) + if is_viscous { *dissipated } else { 0.0 };
@@ -240,7 +241,7 @@ struct RowEnd<'a> {
     /// Least and greatest displacement along y.
     reach: [f64; 2],
     /// State of the clamps of all rows, and the number of this row among them.
-    holds: &'a [[f64; CHUNK]],
+    holds: &'a mut [[[f64; CHUNK]; 5]],
     slid: &'a mut [[f64; CHUNK]],
     clamped: &'a mut [f64],
     k: usize,
@@ -252,7 +253,7 @@ struct RowEnd<'a> {
 #[inline(always)]
 fn note_range(terms: &Terms<'_>, row: &[Chunk<HOT_PLANES>], range: &mut [u32; 4], reach: [f64; 2]) {
     let [low, high, left, right] = range;
-    [*low, *high] = reach.map(end_of_range);
+    (*low, *high) = (end_of_range(reach[0]), end_of_range(reach[1]));
     if *left != NOT_KEPT {
         [*left, *right] = spread(row, terms.instructions).map(end_of_range);
     }
@@ -260,6 +261,7 @@ fn note_range(terms: &Terms<'_>, row: &[Chunk<HOT_PLANES>], range: &mut [u32; 4]
 
 /// [`end_row`] where clamps may slip.
 #[cold]
+#[inline(never)]
 fn slide_row(
     terms: &Terms<'_>,
     weighed: Option<&Net<'_>>,
@@ -271,7 +273,7 @@ fn slide_row(
 ) -> [[f64; 3]; 2] {
     let layout = terms.layout;
     let own = k * layout.chunks..(k + 1) * layout.chunks;
-    let (holds, slid) = (holds.get(own.clone()).unwrap_or_default(), slid.get_mut(own).unwrap_or_default());
+    let (holds, slid) = (holds.get_mut(own.clone()).unwrap_or_default(), slid.get_mut(own).unwrap_or_default());
     let mut clamps = ClampedRow { holds, slid, grip: terms.directions.grip, columns };
     let (mut reactions, mut work) = ([Vector::zeros(); 2], 0.0);
     for (reaction, columns) in reactions.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
@@ -281,7 +283,7 @@ fn slide_row(
             }
             let (Some(place), Some(before)) = (kept.get(i), kept.get(layout.nodes_x + i)) else { break };
             let Some(chunk) = row.get_mut(i / CHUNK) else { break };
-            let (lane, weight) = (i % CHUNK, weighed.map_or(1.0, |_| layout.node_weight(i, j)));
+            let (lane, weight) = (i % CHUNK, weighed.map_or(1.0, |net| layout.node_weight(i, j) * net.share(i, j)));
             let slide = clamps.slide(i, *before, planes::velocity(chunk, lane));
             for plane in 0..3 {
                 chunk[plane][lane] = place[plane] + slide.velocity[plane];
@@ -369,7 +371,8 @@ fn restore_fixed(
             }
         }
     }
-    reactions.map(|reaction| reaction.into())
+    let [first, second] = reactions;
+    [first.into(), second.into()]
 }
 
 #[cfg(test)]
@@ -383,14 +386,14 @@ mod tests {
         let mut sim = sim(&sheet(21, 21));
         sim.step_every_row();
         sim.step().unwrap();
-        sim.system.arrays.rows.history = &mut [];
+        sim.system.network.arrays.rows.history = &mut [];
         assert_eq!(sim.step(), Err(Failure::NonFinite));
     }
 
     /// The digest after a run in which segments fail, 41 x 41 nodes.
     fn run(prepare: impl FnOnce(&mut Sim<'_>)) -> u64 {
         let mut sim = sim(&sheet(41, 41));
-        assert!(sim.system.directions.front.plain && !sim.system.fetches);
+        assert!(sim.system.network.directions.front.plain && !sim.system.network.fetches);
         prepare(&mut sim);
         sim.advance(3000).unwrap();
         assert!(sim.counters().failed_segments > 10);
@@ -400,7 +403,7 @@ mod tests {
     /// The path of fabrics that are not plain is the general one: it gives a plain sheet the bits of its own.
     #[test]
     fn a_plain_sheet_moves_alike_on_both_paths() {
-        assert_eq!(run(|_| ()), run(|sim| sim.system.directions.front.plain = false));
+        assert_eq!(run(|_| ()), run(|sim| sim.system.network.directions.front.plain = false));
     }
 
     /// The path of sheets beyond the caches gives a small one the bits of its own.
@@ -409,7 +412,7 @@ mod tests {
         for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
             let [near, far] = [false, true].map(|fetches| {
                 run(|sim| {
-                    sim.system.fetches = fetches;
+                    sim.system.network.fetches = fetches;
                     sim.use_instructions(set).unwrap();
                 })
             });

@@ -128,26 +128,27 @@ impl Block {
     /// fixed node or half of the rows, or if a force window of attachments that slip ends within it.
     /// `band_count`: 0 for one thread that takes the rows in turn.
     pub fn plan(system: &System<'_>, most: u64, band_count: u32) -> Option<Block> {
-        let (steps, rows) = (system.block_steps, system.layout.nodes_y);
+        let (steps, rows) = (system.network.block_steps, system.network.layout.nodes_y);
         // So that outcomes are tested after a block.
         let is_due = steps > 1 && most >= steps as u64 && system.state.step.is_multiple_of(steps as u64);
         // Energy dissipated by attachments in a block is added up at its end, too late for a window that ends
         // within it.
-        let window = system.model.window_steps.max(1);
-        let window_ends = system.layout.has(Feature::Clamps) && system.state.step % window + steps as u64 > window;
-        if !is_due || window_ends || system.rows_to_step(0) != [0, rows] {
+        let window = system.network.model.window_steps.max(1);
+        let window_ends =
+            system.network.layout.has(Feature::Clamps) && system.state.step % window + steps as u64 > window;
+        if !is_due || window_ends || system.network.rows_to_step(0) != [0, rows] {
             return None;
         }
-        let (body, h) = (&system.state.body, system.scene.sheet.spacing);
+        let (body, h) = (&system.state.body, system.network.scene.sheet.spacing);
         // The body's surface crosses less than a spacing in a step (`Model::too_fast`).
-        let margin = system.scene.largest_spacing() + steps as f64 * h;
+        let margin = system.network.scene.largest_spacing() + steps as f64 * h;
         let [_, half, _] = system.solid.half_extents(&body.orientation).map(|extent| extent + margin * ROUNDING);
         let (low, high) = (body.position.y - half, body.position.y + half);
-        let rise = system.directions.front.vertical.rest.spacing;
-        let reach = Reach { low, high, h, rise, nodes_y: system.scene.sheet.nodes_y };
-        let range = |j: usize| system.arrays.rows.ranges.get(j).copied().unwrap_or_default();
+        let rise = system.network.directions.front.vertical.rest.spacing;
+        let reach = Reach { low, high, h, rise, nodes_y: system.network.scene.sheet.nodes_y };
+        let range = |j: usize| system.network.arrays.rows.ranges.get(j).copied().unwrap_or_default();
         let comes_near = |&j: &usize| reach.meets(j, range(j), APPROACH * h);
-        let lag = if system.layout.has(Feature::Viscosity) { 2 } else { 1 };
+        let lag = if system.network.layout.has(Feature::Viscosity) { 2 } else { 1 };
         let near = match ((0..rows).find(comes_near), (0..rows).rev().find(comes_near)) {
             // What is read beside a gap and what is written there are different rows.
             (Some(first), Some(last)) => [first, (last + 1).max(first + width(lag)).min(rows)],
@@ -156,8 +157,8 @@ impl Block {
         let [first, end] = near;
         let search = Search::new(&system.solid, body, h, margin);
         let is_held = (first..end).any(|j| {
-            let [a, b, c, d] = system.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
-            (a..b).chain(c..d).any(|i| search.candidate(&system.position(i as usize, j)).is_some())
+            let [a, b, c, d] = system.network.arrays.rows.runs.get(j).copied().unwrap_or([0; 4]);
+            (a..b).chain(c..d).any(|i| search.candidate(&system.network.position(i as usize, j)).is_some())
         });
         // Far more rows than gaps; at least 1, so that no division by zero has to be compiled in.
         let bands = if band_count == 0 { 0 } else { band_count.min((rows / (4 * lag * steps).max(1)) as u32).max(1) };

@@ -4,7 +4,7 @@ use crate::ground::lanes::InstructionSet;
 use crate::ground::planes::Axis;
 use crate::ground::planes::{self, Chunk, STRENGTH_PLANES, YARN_PLANES};
 use crate::memory::layout::Layout;
-use crate::memory::system::System;
+use crate::memory::network::Network;
 use crate::scene::features::Feature;
 use crate::sheet::columns::Net;
 use crate::sheet::direction::Directions;
@@ -41,6 +41,7 @@ impl<'t> Terms<'t> {
 
     /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is
     /// drawn.
+    #[inline(always)]
     pub fn yarn_row<'y>(
         &self,
         yarn: &'y [Chunk<YARN_PLANES>],
@@ -60,16 +61,16 @@ impl<'t> Terms<'t> {
     }
 }
 
-/// Dependence on the rate of strain in a sweep.
-pub(crate) fn rates(system: &System<'_>) -> Rates {
+/// Dependence on the rate of strain in a sweep, after `loaded` steps of load.
+pub(crate) fn rates(system: &Network<'_>, loaded: u64) -> Rates {
     if !system.layout.has(Feature::Rate) {
         return Rates::NONE;
     }
     // Below it damage sees no strain beyond the critical one.
-    let limit = |axis: Axis| system.rate_law(axis).limit(system.direction(axis, 0).critical);
-    let time = system.load_time();
+    let limit = |axis: Axis| system.rate_law(axis, loaded).limit(system.direction(axis, 0).critical);
+    let time = system.load_time(loaded);
     // None before the load has begun.
-    let growth = if system.state.loaded > 0 { system.model.limits.dt / time } else { 0.0 };
+    let growth = if loaded > 0 { system.model.limits.dt / time } else { 0.0 };
     let relaxing = system.scene.yarn.rate_modulus * growth;
     Rates { time, relaxing, limits: [limit(Axis::Horizontal), limit(Axis::Vertical)] }
 }

@@ -5,11 +5,12 @@
 //! the rate of t_{n+1/2}, is open until the next step and is added to a balance in between.
 //! Reference: docs/model.md, "Viscosity".
 
-use crate::ground::lanes;
 use crate::ground::planes::{self, Axis, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z, VISCOUS_STRESS};
 use crate::memory::layout::Layout;
-use crate::memory::system::System;
+use crate::memory::network::Network;
 use crate::scene::features::Feature;
+use crate::sheet::columns::Net;
+use crate::sheet::sweep::Pass;
 use crate::sheet::viscous::{MomentsOfRow, NO_PAST, ViscousRow};
 use crate::step::rows::terms::{Terms, rates};
 use crate::yarn::law;
@@ -33,6 +34,7 @@ impl ViscousRows<'_> {
     #[inline(never)]
     pub fn find_moments(
         &mut self,
+        pass: &Pass<'_>,
         terms: &Terms<'_>,
         [ply, first, k]: [usize; 3],
         [hot, above]: [&[Chunk<HOT_PLANES>]; 2],
@@ -48,6 +50,7 @@ impl ViscousRows<'_> {
         let (below, past_below) = below.unwrap_or_default();
         let row = MomentsOfRow {
             directions: terms.directions.of_ply(ply),
+            net: &pass.net,
             row: planes::row(hot, chunks, k),
             below,
             past_below,
@@ -95,14 +98,14 @@ fn last_of(past: &[Chunk<PAST_PLANES>], layout: &Layout) -> Last {
 }
 
 /// Finds the moments of row j (M17), and begins the account of what viscosity dissipates in it.
-pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow<'_>, dissipated: &mut f64) {
+pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, mut row: MomentsOfRow<'_>, dissipated: &mut f64) {
     let (layout, line) = (terms.layout, terms.layout.x);
     if layout.has(Feature::Curved) {
         *dissipated = 0.0;
         return;
     }
     if !line.is_mirrored() {
-        let found: f64 = lanes::dispatch(terms.instructions, row).iter().sum();
+        let found: f64 = row.find(terms.instructions, j).iter().sum();
         *dissipated = 0.5 * layout.y.node_weight(j) * found;
         return;
     }
@@ -114,18 +117,18 @@ pub(crate) fn find_moments_of_row(terms: &Terms<'_>, j: usize, row: MomentsOfRow
     let left = last.checked_sub(1).map_or(0.0, |i| speed(row.row, i));
     let changes =
         [change(left, here, speed(row.row, last + 1)), change(speed(row.below, last), here, speed(row.above, last))];
+    let widths = [row.net.row_share(j), row.net.column_share(last)];
     let of_last = |past: &[Chunk<PAST_PLANES>]| -> f64 {
-        [0, 1].map(|k| planes::get(past, MOMENT + k, last).unwrap_or(0.0) * changes[k]).iter().sum()
+        [0, 1].map(|k| planes::get(past, MOMENT + k, last).unwrap_or(0.0) * changes[k] * widths[k]).iter().sum()
     };
-    let MomentsOfRow { past, .. } = row;
-    let mut once = of_last(past);
-    let found: f64 = lanes::dispatch(terms.instructions, MomentsOfRow { past, ..row }).iter().sum();
-    once += of_last(past);
+    let mut once = of_last(row.past);
+    let found: f64 = row.find(terms.instructions, j).iter().sum();
+    once += of_last(row.past);
     let all = line.node_weight(0) * found - (line.node_weight(0) - line.node_weight(last)) * once;
     *dissipated = 0.5 * layout.y.node_weight(j) * all;
     let (node, _) = line.node(line.modelled());
-    let image = planes::get(past, MOMENT, node).unwrap_or(0.0);
-    planes::set(past, MOMENT, line.modelled(), image);
+    let image = planes::get(row.past, MOMENT, node).unwrap_or(0.0);
+    planes::set(row.past, MOMENT, line.modelled(), image);
 }
 
 /// Moments of the ghost row along y: those of the row that it mirrors.
@@ -137,20 +140,22 @@ pub(crate) fn place_ghost_moments(ghosts: &mut [Chunk<PAST_PLANES>], row: &[Chun
 
 /// The viscous moments of row j of a ply in a step of a block, the first one otherwise, which the row below
 /// it needs; nothing above the top row.
-pub(crate) fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2], j: usize) {
+pub(crate) fn find_moments_above(system: &mut Network<'_>, loaded: u64, [ply, step]: [usize; 2], j: usize) {
     if !system.layout.has(Feature::Viscosity) {
         return;
     }
-    let rates = rates(system);
-    let System { layout, directions, arrays, instructions, .. } = &mut *system;
+    let rates = rates(system, loaded);
+    let Network { layout, directions, arrays, instructions, .. } = &mut *system;
     let chunks = layout.chunks;
     let (past_below, past) = arrays.rows.past.split_at_mut((j * chunks).min(arrays.rows.past.len()));
     let Some(dissipated) = arrays.rows.dissipated.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y)
     else {
         return;
     };
+    let net = Net { columns: layout.columns_of(arrays.columns, ply), lines: arrays.lines };
     let row = MomentsOfRow {
         directions: directions.of_ply(ply),
+        net: &net,
         row: planes::row(arrays.rows.hot, chunks, j),
         below: planes::row(arrays.rows.hot, chunks, j - 1),
         past_below: planes::row(past_below, chunks, j - 1),
@@ -167,7 +172,7 @@ pub(crate) fn find_moments_above(system: &mut System<'_>, [ply, step]: [usize; 2
 
 /// Starts from the present state: the strain of the last step is that of the displacements less the
 /// velocities, and nothing has acted.
-pub(crate) fn start(system: &mut System<'_>) {
+pub(crate) fn start(system: &mut Network<'_>) {
     if !system.layout.has(Feature::Viscosity) {
         return;
     }
@@ -180,7 +185,7 @@ pub(crate) fn start(system: &mut System<'_>) {
 }
 
 /// Energy that the forces of the last step dissipate at the present rates and no sum holds yet, J.
-pub(crate) fn uncounted_dissipation(system: &System<'_>) -> f64 {
+pub(crate) fn uncounted_dissipation(system: &Network<'_>) -> f64 {
     if !system.layout.has(Feature::Viscosity) {
         return 0.0;
     }
@@ -189,12 +194,14 @@ pub(crate) fn uncounted_dissipation(system: &System<'_>) -> f64 {
         let mut of_node = 0.0;
         for axis in [Axis::Horizontal, Axis::Vertical] {
             let [past, stress, moment] = past(system, axis, i, j);
-            let taken_by_moment = 0.5 * moment * negative_second_difference(system, axis, i, j);
+            let taken_by_moment =
+                0.5 * moment * width(system, axis.other(), i, j) * negative_second_difference(system, axis, i, j);
             of_node += system.layout.node_weight(i, j) * taken_by_moment;
             let Some(segment) = system.segment(axis, i, j) else { continue };
             let growth = segment.twice_strain() - past;
             let length = segment.rest.length;
-            of_node += system.layout.segment_weight(axis, i, j) * (0.25 * length * length * stress * growth);
+            of_node +=
+                system.layout.segment_weight(axis, i, j) * segment.bar[1] * (0.25 * length * length * stress * growth);
         }
         dissipated += of_node * system.mass_share_of_row(j);
     }
@@ -203,15 +210,23 @@ pub(crate) fn uncounted_dissipation(system: &System<'_>) -> f64 {
 
 /// Twice the strain in the last step of the segment from node (i, j), the viscous part of its stress, and the
 /// node's moment.
-pub(crate) fn past(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
+pub(crate) fn past(system: &Network<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
     let row = planes::row(system.arrays.rows.past, system.layout.chunks, j);
     [0, VISCOUS_STRESS, MOMENT]
         .map(|first| first + axis as usize)
         .map(|plane| planes::get(row, plane, i).unwrap_or(0.0))
 }
 
+/// Width of node (i, j) along an axis.
+fn width(network: &Network<'_>, axis: Axis, i: usize, j: usize) -> f64 {
+    match axis {
+        Axis::Horizontal => network.net(0).column_share(i),
+        Axis::Vertical => network.net(0).row_share(j),
+    }
+}
+
 /// Velocity along z at a place, of the image beyond a mirror plane too; 0 where there is no node.
-fn speed(system: &System<'_>, i: Option<usize>, j: Option<usize>) -> f64 {
+fn speed(system: &Network<'_>, i: Option<usize>, j: Option<usize>) -> f64 {
     let (Some(i), Some(j)) = (i, j) else { return 0.0 };
     let layout = &system.layout;
     let (ply, row) = layout.ply_and_row(j);
@@ -221,7 +236,7 @@ fn speed(system: &System<'_>, i: Option<usize>, j: Option<usize>) -> f64 {
 }
 
 /// 2 v_i - v_{i-1} - v_{i+1} along z at a node; of no meaning where its yarn ends.
-fn negative_second_difference(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
+fn negative_second_difference(system: &Network<'_>, axis: Axis, i: usize, j: usize) -> f64 {
     let (before, after) = match axis {
         Axis::Horizontal => (speed(system, i.checked_sub(1), Some(j)), speed(system, Some(i + 1), Some(j))),
         Axis::Vertical => (speed(system, Some(i), j.checked_sub(1)), speed(system, Some(i), Some(j + 1))),
@@ -231,7 +246,7 @@ fn negative_second_difference(system: &System<'_>, axis: Axis, i: usize, j: usiz
 }
 
 /// Moment -M_i that the next step finds for the yarn of this direction at a node, or at its image.
-pub(crate) fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64 {
+pub(crate) fn moment(system: &Network<'_>, axis: Axis, i: usize, j: usize) -> f64 {
     let ((i, _), (j, _)) = (system.layout.x.node(i), system.layout.y.node(j));
     let tension = |i: Option<usize>, j: Option<usize>| {
         let segment = system.segment(axis, i?, j?)?;
@@ -242,6 +257,9 @@ pub(crate) fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> f64
         Axis::Vertical => tension(Some(i), j.checked_sub(1)),
     };
     let (Some(before), Some(after)) = (before, tension(Some(i), Some(j))) else { return 0.0 };
+    if width(system, axis, i, j) != 1.0 {
+        return 0.0;
+    }
     let viscosity = system.direction(axis, j).viscosity.lanes::<f64>();
     negative_second_difference(system, axis, i, j) * viscosity.bending(before, after)
 }

@@ -5,9 +5,10 @@
 //! Reference: docs/model.md, "The step".
 
 use crate::contact::search::Gathered;
-use crate::contact::separate::Apart;
+use crate::contact::separate::{EarlyRows, Separation};
 use crate::ground::planes::{CARRY_PLANES, CHUNK};
 use crate::memory::arrays::StepScratch;
+use crate::memory::network::Network;
 use crate::memory::system::System;
 use crate::sheet::segments::Report;
 use crate::step::rows::Rows;
@@ -17,50 +18,55 @@ use crate::step::rows::viscosity;
 
 /// Sweeps all rows that are awake or next to one (M7), puts fixed nodes back and adds up their reactions.
 pub(crate) fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
-    begin_sweep(system);
-    let report = if system.layout.is_stack() {
+    begin_sweep(&mut system.network);
+    let report = if system.network.layout.is_stack() {
         sweep_stack(system, gathered.count)
     } else {
-        sweep_rows(system, 0, system.awake, None)
+        let awake = system.network.awake;
+        sweep_rows(&mut system.network, system.state.sums.loaded, 0, awake, None)
     };
-    accounts::add_awake(system);
+    accounts::add_awake(&mut system.network, &mut system.state.sums);
     report
 }
 
 /// For bands, after the sweep of the rows that are awake: what is left of it.
 pub(crate) fn end_sweep(system: &mut System<'_>, gathered: &Gathered) {
-    if system.layout.is_stack() {
-        Apart::of(system, gathered.count).separate(system, [0, system.layout.y.modelled()]);
+    if system.network.layout.is_stack() {
+        let early = EarlyRows::of(&system.network, system.contacts.found(gathered.count));
+        let rows = [0, system.network.layout.y.modelled()];
+        Separation::of(system, 0).early(&early, rows);
     }
-    accounts::add_awake(system);
+    accounts::add_awake(&mut system.network, &mut system.state.sums);
 }
 
 /// Sweeps some rows of all plies after the other, whose columns are separated while they are at hand.
 /// `count`: candidates.
 fn sweep_stack(system: &mut System<'_>, count: usize) -> Report {
-    let (mut report, mut first, apart) = (Report::default(), 0, Apart::of(system, count));
-    while first < system.layout.y.modelled() {
-        let rows = [first, first + (RUN_CHUNKS / (system.layout.plies * system.layout.chunks).max(1)).max(1)];
-        for ply in 0..system.layout.plies {
-            report = report.merged(sweep_run(system, ply, rows));
+    let early = EarlyRows::of(&system.network, system.contacts.found(count));
+    let (mut report, mut first, layout, loaded) =
+        (Report::default(), 0, system.network.layout, system.state.sums.loaded);
+    while first < layout.y.modelled() {
+        let rows = [first, first + (RUN_CHUNKS / (layout.plies * layout.chunks).max(1)).max(1)];
+        for ply in 0..layout.plies {
+            report = report.merged(sweep_run(&mut system.network, loaded, ply, rows));
         }
-        apart.separate(system, rows);
+        Separation::of(system, 0).early(&early, rows);
         first = rows[1];
     }
     report
 }
 
 /// Sweeps those of a ply's rows [first, end) that are awake, counted from its first one.
-fn sweep_run(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) -> Report {
+fn sweep_run(system: &mut Network<'_>, loaded: u64, ply: usize, [first, end]: [usize; 2]) -> Report {
     let ([bottom, _], [low, high]) = (system.layout.rows_of(ply), system.awake_of(ply));
     let (start, stop) = ((bottom + first).max(low), (bottom + end).min(high));
     if start >= stop {
         return Report::default();
     }
     if stop < high {
-        viscosity::find_moments_above(system, [ply, 0], stop);
+        viscosity::find_moments_above(system, loaded, [ply, 0], stop);
     }
-    sweep_rows(system, ply, [start, stop], None)
+    sweep_rows(system, loaded, ply, [start, stop], None)
 }
 
 /// About as many chunks of a stack are swept in a run: half a mebibyte, which a second-level cache keeps
@@ -68,7 +74,7 @@ fn sweep_run(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) -> R
 const RUN_CHUNKS: usize = 1024;
 
 /// Notes that the rows to step are awake.
-pub(crate) fn wake_rows_to_step(system: &mut System<'_>) {
+pub(crate) fn wake_rows_to_step(system: &mut Network<'_>) {
     for ply in 0..system.layout.plies {
         let rows = system.rows_to_step(ply);
         if rows[0] < rows[1] {
@@ -79,7 +85,7 @@ pub(crate) fn wake_rows_to_step(system: &mut System<'_>) {
 
 /// State from which a sweep starts: rows to step awake, ghost row placed, no force carried.
 #[inline(never)]
-fn begin_sweep(system: &mut System<'_>) {
+fn begin_sweep(system: &mut Network<'_>) {
     wake_rows_to_step(system);
     place_ghosts_above(system, system.awake[1]);
     let carries = StepScratch::of(system.arrays.shared, &system.layout).carries;
@@ -91,18 +97,18 @@ fn begin_sweep(system: &mut System<'_>) {
 
 /// Sweeps rows [first, end) in a step of a block, with the forces carried in that step; reactions are noted
 /// and not yet added up.
-pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
+pub(crate) fn sweep_in_block(system: &mut Network<'_>, loaded: u64, step: usize, rows: [usize; 2]) -> Report {
     if rows[0] == rows[1] {
         return Report::default();
     }
-    viscosity::find_moments_above(system, [0, step], rows[1]);
-    sweep_rows(system, 0, rows, Some(step))
+    viscosity::find_moments_above(system, loaded, [0, step], rows[1]);
+    sweep_rows(system, loaded, 0, rows, Some(step))
 }
 
 /// Sweeps rows [first, end) of a ply. `in_block`: the step of a block.
-fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
-    let rates = rates(system);
-    let System { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
+fn sweep_rows(system: &mut Network<'_>, loaded: u64, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
+    let rates = rates(system, loaded);
+    let Network { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
     // In a block rows come from memory in the first step alone.
     let fetches = *fetches && in_block.is_none_or(|step| step == 0);
     let terms = Terms { layout, directions, rates: &rates, fetches, instructions: *instructions };
@@ -114,7 +120,7 @@ fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: O
 }
 
 /// Ghost row above a sweep that reaches the mirror plane.
-pub(crate) fn place_ghosts_above(system: &mut System<'_>, end: usize) {
+pub(crate) fn place_ghosts_above(system: &mut Network<'_>, end: usize) {
     if system.layout.y.is_mirrored() && end == system.layout.nodes_y {
         system.place_ghost_row();
     }

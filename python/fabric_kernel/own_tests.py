@@ -1,0 +1,186 @@
+"""`fabric tests FILE.csv`: one's own firing tests against the model (`family.py`), from a table of V50s or of single shots."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import scipy  # Its parts are loaded where they are used.
+
+from . import batch, checks, limit, shields
+from ._kernel import Scene
+from .about import ending, folder, goes_on, options
+from .designs import Plan
+from .family import WRITTEN, Measured, OwnTests, error_of, judged
+from .files import Place, apart, shown
+
+MOST = 3.0
+"""Ratio of measured and computed limit beyond which the units are in doubt."""
+SHOTS_OF = ("v50", "plus_minus", "sigma", "velocity", "stopped", "residual")
+"""Columns that are no parameters of a scene."""
+
+
+def number(path: Path, row: int, name: str, cell: str) -> float:
+    """A velocity of the table, m/s or with its unit."""
+    try:
+        value = float(cell)
+    except ValueError:
+        try:
+            value = math.hypot(*Scene().replace({"aim.speed": cell})["projectile.velocity"])
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{path}: row {row}: {name}: must be a number, m/s, or one with its unit; it is {cell}") from error
+    if not (value > 0.0 and math.isfinite(value)):
+        raise ValueError(f"{path}: row {row}: {name}: must be greater than 0; it is {cell}")
+    return value
+
+
+def table(path: Path) -> list[tuple[int, dict[str, str]]]:
+    """Number and cells of each row of a table of own tests."""
+    rows = batch.rows_of(path)
+    names = list(rows[0][1])
+    if "scene" not in names or ("v50" in names) == ({"velocity", "stopped"} <= set(names)):
+        wanted = "a column scene, and either v50 (with plus_minus or sigma) or velocity and stopped"
+        raise ValueError(f"{path}: must have {wanted}; it has {', '.join(names)}")
+    if {"plus_minus", "sigma"} <= set(names):
+        raise ValueError(f"{path}: has plus_minus and sigma: one of them is needed")
+    return rows
+
+
+def read(path: Path) -> tuple[list[Measured], list[Scene]]:
+    """Measured limit and scene of each shield of a table. Raises ValueError with the row."""
+    found: dict[str, tuple[Scene, list[tuple[int, dict[str, str]]]]] = {}
+    rows = table(path)
+    bases: dict[str, Scene] = {}
+    for row, cells in rows:
+        file = cells["scene"]
+        own = {name: cell for name, cell in cells.items() if name not in ("scene", *SHOTS_OF) and cell}
+        name = ", ".join(
+            [shown(file).removesuffix(".toml"), *(f"{key.removeprefix('sheet.')} {cell}" for key, cell in own.items())]
+        )
+        if name not in found:
+            try:
+                if file not in bases:
+                    beside = path.parent / file
+                    bases[file] = Scene.read(beside if beside.exists() else file)
+                found[name] = batch.changed(bases[file], own), []
+            except (ValueError, TypeError, KeyError, OSError) as wrong:
+                said = f"there is no scene {file}" if isinstance(wrong, FileNotFoundError) else str(wrong).strip("'")
+                raise ValueError(f"{path}: row {row}: {said}") from wrong
+        found[name][1].append((row, cells))
+    measured = []
+    for name, (_, its) in found.items():
+        row, cells = its[0]
+        if "v50" in cells:
+            if len(its) > 1:
+                raise ValueError(f"{path}: row {its[1][0]}: {name} is there twice: give one V50 for each shield")
+            value, error = number(path, row, "v50", cells["v50"]), 0.0
+            if cells.get("plus_minus"):
+                error = number(path, row, "plus_minus", cells["plus_minus"]) / value / float(scipy.special.ndtri(0.975))
+            elif cells.get("sigma"):
+                error = number(path, row, "sigma", cells["sigma"]) / value
+            measured.append(Measured(name, value, error))
+        else:
+            measured.append(fitted(path, name, its))
+    if len(measured) < 2:
+        said = f"has one test, {measured[0].name}" if measured else "has no test"
+        raise ValueError(f"{path}: {said}: two shields or more are needed; without them the package's error of the model holds")
+    return measured, [scene for scene, _ in found.values()]
+
+
+def fitted(path: Path, name: str, rows: Sequence[tuple[int, dict[str, str]]]) -> Measured:
+    """V50 of the single shots of a shield."""
+    words = {"1": True, "true": True, "yes": True, "stopped": True, "0": False, "false": False, "no": False, "through": False}
+    v, through = [], []
+    for row, cells in rows:
+        said = cells["stopped"].lower()
+        if said not in words:
+            raise ValueError(f"{path}: row {row}: stopped: must be 1 or 0, yes or no; it is {cells['stopped'] or 'empty'}")
+        v.append(number(path, row, "velocity", cells["velocity"]))
+        through.append(not words[said])
+    found = limit.fit(v, through, shares=(0.5,), design=Plan(v))
+    error = error_of(*found.intervals[0])
+    if not (math.isfinite(found.velocities[0]) and math.isfinite(error)):
+        raise ValueError(f"{path}: {name}: no V50 from its {len(v)} shots: {found.notes[0] if found.notes else 'no interval'}")
+    return Measured(name, found.velocities[0], error)
+
+
+def own_tests(
+    path: Place,
+    *,
+    shots: int = 20,
+    seed: int = 1,
+    confidence: float = 0.95,
+    any_ratio: bool = False,
+    keep: Place | None = None,
+    on: Any = None,
+    progress: bool | None = None,
+) -> OwnTests:
+    """Own firing tests of a CSV file against the model: each shield is computed as `v50` does, with so many shots.
+
+    path: columns `scene` (a file beside the table, or a preset) and any parameters; and `v50` with `plus_minus` (half of its 95 %
+    interval) or `sigma` (its standard error), or `velocity` and `stopped` of single shots; m/s, or with a unit. any_ratio:
+    whether ratios beyond MOST are accepted; keep: a folder for what is computed; on, progress: as for `ensemble`.
+    A shield without a limit in the model is left out, which the notes say. Raises ValueError with the row, or the name of the
+    argument."""
+    checks.whole("shots", shots, 6)
+    checks.confident(confidence)
+    path = Path(path)
+    measured, scenes = read(path)
+    judged(measured, scenes, [(one.value, 0.0) for one in measured])  # Refused before the work.
+    names = {one.name: scene for one, scene in zip(measured, scenes)}
+    keeping: Any = {"folder": keep, "on": on, "progress": progress}
+    found = shields.limits(names, shots=shots, seed=seed, confidence=confidence, shifted=False, **keeping)
+    computed, used, notes = [], [], []
+    for one, scene, its in zip(measured, scenes, found):
+        value, error = its.test.v50, error_of(*its.test.interval(), confidence)
+        notes += [f"{one.name}: {its.test.doubt}"] if its.test.doubt else []
+        if not (math.isfinite(value) and math.isfinite(error)):
+            notes.append(f"Left out: {one.name}: the model has no limit to compare with. {its.test.answer()[0]}")
+            continue
+        ratio = one.value / value
+        if not any_ratio and not 1.0 / MOST <= ratio <= MOST:
+            raise ValueError(
+                f"{one.name}: measured {one.value:.4g} m/s, computed {value:.4g} m/s: a ratio of {ratio:.2g}. Are the units "
+                "right? If they are, give --any-ratio"
+            )
+        computed.append((value, error))
+        used.append((one, scene))
+    if len(used) < 2:
+        raise ValueError(f"{path}: fewer than two shields have a limit in the model: {' '.join(notes)}")
+    tests = judged([one for one, _ in used], [scene for _, scene in used], computed, f"Own tests of {path.name}", confidence)
+    return tests._replace(said=tuple(notes))
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The command `fabric tests`."""
+    about = "Own firing tests against the model: how far it is off for shields like these."
+    parser = options("tests", about, "Exit status: 0; 1 after a failure; 2 for what is refused.")
+    parser.add_argument(
+        "file",
+        type=Path,
+        help="CSV with the columns scene and any parameters; and v50 with plus_minus or sigma, or velocity and stopped; m/s",
+    )
+    parser.add_argument("--shots", type=int, default=20, help="of each computed limit; default: %(default)s")
+    parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
+    parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
+    parser.add_argument(
+        "--any-ratio", action="store_true", help=f"accept a measured limit beyond {MOST:g} times the computed one"
+    )
+    parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
+    parser.add_argument("--out", type=Path, default=Path("own"), help="folder for report.html, own_tests.*; default: %(default)s")
+    given = parser.parse_args(arguments)
+    with ending(parser, given), folder(given.out):
+        given.kept = given.out / "shots", goes_on(given.out)[1]
+        apart([given.file], [given.out / name for name in (*WRITTEN, "runs.jsonl")])
+        found = given.answer = own_tests(
+            given.file,
+            shots=given.shots,
+            seed=given.seed,
+            confidence=given.confidence,
+            any_ratio=given.any_ratio,
+            keep=given.out,
+            on=int(given.on) if given.on and given.on.isdigit() else given.on,
+        )
+        found.write(given.out)
+        print(found.text())
+        print(f"written to {given.out}: {', '.join(WRITTEN)}\nuse: fabric v50 SCENE --tests {given.out}")
