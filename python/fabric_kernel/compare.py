@@ -345,8 +345,8 @@ def compare(
 
     scenes: two or more, as scenes, files or presets, or by their names; at: compare the shares stopped at this velocity, m/s;
     shots: of each shield; attitude: as for `vary`; own_tests: correct the limits; network: whether the shift with bars half as
-    long is computed, which costs twice the limit; axes: of a table of parameters, for the plot; keep: a folder for what is
-    computed; on, progress: as for `ensemble`. Raises ValueError with the name of the argument or the scene."""
+    long is computed; axes: of a table of parameters, for the plot; keep: a folder for what is computed; on, progress: as for
+    `ensemble`. Raises ValueError with the name of the argument or the scene."""
     checks.whole("shots", shots, 6 if at is None else 1)
     checks.confident(confidence)
     every = named(scenes)

@@ -6,7 +6,7 @@ has the likelihood max over mean and scatter of L(coarse) L(fine, mean + d), and
 within Student's t squared of the best.
 Limits: velocities within a factor of REACH of the limit, in steps of FINEST; two networks show a shift, not that a third
 would not show another.
-Cost: a shot costs eight times that of the test, so that eight cost twice a test of 20 with its ladder.
+Cost: a graded network with bars half as long takes about as long as the scene's own, a whole one at least eight times as long.
 """
 
 import math
@@ -17,7 +17,8 @@ import numpy
 import scipy  # Its parts are loaded where they are used.
 
 from . import designs
-from ._kernel import Scene
+from ._kernel import Refused, Scene
+from .ensembles import vary
 from .limit import Interval
 from .shooter import Shooter
 from .shots import Shot, shots_of
@@ -58,6 +59,17 @@ def graded(scene: Scene, error: float = 0.01) -> dict[str, Any]:
     return {key: found[key] for key in keys} if found["sheet.grading.largest"] > 1 else {}
 
 
+def graded_for(shoot: Shooter, scene: Scene, speed: float) -> Scene:
+    """Scene with its network graded about the hits of a test at a speed, m/s; as it is where it must stay whole or is graded."""
+    if scene["sheet.grading.largest"] > 1:
+        return scene
+    how = {"seed": shoot.seed, "speed": speed, "point": shoot.mesh, "attitude": shoot.attitude, "tilt": shoot.tilt}
+    try:
+        return scene.replace(graded(vary(scene, 1, **how)[0]))
+    except Refused:
+        return scene
+
+
 def likely(shots: Sequence[Shot], middle: float) -> numpy.ndarray:
     """Logarithm of the likelihood of shots, by mean of ln v (grid about the middle, m/s) and scatter."""
     steps = round(math.log(REACH) / FINEST)
@@ -94,11 +106,11 @@ def shift(
     confidence: float = 0.95,
     say: Callable[[str], None] | None = None,
 ) -> Shift:
-    """Shift of a limit by its network. shoot, shots: of the test; limit, deviation: its result, m/s. Shots are kept in the file
-    of `shoot`. Raises Refused for a network that cannot be divided, Unknown where shots have no known end."""
-    fine = Shooter(
-        halved(shoot.scene), seed=shoot.seed, point=None, attitude=shoot.attitude, tilt=shoot.tilt, steps=2 * shoot.steps
-    )
+    """Shift of a limit by its network. shoot, shots: of the test; limit, deviation: its result, m/s. The finer network is graded
+    where it can be. Shots are kept in the file of `shoot`. Raises Refused for a network that cannot be divided, Unknown where
+    shots have no known end."""
+    fine_scene = graded_for(shoot, halved(shoot.scene), limit)
+    fine = Shooter(fine_scene, seed=shoot.seed, point=None, attitude=shoot.attitude, tilt=shoot.tilt, steps=2 * shoot.steps)
     fine.mesh, fine.keep, fine.rows, fine.until = shoot.mesh, shoot.keep, shoot.rows, shoot.until
     spread = max(deviation, 0.02 * limit)
     design = designs.Neyer(max(limit - 4.0 * spread, 0.5 * limit), limit + 4.0 * spread, spread)

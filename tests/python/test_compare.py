@@ -8,7 +8,7 @@ import numpy
 import pytest
 import scipy.stats
 from commands import called
-from fabric_kernel import PRESETS, Scene, ensembles, network, program, results
+from fabric_kernel import PRESETS, Scene, Shooter, ensembles, network, program, results
 from fabric_kernel.limit import Interval
 from fabric_kernel.shots import Shot
 from test_own_tests import found as own_tests_of
@@ -101,6 +101,10 @@ def test_bars_half_as_long_are_the_same_fabric():
         fine = network.halved(scene)
         assert fine["sheet.spacing"] == 0.5 * scene["sheet.spacing"]
         assert fine["time_step.seconds"] == 0.5e-8
+    pack = Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 201, "nodes_y": 201})
+    assert network.graded_for(Shooter(pack), network.halved(pack), 200.0)["sheet.grading.largest"] > 1
+    whole = network.halved(Scene("ring_40in"))  # A curved sheet is not graded.
+    assert network.graded_for(Shooter(Scene("ring_40in"), point=None), whole, 200.0) == whole
     coarse = [Shot(v, v < 100.0, 9.0) for v in numpy.linspace(95.0, 105.0, 20)]
     one_sided = network.shift_of(coarse, [Shot(80.0, False, 9.0)] * 8, 100.0)
     assert one_sided.interval.low == -math.inf
