@@ -62,7 +62,7 @@ impl<'a> Columns<'a> {
 }
 
 /// Columns that are not read.
-const UNREAD: Columns<'_> = Columns { swept: &[[1.0; CHUNK]; SWEPT_PLANES], shares: &[[1.0; CHUNK]; 2] };
+pub(crate) const UNREAD: Columns<'_> = Columns { swept: &[[1.0; CHUNK]; SWEPT_PLANES], shares: &[[1.0; CHUNK]; 2] };
 
 /// Sets constants, each with its plane, of column i of a line.
 pub(crate) fn set<const N: usize>(line: &mut [Chunk<COLUMN_PLANES>], i: usize, constants: [(usize, f64); N]) {
@@ -230,6 +230,12 @@ pub trait Geometry<'a> {
         UNREAD
     }
 
+    /// Whether bars and nodes of a chunk are those of [`Plain`].
+    #[inline(always)]
+    fn is_plain(&self, _chunk: usize) -> bool {
+        false
+    }
+
     /// Constants of lane group g of a chunk.
     fn bars<'c, L: Lane>(&'c self, columns: Columns<'c>, g: usize) -> Bars<'c, L>;
 
@@ -348,6 +354,47 @@ impl<'a> Geometry<'a> for Table<'a> {
     #[inline(always)]
     fn bars<'c, L: Lane>(&'c self, Columns { swept, .. }: Columns<'c>, g: usize) -> Bars<'c, L> {
         self.row.bars(swept, at(swept, CHORD_Z, g), g)
+    }
+}
+
+/// Geometry of a row of a graded network of the paper's sheet without effects.
+pub struct PartlyPlain<'a> {
+    table: Table<'a>,
+    /// First chunk of the fine part, and how many there are in this row.
+    fine: [usize; 2],
+}
+
+impl<'a> Geometry<'a> for PartlyPlain<'a> {
+    #[inline(always)]
+    fn of(net: &Net<'a>, rests: [&Rest; 2], j: usize) -> Self {
+        // Bars grow outwards only: between two nodes of width 1 all are single segments.
+        let is_fine = |columns: &Chunk<COLUMN_PLANES>| columns[WIDTH][0] == 1.0 && columns[WIDTH][CHUNK - 1] == 1.0;
+        let fine = match net.columns.iter().position(is_fine).zip(net.columns.iter().rposition(is_fine)) {
+            Some((first, last)) if net.row_share(j) == 1.0 => [first, last + 1 - first],
+            _ => [0, 0],
+        };
+        PartlyPlain { table: Table::of(net, rests, j), fine }
+    }
+
+    #[inline(always)]
+    fn in_memory(&self) -> &Self {
+        black_box(self)
+    }
+
+    #[inline(always)]
+    fn columns(&self, chunk: usize) -> Columns<'_> {
+        self.table.columns(chunk)
+    }
+
+    #[inline(always)]
+    fn is_plain(&self, chunk: usize) -> bool {
+        let [first, chunks] = self.fine;
+        chunk.wrapping_sub(first) < chunks
+    }
+
+    #[inline(always)]
+    fn bars<'c, L: Lane>(&'c self, columns: Columns<'c>, g: usize) -> Bars<'c, L> {
+        self.table.bars(columns, g)
     }
 }
 

@@ -16,7 +16,7 @@ use crate::ground::planes::{
 };
 use crate::ground::ranges;
 use crate::scene::features::Feature;
-use crate::sheet::columns::{Any, Columns, Geometry, Graded, Net, Plain, Rests, Table, Widths};
+use crate::sheet::columns::{Any, Columns, Geometry, Graded, Net, PartlyPlain, Plain, Rests, Table, UNREAD, Widths};
 use crate::sheet::direction::PlyDirections;
 use crate::sheet::effects::{All, AllOnChunk, EffectState, Effects, ViscosityAlone};
 use crate::sheet::neighbours::{Around, NOTHING};
@@ -96,6 +96,7 @@ impl<'a> Row<'a> {
             _ if is_graded && (others || instructions.is_slow()) => self.with::<Graded<'_>, All<'_>>([0.0; 3]),
             _ if others || instructions.is_slow() => self.with::<Table<'_>, All<'_>>(self.force_across_the_seam()),
             false if is_flat => self.with::<Rests, ()>([0.0; 3]),
+            false if is_graded && directions.plain => self.with::<PartlyPlain<'_>, ()>([0.0; 3]),
             false => self.with::<Table<'_>, ()>(self.force_across_the_seam()),
             true if is_plain => self.with::<Plain, ViscosityAlone<'_>>([0.0; 3]),
             true if is_flat => self.with::<Rests, ViscosityAlone<'_>>([0.0; 3]),
@@ -179,9 +180,13 @@ impl<'a, G: Geometry<'a>, E: Effects<'a>> Job for RowJob<'_, 'a, G, E> {
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let right = tail.first().unwrap_or(&NOTHING);
             let Some(mut effect) = effects.on_chunk(number) else { return (Report::LOST, [0.0; 2]) };
-            let columns = geometry.columns(number);
-            let mut nodes = Nodes { number, columns, here, right, above, history, carry };
-            lanes::each_group!(L, |g| along.group(&mut nodes, g, geometry, &mut effect, &mut yarns));
+            let mut nodes = Nodes { number, columns: UNREAD, here, right, above, history, carry };
+            if geometry.is_plain(number) {
+                lanes::each_group!(L, |g| along.group(&mut nodes, g, &Plain, &mut effect, &mut yarns));
+            } else {
+                nodes.columns = geometry.columns(number);
+                lanes::each_group!(L, |g| along.group(&mut nodes, g, geometry, &mut effect, &mut yarns));
+            }
             rest = tail;
         }
         (yarns.report, [least(along.low), greatest(along.high)])
