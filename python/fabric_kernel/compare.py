@@ -99,7 +99,10 @@ class Comparison(NamedTuple):
                     f"correct it; of the model alone {of_model}."
                 ]
         else:
-            lines = [f"Most stopped at {self.at:g} m/s: {best.name}, {best.value:.0f} %, {percent} interval {best.interval} %."]
+            names = [one.name for one in self.shields if one.value == best.value]
+            names[3:] = [f"{len(names) - 3} more"] * (len(names) > 3)
+            stopped = f"{' and '.join(names)}, {best.value:.0f} %, {percent} interval {best.interval} %"
+            lines = [f"Most stopped at {self.at:g} m/s: {stopped}."]
         if self.pairs:
             unit = "%" if math.isnan(self.at) else "points"
             by = lambda pair: f"{pair.percent:.0f} {unit} [{pair.interval.low:.0f}, {pair.interval.high:.0f}]"
@@ -122,7 +125,8 @@ class Comparison(NamedTuple):
     def heading(self) -> tuple[str, ...]:
         value = "V50, m/s" if math.isnan(self.at) else f"stopped at {self.at:g} m/s, %"
         own = ("with own tests, m/s",) if any(one.corrected for one in self.shields) else ()
-        return ("shield", "kg/m²", value, f"{100 * self.confidence:g} % interval", "network, %", *own, "shots", "1e9 node-steps")
+        network = ("network, %",) if math.isnan(self.at) else ()
+        return ("shield", "kg/m²", value, f"{100 * self.confidence:g} % interval", *network, *own, "shots", "1e9 node-steps")
 
     def rows(self) -> list[tuple[str, ...]]:
         own, rows = any(one.corrected for one in self.shields), []
@@ -130,9 +134,9 @@ class Comparison(NamedTuple):
             it = one.corrected
             said = f"{it.value:.1f} {it.interval}" if it and math.isfinite(it.value) else "do not hold"
             value = f"{one.value:.1f}" if math.isfinite(one.value) else "none"
-            shift = one.shift.text() if one.shift else "not computed"
+            shift = [one.shift.text() if one.shift else "not computed"] * math.isnan(self.at)
             cost = str(one.shots), f"{1e-9 * one.node_steps:.3g}"
-            rows.append((one.name, f"{one.areal_density:.3g}", value, str(one.interval), shift, *([said] if own else []), *cost))
+            rows.append((one.name, f"{one.areal_density:.3g}", value, str(one.interval), *shift, *([said] if own else []), *cost))
         return rows
 
     def pair_heading(self) -> tuple[str, ...]:

@@ -75,6 +75,8 @@ def test_shares_at_one_velocity_are_compared_by_the_shots_in_which_they_differ()
     assert pair.p == pytest.approx(2 * 0.5**8)
     assert pair.interval.low < 80.0 < pair.interval.high <= 100.0
     assert compare.of_shares([a, b], {"a": [True], "b": [True]}, 0.95)[0].p == 1.0
+    found = compare.Comparison("", 100.0, 0.95, (a, b._replace(value=90.0)), (), (), (), ())
+    assert found.answer()[0].startswith("Most stopped at 100 m/s: a and b, 90 %")
 
 
 def test_the_first_line_has_the_corrected_limit():
