@@ -281,7 +281,7 @@ typedef struct fk_scene_sheet {
     uint64_t nodes_x;
     // Nodes along y. 2 to 1048576. Default 350 (3 in preset: 105).
     uint64_t nodes_y;
-    // Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart. 1 to 1000.
+    // Plies sewn or bonded into one network: mass and area are multiplied. Loose plies are stack.plies. 1 to 1000.
     // Default 1.
     uint64_t plies;
     // Thickness t of a ply; n bonded ones are n t thick, at most a tenth of the sheet. The projectile touches the
@@ -326,8 +326,9 @@ typedef struct fk_scene_sheet {
 
 // Separate plies one behind the other: a part of fk_scene.
 typedef struct fk_scene_stack {
-    // Separate plies, each a network with samples of its own, held like the first, in contact with each other. Velocity
-    // Verlet only; not with mirror planes or a dependence on the rate of strain. 1 to 1000. Default 1.
+    // Loose plies, each a network with samples of its own, held like the first, in contact with each other; sewn ones
+    // are sheet.plies. Velocity Verlet only; not with mirror planes or a dependence on the rate of strain. 1 to 1000.
+    // Default 1.
     uint64_t plies;
     // Air between neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other, as
     // plies of a ring with pre-strain along x must. Read for more than one ply only. In m, >= 0. Default 0.

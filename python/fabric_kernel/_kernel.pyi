@@ -287,7 +287,8 @@ def replay(file: str | os.PathLike[str]) -> Replayed:
     """
 
 class Simulation:
-    """One impact. What it computes leaves the interpreter free for other threads; one thread at a time may use it.
+    """One impact, of a scene, or of a preset or a file by its name. What it computes leaves the interpreter free for other
+    threads; one thread at a time may use it.
 
     Raises Refused if the scene cannot be simulated, MemoryError if it takes more memory than there is.
     Steps warn (RuntimeWarning), once, when the energy residual exceeds 1 % of the impact energy, unless `warns` is False;
@@ -296,7 +297,7 @@ class Simulation:
     A single value is a property, a table or an array a call.
     """
 
-    def __init__(self, scene: Scene, *, warns: bool = True, capsule: str | os.PathLike[str] | None = None) -> None: ...
+    def __init__(self, scene: Scene | str, *, warns: bool = True, capsule: str | os.PathLike[str] | None = None) -> None: ...
     @property
     def scene(self) -> Scene: ...
     @property

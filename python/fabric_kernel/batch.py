@@ -58,12 +58,15 @@ def rows_of(path: Path) -> list[tuple[int, dict[str, str]]]:
         kind = f"no CSV: {error}" if isinstance(error, csv.Error) else "no text in UTF-8; a spreadsheet writes it as CSV UTF-8"
         raise ValueError(f"{path}: {kind}") from error
     names = lines[0] if lines else []
+    commas = "columns are separated by commas, and numbers have decimal points"
+    if other := next((mark for mark in (";", "\t") if any(mark in name for name in names)), ""):
+        raise ValueError(f"{path}: {commas}; the first line has {'a semicolon' if other == ';' else 'a tab'}")
     if twice := [name for name in names if name and names.count(name) > 1]:
         raise ValueError(f"{path}: a column is there twice: {twice[0]}")
     rows = [(number, cells) for number, cells in enumerate(lines[1:], 1) if any(cells)]  # A spreadsheet writes empty ones.
     for number, cells in rows:
         if len(cells) != len(names):
-            raise ValueError(f"{path}: row {number}: {len(names)} cells are needed")
+            raise ValueError(f"{path}: row {number}: {len(names)} cells are needed, and there are {len(cells)}: {commas}")
     if not rows:
         raise ValueError(f"{path}: has no row; the first line names the columns, as parameters of the scene")
     return [(number, dict(zip(names, cells))) for number, cells in rows]

@@ -26,7 +26,7 @@ from ._kernel import PRESETS, Scene
 from .about import CAVEAT, attachments, described, ending, folder, goes_on, options, positive
 from .ensembles import vary
 from .family import Corrected, OwnTests
-from .files import Place, apart, csv_of, filled, shown, written
+from .files import Place, apart, csv_of, filled, shown, titled, written
 from .model_error import model_error
 from .notes import Note
 from .page import Page, notebook, printed
@@ -87,14 +87,22 @@ class Comparison(NamedTuple):
 
     def answer(self) -> list[str]:
         percent, best = f"{100 * self.confidence:g} %", self.shields[0]
+        of_model = f"{best.value:.1f} m/s, {percent} interval {best.interval} m/s"
         if math.isnan(best.value):
             lines = [f"No shield has a limit: {best.name}: {best.why}"]
         elif math.isnan(self.at):
-            lines = [
-                f"Highest limit: {best.name}, V50 {best.value:.1f} m/s, {percent} interval {best.interval} m/s, of the model."
-            ]
+            lines = [f"Highest limit: {best.name}, V50 {of_model}, of the model."]
+            if best.corrected and math.isfinite(best.corrected.value):
+                it = best.corrected
+                lines = [
+                    f"Highest limit: {best.name}, V50 {it.value:.1f} m/s, {percent} interval {it.interval} m/s, as own tests "
+                    f"correct it; of the model alone {of_model}."
+                ]
         else:
-            lines = [f"Most stopped at {self.at:g} m/s: {best.name}, {best.value:.0f} %, {percent} interval {best.interval} %."]
+            names = [one.name for one in self.shields if one.value == best.value]
+            names[3:] = [f"{len(names) - 3} more"] * (len(names) > 3)
+            stopped = f"{' and '.join(names)}, {best.value:.0f} %, {percent} interval {best.interval} %"
+            lines = [f"Most stopped at {self.at:g} m/s: {stopped}."]
         if self.pairs:
             unit = "%" if math.isnan(self.at) else "points"
             by = lambda pair: f"{pair.percent:.0f} {unit} [{pair.interval.low:.0f}, {pair.interval.high:.0f}]"
@@ -117,7 +125,8 @@ class Comparison(NamedTuple):
     def heading(self) -> tuple[str, ...]:
         value = "V50, m/s" if math.isnan(self.at) else f"stopped at {self.at:g} m/s, %"
         own = ("with own tests, m/s",) if any(one.corrected for one in self.shields) else ()
-        return ("shield", "kg/m²", value, f"{100 * self.confidence:g} % interval", "network, %", *own, "shots", "1e9 node-steps")
+        network = ("network, %",) if math.isnan(self.at) else ()
+        return ("shield", "kg/m²", value, f"{100 * self.confidence:g} % interval", *network, *own, "shots", "1e9 node-steps")
 
     def rows(self) -> list[tuple[str, ...]]:
         own, rows = any(one.corrected for one in self.shields), []
@@ -125,9 +134,9 @@ class Comparison(NamedTuple):
             it = one.corrected
             said = f"{it.value:.1f} {it.interval}" if it and math.isfinite(it.value) else "do not hold"
             value = f"{one.value:.1f}" if math.isfinite(one.value) else "none"
-            shift = one.shift.text() if one.shift else "not computed"
+            shift = [one.shift.text() if one.shift else "not computed"] * math.isnan(self.at)
             cost = str(one.shots), f"{1e-9 * one.node_steps:.3g}"
-            rows.append((one.name, f"{one.areal_density:.3g}", value, str(one.interval), shift, *([said] if own else []), *cost))
+            rows.append((one.name, f"{one.areal_density:.3g}", value, str(one.interval), *shift, *([said] if own else []), *cost))
         return rows
 
     def pair_heading(self) -> tuple[str, ...]:
@@ -380,7 +389,8 @@ def compare(
         for caution in shield.cautions:
             warned.setdefault(caution.code, []).append((shield.name, caution))
     where = lambda its: "" if len(its) == len(ranked) else f"{'; '.join(name for name, _ in its)}: "
-    cautions = [unlike(list(every.values())), *(f"{where(its)}{its[0][1]}" for its in warned.values())]
+    worst = lambda its: max((note for _, note in its), key=lambda note: note.numbers.get("most") or 0.0)
+    cautions = [unlike(list(every.values())), *(f"{where(its)}{worst(its)}" for its in warned.values())]
     notes = [
         f"Shot k of each shield has the samples of seed {seed} and number k. Cost of a pair: node-steps of both shields; now "
         f"computed: {seconds:.0f} s of a processor.",
@@ -406,8 +416,9 @@ def with_limit(name: str, scenes: Sequence[Scene], one: shields.Tested, own: Own
     value, ends = test.v50, test.interval()
     why = "" if math.isfinite(value) else test.answer()[0]
     corrected = own.corrected(scenes, value, ends.low, ends.high) if own else None
-    refused = next((note for note in test.notes if note.startswith("network: not shifted")), "")
-    found = coded(no_limit=why, doubt=test.doubt), test.warnings, coded(network=refused, attachments=attachments(scenes[0]))
+    advice = test.shift.advice() if test.shift else ""
+    of_network = f"Bars half as long change the limit. {advice}" if advice else ""
+    found = coded(no_limit=why, doubt=test.doubt), test.warnings, coded(network=of_network, attachments=attachments(scenes[0]))
     cautions = tuple(itertools.chain(*found))
     about = test.against, fit.shots, one.node_steps, cautions, (*test.sentences(), *test.cautions)
     return Shield(name, areal_density(scenes[0]), value, ends, why, test.window is not None, test.shift, corrected, *about)
@@ -479,9 +490,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             raise ValueError("--tests: corrects limits, and goes without --at")
         scenes: Any = given.scenes
         axes: list[list[str]] = []
+        title = "Shields compared"
         if given.batch:
             if len(scenes) > 1:
                 raise ValueError(f"--batch: takes one scene, whose parameters the rows change; there are {len(scenes)}")
+            title = f"Shields of {titled(scenes[0])} compared"
             scenes, axes = of_table(Scene.read(scenes[0]), given.batch)
         found = given.answer = compare(
             scenes,
@@ -495,6 +508,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             axes=axes,
             keep=given.out,
             on=int(given.on) if given.on and given.on.isdigit() else given.on,
+            title=title,
         )
         found.write(given.out)
         print(found.text())

@@ -204,7 +204,7 @@ class OwnTests(NamedTuple):
             f"{count} own tests, {min(e):+.0f} to {max(e):+.0f} %."
         ]
         percent, side = 100.0 * math.expm1(-self.pool.b), "high, which is unsafe" if self.pool.b < 0.0 else "low, which is safe"
-        lines[0] += f" The model's limits are {abs(percent):.0f} % too {side}." if abs(percent) >= 0.5 else ""
+        lines[0] += f" On average the model's limits are {abs(percent):.0f} % too {side}." if abs(percent) >= 0.5 else ""
         inside = sum(one.inside for one in self.left_out)
         if self.left_out:
             misses = ", ".join(f"{one.name} ({one.percent:+.0f} %)" for one in self.left_out if not one.inside)

@@ -25,6 +25,8 @@ from .shots import Shot, shots_of
 
 SHOTS, REACH, FINEST = 8, 3.0, 0.002
 """Shots at the fine network; factor from the limit, and step of ln v, of the likelihood's grid."""
+SMALL = 5.0
+"""Percent from which on a note of the scene (`Scene.coarse_network`) names a network."""
 SCATTERS = numpy.geomspace(0.004, 0.33, 14)
 """Standard deviations of ln v of single limits that the likelihood considers."""
 
@@ -36,8 +38,16 @@ class Shift(NamedTuple):
     interval: Interval
     shots: int
 
+    def is_small(self) -> bool:
+        return all(abs(end) <= SMALL for end in self.interval)
+
+    def advice(self) -> str:
+        """What to do where bars half as long change the limit; empty where they do not, or it is not known."""
+        low, high = self.interval
+        return "" if self.is_small() or low <= 0.0 <= high else "Take them: half of sheet.yarns_per_bar."
+
     def text(self) -> str:
-        low, high = (f"{end:+.0f}" if math.isfinite(end) else "no bound" for end in self.interval)
+        low, high = (f"{round(end):+d}" if math.isfinite(end) else "no bound" for end in self.interval)
         return f"[{low}, {high}]"
 
 

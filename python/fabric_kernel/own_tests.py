@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy
 import scipy  # Its parts are loaded where they are used.
 
 from . import batch, checks, limit, shields
@@ -15,7 +16,7 @@ from .family import WRITTEN, Measured, OwnTests, error_of, judged
 from .files import Place, apart, shown
 
 MOST = 3.0
-"""Ratio of measured and computed limit beyond which the units are in doubt."""
+"""Ratio of measured and computed limit, alone or over that of the other tests, beyond which a number is in doubt."""
 SHOTS_OF = ("v50", "plus_minus", "sigma", "velocity", "stopped", "residual")
 """Columns that are no parameters of a scene."""
 
@@ -28,7 +29,9 @@ def number(path: Path, row: int, name: str, cell: str) -> float:
         try:
             value = math.hypot(*Scene().replace({"aim.speed": cell})["projectile.velocity"])
         except (ValueError, TypeError) as error:
-            raise ValueError(f"{path}: row {row}: {name}: must be a number, m/s, or one with its unit; it is {cell}") from error
+            comma = ", with a decimal point" if "," in cell else ""
+            said = f"{path}: row {row}: {name}: must be a number{comma}, m/s, or one with its unit; it is {cell}"
+            raise ValueError(said) from error
     if not (value > 0.0 and math.isfinite(value)):
         raise ValueError(f"{path}: row {row}: {name}: must be greater than 0; it is {cell}")
     return value
@@ -104,6 +107,21 @@ def fitted(path: Path, name: str, rows: Sequence[tuple[int, dict[str, str]]]) ->
     return Measured(name, found.velocities[0], error)
 
 
+def asked(measured: Sequence[Measured], computed: Sequence[float]) -> None:
+    """Asks about a measured limit, m/s, that is beyond MOST times the computed one, or that ratio beyond MOST times the median of
+    the others: a slip in one digit beside a model that is too high or too low. Raises ValueError."""
+    ratios = numpy.array([one.value / value for one, value in zip(measured, computed)])
+    others = numpy.array([numpy.median(numpy.delete(ratios, k)) for k in range(len(ratios))])
+    for reference, words in ((numpy.ones(len(ratios)), ""), (others, ", and the others have {:.2g}")):
+        off = numpy.abs(numpy.log(ratios / reference))
+        if off.max() > math.log(MOST):
+            k = int(off.argmax())
+            raise ValueError(
+                f"{measured[k].name}: measured {measured[k].value:.4g} m/s, computed {computed[k]:.4g} m/s: a ratio of "
+                f"{ratios[k]:.2g}{words.format(others[k])}. Are number and unit right? If they are, give --any-ratio"
+            )
+
+
 def own_tests(
     path: Place,
     *,
@@ -137,16 +155,12 @@ def own_tests(
         if not (math.isfinite(value) and math.isfinite(error)):
             notes.append(f"Left out: {one.name}: the model has no limit to compare with. {its.test.answer()[0]}")
             continue
-        ratio = one.value / value
-        if not any_ratio and not 1.0 / MOST <= ratio <= MOST:
-            raise ValueError(
-                f"{one.name}: measured {one.value:.4g} m/s, computed {value:.4g} m/s: a ratio of {ratio:.2g}. Are the units "
-                "right? If they are, give --any-ratio"
-            )
         computed.append((value, error))
         used.append((one, scene))
     if len(used) < 2:
         raise ValueError(f"{path}: fewer than two shields have a limit in the model: {' '.join(notes)}")
+    if not any_ratio:
+        asked([one for one, _ in used], [value for value, _ in computed])
     tests = judged([one for one, _ in used], [scene for _, scene in used], computed, f"Own tests of {path.name}", confidence)
     return tests._replace(said=tuple(notes))
 

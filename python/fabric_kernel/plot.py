@@ -156,6 +156,8 @@ def compare(found: Any, path: Place | None = None) -> Figure:
         for x, one in its:
             upper.errorbar(x + aside, one.value, yerr=error(one), fmt="o", color=colour, capsize=3)
         lower.set_xlabel(column)
+    if lines and len(at := sorted({x for *_, its in lines for x, _ in its})) <= 12:
+        lower.set_xticks(at)
     if not lines:
         places = {one.name: k for k, one in enumerate(found.shields)}
         for k, one in enumerate(one for one in known if one.shift):
@@ -177,7 +179,7 @@ def compare(found: Any, path: Place | None = None) -> Figure:
             axis.grid(visible=False, axis="x")
     spread, (bottom, top) = max(high - low, 0.1 * high), upper.get_ylim()
     upper.set_ylim(max(bottom, low - 1.5 * spread, 0.0), min(top, high + 1.5 * spread))
-    upper.set(title=found.title, ylabel=name)
+    upper.set(title=found.title, ylabel=f"{name}, {100 * found.confidence:g} % intervals" if lines else name)
     lower.set(ylabel="kg/m²", ylim=(0.0, None))
     below(figure, upper)
     return saved(figure, path)

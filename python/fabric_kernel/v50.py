@@ -113,9 +113,8 @@ class LimitTest(NamedTuple):
                 lines.append(f"V50 {number}, of the model alone.")
         if self.shift and not self.window:
             percent = f"{self.shift.percent:+.0f}" if math.isfinite(self.shift.percent) else "not known"
-            lines.append(
-                f"Network: bars half as long change it by {percent} %, interval {self.shift.text()} % ({self.shift.shots} shots)."
-            )
+            shifted = f"{percent} %, interval {self.shift.text()} % ({self.shift.shots} shots)."
+            lines.append(f"Network: bars half as long change it by {shifted} {self.shift.advice()}".strip())
         lines.append(self.kept())
         if self.corrected and not self.window:
             lines.append(self.corrected.words)
@@ -330,14 +329,16 @@ def v50(
             try:
                 moved = network.shift(shoot, made, found.mu, found.deviation, confidence=confidence, say=say)
             except (Refused, Unknown) as refused:
-                notes.append(f"network: not shifted: {refused}.")
+                decisive = (Note(f"Network: the shift was not computed: {refused}.", "network", {}),)
         scaled = axes(shoot.scene)
         notes += [*shoot.notes(), *([scaled.words(found.mu)] if scaled else [])]
         middle = found.shares.index(0.5)
         value, interval = found.velocities[middle], found.intervals[middle]
         about = about or described(shoot.scene)
         against = model_error(shot_at, confidence).sentence(interval.low, interval.high)
-        first, decisive = cautions(shoot.scene), tuple(shoot.warnings())
+        first, decisive = cautions(shoot.scene), (*shoot.warnings(), *decisive)
+        if moved and (moved.is_small() or moved.advice()):  # Found, where a note on the scene only guesses.
+            decisive = tuple(note for note in decisive if note.code != "coarse_network")
         corrected = own_tests.corrected(shot_at, value, *interval) if own_tests else None
         against = "" if corrected and math.isfinite(corrected.value) else against
     shots_made, told = tuple(made), (tuple(notes), tuple(about), against, first)

@@ -126,7 +126,7 @@ impl Scene {
 
     /// The scene of a file.
     #[staticmethod]
-    fn read(path: PathBuf) -> PyResult<Scene> {
+    pub fn read(path: PathBuf) -> PyResult<Scene> {
         // Rust does not say which file it was, Python does.
         let text = fabric_scene::text_of(&path)
             .map_err(|error| PyErr::from(std::io::Error::new(error.kind(), format!("{}: {error}", path.display()))))?;

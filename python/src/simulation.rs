@@ -13,7 +13,7 @@ use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyOSError, PyRuntimeWarning};
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
+use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyString, PyTuple};
 use std::ffi::CString;
 use std::path::PathBuf;
 
@@ -223,8 +223,12 @@ fn count(steps: &Bound<'_, PyAny>) -> PyResult<u64> {
 impl Simulation {
     #[new]
     #[pyo3(signature = (scene, *, warns = true, capsule = None))]
-    fn new(py: Python<'_>, scene: &Bound<'_, Scene>, warns: bool, capsule: Option<PathBuf>) -> PyResult<Simulation> {
-        let scene = scene.clone().unbind();
+    fn new(py: Python<'_>, scene: &Bound<'_, PyAny>, warns: bool, capsule: Option<PathBuf>) -> PyResult<Simulation> {
+        let scene = match scene.cast::<Scene>() {
+            Ok(scene) => scene.clone().unbind(),
+            Err(no) if !scene.is_instance_of::<PyString>() => return Err(no.into()),
+            Err(_) => Py::new(py, Scene::read(scene.extract()?)?)?,
+        };
         py.detach(|| Simulation::of(scene, warns, capsule))
     }
 

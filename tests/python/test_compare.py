@@ -8,7 +8,7 @@ import numpy
 import pytest
 import scipy.stats
 from commands import called
-from fabric_kernel import PRESETS, Scene, Shooter, ensembles, network, program, results
+from fabric_kernel import PRESETS, Scene, Shooter, ensembles, network, program, results, shields, v50
 from fabric_kernel.limit import Interval
 from fabric_kernel.shots import Shot
 from test_own_tests import found as own_tests_of
@@ -75,6 +75,20 @@ def test_shares_at_one_velocity_are_compared_by_the_shots_in_which_they_differ()
     assert pair.p == pytest.approx(2 * 0.5**8)
     assert pair.interval.low < 80.0 < pair.interval.high <= 100.0
     assert compare.of_shares([a, b], {"a": [True], "b": [True]}, 0.95)[0].p == 1.0
+    found = compare.Comparison("", 100.0, 0.95, (a, b._replace(value=90.0)), (), (), (), ())
+    assert found.answer()[0].startswith("Most stopped at 100 m/s: a and b, 90 %")
+
+
+def test_the_first_line_has_the_corrected_limit():
+    its = compare.Corrected(242.0, Interval(220.0, 264.0), "With 3 own tests: 242.0 m/s.")
+    shields = shield("a", 220.0, 0.03, None, its), shield("b", 200.0, 0.03)
+    found = compare.Comparison("", math.nan, 0.95, shields, (), (), (), ())
+    assert found.answer()[0] == (
+        "Highest limit: a, V50 242.0 m/s, 95 % interval [220.0, 264.0] m/s, as own tests correct it; of the model alone 220.0 "
+        "m/s, 95 % interval [213.5, 226.7] m/s."
+    )
+    outside = its._replace(value=math.nan)
+    assert "of the model." in found._replace(shields=(shields[0]._replace(corrected=outside),)).answer()[0]
 
 
 def shots_at(random, middle, scatter, velocities):
@@ -93,6 +107,23 @@ def test_the_shift_of_a_network_holds_the_truth(shift, scatter):
         sign += found.percent * shift >= 0.0
     assert held >= 0.9 * 60
     assert sign >= 0.95 * 60
+
+
+def test_what_is_advised_of_the_network_is_what_was_found(monkeypatch):
+    body = {"shape": "box", "size": [3e-3, 3e-3, 3e-3], "mass": 0.21e-3, "velocity": [0, 0, 60.0]}
+    scene = Scene("sheet_3in_sphere", fabric="kevlar_km2_s706", projectile=body)
+    scene = scene.replace({"sheet.width": "20 mm", "sheet.yarns_per_bar": 2}).aimed()
+    codes = lambda test: [note.code for note in test.warnings]
+    shifts = {"small": (-3.0, 2.0, False), "large": (-20.0, -8.0, False), "not known": (-12.0, 9.0, True)}
+    for low, high, warned in shifts.values():
+        found = network.Shift(0.5 * (low + high), Interval(low, high), 8)
+        monkeypatch.setattr(network, "shift", lambda *_, found=found, **__: found)
+        test = v50(scene, shots=8, tests=0, beside=False, shifted=True)
+        assert ("coarse_network" in codes(test)) == warned
+        assert ("Take them: half of sheet.yarns_per_bar." in test.answer()[1]) == (high < -5.0)
+        one = compare.with_limit("a", [scene], shields.Tested(test, 1.0, 1.0), None)
+        assert any("Bars half as long change the limit." in note for note in one.cautions) == (high < -5.0)
+    assert "coarse_network" in codes(v50(scene, shots=8, tests=0, beside=False))
 
 
 def test_bars_half_as_long_are_the_same_fabric():

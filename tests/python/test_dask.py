@@ -12,12 +12,14 @@ import sys
 
 import fabric_kernel as fk
 import pytest
-from commands import wait_for
-from fabric_kernel import _kernel
+from commands import called, wait_for
+from fabric_kernel import _kernel, results
 from fabric_kernel.ensembles import kept
 from test_ensembles import FORTY as SCENES
 from test_ensembles import forty, lines
+from test_own_tests import small
 
+compare = sys.modules["fabric_kernel.compare"]
 # A worker of one thread.
 ONE = ["--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "60"]
 
@@ -146,6 +148,19 @@ def test_a_refused_scene_is_refused_here(cluster):
     with pytest.raises(fk.Refused) as refused:
         fk.ensemble([*SCENES[:3], bad], on=cluster.address)
     assert refused.value.field == "projectile.mass"
+
+
+def test_shields_are_compared_on_a_cluster_as_they_are_here(cluster, tmp_path):
+    files = [str(tmp_path / f"p{plies}.toml") for plies in (1, 2, 3)]
+    for plies, file in zip((1, 2, 3), files):
+        pathlib.Path(file).write_text(small(plies).to_toml())
+    words = "--shots", "6", "--no-network"
+    _, errors, code = called(tmp_path, compare.main, *files, *words, "--on", cluster.address)
+    assert (code, "error" in errors) == (0, False)
+    assert lines(tmp_path / "out/runs.jsonl") == 3
+    assert called(tmp_path, compare.main, *files, *words, out="here")[2] == 0
+    found, here = (results.read(compare.Comparison, tmp_path / folder / "compare.json") for folder in ("out", "here"))
+    assert (found.shields, found.pairs) == (here.shields, here.pairs)
 
 
 def test_no_scheduler_at_the_address():

@@ -322,6 +322,7 @@ def test_results_that_are_not_to_be_trusted_are_told_once():
 
 def test_a_scene_by_name_flies():
     assert fk.fly("sheet_3in_sphere", steps=50) == fk.fly(fk.Scene(), steps=50)
+    assert fk.Simulation("sheet_3in_sphere").scene == fk.Scene()
     with pytest.raises(FileNotFoundError, match='no_preset: No such file, and no preset: .*"ring_40in"'):
         fk.fly("no_preset")
 

@@ -150,7 +150,10 @@ GOOD = "scene,v50\na.toml,100\nb.toml,200\n"
         ("scene,v50\na.toml,100\ncopy.toml,200\n", "all are of one shield"),
         ("scene,v50\na.toml,100\na.toml,200\n", "row 2: a is there twice"),
         ("scene,v50,v50\na.toml,100,100\n", "a column is there twice: v50"),
-        ("scene,v50\na.toml,100,3\n", "row 1: 2 cells are needed"),
+        ("scene,v50\na.toml,100,3\n", "row 1: 2 cells are needed, and there are 3: columns are separated by commas"),
+        ("scene;v50\na.toml;100,5\n", "columns are separated by commas, and numbers have decimal points; the first"),
+        ("scene\tv50\na.toml\t100\n", "the first line has a tab"),
+        ('scene,v50\na.toml,"100,5"\nb.toml,200\n', "row 1: v50: must be a number, with a decimal point"),
         ("scene,v50,velocity,stopped\na.toml,1,1,1\n", "either v50"),
         ("scene,v50,plus_minus,sigma\na.toml,1,1,1\n", "one of them is needed"),
         ("scene,v50,no.such\na.toml,100,1\n", "row 1: unknown key `no.such`"),
@@ -212,8 +215,21 @@ def test_a_ratio_beyond_three_is_asked_about(tmp_path, monkeypatch):
     (tmp_path / "own.csv").write_text("scene,v50\na.toml,0.41\nb.toml,470\n")
     said, errors, code = called(tmp_path, main_of("own_tests"), str(tmp_path / "own.csv"))
     assert (said, code) == ("", 2)
-    assert "a ratio of 0.001. Are the units right?" in errors
+    assert "a ratio of 0.001. Are number and unit right?" in errors
     assert called(tmp_path, main_of("own_tests"), str(tmp_path / "own.csv"), "--any-ratio")[2] == 0
+
+
+@pytest.mark.parametrize(("v50", "words"), [(1470, "a ratio of 2.9, and the others have 0.92."), (1600, "a ratio of 3.2")])
+def test_a_slip_of_one_digit_is_asked_about(tmp_path, monkeypatch, v50, words):
+    for name, plies in (("a", 14), ("b", 20), ("c", 26)):
+        (tmp_path / f"{name}.toml").write_text(pack(plies).to_toml())
+    (tmp_path / "own.csv").write_text(f"scene,v50\na.toml,410\nb.toml,{v50}\nc.toml,510\n")
+    monkeypatch.setattr(shields, "limits", invented([450.0, 500.0, 550.0]))
+    said, errors, code = called(tmp_path, main_of("own_tests"), str(tmp_path / "own.csv"))
+    assert (said, code, errors.count("\n")) == ("", 2, 1)
+    assert errors.startswith(f"error: b: measured {v50} m/s, computed 500")
+    assert words in errors
+    assert "give --any-ratio" in errors
 
 
 def small(plies, width="20 mm"):
@@ -273,7 +289,7 @@ def test_a_shield_without_a_limit_is_left_out_and_said(tmp_path, monkeypatch):
     assert code == 0, errors
     assert "Left out: a: the model has no limit to compare with." in said
     assert "from 2 own tests" in said
-    assert "The model's limits are 12 % too high, which is unsafe." in said
+    assert "On average the model's limits are 12 % too high, which is unsafe." in said
     (tmp_path / "own.csv").write_text("scene,v50\na.toml,350\nb.toml,400\n")
     _, errors, code = called(tmp_path, main_of("own_tests"), str(tmp_path / "own.csv"))
     assert (code, "fewer than two shields have a limit in the model: Left out: a" in errors) == (2, True)

@@ -463,6 +463,9 @@ fn last_of(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
+/// Plies of a file, by how they hold together.
+const PLIES: &str = "`sheet.plies`, sewn together, or `stack.plies`, loose ones";
+
 /// What people call a parameter or a table otherwise.
 const CALLED: [(&str, &str); 9] = [
     ("weight", "projectile.mass"),
@@ -483,11 +486,15 @@ fn meant(key: &str) -> String {
         return format!("; an element has no key of its own: set the whole of `{name}`");
     }
     let likeness = |name: &str| (1e3 * strsim::normalized_levenshtein(key, name)) as u32;
+    let of_last = |name: &str| strsim::normalized_levenshtein(last, last_of(name));
     let tables =
         || ["fabric", "back_fabric"].into_iter().chain(names().filter_map(|name| Some(name.split_once('.')?.0)));
     if key.starts_with("fabric.") || key.starts_with("back_fabric.") {
         return "; a textile is one table with its name or all of its numbers: fabric = { name = ..., modulus = ... }"
             .into();
+    }
+    if ["ply", "plies", "layer", "layers"].contains(&last) && !key.starts_with("stack.") && !key.starts_with("back.") {
+        return format!("; is it {PLIES}?");
     }
     let mut near: Vec<&str> =
         CALLED.iter().filter(|(other, _)| *other == key || *other == last).map(|(_, name)| *name).collect();
@@ -496,18 +503,25 @@ fn meant(key: &str) -> String {
     }
     if near.is_empty() {
         // `projectile.wight` and `projectile.length` have only the table in common.
-        let is_like =
-            |name: &&str| likeness(name) > 600 && 2.0 * strsim::normalized_levenshtein(last, last_of(name)) >= 1.0;
-        near = names().chain(tables()).max_by_key(|name| likeness(name)).filter(is_like).into_iter().collect();
+        let is_like = |name: &&str| likeness(name) > 600 && of_last(name) >= 0.5;
+        near = names().chain(tables()).filter(is_like).max_by_key(|name| likeness(name)).into_iter().collect();
     }
+    let table = key.strip_suffix(last).unwrap_or_default();
+    let inside = || names().filter(|name| !table.is_empty() && name.starts_with(table));
     if near.is_empty() {
+        let by_last = |one: &&str, other: &&str| of_last(one).total_cmp(&of_last(other));
+        near = inside().max_by(by_last).filter(|name| of_last(name) >= 0.4).into_iter().collect();
+    }
+    if near.is_empty() && inside().next().is_none() {
         near = tables().filter(|table| key.starts_with(table)).take(1).collect();
     }
     let near: Vec<String> = near.iter().map(|name| format!("`{name}`")).collect();
-    if near.is_empty() {
-        return "; docs/tables/scene.md and data/fabrics/README.md have all keys".into();
+    let all: Vec<&str> = inside().filter_map(|name| name.strip_prefix(table)).collect();
+    match (near.is_empty(), all.is_empty()) {
+        (false, _) => format!("; is it {}?", near.join(" or ")),
+        (_, false) => format!("; [{}] has {}", table.trim_end_matches('.'), all.join(", ")),
+        _ => "; docs/tables/scene.md and data/fabrics/README.md have all keys".into(),
     }
-    format!("; is it {}?", near.join(" or "))
 }
 
 /// Gives a parameter a value. Returns it if that is another one than before.

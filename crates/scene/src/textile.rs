@@ -225,7 +225,41 @@ fn textile(table: &str, values: &Value) -> Result<Textile> {
         );
         return bad(&format!("{table}.{key}"), text);
     }
+    if !all.contains_key(THICKNESS) {
+        refuse_heavy_yarns(table, &all, &textile)?;
+    }
     Ok(textile)
+}
+
+/// Refuses yarns of which the ply that is assumed would be thicker than they are apart, with the units that
+/// make sense of linear density and count. A cloth that is so tight needs its own thickness.
+fn refuse_heavy_yarns(table: &str, all: &BTreeMap<String, (String, Value)>, textile: &Textile) -> Result<()> {
+    let (thickness, count) = (textile.assumed_thickness(), textile.warp.count.min(textile.weft.count));
+    if !(thickness.is_finite() && thickness * count > 1.0) {
+        return Ok(());
+    }
+    let mut hints = Vec::new();
+    let mut said = Vec::new();
+    // Thickness over spacing grows with the linear density, and with the square of the count.
+    let powers: [fn(f64) -> f64; 2] = [|ratio| ratio, |ratio| ratio * ratio];
+    let (mass, per_metre) = (textile.warp.linear_density, textile.warp.count);
+    for (key, now, si, power) in [("linear_density", mass, "kg/m", powers[0]), ("count", per_metre, "1/m", powers[1])] {
+        let Some((given, value)) = all.get(&format!("warp.{key}")) else { continue };
+        let written = units::plain(value).or(units::with_unit(value).map(|(number, _)| number)).unwrap_or(now);
+        let usual = USUAL.iter().find(|(name, ..)| *name == key).map_or([0.0, f64::MAX], |(_, range, _)| *range);
+        let fits = |x: f64| (usual[0]..=usual[1]).contains(&x) && thickness * count * power(x / now) <= 1.0;
+        let others = units::likely(written, si, &fits);
+        hints.extend((!others.is_empty()).then(|| format!("{given} = {}", others.join(" or "))));
+        said.push(format!("{table}.{given} = {}", short(&value.to_string())));
+    }
+    let hint = if hints.is_empty() { String::new() } else { format!("write {}; ", hints.join(", or ")) };
+    let text = format!(
+        "{}: a ply would be {:.2} mm thick with yarns {:.2} mm apart, as in no fabric; {hint}if they are right, give {table}.thickness",
+        said.join(", "),
+        1e3 * thickness,
+        1e3 / count
+    );
+    bad(&format!("{table}.linear_density"), text)
 }
 
 /// Textile with all that a sheet needs.
@@ -316,7 +350,7 @@ const OTHERWISE: [(&str, &str); 5] = [
     ("fiber_density", "`fibre_density`"),
     ("youngs_modulus", "`modulus`"),
     ("tenacity", "`strength`"),
-    ("plies", "`sheet.plies`, sewn together, or `stack.plies`, separate ones"),
+    ("plies", crate::PLIES),
 ];
 
 /// Says what the table may have.
@@ -464,6 +498,19 @@ mod tests {
         assert_eq!(own.modulus, named.modulus);
         let both = of("[fabric]\nname = \"kevlar_49_yarn\"\ncrimp = 0.0").unwrap();
         assert_eq!((both.warp.crimp, both.weft.crimp), (0.0, 0.0));
+    }
+
+    /// 1100 tex over 1.44 g/cm3 are 0.764 mm^2, two of them at 7 per cm over 0.48 are 2.23 mm; yarns 1.43 mm
+    /// apart.
+    #[test]
+    fn yarns_too_heavy_for_their_count_need_a_thickness() {
+        let cloth = |dtex: u32, more: &str| {
+            let text =
+                format!("[fabric]\nlinear_density = \"{dtex} dtex\"\ncount = \"7 /cm\"\nfibre_density = 1440\n{more}");
+            of(&text).map(|_| ()).map_err(|error| error.to_string())
+        };
+        assert!(cloth(11_000, "").unwrap_err().contains("a ply would be 2.23 mm thick with yarns 1.43 mm apart"));
+        assert_eq!([cloth(11_000, "thickness = \"2 mm\""), cloth(7000, ""), cloth(1100, "")], [Ok(()), Ok(()), Ok(())]);
     }
 
     #[test]

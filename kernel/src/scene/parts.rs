@@ -34,7 +34,7 @@ pub struct Sheet {
     pub crimp: [f64; 2],
     /// Strain of the held sheet along x and y, >= 0: spacing over the natural length of a segment, less 1.
     pub pre_strain: [f64; 2],
-    /// Layers bonded into one network (mass and area are multiplied), 1 ..= 1000.
+    /// Plies sewn or bonded into one network (mass and area are multiplied), 1 ..= 1000.
     pub plies: u32,
     /// Thickness of one ply, m, >= 0: the body touches its middle surface, the network, at half of it, bonded
     /// plies at half of all theirs. 0: a surface without thickness. All separate plies have the same.

@@ -57,7 +57,7 @@ pub const FIELDS: &[Field] = &[
     count("sheet.nodes_x", |s| &mut s.sheet.nodes_x, Range::Nodes, 220, "Nodes along x"),
     count("sheet.nodes_y", |s| &mut s.sheet.nodes_y, Range::Nodes, 221, "Nodes along y"),
     count("sheet.plies", |s| &mut s.sheet.plies, Range::Within(1.0, 1000.0), 225,
-        "Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart"),
+        "Plies sewn or bonded into one network: mass and area are multiplied. Loose plies are stack.plies"),
     real("sheet.thickness", |s| one(&mut s.sheet.thickness), &LENGTH, Range::NotNegative, 760,
         "Thickness t of a ply; n bonded ones are n t thick, at most a tenth of the sheet. The projectile touches the network, the middle of the cloth, at half of it; 0 = a surface without thickness. A projectile must start farther away"),
     real("sheet.spacing", |s| one(&mut s.sheet.spacing), &LENGTH, Range::Positive, 222,
@@ -94,7 +94,7 @@ pub const FIELDS: &[Field] = &[
         .read(GRADED),
     // ---- Separate plies
     count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
-        "Separate plies, each a network with samples of its own, held like the first, in contact with each other. Velocity Verlet only; not with mirror planes or a dependence on the rate of strain")
+        "Loose plies, each a network with samples of its own, held like the first, in contact with each other; sewn ones are sheet.plies. Velocity Verlet only; not with mirror planes or a dependence on the rate of strain")
         .read(|s| if_so(s.stack.plies != 1)),
     real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
         "Air between neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other, as plies of a ring with pre-strain along x must. Read for more than one ply only")
