@@ -23,6 +23,8 @@ from .limit import Interval
 from .shooter import Shooter
 from .shots import Shot, shots_of
 
+OF_LIMITS = 0.005
+"""Error of the absorbed energy for which networks of limits are graded: these then err by at most 1 % (docs/accuracy.md)."""
 SHOTS, REACH, FINEST = 8, 3.0, 0.002
 """Shots at the fine network; factor from the limit, and step of ln v, of the likelihood's grid."""
 SMALL = 5.0
@@ -75,7 +77,7 @@ def graded_for(shoot: Shooter, scene: Scene, speed: float) -> Scene:
         return scene
     how = {"seed": shoot.seed, "speed": speed, "point": shoot.mesh, "attitude": shoot.attitude, "tilt": shoot.tilt}
     try:
-        return scene.replace(graded(vary(scene, 1, **how)[0]))
+        return scene.replace(graded(vary(scene, 1, **how)[0], OF_LIMITS))
     except Refused:
         return scene
 
