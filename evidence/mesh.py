@@ -68,7 +68,7 @@ def answer(study):
     full = study.effort == FULL
     bars, packs, width = (list(HITS), PACKS, WIDTH) if full else ([2.0, 1.0], PACKS[:1], 0.03)
     networks = [(bar, *pack, body, thick) for bar in bars for pack in packs for body in BODIES for thick in (True, False)]
-    networks = [one for one in networks if one[0] > min(HITS) or one[-1] and one[-2] in FINEST]
+    networks = [one for one in networks if one[0] > min(HITS) or (one[-1] and one[-2] in FINEST)]
     jobs = [
         (fine(scene_of(plies, body, thick, bar, width), guess, bar), guess, fast, hit)
         for bar, plies, guess, fast, body, thick in networks
