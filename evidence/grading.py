@@ -5,12 +5,16 @@ impact velocity. The error of a network is that of its mean against the mean of 
 it, two standard errors: of the differences of equal seeds, or of both means. The chaos floor is the deviation of the fabric's own
 runs.
 
-Real fabrics, whose yarn is viscous, have half a yarn a bar: impacts above the limit, of the same hits with every network.
+Real fabrics, whose yarn is viscous, have half a yarn a bar: impacts above the limit, of the same hits with every network. Their
+ballistic limits are compared by the likelihood of a shift (fabric_kernel/network.py), as bars half as long are.
 """
 
 import math
 
-from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel import Scene, Shooter, Simulation, drawing, page
+from fabric_kernel.designs import Neyer
+from fabric_kernel.network import shift_of
+from fabric_kernel.shots import Shot, shots_of
 from fabric_kernel.textile import spacings
 
 from .cases import ROUNDING, node_steps
@@ -27,9 +31,11 @@ LONGEST = 4e-3
 FABRIC = "fabric"
 SMALL = (FABRIC, 0.01, 0.03, (20.0, 2, 4), (20.0, 4, 4))
 LARGE = (FABRIC, 0.01, 0.03, (40.0, 8, 4), (40.0, 2, 4))
-# Real fabrics: plies, body, velocity, m/s. Yarns a bar, width of the sheet, m, and hits; another set in short form.
+# Real fabrics: plies, body, velocity above the limit, m/s. Yarns a bar, width of the sheet, m, and hits; others in short form.
 HITS = ((12, "fragment simulator", 600.0), (28, "fragment simulator", 760.0), (1, "sphere", 150.0))
 FINE, SHORT = (0.5, 0.16, 4), (2.0, 0.1, 2)
+# Limits: width of the sheet, m, shots of the whole network, those of graded ones, and the guess over the velocity.
+NARROW, WHOLE, GRADED, BELOW = 0.1, 20, 40, 0.75
 
 
 def network_name(network):
@@ -87,22 +93,33 @@ def measured(scene):
     ]
 
 
+def shots_at_limit(job):
+    """Shots of a sensitivity test about the guess of the limit, m/s."""
+    scene, guess, count = job
+    return shots_of(Shooter(scene), Neyer(0.8 * guess, 1.2 * guess, 0.03 * guess), count, lambda line: None)[0]
+
+
 def fabrics(study):
     """Table and picture of real fabrics."""
     bar, width, hits = FINE if study.effort == FULL else SHORT
+    counts = (WHOLE, GRADED) if study.effort == FULL else (8, 8)
     cases, networks = HITS[2 if study.effort == SMOKE else 0 :], (FABRIC, 0.005, 0.01, 0.03)
     pairs = [(case, network) for case in cases for network in networks]
-    jobs = []
+    jobs, searches = [], []
     for (plies, body, velocity), network in pairs:
         scene = scene_of(plies, body, True, bar, width)
         jobs += [with_network(shot(scene, velocity, hit), network) for hit in range(hits)]
+        narrow = with_network(shot(scene_of(plies, body, True, bar, NARROW), velocity, 0), network)
+        searches.append((narrow, BELOW * velocity, counts[network != FABRIC]))
     found = iter(study.each(measured, jobs, "fabrics"))
+    tests = iter(study.each(shots_at_limit, searches, "limits"))
     rows, (figure, axis) = [], drawing.new(4.2, 3.0)
     count = lambda nodes: math.prod(int(side) for side in nodes.split(" x "))
     for (plies, body, velocity), network in pairs:
         own = list(zip(*(next(found) for _ in range(hits))))
+        made = [Shot(*one) for one in next(tests)]
         if network == FABRIC:
-            whole = own
+            whole, of_whole = own, made
         row = {
             "case": f"{plies} {'plies' if plies > 1 else 'ply'}, {body}, {velocity:g} m/s",
             "network": network_name(network),
@@ -110,6 +127,8 @@ def fabrics(study):
         }
         row |= {"absorbed J": mean(own[0]), "residual %": mean(own[5])}
         row |= {"absorbed" + part: value for part, value in compared(own[0], whole[0], True).items()}
+        moved = shift_of(of_whole, made, BELOW * velocity)
+        row |= {"limit: error %": moved.percent, "limit: low %": moved.interval.low, "limit: high %": moved.interval.high}
         row |= {"nodes, times fewer": count(whole[4][0]) / count(own[4][0])}
         rows.append(row | {"CPU s": mean(own[3]), "times faster": mean(whole[3]) / mean(own[3])})
     study.write("grading_fabrics", rows)
@@ -124,9 +143,18 @@ def fabrics(study):
     study.picture("grading.svg", "grading.svg")
     columns = [*page.same(["case", "network", "nodes"], None), ("absorbed J", "absorbed J", 2)]
     columns += [("error %", with_open("absorbed"), None), ("residual %", "residual %", 3)]
+    columns.append(("limit, error %", of_limit, None))
     columns += [*page.same(["nodes, times fewer", "times faster"], 1), ("CPU s", "CPU s", 2)]
-    text = page.table(rows, columns) + f"\n{hits} hits.\n"
+    text = (
+        page.table(rows, columns) + f"\n{hits} hits. Limits: {1e3 * NARROW:.0f} mm wide; {counts[0]} shots of the whole network, "
+    )
+    text += f"{counts[1]} of each other.\n"
     study.table("accuracy_grading_fabrics", "Graded networks of real fabrics, half a yarn a bar", text)
+
+
+def of_limit(row):
+    found = (row[f"limit: {part} %"] for part in ("error", "low", "high"))
+    return "" if row["network"] == FABRIC else "{:+.1f} [{:+.1f}, {:+.1f}]".format(*found)
 
 
 def with_open(name):

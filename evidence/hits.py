@@ -18,6 +18,8 @@ from fabric_kernel.textile import spacings
 STRIDE, WIDTH = 1.25, 1.01
 # That width as a resolution.
 BISECTION = 0.01
+# Error of the absorbed energy for which fine networks are graded: their limits are compared by `python -m evidence grading`.
+GRADED = 0.005
 ENDS = ("arrested", "exited", "detached", "rebounded")
 
 

@@ -2,28 +2,30 @@
 its thickness and on a surface without.
 
 Method: ballistic limit of hits that differ by their place in a cell, found by bisection, and the energy absorbed at one velocity
-above it; Kevlar KM2 S706, 75 mm wide, four sides held, bonded plies of the assumed thickness, bars for 2, 1 and 1/2 yarns.
-All bodies weigh 1.1 g.
-Limits: few hits; the finest network has two.
+above it; Kevlar KM2 S706, 75 mm wide, four sides held, bonded plies of the assumed thickness, bars for 2, 1, 1/2 and 1/4 yarns,
+the last two graded. All bodies weigh 1.1 g.
+Limits: few hits; a quarter of a yarn for two bodies, with thickness only.
 """
 
 from fabric_kernel import Scene, drawing, page
 
 from .comparison import mean_of
-from .hits import BISECTION, impact, limit, sheet, shot
+from .hits import BISECTION, GRADED, impact, limit, sheet, shot
 from .oneply import THICKNESS
 from .statistics import deviation, mean
 from .study import FULL
 
 WIDTH, LONGEST = 0.075, 1e-3
 # Hits by yarns a bar; plies with the velocity from which a limit is sought, and that of the energy, m/s.
-HITS, PACKS = {2.0: 4, 1.0: 4, 0.5: 2}, ((10, 300.0, 500.0), (28, 500.0, 900.0))
+HITS, PACKS = {2.0: 4, 1.0: 4, 0.5: 4, 0.25: 2}, ((10, 300.0, 500.0), (28, 500.0, 900.0))
 BODIES = {
     "fragment simulator": {"shape": "fsp", "calibre": ".22"},
     "cube": {"shape": "box", "size": [5.195e-3] * 3, "mass": 1.1e-3},
     "flat cylinder": {"shape": "cylinder", "radius": 2.73e-3, "length": 5.98e-3, "mass": 1.1e-3},
     "sphere": {"shape": "sphere", "radius": 3.222e-3, "mass": 1.1e-3},
 }
+FINEST = ("fragment simulator", "sphere")
+"""Bodies that meet the finest network."""
 # One ply: width of the sheet, m, and velocity from which its limit is sought, m/s; the sphere and the thickness of oneply.py.
 WIDTHS, BALL = ((0.051, 66.0), (0.102, 133.0)), {"shape": "sphere", "radius": 2.778e-3, "mass": 6.9e-4}
 
@@ -32,6 +34,11 @@ def scene_of(plies, body, thick, bar, width=WIDTH):
     assumed = Scene("sheet_3in_sphere", fabric={"name": "kevlar_km2_s706"})["sheet.thickness"]
     scene = sheet({"name": "kevlar_km2_s706", "thickness": assumed if thick else 0.0}, width, bar)
     return scene.replace({"sheet.plies": plies, "projectile": BODIES[body]})
+
+
+def fine(scene, guess, bar):
+    """The scene, with a graded network where bars are shorter than a yarn's spacing."""
+    return shot(scene, guess, 0).graded(GRADED) if bar < 1.0 else scene
 
 
 def measured(job):
@@ -61,8 +68,9 @@ def answer(study):
     full = study.effort == FULL
     bars, packs, width = (list(HITS), PACKS, WIDTH) if full else ([2.0, 1.0], PACKS[:1], 0.03)
     networks = [(bar, *pack, body, thick) for bar in bars for pack in packs for body in BODIES for thick in (True, False)]
+    networks = [one for one in networks if one[0] > min(HITS) or (one[-1] and one[-2] in FINEST)]
     jobs = [
-        (scene_of(plies, body, thick, bar, width), guess, fast, hit)
+        (fine(scene_of(plies, body, thick, bar, width), guess, bar), guess, fast, hit)
         for bar, plies, guess, fast, body, thick in networks
         for hit in range(HITS[bar] if full else 2)
     ]
@@ -82,9 +90,11 @@ def answer(study):
                 ours = [mean_of(row, "limit m/s", BISECTION) for row in own]
                 style = "marked" if thick == "assumed" else "dashed"
                 label = body if thick == "assumed" else f"{body}, no thickness"
-                axis.plot(bars, [one.value for one in ours], color=drawing.COLOURS[number], label=label, **drawing.STYLES[style])
+                style = {"color": drawing.COLOURS[number], "label": label, **drawing.STYLES[style]}
+                axis.plot(bars[: len(own)], [one.value for one in ours], **style)
                 energy = [f"{row['absorbed J']:.1f}" for row in own]
-                table.append([plies, body, thick, *(one.text(0) for one in ours), *energy])
+                lacking = ["–"] * (len(bars) - len(own))
+                table.append([plies, body, thick, *(one.text(0) for one in ours), *lacking, *energy, *lacking])
         axis.set(xscale="log", xlabel="yarns a bar", ylabel="ballistic limit (m/s)", ylim=(0, None), title=f"{plies} plies")
         axis.set_xticks(bars, [f"{bar:g}" for bar in bars], minor=False)
         axis.minorticks_off()
