@@ -22,6 +22,7 @@ QUESTIONS = {
     "bench": ("the goals beside what `cargo xtask bench` has measured", "", ""),
     "friction": ("what friction on the projectile does to energy and ballistic limit", "", "3 min"),
     "plies": ("many thin plies against a thick one, gaps, turned plies", "2 min", "20 s"),
+    "arrangement": ("separate and turned plies that have a thickness", "2 min", "20 s"),
     "smooth": ("error and order of both integrators in a smooth motion", "5 s", "5 s"),
     "pointwise": ("how far runs that differ by rounding stay together before the first failure", "20 s", "5 s"),
     "quarter": ("a quarter with mirror planes against the whole sheet", "5 s", "5 s"),

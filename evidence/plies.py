@@ -12,7 +12,7 @@ The measured packs are in packs.py.
 
 import math
 
-from fabric_kernel import drawing, page
+from fabric_kernel import Scene, drawing, page
 from fabric_kernel.drawing import Series
 
 from . import friction
@@ -37,6 +37,8 @@ BONDED, SEPARATE, TURNED = "bonded", "separate", "separate, every other one turn
 THIN_MORE = (7.0, math.inf)
 # Plies turned against one another absorb 14 to 15 % more; half a percent for the rounding.
 TURNED_MORE = (13.5, 15.5)
+# Parts whose plies have their assumed thickness and lie on each other (arrangement.py).
+THICK = ("number, thick", "turned, thick")
 TITLES = {
     "number": "Number of plies",
     "gap": "Gap between ten plies",
@@ -55,7 +57,9 @@ NOTES = (
 
 def pack(part, form, plies, gap, smoke):
     """A pack and its sphere."""
-    scene = sheet({"name": "kevlar_km2_s706"} | (CRIMP if part == "turned" else {}), 0.02 if smoke else WIDTH, BAR)
+    fabric = {"name": "kevlar_km2_s706"}
+    fabric |= {"thickness": Scene("sheet_3in_sphere", fabric=fabric)["sheet.thickness"]} if part in THICK else {}
+    scene = sheet(fabric | (CRIMP if part.startswith("turned") else {}), 0.02 if smoke else WIDTH, BAR)
     many = {"sheet.plies": plies} if form == BONDED else {"stack.plies": plies, "stack.gap": gap, "stack.turned": form == TURNED}
     sphere = {"projectile.shape": "sphere", "projectile.radius": 2.778e-3, "projectile.mass": 6.9e-4}
     return scene.replace(sphere | many | (DRAWN if part == "draws" else {}))
@@ -69,6 +73,9 @@ def separate(plies, smoke):
 def packs(part, smoke):
     """(form, (plies, velocity), gap) of a part."""
     numbers, some = (NUMBERS[:2], NUMBERS[1]) if smoke else (NUMBERS, NUMBERS[3])
+    if part in THICK:
+        forms = (SEPARATE, TURNED) if part.startswith("turned") else (BONDED, SEPARATE)
+        return [(form, number, 0.0) for form in forms for number in ([some] if TURNED in forms else numbers[1:4])]
     if part == "number":
         # A single ply is both.
         return [(BONDED, number, 0.0) for number in numbers] + [(SEPARATE, number, GAP) for number in numbers[1:]]

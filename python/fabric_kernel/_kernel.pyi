@@ -161,6 +161,9 @@ class Scene:
         """What a report must say of a projectile with flat faces that flies at this speed, m/s; None if it is slow or round, or
         the cloth thick."""
 
+    def loose_and_thick(self) -> str | None:
+        """What a report must say of loose plies with a thickness."""
+
     def coarse_network(self) -> str | None:
         """What a report must say of a network too coarse for the flat front of the projectile, with the yarns a bar to take; None
         if it is fine enough."""

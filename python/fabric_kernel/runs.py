@@ -280,6 +280,7 @@ def doubts(scenes: Sequence[Scene], rows: Sequence[Mapping[str, Any]]) -> list[N
         ("unlikely_body", Scene.unlikely_body),
         ("sharp_edges", lambda scene: scene.sharp_edges(speed(scene))),
         ("coarse_network", Scene.coarse_network),
+        ("loose_and_thick", Scene.loose_and_thick),
     )
     first = [(code, next(filter(None, map(said, fastest)), None)) for code, said in bodies]
     found = [Note(f"{note[0].upper()}{note[1:]}.", code, {"speed": speed(fastest[0])}) for code, note in first if note]

@@ -258,6 +258,11 @@ impl Scene {
         fabric_scene::notes::sharp_edges(&self.scene, speed)
     }
 
+    /// What a report must say of loose plies with a thickness.
+    fn loose_and_thick(&self) -> Option<String> {
+        fabric_scene::notes::loose_and_thick(&self.scene)
+    }
+
     /// What a report must say of a network that is too coarse for the projectile.
     fn coarse_network(&self) -> PyResult<Option<String>> {
         let weave = textile::weave(&self.textiles).map_err(errors::of_scene)?;

@@ -210,6 +210,11 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     if !counted("attachment.kind", &given) {
         scene.attachment.kind = usual_attachment(scene.sheet.closed, &before);
     }
+    // Loose plies that are thick absorb too little (notes::loose_and_thick): they are surfaces if nothing is said.
+    let fabric_says = matches!(&fabric, Some(Value::Table(own)) if own.contains_key(textile::THICKNESS));
+    if scene.stack.plies > 1 && fabric.is_some() && !fabric_says && !counted("sheet.thickness", &given) {
+        scene.sheet.thickness = 0.0;
+    }
     let bears = |thickness: f64| (scene.casing.radius + 0.5 * thickness - radius).abs() <= 1e-12 * radius;
     if scene.casing.radius > 0.0 && (bears(0.0) || bears(start.thickness())) {
         // A case that bears a ring is as wide as that which its nodes close, to its inner face.
@@ -818,7 +823,8 @@ mod tests {
                     modulus_mean = 9e10\n[back_fabric]\nname = \"kevlar_km2_s706\"\n";
         let scene = parse(text).unwrap();
         scene.check().unwrap();
-        let front = parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"zylon_as_500_35\"\n").unwrap();
+        let surface = "preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"zylon_as_500_35\"\nthickness = 0\n";
+        let front = parse(surface).unwrap();
         assert_eq!((scene.sheet, scene.yarn.modulus_mean), (front.sheet, front.yarn.modulus_mean));
         assert_eq!((scene.back.plies, scene.back.modulus_mean, scene.front_plies()), (2, 9e10, 3));
         let [h_x, h_y] = scene.spacings();

@@ -63,6 +63,15 @@ fn flat_front(scene: &Scene) -> f64 {
     }
 }
 
+/// A sentence on loose plies that have a thickness: only the first meets the projectile.
+pub fn loose_and_thick(scene: &Scene) -> Option<String> {
+    (scene.stack.plies > 1 && scene.thickness() > 0.0).then(|| {
+        "loose plies with a thickness push on each other along z only, so that the first is torn aside and ten absorb 70 % less. \
+         Take sheet.thickness = 0 (docs/validation.md, \"Several plies\")"
+            .to_string()
+    })
+}
+
 /// Densities of solid bodies, kg/m3: osmium has 22,590.
 const DENSITIES: [f64; 2] = [500.0, 25_000.0];
 
@@ -158,6 +167,19 @@ fn is_nose_first(scene: &Scene) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn loose_plies_are_surfaces_unless_they_are_given_a_thickness() {
+        let of = |fabric: &str| {
+            crate::parse(&format!("preset = \"sheet_3in_sphere\"\nfabric = {fabric}\nstack.plies = 3")).unwrap()
+        };
+        let [surfaces, thick] =
+            ["\"kevlar_km2_s706\"", "{ name = \"kevlar_km2_s706\", thickness = \"0.2 mm\" }"].map(of);
+        assert_eq!([surfaces.sheet.thickness, thick.sheet.thickness], [0.0, 2e-4]);
+        let radius = surfaces.projectile.radius;
+        assert!((surfaces.projectile.position[2] + radius).abs() < 1e-15, "touches the surface");
+        assert_eq!([surfaces, thick].map(|scene| loose_and_thick(&scene).is_some()), [false, true]);
+    }
 
     /// Kevlar KM2 S706: e = 0.0355 and c = 7666 m/s, so 7666 sqrt(2 x 0.0355 x 0.191731 - 0.00126025) = 852
     /// m/s.

@@ -59,7 +59,8 @@ const WEAVE: [(&str, &str, [f64; 2]); 4] = [
     (AREAL_DENSITY, "kg/m2", [1e-3, 100.0]),
 ];
 
-const THICKNESS: &str = "thickness";
+/// Key of the thickness of a ply.
+pub(crate) const THICKNESS: &str = "thickness";
 
 /// Key that [`Textile::areal_density`] is compared with.
 const AREAL_DENSITY: &str = "areal_density";
