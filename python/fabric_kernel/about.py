@@ -104,8 +104,8 @@ def cautions(scene: Scene) -> tuple[str, ...]:
     return (width, attachments(scene), thickness(scene), f"{CAVEAT} {yarn}", *filter(None, [window.sentence() if window else ""]))
 
 
-SHOT_AT, SUMMARY = "shot_at.toml", "summary.json"
-"""The scene whose results a folder has; the summary of `fabric run` there."""
+SHOT_AT, SUMMARY, COMPARED, OWN = "shot_at.toml", "summary.json", "compare.json", "own_tests.json"
+"""Files that tell whose results a folder has: the scene of most commands; what `fabric run`, compare and tests found."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -167,8 +167,15 @@ def folder(out: Path) -> Iterator[None]:
                 path.rmdir()
 
 
-def goes_on(out: Path) -> tuple[Path, str]:
-    return out / "runs.jsonl", f"what has ended is in {out / 'runs.jsonl'}, and the same command goes on from there"
+def of_others(out: Path, own: str) -> None:
+    """Raises ValueError if a folder has the results of another command; own: the file that tells this one."""
+    for name in {SHOT_AT, SUMMARY, COMPARED, OWN} - {own}:
+        if (out / name).exists():
+            raise ValueError(f"--out: {out} has the results of another command ({name}): give another folder")
+
+
+def goes_on(kept: Path) -> tuple[Path, str]:
+    return kept, f"what has ended is in {shown(kept)}, and the same command goes on from there"
 
 
 @contextlib.contextmanager
@@ -176,7 +183,7 @@ def command(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Itera
     """The work of a command with the scene and the name of its fabric, in a folder that is made that of the scene: what goes
     wrong ends it with one line."""
     with ending(parser, given):
-        given.kept = goes_on(given.out)
+        given.kept = goes_on(given.out / "runs.jsonl")
         scene = Scene.read(given.scene)
         apart([given.scene], [given.out / name for name in given.files])
         is_new = not given.out.exists()
@@ -228,12 +235,12 @@ def ending(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Iterat
 def claim(out: Path, scene: Scene, name: str) -> None:
     """Makes a folder that of a scene and the command `fabric NAME`. Raises ValueError if it has the results of others."""
     text, path = f"# fabric {name}, scene {scene_hash(scene)}\n{scene.to_toml()}", out / SHOT_AT
-    found = next((file for file in (path, out / SUMMARY) if file.exists()), None)
-    if found is None:
+    of_others(out, SHOT_AT)
+    if not path.exists():
         written(path, text)
-    elif found != path or path.read_bytes().partition(b"\n")[0] != text.encode().partition(b"\n")[0]:
+    elif path.read_bytes().partition(b"\n")[0] != text.encode().partition(b"\n")[0]:
         raise ValueError(
-            f"--out: {out} has the results of another scene or command ({found.name}): give another folder, or delete this one"
+            f"--out: {out} has the results of another scene or command ({SHOT_AT}): give another folder, or delete this one"
         )
 
 

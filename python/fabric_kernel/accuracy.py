@@ -29,7 +29,7 @@ from .about import CAVEAT, command, described, finished, of_a_scene
 from .files import Place, csv_of, filled, titled, written
 from .limit import Interval
 from .page import Page, notebook, power, printed
-from .runs import STEPS, UNTIL, flown, scene_of
+from .runs import STEPS, UNTIL, doubts, flown, scene_of
 from .sensitivity import crossing, nodes
 from .shooter import Shooter, Unknown
 
@@ -212,9 +212,9 @@ class Accuracy(NamedTuple):
 
 
 def shot_of(job: list[Any]) -> dict[str, Any]:
-    """One shot: `value` (None if its end is not known), whether it was stopped, whether segments failed, node-steps, seconds.
-    job: scene, scene whose mesh is aimed at, number of the shot, seed, quantity, attitude, guess of a limit, steps, whether as
-    aimed."""
+    """One shot: `value` (None if its end is not known), whether it was stopped, whether segments failed, node-steps, seconds,
+    rows of `fly`. job: scene, scene whose mesh is aimed at, number of the shot, seed, quantity, attitude, guess of a limit,
+    steps, whether as aimed."""
     scene, base, shot, seed, quantity, attitude, guess, steps, as_aimed = job
     shoot = Shooter(scene, seed=seed, attitude=attitude, steps=10 * steps, point=None)
     shoot.mesh = None if as_aimed else ensembles.within_mesh(base, (0.0, 0.0))
@@ -228,16 +228,18 @@ def shot_of(job: list[Any]) -> dict[str, Any]:
             value = found if math.isfinite(found) else None
         except (Unknown, ValueError):
             value = None
-        cost = sum(row["steps"] for _, row in shoot.flown)
+        rows = [row for _, row in shoot.flown]
+        cost = sum(row["steps"] for row in rows)
     else:
         faster = None if shoot.samples() else math.hypot(*scene["projectile.velocity"]) * (1.0 + shot * ROUNDING)
         drawn = ensembles.vary(scene, shot + 1, seed=seed, speed=faster, point=shoot.mesh, attitude=attitude)[shot]
-        row = flown(drawn, UNTIL, steps)
+        rows = [row := flown(drawn, UNTIL, steps)]
         cost, stopped, failed = row["steps"], bool(row["stopped"]), row["failed_segments"] > 0
         if row["stopped"] is not None:
             value = 0.0 if quantity == "speed" and stopped else row["max_deflection" if quantity == "deflection" else quantity]
     spent = time.process_time() - start
-    return {"value": value, "stopped": stopped, "failed": failed, "node_steps": cost * size(scene), "seconds": spent}
+    told = {"value": value, "stopped": stopped, "failed": failed, "node_steps": cost * size(scene)}
+    return told | {"seconds": spent, "rows": rows}
 
 
 def size(scene: Scene) -> int:
@@ -559,7 +561,9 @@ def accuracy(
     for one in [*graded, *steps]:
         run(one, count)
     rows, choices = ladder.rows(confidence), tuple(found())
-    cautions = []
+    own = Setting(1.0) if ladder.shots.get(Setting(1.0)) else ladder.networks()[-1]
+    flights = [row for shot in ladder.shots[own] for row in shot["rows"]]
+    cautions = list(map(str, doubts([ladder.scenes[own]] * len(flights), flights)))
     stopped, made = sum(row.stopped for row in rows), sum(row.shots for row in rows)
     if quantity == "absorbed" and stopped > MOSTLY * made:
         cautions.append(

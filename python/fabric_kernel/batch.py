@@ -26,20 +26,28 @@ def value(text: str) -> Any:
         return text.lower() == "true"
     kinds: tuple[Any, ...] = (json.loads,) if text[0] in "[{" else (int, float)
     for kind in kinds:
-        with contextlib.suppress(ValueError):
+        with contextlib.suppress(ValueError, RecursionError):
             return kind(text)
     return text
+
+
+def is_vector(scene: Scene, name: str) -> bool:
+    with contextlib.suppress(KeyError):
+        return isinstance(scene[name], tuple)
+    return False
 
 
 def changed(scene: Scene, cells: dict[str, str]) -> Scene:
     """The scene with the values of a row; projectile.velocity[2] is an element of a vector."""
     values: dict[str, Any] = {}
     for name, cell in cells.items():
-        element = re.fullmatch(r"(.+)\[(\d)\]", name)
-        if element is None:
+        element = re.fullmatch(r"(.+)\[([0-9])\]", name)
+        parts = name.split(".")
+        whole = {element[1]} if element else {".".join(parts[:end]) for end in range(1, len(parts))}
+        if both := whole & set(cells):
+            raise ValueError(f"{name}: give it or the whole of {both.pop()}")
+        if element is None or not is_vector(scene, element[1]):
             values[name] = value(cell)
-        elif element[1] in cells:
-            raise ValueError(f"{name}: give it or the whole of {element[1]}")
         else:
             vector = list(values.get(element[1], scene[element[1]]))
             if int(element[2]) >= len(vector):
@@ -67,6 +75,8 @@ def rows_of(path: Path) -> list[tuple[int, dict[str, str]]]:
     for number, cells in rows:
         if len(cells) != len(names):
             raise ValueError(f"{path}: row {number}: {len(names)} cells are needed, and there are {len(cells)}: {commas}")
+        if any(cell and not name for name, cell in zip(names, cells)):
+            raise ValueError(f"{path}: row {number}: a cell is in a column without a name")
     if not rows:
         raise ValueError(f"{path}: has no row; the first line names the columns, as parameters of the scene")
     return [(number, dict(zip(names, cells))) for number, cells in rows]

@@ -23,7 +23,7 @@ import scipy  # Its parts are loaded where they are used.
 
 from . import batch, checks, limit, network, results, shields, window
 from ._kernel import PRESETS, Scene
-from .about import CAVEAT, attachments, described, ending, folder, goes_on, options, positive
+from .about import CAVEAT, COMPARED, attachments, described, ending, folder, goes_on, of_others, options, positive
 from .ensembles import vary
 from .family import Corrected, OwnTests
 from .files import Place, apart, csv_of, filled, shown, titled, written
@@ -483,7 +483,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     given = parser.parse_args(arguments)
     with ending(parser, given), folder(given.out):
-        given.kept = given.out / "shots", goes_on(given.out)[1]
+        given.kept = goes_on(given.out / "shots")
+        of_others(given.out, COMPARED)
         apart([*given.scenes, given.batch], [given.out / name for name in (*WRITTEN, "runs.jsonl")])
         own = OwnTests.read(given.tests) if given.tests else None
         if own and given.at is not None:

@@ -10,7 +10,7 @@ import scipy  # Its parts are loaded where they are used.
 
 from . import batch, checks, limit, shields
 from ._kernel import Scene
-from .about import ending, folder, goes_on, options
+from .about import OWN, ending, folder, goes_on, of_others, options
 from .designs import Plan
 from .family import WRITTEN, Measured, OwnTests, error_of, judged
 from .files import Place, apart, shown
@@ -149,9 +149,11 @@ def own_tests(
     keeping: Any = {"folder": keep, "on": on, "progress": progress}
     found = shields.limits(names, shots=shots, seed=seed, confidence=confidence, shifted=False, **keeping)
     computed, used, notes = [], [], []
+    decisive: dict[str, str] = {}
     for one, scene, its in zip(measured, scenes, found):
         value, error = its.test.v50, error_of(*its.test.interval(), confidence)
         notes += [f"{one.name}: {its.test.doubt}"] if its.test.doubt else []
+        decisive = {warning.code: f"{one.name}: {warning}" for warning in its.test.warnings} | decisive
         if not (math.isfinite(value) and math.isfinite(error)):
             notes.append(f"Left out: {one.name}: the model has no limit to compare with. {its.test.answer()[0]}")
             continue
@@ -162,7 +164,7 @@ def own_tests(
     if not any_ratio:
         asked([one for one, _ in used], [value for value, _ in computed])
     tests = judged([one for one, _ in used], [scene for _, scene in used], computed, f"Own tests of {path.name}", confidence)
-    return tests._replace(said=tuple(notes))
+    return tests._replace(said=(*decisive.values(), *notes))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -184,7 +186,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=Path("own"), help="folder for report.html, own_tests.*; default: %(default)s")
     given = parser.parse_args(arguments)
     with ending(parser, given), folder(given.out):
-        given.kept = given.out / "shots", goes_on(given.out)[1]
+        given.kept = goes_on(given.out / "shots")
+        of_others(given.out, OWN)
         apart([given.file], [given.out / name for name in (*WRITTEN, "runs.jsonl")])
         found = given.answer = own_tests(
             given.file,

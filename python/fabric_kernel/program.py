@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from ._kernel import PRESETS, VERSION
-from .about import Parser
+from .about import Parser, ending
 
 COMMANDS = {
     "run": ("run", "one impact: a table, pictures and a report"),
@@ -68,11 +68,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("command", nargs="?", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
     given = parser.parse_args(words[:1])
     command = given.command
-    if given.completion:
-        print(completion())
-        return
-    if command is None:
-        parser.print_help()
+    if given.completion or command is None:
+        given.json = False
+        with ending(parser, given):
+            print(completion() if given.completion else parser.format_help().rstrip())
         return
     options = [word.partition("=")[0] for word in words if word.startswith("--")]
     if len(set(options)) < len(options):

@@ -17,7 +17,7 @@ import tqdm
 from . import about as scenes
 from . import batch, page, runs
 from ._kernel import PRESETS, Failed, Scene, Simulation
-from .about import SHOT_AT, SUMMARY
+from .about import SUMMARY
 from .ensembles import scaled
 from .files import apart, naming, reading, shown, written
 from .textile import spacings
@@ -317,6 +317,8 @@ def reported(out: Path) -> dict[str, Any]:
     with reading(out / "history.csv"):
         rows = pandas.read_csv(out / "history.csv", float_precision="round_trip").set_axis(COLUMNS, axis=1)
         last = rows["step"].iloc[-1]
+        if not (out / "history.csv").read_bytes().endswith(b"\n"):
+            raise EOFError
     for name, is_of_it in (("state.gz", simulation.digest == digest), ("history.csv", last == steps)):
         if not is_of_it:
             raise ValueError(f"{out / name}: is of another run than {SUMMARY}")
@@ -457,7 +459,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             if others:
                 raise ValueError(f"--batch: goes without --{others[0]}")
             apart([given.scene, given.batch], [out / "batch.csv", out / "runs.jsonl"])
-            given.kept = scenes.goes_on(out)
+            given.kept = scenes.goes_on(out / "runs.jsonl")
             with scenes.folder(out):
                 table = batch.flown(scene, given.batch, out, given.until, given.steps)
             given.answer = table.to_dict("records")
@@ -466,8 +468,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         files = [out / file for file in (SUMMARY, *PICTURES, *FILES)]
         apart([given.scene, given.capsule], files)
         apart([given.scene], [given.capsule] if given.capsule else [])
-        if (out / SHOT_AT).exists():
-            raise ValueError(f"--out: {out} has the results of another command ({SHOT_AT}): give another folder")
+        scenes.of_others(out, SUMMARY)
         if kept := [given.capsule] * bool(given.capsule) + [out / "vtk"] * given.vtk:
             given.kept = kept[0], f"what there was until then is in {' and '.join(map(str, kept))}"
         with scenes.folder(out):

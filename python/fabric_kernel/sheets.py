@@ -1,7 +1,6 @@
 """Sheets of a simulation at one time: pictures, and files for ParaView."""
 
 import base64
-import pathlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,7 +14,7 @@ from matplotlib.figure import Figure
 from . import drawing
 from ._kernel import Scene
 from .checks import Array
-from .files import Place
+from .files import Place, written
 from .textile import sides
 
 # Dark red for failed, over orange, to yellow for the first damage.
@@ -356,14 +355,15 @@ def poly_data(path: Place, points: Array, connectivity: Array, offsets: Array, c
 
     cells = "".join(array(name, values) for name, values in cell_data.items())
     nodes = "".join(array(name, values, 3) for name, values in (point_data or {}).items())
-    pathlib.Path(path).write_text(
+    written(
+        path,
         '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt32">\n'
         "<PolyData>"
         f'<Piece NumberOfPoints="{len(points)}" NumberOfLines="{len(offsets)}">\n<PointData>{nodes}</PointData>\n'
         f"<CellData>{cells}</CellData>\n"
         f"<Points>{array('Points', points, 3)}</Points>\n"
         f"<Lines>{array('connectivity', connectivity)}{array('offsets', offsets)}</Lines>\n"
-        "</Piece></PolyData></VTKFile>\n"
+        "</Piece></PolyData></VTKFile>\n",
     )
 
 
@@ -373,8 +373,8 @@ def vtk_series(path: Place, frames: Any) -> None:
         f'<DataSet timestep="{time}" part="{part}" file="{name}"/>' for time, names in frames for part, name in enumerate(names)
     ]
     text = "\n".join(lines)
-    pathlib.Path(path).write_text(
-        f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0"><Collection>\n{text}\n</Collection></VTKFile>\n'
+    written(
+        path, f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0"><Collection>\n{text}\n</Collection></VTKFile>\n'
     )
 
 

@@ -35,7 +35,7 @@ from .window import Window
 
 ENOUGH = 8
 """Shots before an interval is looked at."""
-AT_IGNORES = set("design low high deviation plan aim last link tests simulated to-the-end sensitivity within no-network".split())
+AT_IGNORES = set("design low high deviation plan aim last link tests simulated sensitivity within no-network".split())
 """Options that --at would not read."""
 
 
@@ -474,7 +474,7 @@ def at(
     return Share(title, *found, tuple(map(str, answer)), tuple(notes))
 
 
-def shooter(given: Any, scene: Scene, to_the_end: bool = False) -> Shooter:
+def shooter(given: Any, scene: Scene) -> Shooter:
     """Shots at a scene as the options say."""
     return Shooter(
         scene,
@@ -483,7 +483,7 @@ def shooter(given: Any, scene: Scene, to_the_end: bool = False) -> Shooter:
         attitude=given.attitude,
         keep=given.out / "runs.jsonl",
         steps=given.steps,
-        to_the_end=to_the_end,
+        to_the_end=given.to_the_end,
     )
 
 
@@ -564,7 +564,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 100 if given.within else 20
         )
         plan = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
-        shoot = shooter(given, scene, to_the_end=given.to_the_end)
+        shoot = shooter(given, scene)
         test = v50(
             shoot,
             plan,

@@ -271,7 +271,7 @@ impl Scene {
     }
 
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let field = field(name).ok_or_else(|| PyKeyError::new_err(short(name).to_string()))?;
+        let field = field(name).ok_or_else(|| PyKeyError::new_err(short(name)))?;
         parameters::value(py, field, &self.scene)
     }
 

@@ -23,6 +23,8 @@ const NODES_AT_A_TIME: u64 = 5_000_000;
 const LOOK: u64 = 256;
 /// Calls between two digests of a capsule.
 const DIGESTS: u64 = 100;
+/// The system's number of an error of input or output, on every system.
+const EIO: i32 = 5;
 
 /// One impact. It may be used by any thread, but by one at a time.
 #[pyclass(module = "fabric_kernel")]
@@ -76,7 +78,9 @@ impl Simulation {
 
     fn whole_capsule(&self) -> PyResult<()> {
         match &self.capsule {
-            Some(capsule) if !capsule.is_whole() => Err(PyOSError::new_err("capsule: the file cannot be written")),
+            Some(capsule) if !capsule.is_whole() => {
+                Err(PyOSError::new_err((EIO, "capsule: the file cannot be written")))
+            }
             _ => Ok(()),
         }
     }

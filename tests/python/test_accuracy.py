@@ -31,7 +31,14 @@ def invented(slope=0.02, order=1.0, scatter=0.0, apart=0.0, failed=True, law=Non
             common = scatter * numpy.random.default_rng(shot).standard_normal()
             value = law(bars) * (1.0 + common + apart * random.standard_normal())
             cost = 1e-3 * (0.4 / one["time_step.fraction"]) / bars**3
-            found[key] = {"value": value, "stopped": False, "failed": failed, "node_steps": 1e9 * cost, "seconds": cost}
+            found[key] = {
+                "value": value,
+                "stopped": False,
+                "failed": failed,
+                "node_steps": 1e9 * cost,
+                "seconds": cost,
+                "rows": [],
+            }
         return found
 
     return mock.patch.object(module.ensembles, "each", each)

@@ -7,6 +7,8 @@ import re
 import subprocess
 import sys
 
+import fabric_kernel as fk
+
 TOP = pathlib.Path(__file__).parents[2]
 SOURCES = {".rs", ".py", ".h", ".hpp", ".c", ".ts"}
 
@@ -49,6 +51,22 @@ def test_programs(tmp_path):
         done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         assert done.stdout
+
+
+def test_numbers():
+    """Numbers on pages whose programs are no whole ones."""
+    page = (TOP / "data/fabrics/README.md").read_text()
+    scene = fk.Scene.parse(re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[0])
+    inviscid = scene.replace({f"yarn.viscosity_{kind}": 0.0 for kind in ("linear", "quadratic", "bending")})
+    absorbed = [f"{fk.fly(one)['absorbed']:.2f} J" for one in (scene, inviscid)]
+    assert f"absorbs {absorbed[0]}, without viscosity {absorbed[1]}." in page
+    page = (TOP / "docs/python.md").read_text()
+    (program,) = (block for block in re.findall(r"```py\n(.*?)```", page, re.DOTALL) if "body" in block)
+    names = {"fk": fk}
+    exec(program.rpartition("rows")[0], names)
+    for held, kind in (("two", "two_sides"), ("four", "four_sides")):
+        row = fk.fly(names["scene"].replace({"attachment.kind": kind}), until=["detached"])
+        assert f"| {held} | {row['speed']:.2f} m/s, {row['absorbed']:.2f} J |" in page
 
 
 def test_links():

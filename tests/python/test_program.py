@@ -8,6 +8,7 @@ import json
 import os
 import pathlib
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -128,11 +129,12 @@ def test_decisive_warnings_stand_under_the_number_of_every_report_and_at_every_d
         ["v50", "--at", "300", "--shots", "2"],
         ["residual", "--velocities", "150", "200", "250", "300"],
         ["fragments", "--velocities", "200", "300", "--shots", "1"],
+        ["accuracy", "--error", "50 %", "--shots", "2"],
     ):
         assert ran(words[0], "shot.toml", *words[1:], "--out", " ".join(words), cwd=tmp_path).returncode == 0
         page = (tmp_path / " ".join(words) / "report.html").read_text()
         number, *rest = re.findall("<p>(.*?)</p>", page[page.index('class="answer"') : page.index("</div>")])
-        assert re.search("m/s", number) and "flat faces" not in number
+        assert re.search("m/s|energy", number) and "flat faces" not in number
         assert any("has flat faces, whose edges are" in line for line in rest), words
         assert any("viscosity of the yarn takes more than half" in line for line in rest), words
 
@@ -189,6 +191,7 @@ def test_a_folder_has_the_files_of_its_last_run_alone_and_a_report_is_of_one_run
         others += [(tmp_path / "less" / name).read_bytes()] if name == "history.csv" else []
         # In the middle of a value, or what is left of a scene is one.
         cut = whole.find(b" = ", len(whole) // 2) + 3 if name == "scene.toml" else len(whole) // 2
+        others += [whole[:-9]] if name == "history.csv" else []
         for other in (whole[:cut], b'{"a": 1}', b"\xff", *others):
             (out / name).write_bytes(other)
             done = ran("report", out)
@@ -210,6 +213,9 @@ def test_a_folder_has_the_files_of_its_last_run_alone_and_a_report_is_of_one_run
         ["run", "1.toml", "--out", "limit"],
         ["residual", "1.toml", "--out", "limit"],
         ["v50", "1.toml", "--out", "other"],
+        ["compare", "1.toml", "2.toml", "--out", "other"],
+        ["compare", "1.toml", "2.toml", "--out", "limit"],
+        ["tests", "1.toml", "--out", "limit"],
     ):
         assert "has the results of another" in ran(*words, cwd=tmp_path).stderr
 
@@ -261,6 +267,11 @@ def test_a_batch_flies_each_row_as_the_scene_that_it_says(tmp_path):
         ("seed\n1 # 2\n", 'row 1: seed = "1 # 2"'),
         ('projectile.velocity[2],projectile.velocity\n300,"[0, 0, 100]"\n', "or the whole of projectile.velocity"),
         ('projectile.velocity,projectile.velocity[2]\n"[0, 0, 100]",300\n', "or the whole of projectile.velocity"),
+        ('sheet,sheet.nodes_x\n"{""nodes_x"": 33}",35\n', "sheet.nodes_x: give it or the whole of sheet"),
+        ("seed[0]\n1\n", "row 1: unknown key `seed[0]`"),
+        ("projectile.faces.planes[0][1]\n1\n", "row 1: unknown key `projectile.faces.planes[0][1]`"),
+        ("seed,,\n1,x,\n", "row 1: a cell is in a column without a name"),
+        ("projectile.velocity\n" + 9999 * "[" + "\n", "row 1: projectile.velocity = "),
         ("seed\n1\xb5\n", "rows.csv: no text in UTF-8"),
         ("\xff\xfes\0", "rows.csv: no text in UTF-8"),
     ],
@@ -271,6 +282,7 @@ def test_a_row_of_a_batch_that_is_refused_is_named_and_nothing_is_written(tmp_pa
     done = ran("run", "shot.toml", "--batch", "rows.csv", "--out", "many", cwd=tmp_path)
     assert done.returncode == 2
     assert reason in done.stderr
+    assert done.stderr.count("\n") == 1
     assert not (tmp_path / "many").exists()
 
 
@@ -318,13 +330,21 @@ def test_files_come_first_where_nothing_can_be_printed_and_a_full_disk_is_a_fail
         (["run", "shot.toml", "--no-report", "--steps", "8", "--until", "none"], "summary.json"),
         (["run", "shot.toml", "--no-report", "--steps", "8", "--until", "none", "--json"], "summary.json"),
         (["v50", "shot.toml", "--at", "300", "--shots", "1"], "report.html"),
+        (["--completion"], ""),
     ):
-        command = [*PROGRAM, *words, "--out", f"out{len(words)}"]
+        command = [*PROGRAM, *words, *(["--out", f"out{len(words)}"] if file else [])]
         to = ">&-" if stdout == "closed" else f">{stdout}"
         done = subprocess.run(["sh", "-c", f'"$@" {to}', "sh", *command], stderr=subprocess.PIPE, text=True, cwd=tmp_path)
         assert done.returncode == 1, done.stderr
         assert done.stderr.splitlines()[-1].startswith("error: standard output: ")
-        assert (tmp_path / f"out{len(words)}" / file).exists()
+        assert not file or (tmp_path / f"out{len(words)}" / file).exists()
+    done = ran("run", "shot.toml", "--no-report", "--steps", "8", "--out", "out", "--capsule", "/dev/full", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (1, "error: capsule: the file cannot be written\n")
+    # A file may not be larger than a sheet, as on a disk that is full.
+    small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
+    done = ran("run", "shot.toml", "--vtk", "--steps", "8", "--out", "out", cwd=tmp_path, preexec_fn=small)
+    assert done.returncode == 1
+    assert re.fullmatch(r"error: out/vtk/sheet_\w+\.vtp: File too large\n", done.stderr)
 
 
 def test_a_run_that_is_stopped_leaves_nothing(tmp_path):

@@ -161,6 +161,9 @@ def test_the_share_at_a_velocity_has_its_exact_interval(tmp_path):
     assert "At 300 m/s 3 of 3 shots went through: 100 %, 95 % interval [29.2, 100.0] %" in said
     assert json.loads((tmp_path / "out" / "at.json").read_text())["through"] == 3
     assert "At 300 m/s 3 of 3" in (tmp_path / "out" / "report.html").read_text()
+    # As the report advises.
+    said, _, code = called(tmp_path, main, small_scene(), "--at", "300", "--shots", "3", "--to-the-end", out="end")
+    assert (code, "--to-the-end" in said) == (0, False)
     _, errors, code = called(tmp_path, main, small_scene(), "--at", "300", "--simulated", "1000", out="none")
     assert (code, errors) == (2, "error: --simulated: goes without --at, which finds no limit\n")
 

@@ -169,7 +169,7 @@ fn density_of(name: &Value) -> Result<f64> {
     material.and_then(|density| units::number(density, "kg/m3")).map_or_else(
         || {
             let names = known.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-            let name = short(&name.to_string()).to_string();
+            let name = short(&name.to_string());
             let text = format!("projectile.material = {name}: one of {names}; of another give projectile.density");
             bad("projectile.material", text)
         },
@@ -244,7 +244,7 @@ fn size(given: &Given, mass: Option<f64>) -> Result<(f64, f64)> {
         None => mass.zip(positive(given, "projectile.diameter")?),
     };
     let names = known.keys().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
-    let value = calibre.map_or("missing".into(), |value| short(&value.to_string()).to_string());
+    let value = calibre.map_or("missing".into(), |value| short(&value.to_string()));
     let text = format!("{key}: {value}: one of {names}; of another fragment give projectile.mass and diameter");
     found.map_or_else(|| bad(key, text), Ok)
 }
@@ -278,7 +278,7 @@ pub fn projectile(given: &Given, scene: &mut Scene, weighed: bool) -> Result<()>
     let value = of(given, "aim.point").cloned().unwrap_or_else(|| vec![0, 0].into());
     if reals(&value, &[2], &|_| "m", &mut point).is_none() {
         let meant = units::meant(&value, "m", &f64::is_finite);
-        let value = short(&value.to_string()).to_string();
+        let value = short(&value.to_string());
         return bad(
             "aim.point",
             format!("aim.point = {value}: must be an array of 2 numbers{}{meant}", units::expected("m")),

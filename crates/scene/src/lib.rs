@@ -124,7 +124,11 @@ pub fn text_of(path: &Path) -> std::io::Result<String> {
 pub fn parse(text: &str) -> Result<Scene> {
     let mut file = table_of(text)?;
     let complete = ["fabric", "projectile", "aim"].iter().all(|key| file.contains_key(*key));
-    let mut scene = preset(file.remove("preset").or_else(|| complete.then(|| PRESETS[0].0.into())))?;
+    let name = file.remove("preset").or_else(|| complete.then(|| PRESETS[0].0.into()));
+    if name.is_none() {
+        refuse_misspelt(&file)?;
+    }
+    let mut scene = preset(name)?;
     apply(&mut scene, file)?;
     derived::refuse_what_cannot_be_meant(&scene)?;
     Ok(scene)
@@ -144,12 +148,10 @@ pub fn table_of(text: &str) -> Result<Table> {
     })
 }
 
-/// What a message repeats of a text that it was given: at most 80 characters of it.
-pub fn short(text: &str) -> std::borrow::Cow<'_, str> {
-    match text.char_indices().nth(80) {
-        None => text.into(),
-        Some((end, _)) => format!("{}...", &text[..end]).into(),
-    }
+/// What a message repeats of a text that it was given: at most 80 characters of it, on one line.
+pub fn short(text: &str) -> String {
+    let (end, rest) = text.char_indices().nth(80).map_or((text.len(), ""), |(end, _)| (end, "..."));
+    text[..end].replace(char::is_control, " ") + rest
 }
 
 /// Gives a scene what a table of keys says, `[fabric]` first.
@@ -484,6 +486,11 @@ const CALLED: [(&str, &str); 9] = [
     ("aim.position", "aim.point"),
 ];
 
+/// The keys of a file that are tables, and `preset`.
+fn tables() -> impl Iterator<Item = &'static str> {
+    ["preset", "fabric", "back_fabric"].into_iter().chain(names().filter_map(|name| Some(name.split_once('.')?.0)))
+}
+
 /// What somebody may have meant who wrote a key that there is not.
 fn meant(key: &str) -> String {
     let (name, last) = (key.split('[').next().unwrap_or(key), last_of(key));
@@ -492,8 +499,6 @@ fn meant(key: &str) -> String {
     }
     let likeness = |name: &str| (1e3 * strsim::normalized_levenshtein(key, name)) as u32;
     let of_last = |name: &str| strsim::normalized_levenshtein(last, last_of(name));
-    let tables =
-        || ["fabric", "back_fabric"].into_iter().chain(names().filter_map(|name| Some(name.split_once('.')?.0)));
     if key.starts_with("fabric.") || key.starts_with("back_fabric.") {
         return "; a textile is one table with its name or all of its numbers: fabric = { name = ..., modulus = ... }"
             .into();
@@ -529,10 +534,22 @@ fn meant(key: &str) -> String {
     }
 }
 
+/// Refuses a table that is nearly one, without which a file may need no preset.
+fn refuse_misspelt(file: &Table) -> Result<()> {
+    let is_known = |key: &str| tables().any(|table| table == key) || fields::field(key).is_some();
+    for key in file.keys().filter(|key| !is_known(key)) {
+        let meant = meant(key);
+        if meant.starts_with("; is it") {
+            return bad(key, format!("unknown key `{}`{meant}", short(key)));
+        }
+    }
+    Ok(())
+}
+
 /// Gives a parameter a value. Returns it if that is another one than before.
 fn assign(scene: &mut Scene, key: &str, value: &Value) -> Result<Option<&'static Field>> {
     let Some(field) = fields::field(key) else {
-        let key = &*short(key);
+        let key = &short(key);
         return bad(key, format!("unknown key `{key}`{}", meant(key)));
     };
     let Some(words) = words(field, value) else {
@@ -724,6 +741,10 @@ mod tests {
         assert_eq!(parse(text).unwrap(), parse(&format!("preset = \"sheet_3in_sphere\"\n{text}")).unwrap());
         let said = parse("fabric = \"kevlar_km2_s706\"\n").unwrap_err().to_string();
         assert!(PRESETS.iter().all(|(name, _)| said.contains(name)), "{said}");
+        for (right, wrong) in [("aim.", "aiming."), ("projectile.", "projectil."), ("fabric =", "fabrik =")] {
+            let said = parse(&text.replace(right, wrong)).unwrap_err().to_string();
+            assert!(said.ends_with(&format!("is it `{}`?", right.trim_end_matches([' ', '=', '.']))), "{said}");
+        }
         let missing = read(Path::new("no_preset")).unwrap_err().to_string();
         assert!(
             missing.starts_with("no_preset: No such file, and no preset: ") && missing.contains("ring_40in"),
