@@ -672,6 +672,9 @@ typedef struct fk_scene {
 // fk_outcome's status: contact in the last step.
 #define FK_STATUS_CONTACT 1
 
+// fk_energy's gained over the kinetic energy at impact, above which the outcome is not to be trusted.
+#define FK_MOST_GAINED 1e-3
+
 // A step count that has not happened.
 #define FK_NEVER UINT64_MAX
 
@@ -862,7 +865,7 @@ typedef struct fk_energy {
     // Energy dissipated in clamps in which held nodes have slid, J.
     double attachment;
     // Energy from nothing, J: by how much what contact impulses dissipate together would have fallen, over
-    // all steps. Part of `residual`; in a sound run below [`MOST_GAINED`] of the kinetic energy at impact.
+    // all steps. Part of `residual`; in a sound run below 1e-3 of the kinetic energy at impact.
     double gained;
 } fk_energy;
 

@@ -58,6 +58,10 @@ pub const FK_STATUS_FLIGHT: u32 = 0;
 /// fk_outcome's status: contact in the last step.
 pub const FK_STATUS_CONTACT: u32 = 1;
 
+/// fk_energy's gained over the kinetic energy at impact, above which the outcome is not to be trusted.
+pub const FK_MOST_GAINED: f64 = 1e-3;
+const _: () = assert!(FK_MOST_GAINED == fabric_kernel::MOST_GAINED);
+
 /// A step count that has not happened.
 pub const FK_NEVER: u64 = u64::MAX;
 

@@ -105,8 +105,8 @@ pub struct Instance {
     cache: Cache,
     /// It has been logged that quaternions are normalised.
     normalised_logged: bool,
-    /// It has been logged that the energy balance has a residual.
-    open_logged: bool,
+    /// What has been logged: that the energy balance has a residual, that energy came from nothing.
+    open_logged: [bool; 2],
     /// It has been logged that host and fabric differ.
     coupling_logged: bool,
 }
@@ -124,7 +124,7 @@ impl Instance {
             capsule: Capsule::default(),
             cache: Cache::default(),
             normalised_logged: false,
-            open_logged: false,
+            open_logged: [false; 2],
             coupling_logged: false,
         }
     }
@@ -288,7 +288,7 @@ impl Instance {
         self.running = None;
         self.kept = Kept::default();
         self.cache = Cache::default();
-        (self.open_logged, self.coupling_logged) = (false, false);
+        (self.open_logged, self.coupling_logged) = ([false; 2], false);
         Status::Ok
     }
 
@@ -590,11 +590,11 @@ impl Instance {
         Ok(StepEnd { status: Status::Ok, event: false, terminate: outcome_came && stop_on_event, early })
     }
 
-    /// Warns once of energy from nothing, or of energies that do not add up to 1 %, if the host wants
+    /// Warns once of energies that do not add up to 1 %, and once of energy from nothing, if the host wants
     /// warnings: reading the energies is a pass over the sheet.
     fn log_open_balance(&mut self) {
         let Some(Running { sim, .. }) = &self.running else { return };
-        if self.open_logged || !self.log.wants(Category::Warning) {
+        if self.open_logged[1] || !self.log.wants(Category::Warning) {
             return;
         }
         let (body, node) = (&sim.scene().projectile, sim.scene().lumped_mass());
@@ -602,10 +602,11 @@ impl Instance {
         let Ok(energy) = self.cache.readings.energy(sim) else { return };
         // A prescribed body may have no mass; then its work counts, from that of meeting 100 nodes on.
         let known = math::max(0.5 * body.mass, 100.0 * node) * (speed * speed);
-        let text = if energy.gained > MOST_GAINED * known { GAINED } else { OPEN_BALANCE };
-        if text == GAINED || math::abs(energy.residual) > 0.01 * math::max(known, math::abs(energy.contact_work)) {
-            self.open_logged = true;
-            self.log.say(Category::Warning, text);
+        let gained = energy.gained > MOST_GAINED * known;
+        let is_open = math::abs(energy.residual) > 0.01 * math::max(known, math::abs(energy.contact_work));
+        if gained || is_open && !self.open_logged[0] {
+            self.open_logged = [true, gained];
+            self.log.say(Category::Warning, if gained { GAINED } else { OPEN_BALANCE });
         }
     }
 

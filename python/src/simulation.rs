@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use fabric_capsule::{Call, File, Log};
 use fabric_host::in_our_environment;
 use fabric_kernel::outputs::{COUNT, Get, OUTPUTS, Output, Readings};
-use fabric_kernel::{CacheLine, Failure, Motion, Outcome, OutcomeSet, Path, Sim};
+use fabric_kernel::{CacheLine, Failure, MOST_GAINED, Motion, Outcome, OutcomeSet, Path, Sim};
 use fabric_scene::memory::Buffers;
 use fabric_scene::{notes, short};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
@@ -36,8 +36,8 @@ pub struct Simulation {
     scene: Py<Scene>,
     /// Kinetic energy of the projectile at the start, J.
     impact_energy: f64,
-    /// Whether it is still to be told that the energy balance is open.
-    warns: bool,
+    /// What is still to be told: that the energy balance is open, that energy came from nothing.
+    warns: [bool; 2],
     capsule: Option<Log<File>>,
 }
 
@@ -61,7 +61,7 @@ impl Simulation {
         let file = capsule.map(|path| File::new(&path)).transpose()?;
         let capsule = file.map(|file| in_our_environment(|| Log::begin(&mut sim, DIGESTS, file)));
         let impact_energy = in_our_environment(|| sim.energy()).map_err(errors::failed)?.projectile_kinetic;
-        Ok(Simulation { sim, _lines: lines, scene: made_of, impact_energy, warns, capsule })
+        Ok(Simulation { sim, _lines: lines, scene: made_of, impact_energy, warns: [warns; 2], capsule })
     }
 
     /// Works without the interpreter.
@@ -112,14 +112,18 @@ impl Simulation {
         }
     }
 
-    /// Warns once if the energies no longer add up.
+    /// Warns once if the energies no longer add up, and once more if energy then comes from nothing.
     fn tell_of_open_balance(&mut self, py: Python<'_>) -> PyResult<()> {
-        if !self.warns || !self.sim.step_count().is_multiple_of(LOOK) {
+        if self.warns == [false; 2] || !self.sim.step_count().is_multiple_of(LOOK) {
             return Ok(());
         }
         let energy = in_our_environment(|| self.sim.energy()).map_err(errors::failed)?;
+        let gained = energy.gained > MOST_GAINED * self.impact_energy;
+        if !self.warns[usize::from(gained)] {
+            return Ok(());
+        }
         if let Some(text) = notes::open_balance(&self.sim, self.impact_energy, &energy).map_err(errors::of)? {
-            self.warns = false;
+            self.warns = [false, self.warns[1] && !gained];
             PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(text)?, 1)?;
         }
         Ok(())

@@ -4,8 +4,9 @@ import re
 import unittest
 import zipfile
 
+import fabric_kernel as fk
 import fmpy
-from host import ARCHIVES, ERROR, EXAMPLES, OK, OUTPUTS, SMALL, Host, hosts, parameter_set
+from host import ARCHIVES, ERROR, EXAMPLES, OK, OUTPUTS, SMALL, Host, filled, hosts, parameter_set
 
 
 class Scenes(unittest.TestCase):
@@ -104,6 +105,20 @@ class Scenes(unittest.TestCase):
                 ]
                 self.assertEqual(told, [(1, "logStatusWarning")] * opened, (k, host.log))
             self.assertTrue(opened)
+
+    def test_energy_from_nothing_is_told_once_after_an_open_balance_too(self):
+        """A turning box that rubs on slack cloth, with twice the largest time step."""
+        body = {"shape": "box", "size": [4e-3, 4e-3, 2e-3], "mass": 1e-3, "velocity": [20.0, 0.0, 20.0]}
+        body |= {"orientation": [0.9, 0.3, 0.2, 0.2449489742783178], "angular_velocity": [2000.0, 1000.0, 0.0]}
+        sheet, fraction = {"nodes_x": 61, "nodes_y": 61}, {"fraction": 1.0}
+        scene = fk.Scene(sheet=sheet, time_step=fraction, step_check="none", contact={"friction": 0.5}, projectile=body)
+        scene = scene.replace({"yarn.stochastic": False}).aimed()
+        for version in (2, 3):
+            host = Host(version, {}, archive=filled(version, scene, "Rubbing")).run(0, 10, 1e-5)
+            self.assertGreater(host.get("energy.gained"), 1e-3 * 0.5 * 1e-3 * 2 * 20.0**2)
+            told = [(status, kind, text.partition(":")[0]) for status, kind, text in host.log if text.startswith("energy.")]
+            warned = [(1, "logStatusWarning", f"energy.{name}") for name in ("residual", "gained")]
+            self.assertEqual(told, warned, host.log)
 
     def test_the_example_of_the_page_runs(self):
         with zipfile.ZipFile(ARCHIVES[2]) as archive:

@@ -287,6 +287,20 @@ def test_energy_from_nothing_leaves_the_outcome_unknown_and_is_a_decisive_warnin
     assert fk.fly(scene, until="exited")["stopped"] is False
 
 
+def test_a_run_warns_of_energy_from_nothing_after_an_open_balance_too():
+    """A turning box that rubs on slack cloth, with twice the largest time step."""
+    body = {"shape": "box", "size": [4e-3, 4e-3, 2e-3], "mass": 1e-3, "velocity": [20.0, 0.0, 20.0]}
+    body |= {"orientation": [0.9, 0.3, 0.2, 0.2449489742783178], "angular_velocity": [2000.0, 1000.0, 0.0]}
+    sheet, fraction = {"nodes_x": 61, "nodes_y": 61}, {"fraction": 1.0}
+    rubs = fk.Scene(sheet=sheet, time_step=fraction, step_check="none", contact={"friction": 0.5}, projectile=body).aimed()
+    simulation = fk.Simulation(rubs.replace({"yarn.stochastic": False}))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        simulation.run("exited", 2000)
+    parts = ("the energy residual is", "of the impact energy that came from nowhere (energy.gained)")
+    assert [part in str(one.message) for part, one in zip(parts, told, strict=True)] == [True, True]
+
+
 def test_results_that_are_not_to_be_trusted_are_told_once():
     # With so much friction some solves of plies that lie on each other do not converge.
     rubs = fk.Scene(
