@@ -212,7 +212,7 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     if !counted("attachment.kind", &given) {
         scene.attachment.kind = usual_attachment(scene.sheet.closed, &before);
     }
-    // Loose plies that are thick absorb too little (notes::loose_and_thick): they are surfaces if nothing is said.
+    // Surfaces, if nothing is said: loose plies that are thick absorb too little (notes::loose_and_thick).
     let fabric_says = matches!(&fabric, Some(Value::Table(own)) if own.contains_key(textile::THICKNESS));
     if scene.stack.plies > 1 && fabric.is_some() && !fabric_says && !counted("sheet.thickness", &given) {
         scene.sheet.thickness = 0.0;
