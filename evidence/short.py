@@ -24,7 +24,7 @@ SHORT = {
     "accuracy_overshoot_strain": {"viscosity": ((0, 1, 2, 3, 5, 9), lambda row: row[2] != "4")},
     "accuracy_pointwise": {"case": ((0, 1, 4, 5, 7), None)},
     "friction": {"velocity, m/s": LEFT_OUT},
-    "mesh": {"plies": (range(6), lambda row: row[2] == "assumed")},
+    "mesh": {"plies": (range(7), lambda row: row[2] == "assumed")},
     "oneply": {"width, mm": (range(6), None)},
     "own_tests": {"tests": ((0, 1, 3, 5, 7, 8, 9, 10, 11, 12), lambda row: row[0] in ("2", "3", "5", "10"))},
     "paper_claims": {" | claim": (range(5), None)},
