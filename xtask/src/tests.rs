@@ -308,7 +308,7 @@ fn as_committed(name: &str, files: &[&str]) -> Outcome {
 /// Every question of the evidence and the benchmark in their `--smoke` form, written to target/smoke.
 fn studies() -> Outcome {
     let python = crate::wheel::installed()?;
-    command(&python, &["-m", "unittest", "--quiet", "evidence.tests"])?;
+    py_tests(&python, "evidence/tests.py")?;
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     command(&python, &["-m", "evidence", "--smoke", "--out", &folder("evidence"), "--docs", &folder("evidence/docs")])?;
