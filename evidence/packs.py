@@ -20,9 +20,9 @@ from fabric_kernel import drawing, page
 
 from .comparison import Comparison, Point, mean_of
 from .hits import BISECTION, GRADED, limit, sheet, shot
-from .overshoot import VISCOUS, viscous
 from .statistics import Estimate, deviation, mean
 from .study import FULL, TOP
+from .viscosity import VISCOUS, viscous
 
 # Width of the sheet in short form, m; time after which an impact is given up, s.
 NARROW, LONGEST = 0.04, 2e-3

@@ -20,9 +20,9 @@ from fabric_kernel.drawing import Series
 
 from .comparison import Comparison, Point, about, mean_of
 from .hits import BISECTION, impact, limit, sheet, shot
-from .overshoot import NONE, VISCOUS, viscosity_name, viscous
 from .statistics import Estimate, deviation, mean
 from .study import FULL
+from .viscosity import NONE, VISCOUS, viscosity_name, viscous
 
 # Width of the sheet, m; time after which an impact is given up, s; a steel sphere.
 WIDTH, LONGEST, SPHERE = 0.0508, 2e-3, {"projectile.shape": "sphere", "projectile.radius": 3.175e-3, "projectile.mass": 1.05e-3}

@@ -10,7 +10,7 @@ import pytest
 import scipy.stats
 from fabric_kernel import Scene, Simulation, page, sheets
 
-from . import claims, comparison, coverage, friction, hits, overshoot, packs, paper_runs, short, strength, strips, study, yarn
+from . import claims, comparison, coverage, friction, hits, packs, paper_runs, short, strength, strips, study, viscosity, yarn
 from .statistics import AGREES, DOES_NOT, UNDECIDED, Estimate, arrest_limit, student, verdict_of_all, verdict_of_any
 
 
@@ -182,13 +182,13 @@ def test_transverse_impact_on_the_papers_yarn():
     # From N = 472.7 N at U = 1.03 and 8.98e-5 kg/m.
     for mass, breaks, strain in ((1.0, 1300.8, 6.217e-3), (0.5, 1839.6, 3.907e-3)):
         for refinement in (1, 8):
-            scene = overshoot.Strip(overshoot.NONE, 6.35e-3, refinement, 0.4, mass).scene(400.0)
-            assert abs(overshoot.transverse(scene, 1.03).speed - breaks) <= 0.1
-            assert abs(overshoot.smith(scene, 400.0)[0] - 1 - strain) <= 1e-6
+            scene = viscosity.Strip(viscosity.NONE, 6.35e-3, refinement, 0.4, mass).scene(400.0)
+            assert abs(viscosity.transverse(scene, 1.03).speed - breaks) <= 0.1
+            assert abs(viscosity.smith(scene, 400.0)[0] - 1 - strain) <= 1e-6
 
 
 def test_the_strip_is_a_yarn():
-    scene = overshoot.Strip(overshoot.NONE, 6.35e-3, 1).scene(400.0)
+    scene = viscosity.Strip(viscosity.NONE, 6.35e-3, 1).scene(400.0)
     simulation, h = Simulation(scene), scene["sheet.spacing"]
     simulation.step(300)
     one, other = simulation.positions()
@@ -200,7 +200,7 @@ def test_smiths_relation():
     assert abs(yarn.smith_linear(0.04) - 0.1213132) <= 1e-6
     assert abs(yarn.linear_strain(yarn.smith_linear(0.03)) - 0.03) <= 1e-12
     # For small strains the law of the model is the linear one: to first order they differ by 1.5 e in the force.
-    own, linear = yarn.waves(yarn.Strip("kevlar_km2_s706", 100.0, 1.0, overshoot.NONE, 1.0).scene(10.0), 10.0)
+    own, linear = yarn.waves(yarn.Strip("kevlar_km2_s706", 100.0, 1.0, viscosity.NONE, 1.0).scene(10.0), 10.0)
     assert all(abs(a / b - 1) < 3 * linear[0] for a, b in zip(own, linear))
 
 
