@@ -17,8 +17,9 @@ Limit: the kink is some spacings wide, and the strain before it is still falling
 import math
 
 import numpy
-from fabric_kernel import Simulation, page
+from fabric_kernel import Simulation
 
+from . import page
 from .comparison import Comparison, Point, about, exact
 from .hits import sheet
 from .study import FULL

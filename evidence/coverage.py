@@ -15,9 +15,9 @@ import numpy
 from fabric_kernel import Scene, designs, limit
 from fabric_kernel.likelihood import LINKS, maximum, possible, possible_ratio, ratio
 from fabric_kernel.limit import FEWEST, Calibration, fit
-from fabric_kernel.page import markdown
 from fabric_kernel.v50 import Shooter, v50
 
+from .page import markdown
 from .study import FULL
 
 MU, DEVIATION = 500.0, 25.0

@@ -6,8 +6,9 @@ bonded.
 Limit: one hit each; the node spacing decides, too (docs/validation.md, "Spacing").
 """
 
-from fabric_kernel import Scene, Simulation, page
+from fabric_kernel import Scene, Simulation
 
+from . import page
 from .hits import between
 from .study import FULL
 from .viscosity import NONE, viscous

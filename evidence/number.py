@@ -19,8 +19,9 @@ rounding, beside a second whole sheet whose impact velocity differs by 1e-12.
 import math
 
 import numpy
-from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel import Scene, Simulation, drawing
 
+from . import page
 from .cases import CASES, ROUNDING, impact, scene_of
 from .statistics import deviation, mean
 from .study import SMOKE
@@ -167,7 +168,7 @@ def answer(study):
             drawing.Series(f"{case.name}, {name}", [(n * cost, row["absorbed J: deviation %"] / math.sqrt(n)) for n in sizes])
         )
     study.write("number", rows)
-    drawing.errors(
+    page.errors(
         study.folder / "runs_absorbed_steps.svg",
         "Statistical error of the mean absorbed energy, 40 J",
         "node-steps of all runs together",

@@ -16,8 +16,9 @@ import tomllib
 from typing import NamedTuple
 
 import scipy.stats
-from fabric_kernel import drawing, page
+from fabric_kernel import drawing
 
+from . import page
 from .comparison import Comparison, Point, mean_of
 from .hits import BISECTION, GRADED, limit, sheet, shot
 from .statistics import Estimate, deviation, mean

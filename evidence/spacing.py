@@ -15,9 +15,10 @@ differ by their place in a cell. The energy is that at twice a velocity near the
 
 import math
 
-from fabric_kernel import drawing, page
+from fabric_kernel import drawing
 from fabric_kernel.drawing import Series
 
+from . import page
 from .comparison import Comparison, Point, about, mean_of
 from .hits import BISECTION, impact, limit, sheet, shot
 from .statistics import Estimate, deviation, mean

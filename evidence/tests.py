@@ -8,9 +8,24 @@ from xml.etree import ElementTree
 import numpy
 import pytest
 import scipy.stats
-from fabric_kernel import Scene, Simulation, page, sheets
+from fabric_kernel import Scene, Simulation, sheets
 
-from . import claims, comparison, coverage, friction, hits, packs, paper_runs, short, strength, strips, study, viscosity, yarn
+from . import (
+    claims,
+    comparison,
+    coverage,
+    friction,
+    hits,
+    packs,
+    page,
+    paper_runs,
+    short,
+    strength,
+    strips,
+    study,
+    viscosity,
+    yarn,
+)
 from .statistics import AGREES, DOES_NOT, UNDECIDED, Estimate, arrest_limit, student, verdict_of_all, verdict_of_any
 
 

@@ -13,10 +13,11 @@ import math
 
 import numpy
 import scipy.stats
-from fabric_kernel import Scene, Simulation, page, vary
+from fabric_kernel import Scene, Simulation, vary
 from fabric_kernel.ensembles import within_mesh
 from fabric_kernel.runs import STOPPED, UNTIL
 
+from . import page
 from .study import SMOKE, clock
 
 SEED = 2026

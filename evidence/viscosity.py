@@ -24,11 +24,12 @@ uniform yarn, is stepped for a fixed time; its runs differ by 1e-12 in the impac
 import math
 from typing import NamedTuple
 
-from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel import Scene, Simulation, drawing
 from fabric_kernel.drawing import Series
 from fabric_kernel.search import bisected
 from scipy.optimize import brentq
 
+from . import page
 from .cases import DEFAULT, ROUNDING, segments
 from .statistics import deviation, mean
 from .study import FULL, SMOKE

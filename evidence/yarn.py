@@ -17,9 +17,10 @@ import math
 from typing import NamedTuple
 
 import numpy
-from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel import Scene, Simulation, drawing
 from fabric_kernel.drawing import Series
 
+from . import page
 from .comparison import Comparison, Point, about, exact
 from .study import FULL
 from .viscosity import NONE, PLATEAU, TRAVEL, VISCOUS, least, lying, smith, transverse, viscosity_name, viscous
