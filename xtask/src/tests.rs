@@ -73,7 +73,7 @@ const SECOND: &[Step] = &[
     Step(All, "C and C++ examples", crate::examples::run),
     Step(Short, "FMUs for this platform", || fmus(Targets::Host)),
     Step(All, "FMUs", || fmus(Targets::All)),
-    Step(All, "rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
+    Step(All, "rotorburst in two forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     Step(Always, "Python package", crate::wheel::test),
     Step(Always, "README", crate::readme::run),
     Step(Short, "tutorial, its first programs", || tutorial(&["--short"])),
