@@ -89,7 +89,7 @@ def test_page(page, folder, request, subtests):
             elif whole:
                 assert said == wanted
             else:
-                assert wanted in said, [line for line in wanted.splitlines() if line not in said]
+                assert wanted.rstrip() in said, [line for line in wanted.splitlines() if line not in said]
     if new != text:
         path.write_text(new)
 

@@ -21,7 +21,7 @@ BUDGET = {
     "docs/accuracy.md": 1280,
     "docs/embedding.md": 1340,
     "docs/v50.md": 1210,
-    "docs/compare.md": 450,
+    "docs/compare.md": 455,
     "docs/python.md": 1220,
     "docs/reliability.md": 1000,
     "docs/performance.md": 735,

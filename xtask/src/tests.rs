@@ -74,8 +74,7 @@ const SECOND: &[Step] = &[
     Step(All, "FMUs", || fmus(Targets::All)),
     Step(All, "rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     Step(Always, "Python package", crate::wheel::test),
-    Step(Short, "pages: what their commands print", || pages(false)),
-    Step(All, "pages, all that they print", || pages(true)),
+    Step(Always, "pages: what their commands print", || pages(false)),
     Step(All, "demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
 ];
 
@@ -127,6 +126,7 @@ const VERIFY: &[Step] = &[
     Step(Always, "map of stability, and its table", || {
         as_committed("stability", &["tables/stability_1.csv", "images/stability_map.svg"])
     }),
+    Step(Always, "pages, with the commands that take minutes", || pages(true)),
     Step(Always, "validation, and its table", || as_committed("validation", &["tables/validation.md"])),
     Step(Always, "FMU reference results", || {
         command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
