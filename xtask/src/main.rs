@@ -10,7 +10,6 @@ mod fmu;
 mod fuzz;
 mod install;
 mod needs;
-mod readme;
 mod release;
 mod rotorburst;
 mod sanitize;
