@@ -72,7 +72,7 @@ const SECOND: &[Step] = &[
     Step(All, "C and C++ examples", crate::examples::run),
     Step(Short, "FMUs for this platform", || fmus(Targets::Host)),
     Step(All, "FMUs", || fmus(Targets::All)),
-    Step(All, "rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
+    Step(All, "rotorburst in two forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     Step(Always, "Python package", crate::wheel::test),
     Step(Always, "pages: what their commands print", || pages(false)),
     Step(All, "demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
@@ -312,7 +312,7 @@ fn as_committed(name: &str, files: &[&str]) -> Outcome {
 /// Every question of the evidence and the benchmark in their `--smoke` form, written to target/smoke.
 fn studies() -> Outcome {
     let python = crate::wheel::installed()?;
-    command(&python, &["-m", "unittest", "--quiet", "evidence.tests"])?;
+    py_tests(&python, "evidence/tests.py")?;
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     command(&python, &["-m", "evidence", "--smoke", "--out", &folder("evidence"), "--docs", &folder("evidence/docs")])?;
