@@ -147,7 +147,7 @@ fn are_one(a: &Vector, b: &Vector, length: f64) -> bool {
 struct BodyEdge {
     ends: [u8; 2],
     planes: u16,
-    /// Two of these planes that meet, cosine of the angle between their normals, and 1/sine^2, 0 of a small angle.
+    /// Two of these planes that meet, the cosine between their normals, and 1/sine^2 (0 if it is small).
     pair: [u8; 2],
     cosine: f64,
     per_sine2: f64,
