@@ -624,8 +624,9 @@ def accuracy(
             else "yarns as the scene samples them, and a place within one of its meshes."
         ),
         f"Errors are against the finest network, from pairs of shots with the same samples; {100 * confidence:g} % intervals.",
-        "A recommendation allows for an error of the finest network as large as what the last halving of the bars did, or "
-        "either of the last two where segments fail. It also allows for what grading did to the coarsest graded network.",
+        "A recommendation allows for an error of the finest network as large as what the last halving of the bars did; where "
+        "segments fail, as either of the last two.",
+        "It also allows for what grading did to the coarsest graded network.",
         CAVEAT,
     ]
     pick = choices[0]
