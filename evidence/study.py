@@ -113,7 +113,7 @@ class Study:
                 f"\n{text}"
             )
         print(f"\n{title}\n\n{text}")
-        (self.folder / f"{name}.md").write_text(f"# {title}\n\n{text.rstrip()}\n")
+        (self.folder / f"{name}.md").write_text(f"# {title}\n\nMade by `{self.command}`.\n\n{text.rstrip()}\n")
         if self.docs and name in short.SHORT:
             short.write(self.docs, name, title, f"{self.command} --docs docs", text)
 
