@@ -41,7 +41,7 @@ pub const TEST_INTERVAL: u64 = 64;
 pub const SETTLED_PART: f64 = 0.0025;
 /// "Through": the body's energy must be so many times what the held yarn ahead would take if it went on to
 /// resist as lately. Chosen, with the other numbers of [`is_through`], on 1,160 shots, and checked on others:
-/// docs/tables/through.md.
+/// `python -m evidence through`.
 const THROUGH_MARGIN: f64 = 3.0;
 /// Least travel between two tests of "through", in spacings and in R: over less, resistance is that of single
 /// nodes. Chosen as [`THROUGH_MARGIN`].
