@@ -4,8 +4,8 @@
 
 use crate::chosts::prefix;
 use crate::platforms::Targets;
-use crate::tools::{Outcome, cmake, emptied, found, output, python, read, run as command, target, top, write};
-use std::path::Path;
+use crate::tools::{Context as _, Outcome, cmake, emptied, ensure, found, python, sh, shell, target};
+use std::path::PathBuf;
 
 pub fn run() -> Outcome {
     crate::chosts::installed()?;
@@ -14,28 +14,30 @@ pub fn run() -> Outcome {
     if found(&["cmake", "g++"], "program of docs/embedding.md") {
         embedding()?;
     }
-    command(python()?, &[&save(&read(top().join("docs/fmi.md"))?, "python", &folder.join("example.py"))?])
+    let (python, program) = (python()?, save(&shell().read_file("docs/fmi.md")?, "python", folder.join("example.py"))?);
+    Ok(sh!("{python} {program}").run()?)
 }
 
 /// The C++ program of docs/embedding.md with its CMake project; it must print what the page says.
 fn embedding() -> Outcome {
-    let text = read(top().join("docs/embedding.md"))?;
+    let text = shell().read_file("docs/embedding.md")?;
     let folder = emptied(target().join("embedding"))?;
-    save(&text, "cpp", &folder.join("impact.cpp"))?;
-    save(&text, "cmake", &folder.join("CMakeLists.txt"))?;
+    save(&text, "cpp", folder.join("impact.cpp"))?;
+    save(&text, "cmake", folder.join("CMakeLists.txt"))?;
     let build = folder.join("build");
     cmake(&folder, &build, &prefix())?;
-    let printed = output(build.join("impact"), &[])?;
-    print!("{printed}");
+    let printed = sh!("{build}/impact").read()?;
+    println!("{printed}");
     let said = block(&text, "text").unwrap_or_default();
-    if printed.trim() == said { Ok(()) } else { Err(format!("docs/embedding.md says the program prints\n{said}")) }
+    ensure!(printed.trim() == said, "docs/embedding.md says the program prints\n{said}");
+    Ok(())
 }
 
 /// Writes the first block of a language to a file; its path.
-fn save(text: &str, language: &str, path: &Path) -> Result<String, String> {
-    let code = block(text, language).ok_or(format!("there is no {language} example"))?;
-    write(path, format!("{code}\n"))?;
-    Ok(path.to_string_lossy().into_owned())
+fn save(text: &str, language: &str, path: PathBuf) -> Outcome<PathBuf> {
+    let code = block(text, language).with_context(|| format!("there is no {language} example"))?;
+    shell().write_file(&path, format!("{code}\n"))?;
+    Ok(path)
 }
 
 /// The first fenced block of a language.
