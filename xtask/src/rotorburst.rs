@@ -1,8 +1,7 @@
-//! `cargo xtask rotorburst`: the rotorburst example as a host in C and as an SSP package, compared with the
-//! host in Python.
+//! `cargo xtask rotorburst`: the rotorburst example as an SSP package, compared with the host in Python.
 
 use crate::tools::{Outcome, python, sh, shell, target, top};
-use crate::{chosts, fmu, platforms};
+use crate::{fmu, platforms};
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
@@ -12,30 +11,20 @@ pub struct Options {
     pub short: bool,
 }
 
-/// Builds the host, the fragment's FMU and the package, and compares the three forms.
+/// Builds the fragment's FMU and the package, and compares both forms.
 pub fn run(options: &Options) -> Outcome {
     let python = python()?;
     fmu::packed(platforms::Targets::Host, false)?;
     let out = shell().create_dir(target().join("rotorburst"))?;
     let shield = target().join("fmu/FabricShield-fmi2.fmu");
-    let host = host(&out)?;
     let package = package(&python, &out)?;
-    println!("{}\n{}", host.display(), package.display());
+    println!("{}", package.display());
     let short = options.short.then_some("--short");
-    let program = sh!("{python} examples/rotorburst/agreement.py --fmu {shield} --host {host} --ssp {package}");
+    let program = sh!("{python} examples/rotorburst/agreement.py --fmu {shield} --ssp {package}");
     Ok(program.arg("--out").arg(out.join("results")).args(short).run()?)
 }
 
 const WARNINGS: [&str; 6] = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic"];
-
-/// The host in C, linked with the kernel.
-fn host(out: &Path) -> Outcome<PathBuf> {
-    chosts::installed()?;
-    let (library, program) = (chosts::library(), out.join("rotorburst"));
-    let sources = ["examples/rotorburst/rotorburst.c", "examples/rotorburst/fragment.c"];
-    sh!("cc {WARNINGS...} -Iinclude {sources...} {library} -lm -o {program}").run()?;
-    Ok(program)
-}
 
 /// FragmentTrajectory.fmu and the shield of its scene for this platform, and Rotorburst.ssp with both. The
 /// FMI headers are those that FMPy brings.
