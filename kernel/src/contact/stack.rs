@@ -258,8 +258,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
     /// Whether a clamp holds a node of a contact's column, which then has no compliance of its own.
     fn is_held_in_part(&self, contact: &PlyContact) -> bool {
         let ([i, row], layout) = (contact.place(), &self.network.layout);
-        layout.has(Feature::Clamps)
-            && (0..layout.plies).any(|ply| self.network.is_fixed(i, ply * layout.y.modelled() + row))
+        (0..layout.plies).any(|ply| self.network.is_held_by_clamp(i, ply * layout.y.modelled() + row))
     }
 
     /// Compliance of the body at one contact to an impulse on another, 1/kg.

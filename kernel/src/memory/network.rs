@@ -11,6 +11,7 @@ use crate::memory::model::Model;
 use crate::memory::state::Sums;
 use crate::scene::features::Feature;
 use crate::scene::parts::Scene;
+use crate::sheet::clamp::Clamps;
 use crate::sheet::columns::{self, Net, PLACE, PLACE_Z};
 use crate::sheet::direction::{Direction, Directions, PlyDirections};
 use crate::sheet::ghosts;
@@ -28,6 +29,7 @@ pub(crate) struct Network<'a> {
     pub layout: Layout,
     pub model: Model,
     pub directions: Directions,
+    pub clamps: Clamps,
     pub arrays: Arrays<'a>,
     /// Awake rows of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in
     /// its place.
@@ -47,6 +49,7 @@ impl<'a> Network<'a> {
         layout: Layout::NOTHING,
         model: Model::NOTHING,
         directions: Directions::NOTHING,
+        clamps: Clamps::NOTHING,
         arrays: Arrays::nothing(),
         awake: [0, 0],
         skip_rest: true,
@@ -233,7 +236,17 @@ impl Network<'_> {
     }
 
     pub fn is_fixed(&self, i: usize, j: usize) -> bool {
-        self.arrays.rows.is_fixed(&self.layout, self.directions.grip, [i, j])
+        self.arrays.rows.is_fixed(&self.layout, &self.clamps, [i, j])
+    }
+
+    /// Whether a clamp has let go of a node for good.
+    pub fn have_clamps_let_go(&self) -> bool {
+        self.clamps.have_let_go(self.arrays.rows.clamps)
+    }
+
+    /// Whether a clamp that may slip holds a node.
+    pub fn is_held_by_clamp(&self, i: usize, j: usize) -> bool {
+        self.arrays.rows.is_clamped([i, j]) && self.is_fixed(i, j)
     }
 
     /// Which attachment a held node belongs to.

@@ -10,8 +10,8 @@ use crate::scene::features::{self, Feature};
 use crate::scene::fields;
 use crate::scene::measures::Cloth;
 use crate::scene::parts::{
-    Attachment, AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, MAX_GAP, STEP_MAX_FRACTION, STRAIN_RATES,
-    Scene, Stack, StepCheck, StepLimits, Symmetry, TimeStep, WEIBULL_SHAPES,
+    AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, MAX_GAP, STEP_MAX_FRACTION, STRAIN_RATES, Scene,
+    Stack, StepCheck, StepLimits, Symmetry, TimeStep, WEIBULL_SHAPES,
 };
 use crate::sheet::weave;
 use core::iter::StepBy;
@@ -107,7 +107,7 @@ impl Scene {
 
     /// ln(r_1/r_0) of yarn that depends on the rate of strain, else 0.
     fn largest_logarithm(&self) -> f64 {
-        if self.depends_on_rate() { math::ln(self.yarn.rate_limit / self.yarn.rate_reference) } else { 0.0 }
+        if Feature::Rate.is_in(self) { math::ln(self.yarn.rate_limit / self.yarn.rate_reference) } else { 0.0 }
     }
 
     /// U_c^2 along x and along y, at the largest rate of strain; of drawn strength that of the strongest
@@ -251,9 +251,7 @@ impl Scene {
         self.check_projectile()?;
         self.check_stack()?;
         self.check_attachment()?;
-        if Feature::Clamps.is_built() {
-            self.check_clamps()?;
-        }
+        self.check_clamps()?;
         if Feature::Plies.is_built() && self.back.plies > 0 {
             self.check_back()?;
         }
@@ -347,7 +345,7 @@ impl Scene {
 
     /// The rates of yarn that depends on them.
     fn check_rate(&self) -> Result<(), Error> {
-        if !self.depends_on_rate() {
+        if !Feature::Rate.is_in(self) {
             return Ok(());
         }
         let (yarn, [slowest, _]) = (&self.yarn, STRAIN_RATES);
@@ -401,7 +399,7 @@ impl Scene {
             let size = grading.largest.next_power_of_two();
             return Err(Error::new(Code::OutOfRange, "sheet.grading.largest", grading.largest.into(), size.into()));
         }
-        if !self.is_graded() {
+        if !Feature::Grading.is_in(self) {
             return Ok(());
         }
         let Symmetry { mirror_x, mirror_y } = self.symmetry;
@@ -445,37 +443,6 @@ impl Scene {
         // Half of the plies have their pre-tension along y.
         if turned && self.sheet.pre_strain != [0.0; 2] && self.attachment.kind != AttachmentKind::FourSides {
             return Err(Error::plain(Code::NotInEquilibrium, "stack.turned").from("attachment.kind"));
-        }
-        Ok(())
-    }
-
-    /// Checks that clamps hold more than what the sheet pulls before anything has happened.
-    fn check_clamps(&self) -> Result<(), Error> {
-        let Attachment { hold, grip, strength, .. } = self.attachment;
-        if grip > 0.0 && hold == 0.0 {
-            return Err(Error::new(Code::OutOfRange, "attachment.grip", grip, 0.0).from("attachment.hold"));
-        }
-        let refused = [("attachment.hold", hold), ("attachment.strength", strength)].into_iter();
-        if self.attachment.kind == AttachmentKind::Free
-            && let Some((field, _)) = refused.clone().find(|(_, force)| *force != 0.0)
-        {
-            return Err(Error::beside(field, "attachment.kind"));
-        }
-        let across = [self.sheet.nodes_y, self.sheet.nodes_x].map(|bars| f64::from(bars) * f64::from(self.sheet.plies));
-        for (axis, bars) in [Axis::Horizontal, Axis::Vertical].into_iter().zip(across) {
-            let tension = |cloth: Cloth| {
-                let stretch = self.stretch_at_rest(axis, cloth);
-                let strain = 0.5 * (stretch * stretch - 1.0);
-                math::max(self.mean_modulus(axis, cloth) * self.area_of(axis, cloth) * strain * stretch, 0.0)
-            };
-            let front = tension(Cloth::Front);
-            let back = if self.back.plies > 0 { tension(Cloth::Back) } else { 0.0 };
-            let all = bars * (f64::from(self.front_plies()) * front + f64::from(self.back.plies) * back);
-            for ((field, force), pull) in refused.clone().zip([math::max(front, back), all]) {
-                if force != 0.0 && force < pull {
-                    return Err(Error::new(Code::OutOfRange, field, force, pull).from("sheet.pre_strain"));
-                }
-            }
         }
         Ok(())
     }

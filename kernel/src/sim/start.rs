@@ -90,7 +90,7 @@ fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Resul
     let places = Places::both(scene);
     let search = Search::new(solid, body, scene.sheet.spacing, scene.largest_spacing());
     let (movable, [columns, rows, plies]) = (scene.is_free(), search.box_at_rest(scene, &places));
-    let (columns, plies) = if scene.is_curved() {
+    let (columns, plies) = if Feature::Curved.is_in(scene) {
         (0..places[0].nodes() as usize, 0..scene.stack.plies as usize)
     } else {
         (columns, plies)

@@ -81,8 +81,8 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         + sums.friction
         + sums.ply_loss
         + sums.loss
-        + sums.casing_loss
-        + sums.attachment;
+        + sums.casing.loss
+        + sums.clamps.dissipated;
     let residual = if prescribed {
         total - sums.work - sums.first_energy
     } else {
@@ -101,8 +101,8 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         friction: sums.friction,
         ply_loss: sums.ply_loss,
         support_work: sums.support_work,
-        casing_loss: sums.casing_loss,
-        attachment: sums.attachment,
+        casing_loss: sums.casing.loss,
+        attachment: sums.clamps.dissipated,
         gained: sums.gained,
     })
 }
@@ -117,7 +117,7 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
         // The body's reaction is the load the fabric received.
         balance += sums.impulse;
     }
-    for support in sums.support.iter().chain([&sums.casing]) {
+    for support in sums.support.iter().chain([&sums.casing.impulse]) {
         balance += support * network.model.unit_impulse;
     }
     Ok(network.model.pose.vector_out(balance.into()))

@@ -7,7 +7,6 @@
 
 use crate::ground::planes::{self, Axis, CHUNK, MOMENT, STIFFNESS};
 use crate::memory::network::Network;
-use crate::scene::features::Feature;
 use crate::sheet::neighbours::{Around, NOTHING};
 use crate::sheet::segments::per_mass;
 use crate::sheet::sweep::{ChunkState, Copies, Peek};
@@ -26,7 +25,7 @@ pub(crate) fn acceleration(network: &Network<'_>, loaded: u64, viscous: bool, i:
     let [_, down] = from(Some(i), j.checked_sub(1));
     let widths = network.net(0).inverse_widths(i, j);
     let change = [0, 1, 2].map(|k| per_mass(right[k], left[k], up[k] - down[k], widths));
-    let Some(case) = network.directions.casing.as_ref().filter(|_| Feature::Casing.is_built()) else { return change };
+    let Some(case) = network.directions.case() else { return change };
     let (rest, (u, _)) = (network.rest(i, j), network.node(i, j));
     case.carry([0, 1, 2].map(|k| rest[k] + u[k]), change)
 }
@@ -39,7 +38,7 @@ pub(crate) fn forces_from(
     i: usize,
     j: usize,
 ) -> Option<[[f64; 3]; 2]> {
-    let Network { layout, directions, arrays, instructions, .. } = network;
+    let Network { layout, directions, clamps, arrays, instructions, .. } = network;
     let (chunks, (ply, _), (c, lane)) = (layout.chunks, layout.ply_and_row(j), (i / CHUNK, i % CHUNK));
     // The node and its neighbours alone, which may be ghosts beyond a mirror plane.
     let [mut here, mut right, mut above] = [NOTHING; 3];
@@ -69,7 +68,8 @@ pub(crate) fn forces_from(
     }
     let state = ChunkState { past: viscous.then_some([&past, &past_right, &past_above]), energy_error: None };
     let rates = rates(network, loaded);
-    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    let terms =
+        Terms { layout, directions, clamps: *clamps, rates: &rates, fetches: false, instructions: *instructions };
     let (pass, yarn) =
         (terms.pass(network.net(ply), ply), terms.yarn_row(arrays.rows.yarn, arrays.rows.strength, j, ply));
     let history = planes::row(arrays.rows.history, chunks, j).get(c)?;

@@ -176,7 +176,7 @@ fn guess(network: &mut Network<'_>, rule: Integrator) -> f64 {
 /// Accelerations at the guess, with damage from the history at t_n, by the sweep's evaluator of forces. false
 /// if the state would be lost.
 fn forces_at_guess(network: &mut Network<'_>) -> bool {
-    let Network { layout, directions, arrays, instructions, .. } = network;
+    let Network { layout, directions, clamps, arrays, instructions, .. } = network;
     let (chunks, rates) = (layout.chunks, Rates::NONE);
     let Arrays { rows: RowArrays { hot, history, yarn, strength, iterate, .. }, shared, columns, lines, .. } = arrays;
     let StepScratch { carries: carry, .. } = StepScratch::of(shared, layout);
@@ -188,7 +188,8 @@ fn forces_at_guess(network: &mut Network<'_>) -> bool {
     }
     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     let net = Net { columns, lines };
-    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    let terms =
+        Terms { layout, directions, clamps: *clamps, rates: &rates, fetches: false, instructions: *instructions };
     let (pass, mut sound) = (terms.pass(net, 0), true);
     let (mut here, mut right, mut over) = (NOTHING, NOTHING, NOTHING);
     let (mut along, mut up) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);

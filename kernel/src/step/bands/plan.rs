@@ -8,6 +8,7 @@ use crate::ground::lanes::InstructionSet;
 use crate::memory::layout::Layout;
 use crate::memory::network::{self, Network};
 use crate::memory::system::System;
+use crate::sheet::clamp::Clamps;
 use crate::sheet::direction::Directions;
 use crate::sheet::ghosts::place_ghost_speeds;
 use crate::step::blocks;
@@ -31,6 +32,7 @@ pub(super) struct Plan {
     /// Whether rows at rest are swept.
     pub(super) all: bool,
     pub(super) layout: Layout,
+    pub(super) clamps: Clamps,
     pub(super) rates: Rates,
     pub(super) fetches: bool,
     pub(super) instructions: InstructionSet,
@@ -90,6 +92,7 @@ impl Plan {
             gap_step,
             all,
             layout: system.network.layout,
+            clamps: system.network.clamps,
             rates: rates(&system.network, system.state.sums.loaded),
             fetches: system.network.fetches,
             instructions: system.network.instructions,
@@ -134,7 +137,7 @@ impl Plan {
 
     /// Constants of the sweep.
     pub(super) fn terms(&self, fetches: bool) -> Terms<'_> {
-        let Plan { layout, rates, instructions, .. } = self;
-        Terms { layout, directions: self.directions(), rates, fetches, instructions: *instructions }
+        let Plan { layout, clamps, rates, instructions, .. } = self;
+        Terms { layout, directions: self.directions(), clamps: *clamps, rates, fetches, instructions: *instructions }
     }
 }

@@ -91,7 +91,7 @@ impl Plan {
                 above: part_mut(above.cast(), 0..chunks),
                 carry: part_mut(carry.cast(), 0..chunks),
                 viscous: part_mut(viscous.cast(), 0..at_cuts * chunks),
-                kept: part_mut(kept.cast(), 0..self.layout.kept_nodes()),
+                kept: part_mut(kept.cast(), 0..self.layout.nodes_x),
             }
         }
     }

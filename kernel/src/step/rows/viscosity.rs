@@ -145,7 +145,7 @@ pub(crate) fn find_moments_above(system: &mut Network<'_>, loaded: u64, [ply, st
         return;
     }
     let rates = rates(system, loaded);
-    let Network { layout, directions, arrays, instructions, .. } = &mut *system;
+    let Network { layout, directions, clamps, arrays, instructions, .. } = &mut *system;
     let chunks = layout.chunks;
     let (past_below, past) = arrays.rows.past.split_at_mut((j * chunks).min(arrays.rows.past.len()));
     let Some(dissipated) = arrays.rows.dissipated.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y)
@@ -166,7 +166,8 @@ pub(crate) fn find_moments_above(system: &mut Network<'_>, loaded: u64, [ply, st
         },
         past: planes::row_mut(past, chunks, 0),
     };
-    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    let terms =
+        Terms { layout, directions, clamps: *clamps, rates: &rates, fetches: false, instructions: *instructions };
     find_moments_of_row(&terms, j, row, dissipated);
 }
 

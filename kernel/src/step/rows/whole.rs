@@ -108,10 +108,10 @@ pub(crate) fn sweep_in_block(system: &mut Network<'_>, loaded: u64, step: usize,
 /// Sweeps rows [first, end) of a ply. `in_block`: the step of a block.
 fn sweep_rows(system: &mut Network<'_>, loaded: u64, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
     let rates = rates(system, loaded);
-    let Network { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
+    let Network { layout, directions, clamps, arrays, fetches, instructions, .. } = &mut *system;
     // In a block rows come from memory in the first step alone.
     let fetches = *fetches && in_block.is_none_or(|step| step == 0);
-    let terms = Terms { layout, directions, rates: &rates, fetches, instructions: *instructions };
+    let terms = Terms { layout, directions, clamps: *clamps, rates: &rates, fetches, instructions: *instructions };
     // A block shorter than the layout says is a lost state, never a row that stands still.
     match &mut Rows::of(arrays, layout, rows, ply, in_block) {
         Some(rows) => rows.sweep(&terms),
