@@ -123,8 +123,7 @@ impl SegmentView {
         let mut before = law::stress(self.stiffness, self.twice_strain_before());
         if let Some([energy, given]) = self.energy_error {
             before += given;
-            let energy_error = EnergyError { energy: &mut [energy; CHUNK], given: &mut [given; CHUNK] };
-            now += energy_error.stress(&rest, [self.stiffness, stiffness], q, ends, 0);
+            now += EnergyError { energy, given }.next(&rest, [self.stiffness, stiffness], q, ends).given;
         }
         let [r, r_before] = slack::growths(&rest, ends);
         now * r - before * r_before

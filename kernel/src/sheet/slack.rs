@@ -22,11 +22,11 @@
 //! Reference: docs/model.md, "Slack and taut"; discrete gradients: O. Gonzalez, J. Nonlinear Sci. 6 (1996)
 //! 449.
 
-use crate::ground::lanes::{Job, Lane};
+use crate::ground::lanes::{Job, Lane, at};
 use crate::ground::planes::{Axis, CHUNK, Chunk, ENERGY_ERROR_PLANES, HOT_PLANES, SPEED_X, vertical_axes};
 use crate::sheet::columns::{Geometry, Table};
 use crate::sheet::neighbours::Around;
-use crate::sheet::segments::{At, Fall, Segments, Yarns};
+use crate::sheet::segments::{At, Fall, Segments, StateChunk, Yarns};
 use crate::yarn::law::RestLanes;
 
 /// Largest stress given, over k |r|.
@@ -39,37 +39,37 @@ pub(crate) const NO_ENERGY_ERROR: Chunk<ENERGY_ERROR_PLANES> = [[0.0; CHUNK]; EN
 /// First plane of the stresses given: the energy errors come before.
 pub(crate) const GIVEN: usize = 2;
 
-/// Energy errors of eight segments of one direction, and the correcting stress of the last step.
-pub(crate) struct EnergyError<'a> {
-    pub energy: &'a mut [f64; CHUNK],
-    pub given: &'a mut [f64; CHUNK],
+/// Energy error of a segment, and the stress that corrects it.
+#[derive(Clone, Copy)]
+pub(crate) struct EnergyError<L> {
+    /// Energy error.
+    pub energy: L,
+    /// Correcting stress of the step.
+    pub given: L,
 }
 
-impl EnergyError<'_> {
-    /// (M9) The stress that group g gives in this step. Its stiffnesses of the last step and of this one;
-    /// `x`, `w`: from end to end, and how the ends move relative to each other.
+impl<L: Lane> EnergyError<L> {
+    /// (M9) Energy error after a step, and the stress that corrects it; `self`: those of the last step. The
+    /// stiffnesses of the last step and of this one; `x`, `w`: from end to end, and how the ends move
+    /// relative to each other.
     #[inline(always)]
-    pub fn stress<L: Lane>(
+    pub fn next(
         self,
         rest: &RestLanes<L>,
         [stiffness_before, stiffness]: [L; 2],
         q: L,
         [x, w]: [[L; 3]; 2],
-        g: usize,
-    ) -> L {
-        let (energy, given) = (&mut L::groups_mut(self.energy)[g], &mut L::groups_mut(self.given)[g]);
+    ) -> EnergyError<L> {
         let zero = L::splat(0.0);
         let [r, r_before] = growths(rest, [x, w]);
         let (taut, before) = (q.max(zero), q.sub(L::splat(0.5).mul(r.add(r_before))).max(zero));
         let law = stiffness.mul(taut.mul(taut.sub(r))).sub(stiffness_before.mul(before.mul(before.add(r_before))));
-        let energy_error = L::load(energy).add(law).sub(L::load(given).mul(r_before));
+        let energy_error = self.energy.add(law).sub(self.given.mul(r_before));
         // Not more than the limit either way; 0 where the length does not change.
         let limit = stiffness.mul(L::splat(LARGEST)).mul(r.max(zero.sub(r)));
         let whole = energy_error.mul(r).div(r.mul(r.add(r)).add(L::splat(f64::MIN_POSITIVE)));
-        let stress = whole.min(limit).max(zero.sub(limit));
-        energy_error.sub(stress.mul(r)).store(energy);
-        stress.store(given);
-        stress
+        let given = whole.min(limit).max(zero.sub(limit));
+        EnergyError { energy: energy_error.sub(given.mul(r)), given }
     }
 }
 
@@ -100,46 +100,58 @@ impl<'a> SlackBalance<'a> {
 
     /// Balance of chunk c; None after the last.
     #[inline(always)]
-    pub fn on_chunk(&mut self, c: usize) -> Option<SlackChunk<'_>> {
+    pub fn on_chunk(&mut self, c: usize) -> Option<SlackChunk<&mut Chunk<ENERGY_ERROR_PLANES>>> {
         Some(SlackChunk { energy_error: self.energy_error.get_mut(c)?, keeps: self.keeps })
     }
 }
 
 /// Balance of energy of the slack segments of a chunk.
-pub struct SlackChunk<'c> {
+pub struct SlackChunk<S> {
     /// Energy error and last stress of each segment.
-    pub energy_error: &'c mut Chunk<ENERGY_ERROR_PLANES>,
+    pub energy_error: S,
     /// 1 along each axis in which segments keep them, else 0.
     pub keeps: [f64; 2],
 }
 
-impl SlackChunk<'_> {
+impl<S: StateChunk<ENERGY_ERROR_PLANES>> SlackChunk<S> {
     /// Adds the stresses that correct the energy of a lane group.
     #[inline(always)]
     pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, At { bars, around, group: g }: &At<'_, L>) {
-        let [energy_x, energy_y, given_x, given_y] = &mut *self.energy_error;
-        let [of_x, of_y] =
-            [EnergyError { energy: energy_x, given: given_x }, EnergyError { energy: energy_y, given: given_y }];
-        let keeps = [L::splat(self.keeps[0]), L::splat(self.keeps[1])];
-        let (Segments { d, q, before, stiffness, .. }, [along, upwards]) = (*segments, &bars.rests);
         let w = around.differences::<L>(SPEED_X, *g);
-        let x = [along.end_to_end(d[0]), upwards.end_to_end(vertical_axes(d[1]))];
-        let stiffnesses = [
-            [before[0].mul(keeps[0]), stiffness[0].mul(keeps[0])],
-            [before[1].mul(keeps[1]), stiffness[1].mul(keeps[1])],
-        ];
-        let given_x = of_x.stress(along, stiffnesses[0], q[0], [x[0], w[0]], *g);
-        let given_y = of_y.stress(upwards, stiffnesses[1], q[1], [x[1], vertical_axes(w[1])], *g);
+        let [along, upwards] = &bars.rests;
+        let x = [along.end_to_end(segments.d[0]), upwards.end_to_end(vertical_axes(segments.d[1]))];
+        let given_x = self.given(Axis::Horizontal, segments, along, [x[0], w[0]], *g);
+        let given_y = self.given(Axis::Vertical, segments, upwards, [x[1], vertical_axes(w[1])], *g);
         segments.stress = [segments.stress[0].add(given_x), segments.stress[1].add(given_y)];
+    }
+
+    /// Stress given to a lane group along an axis. `ends`: from end to end, and how the ends move relative to
+    /// each other.
+    #[inline(always)]
+    fn given<L: Lane>(
+        &mut self,
+        axis: Axis,
+        segments: &Segments<L>,
+        rest: &RestLanes<L>,
+        ends: [[L; 3]; 2],
+        g: usize,
+    ) -> L {
+        let (k, state) = (axis as usize, self.energy_error.get());
+        let last = EnergyError { energy: at(state, k, g), given: at(state, GIVEN + k, g) };
+        let keeps = L::splat(self.keeps[k]);
+        let stiffnesses = [segments.before[k].mul(keeps), segments.stiffness[k].mul(keeps)];
+        let next = last.next(rest, stiffnesses, segments.q[k], ends);
+        self.energy_error.keep(k, g, next.energy);
+        self.energy_error.keep(GIVEN + k, g, next.given);
+        next.given
     }
 
     /// Adds what damage dissipates to the energy errors.
     pub fn note_fall(&mut self, fall: &Fall<'_>, yarns: &Yarns<'_>) {
         fall.each(|column, axis, _, [before, now]| {
-            let slot = self.energy_error[axis as usize].get_mut(column % CHUNK);
-            if let Some(energy) = slot.filter(|_| self.keeps[axis as usize] != 0.0) {
-                *energy += 4.0 * yarns.dissipated(axis, column, now);
-                *energy += -4.0 * yarns.dissipated(axis, column, before);
+            if self.keeps[axis as usize] != 0.0 {
+                self.energy_error.add(axis as usize, column, 4.0 * yarns.dissipated(axis, column, now));
+                self.energy_error.add(axis as usize, column, -4.0 * yarns.dissipated(axis, column, before));
             }
         });
     }
@@ -207,13 +219,12 @@ mod tests {
                 (rest.lanes().twice_strain(d), rest.lanes().twice_strain([d[0] - w[0], d[1] - w[1], d[2] - w[2]]));
             let p = (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * rest.inverse_square;
             assert!(q * q_0 < 0.0, "{q} {q_0}");
-            let (mut energy, mut given_before) = ([0.0; CHUNK], [0.0; CHUNK]);
-            let energy_error = EnergyError { energy: &mut energy, given: &mut given_before };
             let ends = [rest.lanes().end_to_end(d), w];
-            let given = energy_error.stress(&rest.lanes(), [k; 2], q, ends, 0);
+            let EnergyError { energy, given } =
+                EnergyError { energy: 0.0, given: 0.0 }.next(&rest.lanes(), [k; 2], q, ends);
             let [r, _] = growths(&rest.lanes(), ends);
             let made = if q > 0.0 { k * q * (q_0 - p) } else { -k * q_0 * (q - p) };
-            assert!((energy[0] + given * r - made).abs() < 1e-12 * k * q.abs(), "{} {made}", energy[0]);
+            assert!((energy + given * r - made).abs() < 1e-12 * k * q.abs(), "{energy} {made}");
             assert!(given.abs() <= LARGEST * k * r.abs() && given * r * made >= 0.0);
         }
     }

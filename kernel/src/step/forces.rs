@@ -9,7 +9,7 @@ use crate::ground::planes::{self, Axis, CHUNK, MOMENT, STIFFNESS};
 use crate::memory::network::Network;
 use crate::sheet::neighbours::{Around, NOTHING};
 use crate::sheet::segments::per_mass;
-use crate::sheet::sweep::{ChunkState, Copies, Peek};
+use crate::sheet::sweep::{ChunkState, RowForces};
 use crate::sheet::viscous::NO_PAST;
 use crate::step::rows::terms::Terms;
 use crate::step::rows::terms::rates;
@@ -74,10 +74,10 @@ pub(crate) fn forces_from(
         (terms.pass(network.net(ply), ply), terms.yarn_row(arrays.rows.yarn, arrays.rows.strength, j, ply));
     let history = planes::row(arrays.rows.history, chunks, j).get(c)?;
     let around = Around { here: &here, right: &right, above: &above };
-    let (mut peek, mut copies) = (Peek::of(&pass, j, &yarn, layout.has_verticals(j)), Copies::of(&pass));
-    let [along, up] = peek.forces(c, &around, history, lane, &mut copies.on_chunk(state));
+    let mut forces = RowForces::of(&pass, j, &yarn, layout.has_verticals(j));
+    let [along, up] = forces.of_node(&around, history, i, state);
     // Yarn beyond all strains that can be stepped has failed.
-    let exists = |end: usize, force| if i < end && !peek.is_lost() { force } else { [0.0; 3] };
+    let exists = |end: usize, force| if i < end && !forces.is_lost() { force } else { [0.0; 3] };
     Some([exists(ends[0], along), exists(ends[1], up)])
 }
 

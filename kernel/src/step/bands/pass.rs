@@ -14,7 +14,7 @@ use crate::scene::features::Feature;
 use crate::sheet::columns::Net;
 use crate::sheet::segments::Report;
 use crate::sheet::slack::bit;
-use crate::sheet::sweep::Lift;
+use crate::sheet::sweep::ForcesFromBelow;
 use crate::sheet::viscous::MomentsOfRow;
 use crate::step::blocks;
 use crate::step::one_step;
@@ -105,7 +105,7 @@ impl Plan {
             let yarn = terms.yarn_row(yarn, strength, 0, ply);
             let pass = terms.pass(self.net(ply), ply);
             let (row, above, yarn) = (below, here, &yarn);
-            Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, energy_error, viscous }.find();
+            ForcesFromBelow { pass: &pass, j: j - 1, row, history, above, carry, yarn, energy_error, viscous }.find();
         }
     }
 
