@@ -16,10 +16,10 @@ use crate::scene::features::Feature;
 use crate::scene::parts::CRITICAL_STRETCH_MAX;
 use crate::sheet::clamp::{self, SLID};
 use crate::sheet::direction::PlyDirections;
+use crate::sheet::energy_error::{self, NO_ENERGY_ERROR};
 use crate::sheet::grading;
 use crate::sheet::places::Places;
 use crate::sheet::ring;
-use crate::sheet::slack::{self, NO_ENERGY_ERROR};
 use crate::sheet::weave::{self, in_runs};
 use crate::yarn::law::{self, Rest};
 
@@ -133,7 +133,7 @@ impl Network<'_> {
         self.arrays.rows.clamps.iter_mut().for_each(|chunk| chunk[SLID] = [0.0; CHUNK]);
         for j in 0..self.arrays.rows.been_slack.len() {
             let PlyDirections { horizontal, vertical, .. } = self.directions_of_row(j);
-            let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * slack::bit(axis);
+            let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * energy_error::bit(axis);
             let bits = slack(&horizontal.rest, Axis::Horizontal) | slack(&vertical.rest, Axis::Vertical);
             if let Some(been_slack) = self.arrays.rows.been_slack.get_mut(j) {
                 *been_slack = bits;

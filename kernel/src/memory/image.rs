@@ -12,7 +12,7 @@ use crate::memory::layout::Layout;
 use crate::memory::state::{State, Visitor};
 use crate::scene::features::{Feature, Features};
 use crate::sheet::clamp::{CLAMP_PLANES, SLID};
-use crate::sheet::slack::GIVEN;
+use crate::sheet::energy_error::GIVEN;
 
 /// Words before the state: name, version of the format, fingerprint of the scene, number of words.
 pub(crate) const HEADER_WORDS: usize = 4;

@@ -14,11 +14,11 @@ use crate::scene::parts::Scene;
 use crate::sheet::clamp::Clamps;
 use crate::sheet::columns::{self, Net, PLACE, PLACE_Z};
 use crate::sheet::direction::{Direction, Directions, PlyDirections};
+use crate::sheet::energy_error::{self, EnergyError, GIVEN};
 use crate::sheet::ghosts;
 use crate::sheet::neighbours::NOTHING;
 use crate::sheet::places::rest_offset;
 use crate::sheet::ring;
-use crate::sheet::slack::{self, EnergyError, GIVEN};
 use crate::sheet::weave;
 use crate::yarn::law::{self, DamageLaw, Rest, RestLanes};
 use crate::yarn::rate::RateLaw;
@@ -82,7 +82,7 @@ pub(crate) struct SegmentView {
     pub critical_stretch: f64,
     /// Largest q beyond critical stored so far.
     pub history: f64,
-    /// Energy error and correcting stress, if it has them (`sheet/slack.rs`).
+    /// Energy error and correcting stress, if it has them (`sheet/energy_error.rs`).
     pub energy_error: Option<[f64; 2]>,
     /// Relative displacement of its ends at t_n.
     pub d: [f64; 3],
@@ -125,7 +125,7 @@ impl SegmentView {
             before += given;
             now += EnergyError { energy, given }.next(&rest, [self.stiffness, stiffness], q, ends).given;
         }
-        let [r, r_before] = slack::growths(&rest, ends);
+        let [r, r_before] = energy_error::growths(&rest, ends);
         now * r - before * r_before
     }
 }
@@ -306,7 +306,12 @@ impl Network<'_> {
     pub fn energy_error(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
         let row = planes::row(self.arrays.rows.energy_error, self.layout.chunks, j);
         let at = |plane: usize| planes::get(row, plane + axis as usize, i).unwrap_or(0.0);
-        self.arrays.rows.been_slack.get(j).is_some_and(|bits| bits & slack::bit(axis) != 0).then(|| [at(0), at(GIVEN)])
+        self.arrays
+            .rows
+            .been_slack
+            .get(j)
+            .is_some_and(|bits| bits & energy_error::bit(axis) != 0)
+            .then(|| [at(0), at(GIVEN)])
     }
 
     /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the

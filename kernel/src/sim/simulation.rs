@@ -26,12 +26,12 @@ use crate::sim::start;
 use crate::step::bands::Bands;
 use crate::step::blocks;
 use crate::step::energy::{self, Energy, Ply};
-use crate::step::forces;
 use crate::step::one_step;
 use crate::step::pieces::Pieces;
 use crate::step::readout::GreatestOfRow;
-use crate::step::rows::schedule;
+use crate::step::schedule;
 use crate::step::slip::{self, Slip};
+use crate::sweep::forces;
 use crate::yarn::law;
 use core::mem::MaybeUninit;
 

@@ -18,8 +18,8 @@ use crate::sheet::places::Places;
 use crate::sheet::ring::Hoop;
 use crate::sheet::weave::{self, in_runs};
 use crate::step::energy;
-use crate::step::forces;
 use crate::step::one_step;
+use crate::sweep::forces;
 use crate::yarn::law::twice_strain_at;
 
 /// Largest stretch that a segment may be given beforehand; its square is far from overflow.

@@ -27,14 +27,14 @@ use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 use crate::sheet::clamp::{self, LET_GO, SLID};
-use crate::sheet::segments::Report;
-use crate::sheet::slack::SEARCH_INTERVAL;
 use crate::sheet::weave::ATTACHMENTS;
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
-use crate::step::rows::whole;
 use crate::step::slackness;
 use crate::step::theta;
+use crate::step::whole;
+use crate::sweep::segments::Report;
+use crate::sweep::slack::SEARCH_INTERVAL;
 
 /// Takes one step. A projectile that is too fast and too many candidates are found before anything is
 /// changed.

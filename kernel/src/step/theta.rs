@@ -35,11 +35,11 @@ use crate::scene::parts::Integrator;
 use crate::sheet::columns::Net;
 use crate::sheet::ghosts::{place_ghost_column, place_ghost_row};
 use crate::sheet::neighbours::{Around, NOTHING};
-use crate::sheet::segments::per_mass;
-use crate::sheet::sweep::{ChunkState, RowForces};
 use crate::sheet::weave::in_runs;
 use crate::step::motion;
-use crate::step::rows::terms::Terms;
+use crate::sweep::pass::{ChunkState, RowForces};
+use crate::sweep::segments::per_mass;
+use crate::sweep::terms::Terms;
 use crate::yarn::law::Damage;
 use crate::yarn::rate::Rates;
 

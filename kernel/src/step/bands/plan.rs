@@ -13,9 +13,9 @@ use crate::sheet::direction::Directions;
 use crate::sheet::ghosts::place_ghost_speeds;
 use crate::step::blocks;
 use crate::step::one_step;
-use crate::step::rows::schedule::Block;
-use crate::step::rows::terms::{Terms, rates};
-use crate::step::rows::whole;
+use crate::step::schedule::Block;
+use crate::step::whole;
+use crate::sweep::terms::{Terms, rates};
 use crate::yarn::rate::Rates;
 
 /// Plan of one pass.

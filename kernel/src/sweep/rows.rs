@@ -1,12 +1,5 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
-pub(crate) mod accounts;
-
-pub(crate) mod schedule;
-pub(crate) mod terms;
-pub(crate) mod viscosity;
-pub(crate) mod whole;
-
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
@@ -17,17 +10,17 @@ use crate::memory::layout::Layout;
 use crate::scene::features::Feature;
 use crate::sheet::clamp::{self, ClampedRow};
 use crate::sheet::columns::{COLUMN_PLANES, Net};
-use crate::sheet::effects::EffectState;
 use crate::sheet::ghosts::{place_ghost_column, place_ghost_speeds};
 use crate::sheet::neighbours::own;
-use crate::sheet::on_casing::OnCasing;
 use crate::sheet::places::rest_offset;
-use crate::sheet::segments::Report;
-use crate::sheet::slack::SlackBalance;
-use crate::sheet::sweep::{Pass, Row};
-use crate::step::rows::accounts::DissipationOfRow;
-use crate::step::rows::terms::Terms;
-use crate::step::rows::viscosity::{Last, ViscousRows};
+use crate::sweep::accounts::DissipationOfRow;
+use crate::sweep::effects::EffectState;
+use crate::sweep::moments::{Last, ViscousRows};
+use crate::sweep::on_casing::OnCasing;
+use crate::sweep::pass::{Pass, Row};
+use crate::sweep::segments::Report;
+use crate::sweep::slack::SlackBalance;
+use crate::sweep::terms::Terms;
 use core::mem::take;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.

@@ -11,11 +11,11 @@ use crate::ground::planes::{Chunk, ENERGY_ERROR_PLANES, PAST_PLANES};
 use crate::scene::features::Feature;
 use crate::sheet::direction::PlyDirections;
 use crate::sheet::neighbours::Around;
-use crate::sheet::on_casing::{CasingChunk, OnCasing};
-use crate::sheet::segments::{At, Dissipation, Effect, Fall, Segments, StateChunk, Yarns};
-use crate::sheet::slack::{SlackBalance, SlackChunk};
-use crate::sheet::strain_rate::StrainRate;
-use crate::sheet::viscous::{Viscous, ViscousChunk, ViscousRow};
+use crate::sweep::on_casing::{CasingChunk, OnCasing};
+use crate::sweep::segments::{At, Dissipation, Effect, Fall, Segments, StateChunk, Yarns};
+use crate::sweep::slack::{SlackBalance, SlackChunk};
+use crate::sweep::strain_rate::StrainRate;
+use crate::sweep::viscous::{Viscous, ViscousChunk, ViscousRow};
 use crate::yarn::rate::Rates;
 use core::hint::black_box;
 

@@ -1,4 +1,4 @@
-//! Viscosity of rows (`sheet/viscous.rs` is that of segments): what it starts from, the moments of a row and
+//! Viscosity of rows (`sweep/viscous.rs` is that of segments): what it starts from, the moments of a row and
 //! of one node, what it dissipates in a step, and the energy of the step that is open.
 //!
 //! Method: a step has counted half of what its own forces take, with the rate after it; the other half, with
@@ -10,9 +10,9 @@ use crate::memory::layout::Layout;
 use crate::memory::network::Network;
 use crate::scene::features::Feature;
 use crate::sheet::columns::Net;
-use crate::sheet::sweep::Pass;
-use crate::sheet::viscous::{MomentsOfRow, NO_PAST, ViscousRow};
-use crate::step::rows::terms::{Terms, rates};
+use crate::sweep::pass::Pass;
+use crate::sweep::terms::{Terms, rates};
+use crate::sweep::viscous::{MomentsOfRow, NO_PAST, ViscousRow};
 use crate::yarn::law;
 
 /// Past and moments of neighbouring rows; empty without viscosity.

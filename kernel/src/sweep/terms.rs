@@ -9,8 +9,8 @@ use crate::scene::features::Feature;
 use crate::sheet::clamp::Clamps;
 use crate::sheet::columns::Net;
 use crate::sheet::direction::Directions;
-use crate::sheet::segments::{Constants, YarnRow};
-use crate::sheet::sweep::Pass;
+use crate::sweep::pass::Pass;
+use crate::sweep::segments::{Constants, YarnRow};
 use crate::yarn::rate::Rates;
 
 /// Constants of a sweep.

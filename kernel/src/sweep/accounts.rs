@@ -12,9 +12,9 @@ use crate::memory::layout::Layout;
 use crate::memory::network::Network;
 use crate::memory::state::Sums;
 use crate::scene::features::Feature;
-use crate::sheet::segments::Dissipation;
-use crate::sheet::sweep::Pass;
 use crate::sheet::weave;
+use crate::sweep::pass::Pass;
+use crate::sweep::segments::Dissipation;
 
 /// Energy that viscosity and rate dissipate in one row in one step.
 pub(crate) struct DissipationOfRow {

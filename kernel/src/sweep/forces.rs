@@ -1,6 +1,6 @@
 //! Change of velocity that the yarns give one node, between passes.
 //!
-//! Method: the sweep's evaluator of forces (`sheet/segments.rs`) for the segments from the node, from the one
+//! Method: the sweep's evaluator of forces (`sweep/segments.rs`) for the segments from the node, from the one
 //! to its left and from the one below. Damage is that up to t_n; nothing is committed.
 //! Limits: slack segments give no energy back.
 //! Reference: docs/model.md, "The step".
@@ -8,12 +8,12 @@
 use crate::ground::planes::{self, Axis, CHUNK, MOMENT, STIFFNESS};
 use crate::memory::network::Network;
 use crate::sheet::neighbours::{Around, NOTHING};
-use crate::sheet::segments::per_mass;
-use crate::sheet::sweep::{ChunkState, RowForces};
-use crate::sheet::viscous::NO_PAST;
-use crate::step::rows::terms::Terms;
-use crate::step::rows::terms::rates;
-use crate::step::rows::viscosity;
+use crate::sweep::moments;
+use crate::sweep::pass::{ChunkState, RowForces};
+use crate::sweep::segments::per_mass;
+use crate::sweep::terms::Terms;
+use crate::sweep::terms::rates;
+use crate::sweep::viscous::NO_PAST;
 
 /// Change of velocity per step at t_n by the yarns and by the case that the node rests on. `viscous`: with
 /// the viscous forces of the next step; after `loaded` steps of load.
@@ -60,11 +60,11 @@ pub(crate) fn forces_from(
     let [mut past, mut past_right, mut past_above] = [NO_PAST; 3];
     if viscous {
         past.copy_from_slice(planes::row(arrays.rows.past, chunks, j).get(c)?);
-        past[MOMENT][lane] = viscosity::moment(network, Axis::Horizontal, i, j);
-        past[MOMENT + 1][lane] = viscosity::moment(network, Axis::Vertical, i, j);
+        past[MOMENT][lane] = moments::moment(network, Axis::Horizontal, i, j);
+        past[MOMENT + 1][lane] = moments::moment(network, Axis::Vertical, i, j);
         let beside = if lane + 1 < CHUNK { &mut past } else { &mut past_right };
-        beside[MOMENT][(lane + 1) % CHUNK] = viscosity::moment(network, Axis::Horizontal, i + 1, j);
-        past_above[MOMENT + 1][lane] = viscosity::moment(network, Axis::Vertical, i, j + 1);
+        beside[MOMENT][(lane + 1) % CHUNK] = moments::moment(network, Axis::Horizontal, i + 1, j);
+        past_above[MOMENT + 1][lane] = moments::moment(network, Axis::Vertical, i, j + 1);
     }
     let state = ChunkState { past: viscous.then_some([&past, &past_right, &past_above]), energy_error: None };
     let rates = rates(network, loaded);

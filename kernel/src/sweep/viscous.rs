@@ -8,7 +8,7 @@
 //! the tensions that open the moments are those of t_{n-1}, at the latest damage. As a force of the segment
 //! between nodes i and i + 1 the moments are M_i - M_{i+1}. What viscosity takes in a step is force times the
 //! mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a step counts half of the rate
-//! before it times the forces of the last step and of its own (`step/rows/viscosity.rs` adds what is open).
+//! before it times the forces of the last step and of its own (`sweep/moments.rs` adds what is open).
 //! In a graded network (M17) acts on nodes of single yarns alone; a bar has (M16) over its whole length.
 //! Limits: velocity Verlet. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
@@ -19,7 +19,7 @@ use crate::scene::features::Feature;
 use crate::sheet::columns::{Net, WIDTH};
 use crate::sheet::direction::PlyDirections;
 use crate::sheet::neighbours::{NOTHING, right_of};
-use crate::sheet::segments::{At, Segments, StateChunk};
+use crate::sweep::segments::{At, Segments, StateChunk};
 use crate::yarn::law::{self, ViscosityLanes, ViscositySplats};
 
 /// Past of a row with viscosity: strain and viscous stress of its segments in the last step, and moments of

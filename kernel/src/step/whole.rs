@@ -10,11 +10,11 @@ use crate::ground::planes::{CARRY_PLANES, CHUNK};
 use crate::memory::arrays::StepScratch;
 use crate::memory::network::Network;
 use crate::memory::system::System;
-use crate::sheet::segments::Report;
-use crate::step::rows::Rows;
-use crate::step::rows::accounts;
-use crate::step::rows::terms::{Terms, rates};
-use crate::step::rows::viscosity;
+use crate::sweep::accounts;
+use crate::sweep::moments;
+use crate::sweep::rows::Rows;
+use crate::sweep::segments::Report;
+use crate::sweep::terms::{Terms, rates};
 
 /// Sweeps all rows that are awake or next to one (M7), puts fixed nodes back and adds up their reactions.
 pub(crate) fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
@@ -64,7 +64,7 @@ fn sweep_run(system: &mut Network<'_>, loaded: u64, ply: usize, [first, end]: [u
         return Report::default();
     }
     if stop < high {
-        viscosity::find_moments_above(system, loaded, [ply, 0], stop);
+        moments::find_moments_above(system, loaded, [ply, 0], stop);
     }
     sweep_rows(system, loaded, ply, [start, stop], None)
 }
@@ -101,7 +101,7 @@ pub(crate) fn sweep_in_block(system: &mut Network<'_>, loaded: u64, step: usize,
     if rows[0] == rows[1] {
         return Report::default();
     }
-    viscosity::find_moments_above(system, loaded, [0, step], rows[1]);
+    moments::find_moments_above(system, loaded, [0, step], rows[1]);
     sweep_rows(system, loaded, 0, rows, Some(step))
 }
 

@@ -10,7 +10,7 @@
 use crate::ground::lanes::Lane;
 use crate::ground::planes::Axis;
 use crate::sheet::direction::PlyDirections;
-use crate::sheet::segments::{Dissipation, Fall, Segments, Yarns};
+use crate::sweep::segments::{Dissipation, Fall, Segments, Yarns};
 use crate::yarn::rate::{RateLaw, RateSplats, Rates};
 
 /// Dependence of the segments of a row on the rate of strain.
