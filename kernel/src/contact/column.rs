@@ -115,7 +115,7 @@ impl Column<'_> {
         let shares = [1.0, model.back_share];
         let [mut at, next] = layout.stacked(i, row);
         let normal = network.normal(i);
-        let own = |v: [f64; 3]| normal.map_or(v, |normal| ring::own_axes(v, normal));
+        let own = |v: [f64; 3]| normal.map_or(v, |normal| ring::column_axes(v, normal));
         let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
         let (mut offset, mut speed_below, mut presses) = (0.0, -f64::INFINITY, false);
         for (ply, place) in self.nodes.iter_mut().enumerate() {

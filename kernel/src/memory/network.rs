@@ -96,7 +96,7 @@ impl SegmentView {
     /// Constants at rest.
     fn lanes(&self) -> RestLanes<f64> {
         let lanes = self.rest.lanes();
-        self.chord.map_or(lanes, |chord| lanes.turned(chord))
+        self.chord.map_or(lanes, |chord| lanes.rotated(chord))
     }
 
     /// Twice the strain, q, at t_n.
@@ -167,8 +167,8 @@ impl Network<'_> {
     /// A vector in the axes of its column, of which the last one is across the sheet; of a flat sheet as it
     /// is.
     #[inline]
-    pub fn own_axes(&self, i: usize, v: [f64; 3]) -> [f64; 3] {
-        self.normal(i).map_or(v, |normal| ring::own_axes(v, normal))
+    pub fn column_axes(&self, i: usize, v: [f64; 3]) -> [f64; 3] {
+        self.normal(i).map_or(v, |normal| ring::column_axes(v, normal))
     }
 
     /// Lines of constants of a ply.

@@ -24,7 +24,7 @@ use crate::scene::features::Feature;
 use crate::scene::measures::Cloth;
 use crate::scene::parts::{Attachment, AttachmentKind, Scene};
 use crate::sheet::columns::{COLUMN_PLANES, NORMAL_X, NORMAL_Z};
-use crate::sheet::ring::own_axes;
+use crate::sheet::ring::column_axes;
 use core::mem::take;
 
 /// Planes of a chunk of clamps. Impulses in spacings/step times the mass of the node.
@@ -197,11 +197,11 @@ impl ClampedRow<'_> {
         let normal =
             self.columns.get(chunk).map_or([0.0, 1.0], |column| [column[NORMAL_X][lane], column[NORMAL_Z][lane]]);
         let is_out = slid < 0.0;
-        let [along, y, _] = own_axes(pulled, normal);
+        let [along, y, _] = column_axes(pulled, normal);
         let size = math::length(if is_out { pulled } else { [along, y, 0.0] });
         // Component of `before` along w, times |w|: a node in the jaws has none normal to the sheet.
-        let turned = before[0] * pulled[0] + before[1] * pulled[1] + before[2] * pulled[2];
-        let most = if turned < 0.0 { math::max(size + turned / size, 0.0) } else { size };
+        let before_along = before[0] * pulled[0] + before[1] * pulled[1] + before[2] * pulled[2];
+        let most = if before_along < 0.0 { math::max(size + before_along / size, 0.0) } else { size };
         let taken = math::min(hold, most);
         let part = if size > taken { 1.0 - taken / size } else { 0.0 };
         // Back from the axes of the column; no zero is negative, or a row at rest would not keep its bits.

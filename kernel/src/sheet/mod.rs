@@ -10,6 +10,7 @@ pub mod grading;
 pub mod neighbours;
 pub mod places;
 pub mod ring;
+pub mod step_limit;
 pub mod symmetry;
 pub mod textile;
 pub mod weave;

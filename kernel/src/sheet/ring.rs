@@ -115,7 +115,7 @@ fn closed_radius(nodes: u32) -> f64 {
 
 /// A vector in the axes of a column with this normal: along the hoop, along the axis, and outwards.
 #[inline(always)]
-pub fn own_axes<L: Lane>([x, y, z]: [L; 3], [sine, cosine]: [L; 2]) -> [L; 3] {
+pub fn column_axes<L: Lane>([x, y, z]: [L; 3], [sine, cosine]: [L; 2]) -> [L; 3] {
     [cosine.mul(x).sub(sine.mul(z)), y, sine.mul(x).add(cosine.mul(z))]
 }
 

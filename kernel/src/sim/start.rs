@@ -13,9 +13,9 @@ use crate::memory::model::{Model, start_motion};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, StepLimits};
-use crate::sheet::check::LOOKED_AT;
 use crate::sheet::places::Places;
 use crate::sheet::ring::Hoop;
+use crate::sheet::step_limit::LOOKED_AT;
 use crate::sheet::weave::{self, in_runs};
 use crate::step::energy;
 use crate::step::one_step;
@@ -158,7 +158,7 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     let height = |k: usize, point: &[f64; 3]| {
         let [_, _, height] = system
             .network
-            .own_axes(system.network.layout.column_and_row(k).0, system.network.model.pose.point_in(*point));
+            .column_axes(system.network.layout.column_and_row(k).0, system.network.model.pose.point_in(*point));
         height
     };
     for (k, (below, above)) in points.iter().zip(points.iter().skip(nodes_of_ply)).enumerate() {

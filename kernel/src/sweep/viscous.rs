@@ -10,7 +10,7 @@
 //! mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a step counts half of the rate
 //! before it times the forces of the last step and of its own (`sweep/moments.rs` adds what is open).
 //! In a graded network (M17) acts on nodes of single yarns alone; a bar has (M16) over its whole length.
-//! Limits: velocity Verlet. The step limit is in `check.rs`.
+//! Limits: velocity Verlet. The step limit is in `sheet/step_limit.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane, at};
