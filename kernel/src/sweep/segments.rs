@@ -73,13 +73,103 @@ impl<L: Lane> Segments<L> {
         self.stress = [law::stress(stiffness[0], self.q[0]), law::stress(stiffness[1], self.q[1])];
     }
 
+    /// Forces of the segments from group g of a chunk on their first nodes, along x and along y, in the axes
+    /// of the sheet, with damage by strains at or beyond `limits`.
+    #[inline(always)]
+    pub fn evaluate(
+        nodes: &mut impl NodeChunk,
+        g: usize,
+        bars: &Bars<'_, L>,
+        limits: [L; 2],
+        yarns: &mut Yarns<'_>,
+        effect: &mut impl Effect,
+    ) -> [[L; 3]; 2] {
+        let mut segments = Segments::strained(&nodes.around(), bars, g);
+        let column = nodes.number() * CHUNK + g * L::WIDTH;
+        segments.settle(limits, nodes.slots(g), column, yarns, effect);
+        effect.act(&mut segments, &At { bars, around: nodes.around(), group: g });
+        let mut forces = segments.forces(bars);
+        effect.add_forces(&mut forces, g);
+        forces
+    }
+
     /// Forces on the first nodes, in the axes of the sheet.
     #[inline(always)]
-    pub fn forces(&self, bars: &Bars<'_, L>) -> [[L; 3]; 2] {
+    fn forces(&self, bars: &Bars<'_, L>) -> [[L; 3]; 2] {
         let [along, upwards] = &bars.rests;
         let up = upwards.force(self.stress[1], vertical_axes(self.d[1]));
         [along.force(self.stress[0], self.d[0]), vertical_axes(up)]
     }
+}
+
+/// State of the effects on a chunk: the sweep keeps what an effect computes, reading calls drop it.
+pub trait StateChunk<const P: usize> {
+    /// State before the step, with what damage has added.
+    fn get(&self) -> &Chunk<P>;
+
+    /// Adds a number to one of the state while segments are damaged.
+    fn add(&mut self, plane: usize, lane: usize, more: f64);
+
+    /// New numbers of a lane group.
+    fn keep<L: Lane>(&mut self, plane: usize, g: usize, new: L);
+}
+
+/// State that the step changes.
+impl<const P: usize> StateChunk<P> for &mut Chunk<P> {
+    #[inline(always)]
+    fn get(&self) -> &Chunk<P> {
+        self
+    }
+
+    fn add(&mut self, plane: usize, lane: usize, more: f64) {
+        self[plane][lane % CHUNK] += more;
+    }
+
+    #[inline(always)]
+    fn keep<L: Lane>(&mut self, plane: usize, g: usize, new: L) {
+        new.store(&mut L::groups_mut(&mut self[plane])[g]);
+    }
+}
+
+/// State that stays as it is.
+pub struct Unchanged<'c, const P: usize> {
+    state: &'c Chunk<P>,
+    /// State with what damage has added, once it has.
+    damaged: Option<Chunk<P>>,
+}
+
+impl<'c, const P: usize> Unchanged<'c, P> {
+    /// This state.
+    #[inline(always)]
+    pub fn of(state: &'c Chunk<P>) -> Unchanged<'c, P> {
+        Unchanged { state, damaged: None }
+    }
+}
+
+impl<const P: usize> StateChunk<P> for Unchanged<'_, P> {
+    #[inline(always)]
+    fn get(&self) -> &Chunk<P> {
+        self.damaged.as_ref().unwrap_or(self.state)
+    }
+
+    fn add(&mut self, plane: usize, lane: usize, more: f64) {
+        self.damaged.get_or_insert(*self.state)[plane][lane % CHUNK] += more;
+    }
+
+    #[inline(always)]
+    fn keep<L: Lane>(&mut self, _: usize, _: usize, _: L) {}
+}
+
+/// Eight nodes, from which segments start.
+pub trait NodeChunk {
+    /// Number of the chunk in its row.
+    fn number(&self) -> usize;
+
+    /// The chunk with its neighbours.
+    fn around(&self) -> Around<'_>;
+
+    /// Places of what damage changes in lane group g.
+    fn slots<L: Lane>(&mut self, g: usize) -> Slots<'_, L>;
 }
 
 /// Places of what damage changes in a lane group of segments, along x and along y.

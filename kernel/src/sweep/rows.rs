@@ -1,12 +1,5 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
-pub(crate) mod accounts;
-
-pub(crate) mod schedule;
-pub(crate) mod terms;
-pub(crate) mod viscosity;
-pub(crate) mod whole;
-
 use crate::body::pose::Vector;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
@@ -15,19 +8,19 @@ use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::memory::arrays::{Arrays, RowArrays, StepScratch};
 use crate::memory::layout::Layout;
 use crate::scene::features::Feature;
-use crate::sheet::clamp::ClampedRow;
+use crate::sheet::clamp::{self, ClampedRow};
 use crate::sheet::columns::{COLUMN_PLANES, Net};
-use crate::sheet::effects::EffectState;
 use crate::sheet::ghosts::{place_ghost_column, place_ghost_speeds};
 use crate::sheet::neighbours::own;
-use crate::sheet::on_casing::OnCasing;
 use crate::sheet::places::rest_offset;
-use crate::sheet::segments::Report;
-use crate::sheet::slack::SlackBalance;
-use crate::sheet::sweep::{Pass, Row};
-use crate::step::rows::accounts::DissipationOfRow;
-use crate::step::rows::terms::Terms;
-use crate::step::rows::viscosity::{Last, ViscousRows};
+use crate::sweep::accounts::DissipationOfRow;
+use crate::sweep::effects::EffectState;
+use crate::sweep::moments::{Last, ViscousRows};
+use crate::sweep::on_casing::OnCasing;
+use crate::sweep::pass::{Pass, Row};
+use crate::sweep::segments::Report;
+use crate::sweep::slack::SlackBalance;
+use crate::sweep::terms::Terms;
 use core::mem::take;
 
 /// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
@@ -46,7 +39,7 @@ pub(crate) struct Rows<'r> {
     pub net: Net<'r>,
     /// Vertical forces from the row below the first.
     pub carry: &'r mut [Chunk<CARRY_PLANES>],
-    /// Displacements of the fixed nodes of a row, and after `nodes_x` of them velocities where clamps slip.
+    /// Displacements of the fixed nodes of a row.
     pub kept: &'r mut [[f64; 3]],
     /// Reactions of the two runs of fixed nodes of each row, in units of m h/dt; empty where no reaction is
     /// requested.
@@ -106,14 +99,13 @@ impl Rows<'_> {
             self.place_ghosts(layout);
         }
         let Rows { first, ply, above, own, viscous, carry, kept, reactions, .. } = self;
-        let RowArrays { hot, history, yarn, strength, before, dissipated, ranges, runs, holds, slid, .. } = own;
+        let RowArrays { hot, history, yarn, strength, before, dissipated, ranges, runs, clamps, .. } = own;
         let RowArrays { energy_error, been_slack, case_impulse_of_row, case_impulse, clamped, .. } = own;
         let (first, ply, above) = (*first, *ply, *above);
         let (pass, is_viscous) = (terms.pass(self.net, ply), layout.has(Feature::Viscosity));
         // Whether nodes stand for several.
         let several = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Grading);
         let (weighed, mut report, rows) = (several.then_some(&pass.net), Report::default(), ranges.len());
-        let slips = layout.has(Feature::Clamps);
         for (k, (range, run)) in ranges.iter_mut().zip(&**runs).enumerate() {
             let j = first + k;
             if is_viscous {
@@ -130,7 +122,10 @@ impl Rows<'_> {
             if let Some(before) = before.get_mut(k * chunks..(k + 1) * chunks) {
                 lanes::dispatch(terms.instructions, Keep { hot: row, before, columns: pass.net.hoop() });
             }
-            keep_fixed(slips.then_some(layout.nodes_x), row, kept, run);
+            let row_of_clamps = planes::row_mut(clamps, chunks, k);
+            let clamps = ClampedRow { row: row_of_clamps, clamps: &terms.clamps, columns: pass.net.columns };
+            let mut fixed = FixedNodes { run, kept, clamps };
+            fixed.keep(row);
             let yarn = terms.yarn_row(yarn, strength, k, ply);
             let history = planes::row_mut(history, chunks, k);
             let mut counted = layout.has_effects().then(|| DissipationOfRow::of(layout, &pass, j));
@@ -154,7 +149,7 @@ impl Rows<'_> {
                 let is_slack = layout.has(Feature::Slack) && keeps != 0;
                 let slack = is_slack.then(|| SlackBalance::of(planes::row_mut(energy_error, chunks, k), keeps));
                 // Whole rows of a ring are held, or none of it.
-                let on_casing = if layout.has(Feature::Casing) && run[0] == run[1] {
+                let on_casing = if run[0] == run[1] {
                     let nodes = case_impulse.get_mut(k * chunks..(k + 1) * chunks);
                     case_under(terms, &pass, j, case_impulse_of_row.get_mut(k), nodes)
                 } else {
@@ -164,14 +159,12 @@ impl Rows<'_> {
             }
             let (met, reach) = job.step();
             report = report.merged(met);
-            let of_row = if slips {
-                let end = RowEnd { range, reach, holds, slid, clamped, k, columns: pass.net.columns };
-                slide_row(terms, weighed, j, row, kept, run, end)
-            } else {
-                end_row(terms, weighed, j, row, kept, run, (range, reach))
-            };
+            let (of_row, work) = fixed.end_row(terms, weighed, j, row, (range, reach));
             if let Some(reactions) = reactions.get_mut(k) {
                 *reactions = of_row;
+            }
+            if let Some(clamped) = clamped.get_mut(k) {
+                *clamped = work;
             }
             if let Some((dissipated, counted)) = dissipated.get_mut(k).zip(counted.as_mut()) {
                 if is_viscous && layout.x.is_mirrored() {
@@ -205,48 +198,99 @@ fn case_under<'a>(
     impulse_of_row: Option<&'a mut [[f64; CHUNK]; 3]>,
     impulse: Option<&'a mut [[f64; CHUNK]]>,
 ) -> Option<OnCasing<'a>> {
+    let case = terms.directions.case()?;
     let rest = rest_offset(terms.layout.ply_and_row(j).1, terms.layout.y.nodes);
     let place_y = rest * pass.directions.vertical.rest.spacing;
-    let case = terms.directions.casing.as_ref()?;
     Some(OnCasing { case, columns: pass.net.columns, place_y, impulse_of_row: impulse_of_row?, impulse: impulse? })
 }
 
-/// After the sweep of row j: puts its fixed nodes back and notes how far it reaches, which is `reach` along
-/// y. Returns the reaction of each run of fixed nodes. `weighed`: where nodes stand for several.
-#[inline(always)]
-fn end_row(
-    terms: &Terms<'_>,
-    weighed: Option<&Net<'_>>,
-    j: usize,
-    row: &mut [Chunk<HOT_PLANES>],
-    kept: &[[f64; 3]],
-    run: &[u32; 4],
-    (range, reach): (&mut [u32; 4], [f64; 2]),
-) -> [[f64; 3]; 2] {
-    let reactions = match weighed {
-        Some(net) => {
-            let of_row = net.row_share(j);
-            restore_fixed(row, kept, run, |i| terms.layout.node_weight(i, j) * (net.column_share(i) * of_row))
-        }
-        None => restore_fixed(row, kept, run, |_| 1.0),
-    };
-    note_range(terms, row, range, reach);
-    reactions
+/// Fixed nodes of a row during its sweep.
+struct FixedNodes<'a> {
+    /// Two runs of columns [first, end).
+    run: &'a [u32; 4],
+    /// Displacements before the sweep.
+    kept: &'a mut [[f64; 3]],
+    /// Clamps that hold them, where these may slip.
+    clamps: ClampedRow<'a>,
 }
 
-/// Places that the end of a row's sweep writes in addition to its nodes.
-struct RowEnd<'a> {
-    /// Where the row's reach is noted.
-    range: &'a mut [u32; 4],
-    /// Least and greatest displacement along y.
-    reach: [f64; 2],
-    /// State of the clamps of all rows, and the number of this row among them.
-    holds: &'a mut [[[f64; CHUNK]; 5]],
-    slid: &'a mut [[f64; CHUNK]],
-    clamped: &'a mut [f64],
-    k: usize,
-    /// Normals of the columns; empty where all are along z.
-    columns: &'a [Chunk<COLUMN_PLANES>],
+impl FixedNodes<'_> {
+    /// Remembers where they are.
+    #[inline(always)]
+    fn keep(&mut self, row: &[Chunk<HOT_PLANES>]) {
+        if self.clamps.may_slip() {
+            clamp::keep_velocities(self.clamps.row, row, self.run);
+        }
+        let run = self.run;
+        for columns in [run[0]..run[1], run[2]..run[3]] {
+            for i in columns.map(|i| i as usize) {
+                let (Some([x, y, z, ..]), Some(kept)) = (row.get(i / CHUNK), self.kept.get_mut(i)) else { break };
+                *kept = [x[i % CHUNK], y[i % CHUNK], z[i % CHUNK]];
+            }
+        }
+    }
+
+    /// After the sweep of row j: puts them back and notes how far the row reaches, which is `reach` along y.
+    /// Returns the reaction of each run, and the energy that clamps dissipate, m (h/dt)^2. `weighed`: where
+    /// nodes stand for several.
+    #[inline(always)]
+    fn end_row(
+        &mut self,
+        terms: &Terms<'_>,
+        weighed: Option<&Net<'_>>,
+        j: usize,
+        row: &mut [Chunk<HOT_PLANES>],
+        (range, reach): (&mut [u32; 4], [f64; 2]),
+    ) -> ([[f64; 3]; 2], f64) {
+        if self.clamps.may_slip() {
+            return self.slide_row(terms, weighed, j, row, (range, reach));
+        }
+        let reactions = match weighed {
+            Some(net) => {
+                let of_row = net.row_share(j);
+                let weight = |i| terms.layout.node_weight(i, j) * (net.column_share(i) * of_row);
+                restore_fixed(row, self.kept, self.run, weight)
+            }
+            None => restore_fixed(row, self.kept, self.run, |_| 1.0),
+        };
+        note_range(terms, row, range, reach);
+        (reactions, 0.0)
+    }
+
+    /// [`FixedNodes::end_row`] where clamps may slip.
+    #[cold]
+    #[inline(never)]
+    fn slide_row(
+        &mut self,
+        terms: &Terms<'_>,
+        weighed: Option<&Net<'_>>,
+        j: usize,
+        row: &mut [Chunk<HOT_PLANES>],
+        (range, [mut low, mut high]): (&mut [u32; 4], [f64; 2]),
+    ) -> ([[f64; 3]; 2], f64) {
+        let FixedNodes { run, kept, clamps } = self;
+        let (mut reactions, mut work) = ([Vector::zeros(); 2], 0.0);
+        for (reaction, columns) in reactions.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
+            for i in columns.map(|i| i as usize) {
+                if !clamps.holds_node(i) {
+                    continue;
+                }
+                let (Some(place), Some(chunk)) = (kept.get(i), row.get_mut(i / CHUNK)) else { break };
+                let lane = i % CHUNK;
+                let weight = weighed.map_or(1.0, |net| terms.layout.node_weight(i, j) * net.share(i, j));
+                let Some(slide) = clamps.slide(i, planes::velocity(chunk, lane)) else { break };
+                for plane in 0..3 {
+                    chunk[plane][lane] = place[plane] + slide.velocity[plane];
+                    chunk[SPEED_X + plane][lane] = slide.velocity[plane];
+                }
+                (low, high) = (math::min(chunk[1][lane], low), math::max(chunk[1][lane], high));
+                *reaction += Vector::from(slide.impulse) * weight;
+                work += weight * slide.work;
+            }
+        }
+        note_range(terms, row, range, [low, high]);
+        (reactions.map(|reaction| reaction.into()), work)
+    }
 }
 
 /// Notes how far a row reaches, while it is at hand.
@@ -257,48 +301,6 @@ fn note_range(terms: &Terms<'_>, row: &[Chunk<HOT_PLANES>], range: &mut [u32; 4]
     if *left != NOT_KEPT {
         [*left, *right] = spread(row, terms.instructions).map(end_of_range);
     }
-}
-
-/// [`end_row`] where clamps may slip.
-#[cold]
-#[inline(never)]
-fn slide_row(
-    terms: &Terms<'_>,
-    weighed: Option<&Net<'_>>,
-    j: usize,
-    row: &mut [Chunk<HOT_PLANES>],
-    kept: &[[f64; 3]],
-    run: &[u32; 4],
-    RowEnd { range, reach: [mut low, mut high], holds, slid, clamped, k, columns }: RowEnd<'_>,
-) -> [[f64; 3]; 2] {
-    let layout = terms.layout;
-    let own = k * layout.chunks..(k + 1) * layout.chunks;
-    let (holds, slid) = (holds.get_mut(own.clone()).unwrap_or_default(), slid.get_mut(own).unwrap_or_default());
-    let mut clamps = ClampedRow { holds, slid, grip: terms.directions.grip, columns };
-    let (mut reactions, mut work) = ([Vector::zeros(); 2], 0.0);
-    for (reaction, columns) in reactions.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
-        for i in columns.map(|i| i as usize) {
-            if !clamps.holds_node(i) {
-                continue;
-            }
-            let (Some(place), Some(before)) = (kept.get(i), kept.get(layout.nodes_x + i)) else { break };
-            let Some(chunk) = row.get_mut(i / CHUNK) else { break };
-            let (lane, weight) = (i % CHUNK, weighed.map_or(1.0, |net| layout.node_weight(i, j) * net.share(i, j)));
-            let slide = clamps.slide(i, *before, planes::velocity(chunk, lane));
-            for plane in 0..3 {
-                chunk[plane][lane] = place[plane] + slide.velocity[plane];
-                chunk[SPEED_X + plane][lane] = slide.velocity[plane];
-            }
-            (low, high) = (math::min(chunk[1][lane], low), math::max(chunk[1][lane], high));
-            *reaction += Vector::from(slide.impulse) * weight;
-            work += weight * slide.work;
-        }
-    }
-    if let Some(of_row) = clamped.get_mut(k) {
-        *of_row = work;
-    }
-    note_range(terms, row, range, [low, high]);
-    reactions.map(|reaction| reaction.into())
 }
 
 /// Keeps the velocities across the sheet of a row, along the normals of its columns if it has some.
@@ -321,31 +323,6 @@ impl Job for Keep<'_> {
             for (g, before) in L::groups_mut(before).iter_mut().enumerate() {
                 own::<L>(chunk, SPEED_X, Some(columns), g)[2].store(before);
             }
-        }
-    }
-}
-
-/// Remembers the displacements of a row's fixed nodes. `sliding`: the number of nodes in a row, where clamps
-/// may slip.
-#[inline(always)]
-fn keep_fixed(sliding: Option<usize>, row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
-    if let Some(nodes) = sliding {
-        keep_speeds(row, kept, run, nodes);
-    }
-    for columns in [run[0]..run[1], run[2]..run[3]] {
-        for i in columns.map(|i| i as usize) {
-            let (Some([x, y, z, ..]), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(i)) else { break };
-            *kept = [x[i % CHUNK], y[i % CHUNK], z[i % CHUNK]];
-        }
-    }
-}
-
-/// Keeps the velocities of a row's fixed nodes, after the displacements.
-#[cold]
-fn keep_speeds(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4], nodes: usize) {
-    for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
-        if let (Some(chunk), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(nodes + i)) {
-            *kept = planes::velocity(chunk, i % CHUNK);
         }
     }
 }

@@ -7,14 +7,15 @@
 //! Reference: docs/model.md, "The step".
 
 use crate::ground::lanes::Lane;
+use crate::ground::planes::{Chunk, ENERGY_ERROR_PLANES, PAST_PLANES};
 use crate::scene::features::Feature;
 use crate::sheet::direction::PlyDirections;
 use crate::sheet::neighbours::Around;
-use crate::sheet::on_casing::{CasingChunk, OnCasing};
-use crate::sheet::segments::{At, Dissipation, Effect, Fall, Segments, Yarns};
-use crate::sheet::slack::{SlackBalance, SlackChunk};
-use crate::sheet::strain_rate::StrainRate;
-use crate::sheet::viscous::{Viscous, ViscousChunk, ViscousRow};
+use crate::sweep::on_casing::{CasingChunk, OnCasing};
+use crate::sweep::segments::{At, Dissipation, Effect, Fall, Segments, StateChunk, Yarns};
+use crate::sweep::slack::{SlackBalance, SlackChunk};
+use crate::sweep::strain_rate::StrainRate;
+use crate::sweep::viscous::{Viscous, ViscousChunk, ViscousRow};
 use crate::yarn::rate::Rates;
 use core::hint::black_box;
 
@@ -89,12 +90,13 @@ impl<'a> Effects<'a> for ViscosityAlone<'a> {
 }
 
 /// [`ViscosityAlone`] of a chunk.
-pub struct ViscosityAloneOnChunk<'c>(ViscousChunk<'c>, &'c mut Dissipation);
+pub struct ViscosityAloneOnChunk<'c>(ViscousChunk<'c, &'c mut Chunk<PAST_PLANES>>, &'c mut Dissipation);
 
 impl Effect for ViscosityAloneOnChunk<'_> {
     #[inline(always)]
     fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &At<'_, L>) {
-        self.0.act(segments, place, self.1);
+        let dissipated = self.0.act(segments, place);
+        self.1.add(dissipated, L::splat(1.0), place);
     }
 
     #[inline(always)]
@@ -114,7 +116,7 @@ pub struct All<'a> {
 
 impl<'a> Effects<'a> for All<'a> {
     type OnChunk<'c>
-        = AllOnChunk<'c>
+        = AllOnChunk<'c, &'c mut Chunk<PAST_PLANES>, &'c mut Chunk<ENERGY_ERROR_PLANES>>
     where
         Self: 'c;
 
@@ -135,7 +137,7 @@ impl<'a> Effects<'a> for All<'a> {
     }
 
     #[inline(always)]
-    fn on_chunk(&mut self, c: usize) -> Option<AllOnChunk<'_>> {
+    fn on_chunk(&mut self, c: usize) -> Option<Self::OnChunk<'_>> {
         let All { rate, viscosity, slack, on_casing, dissipation } = self;
         Some(AllOnChunk {
             rate: rate.as_ref(),
@@ -147,21 +149,21 @@ impl<'a> Effects<'a> for All<'a> {
     }
 }
 
-/// [`All`] of a chunk.
-pub struct AllOnChunk<'c> {
+/// [`All`] of a chunk. `V`, `E`: state of viscosity and energy errors.
+pub struct AllOnChunk<'c, V, E> {
     /// Dependence on the rate of strain.
     pub rate: Option<&'c StrainRate<'c>>,
     /// Viscosity.
-    pub viscosity: Option<ViscousChunk<'c>>,
+    pub viscosity: Option<ViscousChunk<'c, V>>,
     /// Balance of slack segments.
-    pub slack: Option<SlackChunk<'c>>,
+    pub slack: Option<SlackChunk<E>>,
     /// Case.
     pub on_casing: Option<CasingChunk<'c>>,
-    /// Energy that viscosity and rate dissipate.
+    /// Energy that viscosity and rate dissipate; None where it is not asked for.
     pub dissipation: Option<&'c mut Dissipation>,
 }
 
-impl AllOnChunk<'_> {
+impl<V, E: StateChunk<ENERGY_ERROR_PLANES>> AllOnChunk<'_, V, E> {
     #[cold]
     fn note_fall(&mut self, fall: &Fall<'_>, yarns: &Yarns<'_>) {
         if let (Some(rate), Some(dissipation)) = (self.rate, &mut self.dissipation) {
@@ -173,14 +175,20 @@ impl AllOnChunk<'_> {
     }
 }
 
-impl Effect for AllOnChunk<'_> {
+impl<V: StateChunk<PAST_PLANES>, E: StateChunk<ENERGY_ERROR_PLANES>> Effect for AllOnChunk<'_, V, E> {
     #[inline(always)]
     fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &At<'_, L>) {
-        if let (Some(rate), Some(dissipation)) = (self.rate, &mut self.dissipation) {
-            rate.act(segments, place, dissipation);
+        if let Some(rate) = self.rate {
+            let relaxed = rate.act(segments);
+            if let Some(dissipation) = &mut self.dissipation {
+                dissipation.add(relaxed, rate.relaxing(), place);
+            }
         }
-        if let (Some(viscosity), Some(dissipation)) = (&mut self.viscosity, &mut self.dissipation) {
-            viscosity.act(segments, place, dissipation);
+        if let Some(viscosity) = &mut self.viscosity {
+            let dissipated = viscosity.act(segments, place);
+            if let Some(dissipation) = &mut self.dissipation {
+                dissipation.add(dissipated, L::splat(1.0), place);
+            }
         }
         if let Some(slack) = &mut self.slack {
             slack.act(segments, place);

@@ -1,4 +1,4 @@
-//! Viscosity of rows (`sheet/viscous.rs` is that of segments): what it starts from, the moments of a row and
+//! Viscosity of rows (`sweep/viscous.rs` is that of segments): what it starts from, the moments of a row and
 //! of one node, what it dissipates in a step, and the energy of the step that is open.
 //!
 //! Method: a step has counted half of what its own forces take, with the rate after it; the other half, with
@@ -10,9 +10,9 @@ use crate::memory::layout::Layout;
 use crate::memory::network::Network;
 use crate::scene::features::Feature;
 use crate::sheet::columns::Net;
-use crate::sheet::sweep::Pass;
-use crate::sheet::viscous::{MomentsOfRow, NO_PAST, ViscousRow};
-use crate::step::rows::terms::{Terms, rates};
+use crate::sweep::pass::Pass;
+use crate::sweep::terms::{Terms, rates};
+use crate::sweep::viscous::{MomentsOfRow, NO_PAST, ViscousRow};
 use crate::yarn::law;
 
 /// Past and moments of neighbouring rows; empty without viscosity.
@@ -145,7 +145,7 @@ pub(crate) fn find_moments_above(system: &mut Network<'_>, loaded: u64, [ply, st
         return;
     }
     let rates = rates(system, loaded);
-    let Network { layout, directions, arrays, instructions, .. } = &mut *system;
+    let Network { layout, directions, clamps, arrays, instructions, .. } = &mut *system;
     let chunks = layout.chunks;
     let (past_below, past) = arrays.rows.past.split_at_mut((j * chunks).min(arrays.rows.past.len()));
     let Some(dissipated) = arrays.rows.dissipated.get_mut(step * layout.nodes_y + j).filter(|_| j < layout.nodes_y)
@@ -166,7 +166,8 @@ pub(crate) fn find_moments_above(system: &mut Network<'_>, loaded: u64, [ply, st
         },
         past: planes::row_mut(past, chunks, 0),
     };
-    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    let terms =
+        Terms { layout, directions, clamps: *clamps, rates: &rates, fetches: false, instructions: *instructions };
     find_moments_of_row(&terms, j, row, dissipated);
 }
 

@@ -8,18 +8,18 @@
 //! the tensions that open the moments are those of t_{n-1}, at the latest damage. As a force of the segment
 //! between nodes i and i + 1 the moments are M_i - M_{i+1}. What viscosity takes in a step is force times the
 //! mean rate of t_{n-1/2} and t_{n+1/2}, as contact counts its impulses. So a step counts half of the rate
-//! before it times the forces of the last step and of its own (`step/rows/viscosity.rs` adds what is open).
+//! before it times the forces of the last step and of its own (`sweep/moments.rs` adds what is open).
 //! In a graded network (M17) acts on nodes of single yarns alone; a bar has (M16) over its whole length.
-//! Limits: velocity Verlet. The step limit is in `check.rs`.
+//! Limits: velocity Verlet. The step limit is in `sheet/step_limit.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane, at};
-use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z};
+use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, MOMENT, PAST_PLANES, SPEED_Z, VISCOUS_STRESS};
 use crate::scene::features::Feature;
 use crate::sheet::columns::{Net, WIDTH};
 use crate::sheet::direction::PlyDirections;
 use crate::sheet::neighbours::{NOTHING, right_of};
-use crate::sheet::segments::{At, Dissipation, Segments};
+use crate::sweep::segments::{At, Segments, StateChunk};
 use crate::yarn::law::{self, ViscosityLanes, ViscositySplats};
 
 /// Past of a row with viscosity: strain and viscous stress of its segments in the last step, and moments of
@@ -49,7 +49,7 @@ impl<'a> Viscous<'a> {
 
     /// Viscosity of chunk c; None after the last.
     #[inline(always)]
-    pub fn on_chunk(&mut self, c: usize) -> Option<ViscousChunk<'_>> {
+    pub fn on_chunk(&mut self, c: usize) -> Option<ViscousChunk<'_, &mut Chunk<PAST_PLANES>>> {
         let Viscous { constants, row: ViscousRow { past, above } } = self;
         let (past, tail) = past.get_mut(c..)?.split_first_mut()?;
         let (next, above) = (tail.first().unwrap_or(&NO_PAST), above.get(c).unwrap_or(&NO_PAST));
@@ -64,69 +64,64 @@ pub fn along(PlyDirections { horizontal, vertical, .. }: PlyDirections<'_>) -> V
 }
 
 /// Viscosity of the segments of a chunk.
-pub struct ViscousChunk<'c> {
+pub struct ViscousChunk<'c, S> {
     /// Constants along x and along y.
     pub constants: &'c ViscousAlong,
     /// Past of the chunk.
-    pub past: &'c mut Chunk<PAST_PLANES>,
+    pub past: S,
     /// Past of the next chunk of the row.
     pub next: &'c Chunk<PAST_PLANES>,
     /// Past of the chunk of the row above.
     pub above: &'c Chunk<PAST_PLANES>,
 }
 
-impl ViscousChunk<'_> {
-    /// Adds the viscous stress of a lane group, and what it dissipates.
+impl<S: StateChunk<PAST_PLANES>> ViscousChunk<'_, S> {
+    /// Adds the viscous stress of a lane group. Returns the dissipated energy over 1/4 l^2, along x and along
+    /// y. The present becomes the past.
     #[inline(always)]
-    pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &At<'_, L>, dissipation: &mut Dissipation) {
-        let ([q_x, q_y, x, y, ..], [of_x, of_y]) = (&mut *self.past, self.constants);
-        let Segments { q, stiffness, .. } = *segments;
-        let past_y = Past { twice_strain: q_y, stress: y, axis: Axis::Vertical };
-        let (stress_y, taken_y) = past_y.stress(&of_y.lanes(), stiffness[1], q[1], place);
-        let past_x = Past { twice_strain: q_x, stress: x, axis: Axis::Horizontal };
-        let (stress_x, taken_x) = past_x.stress(&of_x.lanes(), stiffness[0], q[0], place);
+    pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &At<'_, L>) -> [L; 2] {
+        let [of_x, of_y] = self.constants;
+        let (stress_y, taken_y) = self.stress(Axis::Vertical, &of_y.lanes(), segments, place);
+        let (stress_x, taken_x) = self.stress(Axis::Horizontal, &of_x.lanes(), segments, place);
         segments.stress = [stress_x, stress_y];
-        dissipation.add([taken_x, taken_y], L::splat(1.0), place);
+        [taken_x, taken_y]
+    }
+
+    /// Stress of a lane group along an axis with its viscous part, and the dissipated energy over 1/4 l^2.
+    #[inline(always)]
+    fn stress<L: Lane>(
+        &mut self,
+        axis: Axis,
+        viscosity: &ViscosityLanes<L>,
+        segments: &Segments<L>,
+        place: &At<'_, L>,
+    ) -> (L, L) {
+        let (k, g) = (axis as usize, place.group);
+        let (q, stiffness) = (segments.q[k], segments.stiffness[k]);
+        let (zero, past) = (L::splat(0.0), at::<L, PAST_PLANES>(self.past.get(), k, g));
+        let taut = q.max(zero);
+        let growth = place.bars.of_all(axis, taut.sub(past.max(zero)));
+        let strain = viscosity.twice_strain(taut, growth);
+        let viscous = stiffness.mul(strain.sub(taut));
+        let last: L = at(self.past.get(), VISCOUS_STRESS + k, g);
+        let dissipated = last.add(viscous).mul(q.sub(past));
+        self.past.keep(k, g, q);
+        self.past.keep(VISCOUS_STRESS + k, g, viscous);
+        (stiffness.mul(strain), dissipated)
     }
 
     /// Adds the forces along z of the moments at both ends.
     #[inline(always)]
     pub fn add_forces<L: Lane>(&self, [along, upwards]: &mut [[L; 3]; 2], g: usize) {
-        let (x, y): (L, L) = (at(self.past, MOMENT, g), at(self.past, MOMENT + 1, g));
-        along[2] = along[2].add(right_of(x, &self.past[MOMENT], &self.next[MOMENT], g).sub(x));
+        let past = self.past.get();
+        let (x, y): (L, L) = (at(past, MOMENT, g), at(past, MOMENT + 1, g));
+        along[2] = along[2].add(right_of(x, &past[MOMENT], &self.next[MOMENT], g).sub(x));
         upwards[2] = upwards[2].add(at::<L, PAST_PLANES>(self.above, MOMENT + 1, g).sub(y));
     }
 }
 
 /// Without a past.
 pub(crate) const NO_PAST: Chunk<PAST_PLANES> = [[0.0; CHUNK]; PAST_PLANES];
-
-/// Past of eight segments of one direction.
-struct Past<'a> {
-    axis: Axis,
-    twice_strain: &'a mut [f64; CHUNK],
-    stress: &'a mut [f64; CHUNK],
-}
-
-impl Past<'_> {
-    /// Stress of a lane group with its viscous part, whose past becomes the present; and what it takes, over
-    /// 1/4 l^2.
-    #[inline(always)]
-    pub fn stress<L: Lane>(self, viscosity: &ViscosityLanes<L>, stiffness: L, q: L, place: &At<'_, L>) -> (L, L) {
-        let Past { twice_strain, stress, axis } = self;
-        let before = &mut L::groups_mut(twice_strain)[place.group];
-        let last = &mut L::groups_mut(stress)[place.group];
-        let (zero, past) = (L::splat(0.0), L::load(before));
-        let taut = q.max(zero);
-        let growth = place.bars.of_all(axis, taut.sub(past.max(zero)));
-        let strain = viscosity.twice_strain(taut, growth);
-        let viscous = stiffness.mul(strain.sub(taut));
-        let dissipated = L::load(last).add(viscous).mul(q.sub(past));
-        q.store(before);
-        viscous.store(last);
-        (stiffness.mul(strain), dissipated)
-    }
-}
 
 /// The moments of a row of nodes, along z, of the yarns along x and y. Gives twice what they take in a step,
 /// by columns.

@@ -6,10 +6,11 @@ use crate::ground::planes::{self, Chunk, STRENGTH_PLANES, YARN_PLANES};
 use crate::memory::layout::Layout;
 use crate::memory::network::Network;
 use crate::scene::features::Feature;
+use crate::sheet::clamp::Clamps;
 use crate::sheet::columns::Net;
 use crate::sheet::direction::Directions;
-use crate::sheet::segments::{Constants, YarnRow};
-use crate::sheet::sweep::Pass;
+use crate::sweep::pass::Pass;
+use crate::sweep::segments::{Constants, YarnRow};
 use crate::yarn::rate::Rates;
 
 /// Constants of a sweep.
@@ -17,6 +18,7 @@ use crate::yarn::rate::Rates;
 pub(crate) struct Terms<'t> {
     pub layout: &'t Layout,
     pub directions: &'t Directions,
+    pub clamps: Clamps,
     /// Dependence on the rate of strain.
     pub rates: &'t Rates,
     /// Whether rows are fetched from memory ahead of their turn.

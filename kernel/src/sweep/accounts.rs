@@ -12,9 +12,9 @@ use crate::memory::layout::Layout;
 use crate::memory::network::Network;
 use crate::memory::state::Sums;
 use crate::scene::features::Feature;
-use crate::sheet::segments::Dissipation;
-use crate::sheet::sweep::Pass;
 use crate::sheet::weave;
+use crate::sweep::pass::Pass;
+use crate::sweep::segments::Dissipation;
 
 /// Energy that viscosity and rate dissipate in one row in one step.
 pub(crate) struct DissipationOfRow {
@@ -109,7 +109,7 @@ fn add_dissipated(system: &mut Network<'_>, sums: &mut Sums, ply: usize, [first,
     let unit = system.model.unit_energy * system.mass_share(ply);
     let noted = step * system.layout.nodes_y;
     let RowArrays { dissipated, clamped, .. } = &system.arrays.rows;
-    for (of_rows, sum) in [(dissipated, &mut sums.viscous), (clamped, &mut sums.attachment)] {
+    for (of_rows, sum) in [(dissipated, &mut sums.viscous), (clamped, &mut sums.clamps.dissipated)] {
         let of_rows = of_rows.get(noted + first..noted + end).unwrap_or_default();
         of_rows.iter().for_each(|of_row| *sum += unit * of_row);
     }
@@ -124,8 +124,8 @@ fn add_case_impulses(system: &mut Network<'_>, sums: &mut Sums, ply: usize, [fir
         // The next step may leave out a row.
         let [x, z, dissipated] = push.map(|sums| sums.iter().fold(0.0, |sum, part| sum + part));
         *push = [[0.0; CHUNK]; 3];
-        sums.casing -= Vector::new(x, 0.0, z) * share;
-        sums.casing_loss += unit * dissipated;
+        sums.casing.impulse -= Vector::new(x, 0.0, z) * share;
+        sums.casing.loss += unit * dissipated;
     }
 }
 

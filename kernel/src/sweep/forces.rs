@@ -1,20 +1,19 @@
 //! Change of velocity that the yarns give one node, between passes.
 //!
-//! Method: the sweep's evaluator of forces (`sheet/segments.rs`) for the segments from the node, from the one
+//! Method: the sweep's evaluator of forces (`sweep/segments.rs`) for the segments from the node, from the one
 //! to its left and from the one below. Damage is that up to t_n; nothing is committed.
 //! Limits: slack segments give no energy back.
 //! Reference: docs/model.md, "The step".
 
 use crate::ground::planes::{self, Axis, CHUNK, MOMENT, STIFFNESS};
 use crate::memory::network::Network;
-use crate::scene::features::Feature;
 use crate::sheet::neighbours::{Around, NOTHING};
-use crate::sheet::segments::per_mass;
-use crate::sheet::sweep::{ChunkState, Copies, Peek};
-use crate::sheet::viscous::NO_PAST;
-use crate::step::rows::terms::Terms;
-use crate::step::rows::terms::rates;
-use crate::step::rows::viscosity;
+use crate::sweep::moments;
+use crate::sweep::pass::{ChunkState, RowForces};
+use crate::sweep::segments::per_mass;
+use crate::sweep::terms::Terms;
+use crate::sweep::terms::rates;
+use crate::sweep::viscous::NO_PAST;
 
 /// Change of velocity per step at t_n by the yarns and by the case that the node rests on. `viscous`: with
 /// the viscous forces of the next step; after `loaded` steps of load.
@@ -26,7 +25,7 @@ pub(crate) fn acceleration(network: &Network<'_>, loaded: u64, viscous: bool, i:
     let [_, down] = from(Some(i), j.checked_sub(1));
     let widths = network.net(0).inverse_widths(i, j);
     let change = [0, 1, 2].map(|k| per_mass(right[k], left[k], up[k] - down[k], widths));
-    let Some(case) = network.directions.casing.as_ref().filter(|_| Feature::Casing.is_built()) else { return change };
+    let Some(case) = network.directions.case() else { return change };
     let (rest, (u, _)) = (network.rest(i, j), network.node(i, j));
     case.carry([0, 1, 2].map(|k| rest[k] + u[k]), change)
 }
@@ -39,7 +38,7 @@ pub(crate) fn forces_from(
     i: usize,
     j: usize,
 ) -> Option<[[f64; 3]; 2]> {
-    let Network { layout, directions, arrays, instructions, .. } = network;
+    let Network { layout, directions, clamps, arrays, instructions, .. } = network;
     let (chunks, (ply, _), (c, lane)) = (layout.chunks, layout.ply_and_row(j), (i / CHUNK, i % CHUNK));
     // The node and its neighbours alone, which may be ghosts beyond a mirror plane.
     let [mut here, mut right, mut above] = [NOTHING; 3];
@@ -61,23 +60,24 @@ pub(crate) fn forces_from(
     let [mut past, mut past_right, mut past_above] = [NO_PAST; 3];
     if viscous {
         past.copy_from_slice(planes::row(arrays.rows.past, chunks, j).get(c)?);
-        past[MOMENT][lane] = viscosity::moment(network, Axis::Horizontal, i, j);
-        past[MOMENT + 1][lane] = viscosity::moment(network, Axis::Vertical, i, j);
+        past[MOMENT][lane] = moments::moment(network, Axis::Horizontal, i, j);
+        past[MOMENT + 1][lane] = moments::moment(network, Axis::Vertical, i, j);
         let beside = if lane + 1 < CHUNK { &mut past } else { &mut past_right };
-        beside[MOMENT][(lane + 1) % CHUNK] = viscosity::moment(network, Axis::Horizontal, i + 1, j);
-        past_above[MOMENT + 1][lane] = viscosity::moment(network, Axis::Vertical, i, j + 1);
+        beside[MOMENT][(lane + 1) % CHUNK] = moments::moment(network, Axis::Horizontal, i + 1, j);
+        past_above[MOMENT + 1][lane] = moments::moment(network, Axis::Vertical, i, j + 1);
     }
     let state = ChunkState { past: viscous.then_some([&past, &past_right, &past_above]), energy_error: None };
     let rates = rates(network, loaded);
-    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    let terms =
+        Terms { layout, directions, clamps: *clamps, rates: &rates, fetches: false, instructions: *instructions };
     let (pass, yarn) =
         (terms.pass(network.net(ply), ply), terms.yarn_row(arrays.rows.yarn, arrays.rows.strength, j, ply));
     let history = planes::row(arrays.rows.history, chunks, j).get(c)?;
     let around = Around { here: &here, right: &right, above: &above };
-    let (mut peek, mut copies) = (Peek::of(&pass, j, &yarn, layout.has_verticals(j)), Copies::of(&pass));
-    let [along, up] = peek.forces(c, &around, history, lane, &mut copies.on_chunk(state));
+    let mut forces = RowForces::of(&pass, j, &yarn, layout.has_verticals(j));
+    let [along, up] = forces.of_node(&around, history, i, state);
     // Yarn beyond all strains that can be stepped has failed.
-    let exists = |end: usize, force| if i < end && !peek.is_lost() { force } else { [0.0; 3] };
+    let exists = |end: usize, force| if i < end && !forces.is_lost() { force } else { [0.0; 3] };
     Some([exists(ends[0], along), exists(ends[1], up)])
 }
 

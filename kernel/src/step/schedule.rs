@@ -133,9 +133,8 @@ impl Block {
         let is_due = steps > 1 && most >= steps as u64 && system.state.step.is_multiple_of(steps as u64);
         // Energy dissipated by attachments in a block is added up at its end, too late for a window that ends
         // within it.
-        let window = system.network.model.window_steps.max(1);
-        let window_ends =
-            system.network.layout.has(Feature::Clamps) && system.state.step % window + steps as u64 > window;
+        let step = system.state.step;
+        let window_ends = system.network.clamps.are_tested(step + 1, step + steps as u64);
         if !is_due || window_ends || system.network.rows_to_step(0) != [0, rows] {
             return None;
         }

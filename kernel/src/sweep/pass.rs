@@ -18,13 +18,14 @@ use crate::ground::ranges;
 use crate::scene::features::Feature;
 use crate::sheet::columns::{Any, Columns, Geometry, Graded, Net, PartlyPlain, Plain, Rests, Table, UNREAD, Widths};
 use crate::sheet::direction::PlyDirections;
-use crate::sheet::effects::{All, AllOnChunk, EffectState, Effects, ViscosityAlone};
+use crate::sheet::energy_error::{bit, keeps};
 use crate::sheet::neighbours::{Around, NOTHING};
-use crate::sheet::segments::{At, Dissipation, Effect, Report, Segments, Slots, YarnRow, Yarns, per_mass};
-use crate::sheet::slack::{NO_ENERGY_ERROR, SlackChunk, bit, keeps};
-use crate::sheet::strain_rate::StrainRate;
 use crate::sheet::symmetry::Line;
-use crate::sheet::viscous::{self, NO_PAST, ViscousAlong, ViscousChunk};
+use crate::sweep::effects::{All, AllOnChunk, EffectState, Effects, ViscosityAlone};
+use crate::sweep::segments::{Effect, NodeChunk, Report, Segments, Slots, Unchanged, YarnRow, Yarns, per_mass};
+use crate::sweep::slack::SlackChunk;
+use crate::sweep::strain_rate::StrainRate;
+use crate::sweep::viscous::{self, NO_PAST, ViscousAlong, ViscousChunk};
 use crate::yarn::rate::Rates;
 use core::marker::PhantomData;
 
@@ -115,25 +116,22 @@ impl<'a> Row<'a> {
     /// of an open row.
     #[inline(always)]
     fn force_across_the_seam(&self) -> [f64; 3] {
-        if Feature::Curved.is_built() && self.pass.x.closed { self.peek_across_the_seam() } else { [0.0; 3] }
+        if Feature::Curved.is_built() && self.pass.x.closed { self.read_across_the_seam() } else { [0.0; 3] }
     }
 
-    fn peek_across_the_seam(&self) -> [f64; 3] {
+    fn read_across_the_seam(&self) -> [f64; 3] {
         let Row { pass, j, row, history, above, yarn, effects, .. } = self;
         let last = pass.verticals.wrapping_sub(1);
         let c = last / CHUNK;
         // After the last node there is an image of the first one.
         let Some((around, history)) = Around::of(row, above, c).zip(history.get(c)) else { return [0.0; 3] };
-        let (mut peek, lane) = (Peek::of(pass, *j, yarn, false), last % CHUNK);
-        let [along, _] = match effects {
-            None => peek.forces::<f64>(c, &around, history, lane, &mut ()),
-            Some(EffectState { viscosity, slack, .. }) => {
-                let past = viscosity.as_ref().and_then(|viscosity| viscosity.past.get(c));
-                let energy_error = slack.as_ref().and_then(|slack| Some((slack.energy_error.get(c)?, slack.keeps)));
-                let state = ChunkState { past: past.map(|past| [past, &NO_PAST, &NO_PAST]), energy_error };
-                peek.forces::<f64>(c, &around, history, lane, &mut Copies::of(pass).on_chunk(state))
-            }
-        };
+        let mut state = ChunkState::NONE;
+        if let Some(EffectState { viscosity, slack, .. }) = effects {
+            let past = viscosity.as_ref().and_then(|viscosity| viscosity.past.get(c));
+            state.past = past.map(|past| [past, &NO_PAST, &NO_PAST]);
+            state.energy_error = slack.as_ref().and_then(|slack| Some((slack.energy_error.get(c)?, slack.keeps)));
+        }
+        let [along, _] = RowForces::of(pass, *j, yarn, false).of_node(&around, history, last, state);
         along
     }
 }
@@ -205,10 +203,24 @@ struct Nodes<'a> {
     carry: &'a mut Chunk<CARRY_PLANES>,
 }
 
-impl Nodes<'_> {
+impl NodeChunk for Nodes<'_> {
+    #[inline(always)]
+    fn number(&self) -> usize {
+        self.number
+    }
+
     #[inline(always)]
     fn around(&self) -> Around<'_> {
         Around { here: self.here, right: self.right, above: self.above }
+    }
+
+    #[inline(always)]
+    fn slots<L: Lane>(&mut self, g: usize) -> Slots<'_, L> {
+        let ([.., kx, ky], [history_x, history_y]) = (&mut *self.here, &mut *self.history);
+        Slots {
+            histories: [&mut L::groups_mut(history_x)[g], &mut L::groups_mut(history_y)[g]],
+            stiffnesses: [&mut L::groups_mut(kx)[g], &mut L::groups_mut(ky)[g]],
+        }
     }
 }
 
@@ -236,16 +248,7 @@ impl<L: Lane> Carried<L> {
         yarns: &mut Yarns<'_>,
     ) {
         let bars = geometry.bars(nodes.columns, g);
-        let mut segments = Segments::strained(&nodes.around(), &bars, g);
-        let ([.., kx, ky], [history_x, history_y]) = (&mut *nodes.here, &mut *nodes.history);
-        let slots = Slots {
-            histories: [&mut L::groups_mut(history_x)[g], &mut L::groups_mut(history_y)[g]],
-            stiffnesses: [&mut L::groups_mut(kx)[g], &mut L::groups_mut(ky)[g]],
-        };
-        segments.settle(self.limits, slots, nodes.number * CHUNK + g * L::WIDTH, yarns, effect);
-        effect.act(&mut segments, &At { bars: &bars, around: nodes.around(), group: g });
-        let mut forces = segments.forces(&bars);
-        effect.add_forces(&mut forces, g);
+        let forces = Segments::evaluate(nodes, g, &bars, self.limits, yarns, effect);
         self.advance(nodes, forces, bars.widths, g, effect);
     }
 
@@ -280,7 +283,8 @@ impl<L: Lane> Carried<L> {
     }
 }
 
-/// State of the effects on a chunk.
+/// State of the effects on a chunk that is read.
+#[derive(Clone, Copy)]
 pub(crate) struct ChunkState<'a> {
     /// Past of the chunk, of the next one and of the one above; None without viscosity.
     pub past: Option<[&'a Chunk<PAST_PLANES>; 3]>,
@@ -288,116 +292,82 @@ pub(crate) struct ChunkState<'a> {
     pub energy_error: Option<(&'a Chunk<ENERGY_ERROR_PLANES>, [f64; 2])>,
 }
 
-/// Effects of a row that change copies of their state.
-pub(crate) struct Copies<'a> {
-    rate: Option<StrainRate<'a>>,
-    viscosity: ViscousAlong,
-    past: Chunk<PAST_PLANES>,
-    energy_error: Chunk<ENERGY_ERROR_PLANES>,
-    dissipation: Dissipation,
-}
+/// [`All`] of a chunk whose state stays as it is.
+type EffectsOnRead<'c> = AllOnChunk<'c, Unchanged<'c, PAST_PLANES>, Unchanged<'c, ENERGY_ERROR_PLANES>>;
 
-impl<'a> Copies<'a> {
-    /// Effects on segments of this step.
-    #[inline(always)]
-    pub fn of(Pass { directions, rates, .. }: &'a Pass<'_>) -> Copies<'a> {
-        let (rate, viscosity) = (StrainRate::of(*directions, rates), viscous::along(*directions));
-        Copies { rate, viscosity, past: NO_PAST, energy_error: NO_ENERGY_ERROR, dissipation: Dissipation::NONE }
-    }
+impl<'c> ChunkState<'c> {
+    /// No viscosity and no slack segments.
+    pub const NONE: ChunkState<'static> = ChunkState { past: None, energy_error: None };
 
-    /// Effects on a chunk with this state.
+    /// Effects on a chunk with this state, which stays as it is.
     #[inline(always)]
-    pub fn on_chunk<'c>(&'c mut self, ChunkState { past, energy_error }: ChunkState<'c>) -> AllOnChunk<'c> {
-        let mut effect = AllOnChunk {
-            rate: self.rate.as_ref().filter(|_| Feature::Rate.is_built()),
-            viscosity: None,
-            slack: None,
+    fn effects(self, rate: Option<&'c StrainRate<'c>>, constants: &'c ViscousAlong) -> EffectsOnRead<'c> {
+        let viscous =
+            |[past, next, above]: [&'c _; 3]| ViscousChunk { constants, past: Unchanged::of(past), next, above };
+        let slack = |(state, keeps)| SlackChunk { energy_error: Unchanged::of(state), keeps };
+        AllOnChunk {
+            rate,
+            viscosity: self.past.map(viscous),
+            slack: self.energy_error.map(slack),
             on_casing: None,
-            dissipation: Some(&mut self.dissipation),
-        };
-        if let Some([past, next, above]) = past {
-            self.past.copy_from_slice(past);
-            effect.viscosity = Some(ViscousChunk { constants: &self.viscosity, past: &mut self.past, next, above });
+            dissipation: None,
         }
-        if let Some((energy_error, keeps)) = energy_error {
-            self.energy_error.copy_from_slice(energy_error);
-            effect.slack = Some(SlackChunk { energy_error: &mut self.energy_error, keeps });
-        }
-        effect
     }
 }
 
-/// Forces of the segments of a row as the sweep would find them, while nothing is stepped and no damage is
-/// committed.
-pub(crate) struct Peek<'a> {
-    geometry: Any<'a>,
-    yarns: Yarns<'a>,
+/// Eight columns of a row that is read.
+struct ReadNodes<'a> {
+    number: usize,
+    around: Around<'a>,
+    /// Histories and stiffnesses with the damage of this step, along x and along y each.
+    damaged: [[f64; CHUNK]; 4],
 }
 
-impl<'a> Peek<'a> {
-    /// Forces of row j. `has_verticals`: whether segments go upwards from it.
+impl<'a> ReadNodes<'a> {
     #[inline(always)]
-    pub fn of(pass: &'a Pass<'_>, j: usize, yarn: &'a YarnRow<'_>, has_verticals: bool) -> Peek<'a> {
-        let geometry = Any::of(&pass.net, pass.directions.rests(), j);
-        Peek { geometry, yarns: pass.yarns(yarn, has_verticals) }
+    fn of(number: usize, around: &Around<'a>, [history_x, history_y]: &Chunk<HISTORY_PLANES>) -> ReadNodes<'a> {
+        let [.., kx, ky] = around.here;
+        ReadNodes { number, around: *around, damaged: [*history_x, *history_y, *kx, *ky] }
     }
 
-    /// Whether a state was met that cannot be stepped.
-    pub fn is_lost(&self) -> bool {
-        self.yarns.report.non_finite
-    }
-
-    /// Forces of all segments from chunk c, two at a time, into `along` and `up`.
-    pub fn all(
-        &mut self,
-        c: usize,
-        around: &Around<'_>,
-        history: &Chunk<HISTORY_PLANES>,
-        effect: &mut impl Effect,
-        [along, up]: [&mut [[f64; CHUNK]; 3]; 2],
-    ) {
-        type Pair = [f64; 2];
-        for g in 0..CHUNK / Pair::WIDTH {
-            let [x, y] = self.forces::<Pair>(c, around, history, g, effect);
-            for ((along, up), (x, y)) in along.iter_mut().zip(up.iter_mut()).zip(x.into_iter().zip(y)) {
-                x.store(&mut Pair::groups_mut(along)[g]);
-                y.store(&mut Pair::groups_mut(up)[g]);
-            }
-        }
-    }
-
-    /// Forces of the segments from lane group g of chunk c on their first nodes, along x and along y.
+    /// Forces of the segments from lane group g on their first nodes, along x and along y.
     #[inline(always)]
-    pub fn forces<L: Lane>(
+    fn forces<L: Lane>(
         &mut self,
-        c: usize,
-        around: &Around<'_>,
-        [history_x, history_y]: &Chunk<HISTORY_PLANES>,
         g: usize,
+        geometry: &Any<'_>,
+        yarns: &mut Yarns<'_>,
         effect: &mut impl Effect,
     ) -> [[L; 3]; 2] {
-        let (bars, limits) = (self.geometry.bars::<L>(self.geometry.columns(c), g), self.yarns.limits());
-        let mut segments = Segments::strained(around, &bars, g);
-        let mut copies = [L::ZEROS; 4];
-        let [x, y] = segments.before;
-        let [history_x, history_y] = [L::load(&L::groups(history_x)[g]), L::load(&L::groups(history_y)[g])];
-        for (copy, lanes) in copies.iter_mut().zip([history_x, history_y, x, y]) {
-            lanes.store(copy);
+        let (bars, limits) = (geometry.bars::<L>(geometry.columns(self.number), g), yarns.limits());
+        Segments::evaluate(self, g, &bars, [L::splat(limits[0]), L::splat(limits[1])], yarns, effect)
+    }
+}
+
+impl NodeChunk for ReadNodes<'_> {
+    #[inline(always)]
+    fn number(&self) -> usize {
+        self.number
+    }
+
+    #[inline(always)]
+    fn around(&self) -> Around<'_> {
+        self.around
+    }
+
+    #[inline(always)]
+    fn slots<L: Lane>(&mut self, g: usize) -> Slots<'_, L> {
+        let [history_x, history_y, kx, ky] = &mut self.damaged;
+        Slots {
+            histories: [&mut L::groups_mut(history_x)[g], &mut L::groups_mut(history_y)[g]],
+            stiffnesses: [&mut L::groups_mut(kx)[g], &mut L::groups_mut(ky)[g]],
         }
-        let [history_x, history_y, x, y] = &mut copies;
-        let slots = Slots { histories: [history_x, history_y], stiffnesses: [x, y] };
-        let limits = [L::splat(limits[0]), L::splat(limits[1])];
-        segments.settle(limits, slots, c * CHUNK + g * L::WIDTH, &mut self.yarns, effect);
-        effect.act(&mut segments, &At { bars: &bars, around: *around, group: g });
-        let mut forces = segments.forces(&bars);
-        effect.add_forces(&mut forces, g);
-        forces
     }
 }
 
 /// Vertical forces of row j, `row`, on the row `above`, as [`Row::step`] would leave them in the carry;
-/// nothing is stepped and no damage is committed. For a band that starts at `above`.
-pub(crate) struct Lift<'a> {
+/// nothing is stepped or kept. For a band that starts at `above`.
+pub(crate) struct ForcesFromBelow<'a> {
     pub pass: &'a Pass<'a>,
     pub j: usize,
     pub row: &'a [Chunk<HOT_PLANES>],
@@ -411,18 +381,82 @@ pub(crate) struct Lift<'a> {
     pub viscous: [&'a [Chunk<PAST_PLANES>]; 2],
 }
 
-impl Lift<'_> {
+impl ForcesFromBelow<'_> {
     /// Finds them.
     pub fn find(self) {
-        let Lift { pass, j, row, history, above, carry, yarn, energy_error, viscous: [past, past_above] } = self;
-        let (mut peek, mut copies, mut along) = (Peek::of(pass, j, yarn, true), Copies::of(pass), [[0.0; CHUNK]; 3]);
+        let ForcesFromBelow { pass, j, row, history, above, carry, yarn, energy_error, viscous } = self;
+        let ([past, past_above], mut along) = (viscous, [[0.0; CHUNK]; 3]);
+        let mut forces = RowForces::of(pass, j, yarn, true);
         for (c, (carry, history)) in carry.iter_mut().zip(history).enumerate() {
             let Some(around) = Around::of(row, above, c) else { break };
             let state = ChunkState {
                 past: past.get(c).map(|past| [past, &NO_PAST, past_above.get(c).unwrap_or(&NO_PAST)]),
                 energy_error: energy_error.get(c).map(|energy_error| (energy_error, keeps(bit(Axis::Vertical)))),
             };
-            peek.all(c, &around, history, &mut copies.on_chunk(state), [&mut along, carry]);
+            forces.all(c, &around, history, state, [&mut along, carry]);
+        }
+    }
+}
+
+/// Forces of the segments of a row as the sweep would find them: nothing is stepped, no damage and no state of
+/// an effect is kept.
+pub(crate) struct RowForces<'a> {
+    geometry: Any<'a>,
+    yarns: Yarns<'a>,
+    rate: Option<StrainRate<'a>>,
+    viscosity: ViscousAlong,
+}
+
+impl<'a> RowForces<'a> {
+    /// Forces of row j. `has_verticals`: whether segments go upwards from it.
+    #[inline(always)]
+    pub fn of(pass: &'a Pass<'_>, j: usize, yarn: &'a YarnRow<'_>, has_verticals: bool) -> RowForces<'a> {
+        let Pass { directions, net, rates, .. } = pass;
+        RowForces {
+            geometry: Any::of(net, directions.rests(), j),
+            yarns: pass.yarns(yarn, has_verticals),
+            rate: StrainRate::of(*directions, rates).filter(|_| Feature::Rate.is_built()),
+            viscosity: viscous::along(*directions),
+        }
+    }
+
+    /// Whether a state was met that cannot be stepped.
+    pub fn is_lost(&self) -> bool {
+        self.yarns.report.non_finite
+    }
+
+    /// Forces of the segments from the node of column i on it, along x and along y.
+    pub fn of_node(
+        &mut self,
+        around: &Around<'_>,
+        history: &Chunk<HISTORY_PLANES>,
+        i: usize,
+        state: ChunkState<'_>,
+    ) -> [[f64; 3]; 2] {
+        let mut nodes = ReadNodes::of(i / CHUNK, around, history);
+        let RowForces { geometry, yarns, rate, viscosity } = self;
+        nodes.forces(i % CHUNK, geometry, yarns, &mut state.effects(rate.as_ref(), viscosity))
+    }
+
+    /// Forces of all segments from chunk c, two at a time, into `along` and `up`.
+    pub fn all(
+        &mut self,
+        c: usize,
+        around: &Around<'_>,
+        history: &Chunk<HISTORY_PLANES>,
+        state: ChunkState<'_>,
+        [along, up]: [&mut [[f64; CHUNK]; 3]; 2],
+    ) {
+        type Pair = [f64; 2];
+        let mut nodes = ReadNodes::of(c, around, history);
+        let RowForces { geometry, yarns, rate, viscosity } = self;
+        let mut effects = state.effects(rate.as_ref(), viscosity);
+        for g in 0..CHUNK / Pair::WIDTH {
+            let [x, y] = nodes.forces::<Pair>(g, geometry, yarns, &mut effects);
+            for ((along, up), (x, y)) in along.iter_mut().zip(up.iter_mut()).zip(x.into_iter().zip(y)) {
+                x.store(&mut Pair::groups_mut(along)[g]);
+                y.store(&mut Pair::groups_mut(up)[g]);
+            }
         }
     }
 }

@@ -10,11 +10,11 @@ use crate::ground::planes::{CARRY_PLANES, CHUNK};
 use crate::memory::arrays::StepScratch;
 use crate::memory::network::Network;
 use crate::memory::system::System;
-use crate::sheet::segments::Report;
-use crate::step::rows::Rows;
-use crate::step::rows::accounts;
-use crate::step::rows::terms::{Terms, rates};
-use crate::step::rows::viscosity;
+use crate::sweep::accounts;
+use crate::sweep::moments;
+use crate::sweep::rows::Rows;
+use crate::sweep::segments::Report;
+use crate::sweep::terms::{Terms, rates};
 
 /// Sweeps all rows that are awake or next to one (M7), puts fixed nodes back and adds up their reactions.
 pub(crate) fn sweep(system: &mut System<'_>, gathered: &Gathered) -> Report {
@@ -64,7 +64,7 @@ fn sweep_run(system: &mut Network<'_>, loaded: u64, ply: usize, [first, end]: [u
         return Report::default();
     }
     if stop < high {
-        viscosity::find_moments_above(system, loaded, [ply, 0], stop);
+        moments::find_moments_above(system, loaded, [ply, 0], stop);
     }
     sweep_rows(system, loaded, ply, [start, stop], None)
 }
@@ -101,17 +101,17 @@ pub(crate) fn sweep_in_block(system: &mut Network<'_>, loaded: u64, step: usize,
     if rows[0] == rows[1] {
         return Report::default();
     }
-    viscosity::find_moments_above(system, loaded, [0, step], rows[1]);
+    moments::find_moments_above(system, loaded, [0, step], rows[1]);
     sweep_rows(system, loaded, 0, rows, Some(step))
 }
 
 /// Sweeps rows [first, end) of a ply. `in_block`: the step of a block.
 fn sweep_rows(system: &mut Network<'_>, loaded: u64, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
     let rates = rates(system, loaded);
-    let Network { layout, directions, arrays, fetches, instructions, .. } = &mut *system;
+    let Network { layout, directions, clamps, arrays, fetches, instructions, .. } = &mut *system;
     // In a block rows come from memory in the first step alone.
     let fetches = *fetches && in_block.is_none_or(|step| step == 0);
-    let terms = Terms { layout, directions, rates: &rates, fetches, instructions: *instructions };
+    let terms = Terms { layout, directions, clamps: *clamps, rates: &rates, fetches, instructions: *instructions };
     // A block shorter than the layout says is a lost state, never a row that stands still.
     match &mut Rows::of(arrays, layout, rows, ply, in_block) {
         Some(rows) => rows.sweep(&terms),

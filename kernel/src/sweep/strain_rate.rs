@@ -10,7 +10,7 @@
 use crate::ground::lanes::Lane;
 use crate::ground::planes::Axis;
 use crate::sheet::direction::PlyDirections;
-use crate::sheet::segments::{At, Dissipation, Fall, Segments, Yarns};
+use crate::sweep::segments::{Dissipation, Fall, Segments, Yarns};
 use crate::yarn::rate::{RateLaw, RateSplats, Rates};
 
 /// Dependence of the segments of a row on the rate of strain.
@@ -49,19 +49,26 @@ impl<'a> StrainRate<'a> {
         [L::load(&groups[0]), L::load(&groups[1])]
     }
 
-    /// Changes the stiffness of a lane group, and adds what relaxation dissipates.
+    /// Factor of what [`StrainRate::act`] returns.
     #[inline(always)]
-    pub fn act<L: Lane>(&self, segments: &mut Segments<L>, place: &At<'_, L>, dissipation: &mut Dissipation) {
+    pub fn relaxing<L: Lane>(&self) -> L {
+        L::splat(self.relaxing)
+    }
+
+    /// Changes the stiffness of a lane group. Returns the energy dissipated by relaxation over
+    /// [`StrainRate::relaxing`], along x and along y.
+    #[inline(always)]
+    pub fn act<L: Lane>(&self, segments: &mut Segments<L>) -> [L; 2] {
         let (Segments { q, before, stiffness, .. }, [of_x, of_y]) = (*segments, &self.constants);
         let (of_x, of_y) = (of_x.lanes::<L>(), of_y.lanes::<L>());
         let beyond = [of_x.beyond(q[0]), of_y.beyond(q[1])];
         // Before the damage of this step.
         let relaxing = [of_x.relaxing(before[0], beyond[0]), of_y.relaxing(before[1], beyond[1])];
-        dissipation.add(relaxing, L::splat(self.relaxing), place);
         let is_within = of_x.within(beyond[0]).max(of_y.within(beyond[1])).any_above(L::splat(0.0));
         let factors =
             if is_within { self.stiffenings(q) } else { [of_x.stiffening(beyond[0]), of_y.stiffening(beyond[1])] };
         segments.relax([stiffness[0].mul(factors[0]), stiffness[1].mul(factors[1])]);
+        relaxing
     }
 
     /// Adds what rupture dissipates beyond the law of the reference rate, which the balance counts
