@@ -17,10 +17,10 @@ import numpy
 import scipy.stats
 from fabric_kernel import Scene, ensembles
 from fabric_kernel.accuracy import Setting, accuracy
-from fabric_kernel.page import markdown
 from fabric_kernel.runs import DECIDED, STEPS, UNTIL, flown
 from fabric_kernel.sensitivity import crossing
 
+from .page import markdown
 from .study import clock
 
 FABRICS = ("kevlar_km2_s706", "zylon_as_500_35", "powell_zohdi_2009")

@@ -10,10 +10,10 @@ import math
 from types import SimpleNamespace
 
 import numpy
-from fabric_kernel import drawing, page, yarn_of_fibrils, yarns_of_fibrils
+from fabric_kernel import drawing, yarn_of_fibrils, yarns_of_fibrils
 from fabric_kernel.drawing import Series
 
-from . import claims, short
+from . import claims, page, short
 from .paper_runs import (
     ATTACHMENTS,
     CORNERS,

@@ -15,13 +15,15 @@ import sys
 import time
 
 import fabric_kernel
+import matplotlib
 from fabric_kernel import Scene, drawing, ensembles
 from fabric_kernel.about import scene_hash
 from fabric_kernel.files import csv_of, written
 
 from . import short
 
-drawing.use()
+# A user's own settings of plots stay as they are.
+matplotlib.rcParams.update(drawing.STYLE)
 
 TOP = pathlib.Path(__file__).parent.parent
 FULL, QUICK, SMOKE = "full", "quick", "smoke"

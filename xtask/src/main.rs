@@ -10,7 +10,6 @@ mod fmu;
 mod fuzz;
 mod install;
 mod needs;
-mod readme;
 mod release;
 mod rotorburst;
 mod sanitize;
@@ -46,8 +45,7 @@ enum Command {
     Verify,
     /// Write target/fmu/FabricShield-fmi2.fmu and -fmi3.fmu.
     Fmu(fmu::Options),
-    /// Build the rotorburst example as a host in C and as an SSP package, and compare both with the host in
-    /// Python.
+    /// Build the rotorburst example as an SSP package, and compare it with the host in Python.
     Rotorburst(rotorburst::Options),
     /// Build the C and C++ library and install it with its headers, CMake package and pkg-config file.
     Install(install::Options),

@@ -1,8 +1,7 @@
-//! `cargo xtask rotorburst`: the rotorburst example as a host in C and as an SSP package, compared with the
-//! host in Python.
+//! `cargo xtask rotorburst`: the rotorburst example as an SSP package, compared with the host in Python.
 
 use crate::tools::{Outcome, make_folder, output, python, run as command, target, top};
-use crate::{chosts, fmu, platforms};
+use crate::{fmu, platforms};
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
@@ -12,21 +11,20 @@ pub struct Options {
     pub short: bool,
 }
 
-/// Builds the host, the fragment's FMU and the package, and compares the three forms.
+/// Builds the fragment's FMU and the package, and compares both forms.
 pub fn run(options: &Options) -> Outcome {
     let python = python()?;
     fmu::packed(platforms::Targets::Host, false)?;
     let out = target().join("rotorburst");
     make_folder(out.to_path_buf())?;
     let shield = target().join("fmu/FabricShield-fmi2.fmu");
-    let host = host(&out)?;
     let package = package(&python, &out)?;
-    println!("{}\n{}", host.display(), package.display());
+    println!("{}", package.display());
 
     let text = |path: &Path| path.to_string_lossy().into_owned();
     let program = text(&top().join("examples/rotorburst/agreement.py"));
-    let (shield, host, package, results) = (text(&shield), text(&host), text(&package), text(&out.join("results")));
-    let mut arguments = vec![&*program, "--fmu", &shield, "--host", &host, "--ssp", &package, "--out", &results];
+    let (shield, package, results) = (text(&shield), text(&package), text(&out.join("results")));
+    let mut arguments = vec![&*program, "--fmu", &shield, "--ssp", &package, "--out", &results];
     if options.short {
         arguments.push("--short");
     }
@@ -34,16 +32,6 @@ pub fn run(options: &Options) -> Outcome {
 }
 
 const WARNINGS: [&str; 6] = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic"];
-
-/// The host in C, linked with the kernel.
-fn host(out: &Path) -> Result<PathBuf, String> {
-    chosts::installed()?;
-    let (library, program) = (chosts::prefix().join("lib/libfabric_kernel.a"), out.join("rotorburst"));
-    let sources = ["-Iinclude", "examples/rotorburst/rotorburst.c", "examples/rotorburst/fragment.c"];
-    let last = [&*library.to_string_lossy(), "-lm", "-o", &program.to_string_lossy()];
-    command("cc", &[&WARNINGS[..], &sources, &last].concat())?;
-    Ok(program)
-}
 
 /// FragmentTrajectory.fmu and the shield of its scene for this platform, and Rotorburst.ssp with both. The
 /// FMI headers are those that FMPy brings.

@@ -62,7 +62,6 @@ const FIRST: &[Step] = &[
     Step(All, "web page in a browser", crate::web::check),
     Step(All, "digests on other targets", crate::digests::short),
     Step(All, "studies in short form", studies),
-    Step(All, "tutorial", || tutorial(&[])),
 ];
 
 /// The other half.
@@ -73,10 +72,9 @@ const SECOND: &[Step] = &[
     Step(All, "C and C++ examples", crate::examples::run),
     Step(Short, "FMUs for this platform", || fmus(Targets::Host)),
     Step(All, "FMUs", || fmus(Targets::All)),
-    Step(All, "rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
+    Step(All, "rotorburst in two forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     Step(Always, "Python package", crate::wheel::test),
-    Step(Always, "README", crate::readme::run),
-    Step(Short, "tutorial, its first programs", || tutorial(&["--short"])),
+    Step(Always, "pages: what their commands print", || pages(false)),
     Step(All, "demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
 ];
 
@@ -101,11 +99,16 @@ fn with_cargo(name: &str, arguments: &[&str]) -> Outcome {
     cargo(arguments)
 }
 
-/// The page of the tutorial has what its programs print, and the notebook is that page.
-fn tutorial(options: &[&str]) -> Outcome {
+/// Programs and commands of all pages print what the pages say, with or without those that take minutes.
+fn pages(long: bool) -> Outcome {
+    crate::chosts::installed()?;
+    crate::fmu::packed(Targets::Host, false)?;
     let python = crate::wheel::installed()?;
-    python_with("examples/notebooks/requirements.txt")?;
-    command(python, &[&["examples/notebooks/make.py"], options].concat())
+    python_with("tests/fmi/requirements.txt")?;
+    if !long {
+        return py_tests(&python, "tests/pages");
+    }
+    command(python, &["-m", "pytest", "-q", "-n", "2", "-rP", "-p", "no:cacheprovider", "--long", "tests/pages"])
 }
 
 /// The long checks, by hand before a release.
@@ -123,6 +126,7 @@ const VERIFY: &[Step] = &[
     Step(Always, "map of stability, and its table", || {
         as_committed("stability", &["tables/stability_1.csv", "images/stability_map.svg"])
     }),
+    Step(Always, "pages, with the commands that take minutes", || pages(true)),
     Step(Always, "validation, and its table", || as_committed("validation", &["tables/validation.md"])),
     Step(Always, "FMU reference results", || {
         command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
@@ -308,7 +312,7 @@ fn as_committed(name: &str, files: &[&str]) -> Outcome {
 /// Every question of the evidence and the benchmark in their `--smoke` form, written to target/smoke.
 fn studies() -> Outcome {
     let python = crate::wheel::installed()?;
-    command(&python, &["-m", "unittest", "--quiet", "evidence.tests"])?;
+    py_tests(&python, "evidence/tests.py")?;
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     command(&python, &["-m", "evidence", "--smoke", "--out", &folder("evidence"), "--docs", &folder("evidence/docs")])?;
