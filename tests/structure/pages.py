@@ -43,7 +43,7 @@ BUDGET = {
     "SECURITY.md": 95,
     "python/README.md": 37,
 }
-TABLES, ALL_TABLES = "docs/tables/", 18_400
+TABLES, ALL_TABLES = "docs/tables/", 18_600
 """Tables are written by programs: all of them together have one budget (evidence/short.py shortens them)."""
 LINKS = {"README.md": 15}
 PROGRAMS = [
