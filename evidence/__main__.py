@@ -78,7 +78,7 @@ def main():
         "--out", type=pathlib.Path, default=pathlib.Path("target/evidence"), help="folder of the numbers [default: %(default)s]"
     )
     parser.add_argument(
-        "--docs", type=pathlib.Path, metavar="DIR", help="also write tables and pictures into this folder of documents"
+        "--docs", type=pathlib.Path, metavar="DIR", help="also write pages and pictures into this folder of documents"
     )
     parser.add_argument(
         "--on", metavar="ADDRESS", help="a Dask scheduler whose workers have this clone and the same build of the package"

@@ -185,4 +185,4 @@ def draw(study, rows):
         series = page.lines([row for row in rows if row["scheme"] in chosen], "scheme", "H s", lambda row: abs(row[key]))
         file = f"coupling{part}_{measure}.svg"
         page.errors(study.folder / file, f"Sphere moved by a host, 40 J: {what}", "communication step H (s)", label, series)
-        study.picture(file, f"accuracy_{file}")
+    study.picture("coupling_velocity.svg", "accuracy_coupling_velocity.svg")

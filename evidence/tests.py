@@ -53,22 +53,21 @@ def test_a_job_is_done_once_and_an_answer_says_what_made_it(tmp_path):
 
 
 def test_a_page_shows_a_part_and_the_file_has_all():
-    rows = [[f"v{k}", "0.4", "1", "1e6", "0.1", *"abcde"] for k in range(3)] + [["finer", "b", "4", *"cdefghi"]]
-    heading = ["viscosity", *(f"c{k}" for k in range(1, 10))]
+    rows = [["neyer", "probit", shots, "sd x 1", *"abcde"] for shots in ("6", "7", "8", "10")]
+    heading = ["design", "link", "shots", "guess", *(f"c{k}" for k in range(4, 9))]
     text = f"## First\n\n{page.markdown(heading, rows)}\nWords.\n\n## Second\n\n{page.markdown(heading, rows[:1])}"
-    shown, files = short.shortened("accuracy_overshoot_strain", text)
-    assert "| v1 | 0.4 | 1 | 1e6 | a | e |\n" in shown
-    assert "finer" not in shown
-    file = "accuracy_overshoot_strain_1.csv"
-    assert shown.endswith(f"Whole tables: [{file}]({file}).\n")
-    lines = files[file].splitlines()
-    assert [len(lines), lines[4][:17], lines[5][:9]] == [6, "First,finer,b,4,c", "Second,v0"]
+    shown, files = short.shortened("v50", text)
+    assert "| neyer | probit | 6 | sd x 1 | a | b | c |\n" in shown
+    assert "| 7 |" not in shown
+    assert shown.endswith("Whole tables: [v50_1.csv](v50_1.csv).\n")
+    lines = files["v50_1.csv"].splitlines()
+    assert [len(lines), lines[2][:20], lines[5][:12]] == [6, "First,neyer,probit,7", "Second,neyer"]
     shown, files = short.shortened("validation", "| yarn | viscosity |\n| --- | --- |\n| a | none |\n", "Title")
     assert (shown, files) == (
         "In [validation_1.csv](validation_1.csv).\n",
         {"validation_1.csv": "table,yarn,viscosity\nTitle,a,none\n"},
     )
-    assert short.shortened("edges", "| a |\n") == ("| a |\n", {})
+    assert short.shortened("strips", "| a |\n") == ("| a |\n", {})
 
 
 def test_a_threshold_is_found_from_guesses_below_at_and_above_it():

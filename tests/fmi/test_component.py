@@ -110,7 +110,10 @@ ABSENT = {
 }
 
 
-@pytest.mark.skipif(OWN not in NAMES, reason="the archive has no component: cargo xtask fmu --targets all names what is missing")
+MISSING = "the archive has no component: cargo xtask fmu --targets all names what is missing"
+pytestmark = pytest.mark.skipif(OWN not in NAMES, reason=MISSING)
+
+
 def test_it_needs_the_hosts_logger_and_nothing_of_wasi():
     wanted = [["callbacks", "types"], ["co-simulation", "common"]]
     found = interfaces(pathlib.Path(opened(3)[1], OWN))
